@@ -134,7 +134,7 @@ def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
         ({"agree": [2, 3]}, True, "in 2 of 3 readings"),
         ({"agree": [1, 3]}, True, "in the primary reading only, of 3"),
         ({"agree": [2, 3], "kind": "artefact"}, True, "2 of 3 claims firm"),
-        ({"agree": [0, 1], "kind": "section"}, True, "0 of 1 claim firm"),
+        ({"agree": [0, 1], "kind": "section"}, True, "none of 1 claim firm"),
         ({"agree": None, "firmness": None, "verdict": "counterpart", "kind": "number",
           "ratio": 0.7349}, False, "0.735 × published"),
     ],
@@ -169,6 +169,29 @@ def test_the_board_counts_the_firm_claims_and_filters_by_firmness():
     assert [a["data-readings"] for a, _ in Board(page).rows] == [
         "all readings", "some readings", "some readings",
     ]  # fmt: skip
+
+
+def test_a_verdict_that_no_claim_gives_in_every_reading_says_not_firm():
+    none = {"kind": "artefact", "firmness": "no claim", "agree": [0, 2]}
+    rows = scoreboard.checked([row("fig_4_10", **none), row("c2_one")])
+    page = board_page.page(rows)
+    shown = {a["id"]: said for a, said in Board(page).rows}
+    assert "reproduced, not firm" in shown["fig_4_10"]
+    assert "none of 2 claims firm" in shown["fig_4_10"]
+    assert "not firm" not in shown["c2_one"]
+    assert '<a href="#readings=no+claim">1 time</a>' in page
+    assert '<option value="no claim">' in page
+    firm = board_page.page(scoreboard.checked([row("c2_one")]))
+    assert "not firm" not in firm
+
+
+def test_every_column_of_the_board_can_be_sorted_by():
+    page = board_page.page(scoreboard.checked([row("c2_one")]))
+    heads = re.findall(r'<th scope="col" data-sort="(\w)">', page)
+    options = re.search(r'<select id="rx-sort".*?</select>', page)[0]
+    assert re.findall(r'<option value="(\w)">', options) == heads
+    cells = re.findall(r'<td class="(\w)">', page)
+    assert ["w", *cells] == heads
 
 
 def test_ids_in_a_reason_become_the_words_of_their_rows_with_a_link():

@@ -2,6 +2,7 @@
 
 import pytest
 
+from repro.judge import scoreboard, verdict
 from repro.judge.number_rules import VerdictError, equal_as_printed, half_last_digit
 from tests.verdict_books import (
     PAGE,
@@ -155,6 +156,23 @@ def test_a_claim_is_firm_if_every_reading_shares_its_verdict(others, firmness, a
         reading["reading"] = {}
     row = by_id(book, judged(claims={"c": found}))["c"]
     assert (row["firmness"], row["agree"]) == (firmness, agree)
+
+
+def test_a_claim_without_anything_to_compare_with_says_so_in_every_build():
+    book = small(claims={"c": claim("fig_2_1"), "d": claim("fig_2_1")})
+    alone = readings(("not comparable", {}))
+    alone["readings"][0]["reason"] = "the method is not described"
+    found = {"c": alone, "d": readings(("reproduced", {}))}
+    shown = {}
+    for effort in ("quick", "full"):
+        page = judged(claims=found) | {"effort": effort}
+        rows = verdict.rows(book, [page], {"2": "a figure"}, effort)
+        shown[effort] = {row["id"]: row for row in scoreboard.checked(rows)}
+        row = shown[effort]["c"]
+        assert (row["verdict"], row["firmness"]) == ("not comparable", None)
+        assert row["reason"] == "the method is not described"
+        assert row["regenerated"] == 0
+    assert shown["quick"]["d"]["verdict"] == "quick"
 
 
 def test_a_number_is_judged_in_one_reading_and_has_its_words():

@@ -57,11 +57,23 @@ FIRM = {
     "one hangs on the reading": (("RR", "RD"), None, "some readings", [1, 2]),
     "one differs in all readings": (("RD", "DD"), None, "all readings", [1, 2]),
     "one differs in one reading": (("RR", "DR"), None, "some readings", [1, 2]),
+    "all hang on the reading": (("RD",), None, "no claim", [0, 1]),
+    "all that differ may hold": (("DR", "RD"), None, "no claim", [0, 2]),
     "open, and may differ": (("RR", "UD"), None, "some readings", [1, 2]),
     "none is decided": (("UU",), None, None, None),
     "the check fails": (("RD",), BROKEN, "all readings", None),
     "drawn as computed": ((), HOLDS, "all readings", None),
 }
+
+
+def test_what_cannot_be_compared_decides_nothing_about_an_artefact():
+    claims = {name: claim("fig_2_1") for name in ("c0", "c1")}
+    found = {"c0": readings(("not comparable", {})), "c1": readings(("reproduced", {}))}
+    page = judged(claims=found, artefacts={"fig_2_1": drawn(None)})
+    row = by_id(small(claims=claims), page)["fig_2_1"]
+    assert (row["verdict"], row["agree"]) == ("reproduced", [1, 1])
+    assert row["regenerated"] == "1 of 1 decided claims reproduced"
+    assert row["reason"] == "not comparable: c0"
 
 
 @pytest.mark.parametrize("name", FIRM)

@@ -8,9 +8,9 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import (
     largest,
     over_cameras,
 )
-from repro.judge.statistics import UNDECIDED, Estimate, all_of, median_interval
+from repro.judge.statistics import Estimate, all_of, median_interval
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import Reading, Value
+from repro.run.outcomes import NOT_COMPARABLE, Reading, Value
 
 DISTORTION_FREE = 1e-9
 EXACT_MM = 1e-6
@@ -58,10 +58,10 @@ def judge_methods(results):
     ratios = [centre_ratio(found, c) for c in found.conditions]
     values = sorted(ratio.value for ratio in ratios)
     return Reading.of(
-        UNDECIDED,
+        NOT_COMPARABLE,
         Estimate(values[len(values) // 2], values[0], values[-1]),
         "1",
-        "not comparable: the method of Wang and Liu is not "
+        "the method of Wang and Liu is not "
         "described. Shown: error of the circle construction over that of "
         "Sturm-Maybank, median within trials, and its range over "
         f"{len(ratios)} levels of noise and fields of view",

@@ -2,14 +2,15 @@
 
 A claim is firm if all its readings share the verdict of the primary one. What follows
 from claims is firm if no reading of one of them can turn it: a `reproduced` needs all
-of them firm, a `differs` one claim that differs in every reading.
+of them firm, a `differs` one claim that differs in every reading. Where not one claim
+is firm, the verdict is that of our choice of the readings and of nothing else.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-ALL, SOME = "all readings", "some readings"
+ALL, SOME, NONE = "all readings", "some readings", "no claim"
 WHOLE = {"firmness": ALL, "agree": None}
 UNASKED = {"firmness": None, "agree": None}
 
@@ -24,12 +25,14 @@ def of_claims(verdict: str, claims: Sequence[Mapping]) -> dict:
     """Fields of what follows from rows of claims: [firm claims, claims]."""
     judged = [row for row in claims if row["firmness"]]
     firm = [row for row in judged if row["firmness"] == ALL]
+    if verdict not in ("reproduced", "differs"):
+        return UNASKED
+    if not firm:
+        return {"firmness": NONE, "agree": [0, len(judged)]}
     if verdict == "reproduced":
         return _fields(len(firm) == len(judged), len(firm), len(judged))
-    if verdict == "differs":
-        settled = any(row["verdict"] == verdict for row in firm)
-        return _fields(settled, len(firm), len(judged))
-    return UNASKED
+    settled = any(row["verdict"] == verdict for row in firm)
+    return _fields(settled, len(firm), len(judged))
 
 
 def _fields(firm: bool, agree: int, among: int) -> dict:

@@ -24,7 +24,8 @@ from repro.judge.schema import faults, hint
 KINDS = ("claims", "numbers", "artefacts")
 DECIDED = ("reproduced", "differs")
 JUDGED = (*DECIDED, "undecided")
-PRODUCED_BY_NOTHING = ("not yet", "not comparable")
+# Trials, however many, have no part in these.
+WITHOUT_TRIALS = ("not yet", "not comparable")
 # Of mixed evidence, a row shows the kind that is furthest from pure calculation.
 EVIDENCE = ("photograph", "rendered", "synthetic", "analytic")
 
@@ -239,9 +240,14 @@ def _claim(board: _Board, identifier: str) -> dict | None:
     deciding = _primary(board.ledger, readings)
     others = [reading for reading in readings if reading is not deciding]
     variant = ("reading", "verdict", "regenerated", "interval", "reason")
+    judged = deciding["verdict"] in JUDGED
     return {
         "verdict": deciding["verdict"],
-        **firmness.of_readings(deciding["verdict"], others),
+        **(
+            firmness.of_readings(deciding["verdict"], others)
+            if judged
+            else firmness.UNASKED
+        ),
         "evidence": found["evidence"],
         "regenerated": deciding["regenerated"],
         "interval": deciding["interval"],
@@ -318,7 +324,7 @@ def _from_claims(
 
 def _exceptions(rows: Sequence[Mapping]) -> str:
     """Claims by what became of them, but for those that are reproduced and firm."""
-    order = ("differs", "undecided", "not yet", "reproduced")
+    order = ("differs", "undecided", "not comparable", "not yet", "reproduced")
     groups: dict[str, list[str]] = {}
     for row in sorted(rows, key=lambda row: order.index(row["verdict"])):
         loose = row["firmness"] == firmness.SOME
@@ -331,7 +337,7 @@ def _exceptions(rows: Sequence[Mapping]) -> str:
 def _section(board: _Board, identifier: str) -> dict | None:
     claims = board.ledger.claims_of(identifier)
     members = [board.made[i] for i in claims + board.ledger.numbers_of(identifier)]
-    produced = [row for row in members if row["verdict"] not in PRODUCED_BY_NOTHING]
+    produced = [row for row in members if row["page"]]
     if not produced:
         if any(row["verdict"] == "not yet" for row in members):
             return None
@@ -352,7 +358,7 @@ def _section(board: _Board, identifier: str) -> dict | None:
 
 def _quick(row: dict) -> dict:
     """The row with its values, and without the verdicts that few trials cannot give."""
-    if row["verdict"] in PRODUCED_BY_NOTHING:
-        return row
+    kept = row["verdict"] in WITHOUT_TRIALS
     variants = [{**variant, "verdict": "quick"} for variant in row["variants"]]
-    return {**row, "verdict": "quick", "variants": variants, **firmness.UNASKED}
+    shown = {**row, "variants": variants, **firmness.UNASKED}
+    return shown if kept else {**shown, "verdict": "quick"}

@@ -12,7 +12,7 @@ from jinja2 import Environment
 from markupsafe import Markup, escape
 
 from repro.judge import ledger, scoreboard, verdict
-from repro.judge.firmness import ALL
+from repro.judge.firmness import ALL, NONE, SOME
 from repro.page.templates import environment
 from repro.page.wording import UNSPOKEN, label, rounded, significant
 from repro.run import discover
@@ -37,7 +37,9 @@ def row_templates(*folders: Path) -> Environment:
     templates.filters |= {"line": line, "breakable": breakable, "linked": linked}
     templates.globals |= {
         "ALL": ALL,
+        "NONE": NONE,
         "SIGNS": SIGNS,
+        "SOME": SOME,
         "addresses": addresses,
         "agreement": agreement,
         "computed": computed,
@@ -98,7 +100,8 @@ def agreement(row: Mapping) -> str:
         return ""
     agree, among = row["agree"]
     if row["kind"] != "claim":
-        return f"{agree} of {among} {'claim' if among == 1 else 'claims'} firm"
+        claims = "claim" if among == 1 else "claims"
+        return f"{agree or 'none'} of {among} {claims} firm"
     if agree == among:
         return {1: "", 2: "in both readings"}.get(among, f"in all {among} readings")
     if agree == 1:

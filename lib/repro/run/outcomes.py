@@ -22,8 +22,13 @@ if TYPE_CHECKING:
 
     from raxel.show import Scene
 
-VERDICTS = ("reproduced", "differs", "undecided")
-DECISIONS = dict(zip(("holds", "fails", "undecided"), VERDICTS, strict=True))
+NOT_COMPARABLE = "not comparable"
+"""A decision too: what a claim compares with cannot be had; the reason says why."""
+
+VERDICTS = ("reproduced", "differs", "undecided", NOT_COMPARABLE)
+DECISIONS = dict(
+    zip(("holds", "fails", "undecided", NOT_COMPARABLE), VERDICTS, strict=True)
+)
 
 
 @dataclass(frozen=True)

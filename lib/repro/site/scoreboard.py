@@ -14,7 +14,7 @@ from pathlib import Path
 
 from jinja2 import Environment
 
-from repro.judge.firmness import ALL, SOME
+from repro.judge.firmness import ALL, NONE, SOME
 from repro.judge.ledger import LedgerError
 from repro.judge.number_rules import VerdictError
 from repro.judge.scoreboard import KINDS, MEANINGS, chapter_order, headline, rows_of
@@ -63,6 +63,7 @@ def _shown(rows: Sequence[Mapping]) -> dict:
             )
             for verdict, number in counts["firm"].items()
         ],
+        "not_firm": sum(row["firmness"] == NONE for row in rows),
         "kinds": KINDS,
         "summary": [
             (verdict, meaning, {kind: count[verdict, kind] for kind in KINDS})
@@ -74,7 +75,11 @@ def _shown(rows: Sequence[Mapping]) -> dict:
             "chapter": {name: f"chapter {name}" for name in chapters},
             "kind": {kind: f"{kind}s" for kind in KINDS},
             "verdict": {v: f"{SIGNS[v]} {v}" for v in MEANINGS if v in have},
-            "readings": {ALL: f"in {ALL}", SOME: f"in {SOME} only"},
+            "readings": {
+                ALL: f"in {ALL}",
+                SOME: f"in {SOME} only",
+                NONE: "no claim is firm",
+            },
             "test": {"changed": "changed after a run"},
         },
         "found": [row for row in rows if row["verdict"] != "not yet"],

@@ -20,9 +20,9 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.verdicts import seed_by_seed
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import CONTOUR
 from chapters.shared.grid_detectors import CELECT, OPENCV
-from repro.judge.statistics import FAILS, UNDECIDED, mcnemar
+from repro.judge.statistics import FAILS, mcnemar
 from repro.run.experiment import claim
-from repro.run.outcomes import Reading
+from repro.run.outcomes import NOT_COMPARABLE, Reading
 
 MIN_EXCESS, MAX_CHANCE = 20, 0.001
 RARE = 0.2
@@ -103,9 +103,9 @@ def judge_opencv_missed(results, options):
         return Reading.of(FAILS, "no failure", reason=reason)
     wrong = int(((returned == 1) & (good == 0)).sum())
     return Reading.of(
-        UNDECIDED,
+        NOT_COMPARABLE,
         spread(shares),
-        reason="not comparable: today's function returns no unordered "
+        reason="today's function returns no unordered "
         "corners. Mean and range of the share of corners that a Harris "
         f"detector sees in the {len(shares)} pictures in which it fails; "
         f"in {wrong} of them it returned wrong corners, else none",
