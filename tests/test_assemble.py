@@ -166,6 +166,84 @@ def test_counts_come_in_the_order_of_the_verdicts():
     json.dumps(counted)
 
 
+def start_page(root, base, pages=()):
+    """The start page of a small checkout with these pages."""
+    books = []
+    for name in pages:
+        book = root / "pages" / f"{name}.ipynb"
+        write_page(book, f"{name}/page.py", f"# About {name}")
+        write_atomic(root / "chapters" / name / "page.py", "# %%\n")
+        write_atomic(root / f"chapters/{book.parent.name}/__init__.py", '"""T."""\n')
+        books.append(book)
+    boards = (base / "scoreboard.md", base / "scoreboard.json")
+    assemble.assemble(root, "quick", books, *boards, root / "source")
+    return (root / "source" / "index.md").read_text("utf-8")
+
+
+def test_the_start_page_begins_with_what_raxel_is_and_one_job(tmp_path):
+    base = small_checkout(tmp_path)
+    said = {
+        "ext_fisheye_found": {"said.corners": "found in 9 of 9\n", "boards": 9},
+        "ext_fisheye_camera": {"said.calibrate": "rms 0.028 px\nand more\n"},
+        "ext_fisheye_look": {"said.undistort": "9 images in straight\n"},
+    }
+    for name, values in said.items():
+        write_json(base / f"results/{name}.json", {"trials": [{"values": values}]})
+    write_atomic(base / "ext_fisheye_views.svg", "<svg/>")
+    write_atomic(
+        base / "ext_fisheye_models.csv",
+        "Boards,Model,Kept out: RMS (px),Image circle with a ray (%),"
+        "Error of the rays (deg)\nall (9),Generic,0.0357,58.4,0.0631\n"
+        "inner (4),Zhang,9,9,9\n",
+    )
+    start = start_page(tmp_path, base, ["guides/fisheye_in_ten_minutes"])
+    first = start.split("\n\n")[1]
+    assert first.startswith("raxel is a library and a command that calibrate")
+    job = start[start.index("## One job") : start.index("## What came out")]
+    assert job.startswith("## One job\n\n9 photographs of a board")
+    for line in ("found in 9 of 9", "rms 0.028 px", "9 images in straight"):
+        assert f"\n{line}\n" in job
+    assert 'src="figures/ext_fisheye_views.svg"' in job
+    assert "| a ray for every pixel, no formula | 0.0631 | 0.0357 | 58.4 |" in job
+    assert "radial terms" not in job
+    (base / "ext_fisheye_views.svg").unlink()
+    assert "## One job" not in start_page(tmp_path, base)
+
+
+def test_the_start_page_shows_a_finding_whose_picture_and_page_there_are(tmp_path):
+    base = small_checkout(tmp_path)
+    page = "ch04_central_generic/ext_what_cgsp_buys"
+    rows = "as_printed,84.2\ncgsp,0.737\nwell_conditioned,0.804\n"
+    figure = base / "ext_what_cgsp_buys_figure.csv"
+    write_atomic(figure, f"method,median_mm\n{rows}")
+    assert "0.737 mm" not in start_page(tmp_path, base, [page])
+    write_atomic(figure.with_suffix(".svg"), "<svg/>")
+    start = start_page(tmp_path, base, [page])
+    found = start[start.index("## What came out") : start.index("## What is not built")]
+    for said in ("0.737 mm off", "84.2 mm", "leave 0.804 mm"):
+        assert said in found
+    assert (
+        f'<a href="{page}.html#ext_what_cgsp_buys_figure"><img src="figures/' in found
+    )
+    assert found.count("<figure") == 1
+    assert "0.737 mm" not in start_page(tmp_path, base)
+
+
+def test_the_start_page_says_what_is_not_built(tmp_path):
+    base = small_checkout(tmp_path)
+    board = json.loads((base / "scoreboard.json").read_text("utf-8"))
+    board += [
+        {**board[0], "id": f"fig_5_{number}", "chapter": 5} for number in (1, 2, 3)
+    ]
+    write_json(base / "scoreboard.json", board)
+    missing = start_page(tmp_path, base)
+    missing = missing[missing.index("## What is not") : missing.index("## Install")]
+    assert (
+        "- Chapter 5, calibration of flexible mirror imaging systems: Fig. 5.1 to 5.3."
+        in missing
+    )
+
+
 def test_the_start_page_quotes_the_detectors_of_the_build(tmp_path):
     base = small_checkout(tmp_path)
     lines = ["Detector,Size,Boards,Right,Wrong", "raxel,not given,28,27,0"]

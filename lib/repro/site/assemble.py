@@ -131,7 +131,7 @@ def assemble(
     )
     small = artefacts.pictures(furnisher.base, found, out.parent / "thumbnails")
     wanted |= {f"_extra/{name}": path for name, path in small.items()}
-    wanted |= _filled(root, effort, chapters, board, small)
+    wanted |= _filled(root, effort, chapters, board)
     wanted |= ledger_pages(root, furnisher.book)
     wanted |= _library(root)
     wanted |= {
@@ -332,16 +332,9 @@ def _code(root: Path, known: Kept) -> dict[str, Content]:
 
 
 def _filled(
-    root: Path,
-    effort: str,
-    chapters: Sequence[Chapter],
-    board: list[dict],
-    pictures: Iterable[str],
+    root: Path, effort: str, chapters: Sequence[Chapter], board: list[dict]
 ) -> dict[str, str]:
-    """The pages made from templates; an unknown name in one is an error.
-
-    ``pictures`` are the places of thumbnails in the site.
-    """
+    """The pages made from templates; an unknown name in one is an error."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     templates = Environment(
@@ -361,7 +354,7 @@ def _filled(
         "written_before": written_before(counts["changed"]),
         "quote": Quotable(root / "figures" / effort, board),
         "built": {page.name for page in _documents(chapters)},
-        "pictures": {Path(place).stem: place for place in pictures},
+        "unmade": unmade(board),
         "table": chapter_table(board, chapters),
     }
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}
@@ -381,6 +374,15 @@ def _filled(
             "chapter.md.jinja"
         ).render(known, chapter=chapter)
     return filled
+
+
+def unmade(board: Sequence[dict]) -> dict[str, str]:
+    """Chapter -> the figures and tables of the thesis that nothing makes yet."""
+    found: dict[str, list[str]] = {str(row["chapter"]): [] for row in board}
+    for row in board:
+        if row["kind"] == "artefact" and row["verdict"] == "not yet":
+            found[str(row["chapter"])].append(row["id"])
+    return {c: numbered.listed(sorted(own, key=natural)) for c, own in found.items()}
 
 
 def chapter_table(board: Sequence[dict], chapters: Sequence[Chapter]) -> list[dict]:

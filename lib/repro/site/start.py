@@ -30,6 +30,10 @@ class Quotable:
         """Whether a row has a regenerated number."""
         return isinstance(self.row.get(identifier, {}).get("regenerated"), Real)
 
+    def drawn(self, figure: str) -> bool:
+        """Whether the build has a figure."""
+        return (self.base / f"{figure}.svg").is_file()
+
     def lines_of(self, artefact: str) -> list[dict[str, str]]:
         """Lines of a table, or of the data behind a figure: column -> cell."""
         path = self.base / f"{artefact}.csv"
