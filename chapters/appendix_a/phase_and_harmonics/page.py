@@ -6,7 +6,7 @@
 # sent. Which parts of that distortion move the place that is read, by how
 # much, and would more pictures help?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.appendix_a.phase_and_harmonics.exercises import (

@@ -5,7 +5,7 @@
 # picture can be turned into a panorama that people read easily. What does
 # the panorama cost?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch01_introduction.s1_1_panorama.exercises import (

@@ -5,7 +5,7 @@
 # Which cameras can each of them describe, which not, and with how many
 # numbers?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.exercises import (

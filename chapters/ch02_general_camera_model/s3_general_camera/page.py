@@ -5,7 +5,7 @@
 # It can also be a list: for every pixel, the ray that it sees. What does
 # such a list look like, which cameras fit in it, and how does one fill it?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch02_general_camera_model.s3_general_camera.exercises import (

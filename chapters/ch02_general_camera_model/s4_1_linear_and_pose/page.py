@@ -5,7 +5,7 @@
 # enough for the ray of every pixel? The thesis says yes, in six steps.
 # Which equations carry them, do they hold as printed, and what comes out?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.exercises import (
     depth_task,
     freedom_task,

@@ -5,7 +5,7 @@
 # vectors of nine coefficients, printed as Table 2.1. Are they right? A slip
 # in one cell would spoil every calibration built on it.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch02_general_camera_model.s4_generic_calibration.exercises import (
     entries_task,
     exercise_scene,

@@ -6,7 +6,7 @@
 # better, and from how much distortion on? The thesis answers with simulated
 # data in its Fig. 2.3. This page runs the simulation again.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.exercises import (
     focal_task,
     residual_task,

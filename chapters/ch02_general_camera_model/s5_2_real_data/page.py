@@ -7,7 +7,7 @@
 # That camera is not here. This page photographs chessboards with a rendered
 # counterpart of it, and runs the whole way from pictures to numbers.
 
-# %% tags=["hide-cell"]
+# %%
 from functools import partial
 
 import numpy as np

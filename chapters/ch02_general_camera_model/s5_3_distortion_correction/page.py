@@ -5,7 +5,7 @@
 # pinhole would have taken. Do straight lines of the world come out
 # straight, up to the edge of the picture?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch02_general_camera_model.s5_3_distortion_correction.exercises import (
     focal_task,
     lean_task,

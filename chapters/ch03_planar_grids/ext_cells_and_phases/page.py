@@ -7,7 +7,7 @@
 # blur, noise and the monitor's response. On what else, and how much is
 # there to gain?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch03_planar_grids.ext_cells_and_phases.exercises import (
     best_task,
     pictures_task,

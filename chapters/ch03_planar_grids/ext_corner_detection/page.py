@@ -6,7 +6,7 @@
 # windows that know how bent a contour is, and a grid with a code. Each is
 # carried out here. Which of them help?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_corner_detection.exercises import (

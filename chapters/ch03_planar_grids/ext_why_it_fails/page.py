@@ -5,7 +5,7 @@
 # corners on the way, and merges them. When a board is lost, which of these
 # steps lost it? And does each condition of 3.1.2 matter as the thesis says?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_why_it_fails.exercises import (

@@ -5,7 +5,7 @@
 # there are. Can a program find the board, count it and order it by itself,
 # for any lens, and say so when it cannot?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_without_clicks.exercises import part_task
@@ -87,7 +87,7 @@ from repro.run.outcomes import Plan
 #
 # No step has a model of the lens, and none joins corners by straight lines.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(compiled._followed_one, growth._grown, grids.taken)
 
 # %% [markdown]
@@ -189,7 +189,7 @@ def sweeps(effort):
     return Plan(sweep_trial, conditions, SWEEP_TRIALS[effort])
 
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(zoo_board, refusals)
 
 # %% [markdown]

@@ -4,7 +4,7 @@
 # **Question.** The picture of a chessboard is so bent that its rows are no
 # lines any more. Which corner is which? The thesis follows the edges.
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_2_celect.exercises import (

@@ -6,7 +6,7 @@
 # and does it depend on how close the next corner is? The answer would let
 # CELECT, which knows these distances, choose the window for every corner.
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.exercises import (

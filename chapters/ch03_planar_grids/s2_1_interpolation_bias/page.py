@@ -6,7 +6,7 @@
 # takes it from a homography through four corners. How wrong is that where
 # the lens bends the picture? And what does it do at a break of the camera?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.exercises import (

@@ -7,7 +7,7 @@
 # own grey values which point of the monitor it sees. How does that work,
 # how sure is it, and what does the monitor's response do to it?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.exercises import (

@@ -6,7 +6,7 @@
 # before an edge or a corner is lost? The thesis degrades a synthetic
 # chessboard until CELECT fails. This page does it again.
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_1_robustness.exercises import (

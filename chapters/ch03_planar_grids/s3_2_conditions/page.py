@@ -6,7 +6,7 @@
 # corner that is clicked first, the variation of the squares, the white
 # border. Does each remark hold when it is put to a test of its own?
 
-# %% tags=["hide-cell"]
+# %%
 from dataclasses import replace
 
 from chapters.ch03_planar_grids.s3_2_conditions.exercises import (

@@ -6,7 +6,7 @@
 # grids with each of four cameras: mirror ball, hyperboloidal mirror, fisheye,
 # flexible mirror. Those pictures are lost; here the laboratory renders such.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import (
     clicks_task,
     reach_task,

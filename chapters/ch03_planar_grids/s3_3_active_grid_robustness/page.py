@@ -7,7 +7,7 @@
 # with noise? The thesis measures this with a second active grid; this page
 # does it again in front of a virtual monitor, where the truth is known too.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.exercises import (
     floor_task,
     lens_task,

@@ -7,7 +7,7 @@
 # of many flat pieces? The thesis photographed all three; here the laboratory
 # does.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch03_planar_grids.s3_4_active_grid_images.exercises import (
     facet_task,
     phase_task,

@@ -5,7 +5,7 @@
 # a little aside and fisheye lenses make rays that nearly do. From decoded
 # points alone, can one tell, and say by how many mm the rays miss?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.ext_central_or_not.exercises import (
     alarms_task,
     unknowns_task,
@@ -65,7 +65,7 @@ from repro.run.outcomes import Plan, crossed
 # the share that noise has in it. Its bounds follow from the covariance of
 # lines and poses.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(one_camera)
 
 # %% [markdown]

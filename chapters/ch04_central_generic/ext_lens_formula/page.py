@@ -6,7 +6,7 @@
 # it. How good are formulas of fisheyes and mirrors when nobody tells them
 # where to start, and what is missing where they fail?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.ext_lens_formula.exercises import (
     near_task,
     pupil_task,
@@ -100,7 +100,7 @@ from repro.run.outcomes import Plan, crossed
 # **Does the pupil move?** A likelihood-ratio test has to say so, and the
 # error on boards that were kept out of the fit, both.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(fitted, kept_out)
 
 # %% [markdown]

@@ -6,7 +6,7 @@
 # smoothly, whatever its formula. How much less noise is left when rays are
 # smoothed over the image, and does the camera remain as general as a table?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.ext_smooth_rays.exercises import (
     averaging_task,
     controls_task,
@@ -102,7 +102,7 @@ from repro.run.outcomes import Plan
 # corners of boards it is as soft as the field is smooth: a firm one would bend
 # the field among the corners, too. The cells without data are reported.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(bent_lens, calibrate)
 
 # %% [markdown]

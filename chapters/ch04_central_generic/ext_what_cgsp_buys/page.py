@@ -6,7 +6,7 @@
 # same rays. Where does the difference come from? This page goes from one to
 # the other in steps, and changes one thing at a time.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.ext_what_cgsp_buys.exercises import (
     coefficients_task,
     rays_task,
@@ -80,7 +80,7 @@ from repro.run.outcomes import Plan
 #   equations.
 # - *Adjusted*: centre, poses and rays are adjusted together.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(in_normalised_coordinates, one_scale)
 
 # %% [markdown]

@@ -6,7 +6,7 @@
 # grid takes the picture instead of the sensor, can the old methods calibrate
 # every camera that has a single centre?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.exercises import (
     focal_task,
     picture_task,

@@ -6,7 +6,7 @@
 # camera's centre and the grids' poses follow from these matrices, how little
 # data is enough, and when do the data determine nothing?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch04_central_generic.s1_2_linear_stage.exercises import (

@@ -7,7 +7,7 @@
 # linear stage more weight, because the poses of the others are less
 # certain. Is that right, and how much more?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.s1_3_rays.exercises import (
     image_noise_task,
     pose_task,
@@ -75,7 +75,7 @@ from repro.run.outcomes import Plan, crossed
 # And a grid whose pose is an estimate adds what the error of the pose does
 # to its points, so it counts less. The last is the thesis's reason.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(centroid_directions, centroid_weights)
 
 # %% [markdown]
@@ -89,7 +89,7 @@ from repro.run.outcomes import Plan, crossed
 # In memory that is no transposition at all: $-M^\top$ is the matrices
 # stacked upon each other, as they lie there.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(intersect_lines_plane)
 
 # %% [markdown]
@@ -101,7 +101,7 @@ from repro.run.outcomes import Plan, crossed
 # all six make the rays, once for every weight, and the rays are compared
 # with the true points.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(weights_trial)
 
 

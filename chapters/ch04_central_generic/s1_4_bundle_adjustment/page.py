@@ -6,7 +6,7 @@
 # kept the centre, because an adjustment that moved the centre as well ran
 # away. Why did it, and is there one that does not?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.s1_4_bundle_adjustment.exercises import (
     more_rays_task,
     slant_task,
@@ -84,7 +84,7 @@ from repro.run.outcomes import Plan, crossed
 #
 # **Scheme 2** is short when the parts are there:
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(relax_poses)
 
 # %% [markdown]

@@ -8,7 +8,7 @@
 # answers with its Fig. 4.2: CGSP is ahead at every noise, and adjustment
 # brings the standard method next to nothing.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.s1_5_simulated.exercises import (
     extent_task,
     parameters_task,
@@ -89,7 +89,7 @@ from repro.run.outcomes import Plan
 # base grid included: the same noisy pixel on all grids would leave its
 # three points on one line, and every method would be exact.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(draw_scene, draw_poses, observe)
 
 # %% [markdown]
@@ -102,7 +102,7 @@ from repro.run.outcomes import Plan
 # their rays, the rays are joined anew to the centre and the centroid of
 # their points, and so on. The centre is kept.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(calibrate)
 
 # %% [markdown]
@@ -115,7 +115,7 @@ from repro.run.outcomes import Plan
 # three grids. Measured from the noisy points under the found poses, which
 # is what an experimenter can do, it is a reading too.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(errors)
 
 # %% [markdown]

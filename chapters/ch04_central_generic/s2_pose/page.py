@@ -7,7 +7,7 @@
 # from all points at once, by linear equations. Which pose is better, and
 # what is left to gain?
 
-# %% tags=["hide-cell"]
+# %%
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.exercises import (

@@ -7,7 +7,7 @@
 # calibrated, and what happens if the lens moves on the camera while the grids
 # are photographed?
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.s3_1_setup.exercises import (
     foci_task,
     shift_task,
@@ -130,7 +130,7 @@ def turned_over(effort):
     return Plan(turned_trial, turned_conditions(effort), 1, {})
 
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(field_trial, shift_between)
 
 # %% [markdown]

@@ -8,7 +8,7 @@
 # better, before and after bundle adjustment? And how near do they come to
 # one point?
 
-# %% tags=["hide-cell"]
+# %%
 from functools import partial
 
 from chapters.ch04_central_generic.s3_2_results.exercises import (
@@ -107,7 +107,7 @@ from repro.run.outcomes import Plan
 # kurtosis $b$, the mean of $(\mathbf x^\top S^{-1} \mathbf x)^2$ with $S$ the
 # covariance, is 8 for a Gaussian of two coordinates.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(crossings, facing_plane, scatter_of)
 
 # %% [markdown]
@@ -189,7 +189,7 @@ def caustic(effort):
     return Plan(caustic_trial, caustic_conditions(effort), TRIALS[effort], {})
 
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(rendered_trial, redrawn_trial, shared_rays)
 
 # %% [markdown]

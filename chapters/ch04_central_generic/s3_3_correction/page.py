@@ -6,7 +6,7 @@
 # one corrected with those of the standard method? The thesis says yes for
 # the mirror, and sees no difference for the fisheye.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.ch04_central_generic.s3_3_correction.exercises import (
     radius_task,
     stretch_task,
@@ -69,7 +69,7 @@ from repro.page.reader import compared, open_results, show, show_code, show_tabl
 # their poses, CGSP does not. The other grids are placed from the rays that
 # are known so far.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(by_protocol, calibrate_central)
 
 # %% [markdown]
@@ -78,7 +78,7 @@ from repro.page.reader import compared, open_results, show, show_code, show_tabl
 # to them (4.24). A homography carries these points onto the corners' known
 # places on the board, and the rest is the residual, in mm.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(cut_across, corner_residuals)
 
 # %% [markdown]
@@ -88,7 +88,7 @@ from repro.page.reader import compared, open_results, show, show_code, show_tabl
 # edge (fisheye). The largest distance from the best line is taken as a share
 # of the edge's length.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(straightness)
 
 # %% [markdown]

@@ -6,7 +6,7 @@
 # its rays alone. Does the motion come out better with the rays of CGSP than
 # with those of the standard method?
 
-# %% tags=["hide-cell"]
+# %%
 from functools import partial
 
 import numpy as np

@@ -7,7 +7,7 @@
 # knows. Anybody's method can be scored on one; here is how, and how today's
 # do.
 
-# %% tags=["hide-cell"]
+# %%
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -50,7 +50,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 
-# %% tags=["hide-cell"]
+# %%
 def score_rig(name, views, rng):
     """Render a set of this rig; score the detectors and the calibrations.
 
@@ -237,7 +237,7 @@ def ext_detector_record(effort):
 #   The px say where the true camera would see the ray. Beside them stands
 #   the share of the pixels that have a ray at all.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(corner_errors, score_camera)
 
 # %% [markdown]
@@ -269,7 +269,7 @@ def ext_detector_record(effort):
 # twice as many pixels each way, so about four times that. `make
 # ext_lab_accuracy` measures it on yours.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(megapixel_trial)
 
 # %% [markdown]

@@ -6,7 +6,7 @@
 # decide most of it: whether all rays meet in one point, and how far the
 # lens is from a pinhole.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.guides.choose_a_method.results import motion_facts, named
 from chapters.guides.choose_a_method.tables import costs
 from chapters.guides.choose_a_method.trials import method_seconds

@@ -5,7 +5,7 @@
 # do, what does one see on the way, and what is good? A lens of 183° is
 # calibrated here, by commands that are really run and what they print.
 
-# %% tags=["hide-cell"]
+# %%
 from functools import partial
 
 from chapters.guides.fisheye_in_ten_minutes import results, tables
@@ -23,7 +23,7 @@ from repro.page.reader import (
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
-# %% tags=["hide-cell"]
+# %%
 RECORDED = "calibrations"  # of data/records
 
 

@@ -7,7 +7,7 @@
 # cameras and their calibration, E to H one on finding the corners that a
 # calibration needs; I does without corners, and J with a single centre.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.guides.for_teachers.exercises.on_pages import (
     exercise_list,
     pages_with_exercises,

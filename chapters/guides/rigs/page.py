@@ -6,7 +6,7 @@
 # far it sees, and its targets. Turn them around, and look at your own in
 # the same way.
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.guides.rigs.results import facts
 from chapters.guides.rigs.trials import FILES, NAMES, SEED, rig_trial
 from repro.page.reader import open_results, show, show_code, show_table, value
@@ -14,7 +14,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 
-# %% tags=["hide-cell"]
+# %%
 @experiment("ext_rigs", artefact="ext_rigs", inputs=FILES)
 def ext_rigs(effort):
     """Poses of the targets of every rig, and its sizes."""
@@ -66,7 +66,7 @@ def ext_rigs(effort):
 # distance from where its rays start. Distances and tilts below count from
 # the point that is nearest to all rays: the centre, if the camera has one.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(rig_trial)
 
 # %% [markdown]

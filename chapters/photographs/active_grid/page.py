@@ -7,7 +7,7 @@
 #
 # {glue:text}`about` {glue:text}`shown`
 
-# %% tags=["hide-cell"]
+# %%
 from functools import partial
 
 from chapters.photographs.active_grid import results
@@ -27,7 +27,7 @@ from repro.run.outcomes import Plan
 PICTURE_PX = {"quick": 320, "full": 480}
 
 
-# %% tags=["hide-cell"]
+# %%
 def grid_trial(folder, width_px, condition, rng):
     """A view decoded, or a camera from all of them."""
     if condition["part"] == "view":
@@ -116,7 +116,7 @@ def active_grid_study(effort, folder):
 #
 # [Section 3.2.2](../ch03_planar_grids/s2_2_active_grids.ipynb) derives it.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(view_part)
 
 # %% [markdown]

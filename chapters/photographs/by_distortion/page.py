@@ -7,7 +7,7 @@
 #
 # {glue:text}`brought`
 
-# %% tags=["hide-cell"]
+# %%
 from chapters.photographs.by_distortion import results
 from chapters.photographs.by_distortion.exercises import (
     exercise_lens,
@@ -95,7 +95,7 @@ from repro.page.reader import results_behind, show, show_code, show_table, value
 # but a pincushion lens can have more. Such wide cameras are all alike by
 # this number; the widest angle stands beside it.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(distortion_level, fitted_curve, level_of)
 
 # %% [markdown]
@@ -113,7 +113,7 @@ from repro.page.reader import results_behind, show, show_code, show_table, value
 #   stretches what is far from the axis. Corners at 90° or beyond have no
 #   place in it.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(corrected_errors)
 
 # %% [markdown]
@@ -124,7 +124,7 @@ from repro.page.reader import results_behind, show, show_code, show_table, value
 # decided for each set by the rule of its page. The table says where too few
 # photographs were compared for that.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(outcome_of)
 
 # %% [markdown]

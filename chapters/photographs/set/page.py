@@ -7,7 +7,7 @@
 #
 # {glue:text}`about`
 
-# %% tags=["hide-cell"]
+# %%
 from functools import partial
 
 from chapters.photographs.set import results
@@ -53,7 +53,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 
-# %% tags=["hide-cell"]
+# %%
 def study_trial(folder, size, condition, rng):
     """One condition of the study, by its part."""
     image_set = load_set(folder)
@@ -163,7 +163,7 @@ def photograph_study(effort, folder):
 # So all are scored twice: on every corner they have a ray for, and on the
 # corners that Zhang and the general camera both have a ray for.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(calibrated, fold_part, scores)
 
 # %% [markdown]
@@ -256,11 +256,11 @@ def photograph_study(effort, folder):
 # well. Reference corners are what several detectors agree on, so a detector
 # that went into them is judged mildly.
 
-# %% tags=["active-ipynb", "hide-output"]
+# %% tags=["active-ipynb"]
 # show_code(score)
 
 
-# %% tags=["hide-cell"]
+# %%
 def detector_trial(folder, condition, rng):
     """What every detector makes of one image, and how far off its corners are."""
     if condition["view"] < 0:
