@@ -13,7 +13,7 @@ from repro.run.discover import Producer
 from repro.run.results import write_atomic, write_json
 from repro.run.run_times import duration, results_behind, seconds_of
 from repro.site import artefacts, readme_pictures, start
-from repro.site.assemble import Document
+from repro.site.chapters import Document
 from repro.site.thumbnails import SIZE_PX, thumbnails
 from tests.scoreboard_rows import row
 from tests.small_checkouts import ROOT

@@ -11,6 +11,7 @@ from repro.judge import scoreboard
 from repro.page.notebook import PageError
 from repro.run.results import write_atomic, write_json
 from repro.site import assemble
+from repro.site.chapters import chapters_of, summary_of
 from repro.site.mirror import mirror
 from tests.small_checkouts import small_checkout
 
@@ -42,14 +43,14 @@ def test_chapters_stand_in_the_order_of_the_thesis(tmp_path):
         package = tmp_path / "chapters" / book.parent.name / "__init__.py"
         write_atomic(package, f'"""About {book.parent.name}."""\n')
         books.append(book)
-    chapters = assemble.chapters_of(tmp_path, books, {})
+    chapters = chapters_of(tmp_path, books, {})
     assert [c.number for c in chapters] == ["2", "10", "A", "", ""]
     assert [c.guides for c in chapters] == [False, False, False, True, False]
     assert [p.title for p in chapters[4].pages] == ["photographs/b9", "photographs/b10"]
     assert chapters[0].title == "About ch02_x"
     write_atomic(tmp_path / "chapters" / "ch02_x" / "__init__.py", "")
     with pytest.raises(PageError, match=r"ch02_x/__init__\.py: no docstring"):
-        assemble.chapters_of(tmp_path, books, {})
+        chapters_of(tmp_path, books, {})
 
 
 def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
@@ -70,7 +71,7 @@ def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
         write_atomic(tmp_path / f"chapters/ch02_x/{name}/page.py", "")
     write_atomic(tmp_path / "chapters/ch02_x/__init__.py", '"""Chapter 2: x."""\n')
     held = {"ch02_x/s10": ["fig_2_10"], "ch02_x/s10_before": ["fig_2_9"]}
-    (chapter,) = assemble.chapters_of(tmp_path, books, held)
+    (chapter,) = chapters_of(tmp_path, books, held)
     assert chapter.pages[2].entry == "2.10 Before: Fig. 2.9"
     assert [page.name.removeprefix("ch02_x/") for page in chapter.pages] == [
         "s4_all",
@@ -95,7 +96,7 @@ def test_pages_stand_in_the_order_of_the_sections_that_they_treat(tmp_path):
 def test_a_guide_is_announced_by_its_first_paragraph(tmp_path, text, summary):
     path = tmp_path / "guide.md"
     path.write_text(text)
-    assert assemble.summary_of(path) == summary
+    assert summary_of(path) == summary
 
 
 def write_page(book, source, *paragraphs):

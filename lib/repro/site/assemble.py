@@ -14,22 +14,18 @@ the top of the site.
 from __future__ import annotations
 
 import argparse
-import ast
 import json
-import re
 import sys
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache, partial
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import median
 
 from repro.judge.scoreboard import chapter_order, headline, natural
 from repro.page.furniture import Furnisher
 from repro.page.notebook import PageError
-from repro.page.wording import literal, plain
-from repro.run.discover import PAGE_FILE, producers
+from repro.run.discover import producers
 from repro.run.kept import Kept
 from repro.run.rendered import TIMES as SET_TIMES
 from repro.site import (
@@ -41,6 +37,7 @@ from repro.site import (
     source_pages,
 )
 from repro.site.api_reference import api_pages
+from repro.site.chapters import Chapter, chapters_of, documents, source_of, title_of
 from repro.site.ledger_pages import codes, ledger_pages
 from repro.site.mirror import Content, files_below, made, mirror
 from repro.site.notebooks import workable
@@ -49,7 +46,6 @@ from repro.site.source_pages import source_page
 from repro.site.start import Quotable
 from repro.site.times import times_of
 
-GUIDES = "guides"
 DOWNLOADS_BY = (
     first_cell.__file__,
     notebooks.__file__,
@@ -60,41 +56,6 @@ DOWNLOADS_BY = (
 LIBRARY_BY = (api_reference.__file__, api_reference.TEMPLATES / "reference.html.jinja")
 """What pages of the library's reference are made by."""
 SHOWN = (".svg", ".png", ".csv", ".html")
-
-
-@dataclass(frozen=True)
-class Document:
-    """A page of a chapter: its name in the site, its title, what it has of the thesis.
-
-    ``entry`` is what navigation calls it, ``held`` the ids of its numbered artefacts.
-    """
-
-    name: str
-    title: str
-    summary: str
-    entry: str
-    held: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Chapter:
-    """A package of `chapters/` that has pages: title and text from its docstring."""
-
-    folder: str
-    title: str
-    intro: str
-    pages: tuple[Document, ...]
-
-    @property
-    def number(self) -> str:
-        """The thesis's number or letter of the chapter; empty for other pages."""
-        found = re.match(r"ch0*(\d+)_|appendix_([a-z])", self.folder)
-        return (found[1] or found[2].upper()) if found else ""
-
-    @property
-    def guides(self) -> bool:
-        """Whether its pages stand for themselves, each with an entry at the start."""
-        return self.folder == GUIDES
 
 
 def assemble(
@@ -124,7 +85,7 @@ def assemble(
         wanted[f"{path.parent.name}/{path.name}"] = path
     wanted["scoreboard.md"] = scoreboard
     wanted["your_photographs.md"] = root / "data" / "recorded" / "README.md"
-    names = [page.name for page in _documents(chapters)]
+    names = [page.name for page in documents(chapters)]
     found = artefacts.artefacts(furnisher, names, board)
     wanted["artefacts.md"] = artefacts.page(
         found, [(c.title, c.pages) for c in chapters], furnisher.book.artefacts
@@ -141,11 +102,11 @@ def assemble(
     wanted["site.json"] = json.dumps(
         {
             "effort": effort,
-            "sources": {f"{p.parent.name}/{p.stem}": _source(p) for p in pages},
+            "sources": {f"{p.parent.name}/{p.stem}": source_of(p) for p in pages},
             # Neighbours show a page's title: when one changes, they are written again.
             "titles": _titles(chapters, wanted),
-            "entries": {page.name: page.entry for page in _documents(chapters)},
-            "held": {page.name: page.held for page in _documents(chapters)},
+            "entries": {page.name: page.entry for page in documents(chapters)},
+            "held": {page.name: page.held for page in documents(chapters)},
             "codes": codes(root, furnisher.book, board),
         },
         indent=1,
@@ -154,103 +115,8 @@ def assemble(
     return mirror(wanted, out)
 
 
-def chapters_of(
-    root: Path, pages: Iterable[Path], held: Mapping[str, Sequence[str]]
-) -> list[Chapter]:
-    """Chapters of the given notebooks, in the order of the thesis, the others last.
-
-    ``held`` : page -> ids of the artefacts of the thesis that it has.
-    """
-    found: dict[str, list[Document]] = {}
-    for path in pages:
-        name, title = f"{path.parent.name}/{path.stem}", title_of(path)
-        own = tuple(held.get(name, ()))
-        entry = numbered.entry(title, own)
-        document = Document(name, title, summary_of(path), entry, own)
-        found.setdefault(path.parent.name, []).append(document)
-    return [
-        _chapter(root, folder, found[folder]) for folder in sorted(found, key=_order)
-    ]
-
-
-def _place(root: Path, page: Document) -> tuple:
-    """Sort key in a chapter: by the section that the title begins with.
-
-    Pages of one section follow the numbers of what they have of the thesis; without
-    any, they stand behind these by name. Pages without a section stand behind all of
-    them, and those of image sets last.
-    """
-    file = root / "chapters" / page.name / PAGE_FILE
-    section = re.match(r"[0-9A-Z](\.[0-9]+)+", page.title)
-    number = natural(section[0]) if section else []
-    first = natural(page.held[0]) if page.held else []
-    return (
-        not file.is_file(), not section, number, not first, first, natural(page.name),
-    )  # fmt: skip
-
-
-def _order(folder: str) -> tuple:
-    kinds = ("ch", "appendix_")
-    rank = next((i for i, kind in enumerate(kinds) if folder.startswith(kind)), 2)
-    return rank, natural(folder)
-
-
-def _chapter(root: Path, folder: str, pages: list[Document]) -> Chapter:
-    path = root / "chapters" / folder / "__init__.py"
-    code = path.read_text("utf-8") if path.is_file() else ""
-    text = ast.get_docstring(ast.parse(code))
-    if not text:
-        raise PageError(f"{path}: no docstring; its first line is the chapter's title")
-    title, _, intro = text.partition("\n")
-    documents = sorted(pages, key=lambda page: _place(root, page))
-    return Chapter(folder, title.strip().rstrip("."), intro.strip(), tuple(documents))
-
-
-def title_of(path: Path) -> str:
-    """First heading of a notebook or Markdown page, as it stands there."""
-    found = re.search(r"^# +(.+)$", _markdown(path), flags=re.M)
-    if not found:
-        raise PageError(f"{path}: no heading; a page begins with a line '# Title'")
-    return found[1].strip()
-
-
-def summary_of(path: Path) -> str:
-    """First paragraph below the first heading, without markup; empty for none."""
-    _, _, rest = re.split(r"^(# +.+)$", _markdown(path), maxsplit=1, flags=re.M)
-    first = next((part for part in rest.split("\n\n") if part.strip()), "").strip()
-    return "" if re.match(r"[#|:`$<-]", first) else literal(plain(first))
-
-
-def _markdown(path: Path) -> str:
-    if path.suffix != ".ipynb":
-        return path.read_text("utf-8")
-    cells = _notebook(path)["cells"]
-    return "\n\n".join(
-        "".join(c["source"]) for c in cells if c["cell_type"] == "markdown"
-    )
-
-
-def _notebook(path: Path) -> dict:
-    return _read_notebook(path, path.stat().st_mtime_ns)
-
-
-@cache
-def _read_notebook(path: Path, changed: int) -> dict:
-    """A notebook with this time of change: one that stays is read once."""
-    return json.loads(path.read_text("utf-8"))
-
-
-def _documents(chapters: Iterable[Chapter]) -> list[Document]:
-    return [page for chapter in chapters for page in chapter.pages]
-
-
-def _source(notebook: Path) -> str:
-    """The page's file that the notebook was made from, below chapters/."""
-    return _notebook(notebook)["metadata"]["raxel"]["source"]
-
-
 def _titles(chapters: Sequence[Chapter], wanted: Mapping[str, Content]) -> dict:
-    titles = {d.name: d.title for d in _documents(chapters)}
+    titles = {d.name: d.title for d in documents(chapters)}
     titles |= {f"{chapter.folder}/index": chapter.title for chapter in chapters}
     for name, content in sorted(wanted.items()):
         if "/" not in name and name.endswith(".md") and isinstance(content, Path):
@@ -279,7 +145,7 @@ def _extra(
     for path in pages:
         name = f"{path.parent.name}/{path.name}"
         kept[f"notebooks/{name}"] = made(known, root / path, partial(workable, path))
-        kept[f"source/{_source(path)}"] = root / "chapters" / _source(path)
+        kept[f"source/{source_of(path)}"] = root / "chapters" / source_of(path)
     kept |= _code(root, known)
     known.keep()
     return kept
@@ -353,20 +219,20 @@ def _filled(
         "counts": counts,
         "written_before": written_before(counts["changed"]),
         "quote": Quotable(root / "figures" / effort, board),
-        "built": {page.name for page in _documents(chapters)},
+        "built": {page.name for page in documents(chapters)},
         "unmade": unmade(board),
         "table": chapter_table(board, chapters),
     }
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}
     filled["times.md"] = templates.get_template("times.md.jinja").render(
         effort=effort,
-        titles={page.name: page.title for page in _documents(chapters)},
+        titles={page.name: page.title for page in documents(chapters)},
         times=times_of(
             root / "figures" / effort / "times",
             root / SET_TIMES,
             effort,
             producers(root),
-            [page.name for page in _documents(chapters)],
+            [page.name for page in documents(chapters)],
         ),
     )
     for chapter in chapters:
