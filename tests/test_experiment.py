@@ -196,6 +196,7 @@ def test_only_what_holds_is_reproduced():
         "holds": "reproduced",
         "fails": "differs",
         "undecided": "undecided",
+        "not comparable": "not comparable",
     }
 
 
