@@ -26,6 +26,7 @@ def row(identifier, **changed):
         "verdict": "reproduced",
         "firmness": "all readings",
         "agree": [1, 1],
+        "few_seeds": False,
         "evidence": "synthetic",
         "effort": "full",
         "published": "It grows.",

@@ -5,10 +5,18 @@ import pytest
 
 from repro.judge.ledger import LedgerError
 from repro.judge.readings import crossed, open_questions, primary
-from repro.judge.statistics import HOLDS, UNDECIDED, Estimate, median_and_range
+from repro.judge.seeds import MIN_SEEDS, decision_of_seeds
+from repro.judge.statistics import (
+    FAILS,
+    HOLDS,
+    UNDECIDED,
+    Estimate,
+    median_and_range,
+    proportion,
+)
 from repro.run.judging import in_every_reading
 from repro.run.outcomes import Measured, Reading, Value
-from repro.run.readings import Case, counterpart, decision_of_seeds
+from repro.run.readings import Case, counterpart
 from tests.small_checkouts import ROOT
 
 KNOWN = {
@@ -93,6 +101,35 @@ def test_a_seed_without_a_value_counts_against_and_is_left_out_of_the_range():
 
 def test_no_seeds_decide_nothing():
     assert decision_of_seeds([]) == UNDECIDED
+    assert not Reading.of_seeds([], "nothing").few_seeds
+
+
+@pytest.mark.parametrize(
+    ("true", "seeds", "decision"),
+    [
+        (36, 36, HOLDS),
+        (35, 36, UNDECIDED),
+        (46, 53, UNDECIDED),
+        (53, 53, HOLDS),
+        (40, 53, FAILS),
+        (99, 100, HOLDS),
+        (90, 100, UNDECIDED),
+        (80, 100, FAILS),
+    ],
+)
+def test_of_many_seeds_the_interval_of_their_share_decides(true, seeds, decision):
+    holds = np.arange(seeds) < true
+    assert decision_of_seeds(holds) == decision
+    made = Reading.of_seeds(holds, 1.0, "px", "how far")
+    assert (made.few_seeds, made.unit, made.reason) == (False, "px", "how far")
+
+
+def test_few_seeds_are_those_that_no_interval_can_decide():
+    assert proportion(np.ones(MIN_SEEDS)).low > 0.9 >= proportion(np.ones(35)).low
+    few = Reading.of_seeds(np.arange(35) < 32, 1.0)
+    assert (few.verdict, few.few_seeds) == ("reproduced", True)
+    assert counterpart(np.arange(3) < 2, np.arange(3.0)).few_seeds
+    assert not counterpart(np.ones(53, bool), np.arange(53.0)).few_seeds
 
 
 def test_a_reading_of_an_estimate_has_its_interval_and_of_a_number_none():

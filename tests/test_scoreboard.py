@@ -129,7 +129,9 @@ def test_every_row_stands_on_the_page_and_the_counts_equal_the_rows():
     ("changed", "loose", "said"),
     [
         ({"agree": [1, 1]}, False, ""),
+        ({"agree": [1, 1], "few_seeds": True}, False, "few seeds"),
         ({"agree": [2, 2]}, False, "in both readings"),
+        ({"agree": [2, 2], "few_seeds": True}, False, "in both readings, few seeds"),
         ({"agree": [3, 3]}, False, "in all 3 readings"),
         ({"agree": [2, 3]}, True, "in 2 of 3 readings"),
         ({"agree": [1, 3]}, True, "in the primary reading only, of 3"),

@@ -63,6 +63,7 @@ def evil_row(kind, **changed):
         "verdict": "reproduced",
         "firmness": "some readings",
         "agree": [1, 3],
+        "few_seeds": False,
         "evidence": EVIL,
         "effort": "full",
         "published": EVIL,

@@ -61,6 +61,15 @@ NUMBERS = {
         number(0.1, "lt", source="real"), value(0.2), "counterpart",
     ),
     "on hardware, zero": (number(0.0, source="real"), value(0.2), "counterpart"),
+    "put into the rig": (
+        number(0.1, source="real"), value(0.1, put_in="a pose of the rig"), "set",
+    ),
+    "a simulated number solved for": (
+        number(26), value(27, (26.5, 29), put_in="the factor is solved for it"), "set",
+    ),
+    "a setting that is put in": (
+        number(role="setting"), value(640, put_in="as stated"), "setting",
+    ),
     "cell lost": (number(None, source="real"), value(0.2), "not comparable"),
     "cited": (number(30000, "gt", "literature", "real"), value(1), "not comparable"),
 }  # fmt: skip
@@ -77,7 +86,7 @@ def test_a_number_is_judged_by_role_source_and_comparator(name):
         assert row["regenerated"] == found["value"]
         assert row["page"] == "ch02_one/s1.html"
         assert row["data"] == ["results/sweep.json"]
-    if expected in ("differs", "undecided", "not comparable"):
+    if expected in ("differs", "undecided", "not comparable", "set"):
         assert row["reason"]
 
 
@@ -90,6 +99,8 @@ def test_a_counterpart_has_the_ratio_and_the_remark():
     words = of_number(number("7x5", source="real"), value("7x6"))
     assert (words["verdict"], words["ratio"]) == ("counterpart", None)
     assert of_number(number(26), value(27, (25, 29)))["ratio"] is None
+    put_in = of_number(number(0.1, source="real"), value(0.1, put_in="from Table 4.2"))
+    assert (put_in["ratio"], put_in["reason"]) == (None, "from Table 4.2")
 
 
 @pytest.mark.parametrize(

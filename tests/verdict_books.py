@@ -54,12 +54,13 @@ def judged(page=PAGE, effort="full", claims=None, numbers=None, artefacts=None):
     }
 
 
-def value(found, interval=None, unit="", reason="", evidence="synthetic"):
+def value(found, interval=None, unit="", reason="", put_in="", evidence="synthetic"):
     return {
         "value": found,
         "interval": interval,
         "unit": unit,
         "reason": reason,
+        "put_in": put_in,
         "evidence": evidence,
         "data": ["results/sweep.json"],
     }

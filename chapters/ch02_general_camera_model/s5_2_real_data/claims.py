@@ -1,11 +1,12 @@
 """The claims of section 2.5.2 about rendered counterparts of real pictures.
 
-A claim about seeds holds if it is true in 90 % of them, as the ledger says. A
+A claim about seeds says that it is true in 90 % of them, as the ledger says. A
 seed in which a method failed counts against that method.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import product
 
@@ -30,6 +31,7 @@ from chapters.shared.synthetic_readings import NAMES as OF_SWEEP
 from chapters.shared.synthetic_readings import SweepCase
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
+from repro.judge.seeds import decision_of_seeds, few_seeds
 from repro.judge.statistics import (
     all_of,
     bootstrap,
@@ -40,7 +42,6 @@ from repro.judge.statistics import (
 )
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
-from repro.run.readings import decision_of_seeds
 
 FLAT = 1.25
 WORSE = 1.3
@@ -138,9 +139,7 @@ def judge_depends_on_distortion(results, options):
 def in_seeds(holds, reason):
     """The Reading of a predicate over seeds (n,), and the share that it is true of."""
     true = f"{np.count_nonzero(holds)} of {len(holds)} seeds"
-    return Reading.of(
-        decision_of_seeds(holds), proportion(holds), reason=f"{true}; {reason}"
-    )
+    return Reading.of_seeds(holds, proportion(holds), reason=f"{true}; {reason}")
 
 
 @claim("c2_t22_generic_flat", needs=OF_SEEDS, evidence="rendered", readings=RESIDUAL)
@@ -216,13 +215,14 @@ def judge_systematic(results, options):
     ratio = median_interval(
         results["fig_2_5_true_centre"].column(f"{place}.{case.scale}.ratio")
     )
-    return Reading.of(
+    made = Reading.of(
         all_of([decision_of_seeds(related), ratio.below(CENTRE_GAIN + 1e-12)]),
         ratio,
         reason="RMS with the true centre over RMS with the estimated one, "
         f"{ratio.failed} failed trials as the worst; Moran's I "
         f"significant in {np.count_nonzero(related)} of {len(related)} seeds",
     )
+    return replace(made, few_seeds=few_seeds(len(related)))
 
 
 @claim("c2_motion", needs=("table_2_2_redrawn",), evidence="rendered", readings=MOTION)

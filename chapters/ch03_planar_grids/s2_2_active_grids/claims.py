@@ -31,7 +31,6 @@ from repro.judge.statistics import (
 )
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
-from repro.run.readings import decision_of_seeds
 
 ROUNDING_RAD = 1e-12
 MIN_RATIO, MAX_GAIN = 3.0, 0.05
@@ -49,8 +48,8 @@ def _in_views(held, found, of, views):
     of: what was found, in words; views: what the views are called after it.
     """
     share = proportion(held)
-    return Reading.of(
-        decision_of_seeds(held),
+    return Reading.of_seeds(
+        held,
         float(np.median(found)),
         "1",
         f"{of}; held in {100 * share.value:.0f} % of {views} "

@@ -19,13 +19,13 @@ from repro.judge.statistics import (
     FAILS,
     HOLDS,
     UNDECIDED,
+    Estimate,
     all_of,
     paired_gain,
     proportion,
 )
 from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, Reading
-from repro.run.readings import decision_of_seeds
 
 COPES = 0.7
 MIN_GAIN = 0.3
@@ -139,12 +139,11 @@ def judge_partial_grid(results, options):
     method = options["opencv_detector"]
     theirs = of_sectors if method == OPENCV_SB else ours
     holds, ratios = partial_predicates(ours, theirs, method)
-    return Reading(
-        DECISIONS[decision_of_seeds(holds)],
-        float(np.median(ratios)),
-        interval=(float(ratios.min()), float(ratios.max())),
-        unit="1",
-        reason="corners of CELECT over OpenCV's, of the worse camera; "
+    return Reading.of_seeds(
+        holds,
+        Estimate(np.median(ratios), ratios.min(), ratios.max()),
+        "1",
+        "corners of CELECT over OpenCV's, of the worse camera; "
         "median and range over the pictures. The predicate is true "
         f"for {holds.sum()} of {len(holds)} pairs of pictures",
     )

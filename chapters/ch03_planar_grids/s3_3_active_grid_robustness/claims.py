@@ -20,7 +20,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import
 from repro.judge.statistics import median_and_range
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
-from repro.run.readings import Case, decision_of_seeds
+from repro.run.readings import Case
 
 MIN_CONDITIONS, MIN_LEVELS = 0.8, 0.7
 MAX_BLUR_RATIO = 1.5
@@ -47,8 +47,8 @@ def of_share(results, options, sweep=None):
         for (sweep, level), sets in zip(points, won, strict=True)
         if not sets.all()
     ]
-    return Reading.of(
-        decision_of_seeds(share >= least),
+    return Reading.of_seeds(
+        share >= least,
         median_and_range(share),
         "1",
         f"median and range over {len(share)} sets, of {len(points)} conditions each; "
@@ -88,8 +88,8 @@ def judge_active_blur(results, options):
     ours, theirs = ratios[ACTIVE], [ratios[method] for method in STATIC]
     holds = (ours < np.minimum(*theirs)) & (ours <= MAX_BLUR_RATIO)
     medians = ", ".join(f"{m} {np.median(ratio):.3f}" for m, ratio in ratios.items())
-    return Reading.of(
-        decision_of_seeds(holds),
+    return Reading.of_seeds(
+        holds,
         median_and_range(ours),
         "1",
         f"median ratios over {len(ours)} sets: {medians}; holds in {int(holds.sum())}",
@@ -118,4 +118,4 @@ def judge_active_viewing_angle(results, options):
     if gamma > 1:
         plain = found[0] - shares(result, turns[-1], name, falloff=0)
         reason += f"; a monitor without fall-off loses {np.median(plain):.3f}"
-    return Reading.of(decision_of_seeds(holds), median_and_range(fall), "1", reason)
+    return Reading.of_seeds(holds, median_and_range(fall), "1", reason)

@@ -3,8 +3,9 @@
 The rules are those of the architecture, by role, source and comparator: a setting is
 run as stated; an analytic value is equal at the printed precision; a simulated result
 has the published value in its 95 % interval; a bound has the interval on its side; a
-value measured on hardware we do not have gets a counterpart beside it; what is cited
-from the literature is not compared.
+value measured on hardware we do not have gets a counterpart beside it; what was put
+into a rig is set, whatever comes out of it; what is cited from the literature is not
+compared.
 """
 
 from __future__ import annotations
@@ -41,6 +42,8 @@ def judge_number(entry: Mapping, value: Mapping) -> Decision:
         return "not comparable", entry.get("doubtful", "the text gives no value")
     if entry["role"] == "setting":
         return _setting(entry, value)
+    if value["put_in"]:
+        return "set", value["put_in"]
     analytic = "analytic" in (entry["role"], entry["source"])
     if not analytic and entry["source"] == "real":
         return _counterpart(entry, value)

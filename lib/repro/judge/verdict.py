@@ -168,6 +168,7 @@ class _Board:
             "conditions": entry.get("conditions", "") if kind == "number" else "",
             "verdict": "not yet",
             **firmness.UNASKED,
+            "few_seeds": False,
             "evidence": None,
             "effort": self.effort,
             "published": entry[printed],
@@ -248,6 +249,7 @@ def _claim(board: _Board, identifier: str) -> dict | None:
             if judged
             else firmness.UNASKED
         ),
+        "few_seeds": deciding["few_seeds"],
         "evidence": found["evidence"],
         "regenerated": deciding["regenerated"],
         "interval": deciding["interval"],
@@ -360,5 +362,6 @@ def _quick(row: dict) -> dict:
     """The row with its values, and without the verdicts that few trials cannot give."""
     kept = row["verdict"] in WITHOUT_TRIALS
     variants = [{**variant, "verdict": "quick"} for variant in row["variants"]]
-    shown = {**row, "variants": variants, **firmness.UNASKED}
+    without = {"few_seeds": False, **firmness.UNASKED}
+    shown = {**row, "variants": variants, **without}
     return shown if kept else {**shown, "verdict": "quick"}

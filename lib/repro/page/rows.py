@@ -24,6 +24,7 @@ SIGNS = {
     "differs": "≠",
     "undecided": "?",
     "counterpart": "∥",
+    "set": "⊙",
     "setting": "=",
     "not comparable": "∅",
     "not yet": "…",
@@ -93,9 +94,14 @@ def linked(text: object, words: Mapping[str, str], up: str) -> Markup:
 
 
 def agreement(row: Mapping) -> str:
-    """How firm a verdict is, in words; empty where no reading is open."""
+    """How firm a verdict is, in words; empty where there is nothing to say."""
     if row["ratio"] is not None:
         return f"{significant(row['ratio'], 3)} × published"
+    said = (_readings_that_agree(row), "few seeds" if row["few_seeds"] else "")
+    return ", ".join(part for part in said if part)
+
+
+def _readings_that_agree(row: Mapping) -> str:
     if not row["agree"]:
         return ""
     agree, among = row["agree"]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from itertools import product
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from repro.judge.seeds import decision_of_seeds, few_seeds
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
@@ -56,7 +57,8 @@ class Reading:
     """The outcome of a claim's test in one reading of the text.
 
     ``reading`` maps an open question of settings.yaml to the option taken; it is empty
-    where the text leaves nothing open.
+    where the text leaves nothing open. ``few_seeds``: a share of seeds decided that are
+    too few for its interval to do so.
     """
 
     verdict: str
@@ -65,6 +67,7 @@ class Reading:
     interval: tuple[float, float] | None = None
     unit: str = ""
     reason: str = ""
+    few_seeds: bool = False
 
     def __post_init__(self) -> None:
         if self.verdict not in VERDICTS:
@@ -89,6 +92,18 @@ class Reading:
         ends = found.low, found.high
         return cls(DECISIONS[decision], found.value, {}, ends, unit, reason)
 
+    @classmethod
+    def of_seeds(
+        cls,
+        holds: Sequence[bool] | np.ndarray,
+        found: Estimate | float | str,
+        unit: str = "",
+        reason: str = "",
+    ) -> Reading:
+        """Of a predicate (seeds,) that is true of nine in ten seeds, or is not."""
+        made = cls.of(decision_of_seeds(holds), found, unit, reason)
+        return replace(made, few_seeds=few_seeds(len(holds)))
+
     def as_dict(self) -> dict:
         """Plain dictionary for the judged file."""
         return asdict(self) | {"reading": dict(self.reading)}
@@ -96,12 +111,17 @@ class Reading:
 
 @dataclass(frozen=True)
 class Value:
-    """A regenerated number, with its interval where trials give one."""
+    """A regenerated number, with its interval where trials give one.
+
+    ``put_in``: how the published number came into the rig, or was solved for; what
+    comes out then says nothing about the thesis.
+    """
 
     value: float | str
     interval: tuple[float, float] | None = None
     unit: str = ""
     reason: str = ""
+    put_in: str = ""
 
     @classmethod
     def median(cls, trials: np.ndarray, unit: str = "", reason: str = "") -> Value:

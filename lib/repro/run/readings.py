@@ -6,11 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, median_and_range, proportion
-from repro.run.outcomes import DECISIONS, Reading
-
-SHARE_OF_SEEDS = 0.9
-"""A counterpart's claim holds where it is true of this share of the seeds."""
+from repro.judge.statistics import median_and_range, proportion
+from repro.run.outcomes import Reading
 
 
 class Case:
@@ -49,19 +46,10 @@ def counterpart(
     """
     share = proportion(np.asarray(holds, float))
     middle = median_and_range(found)
-    known = middle.failed < len(found)
-    return Reading(
-        DECISIONS[decision_of_seeds(holds)],
-        middle.value if known else "nothing",
-        interval=(middle.low, middle.high) if known else None,
-        unit=unit,
-        reason=f"{reason}; true in {np.count_nonzero(holds)} of {len(holds)} seeds "
+    return Reading.of_seeds(
+        holds,
+        middle if middle.failed < len(found) else "nothing",
+        unit,
+        f"{reason}; true in {np.count_nonzero(holds)} of {len(holds)} seeds "
         f"({share.low:.2f} to {share.high:.2f})",
     )
-
-
-def decision_of_seeds(holds: np.ndarray) -> str:
-    """Whether a predicate is true of nine of ten seeds (seeds,); open without any."""
-    if not len(holds):
-        return UNDECIDED
-    return HOLDS if np.mean(holds) >= SHARE_OF_SEEDS else FAILS

@@ -3,7 +3,6 @@
 import numpy as np
 
 from repro.run.outcomes import Reading
-from repro.run.readings import decision_of_seeds
 
 
 def seed_by_seed(holds, found, reason, unit=""):
@@ -13,4 +12,4 @@ def seed_by_seed(holds, found, reason, unit=""):
     """
     seeds = f"true of {int(np.sum(holds))} of {len(holds)} seeds"
     seeds = seeds if holds else "no seed has any"
-    return Reading.of(decision_of_seeds(holds), found, unit, f"{reason}; {seeds}")
+    return Reading.of_seeds(holds, found, unit, f"{reason}; {seeds}")
