@@ -25,7 +25,7 @@ MEANINGS = {
     "undecided": "The interval crosses the boundary of the test.",
     "counterpart": "Measured on hardware we do not have. A rendered value stands "
     "beside it, with the ratio to the published one. Nothing is said about agreement.",
-    "set": "A number that was put into the rig, or solved for. What comes out of it says "
+    "set": "A number that was put into the rig, or solved for. What comes out says "
     "nothing about the thesis; the reason says how it was set.",
     "setting": "A number that describes an experiment; not a result.",
     "not comparable": "No comparison is possible; the reason says why.",
