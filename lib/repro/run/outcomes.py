@@ -130,10 +130,12 @@ class Value:
         return cls(middle.value, (middle.low, middle.high), unit, reason)
 
     @classmethod
-    def of_seeds(cls, found: np.ndarray, unit: str = "", reason: str = "") -> Value:
+    def of_seeds(
+        cls, found: np.ndarray, unit: str = "", reason: str = "", put_in: str = ""
+    ) -> Value:
         """Median of seeds (n,) and their range, of those with a value."""
         middle = median_and_range(found)
-        return cls(middle.value, (middle.low, middle.high), unit, reason)
+        return cls(middle.value, (middle.low, middle.high), unit, reason, put_in)
 
 
 @dataclass(frozen=True)
