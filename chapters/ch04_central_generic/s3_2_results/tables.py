@@ -32,7 +32,7 @@ WORDS = {
     "t3": "translation of grid 3 (mm)",
 }
 POSES_OF_THE_RIG = (
-    "the grids of the rig stand as Table 4.2 has them, so that this is near the printed "
+    "the grids of the rig stand as Table 4.2 has them: this is near the printed "
     "value by construction"
 )
 # What the ledger's ids call methods and stages.
