@@ -53,7 +53,9 @@ def test_closed_form_of_the_distance_and_the_unknowns():
     results = {"exp_c4_ba_param_count": counts}
     (reading,) = readings_of(claims.judge_param_count, results)
     assert reading.verdict == "reproduced"
-    assert claims.values_of_adjustment(results)["s4_1_4_ba"].value == "6*(n-1)"
+    values = claims.values_of_adjustment(results)
+    assert values["s4_1_4_ba"].value == "6*(n-1)"
+    assert values["s4_1_4_ray"].value == 2
 
 
 @pytest.mark.parametrize("noise", [0.5, 2.0])

@@ -1,5 +1,7 @@
 """The claims of section 4.1.4, tested as the ledger words them."""
 
+import numpy as np
+
 from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials.formulas import GRIDS
 from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, median_interval
 from repro.run.experiment import claim, numbers
@@ -78,10 +80,18 @@ def judge_raypoint_formula(results):
 
 @numbers("sec_4_1_4", needs=("exp_c4_ba_param_count",), evidence="analytic")
 def values_of_adjustment(results):
-    """The number of unknowns, as a formula where it fits every count."""
+    """The number of unknowns, as a formula where it fits every count; of a ray, two."""
     found = _unknowns(results)
     formula = "6*(n-1)" if _as_printed(found) else ", ".join(map(str, found))
-    return {"s4_1_4_ba": Value(formula)}
+    return {"s4_1_4_ba": Value(formula), "s4_1_4_ray": Value(freedoms_of_a_ray())}
+
+
+def freedoms_of_a_ray(direction=(0.36, 0.48, 0.8)):
+    """How many ways a ray can turn about the centre: the rank of its unit direction's
+    derivative by three free components.
+    """
+    along = np.array(direction)
+    return int(np.linalg.matrix_rank(np.eye(3) - np.outer(along, along)))
 
 
 def _unknowns(results):

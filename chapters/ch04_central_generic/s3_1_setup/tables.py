@@ -67,7 +67,13 @@ def numbers_of_section(results):
         for camera in (OMNI, FISH)
     }
     angle = np.degrees(rigs[FISH].camera.max_angle)
+    sizes = {
+        camera: Value(f"{rig.camera.width}x{rig.camera.height}", unit="px")
+        for camera, rig in rigs.items()
+    }
     return {
+        "s4_3_1_d70_size": sizes[OMNI],
+        "s4_3_1_cp_size": sizes[FISH],
         "s4_3_1_omni_h": Value.of_seeds(
             omni.column("horizontal_deg"), "deg", put_in=MOVED_UNTIL_MET
         ),

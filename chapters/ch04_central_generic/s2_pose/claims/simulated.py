@@ -111,7 +111,10 @@ def numbers_fig_4_4(results):
     low, high = result.settings["shift_mm"]
     least, most = result.settings["euler_deg"]
     return {
-        "fig4_4_cz": Value(result.settings["centre_mm"][2], unit="mm"),
+        **{
+            f"fig4_4_c{axis}": Value(at, unit="mm")
+            for axis, at in zip("xyz", result.settings["centre_mm"], strict=True)
+        },
         "fig4_4_tmin": Value(low, unit="mm"),
         "fig4_4_tmax": Value(high, unit="mm"),
         "fig4_4_rmin": Value(least, unit="deg"),
