@@ -8,6 +8,7 @@ import yaml
 from repro.judge import ledger
 from repro.judge.ledger import LedgerError
 from repro.judge.number_rules import judge_number
+from repro.run.outcomes import Value
 
 ROOT = Path(__file__).resolve().parents[1]
 PUBLISHED = ROOT / ledger.FOLDER
@@ -84,8 +85,8 @@ def test_a_number_agrees_on_the_side_that_its_sentence_names(
     real, identifier, found, verdict
 ):
     entry = real.numbers[identifier]
-    value = {"value": found, "interval": [found, found], "unit": entry["unit"]}
-    assert judge_number(entry, value)[0] == verdict
+    made = Value(found, (found, found), entry["unit"])
+    assert judge_number(entry, vars(made))[0] == verdict
 
 
 @pytest.fixture(scope="module")
