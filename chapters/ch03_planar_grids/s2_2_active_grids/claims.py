@@ -36,6 +36,12 @@ ROUNDING_RAD = 1e-12
 MIN_RATIO, MAX_GAIN = 3.0, 0.05
 MAX_ERROR_PERCENT, ABOUT_TEN_GREY = 0.1, (9.0, 11.0)
 MIN_BIT_RATIO, SIGNIFICANCE = 2.0, 0.01
+# Variance of a threshold's own noise, over that of a pixel.
+NOISE_OF_THRESHOLD = {
+    "one grey value": 0.0,
+    "white and black": 1 / 2,
+    "mean of the sines": 1 / 4,
+}
 
 
 def _range(values):
@@ -191,12 +197,16 @@ def judge_inverse(results, options):
     lone = np.repeat([True, False], [only, other])
     p = mcnemar(~lone, lone)
     decision = ratio.above(np.nextafter(MIN_BIT_RATIO, 0))
+    anywhere = (options["bit_edges"], options["bit_light"]) == ("anywhere", "even")
+    # The inverse has twice the slope, and the noise of two pixels.
+    expected = np.sqrt(2 * (1 + NOISE_OF_THRESHOLD[options["bit_threshold"]]))
+    doubt = f"; cannot hold as read: theory gives {expected:.2f}" if anywhere else ""
     return Reading.of(
         UNDECIDED if decision == HOLDS and p >= SIGNIFICANCE else decision,
         ratio,
         "1",
         f"{wrong.sum():.0f} wrong bits against {paired.sum():.0f} of "
-        f"{pixels.sum():.0f}, all levels of blur and noise; McNemar p = {p:.1g}",
+        f"{pixels.sum():.0f}, all levels of blur and noise; McNemar p = {p:.1g}{doubt}",
     )
 
 
