@@ -12,6 +12,7 @@ READING = {
     "interval": [0.95, 1.02],
     "unit": "",
     "reason": "slope",
+    "few_seeds": False,
 }
 
 
