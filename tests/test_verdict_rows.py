@@ -103,7 +103,8 @@ def test_rows_have_the_fields_of_the_scoreboard_in_order():
     assert list(rows[0]) == [
         "id", "kind", "chapter", "words", "conditions", "verdict", "firmness",
         "agree", "few_seeds", "evidence", "effort", "published", "regenerated",
-        "interval", "ratio", "unit", "reason", "test", "changed", "variants", "page", "data",
+        "interval", "ratio", "unit", "reason", "test", "changed", "variants", "page",
+        "data",
     ]  # fmt: skip
 
 
