@@ -195,7 +195,7 @@ def test_the_start_page_begins_with_what_raxel_is_and_one_job(tmp_path):
         base / "ext_fisheye_models.csv",
         "Boards,Model,Kept out: RMS (px),Image circle with a ray (%),"
         "Error of the rays (deg)\nall (9),Generic,0.0357,58.4,0.0631\n"
-        "inner (4),Zhang,9,9,9\n",
+        "all (9),OpenCV fisheye,,,\ninner (4),Zhang,9,9,9\n",
     )
     start = start_page(tmp_path, base, ["guides/fisheye_in_ten_minutes"])
     first = start.split("\n\n")[1]
@@ -207,6 +207,8 @@ def test_the_start_page_begins_with_what_raxel_is_and_one_job(tmp_path):
     assert 'src="figures/ext_fisheye_views.svg"' in job
     assert "| a ray for every pixel, no formula | 0.0631 | 0.0357 | 58.4 |" in job
     assert "radial terms" not in job
+    # A model that gave up has no numbers, and none are made up for it.
+    assert f"| OpenCV’s formula for fisheyes |{3 * ' it gives up |'}" in job
     (base / "ext_fisheye_views.svg").unlink()
     assert "## One job" not in start_page(tmp_path, base)
 

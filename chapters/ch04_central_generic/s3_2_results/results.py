@@ -80,6 +80,13 @@ def name_values(open_results):
                 ("well_conditioned.ratio", "well conditioned", "ray"),
             )
         },
+        **{
+            f"{short}.{method}.centre_mm": np.nanmedian(
+                by_seed(results, camera, f"{method}.centre_off_mm")
+            )
+            for short, camera in CAMERAS.items()
+            for method in ("well_conditioned", "cgsp")
+        },
         "omni.true_scatter_mm": np.median(
             rendered_seeds(results, OMNI, "true_scatter_mm")
         ),
