@@ -49,4 +49,8 @@ def test_a_page_uses_no_name_that_it_does_not_have(page):
 def test_what_a_page_imports_is_there(page):
     tree = tree_of(PAGES[page])
     imports = [n for n in ast.walk(tree) if isinstance(n, ast.Import | ast.ImportFrom)]
-    exec(compile(ast.Module(imports, []), page, "exec"), {})
+    found = {}
+    exec(compile(ast.Module(imports, []), page, "exec"), found)
+    names = {a.asname or a.name for node in imports for a in node.names}
+    assert names
+    assert {name.split(".")[0] for name in names} <= found.keys()
