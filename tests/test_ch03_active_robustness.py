@@ -1,17 +1,24 @@
 """3.3.3: pictures made worse, residuals measured, claims that can fail."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness import claims, exercises
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness import (
+    claims,
+    exercises,
+    results,
+)
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials import (
     exposures,
     sweeps,
     viewing,
 )
 from chapters.shared.rigs import rig_named
+from raxel.features.active_grid import decode
+from raxel.features.active_grid.lookup import pixels_of
 from raxel.geometry.homography import apply_homography
 from raxel.geometry.planes import on_plane
 from raxel.lab.sensor import Sensor
@@ -41,7 +48,11 @@ def test_a_residual_is_the_rms_of_what_a_homography_leaves():
     assert left == pytest.approx(0.1 * np.sqrt(2 - 8 / 225), rel=0.12)
     own = sweeps.residual_mm(corners, second_grid(noise=0.05), POINTS)
     assert own > 0.03
-    off[:30] = np.nan
+    off[:112] = np.nan
+    assert sweeps.residual_mm(off, second_grid(), POINTS) == pytest.approx(
+        left, rel=0.2
+    )
+    off[112] = np.nan
     assert np.isnan(sweeps.residual_mm(off, second_grid(), POINTS))
 
 
@@ -82,6 +93,22 @@ def test_a_brighter_picture_is_the_file_of_more_light():
     np.testing.assert_array_equal(made[:, 20], dry[:, 20])
 
 
+def test_wells_that_overflow_take_no_corners():
+    """At the edges of the Gray code they look like a blur, and widen the margin that
+    the decoder chooses by more than a square: it leaves the outermost corners out.
+    """
+    rig = rig_named("monitor-d200-small")
+    poses = rig.draw_poses(np.random.default_rng(0), len(rig.poses.names))
+    patterns, pictures = sweeps.patterns_taken(rig, poses[0], [0])
+    bright = [sweeps.brighter(picture, rig.sensor) for picture in pictures]
+    points = rig.target.chessboard_points()
+    found = pixels_of(sweeps.location_of(bright, patterns, rig.target), points)
+    assert np.isfinite(found).all()
+    chosen = decode(np.asarray(bright, np.uint16), patterns, rig.target)
+    assert chosen.margin_px > 2 * sweeps.MARGIN_PX
+    assert np.isnan(pixels_of(chosen.location, points)[:, 0]).sum() >= 4 * 14
+
+
 def test_each_level_is_run_once_and_the_sweeps_meet():
     conditions = sweeps.conditions("full")
     assert len(conditions) == 3 * 22
@@ -111,23 +138,45 @@ def test_the_second_grid_lies_behind_all_corners():
             assert there.max() < 299.5
 
 
-def swept(residual):
-    """A result of the sweeps: residual(sweep, level, method) in every reading."""
+@cache
+def swept(residual, floor=(0.5, 0.5, 0.5)):
+    """A result of the sweeps: residual(sweep, level, method) in every reading.
+
+    floor: what true corners leave in each of the three sets.
+    """
 
     def trial(condition, rng):
         at = condition["sweep"], condition["level"]
         methods = {method: residual(*at, method) for method in sweeps.METHODS}
-        windows = dict.fromkeys(
-            sweeps.WINDOWS, dict.fromkeys(sweeps.SECOND_GRIDS, methods)
-        )
-        return dict.fromkeys(sweeps.EXPOSURES, windows)
+        true = floor[int(condition["set"][-1])]
+        known = dict.fromkeys(sweeps.SECOND_GRIDS, methods | {sweeps.TRUE: true})
+        known |= {"off_px": methods | {sweeps.TRUE: 0.0}}
+        known |= {"lost": dict.fromkeys(sweeps.METHODS, 2)}
+        return dict.fromkeys(sweeps.EXPOSURES, dict.fromkeys(sweeps.WINDOWS, known))
 
-    return written(Plan(trial, sweeps.conditions("full"), 1))
+    return written(Plan(trial, sweeps.conditions("full"), 1, sweeps.SETTINGS))
 
 
-def judged(judge, residual):
-    readings = readings_of(judge, {"fig_3_15_sweeps": swept(residual)})
+def judged(judge, residual, **options):
+    readings = readings_of(judge, {"fig_3_15_sweeps": swept(residual, **options)})
     return {reading.verdict for reading in readings}
+
+
+def by_measure(judge, residual, **options):
+    """Verdicts by what tells how far corners are off."""
+    readings = readings_of(judge, {"fig_3_15_sweeps": swept(residual, **options)})
+    found = {measure: set() for measure in results.MEASURES}
+    for one in readings:
+        found[one.reading["corner_measure"]].add(one.verdict)
+    return found[results.BY_GRID], found[results.BY_TRUTH]
+
+
+def failed(sweep, level, method):
+    return np.nan
+
+
+def behind(sweep, level, method):
+    return -ahead(sweep, level, method)
 
 
 def ahead(sweep, level, method):
@@ -142,12 +191,49 @@ def test_claims_hold_and_fail_with_the_residuals():
     judges = claims.judge_active_distance, claims.judge_active_orientation
     for judge in (*judges, claims.judge_active_noise, claims.judge_active_best):
         assert judged(judge, ahead) == {"reproduced"}
-        assert judged(judge, lambda *asked: -ahead(*asked)) == {"differs"}
-        assert judged(judge, lambda *asked: np.nan) == {"differs"}
+        assert judged(judge, behind) == {"differs"}
+        assert judged(judge, failed) == {"differs"}
     # Five levels of noise of 22 conditions: best in 77 %.
     assert judged(claims.judge_active_best, behind_in_noise) == {"differs"}
     assert judged(claims.judge_active_noise, behind_in_noise) == {"differs"}
     assert judged(claims.judge_active_distance, behind_in_noise) == {"reproduced"}
+
+
+def test_what_is_less_apart_than_the_floor_spreads_is_a_tie():
+    """Where true corners tell there is no floor, and no tie."""
+
+    def beaten(sweep, level, method):
+        return 1.0 if method == sweeps.ACTIVE else 0.9
+
+    narrow, wide = (0.5, 0.5, 0.59), (0.5, 0.61, 0.52)
+    judges = (
+        claims.judge_active_best,
+        claims.judge_active_distance,
+        claims.judge_active_orientation,
+        claims.judge_active_noise,
+    )
+    for judge in judges:
+        assert by_measure(judge, beaten, floor=narrow) == ({"differs"}, {"differs"})
+        assert by_measure(judge, beaten, floor=wide) == ({"reproduced"}, {"differs"})
+
+
+def test_a_tie_of_ratios_is_the_floors_spread_over_the_sharp_residual():
+    def rising(sweep, level, method):
+        grown = sweep == "blur" and level == 4
+        return 2 + grown * {"active grid": 0.3}.get(method, 0.2)
+
+    judge = claims.judge_active_blur
+    narrow, wide = (0.5, 0.5, 0.59), (0.5, 0.61, 0.52)
+    assert by_measure(judge, rising, floor=narrow) == ({"differs"}, {"differs"})
+    assert by_measure(judge, rising, floor=wide) == ({"reproduced"}, {"differs"})
+
+
+def test_what_was_left_out_is_counted():
+    (reading, *_) = readings_of(
+        claims.judge_active_distance, {"fig_3_15_sweeps": swept(ahead)}
+    )
+    # Two corners of 225 in three sets at six distances.
+    assert "active grid 36 of 4050" in reading.reason
 
 
 def test_blur_is_judged_by_ratios():
@@ -161,7 +247,8 @@ def test_blur_is_judged_by_ratios():
         return 1 + (sweep == "blur") * (0.6 if method == sweeps.ACTIVE else 3)
 
     assert judged(claims.judge_active_blur, steep) == {"differs"}
-    assert judged(claims.judge_active_blur, ahead) == {"differs"}
+    assert judged(claims.judge_active_blur, lambda *at: 3 - rising(*at)) == {"differs"}
+    assert judged(claims.judge_active_blur, ahead) == {"reproduced"}
 
 
 def test_a_turned_monitor_has_less_area_and_larger_angles():

@@ -7,6 +7,8 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import (
     NAMES,
     SWEPT,
     blur_ratios,
+    blur_tie,
+    lost,
     points_along,
     points_of,
     shares,
@@ -15,6 +17,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import (
 )
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import (
     ACTIVE,
+    METHODS,
     STATIC,
 )
 from repro.judge.statistics import median_and_range
@@ -29,18 +32,18 @@ VIEWED = {
     "decodable": {"with the rim": "share", "without the rim": "without_rim"},
     "camera_file": {"gamma 2.2": 2.2, "linear": 1.0},
 }
-ALL = ("corner_window", "second_grid_pictures", "exposure")
-OF_FIRST = ("corner_window", "exposure")
+ALL = ("corner_window", "second_grid_pictures", "exposure", "corner_measure")
+OF_FIRST = ("corner_window", "exposure", "corner_measure")
 
 
 def of_share(results, options, sweep=None):
     """The Reading that in a share of the conditions no method leaves less, in nearly
-    all sets: of the levels of a sweep, or of all conditions.
+    all sets: of the levels of a sweep, or of all conditions. Ties count.
     """
-    result = swept(results)
+    result, taken = swept(results), Case(NAMES, options)
     points = points_along(result, sweep) if sweep else points_of(result)
     least = MIN_LEVELS if sweep else MIN_CONDITIONS
-    won = wins(result, points, Case(NAMES, options))
+    won = wins(result, points, taken)
     share = won.mean(axis=0)
     beaten = [
         f"{sweep} {level:g}"
@@ -52,9 +55,18 @@ def of_share(results, options, sweep=None):
         median_and_range(share),
         "1",
         f"median and range over {len(share)} sets, of {len(points)} conditions each; "
-        f"holds in {int(np.sum(share >= least))}; not the best in every set "
-        f"at: {', '.join(beaten) or 'none'}",
+        f"holds in {int(np.sum(share >= least))}; beaten in some set "
+        f"at: {', '.join(beaten) or 'none'}; corners left out: "
+        f"{left_out(result, points, taken)}",
     )
+
+
+def left_out(result, points, taken):
+    """How many corners each method left out of the scored ones, in words."""
+    counts = {m: int(lost(result, points, m, taken).sum()) for m in METHODS}
+    corners = np.prod(result.settings["corners"]) * len(result.levels("set"))
+    said = ", ".join(f"{method} {count}" for method, count in counts.items())
+    return f"{said} of {corners * len(points)}"
 
 
 @claim("c3_active_best", needs=SWEPT, evidence="rendered", readings=ALL)
@@ -83,16 +95,18 @@ def judge_active_noise(results, options):
 
 @claim("c3_active_blur", needs=SWEPT, evidence="rendered", readings=ALL)
 def judge_active_blur(results, options):
-    """Strongest blur over none: least for the active grid, and at most 1.5."""
-    ratios = blur_ratios(swept(results), Case(NAMES, options))
+    """Strongest blur over none: no larger than others' or a tie, and at most 1.5."""
+    result, taken = swept(results), Case(NAMES, options)
+    ratios, tie = blur_ratios(result, taken), blur_tie(result, taken)
     ours, theirs = ratios[ACTIVE], [ratios[method] for method in STATIC]
-    holds = (ours < np.minimum(*theirs)) & (ours <= MAX_BLUR_RATIO)
+    holds = (ours <= np.minimum(*theirs) + tie) & (ours <= MAX_BLUR_RATIO)
     medians = ", ".join(f"{m} {np.median(ratio):.3f}" for m, ratio in ratios.items())
     return Reading.of_seeds(
         holds,
         median_and_range(ours),
         "1",
-        f"median ratios over {len(ours)} sets: {medians}; holds in {int(holds.sum())}",
+        f"median ratios over {len(ours)} sets: {medians}; a tie is up to "
+        f"{np.median(tie):.3f}; holds in {int(holds.sum())}",
     )
 
 

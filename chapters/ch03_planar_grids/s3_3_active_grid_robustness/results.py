@@ -27,6 +27,9 @@ from repro.run.readings import Case
 SWEPT = ("fig_3_15_sweeps",)
 SHORT = {ACTIVE: "active", DERIVATIVE: "derivative", SADDLE: "saddle"}
 SWEEPS = ("distance", "orientation", "blur", "noise")
+# What tells how far corners are off; the measure that decides comes first.
+BY_GRID, BY_TRUTH = "a second grid", "the true corners"
+MEASURES = (BY_GRID, BY_TRUTH)
 # Question of the ledger -> its options, which the trials call so too.
 NAMES = {
     question: {option: option for option in options}
@@ -34,6 +37,7 @@ NAMES = {
         ("corner_window", WINDOWS),
         ("second_grid_pictures", SECOND_GRIDS),
         ("exposure", EXPOSURES),
+        ("corner_measure", MEASURES),
     )
 }
 PRIMARY = Case(NAMES)
@@ -63,10 +67,24 @@ def points_of(result):
 
 
 def residuals(result, sweep, level, method, taken=PRIMARY):
-    """RMS residuals (sets,) in mm; infinite where the method failed."""
-    window, again = taken["corner_window"], taken["second_grid_pictures"]
-    name = f"{taken['exposure']}.{window}.{again}.{method}"
+    """RMS residuals (sets,) in mm; infinite where the method failed.
+
+    Against the true corners: RMS errors in px.
+    """
+    measured = taken["second_grid_pictures"]
+    if taken["corner_measure"] == BY_TRUTH:
+        measured = "off_px"
+    name = f"{taken['exposure']}.{taken['corner_window']}.{measured}.{method}"
     return with_worst(at(result, sweep, level, name))
+
+
+def tie_width(result, sweep, level, taken=PRIMARY):
+    """Residuals that are no more apart are a tie: by how much the floor spreads.
+
+    The largest less the least, over the sets, of what true corners leave. Against the
+    true corners there is no floor, and no tie.
+    """
+    return np.ptp(residuals(result, sweep, level, TRUE, taken))
 
 
 def errors(result, sweep, level, method, exposure=WITHIN):
@@ -74,20 +92,22 @@ def errors(result, sweep, level, method, exposure=WITHIN):
     return at(result, sweep, level, f"{exposure}.{ONE_WINDOW}.off_px.{method}")
 
 
-def lost(result, sweep, level, method, exposure=WITHIN):
-    """How many corners (sets,) a method lost."""
-    return at(result, sweep, level, f"{exposure}.{ONE_WINDOW}.lost.{method}")
+def lost(result, points, method, taken=PRIMARY):
+    """How many corners (points, sets) a method left out."""
+    name = f"{taken['exposure']}.{taken['corner_window']}.lost.{method}"
+    return np.array([at(result, sweep, level, name) for sweep, level in points])
 
 
 def wins(result, points, taken=PRIMARY):
-    """Where (points, sets) the active grid is no worse than both others."""
+    """Where (points, sets) the active grid is no worse than both others, or ties."""
     won = []
     for sweep, level in points:
         ours, *theirs = (
             residuals(result, sweep, level, method, taken)
             for method in (ACTIVE, *STATIC)
         )
-        won.append(np.isfinite(ours) & (ours <= np.minimum(*theirs)))
+        tie = tie_width(result, sweep, level, taken)
+        won.append(np.isfinite(ours) & (ours <= np.minimum(*theirs) + tie))
     return np.array(won)
 
 
@@ -104,6 +124,13 @@ def blur_ratios(result, taken=PRIMARY):
         / residuals(result, "blur", least, method, taken)
         for method in METHODS
     }
+
+
+def blur_tie(result, taken=PRIMARY):
+    """Ratios (sets,) of `blur_ratios` that are no more apart are a tie."""
+    least, *_, most = levels_of(result, "blur")
+    sharp = residuals(result, "blur", least, ACTIVE, taken)
+    return tie_width(result, "blur", most, taken) / sharp
 
 
 @numbers("fig_3_15", needs=SWEPT, evidence="rendered")
@@ -126,6 +153,7 @@ def name_values(open_results):
         **of_exposure(result, "over.", OVER),
         **of_noise(result),
         "floor": middle(residuals(result, "distance", DEFAULT_MM, TRUE)),
+        "floor.spread": tie_width(result, "distance", DEFAULT_MM),
         "sets": len(result.levels("set")),
         **of_pixels(open_results("ext_active_pixels")),
         **of_turns(open_results("exp_c3_active_viewing_angle")),
