@@ -18,7 +18,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
 
-.PHONY: report quick test times mutants notebooks lab answers archive bench fuzz readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test times recorded mutants notebooks lab answers archive bench fuzz readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -26,6 +26,9 @@ report: setup ## the whole report at full size: report/site/index.html
 test: setup ## unit and property tests, and a quick build with checks on its numbers
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
 	  .venv/bin/python $(if $(ARGS),,-m repro.workflow.clock test .venv/bin/python) -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
+
+recorded: setup ## writes down the test of each claim, data/published/recorded.yaml; refuses one that was altered without a word in `changed`
+	@$(RUN) .venv/bin/python -m repro.run.recorded
 
 mutants: setup ## faults put into copies of the code: is each caught by the tests it names? (ARGS="words of their names")
 	@$(RUN) .venv/bin/python -m tests.mutants $(ARGS)

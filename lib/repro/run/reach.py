@@ -13,6 +13,9 @@ all that a module defines where it is handed on as a whole, of the module of cod
 reads ``__file__``, and all names that are reached where code asks what a function is
 called. A name that is bound below a definition as well stays there, too. Names in
 strings are not followed, nor what importing another module does to this one.
+
+A reach may be held within some of the project's folders: then of all that lies outside
+them only its name counts, neither its code nor its version.
 """
 
 from __future__ import annotations
@@ -52,16 +55,21 @@ class Node(NamedTuple):
 
 
 class Reach:
-    """Keys of functions in the checkout at ``root`` (modules: chapters, lib/)."""
+    """Keys of functions in the checkout at ``root`` (modules: chapters, lib/).
 
-    def __init__(self, root: Path) -> None:
+    within: the parts of the project whose code counts, all of them if not given.
+    """
+
+    def __init__(self, root: Path, within: Collection[str] = PROJECT) -> None:
         self.root = root
+        self.within = within
         self._modules: dict[str, Module | None] = {}
         self._nodes: dict[Place, Node] = {}
         self._hashes: dict[Place, str] = {}
         self._asks_names: dict[Place, bool] = {}
         self._keys: dict[tuple[Place, ...], str] = {}
-        self.versions = _pins(root / "environment.txt")
+        everything = set(PROJECT) <= set(within)
+        self.versions = _pins(root / "environment.txt") if everything else {}
 
     def key(self, *functions: Place) -> str:
         """Hash over everything the (module, name) pairs reach."""
@@ -172,6 +180,8 @@ class Reach:
         links, pins = [], {}
         for word, home, path in found.references:
             place, rest = self._resolved(home, path)
+            if place is None and self._is_left_out(rest[0]):
+                rest = rest[1:]  # where a name of the project stands does not count
             words = ".".join([f"{word}=", *rest])
             if place is None and self._pin(rest[0]):
                 pin, version = self._pin(rest[0])
@@ -205,6 +215,11 @@ class Reach:
                 break
         return None, [module, *path]
 
+    def _is_left_out(self, module: str) -> bool:
+        """Whether a module is of the project, and outside of what counts."""
+        top = module.split(".")[0]
+        return top in PROJECT and top not in self.within
+
     def _pin(self, module: str) -> tuple[str, str] | None:
         """Package and version of a module from outside, if one is pinned."""
         package = module.split(".")[0]
@@ -226,7 +241,7 @@ class Reach:
     def _path(self, name: str) -> Path | None:
         """File of a module of the checkout, or the folder of one that has none."""
         top = name.split(".")[0]
-        if top not in PROJECT:
+        if top not in self.within:
             return None
         base = self.root if top == "chapters" else self.root / "lib"
         stem = base.joinpath(*name.split("."))

@@ -1,0 +1,166 @@
+"""`make recorded`: what the test of each judged claim is, written down as hashes.
+
+A test may be altered after a run of it has been seen, but not in silence: `changed:` in
+`claims.yaml` says how. `data/published/recorded.yaml` holds hashes of each claim's
+test, of the readings that it is judged in, of its judge and of `changed:`. A claim
+whose test is another one while its `changed:` is the same gets no new entry, and
+`faults` names it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from repro.judge.ledger import FOLDER, LedgerError, read_yaml
+from repro.judge.readings import crossed, open_questions, primary
+from repro.judge.schema import faults as faults_of_schema
+from repro.run.discover import Producer, producers
+from repro.run.reach import Reach
+from repro.run.results import write_atomic
+
+NAME = "recorded.yaml"
+# A part of an entry, and what it is called where it differs.
+PARTS = {"test": "its text", "readings": "its readings", "judge": "its judge"}
+HEAD = """\
+# The test of each judged claim, as hashes. `make recorded` writes this file.
+#
+# - test: the words of `test` in claims.yaml.
+# - readings: every combination of options that the claim is judged in, and which of
+#   them is primary.
+# - judge: the code of the test, with the code of chapters/ that it reaches; what things
+#   are called, comments and docstrings do not count. What it calls in lib/ counts by
+#   its name alone: a change of repro.judge.statistics would otherwise ask for a new
+#   `changed:` of every claim.
+# - changed: the words of `changed` in claims.yaml.
+#
+# A test that is altered while `changed:` is the same fails the tests, and
+# `make recorded` writes no new entry for it. First entries are free.
+"""
+
+Hashes = Mapping[str, str]
+
+
+def tests_now(root: Path) -> dict[str, Hashes]:
+    """Claim -> hashes of its test as the checkout at ``root`` has it, in their order.
+
+    Claims that nothing judges, and those that are not of the thesis, have none.
+    """
+    known = open_questions(root)
+    reach = Reach(root, within=("chapters",))
+    judged = {p.id: p for p in producers(root) if p.kind == "claim"}
+    return {
+        entry["id"]: _hashes(entry, judged[entry["id"]], known, reach)
+        for entry in read_yaml(root / FOLDER / "claims.yaml")["claims"]
+        if entry["id"] in judged
+    }
+
+
+def _hashes(
+    entry: Mapping, judge: Producer, known: Mapping[str, dict], reach: Reach
+) -> Hashes:
+    questions = judge.details.get("readings", ())
+    asked = sorted(crossed(known, questions), key=_as_json)
+    return {
+        "test": _hash(_words(entry["test"])),
+        "readings": _hash([primary(known, questions), asked]),
+        "judge": reach.key((judge.module, judge.function)),
+        "changed": _hash(_words(entry.get("changed", ""))),
+    }
+
+
+def _words(text: str) -> list[str]:
+    """A text without its line breaks, which say nothing."""
+    return text.split()
+
+
+def _hash(content: object) -> str:
+    return hashlib.sha256(_as_json(content).encode()).hexdigest()[:16]
+
+
+def _as_json(content: object) -> str:
+    return json.dumps(content, sort_keys=True)
+
+
+def recorded(root: Path) -> dict[str, Hashes]:
+    """Claim -> hashes of its test as they are written down; raises LedgerError."""
+    content = read_yaml(root / FOLDER / NAME)
+    lines = faults_of_schema(content, "recorded", NAME)
+    if lines:
+        raise LedgerError(lines[0])
+    return {
+        entry["id"]: {name: entry[name] for name in (*PARTS, "changed")}
+        for entry in content["recorded"]
+    }
+
+
+def faults(root: Path) -> list[str]:
+    """One line for each claim whose test is not the one that is written down.
+
+    A file without entries waits to be written for the first time, and has no faults.
+    """
+    before, now = recorded(root), tests_now(root)
+    if not before:
+        return []
+    lines = list(_in_silence(before, now).values())
+    for claim in {**before, **now}:
+        if claim not in before:
+            lines.append(f"{NAME}: {claim}: no entry; run make recorded")
+        elif claim not in now:
+            lines.append(f"{NAME}: {claim}: nothing judges it; run make recorded")
+        elif before[claim]["changed"] != now[claim]["changed"]:
+            lines.append(f"{NAME}: {claim}: `changed` is another; run make recorded")
+    return lines
+
+
+def _in_silence(
+    before: Mapping[str, Hashes], now: Mapping[str, Hashes]
+) -> dict[str, str]:
+    """Claim -> what is wrong, where the test is another one and `changed` the same."""
+    found = {}
+    for claim in now:
+        if claim in before and before[claim]["changed"] == now[claim]["changed"]:
+            other = [p for p in PARTS if before[claim][p] != now[claim][p]]
+            if other:
+                parts = " and ".join(PARTS[part] for part in other)
+                found[claim] = (
+                    f"claims.yaml: {claim}: its test changed ({parts}), and `changed` "
+                    "did not; say there how it was altered and what had been seen, "
+                    "then run make recorded"
+                )
+    return found
+
+
+def record(root: Path) -> list[str]:
+    """Write down the tests as they are; returns a line for each that was refused.
+
+    A refused claim keeps the entry that it has.
+    """
+    path = root / FOLDER / NAME
+    before, now = recorded(root) if path.is_file() else {}, tests_now(root)
+    refused = _in_silence(before, now)
+    entries = [
+        {"id": claim} | dict(before[claim] if claim in refused else now[claim])
+        for claim in now
+    ]
+    lines = [f"- {json.dumps(entry)}" for entry in entries]
+    write_atomic(path, "\n".join([HEAD + "recorded:", *lines, ""]))
+    return list(refused.values())
+
+
+def main() -> int:
+    """Write the record of the checkout that this runs in; 1 where one was refused."""
+    try:
+        refused = record(Path.cwd())
+    except LedgerError as error:
+        refused = [str(error)]
+    for line in refused:
+        print(line, file=sys.stderr)
+    return 1 if refused else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
