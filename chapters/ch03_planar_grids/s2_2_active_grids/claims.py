@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.results import (
+    CLIPPED,
     PERCENT_OF_PERIOD,
     bit_counts,
     bloom_errors,
@@ -210,29 +211,38 @@ def judge_inverse(results, options):
     )
 
 
-@claim("c3_blooming", needs=("exp_c3_blooming",), evidence="rendered")
-def judge_blooming(results):
-    """The active grid below both corner methods, and growing less."""
-    ran = results["exp_c3_blooming"]
+def growth_gap(ran, less, more):
+    """How much less an error grows by spilling than another one: Estimate, px.
 
-    def both(of, method, *arguments):
-        return (of(ran, name, *arguments) for name in ("active grid", method))
+    less, more: (method, exposure) or (method, exposure, name), as of `bloom_growth`.
+    """
+    growths = (with_worst(bloom_growth(ran, *one)) for one in (less, more))
+    return bootstrap(
+        lambda a, b: np.median(b, axis=-1) - np.median(a, axis=-1),
+        *growths,
+        paired=True,
+    )
 
-    won = [
-        one
-        for method in CORNER_METHODS
-        for one in wins([tuple(both(bloom_errors, method, e, 1.0)) for e in EXPOSURES])
-    ]
-    gaps = [
-        bootstrap(
-            lambda a, b: np.median(b, axis=-1) - np.median(a, axis=-1),
-            *map(with_worst, both(bloom_growth, method, exposure)),
-            paired=True,
-        )
-        for method in CORNER_METHODS
-        for exposure in EXPOSURES
-    ]
+
+@claim(
+    "c3_blooming",
+    needs=("exp_c3_blooming",),
+    evidence="rendered",
+    readings=("clipped_sines",),
+)
+def judge_blooming(results, options):
+    """At the corners, the active grid below both corner methods, and growing less."""
+    ran, grid = results["exp_c3_blooming"], CLIPPED[options["clipped_sines"]]
+    won, gaps = [], []
+    for method in CORNER_METHODS:
+        pairs = [
+            tuple(bloom_errors(ran, name, exposure, 1.0) for name in (grid, method))
+            for exposure in EXPOSURES
+        ]
+        won += wins(pairs)
+        gaps += [growth_gap(ran, (grid, e), (method, e)) for e in EXPOSURES]
     ratios = [w.ratio.value for w in won]
+    located = (bloom_errors(ran, grid, e, 1.0, "share") for e in EXPOSURES)
     return Reading.of(
         all_of([w.decision for w in won] + [gap.above(0.0) for gap in gaps]),
         float(min(ratios)),
@@ -242,7 +252,35 @@ def judge_blooming(results):
         + " (saddle point at 1.05 and 1.2 full wells, then derivative); "
         "growth by spilling, corner less active grid: "
         + ", ".join(f"{gap.value:.2g}" for gap in gaps)
-        + " px",
+        + " px; share of the corners that the grid located: "
+        + ", ".join(f"{np.mean(share):.2f}" for share in located),
+    )
+
+
+@claim("c3_midpoints_blooming", needs=("exp_c3_blooming",), evidence="rendered")
+def judge_midpoints(results):
+    """Midpoints below edges of one picture, and growing less by spilling."""
+    ran = results["exp_c3_blooming"]
+    pairs = [
+        tuple(
+            bloom_errors(ran, "edges", e, 1.0, n) for n in ("midpoint", "one picture")
+        )
+        for e in EXPOSURES
+    ]
+    won = wins(pairs)
+    gaps = [
+        growth_gap(ran, ("edges", e, "midpoint"), ("edges", e, "one picture"))
+        for e in EXPOSURES
+    ]
+    ratios = [w.ratio.value for w in won]
+    errors = (f"{np.median(b):.2f} and {np.median(a):.2f}" for a, b in pairs)
+    return Reading.of(
+        all_of([w.decision for w in won] + [gap.above(0.0) for gap in gaps]),
+        float(min(ratios)),
+        "1",
+        "smallest ratio of medians, one picture over midpoint; medians of both (px) "
+        f"at 1.05 and 1.2 full wells: {', '.join(errors)}; growth by spilling, one "
+        f"picture less midpoint: {', '.join(f'{gap.value:.2g}' for gap in gaps)} px",
     )
 
 

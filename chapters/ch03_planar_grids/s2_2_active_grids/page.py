@@ -262,6 +262,9 @@ def profiles(effort):
 # %% tags=["active-ipynb"]
 # show_table("ext_blooming", digits=3)
 
+# %% tags=["active-ipynb"]
+# show_table("ext_code_edges", digits=3)
+
 # %% [markdown]
 # ## Reading and limits
 #
@@ -298,15 +301,22 @@ def profiles(effort):
 #   make {glue:text}`bits.anywhere.falls_off.white_and_black:.2f` times as many
 #   wrong bits as the inverse. It needs no threshold at all.
 # - **Blooming.** A corner looks the same after half a turn, and so does the
-#   charge that spills around it: with light of 1.05 full wells the saddle
-#   point is off by {glue:text}`bloom.saddle:.3f` px and the derivative method
-#   by {glue:text}`bloom.derivative:.3f` px. The active grid is off by
-#   {glue:text}`bloom.active:.3f` px, nearly all of it ripple of the gamma;
-#   spilling adds less to it than to the derivative method, and more than to
-#   the saddle point. Its weakness is another: a sine that is cut off has
-#   lost its phase and is masked. At 1.2 full wells
-#   {glue:text}`bloom.left:.2f` % of the pixels are left. Both targets had
-#   the same light; who can choose should choose less.
+#   charge that spills around it: with light of 1.2 full wells the saddle
+#   point is off by {glue:text}`more.saddle:.3f` px and the derivative method
+#   by {glue:text}`more.derivative:.3f` px. The active grid, searched for the
+#   same corners, is off by {glue:text}`more.active:.3f` px. They lie at the
+#   edges of its cells, where a sine that is cut off still passes its mean at
+#   the right place. Elsewhere it does not, and the ripple of the gamma comes
+#   in: all pixels together are off by {glue:text}`bloom.all_pixels:.3f` px at
+#   1.05 full wells. The library's decoder therefore masks such sines, which
+#   leaves {glue:text}`bloom.corners_left:.0f` % of the corners there, and
+#   {glue:text}`bloom.left:.2f` % of all pixels at 1.2. Both targets had the
+#   same light; who can choose should choose less.
+# - **Midpoints.** At 1.05 full wells the overflow puts the edges of the code
+#   off by {glue:text}`edges.picture:.2f` px in one picture, and by
+#   {glue:text}`edges.midpoint:.2f` px midway between it and its inverse. The
+#   midpoint is not exact: the stripes on the two sides of an edge need not be
+#   as wide, and the wider one has more to spill.
 # - **Wrong bits.** Gray code keeps a wrong bit to one cell at *its* edge. A
 #   bit misread elsewhere can send a pixel across the whole monitor; that
 #   takes noise of half the contrast, and the mask looks for it.

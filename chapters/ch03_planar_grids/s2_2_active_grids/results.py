@@ -25,6 +25,9 @@ PERCENT_OF_PERIOD = 100 / (2 * np.pi)
 CAMERAS = ("linear", "sRGB")
 THRESHOLDS = ("one grey value", "white and black", "mean of the sines")
 METHODS = (*CORNER_METHODS, "active grid")
+# Option of the question clipped_sines -> the trial's name of the active grid.
+CLIPPED = {"kept": "active grid", "left out": "masked"}
+EDGES = ("one picture", "midpoint")
 
 
 def profile_column(result, camera, gamma, name):
@@ -67,10 +70,11 @@ def bloom_errors(result, method, exposure, share, name="rms_px"):
     return result.column(f"{method}.{exposure}.{share}.{name}")
 
 
-def bloom_growth(result, method, exposure):
+def bloom_growth(result, method, exposure, name="rms_px"):
     """Growth (trials,) of the error by spilling, px."""
     with_spill, without = (
-        bloom_errors(result, method, exposure, share) for share in reversed(SHARES)
+        bloom_errors(result, method, exposure, share, name)
+        for share in reversed(SHARES)
     )
     return with_spill - without
 
@@ -152,12 +156,18 @@ def of_edges(wrap):
 def of_blooming(bloom):
     """Errors in a little too much light that spills."""
 
-    def median(method):
-        return median_interval(bloom_errors(bloom, method, EXPOSURES[0], 1.0)).value
+    def median(method, exposure, name="rms_px"):
+        return median_interval(bloom_errors(bloom, method, exposure, 1.0, name)).value
 
-    share = bloom_errors(bloom, "active grid", EXPOSURES[1], 1.0, "share")
-    return {f"bloom.{method.split()[0]}": median(method) for method in METHODS} | {
-        "bloom.left": 100 * float(np.median(share))
+    little, much = EXPOSURES
+    return {
+        **{f"bloom.{method.split()[0]}": median(method, little) for method in METHODS},
+        **{f"more.{method.split()[0]}": median(method, much) for method in METHODS},
+        "bloom.all_pixels": median("all pixels", little),
+        "bloom.left": 100 * median("all pixels", much, "share"),
+        "bloom.corners_left": 100 * median("masked", little, "share"),
+        **{f"edges.{n.split()[-1]}": median("edges", little, n) for n in EDGES},
+        **{f"edges.more.{n.split()[-1]}": median("edges", much, n) for n in EDGES},
     }
 
 

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_2_active_grids.results import (
+    EDGES,
     METHODS,
     THRESHOLDS,
     bloom_errors,
@@ -24,6 +25,11 @@ from repro.run.outcomes import Check, Measured, Table
 
 CELL_MM = (38.0, 28.5)
 AGREE_MM = 1e-3
+# What the trials of blooming call it -> its columns.
+BLOOMED = {method: method for method in METHODS} | {
+    "masked": "active grid, masked",
+    "all pixels": "all pixels, masked",
+}
 
 
 @table("ext_one_pixel", needs=("ext_active_grid",), evidence="rendered")
@@ -157,10 +163,10 @@ def ext_blooming(results):
         (
             exposure,
             round(100 * share),
-            *(_of_located(bloom_errors(ran, n, exposure, share)) for n in METHODS),
+            *(_of_located(bloom_errors(ran, n, exposure, share)) for n in BLOOMED),
             *(
                 float(100 * np.median(bloom_errors(ran, n, exposure, share, "share")))
-                for n in ("active grid", "derivative")
+                for n in BLOOMED
             ),
         )
         for exposure, share in product(EXPOSURES, SHARES)
@@ -168,15 +174,42 @@ def ext_blooming(results):
     names = (
         "light (full wells)",
         "spills (%)",
-        *(f"{name} (px)" for name in METHODS),
-        "pixels located (%)",
-        "corners located (%)",
+        *(f"{name} (px)" for name in BLOOMED.values()),
+        *(f"{name}, located (%)" for name in BLOOMED.values()),
     )
     return Table(
         columns(names, rows),
-        "Corners of a chessboard bear too much light well; the active grid is masked "
-        "where its sines are cut off. RMS errors of what was located, medians over the "
-        "trials that located anything; shares are medians over all trials.",
+        "RMS errors at the corners in too much light, by methods that localise them "
+        "in a chessboard and by an active grid, with all sines kept and with those "
+        "masked that are cut off; then of all pixels of the latter. Of what was "
+        "located, medians over the trials that located anything; shares are medians "
+        "over all trials.",
+    )
+
+
+@table("ext_code_edges", needs=("exp_c3_blooming",), evidence="rendered")
+def ext_code_edges(results):
+    """Edges of the Gray code in too much light, in one picture and midway."""
+    ran = results["exp_c3_blooming"]
+    rows = [
+        (
+            exposure,
+            round(100 * share),
+            *(
+                Measured.median(bloom_errors(ran, "edges", exposure, share, name))
+                for name in EDGES
+            ),
+        )
+        for exposure, share in product(EXPOSURES, SHARES)
+    ]
+    names = ("light (full wells)", "spills (%)", *(f"{name} (px)" for name in EDGES))
+    return Table(
+        columns(names, rows),
+        "The overflow of a bright stripe moves an edge of the Gray code in a pattern "
+        "and, by as much the other way, in its inverse, as far as both stripes are as "
+        "wide. RMS distance of the edges across the columns from their true places, "
+        "in one picture and midway between a picture and its inverse; medians over "
+        "the trials.",
     )
 
 

@@ -7,8 +7,10 @@ from itertools import product
 
 import numpy as np
 
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.code_edges import edge_errors
 from raxel.cameras import PerspectiveCamera
 from raxel.features.active_grid import decode
+from raxel.features.active_grid.lookup import pixels_of
 from raxel.features.localise import derivative, saddle_point
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
@@ -42,6 +44,8 @@ BLACK = 0.004
 EXPOSURES = (1.05, 1.2)
 SHARES = (0.0, 1.0)
 CORNER_METHODS = {"saddle point": saddle_point, "derivative": derivative}
+# Left out at the rim of the lit area, as in sharp pictures (3.3.3).
+MARGIN_PX = 6
 
 
 def sensor(exposure, share):
@@ -83,12 +87,29 @@ def corner_error(found, truth):
     return rms_and_share((found.corners - truth)[found.converged], len(truth))
 
 
+def corner_error_in_grid(location, light):
+    """The same of corners that a decoded grid (H, W, 2) mm is searched for."""
+    off = pixels_of(location, light.corner_points) - light.corners
+    return rms_and_share(off[np.isfinite(off).all(axis=1)], len(off))
+
+
+def decoded_as_text(pictures, light):
+    """Locations (H, W, 2) mm by the filters of 3.2.2, which mask no clipped sines.
+
+    As 16 bit no value of 8 bit counts as clipped.
+    """
+    return decode(
+        pictures.astype(np.uint16), light.patterns, light.monitor,
+        neighbours=True, fill=True, margin_px=MARGIN_PX, threads=1,
+    ).location  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Light:
     """What reaches the sensor from both targets in one pose, and where all of it is.
 
-    board: (H, W); grid: (20, H, W) with its patterns; corners: (N, 2) px; points:
-    (H, W, 2) mm.
+    board: (H, W); grid: (20, H, W) with its patterns; corners: (N, 2) px, and
+    corner_points: (N, 2) mm, where they are on the monitor; points: (H, W, 2) mm.
     """
 
     board: np.ndarray
@@ -96,6 +117,7 @@ class Light:
     patterns: list
     monitor: ActiveGrid
     corners: np.ndarray
+    corner_points: np.ndarray
     points: np.ndarray
 
 
@@ -125,12 +147,17 @@ def light_of(T):
         patterns,
         monitor,
         camera.project(transform(T_board, on_plane(board.points()))).pixels,
+        board.points() + pitch,
         points_seen(camera, T, monitor.monitor_mm),
     )
 
 
 def bloom_trial(condition, rng):
-    """Errors of both corner methods and of the active grid, spilling and not."""
+    """Errors of both corner methods and of the active grid, spilling and not.
+
+    The grid's are those at the corners, with clipped sines and (masked) without, and
+    those of all pixels; and the errors of the code's edges.
+    """
     light = light_of(drawn_pose(rng))
     start = light.corners + rng.normal(0, START_SD_PX, light.corners.shape)
     found = {}
@@ -142,8 +169,14 @@ def bloom_trial(condition, rng):
                 method(picture, start), light.corners
             )
         pictures = np.array([spilling.expose(one, rng) for one in light.grid])
-        decoded = decode(pictures, light.patterns, light.monitor, threads=1)
-        found[f"active grid.{name}"] = grid_error(decoded, light.points)
+        location = decoded_as_text(pictures, light)
+        masked = decode(pictures, light.patterns, light.monitor, threads=1)
+        found[f"active grid.{name}"] = corner_error_in_grid(location, light)
+        found[f"masked.{name}"] = corner_error_in_grid(masked.location, light)
+        found[f"all pixels.{name}"] = grid_error(masked, light.points)
+        found[f"edges.{name}"] = edge_errors(
+            pictures, light.patterns, light.points, LIT_MM / CELLS
+        )
     return found
 
 
