@@ -24,7 +24,8 @@ x = np.linspace(0.0, 2.0, 6)
 for index in range(3):
     middle = x * (index + 1)
     style.plot_interval(axes[0], x, middle, 0.9 * middle, 1.1 * middle,
-                        index=index, label=f"series {index}", bars=index == 2)
+                        look=style.series(index), label=f"series {index}",
+                        bars=index == 2)
 axes[0].set(xlabel="Noise (px)", ylabel="Residual $r$ (px)")
 axes[0].legend()
 axes[1].imshow(np.arange(12.0).reshape(3, 4))
@@ -161,7 +162,9 @@ def test_every_colour_stands_out_from_white():
 def test_estimates_are_drawn_as_the_rows_that_they_are_kept_as():
     drawn, axes = style.figure()
     found = [Estimate(2.0, 1.0, 3.0), Estimate(4.0, 3.5, 6.0)]
-    rows = style.plot_estimates(axes, [10, 20], found, index=1, label="one")
+    rows = style.plot_estimates(
+        axes, [10, 20], found, look=style.series(1), label="one"
+    )
     assert rows == [(10, 2.0, 1.0, 3.0), (20, 4.0, 3.5, 6.0)]
     np.testing.assert_array_equal(axes.lines[0].get_xydata(), [[10, 2], [20, 4]])
     style.legend_below(drawn, axes, ncols=1)

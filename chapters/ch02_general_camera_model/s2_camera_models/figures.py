@@ -12,6 +12,7 @@ from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
     ROOM,
 )
 from raxel.show import Labels, Points, Segments, framed, moved
+from repro.page.method_looks import LOOKS
 from repro.page.space import draw_scene
 from repro.page.style import INK, SERIES, series
 from repro.page.style import figure as new_figure
@@ -74,9 +75,11 @@ def ext_zoo_fits(results):
             # Points that would hide each other stand side by side.
             shift = 0.05 * (index - 5.5)
             look = series(index) | {"linestyle": ":" if plane else "-"}
-            look["mfc"] = "white" if plane else look["color"]
             if index >= len(SERIES):
                 look["marker"] = "<>*ph"[index - len(SERIES)]
+            if family in LOOKS:
+                look |= LOOKS[family] | {"linestyle": look["linestyle"]}
+            look["mfc"] = "white" if plane else look["color"]
             panel.plot(
                 free + shift,
                 np.maximum(rms, NONE_PX),

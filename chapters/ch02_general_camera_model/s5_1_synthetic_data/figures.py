@@ -18,6 +18,7 @@ from chapters.shared.methods import METHODS, NAMES, SCALES
 from chapters.shared.synthetic_readings import NAMES as READINGS
 from chapters.shared.three_planes import FOVS_DEG
 from repro.judge.statistics import median_interval
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_estimates
 from repro.run.columns import columns as columns_of
@@ -27,11 +28,6 @@ from repro.run.outcomes import Drawing
 NOISE = ("fig_2_3_noise", "noise", LEVELS, "Noise SD (px)")
 FOV = ("fig_2_3_fov", "fov_deg", FOVS_DEG, "Field of view (deg)")
 FISHEYE = ("fig_2_3_fisheye", *FOV[1:])
-# One colour, marker and line style per method, in every figure of the page.
-STYLE = {"exact": 6, "opencv_fisheye": 3}
-STYLE |= {method: index for index, method in enumerate(METHODS)}
-# From a method's style to a lighter one of the same hue.
-OTHER_SCALE = 4
 
 
 class Curve(NamedTuple):
@@ -40,12 +36,12 @@ class Curve(NamedTuple):
     method: str
     value: str
     label: str
-    style: int
+    look: dict
 
 
 def line(method, value):
     """A method's curve in its own style, under its own name."""
-    return Curve(method, value, NAMES[method], STYLE[method])
+    return Curve(method, value, NAMES[method], look_of(NAMES[method]))
 
 
 class Curves:
@@ -72,7 +68,7 @@ class Curves:
             ]
             self.rows += plot_estimates(
                 axes, xs, found, (x_name, one.value, one.method, *condition.values()),
-                index=one.style, label=one.label,
+                look=one.look, label=one.label,
             )  # fmt: skip
         axes.set(yscale="log", xlabel=x_label)
         if x_name == "noise":
@@ -163,10 +159,10 @@ def ext_fig_2_3_readings(results):
                     method,
                     f"{scoring}.{scale}.mean_px",
                     f"{NAMES[method]}, {in_words[scale]}",
-                    STYLE[method] + OTHER_SCALE * faint,
+                    look_of(NAMES[method], hollow=scale == "source"),
                 )
                 for method in METHODS[:2]
-                for faint, scale in enumerate(SCALES)
+                for scale in SCALES
             ]
             curves.draw(panel, FOV, shown, {"domain": domain, "extent": extent})
             panel.set(xticks=(30, 90, 150), xlabel="")

@@ -13,7 +13,8 @@ from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
 )
 from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
-from repro.page.style import SERIES
+from repro.page.method_looks import look_of
+from repro.page.style import INK
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -66,7 +67,7 @@ def fig_2_5(results):
         arrows = panel.quiver(
             u, v, du, dv, angles="xy", scale_units="xy",
             scale=1 / scale, width=0.004,
-            color=SERIES[METHODS.index(method)]["color"],
+            color=look_of(NAMES[method])["color"],
         )  # fmt: skip
         panel.quiverkey(arrows, 0.8, 0.05, bar, f"{bar:g} px ", labelpos="W")
         panel.plot(u, v, "o", ms=1.2, color="0.4", zorder=0)
@@ -105,12 +106,12 @@ def fig_2_6(results):
         STEP_MM * np.arange(STAGE_IMAGES), np.zeros(STAGE_IMAGES),
         "-", color="0.6", lw=5, zorder=0, label="true steps",
     )  # fmt: skip
-    for index, method in enumerate(METHODS):
+    for method in METHODS:
         steps = rendered.arrays(f"{method}.stage.grid.steps", zoom=STAGE_ZOOM)
         if not steps:
             continue
         path = path_of(steps[0])
-        axes[0].plot(*path.T, **SERIES[index], label=NAMES[method])
+        axes[0].plot(*path.T, **look_of(NAMES[method]), label=NAMES[method])
         rows += [(method, x, y) for x, y in path]
     axes[0].set(
         xlabel=f"Along the mean step, deviation x {STEP_SCALE} (mm)",
@@ -128,7 +129,7 @@ def fig_2_6(results):
         [t[np.isfinite(t)] for t in trials],
         tick_labels=["standard\nperspective", "generic,\nas printed",
                      "generic, well\nconditioned"],
-        showfliers=False, medianprops={"color": SERIES[1]["color"]},
+        showfliers=False, medianprops={"color": INK},
     )  # fmt: skip
     axes[1].tick_params(axis="x", labelsize=7.5)
     axes[1].set(

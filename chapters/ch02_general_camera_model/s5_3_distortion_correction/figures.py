@@ -12,11 +12,11 @@ from chapters.ch02_general_camera_model.s5_3_distortion_correction.results impor
     shared,
 )
 from chapters.shared.facade import T_world_camera
-from chapters.shared.methods import METHODS, NAMES
+from chapters.shared.methods import NAMES
 from chapters.shared.surroundings import drawn_surroundings
 from chapters.shared.zoom_rigs import FACADE_ZOOM, camera_of
 from raxel.lab import facade
-from repro.page.style import SERIES
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -101,7 +101,7 @@ def ext_fig_2_7_lines(results):
         off = np.maximum(off, LEAST_PX)
         for inside, mark, label in (
             (~both, "0.6", "beyond the boards"),
-            (both, SERIES[METHODS.index(method)]["color"], "on the boards"),
+            (both, look_of(NAMES[method])["color"], "on the boards"),
         ):
             some = inside & np.isfinite(off)
             panel.plot(radius[some], off[some], ".", ms=2, color=mark, label=label)

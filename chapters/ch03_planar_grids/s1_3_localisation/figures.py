@@ -8,8 +8,8 @@ from chapters.shared.localiser_basin import (
     results_by_localiser,
     starts_of,
 )
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
-from repro.page.style import series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
@@ -134,10 +134,10 @@ def ext_localiser_basin(results):
     of_localiser = results_by_localiser(results)
     drawn, panel = new_figure(height_in=3.6)
     rows = []
-    for index, (name, result) in enumerate(of_localiser.items()):
+    for name, result in of_localiser.items():
         starts = starts_of(result)
         largest = largest_by_start(result, name)
-        panel.plot(starts, largest, label=NAMES[name], **series(index))
+        panel.plot(starts, largest, label=NAMES[name], **look_of(NAMES[name]))
         rows += [(name, *row) for row in zip(starts, largest, strict=True)]
     panel.set(
         yscale="log",

@@ -25,6 +25,7 @@ from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import transform
 from raxel.show import Polyline, Segments, board, framed, frustum, mirrors
 from repro.judge.statistics import median_interval
+from repro.page.method_looks import look_of
 from repro.page.space import draw_scene
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series
@@ -107,7 +108,7 @@ def fig_3_7(results):
         pitch, errors = swept(result, reading)
         found = np.array([median_interval(trials)[:3] for trials in errors])
         for panel in axes:
-            plot_interval(panel, pitch, *found.T, index=k, label=reading)
+            plot_interval(panel, pitch, *found.T, look=series(k), label=reading)
         rows += [(reading, p, *ends) for p, ends in zip(pitch, found, strict=True)]
     fine = np.linspace(pitch[0], pitch[-1], 60)
     for panel in axes:
@@ -159,7 +160,8 @@ def ext_interpolation_methods(results):
     for smoothing, style in zip(SMOOTHING, ("-", "--"), strict=True):
         rms_px = one.px_per_mm * np.median(active.column(f"{smoothing}.rms_mm"))
         label = ACTIVE_NAMES[smoothing]
-        axes[1].axhline(rms_px, color=INK, ls=style, lw=1, label=label)
+        colour = look_of(label)["color"]
+        axes[1].axhline(rms_px, color=colour, ls=style, lw=1, label=label)
         rows.append((label, None, None, float(rms_px)))
     axes[1].set(title=f"corners with {CORNER_NOISE_PX} px of noise")
     axes[0].set(
@@ -240,13 +242,14 @@ def ext_two_facets(results):
     result = results["exp_c3_interp_discontinuous"]
     drawn, axes = new_figure(height_in=3.2)
     rows, places = [], result.arrays("from_ridge_px")
-    for k, (name, label) in enumerate(RIDGE_NAMES.items()):
+    for name, label in RIDGE_NAMES.items():
         place, size = _over_trials(places, result.arrays(f"{name}.by_column_mm"))
         # Rounding alone would only draw a line down to the axis.
         drawn_size = np.where(size < SHOWN_MM[0], np.nan, size)
         masked = np.flatnonzero(np.diff(place) > 1) + 1
         gaps = (np.insert(a, masked, np.nan) for a in (place, drawn_size))
-        axes.semilogy(*gaps, label=label, **series(k))
+        look = series(0) if name == "unknown" else look_of(label)
+        axes.semilogy(*gaps, label=label, **look)
         rows += [(label, *row) for row in zip(place, size, strict=True)]
     axes.set(
         xlabel="Distance from the ridge (px)", ylabel="RMS error (mm)", ylim=SHOWN_MM

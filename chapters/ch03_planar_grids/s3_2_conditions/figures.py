@@ -17,6 +17,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.results import (
 from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import level_name
 from chapters.shared.grid_detectors import CELECT, OPENCV
 from repro.judge.statistics import proportion
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.page.style import legend_below, plot_interval, series
 from repro.run.columns import columns
@@ -139,11 +140,11 @@ def ext_conditions(results):
     )
 
 
-def _draw(panel, letter, x, trials, index, label, rows):
+def _draw(panel, letter, x, trials, look, label, rows):
     """Shares of trials with their intervals, and their rows of data."""
     shares = np.array([proportion(t)[:3] for t in trials])
     at = np.asarray(x, float)
-    plot_interval(panel, at, *100 * shares.T, index=index, label=label, bars=True)
+    plot_interval(panel, at, *100 * shares.T, look=look, label=label, bars=True)
     rows += [(letter, label, x, *share) for x, share in zip(x, shares, strict=True)]
 
 
@@ -158,7 +159,7 @@ def _draw_light(panel, result, rows):
         trials = [in_light(result, v, method) for v in levels]
         # Beside each other, so that every interval is seen.
         x = np.array(levels) * BESIDE ** (index - 2)
-        _draw(panel, "a", x, trials, index, label, rows)
+        _draw(panel, "a", x, trials, look_of(label), label, rows)
     grey = [
         np.median(numbers_of(result, f"{level_name(v)}.contrast_grey")) for v in levels
     ]
@@ -181,7 +182,7 @@ def _draw_shadow(panel, result, rows):
             numbers_of(result, f"{name}.{method}") for name in ("plain", "shadow")
         ]
         x = np.array([0, 1]) + 0.06 * (index - 2)
-        _draw(panel, "b", x, trials, index, label, rows)
+        _draw(panel, "b", x, trials, look_of(label), label, rows)
     _name_ticks(panel, [0, 1], ["no shadow", "shadow"])
     panel.set(
         xlim=(-0.4, 1.4), ylim=(-3, 103), title="(b) soft shadow", ylabel="Success (%)"
@@ -193,7 +194,7 @@ def _draw_orders(panel, result, rows):
     for index, way in enumerate(WAYS):
         x = np.arange(1, 5) + 0.08 * (index - 0.5)
         label = "clockwise" if way == "clockwise" else "the other way"
-        _draw(panel, "c", x, orders[index], index + 5, label, rows)
+        _draw(panel, "c", x, orders[index], series(index + 5), label, rows)
     squares = ["smallest\nsquare", "second", "third", "largest\nsquare"]
     _name_ticks(panel, [1, 2, 3, 4], squares)
     panel.set(ylim=(0, 103), title="(c) first corner clicked", ylabel="Success (%)")
@@ -204,7 +205,7 @@ def _draw_merging(panel, results, rows):
     ratio, failed, _ = merging_of(results)
     groups = np.array_split(np.argsort(ratio), min(BINS, len(ratio)))
     x = [float(np.median(ratio[g])) for g in groups]
-    _draw(panel, "d", x, [failed[g] for g in groups], 0, "merge failure", rows)
+    _draw(panel, "d", x, [failed[g] for g in groups], series(0), "merge failure", rows)
     along = np.linspace(ratio.min(), ratio.max(), 60)
     curve = logistic_curve(ratio, failed, along)
     look = series(1) | {"marker": ""}

@@ -20,6 +20,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import
     TRUE,
     WITHIN,
 )
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.page.style import series
 from repro.run.columns import columns
@@ -38,7 +39,6 @@ VIEWED = (
     ("without_rim", 100, "without the rim", "Decoded share (%)"),
     ("sigma_um", 1, "SD of a coordinate", "SD (um)"),
 )
-FLOOR = {"color": "#777777", "linestyle": ":", "marker": ""}
 
 
 def _along(panel, result, sweep, method, of, look, label):
@@ -66,7 +66,7 @@ def fig_3_15(results):
     rows = []
     for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
         for method in (*METHODS, TRUE):
-            look = FLOOR if method == TRUE else series(METHODS.index(method))
+            look = look_of(method)
             found = _along(panel, result, sweep, method, residuals, look, method)
             rows += [(sweep, level, method, *rest) for level, *rest in found]
         panel.set(xlabel=AXES[sweep], ylabel="RMS residual (mm)", ylim=(0, None))
@@ -89,9 +89,9 @@ def ext_active_errors(results):
     rows = []
     for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
         for exposure in EXPOSURES:
-            for number, method in enumerate(METHODS):
+            for method in METHODS:
                 line = "-" if exposure == WITHIN else "--"
-                look = series(number) | {"linestyle": line}
+                look = look_of(method) | {"linestyle": line}
                 label = f"{method}{', overexposed' * (exposure == OVER)}"
                 of = partial(errors, exposure=exposure)
                 found = _along(panel, result, sweep, method, of, look, label)

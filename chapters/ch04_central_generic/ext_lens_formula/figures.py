@@ -13,15 +13,13 @@ from chapters.ch04_central_generic.ext_lens_formula.results import (
 from chapters.ch04_central_generic.ext_lens_formula.trials import LENSES, MODELS, RINGS
 from chapters.shared.photographs.notes import note
 from chapters.shared.photographs.reading import EVERY
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
-from repro.page.style import series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 BINS = 8  # of the photographs' corners, by their distance from the middle
-LOOKS = {"zhang": 0, "kannala-brandt": 1, "unified": 2, "pupil": 3}
-OF_PHOTOGRAPHS = {"zhang": 0, "kannala_brandt": 1, "unified": 2, "general": 4}
 
 
 @figure(
@@ -34,8 +32,8 @@ def lens_formula(results):
     drawn, axes = new_figure(2, 2, height_in=5.6)
     rows = []
 
-    def add(panel, camera, model, label, look, radius, rms):
-        panel.plot(radius, rms, label=label, **(series(look) | {"ms": 3}))
+    def add(panel, camera, model, label, radius, rms):
+        panel.plot(radius, rms, label=label, **(look_of(label) | {"ms": 3}))
         rows.extend((camera, model, *at) for at in zip(radius, rms, strict=True))
 
     middle = (RINGS[1:] + RINGS[:-1]) / 2
@@ -43,7 +41,7 @@ def lens_formula(results):
         for model in MODELS:
             rms = ring_errors(results["ext_lens_known"], lens, model)
             if rms is not None:
-                add(panel, lens, model, NAMES[model], LOOKS[model], middle, rms)
+                add(panel, lens, model, NAMES[model], middle, rms)
         panel.set_title(TITLES[lens])
     of_photographs = first_study(results["photograph_study"])
     panels = list(axes.flat)
@@ -54,8 +52,7 @@ def lens_formula(results):
         for model in SHOWN:
             found = residuals_by_radius(study, model)
             if found is not None:
-                look = OF_PHOTOGRAPHS[model]
-                add(panels[-1], name, model, EVERY[model], look, *_binned(*found))
+                add(panels[-1], name, model, EVERY[model], *_binned(*found))
         panels[-1].set_title("photographs")
         panels[-1].legend(fontsize=7)
     for panel in panels:

@@ -4,6 +4,7 @@ import numpy as np
 
 from chapters.ch04_central_generic.ext_smooth_rays.results import NAMES, NOISES, median
 from chapters.ch04_central_generic.ext_smooth_rays.trials import METHODS, SIZE_PX
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.page.style import legend_below, plot_estimates
 from repro.run.columns import columns
@@ -23,13 +24,13 @@ def smooth_rays_figure(results):
     drawn, panels = new_figure(1, 2, height_in=3.6)
     rows = []
     for axes, (measure, (title, label)) in zip(panels, MEASURES.items(), strict=True):
-        for index, method in enumerate(METHODS):
+        for method in METHODS:
             name = f"{method}.{measure}"
             found = [
                 median(result, name, lens="bent", noise=noise, grids=3)
                 for noise in NOISES
             ]
-            look = {"index": index, "label": NAMES[method]}
+            look = {"look": look_of(NAMES[method]), "label": NAMES[method]}
             rows += plot_estimates(axes, NOISES, found, (measure, method), **look)
         axes.set(xscale="log", yscale="log", title=title, ylabel=label)
         axes.set_xlabel("Noise (px)")

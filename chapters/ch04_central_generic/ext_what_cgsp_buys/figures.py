@@ -11,6 +11,7 @@ from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import (
     SWEEPS,
 )
 from chapters.shared.methods import LINEAR_NAMES
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.page.style import legend_below, plot_estimates, series
 from repro.run.columns import columns
@@ -76,11 +77,12 @@ def cgsp_sensitivity(results):
         axes.flat, panels, strict=True
     ):
         fixed = {"sweep": sweep} if sweep else {}
-        for index, method in enumerate(OF_MANY_GRIDS):
+        for method in OF_MANY_GRIDS:
             found = [
                 centre(result, method, **fixed, **{name: level}) for level in levels
             ]
-            look = {"index": index, "label": LINEAR_NAMES.get(method, NAMES[method])}
+            label = LINEAR_NAMES.get(method, NAMES[method])
+            look = {"look": look_of(label), "label": label}
             rows += plot_estimates(
                 panel, levels, found, (sweep or "grids", method), **look
             )

@@ -13,6 +13,7 @@ from chapters.shared.wide_angle import CENTRE_MM
 from raxel.geometry import on_plane
 from raxel.show import Labels, Points, Polyline, Segments, Surface, framed
 from repro.judge.statistics import median_interval
+from repro.page.method_looks import look_of
 from repro.page.space import draw_scene
 from repro.page.style import INK, plot_estimates, series
 from repro.page.style import figure as new_figure
@@ -124,19 +125,19 @@ def ext_pinhole_methods(results):
     for column, (name, label) in enumerate(labels.items()):
         conditions = levels_of(found, name)
         x = [condition[name] for condition in conditions]
-        for index, (solver, label_of) in enumerate(SOLVERS.items()):
+        for solver, label_of in SOLVERS.items():
             medians = [median_interval(found.column(solver, **c)) for c in conditions]
             rows += [
                 (name, at, solver, *median)
                 for at, *median in plot_estimates(
-                    axes[0, column], x, medians, index=index, label=label_of
+                    axes[0, column], x, medians, look=look_of(label_of), label=label_of
                 )
             ]
         ratios = [centre_ratio(found, condition) for condition in conditions]
         rows += [
             (name, at, "ratio", *ratio)
             for at, *ratio in plot_estimates(
-                axes[1, column], x, ratios, index=2, label="ratio"
+                axes[1, column], x, ratios, look=series(6), label="ratio"
             )
         ]
         axes[1, column].axhline(1, color=INK, lw=0.8, ls=":", marker="")
@@ -173,7 +174,7 @@ def ext_board_as_base(results):
             rows += [
                 (lens, at, label, *median)
                 for at, *median in plot_estimates(
-                    panel, x, medians, index=index, label=label
+                    panel, x, medians, look=series(index), label=label
                 )
             ]
         panel.set(xscale="log", yscale="log", title=lens)

@@ -30,7 +30,7 @@ def ext_degeneracy(results):
         ):
             medians = [median_interval(one.column(name))[:3] for one in trials.values()]
             plot_estimates(
-                panel, x, np.minimum(medians, HIGHEST), index=index, label=label
+                panel, x, np.minimum(medians, HIGHEST), look=series(index), label=label
             )
             rows += [
                 (which, at, name, *median)

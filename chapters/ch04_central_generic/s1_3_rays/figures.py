@@ -23,9 +23,10 @@ def ray_weights(results):
                 ray_error(result, f"{factor:g}", domain, posed) for factor in FACTORS
             ]
             label = f"other grids posed from {posed} rays"
-            drawn_rows = plot_estimates(panel, FACTORS, found, index=index, label=label)
+            look = series(index)
+            drawn_rows = plot_estimates(panel, FACTORS, found, look=look, label=label)
             best = ray_error(result, VARIANCE, domain, posed)
-            panel.axhline(best.value, color=series(index)["color"], lw=1, ls=":")
+            panel.axhline(best.value, color=look["color"], lw=1, ls=":")
             rows += [(domain, posed, f"{at:g}", *row) for at, *row in drawn_rows]
             rows.append((domain, posed, VARIANCE, *best[:3]))
         panel.set(

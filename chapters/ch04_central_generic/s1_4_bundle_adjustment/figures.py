@@ -8,7 +8,8 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.results import (
     NAMES,
     centre_medians,
 )
-from repro.page.style import INK, legend_below, plot_estimates, series
+from repro.page.method_looks import look_of
+from repro.page.style import INK, legend_below, plot_estimates
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -29,11 +30,10 @@ def consistency(results):
     result = results["ext_consistency_sweep"]
     drawn, axes = new_figure(1, 2, height_in=4.0)
     rows = []
-    order = list(CURVES[0.5])
     for panel, (noise, methods) in zip(axes, CURVES.items(), strict=True):
         for method in methods:
             rays, found = centre_medians(result, method, noise)
-            look = {"index": order.index(method), "label": NAMES[method]}
+            look = {"look": look_of(NAMES[method]), "label": NAMES[method]}
             rows += plot_estimates(panel, rays, found, (noise, method), **look)
         few, many = rays[0], rays[-1]
         panel.plot(
@@ -63,10 +63,10 @@ def free_centre_starts(results):
     result = results["exp_c4_centre_ba_unstable"]
     drawn, axes = new_figure(1, 3, height_in=3.4, sharex=True, sharey=True)
     rows, ends = [], []
-    for index, (panel, scheme) in enumerate(zip(axes, TITLES, strict=True), 1):
+    for panel, scheme in zip(axes, TITLES, strict=True):
         starts = result.arrays(f"{scheme}.starts_mm")
         found = result.arrays(f"{scheme}.ends_mm")
-        look = series(index) | {"linestyle": "", "ms": 3, "alpha": 0.6}
+        look = look_of(TITLES[scheme]) | {"linestyle": "", "ms": 3, "alpha": 0.6}
         for scene, (x, y) in enumerate(zip(starts, found, strict=True)):
             panel.plot(x, y, **look)
             rows += [(scheme, scene, *run) for run in zip(x, y, strict=True)]

@@ -9,6 +9,7 @@ from chapters.ch04_central_generic.s1_5_simulated.results import (
 )
 from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
 from chapters.shared.methods import LINEAR_NAMES
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.page.style import legend_below, plot_estimates
 from repro.run.columns import columns
@@ -31,9 +32,13 @@ def fig_4_2(results):
     drawn, axes = new_figure(2, 3, height_in=5.6, sharex=True)
     rows = []
     for panel, quantity in zip(axes.flat, QUANTITIES, strict=True):
-        for index, (method, stage) in enumerate(CURVES):
+        for method, stage in CURVES:
             found = medians(result, PRIMARY, method, stage, quantity)
-            look = {"index": index, "label": LINEAR_NAMES[method] + STAGES[stage]}
+            name = LINEAR_NAMES[method]
+            look = {
+                "look": look_of(name, hollow=stage == "ba"),
+                "label": name + STAGES[stage],
+            }
             rows += plot_estimates(
                 panel, LEVELS, found, (quantity, method, stage), **look
             )

@@ -16,6 +16,7 @@ from chapters.shared.wide_angle import CENTRE_MM
 from raxel.geometry import apply_homography, homography_dlt, on_plane, pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed
 from repro.judge.statistics import median_interval
+from repro.page.method_looks import look_of
 from repro.page.space import scene_figure
 from repro.page.style import INK, legend_below, plot_estimates, series
 from repro.page.style import figure as new_figure
@@ -144,7 +145,7 @@ def fig_4_4(results):
     drawn, axes = new_figure(1, 2, height_in=3.9)
     rows = []
     for panel, measure in zip(axes, MEASURES, strict=True):
-        for index, estimator in enumerate(ESTIMATORS):
+        for estimator in ESTIMATORS:
             found = [
                 median_interval(trials_of(result, estimator, measure, level))
                 for level in levels
@@ -154,7 +155,7 @@ def fig_4_4(results):
                 levels,
                 found,
                 (measure, estimator),
-                index=index,
+                look=look_of(NAMES[estimator]),
                 label=NAMES[estimator],
             )
         panel.set(
@@ -192,7 +193,7 @@ def plane_tilt(results):
                 for tilt in TILTS_DEG
             ]
             rows += plot_estimates(
-                panel, TILTS_DEG, found, (measure, kind), index=index, label=name
+                panel, TILTS_DEG, found, (measure, kind), look=series(index), label=name
             )
         panel.set(
             yscale="log",

@@ -24,6 +24,7 @@ from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
 )
 from raxel.show import Labels, Points, Polyline, board, framed
 from repro.judge.statistics import median_interval
+from repro.page.method_looks import look_of
 from repro.page.space import draw_scene
 from repro.page.style import INK, series
 from repro.page.style import figure as new_figure
@@ -72,12 +73,12 @@ def fig_4_10(results):
     across = widest(list(shifts.values()))
     rows, gaps = [], []
     stage = STEP_DEG * np.arange(STEPS["rotation"] + 1)
-    for index, method in enumerate(METHODS):
+    for method in METHODS:
         path = path_of(shifts[method], across)
-        left.plot(*path.T, label=NAMES[method], **series(index))
+        left.plot(*path.T, label=NAMES[method], **look_of(NAMES[method]))
         turned = drawn_arrays(result, "rotation", method, "turned")
         off = np.concatenate([[0.0], turned]) - stage
-        right.plot(stage, off, **series(index))
+        right.plot(stage, off, **look_of(NAMES[method]))
         rows += [("a", method, *place) for place in path]
         rows += [("b", method, *pair) for pair in zip(stage, off, strict=True)]
         beside = shifts[method] - shifts[method].mean(axis=0)
@@ -126,7 +127,7 @@ def motion_seeds(results):
     for panel, (motion, measure) in zip(axes, MEASURES.items(), strict=True):
         for index, method in enumerate(METHODS):
             trials = trials_of(result, motion, measure, method, DRAWN)
-            look = series(index)
+            look = look_of(NAMES[method])
             panel.plot(
                 index + np.linspace(-0.25, 0.25, len(trials)), np.sort(trials),
                 ls="", ms=3, marker=look["marker"], color=look["color"],

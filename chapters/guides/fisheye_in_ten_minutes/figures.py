@@ -15,7 +15,7 @@ from chapters.guides.fisheye_in_ten_minutes.results import (
 from chapters.guides.fisheye_in_ten_minutes.trials.boards import SIZES
 from chapters.guides.fisheye_in_ten_minutes.trials.commands import ASIDE_DEG
 from chapters.guides.fisheye_in_ten_minutes.trials.models import ANYWHERE, PLANNED, lit
-from repro.page.style import INK, plot_interval
+from repro.page.style import INK, plot_interval, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -172,7 +172,7 @@ def ext_fisheye_coverage(results):
         middle = np.median(percent, axis=0)
         low, high = percent.min(axis=0), percent.max(axis=0)
         plot_interval(
-            axes, count, middle, low, high, index=index,
+            axes, count, middle, low, high, look=series(index),
             label=f"held {held}: median and range",
         )  # fmt: skip
         rows += [(held, *cells) for cells in zip(count, middle, low, high, strict=True)]

@@ -6,6 +6,7 @@ from matplotlib.ticker import FuncFormatter
 from chapters.shared.photographs.compared import QUANTITIES, compared_sets
 from chapters.shared.photographs.notes import EMPTY_IN, note
 from chapters.shared.photographs.reading import ALL_NAMES
+from repro.page.method_looks import look_of
 from repro.page.style import INK, plot_interval
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
@@ -57,7 +58,9 @@ def _panel(axes, sets, quantity):
         found = np.array([one.errors[quantity][model][:3] for one in known]).reshape(
             -1, 3
         )
-        plot_interval(axes, np.array(at), *found.T, index=index, label=name, bars=True)
+        plot_interval(
+            axes, np.array(at), *found.T, look=look_of(name), label=name, bars=True
+        )
     for line in axes.get_lines():
         line.set_linestyle(
             "none" if line.get_marker() not in ("None", "", None) else "-"

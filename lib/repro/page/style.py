@@ -10,7 +10,7 @@ dark page.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from matplotlib.ticker import FixedFormatter
 from matplotlib.transforms import Bbox
 
 from repro.judge.statistics import Estimate
+from repro.page.method_looks import check_looks
 from repro.run.columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic
@@ -139,7 +140,7 @@ def plot_interval(
     low: np.ndarray,
     high: np.ndarray,
     *,
-    index: int,
+    look: Mapping,
     label: str,
     bars: bool = False,
 ) -> None:
@@ -148,10 +149,10 @@ def plot_interval(
     Parameters
     ----------
     x, middle, low, high : (N,) arrays in the units of the axes; ``nan`` leaves a gap.
-    index : which series, see `series`.
+    look : colour, marker and line style: of `series`, or of a method
+        (`repro.page.method_looks.look_of`).
     label : legend entry; says what the interval is, once per figure.
     """
-    look = series(index)
     if bars:
         lengths = np.array([middle - low, high - middle])
         axes.errorbar(x, middle, yerr=lengths, label=label, capsize=3, **look)
@@ -165,7 +166,7 @@ def plot_estimates(
     x: Sequence[float],
     found: Sequence[Estimate],
     series_of: Sequence = (),
-    **look: object,
+    **drawn_as: object,
 ) -> list[tuple]:
     """Draw estimates along x as one series, see `plot_interval`.
 
@@ -173,7 +174,7 @@ def plot_estimates(
     then x, value, ends of the interval.
     """
     rows = [(at, *estimate[:3]) for at, estimate in zip(x, found, strict=True)]
-    plot_interval(axes, *np.array(rows, float).T, **look)
+    plot_interval(axes, *np.array(rows, float).T, **drawn_as)
     return [(*series_of, *row) for row in rows]
 
 
@@ -227,10 +228,12 @@ def _label(drawn: Figure, axes: Axes, letter: str) -> str:
 def save_drawing(drawing: Drawing, stem: Path) -> None:
     """Write ``stem.svg``, ``stem.png`` and ``stem.csv``, each whole or not at all.
 
-    Raises `StyleError` if an axis lacks its unit. The bytes depend on the drawing and
+    Raises `StyleError` if an axis lacks its unit, and `LookError` if a method does not
+    look as in all other figures. The bytes depend on the drawing and
     the installed versions only: no date, no random ids.
     """
     check_axes(drawing.figure, stem.name)
+    check_looks(drawing.figure, stem.name)
     kept = _laid_out(drawing.figure)
     svg = _rendered(
         drawing.figure,

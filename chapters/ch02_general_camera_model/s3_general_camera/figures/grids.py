@@ -142,7 +142,9 @@ def ext_fig_2_2_error(results):
             median_interval(ran.column(f"ray_deg.{level:g}", kind=kind))
             for level in levels
         ]
-        drawn_rows = plot_estimates(panel, levels, found, index=0, label="median")
+        drawn_rows = plot_estimates(
+            panel, levels, found, look=series(0), label="median"
+        )
         rows += [(kind, *row) for row in drawn_rows]
         panel.set(
             xlabel=f"Error of {kind} put on T₁ ({unit})",

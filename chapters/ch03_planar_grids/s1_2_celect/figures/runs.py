@@ -294,7 +294,7 @@ def window_study(results):
     multipliers, shares = list(runs), 100 * np.array(rates).T
     drawn, axes = new_figure(height_in=2.8)
     label = "boards read, 95 % interval"
-    plot_interval(axes, np.array(multipliers), *shares, index=0, label=label)
+    plot_interval(axes, np.array(multipliers), *shares, look=series(0), label=label)
     axes.set_xscale("log")
     axes.set_xticks(multipliers, [f"{m:g}" for m in multipliers])
     axes.minorticks_off()

@@ -14,6 +14,7 @@ from chapters.shared.localiser_basin import HALF_WINDOWS, largest_by_start, star
 from chapters.shared.robustness import SMOOTHINGS
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.judge.statistics import proportion
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series
 from repro.run.columns import columns
@@ -40,6 +41,10 @@ PRINTED_LIMIT = {
     "blur": "s3_3_1_blur_fail",
     "square": "s3_3_1_pitch_ok",
     "yaw": "s3_3_1_yaw_fail",
+}
+OPENCV_WINDOWS = {
+    "full window": "OpenCV, 9 × 9 px",
+    "half window": "OpenCV, half window of 9",
 }
 PRINTED = {"color": "#4a4a4a", "linewidth": 1.2, "linestyle": (0, (1, 2))}
 COLUMNS = (
@@ -125,11 +130,13 @@ def _draw_sweep(pair, result, sweep):
         )
         largest, mean, low, high, *right, _, _ = found.T
         label = f"largest error, {smoothing}"
-        errors.plot(x, largest, label=label, **series(1 + index))
+        look = series(1 + index)
+        errors.plot(x, largest, label=label, **look)
         if smoothing == PRIMARY:
-            plot_interval(errors, x, mean, low, high, index=0, label="mean error")
+            mean_look = {"look": series(0), "label": "mean error"}
+            plot_interval(errors, x, mean, low, high, **mean_look)
         share, least, most = 100 * np.array(right)
-        plot_interval(shares, x, share, least, most, index=1 + index, label=smoothing)
+        plot_interval(shares, x, share, least, most, look=look, label=smoothing)
         rows += [(sweep, smoothing, *cells) for cells in zip(x, *found.T, strict=True)]
     errors.set(title=TITLES[sweep], ylim=(0, 8.4), ylabel="Error (px)")
     errors.sharex(shares)
@@ -165,14 +172,14 @@ def _draw_basin(panel, result, published):
     """Largest error over corners and trials after OpenCV's localisation."""
     starts = starts_of(result)
     rows = []
-    for index, (window, half) in enumerate(HALF_WINDOWS.items()):
+    for window, half in HALF_WINDOWS.items():
         worst = largest_by_start(result, window)
         side = 2 * half + 1
         panel.plot(
             starts,
             worst,
             label=f"(f) window of {side} × {side} px",
-            **series(3 + index),
+            **look_of(OPENCV_WINDOWS[window]),
         )
         rows += [
             ("localised", window, start, error, *[None] * 8)

@@ -16,6 +16,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
 from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
 from chapters.shared.grid_rigs import HARD, WHOLE
 from repro.judge.statistics import proportion
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.page.style import legend_below, plot_interval
 from repro.run.columns import columns
@@ -32,8 +33,7 @@ SPOTLESS_TITLE = "Spherical,\nno spots"
 BESIDE = 0.16
 STEP_EDGES = (1.2, 1.6, 2.0, 2.3, 2.6)
 REACH_EDGES = (4.5, 5.5, 6.5, 8, 11)
-COMPARED = {CELECT: 0, LINEAR: 3, OPENCV: 1}
-NAMES = {
+COMPARED = {
     CELECT: "CELECT",
     LINEAR: "CELECT, tone curve undone",
     OPENCV: "findChessboardCorners",
@@ -41,14 +41,14 @@ NAMES = {
 HEADS = ("series", "x", "right", "pictures", "low", "high")
 
 
-def plot_shares(panel, at, trials, index, label):
-    """Draw the shares of right grids of several samples of pictures, in percent.
+def plot_shares(panel, at, trials, label):
+    """Draw the shares of right grids of a detector's samples of pictures, in percent.
 
     Returns what the figure's data keep of each: right, pictures, ends of the interval.
     """
     found = [proportion(right_of) for right_of in trials]
     shares = 100 * np.array([share[:3] for share in found])
-    plot_interval(panel, at, *shares.T, index=index, label=label, bars=True)
+    plot_interval(panel, at, *shares.T, look=look_of(label), label=label, bars=True)
     return [
         (int(right_of.sum()), len(right_of), share.low, share.high)
         for right_of, share in zip(trials, found, strict=True)
@@ -70,7 +70,7 @@ def ext_grid_rates(results):
                 ball = results[EXPERIMENTS["spherical"]]
                 found.append(right(ball, method, Which(poses, CLEAN)))
             at = np.arange(len(found)) + BESIDE * (index - 1.5)
-            shares = plot_shares(panel, at, found, index, label)
+            shares = plot_shares(panel, at, found, label)
             rows += [
                 (poses, label, title.replace("\n", " "), *share)
                 for title, share in zip(titles, shares, strict=False)
@@ -100,20 +100,19 @@ def ext_grid_steps(results):
         ("(a)", "least_over_t8", STEP_EDGES, "Least step of a side over t8 (1)"),
         ("(b)", "t8_px", REACH_EDGES, "t8 of the shortest side (px)"),
     )
-    for panel, (letter, name, edges, label) in zip(panels, sides, strict=True):
+    for panel, (letter, name, edges, quantity) in zip(panels, sides, strict=True):
         x = pooled(results, lambda r, w, name=name: numbers_of(r, name, w))
         bins = np.digitize(x, edges)
         kept = [b for b in range(len(edges) + 1) if (bins == b).any()]
         at = np.array([np.median(x[bins == b]) for b in kept])
-        for method, index in COMPARED.items():
+        for method, label in COMPARED.items():
             good = pooled(results, lambda r, w, m=method: right(r, m, w))
             groups = [good[bins == b] for b in kept]
-            shares = plot_shares(panel, at, groups, index, NAMES[method])
+            shares = plot_shares(panel, at, groups, label)
             rows += [
-                (letter, NAMES[method], c, *share)
-                for c, share in zip(at, shares, strict=True)
+                (letter, label, c, *share) for c, share in zip(at, shares, strict=True)
             ]
-        panel.set(title=letter, xlabel=label, ylim=(-3, 103))
+        panel.set(title=letter, xlabel=quantity, ylim=(-3, 103))
     panels[0].set_ylabel("Right grids (%)")
     legend_below(drawn, panels[0], ncols=3)
     return Drawing(

@@ -12,8 +12,8 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     Corners,
     over_blurs,
 )
+from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
-from repro.page.style import series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
@@ -38,7 +38,7 @@ def fig_3_16(results):
                 scale_units="xy",
                 scale=1,
                 width=0.006,
-                color="#0072b2",
+                color=look_of(method)["color"],
             )
             panel.set(
                 aspect="equal",
@@ -73,13 +73,13 @@ def ext_fig_3_16_windows(results):
     cases = Corners(results[CORNERS]), Corners(results[FAR], case=FAR_CASE)
     for panel, case, letter in zip(axes, cases, "ab", strict=True):
         windows = case.settings("windows").astype(float)
-        for k, method in enumerate(METHODS):
+        for method in METHODS:
             curves = [over_blurs(means) for means in case.arrays(method, "means")]
             middle = np.median(curves, axis=0)
             if method == "active grid":
                 middle = np.full(len(windows), middle[0])
             shown = np.where(np.isfinite(middle), middle, np.nan)
-            panel.plot(windows, shown, label=method, **series(k))
+            panel.plot(windows, shown, label=method, **look_of(method))
             rows += [
                 (case.case, method, w, m) for w, m in zip(windows, shown, strict=True)
             ]

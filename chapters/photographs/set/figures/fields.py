@@ -18,7 +18,8 @@ from chapters.shared.photographs.reading import (
     paired,
 )
 from repro.judge.statistics import median_interval
-from repro.page.style import INK, WIDTH_IN, series
+from repro.page.method_looks import look_of
+from repro.page.style import INK, WIDTH_IN
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -242,11 +243,11 @@ def _errors_of(axes, rows, kind, quantity):
     every = np.array(list(errors.values()))
     pair = every[: len(MODELS)]
     axes.hlines(at, pair.min(axis=0), pair.max(axis=0), color="#b8bec5", linewidth=1)
-    for number, (model, values) in enumerate(errors.items()):
+    for model, values in errors.items():
         good = np.isfinite(values)
         if not good.any():
             continue
-        look = series(number)
+        look = look_of(ALL_NAMES[model])
         line = look.pop("linestyle")
         axes.plot(values[good], at[good], linestyle="", label=ALL_NAMES[model], **look)
         middle = median_interval(values[good])
