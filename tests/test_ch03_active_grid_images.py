@@ -9,6 +9,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images import claims, results
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials import (
     corners,
     facets,
+    filters,
     metric_search,
     straight,
 )
@@ -16,6 +17,7 @@ from raxel.geometry import pose, rotation_from_vector
 from raxel.geometry.homography import apply_homography
 from raxel.geometry.planes import intersect_rays_plane
 from repro.judge.readings import crossed, open_questions
+from tests.judged_claims import readings
 from tests.small_checkouts import ROOT
 
 H_MM_PX = np.array([[0.3, 0.02, 5.0], [-0.01, 0.28, 8.0], [1e-4, -5e-5, 1.0]])
@@ -149,3 +151,27 @@ def test_verticals_are_compared_from_the_outermost_left_to_the_outermost_right()
         place=np.array([[30.0, 0], [5, 0], [10, 0], [90, 0]]),
     )
     assert results.spread_between(lines, np.array([1.0, 50, -4, 7])) == 11
+
+
+def test_no_parameters_are_judged_by_the_size_of_squares_and_by_the_filters():
+    def judged(near, far):
+        """Verdicts; near, far: residual with no filter, 7 x 7, and both, in px."""
+
+        def values(condition):
+            left = near if condition["case"] == "near" else far
+            return {
+                f"{which}.{search}.{lens}mean": mean
+                for which, mean in zip(filters.FILTERS, left, strict=True)
+                for search in filters.SEARCHES
+                for lens in ("", "true_lens.")
+            }
+
+        asked = claims.judge_no_params, "exp_c3_active_no_params", values
+        return {one.verdict for one in readings(*asked)}
+
+    assert judged((0.3, 0.2, 0.1), (0.3, 0.2, 0.12)) == {"reproduced"}
+    # Worse by a half where squares are small.
+    assert judged((0.3, 0.2, 0.1), (0.3, 0.2, 0.15)) == {"differs"}
+    # As good, but another filter would do better, near or far.
+    assert judged((0.3, 0.09, 0.1), (0.3, 0.2, 0.1)) == {"differs"}
+    assert judged((0.3, 0.2, 0.1), (0.09, 0.2, 0.1)) == {"differs"}

@@ -6,10 +6,12 @@ from itertools import pairwise
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
+    CASES,
     CORNERS,
     FACETS,
     FAR,
     FAR_CASE,
+    FILTERED,
     LINES,
     METHODS,
     NAMES,
@@ -17,19 +19,24 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     OF_LINES,
     VECTOR_SCALE,
     Corners,
+    filtered,
     lines_of,
     percent,
     spread_between,
     spread_gap,
 )
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.filters import (
+    AS_TEXT,
+    FILTERS,
+)
 from raxel.features.localise.subpix import TERMINATION_PX
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Value
 from repro.run.readings import Case, counterpart
 
 SENSOR_MM = 23.6  # width of the camera's sensor
-MAX_RATIO = 1.25
+MAX_RATIO, MAX_LOSS = 1.25, 1.05
 MAX_SPEARMAN = -0.8
 MAX_BENT, MIN_BENT = 0.01, 0.05
 MAX_ANGLE_DEG = 1.0
@@ -122,6 +129,39 @@ def judge_square(results, options):
         "least difference over the three methods; best windows (px) near and "
         f"far by seed: {'; '.join(best)}",
     )
+
+
+@claim(
+    "c3_active_no_params",
+    needs=("exp_c3_active_no_params",),
+    evidence="rendered",
+    readings=("active_corner", "lens_left"),
+)
+def judge_no_params(results, options):
+    """The same filters serve where squares look half as large, and none does better."""
+    left = {
+        case: {w: filtered(results[FILTERED], case, w, options) for w in FILTERS}
+        for case in CASES
+    }
+    near, far = (one[AS_TEXT] for one in left.values())
+    loss = np.max([of_best(AS_TEXT, one) for one in left.values()], axis=0)
+    medians = "; ".join(
+        f"{case} " + ", ".join(f"{w} {np.median(m):.4f}" for w, m in one.items())
+        for case, one in left.items()
+    )
+    return counterpart(
+        (far <= MAX_RATIO * near) & (loss <= MAX_LOSS),
+        far / near,
+        "1",
+        "mean residual where squares look half as large over that near; with the "
+        f"filters of 3.2.2 at most {loss.max():.3f} x the least of any filter; "
+        f"median means (px) by filter: {medians}",
+    )
+
+
+def of_best(which, left):
+    """Residuals with a filter over the least of all; left: filter -> (seeds,)."""
+    return left[which] / np.min([*left.values()], axis=0)
 
 
 def listed(values):

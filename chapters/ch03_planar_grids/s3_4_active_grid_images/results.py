@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.filters import AS_TEXT
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.straight import (
     LEAST_LENGTH_PX,
     MM_PER_PX,
@@ -15,6 +16,7 @@ from repro.page.reader import value
 from repro.run.readings import Case
 
 CORNERS, FAR = "table_3_8_corners", "exp_c3_params_square"
+FILTERED = "exp_c3_active_no_params"
 LINES, HALF_PITCH = "fig_3_17_lines", "exp_c3_pitch_vertical"
 FACETS = "fig_3_18_facets"
 OF_CORNERS = ("table_3_8_corners", "exp_c3_params_square")
@@ -42,6 +44,7 @@ NAMES = {
 }
 METHODS = ("derivative", "OpenCV", "saddle point", "active grid")
 FAR_CASE = "far"
+CASES = ("near", FAR_CASE)
 VECTOR_SCALE = 200  # of Fig. 3.16
 
 
@@ -90,6 +93,13 @@ class Corners:
         """Blur SD (px) of the saddle point method's best setting of each seed."""
         means = self.arrays("saddle point", "means")
         return self.settings("blurs")[[one.min(axis=1).argmin() for one in means]]
+
+
+def filtered(ran, case, which, options=None):
+    """Mean residual (seeds,) px of the active grid near or far, with a filter."""
+    taken = Case(NAMES, options)
+    name = f"{which}.{taken['active_corner']}.{taken['lens_left']}mean"
+    return ran.select(case=case).column(name)
 
 
 def over_blurs(means):
@@ -146,6 +156,7 @@ def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     quoted = {
         **of_corners(open_results(CORNERS)),
+        **of_filters(open_results(FILTERED)),
         **of_lines(open_results(LINES), open_results(HALF_PITCH)),
         **of_facets(open_results(FACETS).select()),
     }
@@ -175,6 +186,16 @@ def of_corners(ran):
             mean = median_interval(Corners(ran, options).statistic(method, "mean"))
             found[f"{before}{method.replace(' ', '_')}{after}"] = mean.value
     return found
+
+
+def of_filters(ran):
+    """What the active grid leaves near and far, with the text's filters and none."""
+    return {
+        f"grid.{lens}{case}{end}": float(np.median(filtered(ran, case, which, options)))
+        for lens, options in (("", {}), ("true.", {"lens_left": "true lens"}))
+        for case in CASES
+        for end, which in (("", AS_TEXT), (".none", "none"))
+    }
 
 
 def of_lines(ran, half_pitched):
