@@ -15,7 +15,10 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
     light_along,
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import BLURS_PX
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import DATA_SHEET_GAMMA
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
+    AMPLITUDE_GREY,
+    DATA_SHEET_GAMMA,
+)
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import CELLS, STEPS
 from repro.judge.statistics import median_interval
 from repro.page.reader import value
@@ -23,6 +26,7 @@ from repro.page.reader import value
 PERCENT_OF_PERIOD = 100 / (2 * np.pi)
 # Options of questions that the text leaves open; the one that decides comes first.
 CAMERAS = ("linear", "sRGB")
+AMPLITUDES = {"80 grey levels": 80.0, "50 grey levels": 50.0}
 THRESHOLDS = ("one grey value", "white and black", "mean of the sines")
 METHODS = (*CORNER_METHODS, "active grid")
 # Option of the question clipped_sines -> the trial's name of the active grid.
@@ -41,10 +45,16 @@ def misfit_ratio(result, camera, gamma=DATA_SHEET_GAMMA):
     return rms[0] / rms[1]
 
 
-def third_gain(result, camera, gamma=DATA_SHEET_GAMMA):
-    """Share (seeds,) of the misfit that order 3 takes away."""
-    rms = [profile_column(result, camera, gamma, f"rms_{k}") for k in (1, 2)]
-    return (rms[0] - rms[1]) / rms[0]
+def third_grey(result, camera, amplitude_grey=AMPLITUDE_GREY):
+    """RMS (seeds,) of order 3 beside a sine of this amplitude, grey levels.
+
+    It takes its square off the squared misfit. All orders are in proportion to the
+    amplitude.
+    """
+    without, with_it = (
+        profile_column(result, camera, DATA_SHEET_GAMMA, f"rms_{k}") for k in (1, 2)
+    )
+    return np.sqrt(without**2 - with_it**2) * amplitude_grey / AMPLITUDE_GREY
 
 
 def bit_counts(result, edges, light, threshold):
@@ -112,12 +122,18 @@ def of_profile(profile):
         rms = profile_column(profile, camera, DATA_SHEET_GAMMA, f"rms_{k}")
         return float(np.median(rms))
 
-    return {
-        f"{camera}.rms_{k}": misfit(camera, k) for camera in CAMERAS for k in range(3)
-    } | {
-        f"{camera}.third": 100 * float(np.median(third_gain(profile, camera)))
-        for camera in CAMERAS
-    }
+    return (
+        {f"{camera}.rms_{k}": misfit(camera, k) for camera in CAMERAS for k in range(3)}
+        | {
+            f"{camera}.third_grey": float(np.median(third_grey(profile, camera)))
+            for camera in CAMERAS
+        }
+        | {
+            "linear.third_lower": float(
+                np.median(third_grey(profile, "linear", AMPLITUDES["50 grey levels"]))
+            )
+        }
+    )
 
 
 def of_light(open_results):
