@@ -41,14 +41,14 @@ def drawn_arrays(result, motion, method, name):
 
 
 def path_of(shifts, across):
-    """Places (steps + 1, 2) after each step: along the mean, and aside.
+    """Places (steps + 1, 2) after each step, mm: along the mean, and aside.
 
-    The differences from the mean step are drawn SCALE times.
+    Along the mean step its differences are drawn SCALE times; aside all is as found.
     """
     mean = shifts.mean(axis=0)
     ahead = mean / np.linalg.norm(mean)
-    off = SCALE * (shifts - mean)
-    steps = np.column_stack([(mean + off) @ ahead, off @ across])
+    off = shifts - mean
+    steps = np.column_stack([(mean + SCALE * off) @ ahead, off @ across])
     return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
 
@@ -87,14 +87,14 @@ def fig_4_10(results):
     for panel in (left, right):
         panel.axhline(0, color=INK, lw=0.8)
     left.set(
-        xlabel="Along the mean step (mm)",
-        ylabel=f"Aside, deviations × {SCALE} (mm)",
+        xlabel=f"Along the mean step, deviations × {SCALE} (mm)",
+        ylabel="Aside of the mean step (mm)",
         title="(a)",
     )
     left.set_xticks(STEP_MM * np.arange(STEPS["translation"] + 1))
     right.set(
         xlabel="Turn of the stage (deg)",
-        ylabel="Turn found minus turn of the stage (deg)",
+        ylabel="Turn found less that of the stage (deg)",
         title="(b)",
     )
     drawn.legend(loc="outside lower center", ncols=3)
@@ -103,8 +103,9 @@ def fig_4_10(results):
         columns(("panel", "method", "x", "y"), rows),
         "Motion of the stage found from the rays of three calibrations, of "
         "one seed of rendered pictures, corners by CELECT: (a) the "
-        "translation in steps of 20 mm, its deviations from the mean step "
-        f"magnified {SCALE} times; (b) the rotation, as its difference from "
+        f"translation in steps of {STEP_MM:g} mm: how far it goes aside, in mm as "
+        "found, and along the mean step, where its deviations are drawn "
+        f"{SCALE} times as long; (b) the rotation, as its difference from "
         "that of the stage, after each step of 10°.",
         Check(
             bool(max(gaps) < EXACT),
