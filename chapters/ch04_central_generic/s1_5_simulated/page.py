@@ -114,6 +114,10 @@ from repro.run.outcomes import Plan
 # error is the mean distance of the found rays from the true points on all
 # three grids. Measured from the noisy points under the found poses, which
 # is what an experimenter can do, it is a reading too.
+#
+# The thesis plots means over the trials. The figure and the tests here take
+# medians, since a few trials in which the standard method goes far wrong
+# carry its mean; the means are one more reading of every comparison.
 
 # %% tags=["active-ipynb"]
 # show_code(errors)

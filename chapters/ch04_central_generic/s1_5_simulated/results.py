@@ -30,6 +30,7 @@ READINGS = {
         "length of the difference": "mm",
     },
     "ray_point": {"true points": "ray_mm", "noisy points": "own_ray_mm"},
+    "statistic_of_trials": {"median": "median", "mean": "mean"},
 }
 QUANTITIES = ("centre", "t2", "t3", "r2", "r3", "ray")
 WORDS = {

@@ -54,7 +54,7 @@ class Estimate(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Outcome of `wins` at one level: corrected p, ratio of medians b / a, decision."""
+    """Outcome of `wins` at one level: corrected p, ratio b / a, decision."""
 
     p: float
     ratio: Estimate
@@ -201,11 +201,29 @@ def median_ratio(
     numerator: np.ndarray, denominator: np.ndarray, *, paired: bool = False
 ) -> Estimate:
     """Ratio of the medians of two samples of positive trials, failures the worst."""
+    return ratio_of("median", numerator, denominator, paired=paired)
+
+
+def ratio_of(
+    statistic: str,
+    numerator: np.ndarray,
+    denominator: np.ndarray,
+    *,
+    paired: bool = False,
+) -> Estimate:
+    """Ratio of the medians or the means of two samples of positive trials.
+
+    statistic: 'median' or 'mean'. A failed trial counts as the worst: as infinite in a
+    median, and in a mean as the worst trial of either sample that has a value.
+    """
+    over_trials = OVER_TRIALS[statistic]
+    samples = [with_worst(numerator), with_worst(denominator)]
+    if statistic == "mean":
+        trials = np.concatenate(samples)
+        worst = np.max(trials, where=np.isfinite(trials), initial=0.0)
+        samples = [np.minimum(sample, worst) for sample in samples]
     return bootstrap(
-        lambda a, b: _median(a) / _median(b),
-        with_worst(numerator),
-        with_worst(denominator),
-        paired=paired,
+        lambda a, b: over_trials(a) / over_trials(b), *samples, paired=paired
     )
 
 
@@ -219,12 +237,22 @@ def _median(values: np.ndarray) -> np.ndarray:
     return np.median(values, axis=-1)
 
 
-def wins(levels: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[Comparison]:
+def _mean(values: np.ndarray) -> np.ndarray:
+    return np.mean(values, axis=-1)
+
+
+OVER_TRIALS = {"median": _median, "mean": _mean}
+"""What stands for the trials of a level, arrays (..., trials) in, (...) out."""
+
+
+def wins(
+    levels: Sequence[tuple[np.ndarray, np.ndarray]], statistic: str = "median"
+) -> list[Comparison]:
     """wins(a < b) at every level given as a pair of trials (a, b), paired by trial.
 
     One-sided Wilcoxon signed-rank test with p < 0.01 after Holm's correction over the
-    levels, and a median ratio b / a of at least 1.05 with its interval on that side.
-    Fewer than 50 trials at a level decide nothing in favour.
+    levels, and a ratio b / a of the medians, or of the means, of at least 1.05 with its
+    interval on that side. Fewer than 50 trials at a level decide nothing in favour.
     """
     from scipy.stats import wilcoxon
 
@@ -238,9 +266,7 @@ def wins(levels: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[Comparison]:
             raw.append(float(wilcoxon(difference, alternative="greater").pvalue))
     found = []
     for p, (a, b) in zip(holm(raw), pairs, strict=True):
-        ratio = bootstrap(
-            lambda x, y: _median(y) / _median(x), a, b, paired=True
-        )  # fmt: skip
+        ratio = ratio_of(statistic, b, a, paired=True)
         decision = ratio.above(np.nextafter(LEAST_RATIO, 0))
         if decision == HOLDS and (p >= SIGNIFICANCE or len(a) < LEAST_TRIALS):
             decision = UNDECIDED

@@ -24,8 +24,8 @@ from repro.judge.statistics import (
     UNDECIDED,
     Estimate,
     all_of,
-    median_ratio,
     proportion,
+    ratio_of,
     share_gain,
     with_worst,
 )
@@ -213,7 +213,7 @@ def judge_fisheye_fail(results, options):
     )
 
 
-def _worsens(result, low, high):
+def _worsens(result, statistic, low, high):
     """Decision whether blur from `low` to `high` px worsens the outcome.
 
     The mean error is that of the successful trials, as in Fig. 3.11; the others
@@ -231,7 +231,7 @@ def _worsens(result, low, high):
     decisions = [drop.above(0.2 - 1e-9)]
     growth = None
     if all(len(m) for m in means):
-        growth = median_ratio(*means)
+        growth = ratio_of(statistic, *means)
         decisions.append(growth.above(1.25 - 1e-9))
     if HOLDS in decisions:
         return HOLDS, drop, growth
@@ -242,13 +242,14 @@ def _worsens(result, low, high):
     "c3_blur_limit",
     needs=("fig_3_11_blur",),
     evidence="rendered",
-    readings=("celect_smoothing",),
+    readings=("celect_smoothing", "statistic_of_trials"),
 )
 def judge_blur_limit(results, options):
     """Worse from 2 to 4 px, and not from 1 to 2 px."""
     result = under(results["fig_3_11_blur"], options)
-    strong, drop, growth = _worsens(result, 2, 4)
-    weak, *_ = _worsens(result, 1, 2)
+    statistic = options["statistic_of_trials"]
+    strong, drop, growth = _worsens(result, statistic, 2, 4)
+    weak, *_ = _worsens(result, statistic, 1, 2)
     if result.trials_per_condition < MIN_TRIALS:
         strong = weak = UNDECIDED
     opposite, in_words = {

@@ -12,13 +12,20 @@ from chapters.ch04_central_generic.s2_pose.results import (
 )
 from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
 from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES
-from repro.judge.statistics import HOLDS, all_of, median_ratio, wins
+from repro.judge.statistics import HOLDS, all_of, ratio_of, wins
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
 NEUTRAL = (0.95, 1.25)
-SETTING = ("noise", "pose_rays", "pose_threshold")
-READINGS = ("standard_pose", "noise", "pose_rays", "pose_threshold")
+STATISTIC = "statistic_of_trials"
+SETTING = ("noise", "pose_rays", "pose_threshold", "statistic_of_trials")
+READINGS = (
+    "standard_pose",
+    "noise",
+    "pose_rays",
+    "pose_threshold",
+    "statistic_of_trials",
+)
 
 
 def _pair(result, options, estimators, measure, level):
@@ -44,7 +51,8 @@ def judge_cgsp_better(results, options):
     levels = result.levels("noise")
     found = {
         measure: wins(
-            [_pair(result, options, methods, measure, level) for level in levels]
+            [_pair(result, options, methods, measure, level) for level in levels],
+            options[STATISTIC],
         )
         for measure in MEASURES
     }
@@ -74,7 +82,11 @@ def judge_ransac_neutral(results, options):
     """With over without RANSAC within 0.95 and 1.25 at every level."""
     result, methods = results["fig_4_4_noise"], ("cgsp_ransac", "cgsp")
     found = [
-        median_ratio(*_pair(result, options, methods, measure, level), paired=True)
+        ratio_of(
+            options[STATISTIC],
+            *_pair(result, options, methods, measure, level),
+            paired=True,
+        )
         for measure, level in product(MEASURES, result.levels("noise"))
     ]
     return Reading.of(

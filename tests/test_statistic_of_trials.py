@@ -1,0 +1,113 @@
+"""Claims on plots of means are judged on medians, and in one more reading on means."""
+
+import numpy as np
+import pytest
+
+from chapters.ch03_planar_grids.s3_1_robustness.claims.sweeps import judge_blur_limit
+from chapters.ch04_central_generic.s1_5_simulated import claims as simulated
+from chapters.ch04_central_generic.s2_pose.claims import simulated as poses
+from repro.judge.readings import open_questions
+from repro.judge.statistics import ratio_of, wins
+from tests.judged_claims import readings_of
+from tests.made_results import ROOT, OfLaw
+
+TRIALS = 50
+NAME = "statistic_of_trials"
+# Most trials fall a little, a few grow much: the median falls and the mean grows.
+MEDIAN_FALLS = np.where(np.arange(TRIALS) % 10, 0.8, 20.0)
+MEDIAN_GROWS = np.where(np.arange(TRIALS) % 10, 1.08, 0.01)
+
+
+def spread(seed=0):
+    return np.exp(0.05 * np.random.default_rng(seed).standard_normal(TRIALS))
+
+
+def verdicts(judge, results):
+    """Verdicts of the primary reading, and of the one on means."""
+    found = {"median": [], "mean": []}
+    for reading in readings_of(judge, results):
+        found[reading.reading[NAME]].append(reading.verdict)
+    (of_means,) = found["mean"]
+    return found["median"][0], of_means
+
+
+def of_fig_4_2(adjusted):
+    """Fig. 4.2, where all errors are about 1 and the adjusted ones these multiples."""
+
+    def law(name, condition):
+        return spread() * (adjusted if ".ba." in name else 1.0)
+
+    return {"fig_4_2_redrawn": OfLaw("fig_4_2_redrawn", law, TRIALS)}
+
+
+@pytest.mark.parametrize(
+    ("adjusted", "expected"),
+    [
+        (MEDIAN_FALLS, ("differs", "reproduced")),
+        (MEDIAN_GROWS, ("reproduced", "differs")),
+        (np.full(TRIALS, 1.2), ("reproduced", "reproduced")),
+        (np.full(TRIALS, 0.8), ("differs", "differs")),
+    ],
+)
+def test_rotations_get_worse_in_the_median_or_in_the_mean(adjusted, expected):
+    judge = simulated.judge_rotation_worse
+    assert verdicts(judge, of_fig_4_2(adjusted)) == expected
+
+
+def test_comparisons_of_fig_4_2_follow_the_statistic():
+    apart, falls = of_fig_4_2(MEDIAN_FALLS), np.full(TRIALS, 0.4)
+    assert verdicts(simulated.judge_points_better, apart) == ("reproduced", "differs")
+    assert verdicts(simulated.judge_little_gain, apart)[1] == "differs"
+    both = ("reproduced", "reproduced")
+    assert verdicts(simulated.judge_points_better, of_fig_4_2(falls)) == both
+    # In the mean CGSP is ahead, but it is behind in nearly all trials.
+    judge = simulated.judge_beats_adjusted
+    assert verdicts(judge, apart) == ("differs", "undecided")
+
+
+def test_poses_of_fig_4_4_follow_the_statistic():
+    def law(name, condition):
+        return spread() * (MEDIAN_FALLS if name.startswith("cgsp_ransac") else 1.0)
+
+    results = {"fig_4_4_noise": OfLaw("fig_4_4_noise", law, TRIALS)}
+    assert verdicts(poses.judge_cgsp_better, results) == ("reproduced", "differs")
+
+    def even(name, condition):
+        outlier = np.where(np.arange(TRIALS) % 5, 1.0, 9.0)
+        return outlier if name.startswith("cgsp_ransac") else np.ones(TRIALS)
+
+    results = {"fig_4_4_noise": OfLaw("fig_4_4_noise", even, TRIALS)}
+    assert verdicts(poses.judge_ransac_neutral, results) == ("reproduced", "differs")
+
+
+def test_blur_of_fig_3_11_follows_the_statistic():
+    def law(name, condition):
+        if not name.endswith("mean_px"):
+            return np.ones(TRIALS)
+        worse = np.where(np.arange(TRIALS) % 10, 1.0, 20.0)
+        return spread() * (worse if condition["blur_px"] == 4 else 1.0)
+
+    results = {"fig_3_11_blur": OfLaw("fig_3_11_blur", law, TRIALS)}
+    assert verdicts(judge_blur_limit, results) == ("differs", "reproduced")
+
+
+def test_a_failed_trial_is_the_worst_that_has_a_value_in_a_mean():
+    a, b = np.array([1.0, 2.0, np.nan]), np.array([4.0, 1.0, 1.0])
+    assert ratio_of("mean", a, b).value == pytest.approx((1 + 2 + 4) / (4 + 1 + 1))
+    assert ratio_of("median", a, b).value == 2.0
+    assert ratio_of("mean", [np.inf, 1.0], [1.0, 1.0]).value == 1.0
+
+
+def test_wins_of_means_need_the_means():
+    a = spread() * MEDIAN_FALLS
+    (of_medians,), (of_means,) = (wins([(a, spread(1))], s) for s in ("median", "mean"))
+    assert of_medians.decision == "holds"
+    assert of_means.decision == "fails"
+    assert of_medians.p == of_means.p
+
+
+def test_the_mean_stands_with_the_primary_options_of_the_others():
+    entry = open_questions(ROOT)[NAME]
+    for judge in (simulated.judge_beats_adjusted, poses.judge_cgsp_better):
+        (mark,) = (m for m in judge.repro_marks if m["kind"] == "claim")
+        assert set(mark["readings"]) - {NAME} <= set(entry["not_crossed_with"])
