@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
+from chapters.ch03_planar_grids.s3_2_grid_sets.claims.accuracy import (
+    judge_same_after_loc,
+)
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import clicks_task
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     CLEAN,
+    EXPERIMENTS,
+    SPACING,
     Which,
     errors,
     right,
@@ -38,7 +43,17 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     least_over_merging,
     stacked,
 )
-from chapters.shared.grid_detectors import CELECT, OPENCV, is_right, localised
+from chapters.ch03_planar_grids.s3_2_grid_sets.trials.spacing import (
+    least_step,
+    spacing_trial,
+)
+from chapters.shared.grid_detectors import (
+    CELECT,
+    OPENCV,
+    OPENCV_SB,
+    is_right,
+    localised,
+)
 from chapters.shared.grid_rigs import HARD, SETS, WHOLE, rig_of, wiped
 from chapters.shared.lattices import clockwise, outer
 from chapters.shared.rigs import rig_named
@@ -53,6 +68,7 @@ from raxel.features.celect import (
     ContourTrace,
 )
 from repro.run.outcomes import Plan
+from tests.judged_claims import readings_of
 from tests.made_results import written
 
 COLUMNS, ROWS = 5, 4
@@ -193,6 +209,61 @@ def test_a_reading_counts_its_own_pictures():
     found = errors(result, OPENCV, "after", REFERENCE)
     assert [e.tolist() for e in found] == [[1.0] * 4, [2.0] * 4]
     assert errors(result, OPENCV, "before", "truth", Which(WHOLE, CLEAN)) == []
+
+
+def grids_near_and_far(near_px, far_px):
+    """Results of the four sets: image 0 with these errors has corners 9.5 px apart,
+    image 1 has them 20 px apart.
+    """
+
+    def of_grids(condition, rng):
+        error = near_px if condition["image"] == 0 else far_px
+        good = {method: {"success": True} for method in (CELECT, OPENCV, OPENCV_SB)}
+        every = {
+            name: {"errors": np.full((len(methods), len(MEASURES), 4), error)}
+            for name, methods in (("all", METHODS), ("spotless", SPOTLESS))
+        }
+        return good | every["all"] | {"spotless": good | every["spotless"]}
+
+    def of_spacing(condition, rng):
+        return {"least_px": 9.5 if condition["image"] == 0 else 20.0}
+
+    def conditions(name):
+        return [
+            {"set": name, "poses": poses, "image": image, "seed": 1}
+            for poses in (WHOLE, HARD)
+            for image in (0, 1)
+        ]
+
+    results = {
+        EXPERIMENTS[name]: written(Plan(of_grids, conditions(name), 1, {"set": name}))
+        for name in EXPERIMENTS
+    }
+    every = [c for name in EXPERIMENTS for c in conditions(name)]
+    return results | {SPACING: written(Plan(of_spacing, every, 1))}
+
+
+@pytest.mark.parametrize(("far_px", "apart"), [
+    (0.1, "reproduced"), (0.3, "differs"),
+])  # fmt: skip
+def test_grids_with_corners_near_each_other_count_in_one_reading(far_px, apart):
+    results = grids_near_and_far(near_px=5.0, far_px=far_px)
+    found = readings_of(judge_same_after_loc, results)
+    assert len(found) == 64
+    assert found[0].reading["corner_spacing"] == "9 px or more"
+    expected = {"9 px or more": "differs", "15 px or more": apart}
+    for one in found:
+        assert one.verdict == expected[one.reading["corner_spacing"]]
+
+
+def test_the_spacing_of_a_grid_is_that_of_its_picture():
+    view = grid_view("fisheye", 7, 11, WHOLE)
+    lattice = view.corners.reshape(view.rows, view.columns, 2)
+    where = {"set": "fisheye", "poses": WHOLE, "image": 7, "seed": 11}
+    assert spacing_trial(where, None)["least_px"] == pytest.approx(least_step(lattice))
+    bent = LATTICE.copy()
+    bent[1, 2] += [0, -12]
+    assert least_step(bent) == pytest.approx(18)
 
 
 def test_sets_have_15_images_and_2880_corners():

@@ -4,7 +4,11 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     GRIDS,
+    GRIDS_AND_SPACING,
+    LEAST_SPACING_PX,
+    SPACING,
     Which,
+    apart,
     errors,
     seeds_of,
     spread,
@@ -18,17 +22,18 @@ MAX_LOCALISED_PX, MAX_GAP_PX = 0.22, 0.01
 LEFT_OUT = "a set in which one of them finds nothing is left out"
 
 
-def pairs_by_seed(results, options, *asked, **window):
+def pairs_by_seed(results, options, errors_of):
     """Errors (N,), (N,) of the detector and of CELECT, of every set that has both.
 
-    options: of the ledger's questions; asked: when and against what; window: of the
-    localiser. Returns a list of pairs for every seed that has some.
+    options: of the ledger's questions; errors_of: (result, method, which, seed) -> the
+    errors of each grid that counts. Returns a list of pairs for every seed that has
+    some.
     """
     which = Which.of(options)
     methods = options["opencv_detector"], CELECT
     found = [
         [
-            [errors(result, m, *asked, which, seed, **window) for m in methods]
+            [errors_of(result, m, which, seed) for m in methods]
             for result in results.values()
         ]
         for seed in seeds_of(results, which)
@@ -51,7 +56,11 @@ def judge_less_accurate_raw(results, options):
 
     Against truth alone, as the test has it.
     """
-    seeds = pairs_by_seed(results, options, "before", TRUTH)
+
+    def before(result, method, which, seed):
+        return errors(result, method, "before", TRUTH, which, seed)
+
+    seeds = pairs_by_seed(results, options, before)
     ratios = [[ours.mean() / theirs.mean() for theirs, ours in s] for s in seeds]
     holds = [
         min(of_means) > 1 and all(ours.max() > theirs.max() for theirs, ours in pairs)
@@ -67,7 +76,7 @@ def judge_less_accurate_raw(results, options):
 
 @claim(
     "c3_same_after_loc",
-    needs=GRIDS,
+    needs=GRIDS_AND_SPACING,
     evidence="rendered",
     readings=(
         "opencv_detector",
@@ -75,12 +84,19 @@ def judge_less_accurate_raw(results, options):
         "spots",
         "corner_reference",
         "localiser_window",
+        "corner_spacing",
     ),
 )
 def judge_same_after_loc(results, options):
     """After localisation: no error above 0.22 px, means within 0.01 px."""
     reference, window = options["corner_reference"], options["localiser_window"]
-    seeds = pairs_by_seed(results, options, "after", reference, window=window)
+    least_px = LEAST_SPACING_PX[options["corner_spacing"]]
+
+    def after(result, method, which, seed):
+        found = errors(result, method, "after", reference, which, seed, window)
+        return apart(found, result, results[SPACING], least_px, method, which, seed)
+
+    seeds = pairs_by_seed({name: results[name] for name in GRIDS}, options, after)
     largest = [max(max(e.max() for e in pair) for pair in pairs) for pairs in seeds]
     gaps = [max(abs(a.mean() - b.mean()) for a, b in pairs) for pairs in seeds]
     holds = [

@@ -9,10 +9,13 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     CLEAN,
     EXPERIMENTS,
     GRIDS,
+    LEAST_SPACING_PX,
     PRIMARY,
+    SPACING,
     SPOTTED,
     Which,
     all_right,
+    apart,
     causes,
     cleared,
     errors,
@@ -160,6 +163,24 @@ def largest_after(results, reference):
     return float(np.concatenate(sizes).max(initial=0.0))
 
 
+def largest_far_apart(results, spacing):
+    """The same of the grids whose neighbouring corners are 15 px apart or more."""
+    least_px = LEAST_SPACING_PX["15 px or more"]
+    sizes = [
+        one
+        for result in results.values()
+        for method in (OPENCV, CELECT)
+        for one in apart(
+            errors(result, method, "after", REFERENCE),
+            result,
+            spacing,
+            least_px,
+            method,
+        )
+    ]
+    return float(joined(sizes).max(initial=0.0))
+
+
 def spared_by_clean_ball(result):
     """Failures of CELECT that are none without the spots, of the seed with both."""
     spotted = right(result, CELECT, PRIMARY, SPOTLESS_SEED)
@@ -223,6 +244,7 @@ def numbers_sec_3_3_2(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = opened_all(open_results)
+    spacing = open_results(SPACING)
     stated = Counter(c for s in seeds_of(results) for c in causes(results, PRIMARY, s))
     quoted = {
         **{
@@ -232,6 +254,7 @@ def name_values(open_results):
         },
         "contours": stated[CONTOUR],
         "largest.reference": largest_after(results, REFERENCE),
+        "largest.apart": largest_far_apart(results, spacing),
         **of_ball(results[EXPERIMENTS["spherical"]]),
         **of_sizes(results),
         **of_lost(results, WHOLE),

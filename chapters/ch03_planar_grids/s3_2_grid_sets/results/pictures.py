@@ -27,6 +27,17 @@ EXPERIMENTS = {
 }
 # The four of them: what the claims of all sixty pictures need.
 GRIDS = ("table_3_4_grids", "table_3_5_grids", "table_3_6_grids", "table_3_7_grids")
+# Least distances of their corners, and all that the claim needs that asks for these.
+SPACING = "exp_c3_same_after_loc"
+GRIDS_AND_SPACING = (
+    "table_3_4_grids",
+    "table_3_5_grids",
+    "table_3_6_grids",
+    "table_3_7_grids",
+    "exp_c3_same_after_loc",
+)
+# Least distance of neighbouring corners (px) in the readings of the ledger.
+LEAST_SPACING_PX = {"9 px or more": 9.0, "15 px or more": 15.0}
 TITLES = {
     "spherical": "Spherical",
     "hyperboloidal": "Hyperboloidal",
@@ -142,6 +153,21 @@ def errors(result, method, when, reference, which=PRIMARY, seed=None, window=WIN
         )
         if good
     ]
+
+
+def apart(found, result, spacing, least_px, method, which=PRIMARY, seed=None):
+    """Of `errors` found, those of grids without neighbouring corners nearer than this.
+
+    spacing: Result of SPACING.
+    """
+    pictures = pictures_of(result, which, seed).conditions
+    good = right(result, method, which, seed)
+    steps = [
+        spacing.column("least_px", **picture)[0]
+        for picture, is_right in zip(pictures, good, strict=True)
+        if is_right
+    ]
+    return [one for one, step in zip(found, steps, strict=True) if step >= least_px]
 
 
 def texts(result, name, which=PRIMARY, seed=None):
