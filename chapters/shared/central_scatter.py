@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
@@ -9,6 +11,7 @@ from raxel.geometry import on_plane, transform
 
 EDGE = 1e-9  # mm, a point so near to the hull lies in it
 GAUSSIAN_KURTOSIS = 8.0  # Mardia's, of two coordinates
+TILTS_DEG, TOWARDS = (10.0, 20.0, 30.0), 8  # of planes, in so many directions
 
 
 def best_lines(points, T_base_grid):
@@ -42,6 +45,28 @@ def crossings(centre, points, T_base_grid):
     normal = np.cross(*across)
     reach = ((centre - middles) @ normal) / (directions @ normal)
     return (middles + reach[:, None] * directions - centre) @ across.T
+
+
+def tilted_over_facing(centre, points, T_base_grid):
+    """Smallest RMS distance from the centre at which the rays of `crossings` cross a
+    tilted plane through it, over that on the plane which lies across them.
+    """
+    middles, directions = best_lines(points, T_base_grid)
+    right, down = facing_plane(directions)
+    ahead = np.cross(right, down)
+
+    def rms_mm(normal):
+        reach = ((centre - middles) @ normal) / (directions @ normal)
+        off = middles + reach[:, None] * directions - centre
+        return np.sqrt(np.mean(np.sum(off**2, axis=1)))
+
+    tilted = []
+    for tilt, towards in product(
+        np.radians(TILTS_DEG), np.linspace(0, 2 * np.pi, TOWARDS, endpoint=False)
+    ):
+        aside = np.cos(towards) * right + np.sin(towards) * down
+        tilted.append(rms_mm(np.cos(tilt) * ahead + np.sin(tilt) * aside))
+    return float(min(tilted) / rms_mm(ahead))
 
 
 def scatter_of(crossing):

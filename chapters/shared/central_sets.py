@@ -6,7 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.active_grid_sets import decoded_grids, true_camera, true_poses
+from chapters.shared.active_grid_sets import (
+    decoded_grids,
+    seen_grids,
+    true_camera,
+    true_poses,
+)
 from raxel.calibration import linear_cgsp
 from raxel.cameras import closest_point
 from raxel.geometry import inverse_pose, transform
@@ -75,6 +80,16 @@ def first_points(folder, count=LINEAR_GRIDS):
         seen = np.where(found.mask[..., None], found.location, np.nan)
         points.append(seen.reshape(-1, 2))
     return np.array(points)
+
+
+def first_points_and_truth(folder, count=LINEAR_GRIDS):
+    """As `first_points`, and the true points alike (count, H * W, 2), for scoring."""
+    decoded, true = [], []
+    for grid in seen_grids(folder, count):
+        seen = grid.decoded.mask[..., None]
+        decoded.append(np.where(seen, grid.decoded.location, np.nan).reshape(-1, 2))
+        true.append(grid.points.reshape(-1, 2))
+    return np.array(decoded), np.array(true)
 
 
 def shared_rays(points, width, rng, most=MOST_RAYS):

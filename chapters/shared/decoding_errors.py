@@ -54,6 +54,14 @@ class DecodingErrors(NamedTuple):
         }
         return cls(**arrays, outlier_share=trials.column(prefix + share)[0])
 
+    @classmethod
+    def by_rig(cls, result):
+        """{rig: DecodingErrors} of the result that measured those of several rigs."""
+        return {
+            rig: cls.read(trials, share="share_of_outliers")
+            for rig, trials in result.by("rig").items()
+        }
+
     def bias_at(self, points, cosine):
         """Bias (..., 2) mm at true points (..., 2) seen at these cosines (...)."""
         phase = points / self.period_mm % 1 * PHASES - 0.5

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.central_scatter import crossings, scatter_of
+from chapters.shared.central_scatter import crossings, scatter_of, tilted_over_facing
 from chapters.shared.methods import LINEAR_STAGES
 from raxel.calibration import ray_point_distances, relax_poses
 from raxel.calibration.adjust.centroid_rays import centroid_directions
@@ -13,17 +13,17 @@ from raxel.geometry import angle_between_rotations, on_plane, transform
 LEAST_SPREAD = 0.1
 
 
-def calibrated(points, true, centrality=True):
-    """What every method makes of rays, points (3, N, 2) mm.
+def calibrated(points, true, centrality=True, methods=tuple(LINEAR_STAGES)):
+    """What each of the methods makes of rays, points (3, N, 2) mm.
 
     By method: centre and poses as Table 4.2 has them, ray-point errors before and
     after adjustment as Table 4.3, the scatter of Fig. 4.6, and errors against `true`
     (TrueGrids); or why it failed.
     """
     out = {}
-    for name, stage in LINEAR_STAGES.items():
+    for name in methods:
         try:
-            out[name] = _calibrated(stage, points, true, centrality)
+            out[name] = _calibrated(LINEAR_STAGES[name], points, true, centrality)
         except CalibrationError as fault:
             out[name] = {"failed": str(fault)}
     return out
@@ -53,11 +53,17 @@ def _calibrated(stage, points, true, centrality):
 
 def _scatters(centre, points, poses):
     """Measures of the scatter of all rays, and of those whose points lie apart."""
-    crossing = crossings(centre, points, poses)
     apart = depth_spread(centre, points, poses) >= LEAST_SPREAD
+    crossing = crossings(centre, points, poses)
+
+    def measures(some, crossing):
+        tilted = tilted_over_facing(centre, some, poses)
+        return scatter_of(crossing) | {"tilted_over_facing": tilted}
+
+    far = points[:, apart]
     return {
-        "all": scatter_of(crossing),
-        "apart": scatter_of(crossings(centre, points[:, apart], poses)),
+        "all": measures(points, crossing),
+        "apart": measures(far, crossings(centre, far, poses)),
         "share_apart": float(apart.mean()),
         "crossing": np.column_stack([crossing, apart]).astype(np.float32),
     }

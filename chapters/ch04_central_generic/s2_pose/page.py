@@ -218,6 +218,9 @@ def noise_sweep(effort):
 # %% tags=["active-ipynb"]
 # show_table("ext_table_4_1")
 
+# %% tags=["active-ipynb"]
+# show("ext_noise_pose")
+
 # %% [markdown]
 # ## Rays from several grids
 #

@@ -2,41 +2,38 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_2_results.results import (
+from chapters.ch04_central_generic.s3_2_results.results import predicates
+from chapters.ch04_central_generic.s3_2_results.results.seeds import (
     BRACKETS,
-    CAMERAS,
     CAUSTIC,
+    READINGS,
     SEEDS_OF_BOTH,
-    both,
-    disagreement,
-    ratio,
-    scatter,
+    Seeds,
 )
-from chapters.shared.central_sets import FISH, OMNI
+from chapters.shared.noise_sweep import counterpart_over_the_sweep, over_the_sweep
 from repro.judge.statistics import proportion
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
-from repro.run.readings import counterpart
+from repro.run.readings import Case, counterpart
 
-MIN_RATIO, MAX_SIMILAR, MIN_REDUCTION = 5.0, 2.0, 0.4
-MAX_FISH, MIN_DEPTH = 5.0, 5.0
-MIN_TIGHTER, SIMILAR = 2.0, (0.7, 1.5)
 MAX_OF_ALIGNED, STATED_MM = 2.0, 1.0
-STANDARD = ("standard_method",)
-SCATTERS = ("standard_method", "scatter_rays")
-# Before and after adjustment.
-STAGES = ("ray_mean_mm", "ba_mean_mm")
+STANDARD = ("decoding_noise", "standard_method")
+SCATTERS = ("decoding_noise", "standard_method", "scatter_rays")
+# With the simulation of 4.1.5.
+WITH_SIMULATED = ("table_4_3_rendered", "table_4_3_redrawn", "fig_4_2_redrawn")
+
+
+def _by_seed(results, options, predicate):
+    """The Reading of a predicate of `Seeds`, over the sweep of the noise."""
+    return counterpart_over_the_sweep(
+        Case(READINGS, options), lambda noise: predicate(Seeds(results, options, noise))
+    )
 
 
 @claim("c4_omni_order_mag", needs=SEEDS_OF_BOTH, evidence="rendered", readings=STANDARD)
 def judge_order_of_magnitude(results, options):
     """Standard over CGSP, before and after adjustment."""
-    before, after = (ratio(results, OMNI, options, stage) for stage in STAGES)
-    return counterpart(
-        (before >= MIN_RATIO) & (after >= MIN_RATIO),
-        before,
-        reason=f"ratio before adjustment; after it {np.nanmedian(after):.2f}",
-    )
+    return _by_seed(results, options, predicates.order_of_magnitude)
 
 
 @claim(
@@ -44,36 +41,13 @@ def judge_order_of_magnitude(results, options):
 )
 def judge_smaller_gap(results, options):
     """The fisheye's ratios lie between 1 and those of the other camera."""
-    omni, fish = (
-        np.array([ratio(results, camera, options, stage) for stage in STAGES])
-        for camera in (OMNI, FISH)
-    )
-    return counterpart(
-        np.all((fish > 1) & (fish < omni), axis=0),
-        fish[0],
-        reason=f"fisheye's ratio before adjustment; after it "
-        f"{np.nanmedian(fish[1]):.3f}; omnidirectional "
-        f"{np.nanmedian(omni[0]):.2f} and {np.nanmedian(omni[1]):.3f}",
-    )
+    return _by_seed(results, options, predicates.smaller_gap)
 
 
 @claim("c4_ba_reduces", needs=SEEDS_OF_BOTH, evidence="rendered", readings=STANDARD)
 def judge_adjustment(results, options):
     """Adjustment takes 40 % of the standard error, on both cameras."""
-
-    def gain(camera):
-        before, after = (both(results, camera, options, stage)[0] for stage in STAGES)
-        return 1 - after / before
-
-    gains = np.array([gain(camera) for camera in CAMERAS.values()])
-    omni, fish = 100 * np.nanmedian(gains, axis=1)
-    return counterpart(
-        np.all(gains >= MIN_REDUCTION, axis=0),
-        100 * gains.min(axis=0),
-        "%",
-        f"smaller reduction of the two; omnidirectional {omni:.0f} %, "
-        f"fisheye {fish:.0f} %",
-    )
+    return _by_seed(results, options, predicates.adjustment_reduces)
 
 
 @claim(
@@ -84,16 +58,7 @@ def judge_adjustment(results, options):
 )
 def judge_similar_cameras(results, options):
     """CGSP's errors are alike on both cameras, the standard method's are not."""
-    omni, fish = (
-        both(results, camera, options, "ray_mean_mm") for camera in (OMNI, FISH)
-    )
-    standard, cgsp = np.maximum(omni / fish, fish / omni)
-    return counterpart(
-        (cgsp <= MAX_SIMILAR) & (standard >= MIN_RATIO),
-        cgsp,
-        reason="larger over smaller mean of CGSP; of the standard method "
-        f"{np.nanmedian(standard):.2f}",
-    )
+    return _by_seed(results, options, predicates.similar_cameras)
 
 
 @claim(
@@ -104,17 +69,15 @@ def judge_similar_cameras(results, options):
 )
 def judge_unadjusted(results, options):
     """CGSP as it comes out against the adjusted standard method."""
-    omni, fish = (
-        both(results, camera, options, "ray_mean_mm")[1]
-        / both(results, camera, options, "ba_mean_mm")[0]
-        for camera in (OMNI, FISH)
-    )
-    return counterpart(
-        omni < 1,
-        omni,
-        reason="CGSP before over standard after adjustment; on the fisheye "
-        f"{np.nanmedian(fish):.2f}",
-    )
+    return _by_seed(results, options, predicates.unadjusted_ahead)
+
+
+@claim(
+    "c4_agrees_simulated", needs=WITH_SIMULATED, evidence="rendered", readings=STANDARD
+)
+def judge_agreement_with_simulation(results, options):
+    """Ray-point errors stand in the orders that 4.1.5 simulates."""
+    return _by_seed(results, options, predicates.orders_as_simulated)
 
 
 @claim(
@@ -122,15 +85,7 @@ def judge_unadjusted(results, options):
 )
 def judge_agreement(results, options):
     """Parameters of the fisheye agree, the depth of the other camera does not."""
-    fish = disagreement(results, FISH, options)
-    depth = disagreement(results, OMNI, options, ("cz",))
-    return counterpart(
-        (fish <= MAX_FISH) & (depth > MIN_DEPTH),
-        fish,
-        "%",
-        "largest difference on the fisheye; omnidirectional depth "
-        f"{np.nanmedian(depth):.2f} %",
-    )
+    return _by_seed(results, options, predicates.parameters_agree)
 
 
 @claim(
@@ -138,21 +93,7 @@ def judge_agreement(results, options):
 )
 def judge_omnidirectional_scatter(results, options):
     """Tighter by a factor of two, rounder, nearer to Gaussian."""
-    (wide, tight), (flat, circular), (far, near) = (
-        scatter(results, OMNI, options, key)
-        for key in ("rms_mm", "eigenvalues", "kurtosis")
-    )
-    tighter = wide / tight
-    parts = {
-        "tighter": tighter >= MIN_TIGHTER,
-        "rounder": circular > flat,
-        "nearer to Gaussian": near < far,
-    }
-    shares = ", ".join(
-        f"{word} in {100 * np.mean(part):.0f} %" for word, part in parts.items()
-    )
-    holds = np.all(list(parts.values()), axis=0)
-    return counterpart(holds, tighter, reason=f"RMS ratio; {shares}")
+    return _by_seed(results, options, predicates.omnidirectional_scatter)
 
 
 @claim(
@@ -160,28 +101,13 @@ def judge_omnidirectional_scatter(results, options):
 )
 def judge_fisheye_scatter(results, options):
     """Alike in size, and not less Gaussian with CGSP."""
-    tighter = np.divide(*scatter(results, FISH, options, "rms_mm"))
-    far, near = scatter(results, FISH, options, "kurtosis")
-    alike = (tighter >= SIMILAR[0]) & (tighter <= SIMILAR[1])
-    return counterpart(
-        alike & (near <= far),
-        tighter,
-        reason=f"RMS ratio; alike in {100 * np.mean(alike):.0f} %, "
-        f"not less Gaussian in {100 * np.mean(near <= far):.0f} %",
-    )
+    return _by_seed(results, options, predicates.fisheye_scatter)
 
 
-@claim("c4_hull", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS)
-def judge_hull(results, options):
-    """The centre lies in the hull with CGSP, and outside without."""
-    standard, cgsp = scatter(results, FISH, options, "inside")
-    share = proportion(((cgsp == 1) & (standard == 0)).astype(float))
-    return Reading.of(
-        share.value > 0.5,
-        share,
-        reason=f"seeds with the centre inside: CGSP {np.nansum(cgsp):.0f}, "
-        f"standard {np.nansum(standard):.0f}",
-    )
+@claim("c4_scatter_plane", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS)
+def judge_plane_of_scatter(results, options):
+    """No tilted plane has a smaller scatter than the one across the rays."""
+    return _by_seed(results, options, predicates.compact_across)
 
 
 @claim(
@@ -189,19 +115,25 @@ def judge_hull(results, options):
 )
 def judge_both_cameras(results, options):
     """The scatter is tighter with CGSP on both cameras."""
-    tighter = np.array(
-        [
-            np.divide(*scatter(results, camera, options, "rms_mm"))
-            for camera in (OMNI, FISH)
-        ]
-    )
-    omni, fish = np.nanmedian(tighter, axis=1)
-    return counterpart(
-        np.all(tighter > 1, axis=0),
-        tighter.min(axis=0),
-        reason=f"smaller RMS ratio of the two; omnidirectional {omni:.2f}, "
-        f"fisheye {fish:.2f}",
-    )
+    return _by_seed(results, options, predicates.tighter_on_both)
+
+
+@claim("c4_hull", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS)
+def judge_hull(results, options):
+    """The centre lies in the hull with CGSP, and outside without, in most seeds."""
+
+    def share_at(noise):
+        holds, *_, words = predicates.centre_in_hull(Seeds(results, options, noise))
+        return proportion(holds.astype(float)), words
+
+    def reading_at(noise):
+        share, words = share_at(noise)
+        return Reading.of(share.value > 0.5, share, reason=words)
+
+    def in_most_seeds(noise):
+        return share_at(noise)[0].value > 0.5
+
+    return over_the_sweep(Case(READINGS, options), reading_at, in_most_seeds)
 
 
 @claim("c4_small_misalign", needs=("exp_c4_small_misalign",), evidence="rendered")

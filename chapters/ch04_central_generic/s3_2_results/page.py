@@ -15,14 +15,22 @@ from chapters.ch04_central_generic.s3_2_results.exercises import (
     kurtosis_task,
     lever_task,
 )
-from chapters.ch04_central_generic.s3_2_results.results import ERRORS, name_values
-from chapters.ch04_central_generic.s3_2_results.trials import (
+from chapters.ch04_central_generic.s3_2_results.results.prose import name_values
+from chapters.ch04_central_generic.s3_2_results.results.seeds import ERRORS
+from chapters.ch04_central_generic.s3_2_results.trials.factor import (
+    SEEDS,
+    cgsp_conditions,
+    cgsp_trial,
+)
+from chapters.ch04_central_generic.s3_2_results.trials.limits import (
     BRACKET_SETS,
-    TRIALS,
     bracket_conditions,
     bracket_trial,
     caustic_conditions,
     caustic_trial,
+)
+from chapters.ch04_central_generic.s3_2_results.trials.seeds import (
+    TRIALS,
     errors_conditions,
     errors_trial,
     redrawn_conditions,
@@ -172,12 +180,20 @@ def decoding_errors(effort):
 )
 def redrawn_seeds(effort, results):
     """Grids set up anew, with the decoding errors of the rendered sets."""
-    conditions = redrawn_conditions(effort)
-    errors = {
-        rig: DecodingErrors.read(found, share="share_of_outliers")
-        for rig, found in results[ERRORS].by("rig").items()
-    }
-    return Plan(partial(redrawn_trial, errors=errors), conditions, TRIALS[effort], {})
+    trial = partial(redrawn_trial, errors=DecodingErrors.by_rig(results[ERRORS]))
+    return Plan(trial, redrawn_conditions(effort), TRIALS[effort], {})
+
+
+@experiment(
+    "bench_factor",
+    artefact="ext_bench_factor",
+    inputs=GRID_RIGS,
+    needs=("table_4_3_errors",),
+)
+def bench_factor(effort, results):
+    """CGSP alone, with the laboratory's decoding errors multiplied."""
+    trial = partial(cgsp_trial, errors=DecodingErrors.by_rig(results[ERRORS]))
+    return Plan(trial, cgsp_conditions(effort), SEEDS[effort], {})
 
 
 # %%
@@ -210,6 +226,12 @@ def caustic(effort):
 
 # %% tags=["active-ipynb"]
 # show_table("ext_misalignment", digits=3)
+
+# %% tags=["active-ipynb"]
+# show("ext_bench_factor")
+
+# %% tags=["active-ipynb"]
+# show("ext_noise_results")
 
 # %% [markdown]
 # ## Reading and limits

@@ -7,8 +7,10 @@ from chapters.ch04_central_generic.s3_4_motion.results import (
     DRAWN,
     MEASURES,
     METHODS,
+    MIN_GAIN,
     NAMES,
     SCALE,
+    ahead_at,
     trials_of,
 )
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
@@ -22,6 +24,9 @@ from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
     board_poses,
     target_poses,
 )
+from chapters.shared.bench_noise import BENCH
+from chapters.shared.noise_sweep import ALONG_THE_SWEEP
+from chapters.shared.sweep_figure import RATIO, draw_sweep
 from raxel.show import Labels, Points, Polyline, board, framed
 from repro.judge.statistics import median_interval
 from repro.page.method_looks import look_of
@@ -37,7 +42,7 @@ EXACT = 1e-9
 
 def drawn_arrays(result, motion, method, name):
     """One array of the first rendered seed, by CELECT."""
-    return result.arrays(f"{motion}.{DRAWN}.{method}.{name}", seed=0)[0]
+    return result.arrays(f"{BENCH}.{motion}.{DRAWN}.{method}.{name}", seed=0)[0]
 
 
 def path_of(shifts, across):
@@ -196,3 +201,23 @@ def target_scene():
         Labels(CENTRE_MM[None] + [0, 0, 25], ["mirror"], INK),
     ]
     return framed(parts, (0.75, 0.35, -0.5), up=(0.0, 0.0, 1.0), aspect=1.2)
+
+
+@figure("ext_noise_motion", needs=("fig_4_10_seeds",), evidence="rendered")
+def ext_noise_motion(results):
+    """The claims of this page along the sweep."""
+    panels = {}
+    for claim, motion in (
+        ("c4_motion_trans", "translation"),
+        ("c4_motion_rot", "rotation"),
+    ):
+        ratios = [
+            ahead_at(results["fig_4_10_seeds"], {}, motion, noise).ratio.value
+            for noise in ALONG_THE_SWEEP.values()
+        ]
+        panels[claim] = ratios, MIN_GAIN, RATIO
+    return draw_sweep(
+        panels,
+        "Error of the motion with the standard method over that with CGSP, ratio of "
+        "the medians, from half to twice the bench's noise.",
+    )

@@ -19,11 +19,16 @@ from chapters.ch04_central_generic.s3_4_motion.exercises import (
 from chapters.ch04_central_generic.s3_4_motion.results import name_values
 from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import (
     METHODS,
+    SWEPT_METHODS,
     calibrated,
     drawn_grids,
-    rays_of_pixels,
+    grids_at_pixels,
+    table_rays,
 )
-from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
+from chapters.ch04_central_generic.s3_4_motion.trials.corners import (
+    DETECTORS,
+    SWEPT_DETECTOR,
+)
 from chapters.ch04_central_generic.s3_4_motion.trials.motion import motions, scored
 from chapters.ch04_central_generic.s3_4_motion.trials.seeds import (
     CALIBRATION,
@@ -39,6 +44,7 @@ from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
     target_poses,
     true_pixels,
 )
+from chapters.shared.bench_noise import NOISES, SWEPT_NOISES
 from chapters.shared.rigs import rig_named
 from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, transform
@@ -142,44 +148,72 @@ SEEDS = {"quick": 3, "full": 60}
 
 
 def motion_trial(condition, rng, corners, decoding):
-    """Both motions from the rays of every calibration, one seed.
+    """Both motions from the rays of every calibration at every noise, one seed.
 
     The corners are those of the rendered pictures of the condition's seed, or
-    redrawn.
+    redrawn. All calibrations see the same grids, with the same errors.
     """
-    seed = condition.get("seed")
-    camera, grids = rig_named(RIG).camera, drawn_grids(decoding, rng)
-    found = attempted(grids, rng)
-    centre = transform(inverse_pose(grids.T_camera_grid[0]), viewpoint(camera)[None])[0]
-    off = {
+    grids = drawn_grids(decoding, rng)
+    shown = {
+        (motion, detector): pixels
+        for motion in STEPS
+        for detector, pixels in corner_pixels(
+            motion, condition.get("seed"), corners, rng
+        ).items()
+    }
+    below = {
+        case: grids_at_pixels(pixels.reshape(-1, 2), grids.T_camera_grid, decoding, rng)
+        for case, pixels in shown.items()
+    }
+    out = {"without_ray": max(1 - g.seen.any(axis=0).mean() for g in below.values())}
+    for name, noise in (NOISES | SWEPT_NOISES).items():
+        methods, cases = METHODS, list(shown)
+        if name in SWEPT_NOISES:
+            methods = SWEPT_METHODS
+            cases = [case for case in shown if case[1] == SWEPT_DETECTOR]
+        found = attempted(grids.at(noise, rng), rng, methods)
+        out[name] = {"centre_mm": centres_off(found, grids)}
+        for case in cases:
+            motion, detector = case
+            seen = below[case].at(noise, rng)
+            scores = out[name].setdefault(motion, {})
+            scores[detector] = {
+                method: {"failed": one}
+                if isinstance(one, str)
+                else scored(
+                    motion, table_rays(seen, one).reshape(*shown[case].shape[:2], 3)
+                )
+                for method, one in found.items()
+            }
+    return out
+
+
+def corner_pixels(motion, seed, corners, rng):
+    """{detector: corners (pictures, N, 2) px} of the target in one motion."""
+    poses = target_poses(motion, corners.setup(motion, seed, rng))
+    camera = rig_named(RIG).camera
+    pixels = np.stack([np.concatenate(true_pixels(camera, T)) for T in poses])
+    return {
+        detector: pixels + corners.of_seed(motion, detector, seed, rng)
+        for detector in DETECTORS
+    }
+
+
+def centres_off(found, grids):
+    """{method: distance (mm) of its centre from the true one}, where it has one."""
+    true = viewpoint(rig_named(RIG).camera)
+    centre = transform(inverse_pose(grids.T_camera_grid[0]), true[None])[0]
+    return {
         method: np.linalg.norm(one.centre - centre)
         for method, one in found.items()
         if not isinstance(one, str)
     }
-    out = {"centre_mm": off, "without_ray": 0.0}
-    for motion in STEPS:
-        poses = target_poses(motion, corners.setup(motion, seed, rng))
-        pixels = np.stack([np.concatenate(true_pixels(camera, T)) for T in poses])
-        out[motion] = {}
-        for detector in DETECTORS:
-            errors = corners.of_seed(motion, detector, seed, rng)
-            seen = (pixels + errors).reshape(-1, 2)
-            out[motion][detector] = scores = {}
-            for method, one in found.items():
-                if isinstance(one, str):
-                    scores[method] = {"failed": one}
-                    continue
-                rays = rays_of_pixels(seen, grids, one, rng)
-                lost = np.isnan(rays[:, 0]).mean()
-                out["without_ray"] = max(out["without_ray"], lost)
-                scores[method] = scored(motion, rays.reshape(*pixels.shape[:2], 3))
-    return out
 
 
-def attempted(grids, rng):
+def attempted(grids, rng, methods):
     """{method: its calibration, or the reason why there is none}."""
     found = {}
-    for method in METHODS:
+    for method in methods:
         try:
             found[method] = calibrated(method, grids, rng)
         except CalibrationError as error:
@@ -232,6 +266,9 @@ def redrawn_seeds(effort, results):
 
 # %% tags=["active-ipynb"]
 # show_table("ext_motion")
+
+# %% tags=["active-ipynb"]
+# show("ext_noise_motion")
 
 # %% [markdown]
 # ## Reading and limits

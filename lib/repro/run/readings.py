@@ -34,6 +34,11 @@ class Case:
         """The option that is taken of a question."""
         return self.options.get(question, next(iter(self.names[question])))
 
+    @property
+    def is_primary(self) -> bool:
+        """Whether every question has its primary option."""
+        return all(self.option(q) == next(iter(self.names[q])) for q in self.names)
+
 
 def counterpart(
     holds: np.ndarray, found: np.ndarray, unit: str = "", reason: str = ""

@@ -1,86 +1,101 @@
 """The claims about Table 4.1, tested as the ledger words them, and its numbers."""
 
-from itertools import product
-
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.results import (
+    FAIRLY_WELL,
+    IN_ORDER,
     IN_WORDS,
-    TABLE_MEASURES,
+    NEEDED,
+    Scenes,
+    gains_of_ransac,
+    ratios_of_neighbours,
+    standard_over_cgsp,
     table_trials,
 )
-from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
-from repro.judge.statistics import all_of, median_ratio
+from chapters.shared.noise_sweep import over_the_sweep
+from repro.judge.statistics import all_of
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
-NEEDED = 1.5
-FAIRLY_WELL = 2.0
 SCENES = ("table_4_1_redrawn",)
-STANDARD_POSE = ("standard_pose",)
+NOISE = ("decoding_noise",)
+NOISE_AND_POSE = ("decoding_noise", "standard_pose")
 # What the ledger's ids call estimators and measures.
 PRINTED_NAMES = {"std_ransac": "standard", "cgsp": "cgsp", "cgsp_ransac": "cgsp_ransac"}
 PRINTED_MEASURES = {"rot": ("rotation_deg", "deg"), "trans": ("translation_mm", "mm")}
 
 
-def _ratio(results, over, under, measure):
-    """Ratio of the median errors of two estimators over the redrawn scenes."""
-    result = results["table_4_1_redrawn"]
-    return median_ratio(
-        *(table_trials(result, name, measure) for name in (over, under)), paired=True
-    )
-
-
-@claim("c4_pose_ransac_needed", needs=SCENES, evidence="rendered")
-def judge_ransac_needed(results):
+@claim("c4_pose_ransac_needed", needs=SCENES, evidence="rendered", readings=NOISE)
+def judge_ransac_needed(results, options):
     """Both errors of CGSP at least 1.5 times those with RANSAC."""
-    turn, shift = found = [
-        _ratio(results, "cgsp", "cgsp_ransac", measure) for measure in TABLE_MEASURES
-    ]
-    return Reading.of(
-        all_of([r.above(np.nextafter(NEEDED, 0)) for r in found]),
-        min(found, key=lambda r: r.value),
-        "x",
-        "without over with RANSAC, the smaller of rotation "
-        f"({turn.value:.3g}) and translation ({shift.value:.3g}), "
-        f"over {results['table_4_1_redrawn'].trials_per_condition} scenes",
-    )
+
+    def ratios_at(noise):
+        return list(gains_of_ransac(Scenes(results, options, noise)).values())
+
+    def reading_at(noise):
+        turn, shift = found = ratios_at(noise)
+        return Reading.of(
+            all_of([r.above(np.nextafter(NEEDED, 0)) for r in found]),
+            min(found, key=lambda r: r.value),
+            "x",
+            "without over with RANSAC, the smaller of rotation "
+            f"({turn.value:.3g}) and translation ({shift.value:.3g}), "
+            f"over {results['table_4_1_redrawn'].trials_per_condition} scenes",
+        )
+
+    def needed(noise):
+        return all(found.value >= NEEDED for found in ratios_at(noise))
+
+    return over_the_sweep(Scenes(results, options), reading_at, needed)
 
 
-@claim("c4_t41_order", needs=SCENES, evidence="rendered", readings=STANDARD_POSE)
+@claim("c4_t41_order", needs=SCENES, evidence="rendered", readings=NOISE_AND_POSE)
 def judge_order(results, options):
     """CGSP + RANSAC below standard + RANSAC below CGSP, in the medians."""
-    standard = STANDARD[options["standard_pose"]]
-    steps = {
-        "standard over CGSP + RANSAC": (standard, "cgsp_ransac"),
-        "CGSP over standard": ("cgsp", standard),
-    }
-    found = {
-        (measure, step): _ratio(results, *steps[step], measure)
-        for measure, step in product(TABLE_MEASURES, steps)
-    }
-    (measure, step), least = min(found.items(), key=lambda item: item[1].value)
-    return Reading.of(
-        all_of([r.above(1.0) for r in found.values()]),
-        least,
-        "x",
-        f"the smallest ratio of neighbours: {step}, {IN_WORDS[measure]}",
-    )
+
+    def ratios_at(noise):
+        return ratios_of_neighbours(Scenes(results, options, noise))
+
+    def reading_at(noise):
+        found = ratios_at(noise)
+        (measure, step), least = min(found.items(), key=lambda item: item[1].value)
+        return Reading.of(
+            all_of([r.above(IN_ORDER) for r in found.values()]),
+            least,
+            "x",
+            f"the smallest ratio of neighbours: {step}, {IN_WORDS[measure]}",
+        )
+
+    def in_order(noise):
+        return all(found.value > IN_ORDER for found in ratios_at(noise).values())
+
+    return over_the_sweep(Scenes(results, options), reading_at, in_order)
 
 
 @claim(
-    "c4_std_ok_few_outliers", needs=SCENES, evidence="rendered", readings=STANDARD_POSE
+    "c4_std_ok_few_outliers", needs=SCENES, evidence="rendered", readings=NOISE_AND_POSE
 )
 def judge_fairly_well(results, options):
     """The standard's translation error at most twice that of CGSP."""
-    standard = STANDARD[options["standard_pose"]]
-    found = _ratio(results, standard, "cgsp_ransac", "translation_mm")
-    return Reading.of(
-        found.below(np.nextafter(FAIRLY_WELL, 3)),
-        found,
-        "x",
-        "standard over CGSP, both with RANSAC, translation",
-    )
+
+    def ratio_at(noise):
+        (found,) = standard_over_cgsp(Scenes(results, options, noise)).values()
+        return found
+
+    def reading_at(noise):
+        found = ratio_at(noise)
+        return Reading.of(
+            found.below(np.nextafter(FAIRLY_WELL, 3)),
+            found,
+            "x",
+            "standard over CGSP, both with RANSAC, translation",
+        )
+
+    def well(noise):
+        return ratio_at(noise).value <= FAIRLY_WELL
+
+    return over_the_sweep(Scenes(results, options), reading_at, well)
 
 
 @numbers("table_4_1", needs=("table_4_1_rendered",), evidence="rendered")

@@ -2,10 +2,15 @@
 
 import numpy as np
 
+from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
+    METHODS,
+    SWEPT_METHODS,
+)
 from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
     calibrated,
     decoded_points,
 )
+from chapters.shared.bench_noise import BENCH, NOISES, SWEPT_NOISES
 from chapters.shared.central_sets import SMALL
 from raxel.calibration.pose.grid_pose import synthetic_plane_normal
 from raxel.calibration.views.boards import board_views
@@ -107,10 +112,24 @@ def seed_trial(condition, rng):
     grids = rendered_set(rig, seed)
     boards = load_set(rendered_set(boards_of(rig), seed))
     scale = load_set(grids).width / boards.width
-    lattice, points = decoded_points(grids, condition["step"], rng)
+    noises = NOISES | SWEPT_NOISES
+    lattice, points = decoded_points(grids, condition["step"], rng, noises)
     views = board_views(boards, detect_boards(boards))
     out = {"boards": len(boards.views), "boards_found": len(views)}
-    for method, found in calibrated(grids, lattice, points, rng).items():
+    for noise, seen in points.items():
+        methods = SWEPT_METHODS if noise in SWEPT_NOISES else tuple(METHODS)
+        found = calibrated(grids, lattice, seen, rng, methods)
+        out[noise] = by_method(found, lattice, views, scale)
+        if noise != BENCH:
+            for method in out[noise].values():
+                method.pop("field", None)  # one is drawn
+    return out
+
+
+def by_method(calibrations, lattice, views, scale):
+    """Residuals of all boards by each method that gave a calibration."""
+    out = {}
+    for method, found in calibrations.items():
         if isinstance(found, str):
             out[method] = {"failed": found}
             continue

@@ -23,21 +23,8 @@ LINEAR = 3  # grids of the linear stage
 PROTOCOL = {"weight": 10.0, "most": 2000}
 ADJUSTED = 2000  # rays that the poses are adjusted on
 # The linear stages by what these trials call them.
+SWEPT_METHODS = ("printed", "cgsp")  # along the sweep of the bench's noise
 METHODS = {"printed": "as_printed", "conditioned": "well_conditioned", "cgsp": "cgsp"}
-
-
-def lattice_of(locations, step):
-    """Every step-th pixel of decoded grids.
-
-    locations: n arrays (H, W, 2) mm, NaN where nothing was decoded. Returns pixels
-    (N, 2), those that see any grid, and points (n, N, 2) float64.
-    """
-    height, width = locations[0].shape[:2]
-    v, u = np.mgrid[step // 2 : height : step, step // 2 : width : step]
-    v, u = v.ravel(), u.ravel()
-    points = np.stack([location[v, u] for location in locations]).astype(float)
-    some = np.isfinite(points[..., 0]).any(axis=0)
-    return np.column_stack([u, v])[some].astype(float), points[:, some]
 
 
 def without_outliers(points, rng):

@@ -10,24 +10,13 @@ import numpy as np
 from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
     METHODS,
     by_protocol,
-    lattice_of,
     without_outliers,
 )
-from chapters.shared.active_grid_sets import (
-    decoded_grids,
-    seen_grids,
-    true_camera,
-    true_poses,
-)
-from chapters.shared.decoding_errors import (
-    drawn_again,
-    lattice_rays,
-    measured_errors,
-    true_lattice,
-)
+from chapters.shared.active_grid_sets import seen_grids, true_camera, true_poses
+from chapters.shared.bench_noise import NOISES
+from chapters.shared.decoding_errors import drawn_again, lattice_rays, true_lattice
 from raxel.cameras import GeneralCamera
 from raxel.errors import CalibrationError
-from raxel.geometry import inverse_pose, rotate
 from repro.run.rendered import rendered_set
 
 STEP = {"quick": 2, "full": 6}  # px between neighbours of the lattice of rays
@@ -89,29 +78,18 @@ class LatticeRays(NamedTuple):
     sources: np.ndarray
 
 
-def decoded_points(folder, step, rng):
-    """(Lattice, points (n, N, 2)) of a rendered set, decoded as anybody's."""
-    locations = [
-        np.where(found.mask[..., None], found.location, np.nan)
-        for _, found in decoded_grids(folder)
-    ]
-    pixels, points = lattice_of(locations, step)
-    shape = locations[0][step // 2 :: step, step // 2 :: step].shape[:2]
-    return Lattice(step, shape, pixels), without_outliers(points, rng)
+def decoded_points(folder, step, rng, noises=NOISES):
+    """(Lattice, {noise: points (n, N, 2)}) of a rendered set, decoded as anybody's.
 
-
-@lru_cache(maxsize=4)
-def errors_of(rig, seed):
-    """DecodingErrors of a rendered set, measured against its truth."""
-    folder = rendered_set(rig, seed)
-    rays, shape = lattice_rays(true_camera(folder), 1)
-
-    def with_cosines():
-        for grid in seen_grids(folder):
-            towards = rotate(inverse_pose(grid.T_camera_grid), rays.directions)
-            yield grid, towards[:, 2].reshape(shape)
-
-    return measured_errors(with_cosines())
+    noises: {name: DecodingNoise}.
+    """
+    nodes = np.s_[step // 2 :: step, step // 2 :: step]
+    decoded, true = [], []
+    for grid in seen_grids(folder):
+        seen = grid.decoded.mask[nodes][..., None]
+        decoded.append(np.where(seen, grid.decoded.location[nodes], np.nan))
+        true.append(grid.points[nodes])
+    return _at_noises(decoded, true, step, rng, noises)
 
 
 @lru_cache(maxsize=4)
@@ -122,19 +100,32 @@ def true_lattices(rig, seed, step, size_mm):
     return [true_lattice(*rays, T, size_mm) for T in true_poses(folder).values()]
 
 
-def redrawn_points(rig, seed, step, rng, size_mm=(376.9, 301.5)):
-    """As `decoded_points`, with errors drawn like those of the rendered set."""
-    errors = errors_of(rig, seed)
-    tables = [
-        drawn_again(errors, points, cosine, rng, step)
-        for points, cosine in true_lattices(rig, seed, step, size_mm)
-    ]
-    shape = tables[0].shape[:2]
-    points = np.stack(tables).reshape(len(tables), -1, 2)
-    some = np.isfinite(points[..., 0]).any(axis=0)
+def redrawn_points(rig, seed, step, rng, errors, noises, size_mm=(376.9, 301.5)):
+    """As `decoded_points`, of the poses of a rendered set with DecodingErrors drawn
+    again. They are drawn once, and made larger for the bench.
+    """
+    decoded, true = [], []
+    for points, cosine in true_lattices(rig, seed, step, size_mm):
+        decoded.append(drawn_again(errors, points, cosine, rng, step))
+        true.append(points)
+    return _at_noises(decoded, true, step, rng, noises)
+
+
+def _at_noises(decoded, true, step, rng, noises):
+    """(Lattice, {noise: points (n, N, 2)}) of tables (n, h, w, 2) of a lattice."""
+    shape = decoded[0].shape[:2]
+    decoded, true = (
+        np.reshape(tables, (len(tables), -1, 2)).astype(float)
+        for tables in (decoded, true)
+    )
+    some = np.isfinite(decoded[..., 0]).any(axis=0)
     v, u = np.divmod(np.flatnonzero(some), shape[1])
-    pixels = np.column_stack([u, v]) * float(step) + step // 2
-    return Lattice(step, shape, pixels), without_outliers(points[:, some], rng)
+    lattice = Lattice(step, shape, np.column_stack([u, v]) * float(step) + step // 2)
+    points = {
+        name: without_outliers(noise.points(decoded[:, some], true[:, some], rng), rng)
+        for name, noise in noises.items()
+    }
+    return lattice, points
 
 
 def calibrated(folder, lattice, points, rng, methods=tuple(METHODS)):

@@ -4,6 +4,10 @@ from functools import cache, lru_cache
 
 import numpy as np
 
+from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
+    METHODS,
+    SWEPT_METHODS,
+)
 from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
     calibrated,
     decoded_points,
@@ -11,6 +15,7 @@ from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
     redrawn_points,
 )
 from chapters.shared.active_grid_sets import true_camera, true_poses
+from chapters.shared.bench_noise import BENCH, NOISES, SWEPT_NOISES
 from chapters.shared.central_sets import OMNI
 from chapters.shared.rigs import rig_named
 from raxel.calibration.adjust.centroid_rays import centroid_directions
@@ -156,15 +161,30 @@ def equal_depth(calibration, points, depth, lattice, R_camera_base):
     return on_lattice(lattice, points, moved, R_camera_base)
 
 
-def lines_trial(condition, rng):
-    """One redrawn calibration: straight edges, and the vertical field of view."""
-    name, rig = condition["camera"], condition["rig"]
+def lines_trial(condition, rng, errors):
+    """One redrawn calibration: straight edges, and the vertical field of view.
+
+    errors: {rig: DecodingErrors}.
+    """
+    rig = condition["rig"]
     seed = condition["seeds"][rng.integers(len(condition["seeds"]))]
     folder = rendered_set(rig, seed)
-    lattice, points = redrawn_points(rig, seed, condition["step"], rng)
+    lattice, points = redrawn_points(
+        rig, seed, condition["step"], rng, errors[rig], NOISES | SWEPT_NOISES
+    )
+    out = {}
+    for noise, seen in points.items():
+        methods = SWEPT_METHODS if noise in SWEPT_NOISES else tuple(METHODS)
+        found = calibrated(folder, lattice, seen, rng, methods)
+        out[noise] = edges_and_field(found, seen, lattice, condition["camera"], folder)
+    return out
+
+
+def edges_and_field(calibrations, points, lattice, name, folder):
+    """What every method makes of the edges, and how far up and down it sees."""
     pixels, down = seen_edges(name, folder), downwards(name, folder)
-    out, found = {}, calibrated(folder, lattice, points, rng)
-    for method, one in found.items():
+    out = {}
+    for method, one in calibrations.items():
         if isinstance(one, str):
             out[method] = {"failed": one}
             continue
@@ -172,11 +192,10 @@ def lines_trial(condition, rng):
             "depth_mm": float(one.calibration.centre[2]),
             "vertical_deg": vertical_deg(one.camera, down),
         }
-    best = found["cgsp"]
+    best = calibrations["cgsp"]
     R = next(iter(true_poses(folder).values()))[:3, :3]
-    for method in ("printed", "conditioned"):
-        one = found[method]
-        if isinstance(one, str) or isinstance(best, str):
+    for method, one in calibrations.items():
+        if method == "cgsp" or isinstance(one, str) or isinstance(best, str):
             continue
         same = equal_depth(
             one.calibration, points, best.calibration.centre[2], lattice, R
@@ -189,8 +208,9 @@ def pictures_trial(condition, rng):
     """Two frames of the room as taken, and corrected by two calibrations."""
     name, rig = condition["camera"], condition["rig"]
     folder = rendered_set(rig, 0)
-    lattice, points = decoded_points(folder, condition["step"], rng)
-    found = calibrated(folder, lattice, points, rng, ("printed", "cgsp"))
+    bench = {BENCH: NOISES[BENCH]}
+    lattice, points = decoded_points(folder, condition["step"], rng, bench)
+    found = calibrated(folder, lattice, points[BENCH], rng, ("printed", "cgsp"))
     laboratory = rig_named(rig).laboratory()
     out = {}
     for frame, turn in enumerate(TURNS_DEG[:VIEWS]):

@@ -1,5 +1,7 @@
 """What is photographed, calibrated and drawn again for Figs 4.7 to 4.9."""
 
+from functools import partial
+
 from chapters.ch04_central_generic.s3_3_correction.trials.boards import seed_trial
 from chapters.ch04_central_generic.s3_3_correction.trials.rigs import ALL_SETS, STEP
 from chapters.ch04_central_generic.s3_3_correction.trials.scenes import (
@@ -7,11 +9,12 @@ from chapters.ch04_central_generic.s3_3_correction.trials.scenes import (
     pictures_trial,
 )
 from chapters.shared.central_sets import GRID_SETS, RIGS, SEEDS, SMALL, grid_conditions
+from chapters.shared.decoding_errors import DecodingErrors
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 # Of the vectors of Fig. 4.9; at the thesis's 15 times nothing would be seen.
-MAGNIFIED = 200
+MAGNIFIED = 40
 LINES = {"quick": 2, "full": 50}
 LINES_STEP = {"quick": 4, "full": 12}
 
@@ -35,8 +38,14 @@ def pictures(effort):
     return Plan(pictures_trial, cases, 1, {"step_px": STEP[effort]})
 
 
-@experiment("fig_4_7_lines", artefact="fig_4_7", rendered=GRID_SETS, shards={"full": 2})
-def lines(effort):
+@experiment(
+    "fig_4_7_lines",
+    artefact="fig_4_7",
+    rendered=GRID_SETS,
+    shards={"full": 2},
+    needs=("table_4_3_errors",),
+)
+def lines(effort, results):
     """Redrawn calibrations of both cameras: edges, and the field of view."""
     step = LINES_STEP[effort]
     cases = [
@@ -48,4 +57,6 @@ def lines(effort):
         }
         for camera, name in RIGS.items()
     ]
-    return Plan(lines_trial, cases, LINES[effort], {"step_px": step})
+    errors = DecodingErrors.by_rig(results["table_4_3_errors"])
+    trial = partial(lines_trial, errors=errors)
+    return Plan(trial, cases, LINES[effort], {"step_px": step})

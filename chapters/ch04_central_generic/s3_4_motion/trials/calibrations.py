@@ -30,32 +30,44 @@ LATTICE_PX = 16
 LINEAR_GRIDS = 3
 THRESHOLD_MM = 1.0  # of RANSAC, ray-point distance
 METHODS = ("as printed", "well conditioned", "CGSP")
+SWEPT_METHODS = ("as printed", "CGSP")  # along the sweep of the bench's noise
 
 
 class SeenGrids(NamedTuple):
-    """True poses T_camera_grid (6, 4, 4) of a seed, the decoding errors of its
-    pictures, and points (6, N, 2) mm of a lattice of pixels, seen (6, N)."""
+    """What pixels see of the six grids of a seed.
+
+    T_camera_grid: (6, 4, 4), true; true, points: (6, N, 2) mm, where pixels of a
+    lattice look and what is decoded there, NaN beside a grid.
+    """
 
     T_camera_grid: np.ndarray
-    errors: object
+    true: np.ndarray
     points: np.ndarray
-    seen: np.ndarray
+
+    @property
+    def seen(self):
+        """(6, N), whether a pixel sees a grid."""
+        return np.isfinite(self.points).all(axis=2)
+
+    def at(self, noise, rng):
+        """The same with decoding errors of a `DecodingNoise`."""
+        return self._replace(points=noise.points(self.points, self.true, rng))
 
 
 def drawn_grids(errors, rng):
-    """Six grids set up by hand before the camera, and what is decoded of them."""
+    """The SeenGrids set up by hand before the camera, with DecodingErrors."""
     rig = rig_named(RIG)
     size_mm = np.array(rig.target.monitor_mm)
     rays, shape = lattice_rays(rig.camera, LATTICE_PX)
     poses = rig.draw_poses(rng, rig.count)
-    points = []
+    true, decoded = [], []
     for T in poses:
-        true, cosine = true_lattice(rays, shape, T, size_mm)
-        decoded = drawn_again(errors, true, cosine, rng, LATTICE_PX)
-        points.append(decoded.reshape(-1, 2))
-    points = np.stack(points)
-    points = points[:, np.isfinite(points[..., 0]).any(axis=0)]
-    return SeenGrids(poses, errors, points, np.isfinite(points).all(axis=2))
+        points, cosine = true_lattice(rays, shape, T, size_mm)
+        true.append(points.reshape(-1, 2))
+        seen = drawn_again(errors, points, cosine, rng, LATTICE_PX)
+        decoded.append(seen.reshape(-1, 2))
+    some = np.isfinite(decoded).all(axis=2).any(axis=0)
+    return SeenGrids(poses, np.stack(true)[:, some], np.stack(decoded)[:, some])
 
 
 def calibrated(method, grids, rng):
@@ -83,26 +95,31 @@ def standard_start(method, grids):
     return relaxed_start(points, start)
 
 
-def rays_of_pixels(pixels, grids, found, rng):
-    """Unit rays (M, 3), base frame, of a table at pixels (M, 2); NaN without grid.
-
-    Each is the join of the centre and the centroid of the points that its pixel
-    sees, decoded with the seed's errors, on the grids as they were calibrated.
-    """
+def grids_at_pixels(pixels, T_camera_grid, errors, rng):
+    """The SeenGrids of pixels (M, 2) that may lie anywhere, with DecodingErrors."""
     rig = rig_named(RIG)
     size_mm = np.array(rig.target.monitor_mm)
     rays = rig.camera.rays(pixels)
-    points = []
-    for T in grids.T_camera_grid:
-        true, cosine = true_lattice(rays, (len(pixels),), T, size_mm)
-        off = grids.errors.bias_at(np.nan_to_num(true), cosine)
-        noise = rng.standard_normal(true.shape)
-        points.append(true + off + noise * grids.errors.sd_at(cosine))
-    points = np.stack(points)
-    seen = np.isfinite(points).all(axis=2)
-    out = np.full((len(pixels), 3), np.nan)
+    true, decoded = [], []
+    for T in T_camera_grid:
+        points, cosine = true_lattice(rays, (len(pixels),), T, size_mm)
+        bias = errors.bias_at(np.nan_to_num(points), cosine)
+        noise = rng.standard_normal(points.shape)
+        true.append(points)
+        decoded.append(points + bias + noise * errors.sd_at(cosine))
+    return SeenGrids(T_camera_grid, np.stack(true), np.stack(decoded))
+
+
+def table_rays(grids, found):
+    """Unit rays (M, 3), base frame, of a table at the pixels of SeenGrids.
+
+    Each is the join of the centre and the centroid of the points that its pixel
+    sees, on the grids as they were calibrated; NaN where it sees none.
+    """
+    seen = grids.seen
+    out = np.full((seen.shape[1], 3), np.nan)
     some = seen.any(axis=0)
     out[some] = centroid_directions(
-        points[:, some], seen[:, some], found.centre, found.T_base_grid
+        grids.points[:, some], seen[:, some], found.centre, found.T_base_grid
     )
     return out

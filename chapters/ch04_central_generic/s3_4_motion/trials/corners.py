@@ -16,6 +16,7 @@ from raxel.features.celect.clicked import find_celect
 from raxel.features.opencv import refine
 
 DETECTORS = ("CELECT", "without clicks")
+SWEPT_DETECTOR = "CELECT"  # along the sweep of the bench's noise
 
 
 def by_celect(picture, board, lattice, rng):

@@ -1,7 +1,6 @@
 """What Fig. 4.10 is made from: decoding and corners of pictures, then many seeds."""
 
 from functools import partial
-from itertools import islice
 
 import numpy as np
 
@@ -23,44 +22,15 @@ from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
     drawn_setup,
     target_poses,
 )
-from chapters.shared.active_grid_sets import seen_grids, true_camera
-from chapters.shared.decoding_errors import (
-    DecodingErrors,
-    lattice_rays,
-    measured_errors,
-    true_lattice,
-)
-from raxel.sets import load_set
+from chapters.shared.decoding_errors import DecodingErrors
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
-from repro.run.rendered import rendered_set
 
 DECODED = {"quick": "onevr-d70-small", "full": "onevr-d70"}
-DECODED_SETS = {"quick": ("onevr-d70-small/0",), "full": ("onevr-d70/0",)}
-PERIODS = 8, 8  # of the sines, across the monitor
 RENDERED = {"quick": 1, "full": 3}
 # In quick builds every so many pictures stand for those between them.
 EVERY = {"quick": 5, "full": 1}
-MEASURED = "fig_4_10_decoding", "fig_4_10_corners"
-
-
-def decoding_trial(condition, rng):
-    """Errors of the decoded points of the three linear grids of one set."""
-    folder = rendered_set(condition["rig"], 0)
-    size_mm = np.array(load_set(folder).target.monitor_mm)
-    rays, shape = lattice_rays(true_camera(folder), 1)
-    seen = (
-        (grid, true_lattice(rays, shape, grid.T_camera_grid, size_mm)[1])
-        for grid in islice(seen_grids(folder, threads=1), LINEAR_GRIDS)
-    )
-    return measured_errors(seen, PERIODS, size_mm)._asdict()
-
-
-@experiment("fig_4_10_decoding", artefact="fig_4_10", rendered=DECODED_SETS)
-def decoding(effort):
-    """How the active grids of the mirror camera are decoded."""
-    settings = {"grids": LINEAR_GRIDS, "periods": PERIODS}
-    return Plan(decoding_trial, [{"rig": DECODED[effort]}], 1, settings)
+MEASURED = "table_4_3_errors", "fig_4_10_corners"
 
 
 def corner_trial(condition, rng, every):
@@ -147,7 +117,7 @@ class MeasuredCorners:
 
 def measured(results, effort):
     """(MeasuredCorners, DecodingErrors) of the pictures."""
-    decoded = DecodingErrors.read(results["fig_4_10_decoding"].select())
+    decoded = DecodingErrors.by_rig(results["table_4_3_errors"])[DECODED[effort]]
     return MeasuredCorners(results["fig_4_10_corners"], EVERY[effort]), decoded
 
 
