@@ -15,6 +15,7 @@ from chapters.ch04_central_generic.s2_pose.trials.estimators import all_estimate
 from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG, plane_trial
 from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES, size_trial
 from raxel.geometry import inverse_pose, pose, rotation_from_vector
+from tests.bench_noises import EVERY_NOISE
 from tests.judged_claims import readings, readings_of
 from tests.made_results import flat, of_columns, of_seed
 
@@ -115,9 +116,11 @@ def scenes(sizes):
     """Trials of Table 4.1 whose errors have these medians, by estimator."""
     rng = np.random.default_rng(5)
     values = {
-        f"errors.0.3 %.{name}.{measure}": size * np.exp(0.1 * rng.standard_normal(60))
+        f"errors.{noise}.0.3 %.{name}.{measure}": errors
         for name, size in sizes.items()
         for measure in ("rotation_deg", "translation_mm")
+        for errors in [size * np.exp(0.1 * rng.standard_normal(60))]
+        for noise in EVERY_NOISE
     }
     return {"table_4_1_redrawn": of_columns(({}, values))}
 

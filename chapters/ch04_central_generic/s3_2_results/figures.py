@@ -69,9 +69,9 @@ def fig_4_6(results):
         "plane across them through the estimated centre (red cross), as the linear "
         "stages come out, before any adjustment, at the bench's noise. Orange: rays "
         "whose three points lie within a tenth of their distance, where grids cross; "
-        "their lines hardly have a direction. Both panels of a camera have one scale, and hold at "
-        f"least {100 * SHOWN:.0f} % of the points; the share outside is written in "
-        "each. About 3000 rays are drawn.",
+        "their lines hardly have a direction. Both panels of a camera have one scale, "
+        f"and hold at least {100 * SHOWN:.0f} % of the points; the share outside is "
+        "written in each. About 3000 rays are drawn.",
     )
 
 
