@@ -15,7 +15,7 @@ class OfScatter:
         return self
 
     def arrays(self, name):
-        reach = {"as_printed.crossing": 10.0, "cgsp.crossing": 1.0}[name]
+        reach = {"bench.as_printed.crossing": 10.0, "bench.cgsp.crossing": 1.0}[name]
         along = np.linspace(-reach, reach, 201)
         return [np.column_stack([along, 0 * along, np.ones(201)])]
 

@@ -69,10 +69,10 @@ from repro.run.outcomes import Plan
 # - Well conditioned, the standard method leaves the ray-point errors of CGSP: the
 #   ratios are {glue:text}`omni.well_conditioned.ratio:.2f` and
 #   {glue:text}`fish.well_conditioned.ratio:.2f`. On the mirror its centre is farther
-#   off, {glue:text}`omni.well_conditioned.centre_mm:.3f` mm against
-#   {glue:text}`omni.cgsp.centre_mm:.3f` mm; on the fisheye it is nearer,
-#   {glue:text}`fish.well_conditioned.centre_mm:.3f` mm against
-#   {glue:text}`fish.cgsp.centre_mm:.3f` mm.
+#   off, {glue:text}`omni.well_conditioned.centre_off_mm:.3f` mm against
+#   {glue:text}`omni.cgsp.centre_off_mm:.3f` mm; on the fisheye it is nearer,
+#   {glue:text}`fish.well_conditioned.centre_off_mm:.3f` mm against
+#   {glue:text}`fish.cgsp.centre_off_mm:.3f` mm.
 # - Adjustment leaves the centre where it was and brings the errors closer
 #   together: as printed, the standard method keeps
 #   {glue:text}`omni.as_printed.ba_ratio:.2f` times CGSP's on the mirror, and
