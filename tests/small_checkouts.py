@@ -174,6 +174,7 @@ def small_checkout(root):
     style.save_drawing(Drawing(drawn, {"noise_px": [0, 1]}, caption), base / "fig_2_3")
     about = {"caption": caption, "evidence": "synthetic", "results": {"sweep": "sweep"}}
     about |= {"source": ["ch02_sample/s5_page/page.py", "half_of"], "scene": False}
+    about |= {"lines": True}
     write_json(base / "fig_2_3.json", about | {"scene": True})
     scene = '<!doctype html><html lang="en"><title>Fig. 2.3</title></html>'
     write_atomic(base / "fig_2_3.html", scene)
@@ -229,7 +230,7 @@ def small_checkout(root):
 
 def odd_page(root, base):
     """A page, a table and a figure for every name of ODD; returns the page's file."""
-    about = {"evidence": "photograph", "results": {}, "scene": True}
+    about = {"evidence": "photograph", "results": {}, "scene": True, "lines": False}
     about |= {"source": ["ch02_sample/s6_odd/page.py", "names"]}
     columns = {"name": ODD, "number": [1.0] * len(ODD)}
     texts = {"caption": "; ".join(map(literal, ODD)), "texts": ["name"]}

@@ -89,6 +89,7 @@ def checkout(tmp_path):
     write_atomic(tmp_path / "chapters" / PAGE / "figures.py", DRAWN)
     base = tmp_path / "figures" / "full"
     about = {"caption": "Steps. And more.", "source": [f"{PAGE}/figures.py", "draw"]}
+    about |= {"lines": True}
     write_json(base / "fig_2_6.json", about | {"results": {"sweep": "sweep"}})
     write_json(base / "ext_sizes.json", about | {"results": {}})
     write_json(base / "fig_9_9.json", about | {"results": {}})
@@ -126,7 +127,7 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
     assert 'id="ext_sizes"' in more.partition("</details>")[0]
     card = shown[shown.index("<article") : shown.index("</article>")]
     for part in (
-        f'href="{PAGE}.html#fig_2_6"',
+        f'<a class="rx-picture raxel-lines" href="{PAGE}.html#fig_2_6"',
         'href="figures/fig_2_6.csv"',
         f'href="source/{PAGE}/figures.py.html#draw"',
         'href="logs/sweep.json"',
@@ -136,6 +137,10 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
     ):
         assert part in card
     assert "\n\n" not in card
+    figure = checkout / "figures" / "full" / "fig_2_6.json"
+    figure.write_text(figure.read_text().replace('"lines": true', '"lines": false'))
+    pictured = artefacts.artefacts(Furnisher(checkout, "full", ""), [PAGE], board)
+    assert [a.lines for a in pictured] == [False, True]
     assert artefacts.artefacts(Furnisher(checkout, "full", ""), [], board) == []
 
 
@@ -204,5 +209,8 @@ def test_the_start_page_quotes_what_there_is(tmp_path):
         {"ours": {"right": 3, "deep": {"x": 1}}, "n": 2}
     ]
     assert quote.lines_of("table") == [{"a": "1", "b": "2"}]
+    for name, only in (("lines", True), ("photo", False)):
+        write_json(tmp_path / f"{name}.json", {"lines": only})
+        assert quote.only_lines(name) is only
     assert quote.trials_of("none") == quote.lines_of("none") == []
     assert [quote.measured(i) for i in ("one", "two", "none")] == [True, False, False]

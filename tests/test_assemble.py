@@ -221,13 +221,13 @@ def test_the_start_page_shows_a_finding_whose_picture_and_page_there_are(tmp_pat
     write_atomic(figure, f"method,median_mm\n{rows}")
     assert "0.737 mm" not in start_page(tmp_path, base, [page])
     write_atomic(figure.with_suffix(".svg"), "<svg/>")
+    write_atomic(figure.with_suffix(".json"), '{"lines": true}')
     start = start_page(tmp_path, base, [page])
     found = start[start.index("## What came out") : start.index("## What is not built")]
     for said in ("0.737 mm off", "84.2 mm", "leave 0.804 mm"):
         assert said in found
-    assert (
-        f'<a href="{page}.html#ext_what_cgsp_buys_figure"><img src="figures/' in found
-    )
+    link = f'<a href="{page}.html#ext_what_cgsp_buys_figure">'
+    assert f'{link}<img class="raxel-lines" src="figures/' in found
     assert found.count("<figure") == 1
     assert "0.737 mm" not in start_page(tmp_path, base)
 

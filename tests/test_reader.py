@@ -14,6 +14,7 @@ from myst_parser.parsers.mdit import create_md_parser
 
 from repro.page import reader, wording
 from repro.run.outcomes import Table
+from repro.run.results import write_json
 from tests.small_checkouts import ODD, small_checkout
 
 EXTENSIONS = {"amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"}
@@ -157,6 +158,16 @@ def test_a_missing_file_names_the_command(tmp_path, monkeypatch):
         reader.Missing, match=r"fig_2_3\.json is missing; `make fig_2_3`"
     ):
         reader.show("fig_2_3")
+
+
+@pytest.mark.parametrize("lines", [True, False])
+def test_a_figure_without_pictures_is_marked_for_the_dark(tmp_path, monkeypatch, lines):
+    base = small_checkout(tmp_path)
+    about = json.loads((base / "fig_2_3.json").read_text("utf-8"))
+    write_json(base / "fig_2_3.json", about | {"lines": lines})
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("RAXEL_EFFORT", "quick")
+    assert (":class: raxel-lines" in reader.show("fig_2_3").markdown) is lines
 
 
 def test_an_artefact_of_a_set_is_found_by_its_plain_name(tmp_path, monkeypatch):

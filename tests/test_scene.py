@@ -90,6 +90,7 @@ def test_a_marked_figure_leaves_its_scene(tmp_path, monkeypatch, mark, scene, go
     draw.draw(tmp_path, "figure", "fig_9_9", tmp_path, out)
     about = json.loads(out.read_text())
     assert about["scene"] is bool(mark)
+    assert about["lines"] is True
     assert about["source"] == ["ch09_try/s9_scene/page.py", "fig_9_9"]
     assert out.with_suffix(".html").is_file() is bool(mark)
     if mark:

@@ -73,6 +73,19 @@ def test_axis_without_unit_is_refused(tmp_path, label):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_photograph_or_rendering_is_told_from_lines():
+    drawn, axes = style.figure(1, 2)
+    axes[0].plot([0, 1], [0, 1])
+    marks = axes[1].scatter([0, 1], [0, 1], c=[0.1, 0.2])
+    drawn.colorbar(marks, ax=axes[1])
+    assert style.only_lines(drawn)
+    axes[1].imshow(np.zeros((2, 2)))
+    assert not style.only_lines(drawn)
+    whole, _ = style.figure()
+    whole.figimage(np.zeros((2, 2)))
+    assert not style.only_lines(whole)
+
+
 def test_axes_that_need_no_unit_of_their_own():
     drawn, axes = style.figure(2, 2, sharex="col")
     for panel in axes.flat:

@@ -27,10 +27,12 @@ def draw(
     if found.published:
         given.append(load(root).printed(found.published))
     made = jobs.function_of(found)(*given)
+    lines = False
     if isinstance(made, Drawing):
-        from repro.page.style import save_drawing
+        from repro.page.style import only_lines, save_drawing
 
         save_drawing(made, out.with_suffix(""))
+        lines = only_lines(made.figure)
         _write_scene(found, made, out.with_suffix(".html"))
     else:
         text = csv_text(in_numbers(made.columns))
@@ -44,6 +46,7 @@ def draw(
             "evidence": found.details["evidence"],
             "results": read,
             "check": _check(made),
+            "lines": lines,
             "scene": bool(found.details.get("scene")),
             "texts": list(getattr(made, "texts", ())),
             "measured": measured(made.columns) if isinstance(made, Table) else [],

@@ -133,6 +133,7 @@ def show(artefact: str) -> Shown:
             # In quotes, as YAML: a caption may begin with what is special there.
             f":alt: {json.dumps(alt, ensure_ascii=False)}",
             f":target: {_up()}figures/{name}.svg",
+            *([":class: raxel-lines"] if about.get("lines") else []),
             "",
             f"{_titled(artefact, caption)}",
             "",

@@ -3,8 +3,8 @@
 Figures are as wide as the text of a page. Text is drawn as outlines, so a figure looks
 the same on a machine without the font; the CSV beside it holds the numbers. Series
 differ by colour, marker and line style at once: they can be told apart in grey and by
-colour-blind readers. The background is opaque and light, so a figure can stand on a
-dark page.
+colour-blind readers. The background is opaque and light; on a dark page the site turns
+light and dark of a figure that is `only_lines`, and leaves pictures as they are.
 """
 
 from __future__ import annotations
@@ -245,6 +245,15 @@ def save_drawing(drawing: Drawing, stem: Path) -> None:
     table = csv_text(drawing.data)
     for ending, content in (("csv", table), ("png", png), ("svg", svg)):
         write_atomic(stem.with_name(f"{stem.name}.{ending}"), content)
+
+
+def only_lines(drawn: Figure) -> bool:
+    """Whether a figure has no photograph, rendering or other picture in it.
+
+    Light and dark of such a figure can change places for a dark page; a photograph
+    would become its negative.
+    """
+    return not drawn.images and not any(axes.images for axes in drawn.axes)
 
 
 def draw_ahead() -> None:

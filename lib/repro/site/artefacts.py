@@ -35,7 +35,10 @@ CLAUSE = re.compile(r"[;:(]")
 
 @dataclass(frozen=True)
 class Artefact:
-    """A figure or table of the build, and all that a reader may want of it."""
+    """A figure or table of the build, and all that a reader may want of it.
+
+    lines: no picture is in what its card shows (`repro.page.style.only_lines`).
+    """
 
     name: str
     label: str
@@ -46,6 +49,7 @@ class Artefact:
     files: Sequence[tuple[str, str]]
     behind: Behind
     picture: str
+    lines: bool
     head: Sequence[str]
     cells: Sequence[Sequence[str]]
 
@@ -169,6 +173,7 @@ def _artefact(
         + scene,
         behind=furnisher.behind(name, about),
         picture=f"{THUMBNAILS}/{name}.webp" if drawn else "",
+        lines=not drawn or about["lines"],
         head=head,
         cells=cells,
     )

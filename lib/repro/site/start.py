@@ -34,6 +34,10 @@ class Quotable:
         """Whether the build has a figure."""
         return (self.base / f"{figure}.svg").is_file()
 
+    def only_lines(self, figure: str) -> bool:
+        """Whether a figure of the build has no picture in it (`repro.page.style`)."""
+        return bool(json.loads((self.base / f"{figure}.json").read_text())["lines"])
+
     def lines_of(self, artefact: str) -> list[dict[str, str]]:
         """Lines of a table, or of the data behind a figure: column -> cell."""
         path = self.base / f"{artefact}.csv"
