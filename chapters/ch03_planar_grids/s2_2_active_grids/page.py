@@ -317,11 +317,13 @@ def profiles(effort):
 #   wrong bits as the inverse. It needs no threshold at all.
 # - **Blooming.** A corner looks the same after half a turn, and so does the
 #   charge that spills around it: with light of 1.2 full wells the saddle
-#   point is off by {glue:text}`more.saddle:.3f` px and the derivative method
-#   by {glue:text}`more.derivative:.3f` px. The active grid, searched for the
-#   same corners, is off by {glue:text}`more.active:.3f` px. They lie at the
-#   edges of its cells, where a sine that is cut off still passes its mean at
-#   the right place. Elsewhere it does not, and the ripple of the gamma comes
+#   point is off by {glue:text}`bloom.saddle:.3f` px and the derivative method
+#   by {glue:text}`bloom.derivative:.3f` px. The active grid, searched for the
+#   same corners, is off by {glue:text}`bloom.active:.3f` px, at
+#   {glue:text}`bloom.located:.0f` % of them: where wells run over, a phase bends,
+#   and the decoder may take that for a jump of the surface. The corners lie at
+#   the edges of its cells, where a sine that is cut off still passes its mean
+#   at the right place. Elsewhere it does not, and the ripple of the gamma comes
 #   in: all pixels together are off by {glue:text}`bloom.all_pixels:.3f` px at
 #   1.05 full wells. The library's decoder therefore masks such sines, which
 #   leaves {glue:text}`bloom.corners_left:.0f` % of the corners there, and

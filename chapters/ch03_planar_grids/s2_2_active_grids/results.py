@@ -170,20 +170,19 @@ def of_edges(wrap):
 
 
 def of_blooming(bloom):
-    """Errors in a little too much light that spills."""
+    """Errors in too much light that spills, and shares of what is located."""
 
     def median(method, exposure, name="rms_px"):
         return median_interval(bloom_errors(bloom, method, exposure, 1.0, name)).value
 
     little, much = EXPOSURES
     return {
-        **{f"bloom.{method.split()[0]}": median(method, little) for method in METHODS},
-        **{f"more.{method.split()[0]}": median(method, much) for method in METHODS},
+        **{f"bloom.{method.split()[0]}": median(method, much) for method in METHODS},
+        **{f"edges.{n.split()[-1]}": median("edges", little, n) for n in EDGES},
         "bloom.all_pixels": median("all pixels", little),
         "bloom.left": 100 * median("all pixels", much, "share"),
         "bloom.corners_left": 100 * median("masked", little, "share"),
-        **{f"edges.{n.split()[-1]}": median("edges", little, n) for n in EDGES},
-        **{f"edges.more.{n.split()[-1]}": median("edges", much, n) for n in EDGES},
+        "bloom.located": 100 * median("active grid", much, "share"),
     }
 
 

@@ -247,9 +247,8 @@ def over_all_pixels(effort):
 # with it. So the margin is fixed here, at what it is in sharp pictures. The
 # table of exposures photographs anew what the sweeps reckon from finished
 # files; both agree. The test of blooming in
-# [3.2.2](s2_2_active_grids.ipynb) asks all pixels of an active grid, which
-# have the ripple of the response, and masks clipped ones; here it is asked
-# at corners alone, where the ripple does no harm.
+# [3.2.2](s2_2_active_grids.ipynb) asks at corners too, in smaller pictures
+# and with overflow that all runs on; there, masking is a reading.
 #
 # **Viewing angle.** At {glue:text}`largest_angle:.0f`°, the largest angle to
 # the monitor's normal, {glue:text}`light_there:.0f` % of the light is left. In
