@@ -9,6 +9,7 @@ from chapters.shared.central_scatter import (
     crossings,
     facing_plane,
     scatter_of,
+    tilted_over_facing,
 )
 from chapters.shared.central_sets import TrueGrids
 from chapters.shared.three_grids import calibrated, depth_spread
@@ -55,6 +56,16 @@ def test_lines_and_plane_of_rays_that_miss_the_centre():
     assert scatter["kurtosis"] < 0.5
     assert scatter["skewness"] < 0.05
     assert scatter["inside"]
+
+
+def test_a_tilted_plane_cuts_parallel_rays_wider():
+    count = 3000
+    d = np.tile([0.0, 0.0, 1.0], (count, 1))
+    off = np.column_stack([RNG.normal(size=(count, 2)) * 0.2, np.zeros(count)])
+    found = tilted_over_facing(CENTRE, seen_along(CENTRE + off, d), POSES)
+    # Across the direction of the least tilt, 10 degrees, a round cloud grows by 1/cos.
+    expected = np.sqrt((1 + 1 / np.cos(np.radians(10.0)) ** 2) / 2)
+    assert found == pytest.approx(expected, rel=0.003)
 
 
 def test_a_cloud_to_one_side_does_not_hold_the_centre_and_tails_are_not_gaussian():
