@@ -5,12 +5,13 @@ import pytest
 
 from chapters.ch04_central_generic.s2_pose import exercises as pose_exercises
 from chapters.ch04_central_generic.s2_pose import page as pose_page
+from chapters.ch04_central_generic.s2_pose.claims import counts as count_claims
 from chapters.ch04_central_generic.s2_pose.claims import planes as plane_claims
 from chapters.ch04_central_generic.s2_pose.claims import samples as sample_claims
 from chapters.ch04_central_generic.s2_pose.claims import simulated as noise_claims
 from chapters.ch04_central_generic.s2_pose.claims import table_4_1 as table_claims
 from chapters.ch04_central_generic.s2_pose.figures import DrawnPose
-from chapters.ch04_central_generic.s2_pose.trials import drawn, kodak, triplets
+from chapters.ch04_central_generic.s2_pose.trials import counted, drawn, kodak, triplets
 from chapters.ch04_central_generic.s2_pose.trials.estimators import all_estimates
 from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG, plane_trial
 from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES, size_trial
@@ -110,6 +111,48 @@ def test_samples_are_judged_both_ways():
         }
         found = readings(sample_claims.judge_sensitive, "exp_c4_3pt_sensitive", errors)
         assert found[0].verdict == verdict
+
+
+def test_the_linear_pose_solves_one_system_and_refinement_several():
+    found = [
+        flat(counted.solves_trial({"points": count}, np.random.default_rng(count)))
+        for count in (40, 900)
+    ]
+    assert [one["linear.systems"] for one in found] == [1, 1]
+    assert found[0]["linear.calls"] == found[1]["linear.calls"]
+    assert min(one["refined.systems"] for one in found) > 1
+    assert min(one["three_points.polynomials"] for one in found) >= 64
+
+
+@pytest.mark.parametrize(
+    ("change", "verdicts"),
+    [
+        ({}, ["reproduced", "reproduced"]),
+        ({"linear.systems": [1] * 59 + [2]}, ["differs", "differs"]),
+        ({"linear.calls": [7] * 59 + [8]}, ["differs", "differs"]),
+        ({"refined.systems": [2] * 60}, ["differs", "reproduced"]),
+        ({"three_points.polynomials": [1] * 60}, ["reproduced", "differs"]),
+    ],
+)
+def test_fast_means_one_system_and_no_iteration(change, verdicts):
+    values = {
+        "linear.systems": [1] * 60,
+        "linear.calls": [7] * 60,
+        "refined.systems": [9] * 60,
+        "three_points.polynomials": [64] * 60,
+    }
+    made = values | change
+    found = readings(count_claims.judge_fast, "exp_c4_pose_linear_fast", made)
+    assert [r.verdict for r in found] == verdicts
+
+
+def test_what_numpy_solves_is_counted_and_its_solvers_come_back():
+    before = np.linalg.solve
+    with counted.counted() as solved:
+        np.linalg.solve(np.eye(2), np.ones(2))
+        np.linalg.svd(np.ones((5, 3, 2)))
+    assert solved == [("solve", (2, 2)), ("svd", (5, 3, 2))]
+    assert np.linalg.solve is before
 
 
 def scenes(sizes):

@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 
+from chapters.ch04_central_generic.s2_pose.trials.counted import POINTS
 from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
 from chapters.ch04_central_generic.s2_pose.trials.kodak import PUT_IN
 from chapters.ch04_central_generic.s2_pose.trials.simulated import RAYS
@@ -25,6 +26,7 @@ IN_WORDS = {
     "translation_mm": "translation",
 }
 SHOWN_PX = 0.5
+MANY_POINTS = POINTS[-1]
 
 
 def trials_of(result, estimator, measure, noise, **condition):
@@ -101,6 +103,7 @@ def name_values(open_results):
     counts = open_results("exp_c4_3pt_no_solution")
     triples = open_results("exp_c4_3pt_sensitive")
     planes = open_results("exp_c4_plane_orientation")
+    solved = open_results("exp_c4_pose_linear_fast")
     sources = open_results("ext_pose_rays_run")
     seeds = open_results("table_4_1_rendered").select()
     medians = {
@@ -110,6 +113,10 @@ def name_values(open_results):
             f"rays_{source}_deg": sources.column(f"{source}.rotation_deg")
             for source in ("three", "smooth", "calibrated")
         },
+        "refining_systems": solved.column("refined.systems", points=MANY_POINTS),
+        "sampled_polynomials": solved.column(
+            "three_points.polynomials", points=MANY_POINTS
+        ),
         **{
             f"scenes_{e}_mm": table_trials(scenes, e, "translation_mm")
             for e in ("cgsp", "cgsp_ransac")
