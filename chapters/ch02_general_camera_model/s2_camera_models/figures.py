@@ -12,7 +12,7 @@ from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
     ROOM,
 )
 from raxel.show import Labels, Points, Segments, framed, moved
-from repro.page.method_looks import LOOKS
+from repro.page.method_looks import LOOKS, named_in
 from repro.page.space import draw_scene
 from repro.page.style import INK, SERIES, series
 from repro.page.style import figure as new_figure
@@ -31,7 +31,8 @@ def ext_zoo_curves(results):
         grid = np.linspace(0, np.radians(125), 50)
         for index, name in enumerate(names):
             theta, r = (ran.arrays(part, model=name)[0] for part in ("theta", "r"))
-            look = series(index) | {"marker": "", "lw": 1.4}
+            look = LOOKS.get(named_in(name), series(index))
+            look = look | {"marker": "", "lw": 1.4}
             panel.plot(np.degrees(theta), r, label=name, **look)
             rows += [(name, *cells) for cells in zip(np.degrees(theta), r, strict=True)]
         tangent = grid[grid < 1.24]

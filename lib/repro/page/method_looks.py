@@ -56,7 +56,7 @@ _CALIBRATIONS = {
     (INDIGO, "h", LONG): ("circles",),
     (ORANGE, "v", LONG): ("three points + RANSAC",),
     (SKY, "v", LONG): ("OpenCV fisheye",),
-    (SKY, "<", MIXED): ("Kannala-Brandt",),
+    (INDIGO, "<", MIXED): ("Kannala-Brandt",),
     (TEAL, ">", DASHED): ("Kannala-Brandt, pupil by test",),
     (WINE, "P", MIXED): ("unified sphere", "Unified sphere"),
     (BROWN, "h", DASHED): ("radial law alone",),
