@@ -17,6 +17,12 @@ def unknowns_task():
             "That is what is left when the rays are eliminated.": lambda: (
                 3 + 6 * (GRIDS - 1)
             ),
+            "Those are the poses alone, as scheme 2 moves them.": lambda: (
+                6 * (GRIDS - 1)
+            ),
+            "Poses and rays are there; what else is free here?": lambda: (
+                6 * (GRIDS - 1) + 2 * RAYS
+            ),
             "The base grid is the frame of everything.": lambda: (
                 3 + 6 * GRIDS + 2 * RAYS
             ),

@@ -44,10 +44,12 @@ from repro.run.outcomes import Plan, crossed
 # - The thesis's third scheme is of no use, as it says: the centre that it
 #   finds is {glue:text}`line_fitting.centre_mm:.0f` mm off, where the linear
 #   stage leaves {glue:text}`linear.centre_mm:.2f` mm (medians).
-# - The reason is another one than it gives. In
-#   {glue:text}`scenes.one_place` of {glue:text}`scenes` scenes all starts
-#   end in one place, and the camera is exactly central. The place is wrong,
-#   because the cost falls when the noise itself is made smaller.
+# - Many minima, which it names as the reason, are not needed for that. In
+#   {glue:text}`scenes.one_place` of {glue:text}`scenes` scenes all starts end
+#   in one place, and it is wrong, although the camera is exactly central:
+#   the cost falls when the noise itself is made smaller. In
+#   {glue:text}`scenes.no_rest` scenes some starts had not come to rest, and
+#   more than one minimum cannot be ruled out there.
 # - An adjustment that measures errors where they were made, in the plane of
 #   each grid and with weights that do not follow the parameters, finds the
 #   centre to {glue:text}`consistent.centre_mm:.2f` mm.
@@ -235,11 +237,20 @@ def consistency_sweep(effort):
 # {glue:text}`refused.of:.0f` scenes, whose grids it cannot tell from parallel
 # ones; they count as the worst for every method.
 #
-# **How good is it?** With three grids the adjustment betters the linear
-# stage from {glue:text}`three grids.linear_mm:.2f` to
-# {glue:text}`three grids.consistent_mm:.2f` mm, with ten from
-# {glue:text}`ten grids.linear_mm:.2f` to
-# {glue:text}`ten grids.consistent_mm:.2f` mm. In CGSP all
+# **How good is it?** With three grids the linear stage leaves
+# {glue:text}`three grids.linear_mm:.2f` mm
+# ({glue:text}`three grids.linear_mm.low:.2f` to
+# {glue:text}`three grids.linear_mm.high:.2f`) and the adjustment
+# {glue:text}`three grids.consistent_mm:.2f` mm
+# ({glue:text}`three grids.consistent_mm.low:.2f` to
+# {glue:text}`three grids.consistent_mm.high:.2f`): these intervals overlap, so
+# that such a gain could be chance. With ten grids it goes from
+# {glue:text}`ten grids.linear_mm:.2f`
+# ({glue:text}`ten grids.linear_mm.low:.2f` to
+# {glue:text}`ten grids.linear_mm.high:.2f`) to
+# {glue:text}`ten grids.consistent_mm:.2f` mm
+# ({glue:text}`ten grids.consistent_mm.low:.2f` to
+# {glue:text}`ten grids.consistent_mm.high:.2f`). In CGSP all
 # homographies lead to the base grid, and the noise of its points is in each of
 # them. More grids do not average it out; the adjustment does, as it gives the
 # base no more weight than any other grid.

@@ -81,11 +81,6 @@ def name_values(open_results):
             for name in ("centre_mm", "ray_mm", "own_ray_mm", "rounds")
         },
         **{
-            f"{case}.{name}": targets.column(name, case=case)
-            for case in ("three grids", "ten grids")
-            for name in ("linear_mm", "consistent_mm")
-        },
-        **{
             f"starts.{scheme}.{name}": starts.column(f"{scheme}.{name}")
             for scheme in ("line_fitting", "ray_point", "consistent")
             for name in ("spread_over_starts", "spread_over_draws", "above_best")
@@ -107,6 +102,16 @@ def name_values(open_results):
         },
         "refused": refusals(sweep, noise=2.0),
         "refused.of": sweep.trials_per_condition * len(counts_of(sweep, 2.0)),
+        **{
+            f"{case}.{name}{end}": bound
+            for case in ("three grids", "ten grids")
+            for name in ("linear_mm", "consistent_mm")
+            for end, bound in zip(
+                ("", ".low", ".high"),
+                median_interval(targets.column(name, case=case))[:3],
+                strict=True,
+            )
+        },
         "scenes": starts.trials_per_condition,
         "scenes.one_place": np.sum((rest == 1) & (spread < ONE_PLACE)),
         "scenes.no_rest": np.sum(rest < 1),
