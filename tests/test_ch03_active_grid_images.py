@@ -11,13 +11,15 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.trials import (
     facets,
     filters,
     metric_search,
+    native,
     straight,
 )
 from raxel.geometry import pose, rotation_from_vector
 from raxel.geometry.homography import apply_homography
 from raxel.geometry.planes import intersect_rays_plane
 from repro.judge.readings import crossed, open_questions
-from tests.judged_claims import readings
+from tests.judged_claims import readings, readings_of
+from tests.made_results import as_planned
 from tests.small_checkouts import ROOT
 
 H_MM_PX = np.array([[0.3, 0.02, 5.0], [-0.01, 0.28, 8.0], [1e-4, -5e-5, 1.0]])
@@ -136,7 +138,7 @@ def test_corners_that_are_cut_off_are_not_measured():
 
 def test_options_stand_alone_where_the_ledger_says_so():
     taken = crossed(open_questions(ROOT), claims.OF_TABLE)
-    assert len(taken) == 2 * 2 + 3
+    assert len(taken) == 2 * 2 + 4
 
 
 def test_the_names_of_the_trials_cover_the_options_of_the_ledger():
@@ -151,6 +153,72 @@ def test_verticals_are_compared_from_the_outermost_left_to_the_outermost_right()
         place=np.array([[30.0, 0], [5, 0], [10, 0], [90, 0]]),
     )
     assert results.spread_between(lines, np.array([1.0, 50, -4, 7])) == 11
+
+
+def table_3_8(binned, native, falling):
+    """Results of Table 3.8 with these means (px) of derivative, OpenCV, saddle point
+    and active grid; falling: whether the derivative's fall with the window in native
+    pixels, as they rise in binned ones.
+    """
+    names = ("derivative", "OpenCV", "saddle point", "four nearest pixels")
+
+    def of(means, sign):
+        def values(condition):
+            curve = 1 + 0.01 * sign * np.array(condition["windows"], float)
+            found = {
+                f"{name}.{lens}mean": mean
+                for name, mean in zip(names, means, strict=True)
+                for lens in ("", "true_lens.")
+            }
+            found |= {"OpenCV half.mean": means[1], "local fit.mean": means[3]}
+            return found | {"derivative.means": [curve]}
+
+        return values
+
+    return {
+        results.CORNERS: as_planned(results.CORNERS, of(binned, 1)),
+        results.NATIVE: as_planned(results.NATIVE, of(native, -1 if falling else 1)),
+    }
+
+
+@pytest.mark.parametrize("judge", [
+    claims.judge_order, claims.judge_close, claims.judge_window,
+])  # fmt: skip
+def test_table_3_8_is_judged_in_binned_and_in_native_pixels(judge):
+    good, bad = (0.10, 0.12, 0.2, 0.11), (0.10, 0.05, 0.02, 0.11)
+    for means, falling, expected in (
+        (good, True, "reproduced"),
+        (bad, False, "differs"),
+    ):
+        found = readings_of(judge, table_3_8(bad, means, falling))
+        verdicts = {one.reading["picture_pixels"]: one.verdict for one in found}
+        assert verdicts == {"binned 3 x 3": "differs", "native pixels": expected}
+        assert found[0].reading["picture_pixels"] == "binned 3 x 3"
+
+
+def test_the_raster_has_dark_frames_and_a_mean_of_one():
+    fine = (np.arange(1000) + 0.5) / 250
+    share = native.opened(fine, 1 / 250)
+    assert share.mean() == pytest.approx(1)
+    assert native.opened(np.array([3.0]), 0.15) == 0
+    assert native.opened(np.array([3.5]), 0.15) == pytest.approx(1 / native.APERTURE)
+
+
+def test_native_pixels_see_the_raster_and_corners_where_they_are():
+    rig = native.rig_of(native.RIG)
+    camera = native.NativeCamera(rig, rig.draw_poses(np.random.default_rng(5), 1)[0])
+    white = np.full((1, 1024, 1024), 255, np.uint8)
+    light = native.light_of_patch(camera, white, np.array([1900, 1300]), 20)[0]
+    spectrum = np.abs(np.fft.rfft(light.mean(axis=0) * np.hanning(41)))
+    period = 41 / (10 + spectrum[10:].argmax())
+    pitch_mm = 301.5 / 1024
+    assert period == pytest.approx(pitch_mm * camera.K[0, 0] / 429, rel=0.05)
+    assert 0.03 < np.ptp(light.mean(axis=0)) / light.mean() < 0.4
+    condition = native.native_conditions("quick")[0]
+    found = native.native_trial(condition, np.random.default_rng(5))
+    for method in ("derivative", "OpenCV", "saddle point", "local fit"):
+        assert found[method]["lost"] == 0
+        assert found[method]["rms_true_px"] < 0.3
 
 
 def test_no_parameters_are_judged_by_the_size_of_squares_and_by_the_filters():

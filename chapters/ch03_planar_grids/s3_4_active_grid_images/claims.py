@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
+    BOTH_PIXELS,
     CASES,
     CORNERS,
     FACETS,
@@ -19,6 +20,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     OF_LINES,
     VECTOR_SCALE,
     Corners,
+    corners_of,
     filtered,
     lines_of,
     percent,
@@ -49,15 +51,14 @@ OF_TABLE = (
     "lens_left",
     "undistorted_bits",
     "edge_blur",
+    "picture_pixels",
 )
 
 
-@claim(
-    "c3_t38_order", needs=("table_3_8_corners",), evidence="rendered", readings=OF_TABLE
-)
+@claim("c3_t38_order", needs=BOTH_PIXELS, evidence="rendered", readings=OF_TABLE)
 def judge_order(results, options):
     """Derivative below active grid below OpenCV below saddle point."""
-    case = Corners(results[CORNERS], options)
+    case = corners_of(results, options)
     mean = {m: case.statistic(m, "mean") for m in METHODS}
     order = ("derivative", "active grid", "OpenCV", "saddle point")
     steps = [mean[a] < mean[b] for a, b in pairwise(order)]
@@ -75,12 +76,10 @@ def judge_order(results, options):
     )
 
 
-@claim(
-    "c3_t38_close", needs=("table_3_8_corners",), evidence="rendered", readings=OF_TABLE
-)
+@claim("c3_t38_close", needs=BOTH_PIXELS, evidence="rendered", readings=OF_TABLE)
 def judge_close(results, options):
     """Means of derivative, active grid and OpenCV within a factor of 1.25."""
-    case = Corners(results[CORNERS], options)
+    case = corners_of(results, options)
     means = np.array([case.statistic(m, "mean") for m in METHODS if "saddle" not in m])
     ratio = means.max(axis=0) / means.min(axis=0)
     return counterpart(
@@ -90,15 +89,15 @@ def judge_close(results, options):
 
 @claim(
     "c3_deriv_window",
-    needs=("table_3_8_corners",),
+    needs=BOTH_PIXELS,
     evidence="rendered",
-    readings=("undistorted_bits", "edge_blur"),
+    readings=("undistorted_bits", "edge_blur", "picture_pixels"),
 )
 def judge_window(results, options):
     """Spearman of window and mean residual at most -0.8."""
     from scipy.stats import spearmanr
 
-    curves = Corners(results[CORNERS], options).curve("derivative")
+    curves = corners_of(results, options).curve("derivative")
     ranks = np.array([spearmanr(*curve).statistic for curve in curves])
     last = ", ".join(f"{w[-1]:g}" for w, _ in curves)
     return counterpart(

@@ -36,6 +36,12 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.filters import (
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.metric_search import (
     at_four_pixels,
 )
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.native import (
+    NATIVE_RIGS,
+    native_conditions,
+    native_trial,
+    opened,
+)
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.straight import (
     edge_points,
     predicted_lean,
@@ -174,6 +180,13 @@ def exp_c3_active_no_params(effort):
 
 
 # %%
+@experiment("exp_c3_t38_native", artefact="table_3_8", inputs=NATIVE_RIGS)
+def exp_c3_t38_native(effort):
+    """The same at the camera's own pixels, which see the monitor's."""
+    return Plan(native_trial, native_conditions(effort), 1, WHAT)
+
+
+# %%
 @experiment("fig_3_17_lines", artefact="fig_3_17", rendered=FISHEYE_SETS)
 def fig_3_17_lines(effort):
     """Edges of the room before and after, in two views."""
@@ -197,6 +210,16 @@ def fig_3_18_facets(effort):
 
 # %% tags=["active-ipynb"]
 # show_code(corner_trial, sweep)
+
+# %% [markdown]
+# A pixel of the monitor is 2.7 px of the camera wide, but only 0.9 of the
+# larger ones, which cannot see the monitor's raster. So the corners are
+# tried a second time at the camera's own pixels, in patches about each of
+# them. A pixel of the monitor is a bright opening there, 0.8 of its width and
+# height, in a dark frame.
+
+# %% tags=["active-ipynb"]
+# show_code(native_trial, opened)
 
 # %% tags=["active-ipynb"]
 # show_code(straight_trial, edge_points)

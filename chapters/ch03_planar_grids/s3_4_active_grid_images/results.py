@@ -19,6 +19,8 @@ CORNERS, FAR = "table_3_8_corners", "exp_c3_params_square"
 FILTERED = "exp_c3_active_no_params"
 LINES, HALF_PITCH = "fig_3_17_lines", "exp_c3_pitch_vertical"
 FACETS = "fig_3_18_facets"
+NATIVE = "exp_c3_t38_native"
+BOTH_PIXELS = ("table_3_8_corners", "exp_c3_t38_native")
 OF_CORNERS = ("table_3_8_corners", "exp_c3_params_square")
 OF_LINES = ("fig_3_17_lines", "exp_c3_pitch_vertical")
 # What the text leaves open here: option of the ledger -> its name in the trials.
@@ -34,6 +36,7 @@ NAMES = {
         "as on the camera's own pixels": "near",
         "as on larger pixels": "sharp",
     },
+    "picture_pixels": {"binned 3 x 3": CORNERS, "native pixels": NATIVE},
     "room_view": {"long wall": "long wall", "corner": "corner"},
     "line_points": {
         "found in the picture": "found",
@@ -100,6 +103,12 @@ def filtered(ran, case, which, options=None):
     taken = Case(NAMES, options)
     name = f"{which}.{taken['active_corner']}.{taken['lens_left']}mean"
     return ran.select(case=case).column(name)
+
+
+def corners_of(results, options=None):
+    """Table 3.8 in one reading, from the experiment that has its pixels."""
+    taken = Case(NAMES, options)
+    return Corners(results[taken["picture_pixels"]], options)
 
 
 def over_blurs(means):
