@@ -235,7 +235,10 @@ def over_all_pixels(effort):
 # contrast, not the place. The derivative method, whose model has a width for
 # each edge, stands it as well as the active grid does. The saddle point does
 # not; its error is larger the nearer the board, as is the bend of the lens
-# within its window.
+# within its window. From no blur to the strongest, the active grid's own
+# error, which is small, becomes {glue:text}`blurred.active:.2f` times as
+# large and the derivative method's {glue:text}`blurred.derivative:.2f` times,
+# by the true corners. In the residual the floor hides both.
 #
 # **Blooming.** Below a full well it does not exist. Above, white squares
 # grow along their columns, and corners move with them. Sines are clipped at

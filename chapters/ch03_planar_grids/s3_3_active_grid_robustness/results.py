@@ -152,6 +152,7 @@ def name_values(open_results):
         **of_exposure(result, "", WITHIN),
         **of_exposure(result, "over.", OVER),
         **of_noise(result),
+        **of_blur(result),
         "floor": middle(residuals(result, "distance", DEFAULT_MM, TRUE)),
         "floor.spread": tie_width(result, "distance", DEFAULT_MM),
         "sets": len(result.levels("set")),
@@ -188,6 +189,14 @@ def of_noise(result):
     return {"most_noise": most, "first_lost_noise": _first_lost(result)} | {
         f"noisy.{SHORT[method]}": middle(errors(result, "noise", most, method))
         for method in METHODS
+    }
+
+
+def of_blur(result):
+    """Every method's error in the strongest blur over that without, by true corners."""
+    ratios = blur_ratios(result, Case(NAMES, {"corner_measure": BY_TRUTH}))
+    return {
+        f"blurred.{SHORT[method]}": middle(ratio) for method, ratio in ratios.items()
     }
 
 
