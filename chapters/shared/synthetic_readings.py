@@ -19,6 +19,8 @@ NAMES = {
         zip(("corrected view", "source image"), SCALES, strict=True)
     ),
 }
+# Asked of the sweeps alone: no figure of section 2.5.2, which shares NAMES, has means.
+STATISTIC = {"statistic_of_trials": {"median": "median", "mean": "mean"}}
 
 
 class SweepCase:
@@ -26,7 +28,8 @@ class SweepCase:
 
     def __init__(self, result, options: dict[str, str] | None = None) -> None:
         self.result = result
-        self.taken = Case(NAMES, options)
+        self.taken = Case(NAMES | STATISTIC, options)
+        self.statistic = self.taken["statistic_of_trials"]
 
     def generic(self, quantity: str, law: str | None = None, **condition) -> np.ndarray:
         """Trials of the generic method, (trials,).

@@ -6,6 +6,7 @@ A test follows the wording of the ledger; the first reading is the primary one.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -24,14 +25,16 @@ from chapters.shared.three_planes import FOVS_DEG
 from repro.judge.statistics import (
     FAILS,
     HOLDS,
+    OVER_TRIALS,
     SIGNIFICANCE,
     UNDECIDED,
+    Estimate,
     all_of,
     bootstrap,
     loglog_slope,
     median_interval,
-    median_ratio,
-    spread_of_medians,
+    ratio_of,
+    spread_of,
     trend,
     weighted_line,
     welch_less,
@@ -46,22 +49,50 @@ FLAT_FOVS = [fov for fov in FOVS_DEG if 30 <= fov <= 120]
 
 NOISY = ("fig_2_3_noise",)
 SWEPT = ("fig_2_3_fov",)
-ALL = ("noise", "scoring", "extent", "standard_method", "residual_scale")
-PARAMETRIC = ("noise", "scoring", "extent", "residual_scale")
-ANY_EXTENT = ("noise", "scoring", "standard_method", "residual_scale")
-OF_LAWS = ("noise", "scoring", "extent", "standard_method", "law_pixels")
+ALL = (
+    "noise",
+    "scoring",
+    "extent",
+    "standard_method",
+    "residual_scale",
+    "statistic_of_trials",
+)
+PARAMETRIC = ("noise", "scoring", "extent", "residual_scale", "statistic_of_trials")
+ANY_EXTENT = (
+    "noise",
+    "scoring",
+    "standard_method",
+    "residual_scale",
+    "statistic_of_trials",
+)
+OF_LAWS = (
+    "noise",
+    "scoring",
+    "extent",
+    "standard_method",
+    "law_pixels",
+    "statistic_of_trials",
+)
 
 
-def _proportional(series: Callable) -> Reading:
+def _interval(statistic: str, trials: np.ndarray) -> Estimate:
+    """Median or mean of trials with its interval, failures as the worst that is."""
+    worst = np.nanmax(trials)
+    if statistic == "median":
+        return median_interval(trials, worst=worst)
+    return bootstrap(OVER_TRIALS[statistic], with_worst(trials, worst))
+
+
+def _proportional(statistic: str, series: Callable) -> Reading:
     """Weighted line with R2 >= 0.98, log-log slope in [0.85, 1.15]."""
     levels = np.array(LEVELS)
     trials = [series(level) for level in LEVELS]
-    found = [median_interval(t, worst=np.nanmax(t)) for t in trials]
+    found = [_interval(statistic, t) for t in trials]
     spread = np.array([max(e.high - e.low, 1e-12) for e in found])
-    medians = np.array([e.value for e in found])
-    # The intervals of the medians are in the weights; R2 itself has none.
-    line = weighted_line(levels, medians, 1 / spread**2)
-    slope = trend(levels, trials, loglog_slope)
+    typical = np.array([e.value for e in found])
+    # The intervals of the levels are in the weights; R2 itself has none.
+    line = weighted_line(levels, typical, 1 / spread**2)
+    slope = trend(levels, trials, loglog_slope, statistic=statistic)
     decision = slope.within(0.85, 1.15)
     if line.r2 < 0.98:
         decision = FAILS
@@ -77,7 +108,8 @@ def judge_noise_linear_generic(results, options):
     """The generic residual grows in proportion to the noise."""
     case = SweepCase(results["fig_2_3_noise"], options)
     return _proportional(
-        lambda level: case.generic("mean_px", noise=level, fov_deg=NOISE_FOV_DEG)
+        case.statistic,
+        lambda level: case.generic("mean_px", noise=level, fov_deg=NOISE_FOV_DEG),
     )
 
 
@@ -86,7 +118,8 @@ def judge_noise_linear_parametric(results, options):
     """The parametric residual grows in proportion to the noise."""
     case = SweepCase(results["fig_2_3_noise"], options)
     return _proportional(
-        lambda level: case.parametric("mean_px", noise=level, fov_deg=NOISE_FOV_DEG)
+        case.statistic,
+        lambda level: case.parametric("mean_px", noise=level, fov_deg=NOISE_FOV_DEG),
     )
 
 
@@ -95,11 +128,11 @@ def judge_fov_parametric_rises(results, options):
     """Spearman >= 0.9, and 150 deg more than twice 60 deg."""
     case = SweepCase(results["fig_2_3_fov"], options)
     trials = [case.parametric("mean_px", fov_deg=fov) for fov in FOVS_DEG]
-    rank = trend(np.array(FOVS_DEG), trials, rank_trend)
+    rank = trend(np.array(FOVS_DEG), trials, rank_trend, statistic=case.statistic)
     wide, narrow = (case.parametric("mean_px", fov_deg=fov) for fov in (150, 60))
-    ratio = median_ratio(wide, narrow)
-    exact = median_ratio(
-        *(case.exact("mean_px", fov_deg=fov) for fov in (150, 60))
+    ratio = ratio_of(case.statistic, wide, narrow)
+    exact = ratio_of(
+        case.statistic, *(case.exact("mean_px", fov_deg=fov) for fov in (150, 60))
     ).value
     p = welch_less(2 * narrow, wide)
     decision = all_of([rank.above(0.9 - 1e-9), ratio.above(2.0)])
@@ -123,19 +156,20 @@ def judge_fov_generic_flat(results, options):
             np.array(FLAT_FOVS),
             [case.generic(quantity, fov_deg=fov) for fov in FLAT_FOVS],
             spread_over_sweep,
+            statistic=case.statistic,
         )
         for quantity in ("mean_px", "sd_px")
     }
     generic = case.generic("mean_px", fov_deg=120)
     parametric = case.parametric("mean_px", fov_deg=120)
-    ratio = median_ratio(parametric, generic)
+    ratio = ratio_of(case.statistic, parametric, generic)
     p = welch_less(generic, parametric)
     lower = ratio.above(1.0)
     if lower == HOLDS and p >= SIGNIFICANCE:
         lower = UNDECIDED
     mean, sd = spread["mean_px"], spread["sd_px"]
     exact = {
-        q: spread_of_medians(*(case.exact(q, fov_deg=fov) for fov in FLAT_FOVS))
+        q: spread_of(case.statistic, *(case.exact(q, fov_deg=fov) for fov in FLAT_FOVS))
         for q in spread
     }
     return Reading.of(
@@ -153,12 +187,15 @@ def judge_fov_generic_150(results, options):
     """Generic mean and SD rise from 120 to 150 deg, more than of exact rays."""
     case = SweepCase(results["fig_2_3_fov"], options)
     quantities = ("mean_px", "sd_px")
-    won = wins([tuple(case.generic("mean_px", fov_deg=f) for f in (120, 150))])[0]
+    both = tuple(case.generic("mean_px", fov_deg=f) for f in (120, 150))
+    won = wins([both], case.statistic)[0]
     rise, beyond = (
-        {q: median_ratio(*(of(q, fov_deg=f) for f in (150, 120)))
-         for q in quantities}
+        {
+            q: ratio_of(case.statistic, *(of(q, fov_deg=f) for f in (150, 120)))
+            for q in quantities
+        }
         for of in (case.generic, case.over_exact)
-    )  # fmt: skip
+    )
     rises = (rise["sd_px"], *beyond.values())
     return Reading.of(
         all_of([won.decision, *(found.above(1.0) for found in rises)]),
@@ -173,10 +210,11 @@ def _said(found) -> str:
     return f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f})"
 
 
-def _excess_left(finite_150, finite_120, unbounded_150, unbounded_120):
+def _excess_left(statistic, finite_150, finite_120, unbounded_150, unbounded_120):
     """Share of the 150/120 ratio's excess over 1 that finite grids keep."""
-    finite = np.median(finite_150, -1) / np.median(finite_120, -1)
-    unbounded = np.median(unbounded_150, -1) / np.median(unbounded_120, -1)
+    over_trials = OVER_TRIALS[statistic]
+    finite = over_trials(finite_150) / over_trials(finite_120)
+    unbounded = over_trials(unbounded_150) / over_trials(unbounded_120)
     return (finite - 1) / (unbounded - 1)
 
 
@@ -196,8 +234,8 @@ def judge_infinite_plane_cause(results, options):
         for fov in (150, 120)
     )
     trials = [with_worst(found, np.nanmax(found)) for found in swept]
-    rise = median_ratio(trials[2], trials[3])
-    left = bootstrap(_excess_left, *trials)
+    rise = ratio_of(case.statistic, trials[2], trials[3])
+    left = bootstrap(partial(_excess_left, case.statistic), *trials)
     case = case.other(extent="unbounded", residual_scale="source image")
     grazing = case.generic("grazing_spearman", fov_deg=150)
     rank = median_interval(grazing, worst=-1.0)
@@ -239,7 +277,7 @@ def _lower_mean(a: np.ndarray, b: np.ndarray) -> tuple[str, float]:
 
 
 def _who_is_better(signs: np.ndarray) -> str:
-    """The sweep in words, from signs of parametric less generic medians."""
+    """The sweep in words, from signs of parametric less generic residuals."""
     better = np.where(signs > 0, "generic", "parametric")
     turns = np.flatnonzero(better[1:] != better[:-1]) + 1
     if len(turns) == 0:
@@ -259,7 +297,8 @@ def judge_crossover(results, options):
             for one in (case.parametric, case.generic)
         ]
     )
-    parametric, generic = np.median(with_worst(found), axis=-1)
+    worst = np.inf if case.statistic == "median" else np.nanmax(found)
+    parametric, generic = OVER_TRIALS[case.statistic](with_worst(found, worst))
     signs = np.sign(parametric - generic)
     changes = int(np.sum(np.diff(signs) != 0))
     first, p_first = _lower_mean(found[0, 0], found[1, 0])
@@ -290,9 +329,10 @@ def judge_modality_independent(results, options):
     case = SweepCase(results["fig_2_3_laws"], options | scale)
     by_law = (case.generic("mean_px", law=law, fov_deg=LAWS_FOV_DEG) for law in LAWS)
     trials = [with_worst(found, np.nanmax(found)) for found in by_law]
-    spread = bootstrap(spread_of_medians, *trials, paired=True)
-    exact = spread_of_medians(
-        *(case.exact("mean_px", law, fov_deg=LAWS_FOV_DEG) for law in LAWS)
+    spread = bootstrap(partial(spread_of, case.statistic), *trials, paired=True)
+    exact = spread_of(
+        case.statistic,
+        *(case.exact("mean_px", law, fov_deg=LAWS_FOV_DEG) for law in LAWS),
     )
     return Reading.of(
         spread.below(1.15),

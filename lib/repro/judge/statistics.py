@@ -229,8 +229,13 @@ def ratio_of(
 
 def spread_of_medians(*trials: np.ndarray) -> np.ndarray:
     """Largest over smallest median of arrays (..., trials): (...)."""
-    medians = [_median(t) for t in trials]
-    return np.max(medians, axis=0) / np.min(medians, axis=0)
+    return spread_of("median", *trials)
+
+
+def spread_of(statistic: str, *trials: np.ndarray) -> np.ndarray:
+    """Largest over smallest median or mean of arrays (..., trials): (...)."""
+    found = [OVER_TRIALS[statistic](t) for t in trials]
+    return np.max(found, axis=0) / np.min(found, axis=0)
 
 
 def _median(values: np.ndarray) -> np.ndarray:
@@ -352,24 +357,34 @@ def weighted_line(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> Line:
 
 
 def trend(
-    x: np.ndarray, trials: Sequence[np.ndarray], fit: Callable, *, seed: int = 0
+    x: np.ndarray,
+    trials: Sequence[np.ndarray],
+    fit: Callable,
+    *,
+    statistic: str = "median",
+    seed: int = 0,
 ) -> Estimate:
     """Bootstrap of a fit over a sweep: trials are resampled within every level.
 
     x: (levels,); trials: one array of trials per level (nan counts as the level's
-    worst finite trial); fit(x, medians) -> float, with medians (levels,). A level at
-    which every trial failed leaves the fit open: nan, from -inf to inf.
+    worst finite trial); fit(x, medians) -> float, with medians (levels,), or means if
+    that is the ``statistic``. A level at which every trial failed leaves the fit open:
+    nan, from -inf to inf.
     """
     rng = np.random.default_rng(seed)
     failed = int(sum(np.isnan(t).sum() for t in trials))
     if any(np.isnan(t).all() for t in trials):
         return Estimate(np.nan, -np.inf, np.inf, failed)
     filled = [with_worst(t, np.nanmax(t)) for t in trials]
+    over_trials = OVER_TRIALS[statistic]
     drawn = np.stack(
-        [_median(t[rng.integers(0, len(t), (RESAMPLES // 4, len(t)))]) for t in filled],
+        [
+            over_trials(t[rng.integers(0, len(t), (RESAMPLES // 4, len(t)))])
+            for t in filled
+        ],
         axis=1,
     )
-    value = fit(x, np.array([np.median(t) for t in filled]))
+    value = fit(x, np.array([over_trials(t) for t in filled]))
     low, high = _percentiles(np.array([fit(x, row) for row in drawn]), 0.95)
     return Estimate(float(value), low, high, failed)
 
