@@ -87,6 +87,7 @@ def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
     assert "<strong>Fig. 2.3.</strong> Residual against noise" in text
     assert 'alt="Fig. 2.3 Residual against noise sigma."' in text
     assert 'id="fig_2_3"' in text
+    assert re.search(r'<img[^>]*class="[^"]*raxel-lines', text)
     assert 'id="table_2_1"' in text
     assert "1.235" in text
     assert "<code>make fig_2_3 EFFORT=quick</code>" in text
