@@ -189,3 +189,13 @@ def test_what_has_no_source_any_more_leaves_the_site(tmp_path):
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text("x")
     assert sorted(without_source(source, built)) == sorted(gone)
+
+
+def test_what_is_dimmed_in_the_dark_is_not_turned_as_well():
+    styles = (ROOT / "report" / "source" / "_static" / "report.css").read_text("utf-8")
+    dimmed = re.findall(r"([^{}]+)\{\s*filter: brightness", styles)
+    turned = re.findall(r"([^{}]+)\{\s*filter: invert", styles)
+    assert len(dimmed) == len(turned) == 2
+    for selector in ",".join(dimmed).split(","):
+        assert selector.strip().endswith(":not(.raxel-lines)"), selector
+    assert all(".raxel-lines" in selector for selector in turned)
