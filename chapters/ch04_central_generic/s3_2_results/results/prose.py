@@ -35,7 +35,9 @@ def name_values(open_results):
     found = {
         **_of_noises(results),
         **{
-            f"{short}.left_out": 100 * np.median(bench.rendered(camera, "left_out"))
+            f"{prefix}{short}.left_out": 100
+            * np.median(Seeds(results, noise=noise).rendered(camera, "left_out"))
+            for prefix, noise in NOISES.items()
             for short, camera in CAMERAS.items()
         },
         "omni.true_scatter_mm": np.median(bench.rendered(OMNI, "true_scatter_mm")),
