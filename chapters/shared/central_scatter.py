@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 from scipy.spatial import ConvexHull
 
@@ -52,21 +50,27 @@ def tilted_over_facing(centre, points, T_base_grid):
     tilted plane through it, over that on the plane which lies across them.
     """
     middles, directions = best_lines(points, T_base_grid)
-    right, down = facing_plane(directions)
-    ahead = np.cross(right, down)
+    normals = normals_about(facing_plane(directions))
+    off = middles - centre
+    # Along a ray, from its middle to each plane: (planes, N).
+    reach = -(normals @ off.T) / (normals @ directions.T)
+    along = np.sum(off * directions, axis=1)
+    beside = off - along[:, None] * directions
+    squared = np.sum(beside**2, axis=1) + (along + reach) ** 2
+    facing, *tilted = np.sqrt(squared.mean(axis=1))
+    return float(min(tilted) / facing)
 
-    def rms_mm(normal):
-        reach = ((centre - middles) @ normal) / (directions @ normal)
-        off = middles + reach[:, None] * directions - centre
-        return np.sqrt(np.mean(np.sum(off**2, axis=1)))
 
-    tilted = []
-    for tilt, towards in product(
-        np.radians(TILTS_DEG), np.linspace(0, 2 * np.pi, TOWARDS, endpoint=False)
-    ):
-        aside = np.cos(towards) * right + np.sin(towards) * down
-        tilted.append(rms_mm(np.cos(tilt) * ahead + np.sin(tilt) * aside))
-    return float(min(tilted) / rms_mm(ahead))
+def normals_about(across):
+    """Unit normals (1 + planes, 3): that of the plane with axes (2, 3), then those of
+    planes tilted from it by TILTS_DEG in TOWARDS directions."""
+    ahead = np.cross(*across)
+    towards = np.linspace(0, 2 * np.pi, TOWARDS, endpoint=False)
+    aside = np.column_stack([np.cos(towards), np.sin(towards)]) @ across
+    tilted = [
+        np.cos(tilt) * ahead + np.sin(tilt) * aside for tilt in np.radians(TILTS_DEG)
+    ]
+    return np.concatenate([ahead[None], *tilted])
 
 
 def scatter_of(crossing):
