@@ -82,7 +82,7 @@ def fig_4_7(results):
         "A room in the mirror of the omnidirectional camera, and its "
         "calibrated part unwrapped on an upright cylinder about the camera's "
         "centre, with the standard method as printed and adjusted, and with "
-        "CGSP. Black: pixels without a ray. Last row: the grey levels of CGSP's "
+        "CGSP, both at the bench's noise. Black: pixels without a ray. Last row: the grey levels of CGSP's "
         "picture less those of the standard one's, where both have a ray.",
     )
 
@@ -96,7 +96,8 @@ def fig_4_8(results):
         data,
         "A room through the fisheye, and its middle 100° as a pinhole would "
         "show them, with the standard method as printed and adjusted, and "
-        "with CGSP. Black: pixels without a ray. Last row: the grey levels of "
+        "with CGSP, both at the bench's noise. Black: pixels without a ray. Last "
+        "row: the grey levels of "
         "CGSP's picture less those of the standard one's.",
     )
 
@@ -132,7 +133,8 @@ def fig_4_9(results):
     return Drawing(
         drawn,
         columns(("camera", "method", "x_mm", "y_mm", "dx_mm", "dy_mm"), rows),
-        "Residuals of one chessboard after its view was corrected and carried "
+        "Residuals of one chessboard after its view was corrected at the bench's "
+        "noise and carried "
         f"onto the metric grid, {MAGNIFIED} times as long as they are (in the "
         "thesis, 15 times); the arrow at the lower left is the key. Each panel "
         "shows the board that most calibrated rays see, of the first seed.",

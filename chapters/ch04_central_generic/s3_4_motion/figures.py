@@ -106,8 +106,8 @@ def fig_4_10(results):
     return Drawing(
         drawn,
         columns(("panel", "method", "x", "y"), rows),
-        "Motion of the stage found from the rays of three calibrations, of "
-        "one seed of rendered pictures, corners by CELECT: (a) the "
+        "Motion of the stage found from the rays of three calibrations at the "
+        "bench's noise, of one seed of rendered pictures, corners by CELECT: (a) the "
         f"translation in steps of {STEP_MM:g} mm: how far it goes aside, in mm as "
         "found, and along the mean step, where its deviations are drawn "
         f"{SCALE} times as long; (b) the rotation, as its difference from "
@@ -149,8 +149,8 @@ def motion_seeds(results):
     return Drawing(
         drawn,
         columns(("motion", "method", "error"), rows),
-        "Errors of the motion in every seed with redrawn corners (CELECT), "
-        "in rising order, and their medians.",
+        "Errors of the motion in every seed with redrawn corners (CELECT), at the "
+        "bench's noise, in rising order, and their medians.",
     )
 
 
