@@ -11,10 +11,13 @@ from chapters.ch04_central_generic.s2_pose.results import (
     without_solution,
 )
 from chapters.ch04_central_generic.s2_pose.trials.estimators import ESTIMATORS, NAMES
-from chapters.ch04_central_generic.s2_pose.trials.kodak import OUTLIERS, PUT_IN
+from chapters.ch04_central_generic.s2_pose.trials.kodak import (
+    OUTLIERS,
+    PUT_IN,
+    TABULATED,
+)
 from chapters.ch04_central_generic.s2_pose.trials.sources import NOISE_PX, SOURCES
 from chapters.ch04_central_generic.s2_pose.trials.triplets import APART
-from chapters.shared.bench_noise import BENCH
 from repro.judge.statistics import proportion
 from repro.run.columns import columns
 from repro.run.experiment import table
@@ -22,7 +25,6 @@ from repro.run.outcomes import Measured, Table
 
 PRINTED = ("standard", "cgsp", "cgsp_ransac")
 NICE = (1, 2, 5)
-NOISES = (BENCH, "laboratory")
 BOTH = ("table_4_1_rendered", "table_4_1_redrawn")
 SAMPLES = ("exp_c4_3pt_sensitive", "exp_c4_3pt_no_solution", "exp_c4_linear_always")
 
@@ -67,7 +69,7 @@ def all_of_table_4_1(results):
     """Every estimator, with and without outliers, rendered and redrawn."""
     rendered, redrawn = (results[name] for name in BOTH)
     rows = []
-    for noise, outliers, name in product(NOISES, OUTLIERS, ESTIMATORS):
+    for noise, outliers, name in product(TABULATED, OUTLIERS, ESTIMATORS):
         cells = []
         for measure in TABLE_MEASURES:
             of_seeds, of_scenes = (

@@ -82,8 +82,8 @@ def fig_4_7(results):
         "A room in the mirror of the omnidirectional camera, and its "
         "calibrated part unwrapped on an upright cylinder about the camera's "
         "centre, with the standard method as printed and adjusted, and with "
-        "CGSP, both at the bench's noise. Black: pixels without a ray. Last row: the grey levels of CGSP's "
-        "picture less those of the standard one's, where both have a ray.",
+        "CGSP, both at the bench's noise. Black: pixels without a ray. Last row: the "
+        "grey levels of CGSP's picture less those of the standard one's, where both have a ray.",
     )
 
 
