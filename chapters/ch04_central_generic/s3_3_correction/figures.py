@@ -83,7 +83,8 @@ def fig_4_7(results):
         "calibrated part unwrapped on an upright cylinder about the camera's "
         "centre, with the standard method as printed and adjusted, and with "
         "CGSP, both at the bench's noise. Black: pixels without a ray. Last row: the "
-        "grey levels of CGSP's picture less those of the standard one's, where both have a ray.",
+        "grey levels of CGSP's picture less those of the standard one's, where both "
+        "have a ray.",
     )
 
 
