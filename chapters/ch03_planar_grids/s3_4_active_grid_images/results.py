@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.filters import AS_TEXT
+from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.native import NO_RASTER
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.straight import (
     LEAST_LENGTH_PX,
     MM_PER_PX,
@@ -165,6 +166,7 @@ def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     quoted = {
         **of_corners(open_results(CORNERS)),
+        **of_native(open_results(NATIVE)),
         **of_filters(open_results(FILTERED)),
         **of_lines(open_results(LINES), open_results(HALF_PITCH)),
         **of_facets(open_results(FACETS).select()),
@@ -205,6 +207,26 @@ def of_filters(ran):
         for case in CASES
         for end, which in (("", AS_TEXT), (".none", "none"))
     }
+
+
+def of_native(ran):
+    """What the prose says of Table 3.8 at the camera's own pixels."""
+    native = Corners(ran)
+    curves = [means for _, means in native.curve("derivative")]
+    found = {
+        "native.derivative.narrow": np.median([means[0] for means in curves]),
+        "native.derivative.wide": np.median([means[-1] for means in curves]),
+        "native.widest": native.settings("windows").max(),
+        "native.saddle.blur": np.median(native.best_blur()),
+    }
+    for method in METHODS:
+        mean = np.median(native.statistic(method, "mean"))
+        found[f"native.{method.replace(' ', '_')}"] = mean
+    smooth = Corners(ran, case=NO_RASTER)
+    for method in METHODS[:3]:
+        mean = np.median(smooth.statistic(method, "mean"))
+        found[f"no_raster.{method.replace(' ', '_')}"] = mean
+    return found
 
 
 def of_lines(ran, half_pitched):

@@ -36,20 +36,26 @@ WINDOWS = {"quick": (5, 21), "full": (5, 9, 13, 17, 21, 25, 33, 41, 49, 57, 73, 
 BLURS = {"quick": (2.0,), "full": (0.5, 1.0, 2.0, 3.0, 4.0, 6.0)}
 STRIDE = {"quick": 7, "full": 1}
 SEEDS = (1, 2, 3)
+NO_RASTER = "no raster"
 HALF_DECODED = 20  # of a patch that is decoded, px
 
 
 def native_conditions(effort):
-    """A condition for each seed, named as those of Table 3.8 are."""
+    """A condition for each seed, named as those of Table 3.8 are.
+
+    And one without the raster, to tell what it does.
+    """
+    seeds = SEEDS[:1] if effort == "quick" else SEEDS
     return [
         {
-            "case": "near",
+            "case": case,
             "seed": seed,
             "stride": STRIDE[effort],
             "windows": list(WINDOWS[effort]),
             "blurs": list(BLURS[effort]),
         }
-        for seed in (SEEDS[:1] if effort == "quick" else SEEDS)
+        for case, of_case in (("near", seeds), (NO_RASTER, seeds[:1]))
+        for seed in of_case
     ]
 
 
@@ -129,10 +135,42 @@ def opened(place, width):
     return (until(place + width / 2) - until(place - width / 2)) / (width * APERTURE)
 
 
-def light_of_patch(camera, shown, pixel, half):
+def rastered(shown, place):
+    """Light (n, ...) of the monitor at samples, each pixel in its dark frame.
+
+    shown: (n, height, width), light of the monitor's pixels; place: (rows, columns, 2)
+    of the samples' middles, in pixels of the monitor.
+    """
+    x, y = place[..., 0], place[..., 1]
+    column, row = np.floor(place).astype(int).transpose(2, 0, 1)
+    across, down = sample_widths(place)
+    return shown[:, row, column] * opened(x, across) * opened(y, down)
+
+
+def without_raster(shown, place):
+    """The same of pixels that shine all over: means over the samples."""
+    border = np.rint(place).astype(int)
+    beyond = np.clip((place - border) / sample_widths(place) + 0.5, 0, 1)
+    (column, row), (right, low) = border.transpose(2, 0, 1), beyond.transpose(2, 0, 1)
+
+    def along(row):
+        return (1 - right) * shown[:, row, column - 1] + right * shown[:, row, column]
+
+    return (1 - low) * along(row - 1) + low * along(row)
+
+
+def sample_widths(place):
+    """Width and height (2,) of samples at places (rows, columns, 2)."""
+    across = np.diff(place[..., 0], axis=1).mean()
+    down = np.diff(place[..., 1], axis=0).mean()
+    return np.array([across, down])
+
+
+def light_of_patch(camera, shown, pixel, half, drawn=rastered):
     """Light (n, side, side) on the sensor about a pixel, of n pictures on the monitor.
 
-    shown: (n, height, width) uint8, what the monitor is sent; pixel: (2,) whole.
+    shown: (n, height, width) uint8, what the monitor is sent; pixel: (2,) whole;
+    drawn: what its pixels look like.
     """
     from scipy.ndimage import gaussian_filter
 
@@ -140,18 +178,15 @@ def light_of_patch(camera, shown, pixel, half):
     offsets = (np.arange(side * FINENESS) + 0.5) / FINENESS - half - 0.5
     v, u = np.meshgrid(pixel[1] + offsets, pixel[0] + offsets, indexing="ij")
     seen = np.column_stack([u.ravel(), v.ravel()])
-    target = camera.rig.target
+    target, monitor = camera.rig.target, camera.rig.monitor
     pitch_mm = np.divide(target.monitor_mm, target.monitor_px)
     mm = apply_homography(np.linalg.inv(camera.H_px_mm), seen)
     place = (mm / pitch_mm).reshape(*u.shape, 2)
-    x, y = place[..., 0], place[..., 1]
-    raster = opened(x, np.diff(x, axis=1).mean()) * opened(y, np.diff(y, axis=0).mean())
     points = transform(camera.T_camera_target, on_plane(mm))
     normal = camera.T_camera_target[:3, 2]
     cosine = (points @ normal / np.linalg.norm(points, axis=1)).reshape(u.shape)
-    column, row = np.floor(place).astype(int).transpose(2, 0, 1)
-    values = shown[:, row, column] / 255.0
-    radiance = camera.rig.monitor.radiance(values, np.abs(cosine)) * raster
+    levels = monitor.light(np.arange(256) / 255)
+    radiance = drawn(levels[shown], place) * monitor.falloff(cosine)
     spread = FINENESS * camera.blur_sd(pixel)
     soft = gaussian_filter(radiance, (0, spread, spread), mode="nearest")
     binned = soft.reshape(len(shown), side, FINENESS, side, FINENESS).mean(axis=(2, 4))
@@ -162,9 +197,10 @@ def light_of_patch(camera, shown, pixel, half):
 def native_trial(condition, rng):
     """Residuals of corners by every method and setting, as `corner_trial` has them.
 
-    condition: stride (of the corners along rows and columns that are taken), windows,
-    blurs. Pixels are the camera's; the lens has no distortion, so that the errors are
-    the localisers' own.
+    condition: case (NO_RASTER: the chessboard alone, on a monitor without one), stride
+    (of the corners along rows and columns that are taken), windows, blurs. Pixels are
+    the camera's; the lens has no distortion, so that the errors are the localisers'
+    own.
     """
     rig = rig_of(RIG)
     camera = NativeCamera(rig, rig.draw_poses(rng, 1)[0])
@@ -175,7 +211,8 @@ def native_trial(condition, rng):
     truth = apply_homography(camera.H_px_mm, metric)
     start = np.rint(truth).astype(int)
     found = localised_in_patches(camera, start, condition, rng)
-    found |= decoded_in_patches(camera, start, metric, rng)
+    if condition["case"] != NO_RASTER:
+        found |= decoded_in_patches(camera, start, metric, rng)
     out = {name: best_of(corners, metric) for name, corners in found.items()}
     off = {
         name: corners.reshape(-1, *metric.shape)[out[name]["best"]] - truth
@@ -196,7 +233,8 @@ def localised_in_patches(camera, start, condition, rng):
     side = 2 * half + 1
     target = camera.rig.target
     shown = chessboard_picture(target.chessboard, target.monitor_px)[None]
-    light = [light_of_patch(camera, shown, pixel, half)[0] for pixel in start]
+    drawn = without_raster if condition["case"] == NO_RASTER else rastered
+    light = [light_of_patch(camera, shown, pixel, half, drawn)[0] for pixel in start]
     across = int(np.ceil(np.sqrt(len(start))))
     tiles = np.zeros((across, across, side, side))
     tiles.reshape(-1, side, side)[: len(start)] = light
