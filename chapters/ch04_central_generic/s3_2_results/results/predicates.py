@@ -15,7 +15,7 @@ MAX_FISH, MIN_DEPTH = 5.0, 5.0
 MIN_TIGHTER, SIMILAR = 2.0, (0.7, 1.5)
 # Before and after adjustment.
 STAGES = ("ray_mean_mm", "ba_mean_mm")
-# Pairs of ray-point errors (`compared`) of which the first may be smaller.
+# Pairs of ray-point errors (`error_pairs`) of which the first may be smaller.
 ORDERS = (("CGSP", "standard"), ("adjusted", "standard"), ("CGSP", "adjusted"))
 
 
@@ -181,7 +181,8 @@ def orders_as_simulated(seeds):
     agreeing = []
     for camera in (OMNI, FISH):
         errors = {
-            name: seeds.of(camera, here) for name, (here, _) in compared(seeds).items()
+            name: seeds.of(camera, here)
+            for name, (here, _) in error_pairs(seeds).items()
         }
         agreeing += [
             (errors[small] < errors[large]) == simulated[small, large]
@@ -196,7 +197,7 @@ def orders_as_simulated(seeds):
     )
 
 
-def compared(seeds):
+def error_pairs(seeds):
     """What ORDERS compares: its name here, and in the simulation of 4.1.5."""
     standard = seeds["standard_method"]
     return {
@@ -208,7 +209,7 @@ def compared(seeds):
 
 def simulated_orders(seeds):
     """{pair of ORDERS: whether its first is smaller}, of medians at most levels."""
-    result, names = seeds.results[SIMULATED], compared(seeds)
+    result, names = seeds.results[SIMULATED], error_pairs(seeds)
 
     def median(name, level):
         found = result.column(names[name][1], domain="px", noise=level)
