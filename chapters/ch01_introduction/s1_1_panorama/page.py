@@ -54,8 +54,8 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # **Findings.**
 #
-# - One picture holds the whole room, from {glue:text}`low:.0f`° below the
-#   horizon to {glue:text}`high:.0f`° above it.
+# - One picture holds the room all around, from {glue:text}`low:.0f`° below
+#   the horizon to {glue:text}`high:.0f`° above it.
 # - Upright edges and the horizon come out straight in the panorama. No curve
 #   was fitted for that: the rays alone do it.
 # - The price is resolution. A pixel of the panorama's top row is made of
@@ -200,8 +200,8 @@ def resolution(effort):
 # - **Any central camera** can be unwrapped so, once it is calibrated.
 # - **The resolution varies by far more than the test asks.** Along the
 #   rows that is because rings of the picture become rows of one width. The
-#   bottom is blurred for want of pixels, and at the top detail is thrown
-#   away.
+#   bottom is blurred for want of pixels, and at the top the picture has
+#   more of them than the panorama can show.
 # - **No mirror tried avoids it.** From the paraboloid to the most open
 #   hyperboloid the ratio goes from {glue:text}`least:.0f` to
 #   {glue:text}`most:.0f`. The height of the panorama counts for more: in a

@@ -66,13 +66,15 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # **Findings.**
 #
-# - A table of rays holds any camera, also one whose rays jump by
+# - A table of rays asks nothing of neighbours. It holds the pinhole and the
+#   fisheye of this page, and also a camera whose rays jump by
 #   {glue:text}`jump_deg:.0f`° from a pixel to the next.
-# - Two pictures of a grid fill the table if one knows how the grid was
-#   moved. Without noise the rays are exact to rounding.
+# - Two pictures of a grid fill the table for the pixels that see both, if
+#   one knows how the grid was moved. Without noise the rays are exact to
+#   rounding.
 # - The result is as good as that knowledge. With the grids of this page, a
 #   millimetre of error turns the rays by {glue:text}`per_mm:.2f`°, and a
-#   degree by {glue:text}`per_deg:.2f`°.
+#   degree by {glue:text}`per_deg:.2f`° (medians).
 # - What the thesis says about Plücker matrices (2.11, 2.12) is true, up to
 #   a sign in one place.
 

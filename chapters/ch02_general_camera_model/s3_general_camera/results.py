@@ -35,8 +35,8 @@ def name_values(open_results):
     found = {
         "difference": lines.column("difference").max(),
         "through": origin.column("through_origin").max(),
-        "per_mm": slope(wrong, "translation"),
-        "per_deg": slope(wrong, "rotation"),
+        "per_mm": np.median(wrong.column("ray_deg.1", kind="translation")),
+        "per_deg": np.median(wrong.column("ray_deg.1", kind="rotation")),
         "pose_mm": grids.column("pose_error_mm", method="generic").max(),
         "jump_deg": any_camera.column("jump_deg", camera="faceted").max(),
     }

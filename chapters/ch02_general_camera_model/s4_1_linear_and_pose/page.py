@@ -54,8 +54,9 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - The six steps work. They give the rays of a pinhole to rounding, and
-#   those of a fisheye to {glue:text}`fisheye_deg:.2g`° (median).
+# - The six steps work. In one run without noise they give the rays of a
+#   pinhole to rounding, and those of a fisheye to
+#   {glue:text}`fisheye_deg:.2g`° (median).
 # - The poses of the grids need not be known. Without noise they are found
 #   to {glue:text}`pose_mm:.0e` mm.
 # - The two ranks that the thesis states, 12 and 5, are right, and can be

@@ -48,15 +48,15 @@ from repro.run.outcomes import Plan
 #   method is better up to {glue:text}`crossing.below`°, the generic method
 #   from {glue:text}`crossing.above`° on. Whether and where methods cross
 #   hangs on the reading.
-# - A generic ray is fitted to three points only, and that costs the same at
-#   every field of view up to 120°: it leaves
+# - A generic ray is fitted to three points only, and that costs nearly the
+#   same at every field of view up to 120°. In the primary reading it leaves
 #   {glue:text}`generic_as_printed.over.30:.2f` times what exact rays leave
 #   at 30°, and {glue:text}`generic_as_printed.over.120:.2f` times at 120°.
 # - Most of the rise at 150° is the stretch of the corrected view, which
 #   exact rays show too; what is beyond it goes away on finite grids.
-# - OpenCV's fisheye model, which the thesis did not have, leaves
-#   {glue:text}`opencv_fisheye.over.150:.2f` times what exact rays leave,
-#   at 150° as at 30°.
+# - OpenCV's fisheye model, which the thesis did not have, contains the law
+#   of this lens. It leaves {glue:text}`opencv_fisheye.over.150:.2f` times
+#   what exact rays leave, at 150° as at 30°.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -238,9 +238,9 @@ def fov_sweep(effort):
 # these grids. With noise in mm it is ahead {glue:text}`ahead.finite.mm`: in a
 # wider lens that noise is fewer pixels, and less of it hides the pinhole's
 # bend. On the same noise the generic method is ahead everywhere, because it
-# is scored on what it was fitted to. The real images of Table 2.2, where each
-# method has its range, look like the reading without noise on unbounded
-# planes.
+# is scored on what it was fitted to. In the thesis's
+# Table 2.2, of real images, each method has its range, as in the readings on
+# unbounded planes that are scored on fresh noise or without.
 #
 # **What the measure itself does.** In a corrected view a residual in px
 # grows with the field of view whatever is measured. Exact rays show how
@@ -279,10 +279,10 @@ def fov_sweep(effort):
 # conditioned, the generic method leaves nearly the same residual. Its rays
 # do not agree: at 90° their median error is
 # {glue:text}`generic_as_printed.ray_deg.90:.2f` against
-# {glue:text}`generic_well_conditioned.ray_deg.90:.2f` degrees. A wrong
-# centre bends the bundle of rays almost as a homography does, and the
-# alignment takes that out. Even at 150°, where the pinhole leaves
-# {glue:text}`parametric.mean.150:.0f` px, its rays are off by
+# {glue:text}`generic_well_conditioned.ray_deg.90:.2f` degrees. The
+# likely reason: a wrong centre bends the bundle of rays almost as a
+# homography does, and the alignment takes that out. Even at 150°, where the
+# pinhole leaves {glue:text}`parametric.mean.150:.0f` px, its rays are off by
 # {glue:text}`parametric.ray_deg.150:.2f` degrees and those of the table as
 # printed by {glue:text}`generic_as_printed.ray_deg.150:.2f`. In angles the
 # generic method is ahead {glue:text}`generic_as_printed.rays_ahead` as

@@ -75,6 +75,7 @@ def name_values(open_results):
         },
         "image_share_3": image_share(made, "generic_as_printed", STAGE_ZOOM),
         **of_radial(made),
+        "largest_fifth": largest_fifth(made),
         **{
             f"{name}_{method}": typical(
                 made.of(method, f"stage.grid.{what}", STAGE_ZOOM)
@@ -125,6 +126,19 @@ def of_radial(made):
         "turned": np.sum(np.min(means[:2] * means[-1], axis=0) < 0),
         "outer_sure": np.sum(p[-1] < BIAS_P),
     }
+
+
+def largest_fifth(made):
+    """Largest generic mean of a fifth of the radius over the RMS, median of seeds."""
+    place = "calibration.radial.corrected"
+    means = np.stack(
+        [
+            made.of("generic", f"{place}.q{n}.mean_px", STAGE_ZOOM)
+            for n in range(1, QUINTILES + 1)
+        ]
+    )
+    rms = made.of("generic", f"{place}.rms_px", STAGE_ZOOM)
+    return np.nanmedian(np.max(np.abs(means), axis=0) / rms)
 
 
 def distortion_level(angle_deg: float) -> float:

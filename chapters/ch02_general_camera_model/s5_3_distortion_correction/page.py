@@ -33,15 +33,17 @@ from repro.page.reader import compared, open_results, show, show_code
 #
 # - On the boards' area both corrections leave an RMS of a fraction of a
 #   pixel from straight lines, though single points of the parametric
-#   picture are up to {glue:text}`worst:.2f` px off. Near the rim of that
-#   area the RMS is {glue:text}`generic:.2f` px with the generic correction
-#   and {glue:text}`parametric:.2f` px with the parametric one.
+#   picture in Fig. 2.7 are up to {glue:text}`worst:.2f` px off. Near the rim
+#   of that area the RMS is {glue:text}`generic:.2f` px with the generic
+#   correction and {glue:text}`parametric:.2f` px with the parametric one
+#   (medians over redrawn seeds).
 # - The generic lines are bent by the homographies between corners. With a
 #   smooth surface in their place they leave {glue:text}`generic_smooth:.3f`
 #   px, beside {glue:text}`parametric_smooth:.3f` px of the parametric
-#   method in the same seeds.
+#   method in the same seeds, which are others than those above.
 # - Beyond the boards the generic correction shows nothing. The parametric
-#   one goes on, and bends an edge by up to {glue:text}`bend:.0f` px.
+#   one goes on, and bends an edge of Fig. 2.7 by up to
+#   {glue:text}`bend:.0f` px.
 # - Verticals lean because the camera was tilted, and not because of the
 #   calibration: in (f) the plane is upright, and so are they.
 
@@ -118,7 +120,7 @@ from repro.page.reader import compared, open_results, show, show_code
 #   the synthetic plane with it. A plane that is not parallel to the world's
 #   verticals shows them converging, as any tilted pinhole does. In (f) the
 #   plane is parallel to them, by the camera's true tilt, and they are
-#   vertical. Nothing is wrong with the calibration in (d) and (e).
+#   vertical. That lines lean in (d) and (e) is no fault of the calibration.
 # - Fig. 2.7 is one rendered seed. The claim is tested on all redrawn ones.
 
 # %% [markdown]
