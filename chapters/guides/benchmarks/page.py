@@ -174,12 +174,12 @@ def ext_detector_record(effort):
 #   five real cameras, {glue:text}`photographs.raxel.right`,
 #   {glue:text}`photographs.opencv.right` and
 #   {glue:text}`photographs.opencv-sb.right`.
-# - **Rays**: on {glue:text}`last`, Zhang's are {glue:text}`zhang_deg`° off,
+# - **Rays**: on one set of {glue:text}`last`, Zhang's are {glue:text}`zhang_deg`° off,
 #   OpenCV's fisheye model's {glue:text}`opencv_fisheye_deg`°, those of the
 #   generic camera {glue:text}`general_deg`°, on the {glue:text}`share` of
 #   the image circle that it has rays for. The rendered lens follows the formula
-#   of OpenCV's model exactly: where its rays are far off, its fit has not
-#   converged.
+#   of OpenCV's model exactly: where its rays are far off, its fit has
+#   ended in a wrong place.
 
 # %% [markdown]
 # ## Detectors side by side
@@ -283,8 +283,7 @@ def ext_detector_record(effort):
 # - Best rotation: errors at the rim turn the whole camera a little. Compare
 #   cameras on the same pixels.
 # - Only central cameras are scored as cameras.
-# - The monitor has no score: the library has no decoder. The scorer is
-#   there for yours.
+# - Decoders have no scores on this page. The scorer is there for yours.
 
 # %% [markdown]
 # ## Try it yourself

@@ -35,17 +35,22 @@ from repro.page.reader import results_behind, show_table, value
 #
 # ## Findings
 #
-# - **Up to about 60°**, Zhang's formula is the best: it averages the noise
-#   over all corners ({glue:text}`zhang.ray_deg.60`° against
-#   {glue:text}`general.ray_deg.60`°).
-# - **From about 120° on**, it cannot follow a fisheye
+# - **At 60°**, simulated, Zhang's formula leaves smaller ray errors than the
+#   generic camera ({glue:text}`zhang.ray_deg.60`° against
+#   {glue:text}`general.ray_deg.60`°): its few numbers average the noise over
+#   all corners. OpenCV's fisheye model is as good
+#   ({glue:text}`peer.ray_deg.60`°, with an interval that overlaps Zhang's).
+# - **At 120°**, simulated, Zhang's formula cannot follow a fisheye
 #   ({glue:text}`zhang.ray_deg.120`° against
 #   {glue:text}`general.ray_deg.120`° of the generic camera and
 #   {glue:text}`peer.ray_deg.120`° of OpenCV's fisheye model).
-# - **OpenCV's fisheye model** is as good as a ray for every pixel on a lens
-#   of 183° that follows its formula, and sees farther than the boards. Its
-#   fit does not always converge: with boards to the rim it leaves
-#   {glue:text}`fisheye.opencv_fisheye.all`. Look at its residual.
+# - **OpenCV's fisheye model** comes near a ray for every pixel on a rendered
+#   lens of 183° that follows its formula: from boards that stay away from
+#   the rim it leaves {glue:text}`fisheye.opencv_fisheye.inner` in pictures
+#   kept out, the generic camera {glue:text}`fisheye.generic.inner`. And it
+#   sees farther than the boards. Its fit does not always converge: with
+#   boards to the rim it leaves {glue:text}`fisheye.opencv_fisheye.all`. Look
+#   at its residual.
 # - **On real cameras** it may fail where the generic camera does not: on
 #   {glue:text}`record.name`, {glue:text}`record.widest`° from the axis, it
 #   leaves {glue:text}`record.opencv_fisheye`, the generic camera

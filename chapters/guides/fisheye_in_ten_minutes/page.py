@@ -156,12 +156,12 @@ def ext_calibration_record(effort):
 # - **The generic camera** predicts corners of boards it never saw to
 #   {glue:text}`generic.all.px`, and has a ray for
 #   {glue:text}`generic.all.image` of the image circle.
-# - **OpenCV's fisheye model** does it from the {glue:text}`inner` inner boards
-#   ({glue:text}`opencv_fisheye.inner.px`). With all of them, which reach
+# - **OpenCV's fisheye model** comes near that from the {glue:text}`inner`
+#   inner boards ({glue:text}`opencv_fisheye.inner.px`). With all of them, which reach
 #   {glue:text}`reach_all` from the axis: {glue:text}`opencv_fisheye.all.px`.
 # - **Zhang's pinhole** cannot follow such a lens: {glue:text}`zhang.all.px`.
 #
-# The pictures are rendered, and sharper than most photographs. The steps
+# The pictures are one rendered set, cleaner than photographs. The steps
 # are the same with yours; [on real cameras](#with-photographs) the generic
 # camera leaves {glue:text}`real.px`.
 #
@@ -336,9 +336,9 @@ def ext_calibration_record(effort):
 
 # %% [markdown]
 # OpenCV's fisheye model has eight numbers. The rendered lens follows its
-# formula exactly, so it is at its best here. It then gives every pixel a
-# right ray from the inner boards alone, which the generic camera cannot:
-# that one knows only what boards have covered. A real lens follows the
+# formula exactly, so it is at its best here. It then has a ray for every
+# pixel from the inner boards alone, which the generic camera cannot have: that
+# one knows only what boards have covered. A real lens follows the
 # formula more or less; the generic camera needs no formula.
 #
 # Its fit begins with a flat picture of each board, which a board near 90°
@@ -365,9 +365,10 @@ def ext_calibration_record(effort):
 # From {glue:text}`real.without` parts of the cross-validations OpenCV's
 # fisheye model gave no camera; in {glue:text}`real.far` its camera leaves
 # more than three times the generic one's error. The smallest median, by
-# however little, has in the sets of the record: {glue:text}`real.best`. A
-# ray for every pixel is noisier than a formula that fits, and needs more
-# pictures; where no formula fits, it is all there is.
+# however little, has in the sets of the record: {glue:text}`real.best`. In
+# simulation a ray for every pixel is noisier than a formula that fits
+# ([2.5.1](../ch02_general_camera_model/s5_1_synthetic_data.ipynb)); it pays
+# where none fits.
 #
 # `make report RECORDED=path/to/set` makes a page of the same kind from your
 # set, with all three models. {glue:text}`photographs` [Which method for my
@@ -377,5 +378,6 @@ def ext_calibration_record(effort):
 # ## Limits
 #
 # - Light, focus and the flatness of the board are perfect here.
-# - The plan worked on paper for a circle of 183°. It is not the best.
+# - The plan is for a circle of 183°. Whether it is the best was not
+#   asked.
 # - Pictures of other lenses have other shapes: boards must cover them.

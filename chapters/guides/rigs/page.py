@@ -2,9 +2,10 @@
 # # The rigs of the laboratory
 #
 # **Question.** What stands where when the laboratory takes its photographs?
-# Every rig of `data/rigs` in three dimensions: the camera, its mirror, how
-# far it sees, and its targets. Turn them around, and look at your own in
-# the same way.
+# The rigs of `data/rigs` in three dimensions: the camera, its mirror, how
+# far it sees, and its targets. Left out are those whose name ends in
+# `-small`: they have fewer pixels, and some of them a part moved. Turn them
+# around, and look at your own in the same way.
 
 # %%
 from chapters.guides.rigs.results import facts
@@ -34,7 +35,7 @@ def ext_rigs(effort):
 # %% [markdown]
 # ## Findings
 #
-# - There are {glue:text}`rigs` rigs. Their cameras see from
+# - {glue:text}`rigs` rigs are on this page. Their cameras see from
 #   {glue:text}`least_deg`° to {glue:text}`most_deg`°.
 # - In {glue:text}`whole` of {glue:text}`poses` poses the whole target is in
 #   the picture.
@@ -43,9 +44,8 @@ def ext_rigs(effort):
 # ## How to look at one
 #
 # A rig is a file that says what stands before what, each length with its
-# unit, its origin and its reason. There are {glue:text}`rigs` of them. The
-# pictures below are drawn from these files by one command, which takes any
-# other rig as well:
+# unit, its origin and its reason. The pictures below are drawn from these
+# files by one command, which takes any other rig as well:
 #
 # ```
 # raxel show data/rigs/ordinary-lens.yaml --out scene.html

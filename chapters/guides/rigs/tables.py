@@ -22,6 +22,6 @@ def ext_rigs_in_numbers(results):
             "Largest tilt (deg)": [float(t.max()) for t in ran.arrays("tilt_deg")],
             "Whole target in view": ran.column("whole").astype(int).tolist(),
         },
-        "Every rig: how wide it sees, its picture, and where its targets "
+        "Each rig here: how wide it sees, its picture, and where its targets "
         "stand. Distances from the point that is nearest to all rays.",
     )
