@@ -46,9 +46,10 @@ def test_lines_and_plane_of_rays_that_miss_the_centre():
     across = facing_plane(d)
     off = RNG.normal(size=(4000, 2)) * [0.3, 0.1]
     points = seen_along(CENTRE + off @ across, d)
-    _middles, found = best_lines(points, POSES)
-    np.testing.assert_allclose(np.abs(np.sum(found * d, axis=1)), 1, atol=1e-12)
-    crossing = crossings(CENTRE, points, POSES)
+    lines = best_lines(points, POSES)
+    along = np.sum(lines.directions * d, axis=1)
+    np.testing.assert_allclose(np.abs(along), 1, atol=1e-12)
+    crossing = crossings(CENTRE, lines)
     np.testing.assert_allclose(np.abs(crossing), np.abs(off), atol=1e-8)
     scatter = scatter_of(crossing)
     assert scatter["rms_mm"] == pytest.approx(np.hypot(0.3, 0.1), rel=0.05)
@@ -62,7 +63,8 @@ def test_a_tilted_plane_cuts_parallel_rays_wider():
     count = 3000
     d = np.tile([0.0, 0.0, 1.0], (count, 1))
     off = np.column_stack([RNG.normal(size=(count, 2)) * 0.2, np.zeros(count)])
-    found = tilted_over_facing(CENTRE, seen_along(CENTRE + off, d), POSES)
+    lines = best_lines(seen_along(CENTRE + off, d), POSES)
+    found = tilted_over_facing(CENTRE, lines)
     # Across the direction of the least tilt, 10 degrees, a round cloud grows by 1/cos.
     expected = np.sqrt((1 + 1 / np.cos(np.radians(10.0)) ** 2) / 2)
     assert found == pytest.approx(expected, rel=0.003)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
@@ -12,16 +14,24 @@ GAUSSIAN_KURTOSIS = 8.0  # Mardia's, of two coordinates
 TILTS_DEG, TOWARDS = (10.0, 20.0, 30.0), 8  # of planes, in so many directions
 
 
-def best_lines(points, T_base_grid):
-    """Middles (N, 3) and unit directions (N, 3) of lines nearest to the points of rays.
+class Lines(NamedTuple):
+    """Lines by points on them, middles (N, 3) mm, and unit directions (N, 3)."""
 
-    points: (n, N, 2) mm on n grids with poses (n, 4, 4).
-    """
+    middles: np.ndarray
+    directions: np.ndarray
+
+    def some(self, chosen):
+        """Those of them that are chosen (N,)."""
+        return Lines(self.middles[chosen], self.directions[chosen])
+
+
+def best_lines(points, T_base_grid):
+    """The Lines nearest to the points of rays, (n, N, 2) mm on grids (n, 4, 4)."""
     placed = transform(T_base_grid, on_plane(points))
     middles = placed.mean(axis=0)
     off = np.moveaxis(placed - middles, 1, 0)
     _, vectors = np.linalg.eigh(np.swapaxes(off, 1, 2) @ off)
-    return middles, vectors[:, :, 2]
+    return Lines(middles, vectors[:, :, 2])
 
 
 def facing_plane(directions):
@@ -33,23 +43,23 @@ def facing_plane(directions):
     return vectors[:, :2].T
 
 
-def crossings(centre, points, T_base_grid):
-    """Where best-fit rays through points (n, N, 2) cross the plane through the centre.
+def crossings(centre, lines):
+    """Where Lines cross the plane through the centre that lies across them.
 
     (N, 2) mm; the centre is at (0, 0).
     """
-    middles, directions = best_lines(points, T_base_grid)
+    middles, directions = lines
     across = facing_plane(directions)
     normal = np.cross(*across)
     reach = ((centre - middles) @ normal) / (directions @ normal)
     return (middles + reach[:, None] * directions - centre) @ across.T
 
 
-def tilted_over_facing(centre, points, T_base_grid):
-    """Smallest RMS distance from the centre at which the rays of `crossings` cross a
-    tilted plane through it, over that on the plane which lies across them.
+def tilted_over_facing(centre, lines):
+    """Smallest RMS distance from the centre at which Lines cross a tilted plane
+    through it, over that on the plane which lies across them.
     """
-    middles, directions = best_lines(points, T_base_grid)
+    middles, directions = lines
     normals = normals_about(facing_plane(directions))
     off = middles - centre
     # Along a ray, from its middle to each plane: (planes, N).

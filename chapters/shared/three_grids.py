@@ -2,7 +2,12 @@
 
 import numpy as np
 
-from chapters.shared.central_scatter import crossings, scatter_of, tilted_over_facing
+from chapters.shared.central_scatter import (
+    best_lines,
+    crossings,
+    scatter_of,
+    tilted_over_facing,
+)
 from chapters.shared.methods import LINEAR_STAGES
 from raxel.calibration import ray_point_distances, relax_poses
 from raxel.calibration.adjust.centroid_rays import centroid_directions
@@ -54,16 +59,17 @@ def _calibrated(stage, points, true, centrality):
 def _scatters(centre, points, poses):
     """Measures of the scatter of all rays, and of those whose points lie apart."""
     apart = depth_spread(centre, points, poses) >= LEAST_SPREAD
-    crossing = crossings(centre, points, poses)
+    lines = best_lines(points, poses)
+    crossing = crossings(centre, lines)
 
     def measures(some, crossing):
-        tilted = tilted_over_facing(centre, some, poses)
+        tilted = tilted_over_facing(centre, some)
         return scatter_of(crossing) | {"tilted_over_facing": tilted}
 
-    far = points[:, apart]
+    far = lines.some(apart)
     return {
-        "all": measures(points, crossing),
-        "apart": measures(far, crossings(centre, far, poses)),
+        "all": measures(lines, crossing),
+        "apart": measures(far, crossings(centre, far)),
         "share_apart": float(apart.mean()),
         "crossing": np.column_stack([crossing, apart]).astype(np.float32),
     }

@@ -4,7 +4,7 @@ import numpy as np
 
 from chapters.ch04_central_generic.s3_2_results.trials.drawn import STEPS, drawn_grids
 from chapters.shared.active_grid_sets import true_camera
-from chapters.shared.central_scatter import crossings, scatter_of
+from chapters.shared.central_scatter import best_lines, crossings, scatter_of
 from chapters.shared.central_sets import (
     RIGS,
     SEEDS,
@@ -76,8 +76,8 @@ def caustic_trial(condition, rng):
     camera = rig_named(rig).camera
     true = true_grids(camera, grids.T_camera_grid, grids.pixels[seen])
     start = linear_cgsp(points)
-    found = crossings(start.centre, points, start.T_base_grid)
-    exact = crossings(true.centre, points, true.T_base_grid)
+    found = crossings(start.centre, best_lines(points, start.T_base_grid))
+    exact = crossings(true.centre, best_lines(points, true.T_base_grid))
     return {
         "scatter_mm": scatter_of(found)["rms_mm"],
         "caustic_mm": scatter_of(exact)["rms_mm"],
