@@ -93,6 +93,9 @@ def of_stages(result):
         "curvature.lost": sum(v["lost"] for v in bent),
         "blur.published": share_in_blur(result, PUBLISHED),
         "blur.symmetry": share_in_blur(result, "symmetry"),
+        "symmetry.error": in_times(error_ratio(result, "symmetry")),
+        "clusters.silent": silently_wrong(result, "clusters"),
+        "published.silent": silently_wrong(result, PUBLISHED),
         "published.losses": lost,
         "published.losses.column": on_column,
     }
@@ -122,6 +125,11 @@ def error_ratio(result, method):
     return float(np.median(after / before)) if len(after) else None
 
 
+def in_times(ratio):
+    """A ratio for a sentence; where no trial has one, the sentence says so."""
+    return "an unknown number of" if ratio is None else f"{ratio:.1f}"
+
+
 def failed_on_column(result):
     """(published runs lost on a column first, all published runs lost)."""
     trials = result.select()
@@ -131,10 +139,13 @@ def failed_on_column(result):
 
 
 def of_coded(result):
-    """How many blocks there were with either marks, and how many in a wrong place."""
+    """How many blocks with either marks, in a wrong place, refused by the decoder."""
     found = {}
     for marks in coded.MARKS:
         of_all = counts(result.select(grid="coded", marks=marks))
         found[f"{marks}.all"] = int(of_all.sum())
         found[f"{marks}.wrong"] = int(of_all[-1])
+        found[f"{marks}.refused"] = int(
+            of_all[coded.OUTCOMES.index("refused by the decoder")]
+        )
     return found

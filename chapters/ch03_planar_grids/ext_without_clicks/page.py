@@ -43,8 +43,10 @@ from repro.run.outcomes import Plan
 #   size is given, and {glue:text}`counted` when it is not.
 # - It returned {glue:text}`wrong` wrong boards; what it cannot read, it
 #   refuses with a reason.
-# - OpenCV's two detectors read fewer of the same boards; the table has the
-#   counts.
+# - OpenCV's two detectors read {glue:text}`opencv.right` and
+#   {glue:text}`opencv-sb.right` of the same boards when the size is given,
+#   which so few boards cannot tell apart from ours. Without the size
+#   `findChessboardCornersSB` reads {glue:text}`opencv-sb.counted`.
 # - What ends it are small squares, noise and blur. Then corners may be found
 #   and yet not be placed with certainty.
 

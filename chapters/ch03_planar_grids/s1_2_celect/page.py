@@ -39,13 +39,19 @@ from repro.run.outcomes import Plan
 # starts from four clicks and knows no lens.
 #
 # - With one set of values it reads boards before a fisheye, two curved
-#   mirrors and a bent sheet; {glue:text}`fisheye:.0f` % of those before the
-#   fisheye, the table says how many before the others.
-# - The radius of the window matters, though less than the thesis says: the
-#   figure near the end of the page shows how much.
-# - Where edges are broken, {glue:text}`grown:.0f` % of the pictures are read
-#   with windows that may grow, and {glue:text}`fixed:.0f` % with windows
-#   that may not.
+#   mirrors and a bent sheet: with squares from 15 px on
+#   {glue:text}`worst.large:.0f` % before the worst of the four cameras, with
+#   squares from 10 px on {glue:text}`worst.small:.0f` %.
+# - The radius of the window matters at its ends: of
+#   {glue:text}`window.boards` boards {glue:text}`window.published:.0f` %
+#   are read with the published one, {glue:text}`window.least:.0f` % with
+#   {glue:text}`window.smallest:g` and {glue:text}`window.most:.0f` % with
+#   {glue:text}`window.largest:g` times as much. These boards leave open
+#   whether the small one does the harm that the thesis speaks of.
+# - Where long stretches of edges are broken, {glue:text}`grown:.0f` % of the
+#   pictures with large squares are read with windows that may grow, and
+#   {glue:text}`fixed:.0f` % with windows that may not. With small squares it
+#   is {glue:text}`small.grown:.0f` % and {glue:text}`small.fixed:.0f` %.
 # - The two conditions under which the thesis expects the first step to go
 #   wrong tell {glue:text}`agree:.1f` % of {glue:text}`cases:.0f` constructed
 #   corners right.

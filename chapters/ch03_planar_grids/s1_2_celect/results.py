@@ -2,7 +2,11 @@
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.trials.boards import BIG_FOVS, BROKEN
+from chapters.ch03_planar_grids.s1_2_celect.trials.boards import (
+    BIG_FOVS,
+    BROKEN,
+    MULTIPLIERS,
+)
 from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import CAMERAS, LEAST_PX
 from raxel.features.celect import CelectSettings
 from repro.page.reader import value
@@ -12,7 +16,9 @@ NAMES = dict(zip(CAMERAS, ("fisheye", "sphere", "hyperboloid", "sheet"), strict=
 
 def name_values(open_results):
     """Name every quoted number, from the results of this effort."""
-    grown = open_results("table_3_1_growth").one(**next(iter(BROKEN.values())))
+    broken = open_results("table_3_1_growth")
+    grown = broken.one(**BROKEN["large squares with long breaks"])
+    small = broken.one(**BROKEN["small squares with long breaks"])
     split = open_results("table_3_2_split")
     windows = split.conditions[0]["windows"]
     start = open_results("table_3_2_start")
@@ -20,12 +26,15 @@ def name_values(open_results):
     quoted = {
         "grown": percent(grown.column("published.success")),
         "fixed": percent(grown.column("no growth.success")),
+        "small.grown": percent(small.column("published.success")),
+        "small.fixed": percent(small.column("no growth.success")),
         "near_with": 100 * (split.column("published.near").mean() / windows),
         "near_without": 100 * (split.column("no averaging.near").mean() / windows),
         "cases": len(predicted),
         "agree": percent(predicted == start.column("went_wrong")),
         **of_cameras(open_results("fig_3_1_cameras")),
         **of_squares(open_results("exp_c3_big_square")),
+        **of_windows(open_results("table_3_1_window")),
     }
     for name, number in quoted.items():
         value(name, number)
@@ -37,9 +46,37 @@ def of_cameras(result):
     ratio = large.column("candidates") / large.column("wanted")
     many = ratio[large.column("success") == 1]
     return {
-        "fisheye": percent(large.select(camera="fisheye").column("success")),
+        "worst.large": least_of_cameras(large),
+        "worst.small": least_of_cameras(small),
         "tiny": percent(small.column("success")),
         "candidates": float(many.mean()) if len(many) else 0.0,
+    }
+
+
+def least_of_cameras(trials):
+    """The least success of a camera in a selection of trials, in percent."""
+    return min(
+        percent(trials.select(camera=name).column("success")) for name in CAMERAS
+    )
+
+
+def of_windows(result):
+    """Success with the published radius of the window, and with the ends of the range.
+
+    The radius is a multiple of the published one.
+    """
+    ends = {"published": 1.0, "least": MULTIPLIERS[0], "most": MULTIPLIERS[-1]}
+    runs = {
+        name: result.column("success", multiplier=factor)
+        for name, factor in ends.items()
+    }
+    return {
+        "window.boards": len(runs["published"]),
+        "window.smallest": ends["least"],
+        "window.largest": ends["most"],
+        "window.published": percent(runs["published"]),
+        "window.least": percent(runs["least"]),
+        "window.most": percent(runs["most"]),
     }
 
 

@@ -67,14 +67,16 @@ from repro.run.outcomes import Plan
 #   of success, with hard poses {glue:text}`shadow.hard.opencv`, and CELECT
 #   {glue:text}`shadow.whole.celect` and {glue:text}`shadow.hard.celect`.
 # - Order of the clicks: it decides over success in
-#   {glue:text}`orders.differ:.0f` % of the images.
+#   {glue:text}`orders.differ` % of the {glue:text}`orders.images` images.
 # - Merging: it fails in {glue:text}`merge.even:.0f` % of the fisheye images
 #   with the most even squares, and in {glue:text}`merge.uneven:.0f` % of
 #   those with the most uneven ones.
 # - Partial grids: CELECT needs no white border, but its parts of a large
 #   grid are the smaller ones: {glue:text}`part.hyperboloidal:.2f`
-#   (hyperboloid) and {glue:text}`part.fisheye:.2f` (fisheye) times
-#   OpenCV's.
+#   (hyperboloid) and {glue:text}`part.fisheye:.2f` (fisheye) times those of
+#   OpenCV's `findChessboardCorners`, medians over {glue:text}`part.pictures`
+#   pictures a camera. The other detector, tried on fewer pictures, is in the
+#   table.
 
 # %% [markdown]
 # ## What the thesis claims

@@ -11,8 +11,9 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
 )
 from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
 from chapters.shared.grid_rigs import HARD, WHOLE
-from repro.judge.statistics import paired_gain
+from repro.judge.statistics import paired_gain, proportion
 from repro.page.reader import value
+from repro.page.wording import rounded
 from repro.run.experiment import numbers
 from repro.run.outcomes import Value
 
@@ -203,7 +204,8 @@ def of_orders(result):
         poses: ends_of_orders(result.select(poses=poses)) for poses in (WHOLE, HARD)
     }
     return {
-        "orders.differ": 100 * differing(orders).mean(),
+        "orders.differ": of_hundred(proportion(differing(orders))),
+        "orders.images": len(differing(orders)),
         "orders.never": 100 * (1 - orders.max(axis=(0, 1))).mean(),
         **of_failures(f"orders.{WHOLE}", ends[WHOLE]),
         **of_failures(f"orders.{HARD}", ends[HARD]),
@@ -233,6 +235,11 @@ def in_points(found):
     """An Estimate of a share in points of success, with its interval."""
     points, low, high = (f"{100 * share:.1f}" for share in found[:3])
     return f"{points} ({low} to {high})"
+
+
+def of_hundred(found):
+    """An Estimate of a share in percent, with its interval."""
+    return rounded(100 * found.value, (100 * found.low, 100 * found.high))
 
 
 def of_spots(result, name, spots):
@@ -292,5 +299,6 @@ def of_parts(result):
         if name.startswith("celect.lost.")
     }
     return {f"part.{camera}": ratio(camera) for camera in CAMERAS} | {
-        "part.stage": max(lost, key=lost.get, default="none")
+        "part.stage": max(lost, key=lost.get, default="none"),
+        "part.pictures": result.trials_per_condition,
     }
