@@ -37,7 +37,8 @@ from repro.run.outcomes import Plan, crossed
 # - With the right formula, boards kept out are predicted to
 #   {glue:text}`fisheye.kannala-brandt:.3f` px (fisheye) and
 #   {glue:text}`mirror.unified:.3f` px (mirror) from corners with 0.1 px of
-#   noise; no start was given.
+#   noise; no start was given. These are medians of
+#   {glue:text}`trials` trials a lens.
 # - Which formula it is matters for the mirror: Kannala-Brandt leaves
 #   {glue:text}`mirror.kannala-brandt:.3f` px there.
 # - Where the entrance pupil moves, central formulas leave

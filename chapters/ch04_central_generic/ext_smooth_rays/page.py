@@ -50,9 +50,10 @@ from repro.run.outcomes import Plan
 #   smoothing takes away: in the image, one rotation apart,
 #   {glue:text}`usual.smooth.off_px:.2f` px are left with three grids and
 #   {glue:text}`many.smooth.off_px:.2f` px with ten.
-# - Only the direct adjustment knows of such errors: its squared errors are
-#   {glue:text}`usual.direct.normalised:.1f` times those it states, for the
-#   smooth table {glue:text}`usual.smooth.normalised:.0f` times (medians).
+# - Only the direct adjustment allows for such errors, and for more than there
+#   are: its squared errors are {glue:text}`usual.direct.normalised:.1f` times
+#   those it states, for the smooth table
+#   {glue:text}`usual.smooth.normalised:.0f` times (medians).
 # - Past the last target the field goes on, and fades slowly. Nothing checks the
 #   rays there: the deviation that the camera states rises, and the camera says
 #   where that is.

@@ -2,16 +2,15 @@
 
 from itertools import pairwise
 
-import numpy as np
-
 from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import (
     GRIDS,
     OUTLIERS,
     STEPS,
 )
 from chapters.shared.methods import LINEAR_NAMES
-from repro.judge.statistics import median_interval, with_worst
+from repro.judge.statistics import median_interval, median_ratio, with_worst
 from repro.page.reader import value
+from repro.page.wording import rounded
 
 NAMES = LINEAR_NAMES | {
     "normalised": "normalised coordinates",
@@ -37,10 +36,15 @@ def failed(result, method, **condition):
     return sum(text is not None for text in texts)
 
 
-def gain(result, one, other, **condition):
-    """Ratio of the median errors of two methods."""
-    found = [centre(result, m, **condition).value for m in (one, other)]
-    return float(np.divide(*found))
+def gain(result, one, other):
+    """Ratio of the median errors of two methods in the same trials, an Estimate."""
+    errors = (result.column(f"{method}.centre_mm") for method in (one, other))
+    return median_ratio(*errors, paired=True)
+
+
+def in_words(ratio):
+    """An Estimate with its interval, for a sentence."""
+    return rounded(ratio.value, (ratio.low, ratio.high))
 
 
 def name_values(open_results):
@@ -49,7 +53,7 @@ def name_values(open_results):
     grids = open_results("ext_cgsp_grids")
     outliers = open_results("ext_cgsp_outliers")
     found = {
-        **{f"gain.{b}": gain(steps, a, b) for a, b in pairwise(STEPS)},
+        **{f"gain.{b}": in_words(gain(steps, a, b)) for a, b in pairwise(STEPS)},
         **{
             f"grids.{method}.{count}": centre(grids, method, grids=count).value
             for method in ("cgsp", "consistent")

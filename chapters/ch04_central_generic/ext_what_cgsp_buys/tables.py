@@ -1,11 +1,14 @@
 """The steps from the standard method to CGSP, in numbers."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from chapters.ch04_central_generic.ext_what_cgsp_buys.results import (
     NAMES,
     centre,
     failed,
+    gain,
 )
 from chapters.ch04_central_generic.ext_what_cgsp_buys.trials import OUTLIERS, STEPS
 from chapters.shared.methods import LINEAR_NAMES
@@ -18,16 +21,12 @@ def cgsp_steps(results):
     """Median error of the centre after every change."""
     result = results["ext_cgsp_steps"]
     found = {method: centre(result, method) for method in STEPS}
-    before = [None, *(e.value for e in found.values())]
-    ratios = [
-        None if last is None else last / own.value
-        for last, own in zip(before, found.values(), strict=False)
-    ]
+    gains = [gain(result, *pair) for pair in pairwise(STEPS)]
     return Table(
         {
             "Method": [NAMES[method] for method in STEPS],
             "Error of the centre (mm)": [Measured(*e[:3]) for e in found.values()],
-            "Smaller by (1)": ratios,
+            "Smaller by (1)": [None, *(Measured(*g[:3]) for g in gains)],
             "Gave nothing (trials)": [failed(result, m) for m in STEPS],
         },
         "Error of the centre at a noise of 0.5 px as one change after the "

@@ -52,9 +52,10 @@ from repro.run.outcomes import Plan, crossed
 # - With noise the two differ little: the median ratio of their errors lies
 #   between {glue:text}`ratio_least:.3f` and {glue:text}`ratio_most:.3f`. The
 #   method that the thesis found worse is not described there.
-# - A chessboard as the base does bias the centre, but before the lens of
-#   4.1.5 by {glue:text}`board.base_mm:.2g` mm only; 0.1 px of noise does
-#   {glue:text}`board.noise_mm:.2g` mm.
+# - A chessboard as the base does bias the centre, but with squares of 20 mm
+#   before the lens of 4.1.5 by {glue:text}`board.base_mm:.2g` mm only; 0.1 px
+#   of noise on grids read at every pixel does
+#   {glue:text}`board.noise_mm:.2g` mm (medians).
 
 # %% [markdown]
 # ## What the thesis claims

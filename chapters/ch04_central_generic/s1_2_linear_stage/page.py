@@ -54,14 +54,14 @@ from repro.run.outcomes import Plan, crossed
 # - Planes that are parallel determine no centre. The system says so itself:
 #   at 0° a centre, where one comes out, is off by
 #   {glue:text}`base.parallel_mm:.0f` mm (median). Every such trial is refused.
-# - RANSAC takes gross outliers out: the error stays within a factor of
-#   {glue:text}`ransac_most:.2f` of that without outliers. Without
-#   RANSAC 5 % of them spoil the centre altogether.
+# - RANSAC takes gross outliers out: with 5 % of them the error is
+#   {glue:text}`ransac_most` times that without, at the worst level of noise.
+#   Without RANSAC most trials give no centre at all.
 # - The precision of the SVD does not matter with noise and normalised
 #   coordinates: single precision leaves {glue:text}`svd.noisy, normalised:.3f`
 #   times the residual of double. On exact points it matters.
-# - Weights that follow the noise of the image bring a lens of 150° from
-#   {glue:text}`choice.150.as in the thesis:.2f` to
+# - Weights that follow the noise of the image bring a lens of 150° before
+#   three grids from {glue:text}`choice.150.as in the thesis:.2f` to
 #   {glue:text}`choice.150.weighted:.2f` mm (median). The narrower lens of 4.1.5
 #   gains nothing certain.
 

@@ -34,15 +34,19 @@ from repro.run.outcomes import Plan, crossed
 #
 # - More weight for the linear stage's grids is right where the poses of the
 #   others come from few rays. From {glue:text}`posed.few:.0f` rays each, the
-#   best of the weights tried is {glue:text}`factor.few:g`.
+#   best of the weights tried is {glue:text}`factor.few:g`; a weight of 1 is
+#   worse by a factor of {glue:text}`few.one`, one of 2 by
+#   {glue:text}`few.two`.
 # - Where poses come from {glue:text}`posed.many:.0f` rays, the best weight
 #   is {glue:text}`factor.many:g`: all grids alike. A weight of 4 costs
 #   {glue:text}`many.4:.2f` instead of {glue:text}`many.1:.2f` mm.
-# - Weights from the variance of every point are better than any one weight
-#   for a grid, in both cases: {glue:text}`few.variance:.2f` and
-#   {glue:text}`many.variance:.2f` mm.
+# - Weights from the variance of every point are a little better than the
+#   best one weight for a grid, in both cases: {glue:text}`few.variance:.2f`
+#   and {glue:text}`many.variance:.2f` mm, by factors of
+#   {glue:text}`few.gain` and {glue:text}`many.gain` within the same trials.
 # - Further grids are worth their trouble. Rays from the linear stage's grids
-#   alone are {glue:text}`many.linear grids alone:.2f` mm off.
+#   alone are {glue:text}`many.linear grids alone:.2f` mm off. All these are
+#   medians with noise in the image.
 # - All rays meet a plane by one transpose and one product, as the thesis
 #   says.
 
@@ -123,7 +127,8 @@ def weights_of_rays(effort):
 # ## Reading and limits
 #
 # **How much weight?** The thesis does not say. Its further grids are active
-# grids, which thousands of rays see, and then equal weights are best. The
+# grids, which thousands of rays see, and there equal weights are the best of
+# those tried. The
 # errors of poses from so many rays are small beside the noise of a single
 # point. With a chessboard and a few corners it is another matter.
 #

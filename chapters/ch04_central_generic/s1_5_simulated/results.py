@@ -6,8 +6,9 @@ import numpy as np
 
 from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
 from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
-from repro.judge.statistics import median_interval, with_worst
+from repro.judge.statistics import median_interval, median_ratio, with_worst
 from repro.page.reader import value
+from repro.page.wording import rounded
 from repro.run.readings import Case
 
 STAGES = {
@@ -113,3 +114,15 @@ def name_values(open_results):
     }
     for name, number in found.items():
         value(name, number)
+    for quantity in ("t2", "t3", "r2", "r3", "ray"):
+        value(f"adjusted.{quantity}", change_by_adjustment(result, quantity))
+
+
+def change_by_adjustment(result, quantity):
+    """Median error after adjustment over that before, as printed, in words."""
+    after, before = (
+        PRIMARY.trials(result, "as_printed", stage, quantity, 0.5)
+        for stage in ("ba", "linear")
+    )
+    ratio = median_ratio(after, before, paired=True)
+    return rounded(ratio.value, (ratio.low, ratio.high))
