@@ -63,14 +63,14 @@ from repro.run.outcomes import Plan, crossed
 # **Findings.**
 #
 # - In translation the steps deviate from their mean by
-#   {glue:text}`translation_cgsp:.2g` mm with CGSP, by
-#   {glue:text}`translation_printed:.2g` mm with the standard method as printed
-#   and by {glue:text}`translation_well:.2g` mm with it well conditioned: medians
+#   {glue:text}`translation_cgsp:.2f` mm with CGSP, by
+#   {glue:text}`translation_printed:.2f` mm with the standard method as printed
+#   and by {glue:text}`translation_well:.2f` mm with it well conditioned: medians
 #   over seeds with redrawn corners, at the bench's noise
 #   ([4.3.2](s3_2_results.ipynb)). With the laboratory's own decoding errors they
-#   are {glue:text}`lab_translation_cgsp:.2g`,
-#   {glue:text}`lab_translation_printed:.2g` and
-#   {glue:text}`lab_translation_well:.2g` mm.
+#   are {glue:text}`lab_translation_cgsp:.2f`,
+#   {glue:text}`lab_translation_printed:.2f` and
+#   {glue:text}`lab_translation_well:.2f` mm.
 # - The whole turn of 110° is off by {glue:text}`rotation_cgsp:.2f`° with CGSP, by
 #   {glue:text}`rotation_printed:.2f`° as printed and by
 #   {glue:text}`rotation_well:.2f`° well conditioned; with the laboratory's errors
@@ -80,11 +80,11 @@ from repro.run.outcomes import Plan, crossed
 #   {glue:text}`rendered_rotation_cgsp:.2f`°,
 #   {glue:text}`rendered_rotation_printed:.2f`° and
 #   {glue:text}`rendered_rotation_well:.2f`° at the bench's noise.
-# - The centre is off by {glue:text}`centre_cgsp:.2g` mm with CGSP, by
-#   {glue:text}`centre_printed:.2g` mm as printed and by
-#   {glue:text}`centre_well:.2g` mm well conditioned; with the laboratory's errors
-#   by {glue:text}`lab_centre_cgsp:.2g`, {glue:text}`lab_centre_printed:.2g` and
-#   {glue:text}`lab_centre_well:.2g` mm.
+# - The centre is off by {glue:text}`centre_cgsp:.2f` mm with CGSP, by
+#   {glue:text}`centre_printed:.2f` mm as printed and by
+#   {glue:text}`centre_well:.2f` mm well conditioned; with the laboratory's errors
+#   by {glue:text}`lab_centre_cgsp:.2f`, {glue:text}`lab_centre_printed:.2f` and
+#   {glue:text}`lab_centre_well:.2f` mm.
 # - CELECT refused {glue:text}`celect_refused` of
 #   {glue:text}`boards_shown` boards, all seen at a steep angle; the detector
 #   without clicks {glue:text}`clickless_refused`.
@@ -288,8 +288,8 @@ def redrawn_seeds(effort, results):
 # **Which standard method.** As printed, one ratio of two noisy numbers sets
 # a common scale ([section
 # 2.5.1](../ch02_general_camera_model/s5_1_synthetic_data.ipynb)), and the centre
-# is off by {glue:text}`centre_printed:.2g` mm. With the same equations well
-# conditioned it is off by {glue:text}`centre_well:.2g` mm, and with the
+# is off by {glue:text}`centre_printed:.2f` mm. With the same equations well
+# conditioned it is off by {glue:text}`centre_well:.2f` mm, and with the
 # laboratory's errors the motion is then as near to the truth as CGSP's. So what
 # helps is the conditioning, not the synthetic camera. At the bench's noise the
 # rays of single corners are so noisy that a better centre hardly shows in the
