@@ -6,23 +6,27 @@ from chapters.ch04_central_generic.s3_2_results import figures as scatter
 from chapters.ch04_central_generic.s3_3_correction.figures import difference
 from chapters.ch04_central_generic.s3_4_motion.figures import path_of
 from chapters.ch04_central_generic.s3_4_motion.results import SCALE
+from tests.made_results import of_columns
 
 
-class OfScatter:
-    """Crossings of two methods: within 1 mm of the centre, and within 10 mm."""
-
-    def select(self, camera):
-        return self
-
-    def arrays(self, name):
-        reach = {"bench.as_printed.crossing": 10.0, "bench.cgsp.crossing": 1.0}[name]
-        along = np.linspace(-reach, reach, 201)
-        return [np.column_stack([along, 0 * along, np.ones(201)])]
+def crossing(reach):
+    """x, y and 1 for each of points up to so many mm beside the centre."""
+    along = np.linspace(-reach, reach, 201)
+    return np.column_stack([along, 0 * along, np.ones(201)])
 
 
 def test_both_panels_of_a_camera_hold_the_wider_scatter():
-    reach = scatter.shown_reach(OfScatter(), "fisheye")
-    x, _, _ = scatter.crossings(OfScatter(), "fisheye", "as_printed")
+    result = of_columns(
+        (
+            {"camera": "fisheye"},
+            {
+                "bench.as_printed.crossing": [crossing(10.0)],
+                "bench.cgsp.crossing": [crossing(1.0)],
+            },
+        )
+    )
+    reach = scatter.shown_reach(result, "fisheye")
+    x, _, _ = scatter.crossings(result, "fisheye", "as_printed")
     assert np.mean(abs(x) <= reach) >= scatter.SHOWN
     assert 10 < reach < 12
 
