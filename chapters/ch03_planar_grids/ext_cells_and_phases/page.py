@@ -64,8 +64,8 @@ from repro.run.outcomes import Plan
 #   nothing fitted predicts the error to {glue:text}`theory:.1f` % (median).
 # - The decoder's 7 × 7 smoothing needs cells of at least
 #   {glue:text}`narrowest:.1f` px; the narrowest that it takes are best with
-#   little blur, {glue:text}`gain:.1f` times better than eight cells here,
-#   for {glue:text}`more` pictures more.
+#   little blur, with {glue:text}`sharp:g` px of it {glue:text}`gain:.1f`
+#   times better than eight cells here, for {glue:text}`more` pictures more.
 # - Four steps leave the third order of the response: up to
 #   {glue:text}`bias.4:.2f` px with a gamma of {glue:text}`gamma.least:.1f`
 #   to {glue:text}`gamma.most:.1f` and eight cells. Three steps are off by
