@@ -32,6 +32,9 @@ from repro.page.reader import results_behind, show_table, value
 # pose. *Corrected view*: what is left of distortion in the corrected view of
 # such pictures, as in Table 2.2; there a corner without a ray counts for the
 # other methods alone. *Scatter of steps*: of equal steps of a stage.
+# *Generic*, where simulated and on the sets of the converter: its linear stage
+# is the well conditioned one; the findings of 2.5.1 and 2.5.2 quote the one as
+# printed.
 #
 # ## Findings
 #
