@@ -49,6 +49,7 @@ INNER_ROOMS = {
         "generic": ("views", "pose", "linear", "adjust"),
         "parametric": ("views",),
         "smooth": ("parametric", "generic"),
+        "mirror": (),
     },
     "raxel.cameras": {
         "core": (),

@@ -1,0 +1,1 @@
+"""Calibration of a viewer with a mirror that bends."""
