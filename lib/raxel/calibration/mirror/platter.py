@@ -1,0 +1,321 @@
+"""Where a grid is that a camera sees only in a plane mirror (5.26, 5.27).
+
+A mirror of known place (a hard disk's platter) lies on a chessboard. The board gives
+the mirror's plane, the reflected picture of a monitor gives the pose of the monitor's
+mirror image, and reflection in the plane takes that to the monitor.
+
+Points x of the plane fulfil n.x + d = 0 with n the unit normal towards the camera and
+d > 0 the camera's distance. Then T^R has -2 d n (E-5.10); for n.x = d it would be +2 d
+n. A reflection turns hands: the third column of T^R P^v is changed in sign, which moves
+no point of a flat grid.
+
+Frame: the viewer's. Sources: Bonfort, Sturm, Gargallo 2006, ACCV (grids in known poses
+seen in a plane mirror); thesis 5.2.1.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.mirror.sightings import Sighting, seen_pose, sighting
+from raxel.calibration.pose.three_point import (
+    motion_of_points,
+    moved_pose,
+    placed_points,
+)
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.damped import descend, gauss_newton
+from raxel.geometry.poses import vector_from_rotation
+
+MAX_STEPS, AT_REST = 50, 1e-12
+ROUNDING_PX = 1e-9
+# px: a fit of right correspondences leaves less than this.
+LARGEST_RMS_PX = 5.0
+
+
+class PlatterPicture(NamedTuple):
+    """One picture of the platter on its board, with a grid reflected in the platter.
+
+    board, grid: BoardViews or DenseViews of the board and of the reflected grid, in
+    whose own coordinates poses are; platter, position: numbers, from 0, of the place of
+    the platter and of the grid. Pictures of one number share the place.
+    """
+
+    board: object
+    grid: object
+    platter: int = 0
+    position: int = 0
+
+
+class GridMotion(NamedTuple):
+    """From one place of a grid to another: shift (3,) mm of a point of the grid, in the
+    camera's frame; rotation (3,), its vector in radians, in the frame of the first
+    place; distance, angle: their lengths; their standard deviations."""
+
+    shift: np.ndarray
+    rotation: np.ndarray
+    distance: float
+    angle: float
+    distance_sd: float
+    angle_sd: float
+
+
+class PlatterPoses(NamedTuple):
+    """T_camera_grid (n, 4, 4), one for each position of the grid; T_camera_board (m, 4,
+    4), one for each place of the platter; planes (m, 4): (n, d) of the reflecting
+    surfaces; covariance (6 (n + m), 6 (n + m)) of (w, s), the errors of the poses as R
+    exp([w]x), t + R s, grids first, radians and mm; rms_px: root mean square distance
+    between corners and their places by the fit.
+
+    The error of a platter's plane is common to all grids that were seen in it, so
+    covariances between grids matter.
+    """
+
+    T_camera_grid: np.ndarray
+    T_camera_board: np.ndarray
+    planes: np.ndarray
+    covariance: np.ndarray
+    rms_px: float
+
+    def motion(self, first, second, point):
+        """GridMotion between two positions, at a point (2,) of the grid.
+
+        A point amid those that were seen: farther out, the error of the rotation adds
+        to that of the shift.
+        """
+        return grid_motion(self.T_camera_grid, self.covariance, first, second, point)
+
+
+def reflection(plane):
+    """T^R (4, 4) of the plane (n, d), n.x + d = 0 with unit n (5.26)."""
+    n, d = np.asarray(plane, float)[:3], float(plane[3])
+    T = np.eye(4)
+    T[:3, :3] -= 2 * np.outer(n, n)
+    T[:3, 3] = -2 * d * n
+    return T
+
+
+def platter_plane(T_camera_board, thickness):
+    """Plane (n, d) (4,) of a mirror of this thickness (mm) that lies on a board.
+
+    n points to the camera, at whose side the mirror lies; the thickness is taken off
+    along it. Raises InputError for a camera in the plane or behind the surface.
+    """
+    T = np.asarray(T_camera_board, float)
+    n = T[:3, 2] * (-1.0 if T[:3, 2] @ T[:3, 3] > 0 else 1.0)
+    d = -n @ T[:3, 3] - thickness
+    if not (np.isfinite(thickness) and d > 0):
+        raise InputError(
+            f"platter: field 'thickness': found {thickness} mm, which puts the surface "
+            f"{d:.1f} mm before the camera; give mm, and tilt the board to the camera"
+        )
+    return np.append(n, d)
+
+
+def reflected_pose(T_camera_virtual, plane):
+    """T_camera_grid (4, 4), proper, of the grid whose mirror image has a pose (5.27).
+
+    T_camera_virtual: (4, 4), right-handed, as from a homography. It is its own inverse:
+    from the grid it gives the image.
+    """
+    T = reflection(plane) @ np.asarray(T_camera_virtual, float)
+    # The third axis reversed: the same points of the plane, the other hand.
+    T[:3, 2] *= -1
+    return T
+
+
+def grid_poses_in_platter(viewer, pictures, thickness):
+    """Poses of a grid in one or more positions, seen in a platter: PlatterPoses.
+
+    viewer: a calibrated central camera; pictures: PlatterPictures, whose numbers leave
+    out none from 0; thickness: of the platter, mm, from the board's plane to the
+    reflecting surface. All corners of all pictures are fitted at once, each weighted
+    with its standard deviation where all have one, so several pictures of one position
+    are averaged as they should be. Raises InputError for numbers that leave one out;
+    CalibrationError for too few corners, a grid that was not seen in the platter, and a
+    fit that leaves LARGEST_RMS_PX.
+    """
+    pictures = list(pictures)
+    boards = [sighting(viewer, p.board, f"platter picture {k}: board")
+              for k, p in enumerate(pictures)]  # fmt: skip
+    grids = [sighting(viewer, p.grid, f"platter picture {k}: grid")
+             for k, p in enumerate(pictures)]  # fmt: skip
+    platters = _numbered("platter", [p.platter for p in pictures])
+    positions = _numbered("position", [p.position for p in pictures])
+    if not all(np.isfinite(s.sd).all() for s in boards + grids):
+        boards, grids = ([s.alike() for s in group] for group in (boards, grids))
+    problem = _Problem(boards, grids, platters, positions, float(thickness))
+    state, costs, _ = descend(
+        problem.evaluate,
+        problem.moved,
+        problem.start(),
+        iterations=MAX_STEPS,
+        tolerance=AT_REST,
+        rounding=problem.rows * ROUNDING_PX**2,
+    )
+    return problem.result(state, costs[-1])
+
+
+def grid_motion(T_camera_grid, covariance, first, second, point):
+    """GridMotion between two of n poses, at a point (2,) of the grid.
+
+    T_camera_grid: (n, 4, 4); covariance: (6 m, 6 m), m >= n, of (w, s) as PlatterPoses
+    has it.
+    """
+    T, U = T_camera_grid[first], T_camera_grid[second]
+    point = np.asarray(point, float)[None]
+    shift = (placed_points(point, U) - placed_points(point, T))[0]
+    between = T[:3, :3].T @ U[:3, :3]
+    rotation = vector_from_rotation(between)
+    distance, angle = np.linalg.norm(shift), np.linalg.norm(rotation)
+    J = np.zeros((6, len(covariance)))
+    J[:3, 6 * first : 6 * first + 6] = -motion_of_points(point, T)[0]
+    J[:3, 6 * second : 6 * second + 6] = motion_of_points(point, U)[0]
+    # exp(-w1) B exp(w2): to first order B exp(w2 - B^T w1).
+    J[3:, 6 * first : 6 * first + 3] = -between.T
+    J[3:, 6 * second : 6 * second + 3] = np.eye(3)
+    spread = J @ covariance @ J.T
+    along = shift / max(distance, 1e-300)
+    return GridMotion(
+        shift,
+        rotation,
+        float(distance),
+        float(angle),
+        float(np.sqrt(along @ spread[:3, :3] @ along)),
+        float(np.sqrt(np.trace(spread[3:, 3:]))),
+    )
+
+
+class _Problem(NamedTuple):
+    """The least squares of `grid_poses_in_platter`. A state is a stack of poses (n + m,
+    4, 4), those of the grids first, then those of the boards."""
+
+    boards: list[Sighting]
+    grids: list[Sighting]
+    platters: np.ndarray
+    positions: np.ndarray
+    thickness: float
+
+    @property
+    def count(self):
+        return self.positions.max() + 1
+
+    @property
+    def rows(self):
+        return 2 * sum(len(s.points) for s in self.boards + self.grids)
+
+    def start(self):
+        """Poses of the first picture of each number."""
+        boards = [
+            seen_pose(self.boards[np.argmax(self.platters == j)])
+            for j in range(self.platters.max() + 1)
+        ]
+        grids = []
+        for i in range(self.count):
+            k = np.argmax(self.positions == i)
+            plane = platter_plane(boards[self.platters[k]], self.thickness)
+            grids.append(reflected_pose(seen_pose(self.grids[k]), plane))
+            _refuse_behind(self.grids[k].points, grids[-1], plane, k)
+        return np.stack(grids + boards)
+
+    def moved(self, state, step):
+        steps = step.reshape(-1, 6)
+        return np.stack([moved_pose(T, s) for T, s in zip(state, steps, strict=True)])
+
+    def evaluate(self, state):
+        residuals = np.concatenate([r for r, _ in self._blocks(state)])
+        if not np.isfinite(residuals).all():
+            return np.inf, None
+        return gauss_newton(residuals, lambda: self.jacobian(state))
+
+    def residuals(self, state):
+        """(rows,) px, found less projected, over the standard deviations."""
+        return np.concatenate([r for r, _ in self._blocks(state)])
+
+    def jacobian(self, state):
+        """(rows, 6 (n + m)): how the residuals change with (w, s) of each pose."""
+        blocks = []
+        for residuals, parts in self._blocks(state):
+            J = np.zeros((len(residuals), 6 * len(state)))
+            for place, part in parts().items():
+                J[:, 6 * place : 6 * place + 6] = part
+            blocks.append(J)
+        return np.concatenate(blocks)
+
+    def _blocks(self, state):
+        for seen, j in zip(self.boards, self.platters, strict=True):
+            yield self._board_block(seen, self.count + j, state)
+        for seen, j, i in zip(self.grids, self.platters, self.positions, strict=True):
+            yield self._grid_block(seen, self.count + j, i, state)
+
+    def _board_block(self, seen, board, state):
+        T = state[board]
+        p = placed_points(seen.points, T)
+
+        def parts():
+            return {board: seen.change(p, motion_of_points(seen.points, T))}
+
+        return seen.residuals(p), parts
+
+    def _grid_block(self, seen, board, grid, state):
+        T, T_board = state[grid], state[board]
+        n, d = np.split(platter_plane(T_board, self.thickness), [3])
+        mirror = np.eye(3) - 2 * np.outer(n, n)
+        q = placed_points(seen.points, T)
+        height = q @ n + d
+        p = q - 2 * height[:, None] * n
+
+        def parts():
+            # n = +-R e3 and d = -n.t - thickness, for R exp([w]x), t + R s.
+            R, sense = T_board[:3, :3], np.sign(n @ T_board[:3, 2])
+            n_by = np.zeros((3, 6))
+            n_by[:, 0], n_by[:, 1] = -sense * R[:, 1], sense * R[:, 0]
+            d_by = -T_board[:3, 3] @ n_by
+            d_by[3:] -= n @ R
+            lifted = q @ n_by + d_by
+            by_board = -2 * (
+                lifted[:, None, :] * n[:, None] + height[:, None, None] * n_by
+            )
+            by_grid = mirror @ motion_of_points(seen.points, T)
+            return {grid: seen.change(p, by_grid), board: seen.change(p, by_board)}
+
+        return seen.residuals(p), parts
+
+    def result(self, state, cost):
+        grids, boards = state[: self.count], state[self.count :]
+        weights = np.concatenate([1 / s.sd for s in self.boards + self.grids])
+        off = self.residuals(state).reshape(-1, 2) / weights[:, None]
+        rms_px = float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+        if not rms_px <= LARGEST_RMS_PX:
+            raise CalibrationError(
+                f"platter: the corners lie {rms_px:.1f} px (rms) from where the poses "
+                "put them; check that corners are matched, and that platter and grid "
+                "stood still in pictures of one number"
+            )
+        J = self.jacobian(state)
+        covariance = np.linalg.inv(J.T @ J)
+        if self.boards[0].unknown_sd:
+            covariance *= cost / max(self.rows - J.shape[1], 1)
+        planes = np.stack([platter_plane(T, self.thickness) for T in boards])
+        return PlatterPoses(grids, boards, planes, covariance, rms_px)
+
+
+def _refuse_behind(points, T_camera_grid, plane, picture):
+    """Raise CalibrationError for a grid that is not before the mirror."""
+    height = placed_points(points, T_camera_grid) @ plane[:3] + plane[3]
+    if not (height > 0).all():
+        raise CalibrationError(
+            f"platter picture {picture}: grid: its image lies {-height.min():.0f} mm "
+            "before the mirror; its corners were not seen in the platter, or board and "
+            "grid are exchanged"
+        )
+
+
+def _numbered(what, numbers):
+    numbers = np.array(numbers, int)
+    if len(numbers) == 0 or set(numbers) != set(range(numbers.max() + 1)):
+        raise InputError(
+            f"platter: field '{what}': found {sorted(set(numbers.tolist()))}; number "
+            "the places of the pictures from 0 and leave out none"
+        )
+    return numbers

@@ -1,0 +1,139 @@
+"""Poses of grids that a camera sees in a plane mirror on a chessboard (5.26, 5.27)."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.mirror.platter import (
+    PlatterPicture,
+    _Problem,
+    grid_poses_in_platter,
+    platter_plane,
+    reflected_pose,
+    reflection,
+)
+from raxel.calibration.mirror.sightings import other_tilt, seen_pose, sighting
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry import pose, rotate, transform, vector_from_rotation
+from raxel.geometry.planes import on_plane
+from tests.mirror_scenes import THICKNESS, VIEWER, lattice, platter_scene, posed, view
+
+MIDDLE = np.array([120.0, 90.0])
+
+
+def test_the_reflection_keeps_its_plane_and_turns_the_camera_over():
+    T = posed([10, -37, 3], [-40, 20, 300])
+    plane = platter_plane(T, 1.5)
+    n, d = plane[:3], plane[3]
+    on_surface = transform(T, np.array([[20, 30, 0.0], [-9, 4, 0]])) + 1.5 * n
+    R = reflection(plane)
+    np.testing.assert_allclose(transform(R, on_surface), on_surface, atol=1e-12)
+    np.testing.assert_allclose(R @ R, np.eye(4), atol=1e-12)
+    # The camera's image is twice as far as the surface, behind it.
+    np.testing.assert_allclose(R[:3, 3], -2 * d * n, atol=1e-12)
+    assert n @ R[:3, 3] + d == pytest.approx(-d)
+    assert R[2, 3] > 0
+    # A board seen from behind has the same plane.
+    behind = T @ pose(np.diag([1.0, -1, -1]), np.zeros(3))
+    np.testing.assert_allclose(platter_plane(behind, 1.5), plane, atol=1e-12)
+
+
+def test_reflected_poses_are_proper_and_come_back():
+    plane = platter_plane(posed([5, -40, 0], [0, 0, 320]), 0.8)
+    T = posed([20, 10, -70], [30, 40, 600])
+    found = reflected_pose(T, plane)
+    assert np.linalg.det(found[:3, :3]) == pytest.approx(1.0)
+    np.testing.assert_allclose(reflected_pose(found, plane), T, atol=1e-10)
+    flat = on_plane(lattice(3, 4, 20.0))
+    image = transform(reflection(plane), transform(found, flat))
+    np.testing.assert_allclose(image, transform(T, flat), atol=1e-10)
+
+
+@pytest.mark.parametrize("places", [1, 2])
+def test_traced_pictures_give_the_poses_exactly(places):
+    pictures, grids = platter_scene(places=places)
+    found = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+    np.testing.assert_allclose(found.T_camera_grid, grids, atol=1e-8)
+    motion = found.motion(0, 1, MIDDLE)
+    assert motion.distance == pytest.approx(100.0, abs=1e-8)
+    assert motion.angle < 1e-10
+
+
+def test_the_jacobian_equals_differences():
+    pictures, _ = platter_scene(np.random.default_rng(1), 0.2, places=2)
+    problem = _Problem(
+        [sighting(VIEWER, p.board, "") for p in pictures],
+        [sighting(VIEWER, p.grid, "") for p in pictures],
+        np.array([p.platter for p in pictures]),
+        np.array([p.position for p in pictures]),
+        THICKNESS,
+    )
+    state = problem.start()
+    J, size = problem.jacobian(state), 6 * len(state)
+    for k in range(size):
+        step = 1e-6 * np.eye(size)[k]
+        up, down = (problem.residuals(problem.moved(state, s)) for s in (step, -step))
+        np.testing.assert_allclose(
+            J[:, k], (up - down) / 2e-6, atol=2e-6 * abs(J[:, k]).max()
+        )
+
+
+def test_errors_are_as_large_as_the_covariance_says():
+    squared, motions = [], []
+    for seed in range(12):
+        pictures, grids = platter_scene(np.random.default_rng(seed), 0.2, places=2)
+        found = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+        R = found.T_camera_grid[:, :3, :3]
+        turn = vector_from_rotation(np.swapaxes(R, 1, 2) @ grids[:, :3, :3])
+        shift = grids[:, :3, 3] - found.T_camera_grid[:, :3, 3]
+        error = np.concatenate(
+            [[turn[k], rotate(R[k].T, shift[k : k + 1])[0]] for k in range(2)]
+        ).ravel()
+        squared.append(error @ np.linalg.solve(found.covariance[:12, :12], error) / 12)
+        motions.append(found.motion(0, 1, MIDDLE))
+    assert 0.6 < np.mean(squared) < 1.6
+    far = [((m.distance - 100) / m.distance_sd) ** 2 for m in motions]
+    turned = [(m.angle / m.angle_sd) ** 2 for m in motions]
+    assert 0.4 < np.mean(far) < 2.0
+    assert 0.4 < np.mean(turned) < 2.0
+
+
+def test_a_decoded_monitor_is_moved_by_what_its_stage_moved():
+    """0.2 px on the board, some um on the monitor: 0.05 mm and 0.02 degrees."""
+    motions = []
+    for seed in range(5):
+        pictures, _ = platter_scene(
+            np.random.default_rng(seed), 0.2, pitch=3.0, grid_sd=0.07
+        )
+        found = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+        motions.append(found.motion(0, 1, MIDDLE))
+    assert np.median([abs(m.distance - 100) for m in motions]) < 0.05
+    assert np.median([np.degrees(m.angle) for m in motions]) < 0.02
+
+
+def test_both_tilts_of_a_small_board_are_tried():
+    points = lattice(5, 4, 4.0)
+    T = posed([0, 12, 30], [20, 10, 900])
+    seen = sighting(
+        VIEWER, view(VIEWER, T, points, 5, 4, np.random.default_rng(3), 0.02), ""
+    )
+    wrong = other_tilt(T, points)
+    assert np.degrees(np.arccos(wrong[:3, 2] @ T[:3, 2])) > 15
+    found = seen_pose(seen)
+    assert np.degrees(np.arccos(min(found[:3, 2] @ T[:3, 2], 1.0))) < 5
+
+
+def test_impossible_pictures_are_refused():
+    (first, second), _ = platter_scene()
+    exchanged = PlatterPicture(first.grid, first.board)
+    with pytest.raises(CalibrationError, match="before the mirror"):
+        grid_poses_in_platter(VIEWER, [exchanged], THICKNESS)
+    with pytest.raises(InputError, match="field 'position': found"):
+        grid_poses_in_platter(VIEWER, [second], THICKNESS)
+    with pytest.raises(InputError, match="field 'thickness': found 400"):
+        grid_poses_in_platter(VIEWER, [first], 400)
+    moved = second._replace(position=0)
+    with pytest.raises(CalibrationError, match="stood still"):
+        grid_poses_in_platter(VIEWER, [first, moved], THICKNESS)
+    none = first.grid._replace(pixels=np.full_like(first.grid.pixels, np.nan))
+    with pytest.raises(CalibrationError, match="picture 0: grid: found 0 corners"):
+        grid_poses_in_platter(VIEWER, [first._replace(grid=none)], THICKNESS)
