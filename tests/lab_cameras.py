@@ -130,6 +130,11 @@ def _named():
     sheet = {"viewer": WIDE, "size": (400, 320), "offset": (0, 0, 180)}
     sheet |= {"heights": [[0, 0, 6], [0, 4, 0], [20, 0, 0], [5, 0, 0]]}
     yield "bent mirror", make("bent mirror", **sheet), one
+    wavy = np.random.default_rng(4).uniform(5.45e-3, 5.55e-3, (5, 4))
+    knots = [[-1] * 3 + [-0.3, 0.2] + [1] * 3, [-0.8] * 3 + [0.0] + [0.8] * 3]
+    made = make("spline mirror", viewer=WIDE, coefficients=wavy, angle=0.1,
+                knots_u=knots[0], knots_v=knots[1])  # fmt: skip
+    yield "spline mirror", made, one
     poses, outlines = zip(facet(150, -80), facet(-150, 80), strict=True)
     two = CAMERAS["planar mirrors"](WIDE, np.array(poses), outlines)
     yield "planar mirrors", two, ((62, 70), (138, 90))

@@ -348,6 +348,8 @@ ELSEWHERE = {
     "camera; chapter 4 has it",
     "moving pupil": "a fisheye law whose rays cross the axis at several "
     "places; chapter 4 has it",
+    "spline mirror": "a viewer before a mirror whose shape is a spline over "
+    "the picture; chapter 5 has it",
 }
 
 

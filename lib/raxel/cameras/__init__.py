@@ -27,6 +27,7 @@ from raxel.cameras.linear.xslits import XSlitsCamera
 from raxel.cameras.mirrors.bent import BentMirrorCamera
 from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.cameras.registry import CAMERAS, camera_from
 from raxel.cameras.tables.general import GeneralCamera
 from raxel.cameras.tables.ray_spline import RaySplineCamera
@@ -56,6 +57,7 @@ __all__ = [
     "Rays",
     "ScaramuzzaCamera",
     "ShahAggarwalCamera",
+    "SplineMirrorCamera",
     "TardifCamera",
     "UnifiedSphereCamera",
     "XSlitsCamera",

@@ -22,6 +22,7 @@ from raxel.cameras.linear.xslits import XSlitsCamera
 from raxel.cameras.mirrors.bent import BentMirrorCamera
 from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.cameras.tables.general import GeneralCamera
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import InputError, did_you_mean
@@ -52,6 +53,7 @@ CAMERAS = {
         AxialCamera,
         RaySplineCamera,
         MovingPupilCamera,
+        SplineMirrorCamera,
     )
 }
 

@@ -199,7 +199,7 @@ def _inverse_spans(knots, p):
 
 def _products(f, g):
     """f_i g_j at i + Kf * j: (N, Kf), (N, Kg) -> (N, Kf * Kg)."""
-    return (g[:, :, None] * f[:, None, :]).reshape(len(f), -1)
+    return (g[:, :, None] * f[:, None, :]).reshape(len(f), f.shape[1] * g.shape[1])
 
 
 def _axes(angle):
