@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 import yaml
 
+from raxel.documents import faults
 from raxel.sets import load_set, read_image
 from raxel.sets.image_set import SCHEMA
+from raxel.sets.mirror_set import SCHEMA as MIRROR_SCHEMA
 from tests.image_sets import write_description
 
 GUIDE = (Path(__file__).parents[1] / "data/recorded/README.md").read_text("utf-8")
-DESCRIPTION, CHARUCO, GRID, BY_HAND = map(
+DESCRIPTION, CHARUCO, GRID, MIRROR, BY_HAND = map(
     yaml.safe_load, re.findall(r"```yaml\n(.*?)```", GUIDE, re.DOTALL)
 )
 
@@ -54,3 +56,18 @@ def test_the_example_of_a_monitor_is_a_set_without_fault(tmp_path):
     image_set = load_set(tmp_path)
     assert len(image_set.views[0].patterns) == len(view["patterns"])
     assert image_set.target.monitor_mm == (527, 296)
+
+
+def keys_of(part):
+    """Every key that a part of a JSON schema knows, however deep."""
+    if not isinstance(part, dict):
+        return set()
+    inner = [*part.get("properties", {}).values(), part.get("items")]
+    return set(part.get("properties", {})).union(*map(keys_of, inner))
+
+
+def test_the_example_of_a_mirror_has_no_fault_and_every_key_is_named():
+    assert faults(MIRROR, "mirror.yaml", MIRROR_SCHEMA) == []
+    known = keys_of(json.loads(MIRROR_SCHEMA.read_text("utf-8")))
+    assert {"hidden_mm", "before", "thickness_mm", "set"} <= known
+    assert known - set(re.findall(r"\w+", GUIDE)) == set()

@@ -5,13 +5,47 @@ from collections import Counter
 
 from raxel.cli.terminal import on_one_line
 from raxel.cli.warnings import of_pixels
-from raxel.sets import ActiveGrid, Charuco, load_reference, load_set, read_image
+from raxel.sets import (
+    ActiveGrid,
+    Charuco,
+    ImageSet,
+    is_mirror_set,
+    load_mirror_set,
+    load_reference,
+    load_set,
+    read_image,
+)
 from raxel.sets.patterns import cell_width
 
 
 def check(options, say):
     """Read everything in the set; what is printed is what a calibration would get."""
-    image_set = load_set(options.set)
+    if is_mirror_set(options.set):
+        _check_mirror_set(load_mirror_set(options.set), say)
+    else:
+        _check_images(load_set(options.set), say)
+
+
+def _check_mirror_set(mirror_set, say):
+    """Every image set of a mirror set, then what is its own."""
+    for field, image_set in mirror_set.image_sets.items():
+        print(f"-- {field}")
+        _check_images(image_set, say)
+    print("-- mirror")
+    if not isinstance(mirror_set.viewer, ImageSet):
+        print(f"viewer     {on_one_line(mirror_set.viewer.name)}")
+    clamp = mirror_set.clamp
+    hidden = f", up to {clamp.hidden_mm:g} mm before the clamp" * (clamp.hidden_mm > 0)
+    print(f"platter    {mirror_set.thickness_mm:g} mm before its board")
+    print(f"clamp      {len(clamp.points)} points, SD {clamp.sd_px:g} px{hidden}")
+    moved = [step.deflection_mm for step in mirror_set.steps]
+    stated = ", ".join("not stated" if mm is None else f"{mm:g} mm" for mm in moved)
+    scored = sum(len(step.evaluate) for step in mirror_set.steps)
+    boards = f"{scored} board{'s' * (scored != 1)} to evaluate"
+    print(f"stages     {len(moved)} deflections ({stated}), {boards}")
+
+
+def _check_images(image_set, say):
     reference = load_reference(image_set)
     files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
     depths = Counter()

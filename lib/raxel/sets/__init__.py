@@ -2,6 +2,7 @@
 
 from raxel.sets.image_files import read_colour, read_image
 from raxel.sets.image_set import load_set, write_set
+from raxel.sets.mirror_set import MirrorSet, is_mirror_set, load_mirror_set
 from raxel.sets.model import (
     ActiveGrid,
     Charuco,
@@ -27,6 +28,7 @@ __all__ = [
     "Charuco",
     "Chessboard",
     "ImageSet",
+    "MirrorSet",
     "MonitorChessboard",
     "Motion",
     "Pattern",
@@ -35,6 +37,8 @@ __all__ = [
     "View",
     "chessboard_of_corners",
     "chessboard_picture",
+    "is_mirror_set",
+    "load_mirror_set",
     "load_reference",
     "load_set",
     "pattern_picture",

@@ -1,0 +1,270 @@
+"""The mirror set, version 1: what is photographed to calibrate a bending mirror.
+
+A folder with a mirror.yaml, and image sets in folders of their own: a board that the
+camera sees directly, an active grid in two positions or more seen in the mirror and
+seen in a flat one, the board that the flat mirror lies on, and a board seen in the
+mirror before and after each deflection (thesis 5.2).
+"""
+
+from dataclasses import dataclass
+from pathlib import Path, PureWindowsPath
+
+from raxel.documents import field_name, read_yaml, validate
+from raxel.errors import InputError
+from raxel.sets.image_set import load_set
+from raxel.sets.model import ActiveGrid, Charuco, ImageSet
+
+DESCRIPTION = "mirror.yaml"
+SCHEMA = Path(__file__).with_name("mirror_set.schema.json")
+PICKED_SD_PX = 1.0  # of a point that a person picks on an edge
+LEAST_POSITIONS = 2
+OF_PRIMARY = ("grids", "platter", "plate")
+
+
+@dataclass(frozen=True)
+class Clamp:
+    """Where the mirror is held, as the mirror shows it before it bends.
+
+    points: ((u, v), ...) pixels along the clamp's edge; sd_px: their standard deviation
+    across it; hidden_mm: how far the edge may lie before the true clamp, where a holder
+    hides that.
+    """
+
+    points: tuple[tuple[float, float], ...]
+    sd_px: float = PICKED_SD_PX
+    hidden_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """One deflection: names of photographs with the board in one place before and
+    after it, and of others after it, for scoring; how far the mirror was moved, mm."""
+
+    before: str
+    after: str
+    evaluate: tuple[str, ...] = ()
+    deflection_mm: float | None = None
+
+
+@dataclass(frozen=True)
+class MirrorSet:
+    """What mirror.yaml says, with its image sets read.
+
+    viewer: an ImageSet of boards, or the Path of a camera's file; grids, platter: of
+    one active grid, see `platter_views`; plate: a photograph for each view of platter;
+    stages: of a board.
+    """
+
+    name: str
+    folder: Path
+    viewer: ImageSet | Path
+    grids: ImageSet
+    platter: ImageSet
+    plate: ImageSet
+    thickness_mm: float
+    clamp: Clamp
+    stages: ImageSet
+    steps: tuple[Step, ...]
+
+    @property
+    def description(self):
+        """The path of mirror.yaml, as messages name it."""
+        return self.folder / DESCRIPTION
+
+    @property
+    def image_sets(self):
+        """Field of mirror.yaml -> ImageSet, in the order in which they are used."""
+        named = {"viewer": self.viewer} if isinstance(self.viewer, ImageSet) else {}
+        return named | {
+            "primary.grids": self.grids,
+            "primary.platter": self.platter,
+            "primary.plate": self.plate,
+            "stages.set": self.stages,
+        }
+
+    @property
+    def size(self):
+        """(width, height) of its photographs, px."""
+        return self.grids.width, self.grids.height
+
+    def platter_views(self, position):
+        """Indices of the views of platter with the grid where view `position` of grids
+        has it: those of the same name, and of that name with a dot and more."""
+        return [
+            index
+            for index, view in enumerate(self.platter.views)
+            if view.label == position or view.label.startswith(f"{position}.")
+        ]
+
+
+def is_mirror_set(folder):
+    """Whether a folder holds a mirror.yaml."""
+    return (Path(folder) / DESCRIPTION).is_file()
+
+
+def load_mirror_set(folder):
+    """Read and check the mirror set in `folder`, and every image set that it names.
+
+    Raises InputError (one line: file, field, found, what to do) as `load_set`, also
+    where the image sets do not fit together.
+    """
+    folder = Path(folder)
+    if not is_mirror_set(folder):
+        raise InputError(f"{folder}: no {DESCRIPTION} in it; not a mirror set")
+    where = folder / DESCRIPTION
+    data = read_yaml(where)
+    validate(data, where, SCHEMA)
+    mirror_set = _from_plain(data, folder)
+    for path, fault in _faults(mirror_set):
+        raise InputError(f"{where}: {field_name(path)}: {fault}")
+    return mirror_set
+
+
+def _from_plain(data, folder):
+    primary, stages, clamp = data["primary"], data["stages"], data["clamp"]
+    sets = {
+        key: _image_set(folder, ("primary", key), primary[key]) for key in OF_PRIMARY
+    }
+    return MirrorSet(
+        name=data["name"],
+        folder=folder,
+        viewer=_viewer(folder, data["viewer"]),
+        thickness_mm=float(primary["thickness_mm"]),
+        clamp=Clamp(
+            tuple((float(u), float(v)) for u, v in clamp["points"]),
+            float(clamp.get("sd_px", PICKED_SD_PX)),
+            float(clamp.get("hidden_mm", 0.0)),
+        ),
+        stages=_image_set(folder, ("stages", "set"), stages["set"]),
+        steps=tuple(map(_step, stages["steps"])),
+        **sets,
+    )
+
+
+def _step(data):
+    moved = data.get("deflection_mm")
+    return Step(
+        data["before"],
+        data["after"],
+        tuple(data.get("evaluate", ())),
+        None if moved is None else float(moved),
+    )
+
+
+def _viewer(folder, name):
+    path = _inside(folder, ("viewer",), name)
+    if path.suffix == ".npz":
+        if not path.is_file():
+            raise InputError(
+                f"{folder / DESCRIPTION}: viewer: {name} is not there; give a camera's "
+                ".npz file, or the folder of an image set"
+            )
+        return path
+    return load_set(path)
+
+
+def _image_set(folder, field, name):
+    return load_set(_inside(folder, field, name))
+
+
+def _inside(folder, field, name):
+    parts = PureWindowsPath(name).parts
+    if PureWindowsPath(name).anchor or Path(name).is_absolute() or ".." in parts:
+        raise InputError(
+            f"{folder / DESCRIPTION}: {field_name(field)}: found {name}, which leads "
+            "out of the set's folder; keep the image sets beneath it"
+        )
+    return folder / name
+
+
+def _faults(mirror_set):
+    """Each fault as (path of the field, what was found and what to do)."""
+    yield from _size_faults(mirror_set)
+    yield from _target_faults(mirror_set)
+    yield from _position_faults(mirror_set)
+    yield from _clamp_faults(mirror_set)
+    yield from _step_faults(mirror_set)
+
+
+def _size_faults(mirror_set):
+    for field, image_set in mirror_set.image_sets.items():
+        size = image_set.width, image_set.height
+        if size != mirror_set.size:
+            fault = f"{size[0]} x {size[1]} px, but those of primary.grids are"
+            fault = f"{fault} {mirror_set.size[0]} x {mirror_set.size[1]}; take all"
+            yield (field,), f"its photographs are {fault} with one camera"
+
+
+def _target_faults(mirror_set):
+    for field, image_set in mirror_set.image_sets.items():
+        grid = field in ("primary.grids", "primary.platter")
+        target = image_set.target
+        if grid and not isinstance(target, ActiveGrid):
+            yield (field,), "its target is a board; give an active grid's image set"
+        elif not grid and isinstance(target, ActiveGrid):
+            yield (field,), "its target is an active grid; give a board's image set"
+        elif target.unit != "mm":
+            unknown = "monitor_mm" if grid else "pitch_mm"
+            yield (field,), f"its target.{unknown} is null; measure it, in mm"
+        elif not grid and target.columns is None:
+            yield (field,), "its board's columns and rows are null; give both counts"
+    if mirror_set.grids.target != mirror_set.platter.target:
+        fault = "its target is not that of primary.grids; show one monitor in both"
+        yield ("primary", "platter"), fault
+    if isinstance(mirror_set.stages.target, Charuco):
+        fault = "its target is a ChArUco board, whose markers a mirror turns round"
+        yield ("stages", "set"), f"{fault}; give a chessboard"
+
+
+def _position_faults(mirror_set):
+    names = [view.label for view in mirror_set.grids.views]
+    if len(names) < LEAST_POSITIONS:
+        fault = f"found {len(names)} position of the active grid; take"
+        yield ("primary", "grids"), f"{fault} {LEAST_POSITIONS} or more"
+    for name in names:
+        if not mirror_set.platter_views(name):
+            fault = f"no view {name}, which primary.grids has; photograph the grid"
+            yield ("primary", "platter"), f"{fault} in the flat mirror there, too"
+    count = len(mirror_set.platter.views)
+    placed = {k for name in names for k in mirror_set.platter_views(name)}
+    for k in sorted(set(range(count)) - placed):
+        fault = f"view {mirror_set.platter.views[k].label} is of no position of"
+        yield ("primary", "platter"), f"{fault} primary.grids; name it after one"
+    if len(mirror_set.plate.views) != count:
+        fault = f"found {len(mirror_set.plate.views)} photographs of the board for"
+        fault = f"{fault} {count} views of primary.platter"
+        yield ("primary", "plate"), f"{fault}; give one for each, in their order"
+
+
+def _clamp_faults(mirror_set):
+    points = mirror_set.clamp.points
+    if len(set(points)) < 2:
+        yield ("clamp", "points"), "all are one point; pick them along the edge"
+    width, height = mirror_set.size
+    for k, (u, v) in enumerate(points):
+        if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):
+            fault = f"found [{u:g}, {v:g}], outside a picture of {width} x {height} px"
+            yield ("clamp", "points", k), f"{fault}; pick it in the picture"
+
+
+def _step_faults(mirror_set):
+    known = [view.label for view in mirror_set.stages.views]
+    state_of = {}
+    for k, step in enumerate(mirror_set.steps):
+        for key, name, state in _photographs(step, k):
+            path = ("stages", "steps", k, key)
+            if name not in known:
+                fault = f"found {name}, which is no view of {mirror_set.stages.name}"
+                yield path, f"{fault}; add it to the views there, or mend the name"
+            elif state_of.setdefault(name, state) != state:
+                fault = f"found {name}, taken after {state_of[name]} deflections"
+                fault = f"{fault} elsewhere and after {state} here"
+                yield path, f"{fault}; a photograph shows one state of the mirror"
+
+
+def _photographs(step, k):
+    """(key, name, deflections before it) of the photographs of step k."""
+    yield "before", step.before, k
+    yield "after", step.after, k + 1
+    for name in step.evaluate:
+        yield "evaluate", name, k + 1

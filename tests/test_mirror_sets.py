@@ -1,0 +1,118 @@
+"""Mirror sets: what mirror.yaml says is read, and what does not fit is refused."""
+
+import pytest
+
+from raxel.cli import main
+from raxel.errors import InputError
+from raxel.sets import is_mirror_set, load_mirror_set
+from tests.image_sets import COLUMNS, ROWS
+from tests.mirror_sets import MONITOR, code, mirror_description, write_mirror_set
+
+PLATTER = ("near", "far", "near.2")
+STEPS = mirror_description()["stages"]["steps"]
+PRIMARY = mirror_description()["primary"]
+WITHOUT_PITCH = {
+    "kind": "chessboard",
+    "columns": COLUMNS,
+    "rows": ROWS,
+    "pitch_mm": None,
+}
+
+
+def test_what_a_mirror_set_says_is_read(tmp_path):
+    write_mirror_set(tmp_path)
+    found = load_mirror_set(tmp_path)
+    assert is_mirror_set(tmp_path)
+    assert found.thickness_mm == 1.27
+    assert found.clamp.points == ((10.0, 20.0), (12.0, 200.0))
+    assert (found.clamp.sd_px, found.clamp.hidden_mm) == (0.5, 0.0)
+    assert [step.deflection_mm for step in found.steps] == [5.0, None]
+    assert found.steps[1].evaluate == ("view3.png",)
+    assert [view.label for view in found.grids.views] == ["near", "far"]
+    assert found.stages.target.columns == COLUMNS
+
+
+@pytest.mark.parametrize(
+    ("data", "of_sets", "named"),
+    [
+        ({"clamp": {"point": [[1, 2], [3, 4]]}}, {}, "clamp.point: unknown key"),
+        ({"viewer": "../viewer"}, {}, "viewer: found ../viewer, which leads out"),
+        ({"viewer": "camera.npz"}, {}, "viewer: camera.npz is not there"),
+        (
+            {"clamp": {"points": [[5, 5], [5, 5]]}},
+            {},
+            "clamp.points: all are one point",
+        ),
+        (
+            {"clamp": {"points": [[5, 5], [5, 900]]}},
+            {},
+            "clamp.points[1]: found [5, 900]",
+        ),
+        ({}, {"stages": {"resolution": [330, 240]}}, "stages.set: its photographs are"),
+        ({}, {"stages": {"target": WITHOUT_PITCH}}, "its target.pitch_mm is null"),
+        (
+            {},
+            {"platter": {"target": MONITOR | {"monitor_mm": [40, 30]}}},
+            "not that of",
+        ),
+        ({"primary": PRIMARY | {"grids": "plate"}}, {}, "its target is a board; give"),
+        ({"primary": PRIMARY | {"plate": "stages"}}, {}, "found 4 photographs of the"),
+    ],
+)
+def test_what_does_not_fit_is_named(tmp_path, data, of_sets, named):
+    write_mirror_set(tmp_path, mirror_description(**data), **of_sets)
+    with pytest.raises(InputError) as refused:
+        load_mirror_set(tmp_path)
+    assert named in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("step", "named"),
+    [
+        ({"before": "view9.png", "after": "view2.png"}, "steps[1].before: found view9"),
+        ({"before": "view0.png", "after": "view2.png"}, "taken after 0 deflections"),
+        ({"before": "view1.png", "after": "view1.png"}, "taken after 1 deflections"),
+    ],
+)
+def test_a_photograph_shows_one_state_of_the_mirror(tmp_path, step, named):
+    stages = {"set": "stages", "steps": [STEPS[0], step]}
+    write_mirror_set(tmp_path, mirror_description(stages=stages))
+    with pytest.raises(InputError) as refused:
+        load_mirror_set(tmp_path)
+    assert named in str(refused.value)
+
+
+def test_a_position_without_its_picture_in_the_flat_mirror_is_named(tmp_path):
+    write_mirror_set(tmp_path)
+    path = tmp_path / "platter" / "set.yaml"
+    path.write_text(path.read_text("utf-8").replace("name: far", "name: else"), "utf-8")
+    with pytest.raises(InputError, match="no view far, which primary"):
+        load_mirror_set(tmp_path)
+
+
+def test_check_says_what_a_mirror_set_holds(tmp_path, capsys):
+    write_mirror_set(tmp_path)
+    assert main(["check", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert "platter    1.27 mm before its board" in told
+    assert "2 deflections (5 mm, not stated), 1 board to evaluate" in told
+    assert told.count("images     ") == 5
+
+
+def test_a_position_may_be_seen_in_the_flat_mirror_more_than_once(tmp_path):
+    views = [{"name": name, "patterns": code(k)} for k, name in enumerate(PLATTER)]
+    photographs = [{"image": f"view{k}.png"} for k in range(3)]
+    of_sets = {"platter": {"views": views}, "plate": {"views": photographs}}
+    write_mirror_set(tmp_path, **of_sets)
+    found = load_mirror_set(tmp_path)
+    assert found.platter_views("near") == [0, 2]
+    assert found.platter_views("far") == [1]
+
+
+def test_a_view_of_no_position_is_named(tmp_path):
+    names = [*PLATTER, "nearer"]
+    views = [{"name": name, "patterns": code(k)} for k, name in enumerate(names)]
+    write_mirror_set(tmp_path, platter={"views": views})
+    with pytest.raises(InputError, match="view nearer is of no position"):
+        load_mirror_set(tmp_path)
