@@ -135,6 +135,9 @@ def _named():
     made = make("spline mirror", viewer=WIDE, coefficients=wavy, angle=0.1,
                 knots_u=knots[0], knots_v=knots[1])  # fmt: skip
     yield "spline mirror", made, one
+    pushed = {"viewer": WIDE, "size": (400, 320), "offset": (-190, 0, 180)}
+    pushed |= {"loads": 390, "deflections": 25, "aberration": 0.02}
+    yield "flexible mirror", make("flexible mirror", **pushed), one
     poses, outlines = zip(facet(150, -80), facet(-150, 80), strict=True)
     two = CAMERAS["planar mirrors"](WIDE, np.array(poses), outlines)
     yield "planar mirrors", two, ((62, 70), (138, 90))

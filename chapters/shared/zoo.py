@@ -346,6 +346,8 @@ ELSEWHERE = {
     "is the viewer of the paraboloid mirror",
     "ray spline": "a formula's rays with a smooth field on top, fitted to a "
     "camera; chapter 4 has it",
+    "flexible mirror": "a clamped sheet of mirror with its loads; the bent mirror "
+    "stands for it here, and chapter 5 has it",
     "moving pupil": "a fisheye law whose rays cross the axis at several "
     "places; chapter 4 has it",
     "spline mirror": "a viewer before a mirror whose shape is a spline over "

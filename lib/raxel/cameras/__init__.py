@@ -25,6 +25,7 @@ from raxel.cameras.linear.orthographic import OrthographicCamera
 from raxel.cameras.linear.pushbroom import PushbroomCamera
 from raxel.cameras.linear.xslits import XSlitsCamera
 from raxel.cameras.mirrors.bent import BentMirrorCamera
+from raxel.cameras.mirrors.flexible import FlexibleMirrorCamera
 from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
@@ -41,6 +42,7 @@ __all__ = [
     "DivisionCamera",
     "FieldOfViewCamera",
     "FisheyeCamera",
+    "FlexibleMirrorCamera",
     "GeneralCamera",
     "KannalaBrandtCamera",
     "LiftedRationalCamera",

@@ -141,7 +141,9 @@ def mirrors(camera, label="mirror", colour=SILVER, opacity=0.35):
     if not hasattr(camera, "mirror"):
         return []
     mirror = camera.mirror
-    if hasattr(mirror, "half"):
+    if hasattr(mirror, "nodes"):
+        p = mirror.nodes()
+    elif hasattr(mirror, "half"):
         x, y = (np.linspace(-h, h, SHEET) / mirror.radius for h in mirror.half)
         p = np.stack(np.meshgrid(x, y), axis=-1)
     else:

@@ -1,0 +1,268 @@
+"""A sheet clamped and bent: profiles, the surface, and the camera before it."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from raxel.cameras import (
+    FlexibleMirrorCamera,
+    OrthographicCamera,
+    PerspectiveCamera,
+    PlanarMirrorsCamera,
+    camera_from,
+    load_camera,
+)
+from raxel.cameras.mirrors.clamped_surface import ClampedMirror
+from raxel.cameras.mirrors.profiles import BeamProfile, ElasticaProfile
+from raxel.cameras.mirrors.unevenness import Unevenness
+from raxel.errors import InputError
+from raxel.geometry import inverse_pose, rotate, transform
+
+K = [[1600, 0, 319.5], [0, 1600, 239.5], [0, 0, 1]]
+VIEWER = PerspectiveCamera(K, [-0.2, 0.1], 640, 480)
+SIZE = (160.0, 100.0)
+# Half a turn about this axis puts the clamp to the right and slants the sheet.
+HALF_TURN = np.pi * np.array([np.sin(np.pi / 12), 0, np.cos(np.pi / 12)])
+SHEET = {
+    "viewer": VIEWER,
+    "size": SIZE,
+    "loads": 150.0,
+    "deflections": 15.0,
+    "offset": (60, 0, 370),
+    "rotation": HALF_TURN,
+}
+ROUGH = {"aberration": 0.03, "strain": 0.02, "rulings": 0.06, "holder": 4.0}
+FLAT = Unevenness(np.array(SIZE), 0.0, (45, 110), 0, 0.0, 5.0)
+
+
+def flexible(**changes):
+    return FlexibleMirrorCamera(**SHEET | changes)
+
+
+def pixels_of(seed, count=600):
+    return np.random.default_rng(seed).uniform(0, [639, 479], (count, 2))
+
+
+def sheet(profile, rulings=0.0, unevenness=FLAT, holder=0.0):
+    return ClampedMirror(profile, SIZE, rulings, unevenness, holder)
+
+
+def test_a_beam_under_one_load_has_the_shape_of_5_1():
+    x = np.linspace(0, 150, 31)
+    beam = BeamProfile(150.0, 2e-6)
+    np.testing.assert_allclose(beam.at(x)[0], 2e-6 * x**2 / 6 * (450 - x), rtol=1e-13)
+    beyond, slope, bend = beam.at(np.array([150.0, 170.0]))
+    assert np.diff(beyond) / 20 == pytest.approx(slope[0], rel=1e-13)
+    np.testing.assert_allclose([*np.diff(slope), *bend], 0, atol=1e-15)
+
+
+@pytest.mark.parametrize("profile", [BeamProfile, ElasticaProfile])
+@pytest.mark.parametrize(
+    ("loads", "deflections"),
+    [([150], [15]), ([90], [1e-3]), ([60, 150], [4, 9]), ([50, 90, 150], [3, -2, 20])],
+)
+def test_the_sheet_passes_where_it_is_pushed_to(profile, loads, deflections):
+    made = profile.deflected(loads, deflections)
+    np.testing.assert_allclose(
+        made.at(made.places)[0], deflections, rtol=1e-12, atol=1e-12
+    )
+    again = profile(loads, made.forces)
+    x = np.linspace(0, 170, 40)
+    np.testing.assert_allclose(again.at(x)[0], made.at(x)[0], rtol=1e-9, atol=1e-12)
+
+
+def test_loads_of_a_beam_superpose():
+    x = np.linspace(0, 170, 40)
+    both = BeamProfile([70, 150], [3e-6, -1e-6]).at(x)
+    apart = [BeamProfile(70, 3e-6).at(x), BeamProfile(150, -1e-6).at(x)]
+    np.testing.assert_allclose(both, np.add(*apart), atol=1e-12)
+
+
+def test_the_elastica_is_what_its_differential_equation_says():
+    """theta'' = -q cos(theta) along the sheet; theta(0) = 0, no moment at the load."""
+    made = ElasticaProfile.deflected(100.0, 60.0)
+    q, X = made.forces[0], made.places[0]
+
+    def along(_, state):
+        x, _, theta = state
+        return [np.cos(theta), np.sin(theta), q * (X - x)]
+
+    end = solve_ivp(along, (0, 100), [0, 0, 0], rtol=1e-12, atol=1e-12).y[:, -1]
+    slope = made.at(np.array([X]))[1][0]
+    np.testing.assert_allclose(end, [X, 60, np.arctan(slope)], atol=1e-8)
+    small = ElasticaProfile(150.0, 1e-12).at(np.array([150.0]))[0]
+    assert small == pytest.approx(1e-12 * 150**3 / 3, rel=1e-12)
+
+
+def rough(amplitude=0.03, strain=0.02):
+    return Unevenness(np.array(SIZE), amplitude, (45, 110), 3, strain, 5.0)
+
+
+@pytest.mark.parametrize("deflection", [15.0, 1e-3])
+def test_derivatives_of_the_sheet_agree_with_differences(deflection):
+    profile = ElasticaProfile.deflected([70, 150], [deflection / 3, deflection])
+    mirror = sheet(profile, 0.06, rough())
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(2, 65, 40), rng.uniform(-45, 45, 40)
+    step = 1e-4
+    found = mirror.height(x, y)
+    by_x = (mirror.height(x + step, y) - mirror.height(x - step, y)) / (2 * step)
+    by_y = (mirror.height(x, y + step) - mirror.height(x, y - step)) / (2 * step)
+    np.testing.assert_allclose(found[[1, 3, 4]], by_x[[0, 1, 2]], atol=1e-9)
+    np.testing.assert_allclose(found[[2, 4, 5]], by_y[[0, 1, 2]], atol=1e-9)
+
+
+def test_the_clamped_edge_stays_where_it_is_with_its_slope():
+    mirror = sheet(ElasticaProfile.deflected(150.0, 15.0), 0.06, rough())
+    y = np.linspace(-50, 50, 11)
+    height, by_x, by_y, *_ = mirror.height(np.zeros(11), y)
+    np.testing.assert_array_equal([height, by_x, by_y], 0)
+
+
+@pytest.mark.parametrize("rulings", [0.0, 1e-7, 0.06])
+def test_the_sheet_does_not_stretch(rulings):
+    """Lengths on the bent sheet are those on the flat one, in every direction."""
+    mirror = sheet(ElasticaProfile.deflected([70, 150], [2, 15]), rulings)
+    rng = np.random.default_rng(2)
+    x, y = rng.uniform(1, 150, 60), rng.uniform(-50, 50, 60)
+    slope = mirror.height(x, y)[1:3]
+    step = 1e-4
+    columns = []
+    for dx, dy in ((step, 0), (0, step)):
+        up, down = mirror.flat(x + dx, y + dy), mirror.flat(x - dx, y - dy)
+        columns.append(np.subtract(up, down) / (2 * step))
+    (a, c), (b, d) = columns
+    metric = [a * a + c * c, a * b + c * d, b * b + d * d]
+    true = [1 + slope[0] ** 2, slope[0] * slope[1], 1 + slope[1] ** 2]
+    np.testing.assert_allclose(metric, true, atol=1e-8)
+    edge = mirror.flat(np.zeros(5), np.linspace(-50, 50, 5))
+    np.testing.assert_allclose(edge, [np.zeros(5), np.linspace(-50, 50, 5)], atol=1e-12)
+
+
+def test_the_sheet_ends_where_its_length_does_and_the_holder_hides_its_part():
+    mirror = sheet(ElasticaProfile.deflected(150.0, 40.0), holder=6.0)
+    assert mirror.end < 160 - 5
+    x = np.array([5.9, 6.1, mirror.end - 1e-6, mirror.end + 1e-6])
+    z = mirror.height(x, np.zeros(4))[0]
+    carried = mirror.carries(np.column_stack([x, np.zeros(4), z]))
+    np.testing.assert_array_equal(carried, [False, True, True, False])
+    assert not mirror.carries(np.array([[80.0, 50.1, 5.0]]))[0]
+
+
+def test_the_waves_have_the_height_that_is_stated_and_the_strain_its_reach():
+    x, y = np.meshgrid(np.linspace(0, 160, 801), np.linspace(-50, 50, 501))
+    height = rough(0.03, 0.0).at(x.ravel(), y.ravel())[0]
+    assert np.sqrt(np.mean(height**2)) == pytest.approx(0.03, rel=0.02)
+    strained = Unevenness(np.array(SIZE), 0.0, (45, 110), 0, 0.02, 5.0)
+    middle, end, side = strained.at(np.array([80, 160, 80.0]), np.array([0, 0, 50.0]))[
+        0
+    ]
+    assert middle < 1e-4
+    np.testing.assert_allclose([end, side], 0.02, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"deflections": 0.0} | ROUGH,
+        {"deflections": 15.0} | ROUGH,
+        {"deflections": -6.0, "law": "beam"},
+        {"loads": (60, 150), "deflections": (3, 14)},
+        {"deflections": 2e-3, "aberration": 1e-4},
+    ],
+)
+def test_points_on_a_ray_project_to_its_pixel(changes):
+    camera, pixels = flexible(**changes), pixels_of(4)
+    rays = camera.rays(pixels)
+    assert rays.valid.mean() > 0.5
+    depth = np.random.default_rng(5).uniform(50, 600, (len(pixels), 1))
+    back = camera.project(rays.origins + depth * rays.directions)
+    np.testing.assert_array_equal(back.valid, rays.valid)
+    assert np.abs(back.pixels - pixels)[rays.valid].max() < 1e-9
+
+
+def test_rays_obey_the_law_of_reflection():
+    camera, pixels = flexible(**ROUGH), pixels_of(6)
+    rays = camera.rays(pixels)
+    seen = VIEWER.rays(pixels).directions
+    T = inverse_pose(camera.T_viewer_mirror)
+    M = transform(T, rays.origins[rays.valid])
+    out, into = (rotate(T, d[rays.valid]) for d in (rays.directions, seen))
+    on, J, _ = camera.mirror.point(camera.mirror.chart(M))
+    np.testing.assert_allclose(on, M, atol=1e-9)
+    assert np.abs(np.einsum("nik,ni->nk", J, out - into)).max() < 1e-11 * 94
+
+
+def test_undeflected_it_is_a_plane_mirror():
+    camera = flexible(deflections=0.0)
+    outline = np.array([[0, -50], [160, -50], [160, 50], [0, 50.0]])
+    plane = PlanarMirrorsCamera(VIEWER, [camera.T_viewer_mirror], [outline])
+    ours, theirs = camera.rays(pixels_of(7)), plane.rays(pixels_of(7))
+    np.testing.assert_array_equal(ours.valid, theirs.valid)
+    np.testing.assert_allclose(
+        ours.directions[ours.valid], theirs.directions[ours.valid], atol=1e-12
+    )
+
+
+def test_a_positive_deflection_makes_it_convex_and_widens_the_view():
+    def view(deflection):
+        rays = flexible(deflections=deflection).rays(pixels_of(8))
+        middle = rays.directions[rays.valid].mean(axis=0)
+        return np.linalg.norm(rays.directions[rays.valid] - middle, axis=1).max()
+
+    hollow, flat, bulged = (view(deflection) for deflection in (-8, 0, 8))
+    assert hollow < flat < bulged
+    assert flexible().deflected(8.0).rays(pixels_of(8)).valid.any()
+    again = flexible(**ROUGH).deflected(15.0).rays(pixels_of(8)).directions
+    np.testing.assert_array_equal(
+        again, flexible(**ROUGH).rays(pixels_of(8)).directions
+    )
+
+
+def test_a_parallel_viewer_will_do():
+    viewer = OrthographicCamera(5, (319.5, 239.5), 640, 480)
+    camera = flexible(viewer=viewer, offset=(70, 0, 370))
+    rays = camera.rays(pixels_of(9))
+    back = camera.project(rays.origins + 200 * rays.directions)
+    assert rays.valid.mean() > 0.5
+    assert np.abs(back.pixels - pixels_of(9))[rays.valid].max() < 1e-9
+
+
+def test_it_comes_back_from_disk_and_from_plain_fields(tmp_path):
+    fields = SHEET | ROUGH | {"loads": (60, 150), "deflections": (5, 8), "seed": 2}
+    camera = camera_from("flexible mirror", fields)
+    camera.save(tmp_path / "camera.npz")
+    again = load_camera(tmp_path / "camera.npz")
+    np.testing.assert_array_equal(
+        again.rays(pixels_of(7)).directions, camera.rays(pixels_of(7)).directions
+    )
+    assert again.parameters == camera.parameters == VIEWER.parameters + 6 + 2 + 1 + 18
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"size": (0, 100)}, "field 'size': found"),
+        ({"loads": (150, 60), "deflections": (1, 2)}, "field 'loads': found"),
+        ({"loads": 170}, "field 'loads': found one at 170 mm on a sheet 160 mm"),
+        ({"deflections": (1, 2)}, "field 'deflections': shape"),
+        ({"deflections": 151}, "field 'deflections': found .151.0. mm, which turn"),
+        ({"deflections": 100}, "field 'deflections': the sheet is up to"),
+        ({"law": "spline"}, "field 'law': found 'spline'"),
+        ({"rulings": 1.0}, "field 'rulings': found 57.3 degrees"),
+        ({"holder": 160}, "field 'holder': found 160 mm"),
+        ({"wavelengths": (110, 45)}, "field 'wavelengths': found"),
+        ({"aberration": -1}, "field 'aberration': found -1"),
+        ({"seed": 0.5}, "field 'seed': found 0.5"),
+        ({"offset": (60, 0, -370)}, "field 'T_viewer_mirror': the viewer is behind"),
+        ({"offset": (0, 0, 8)}, "field 'T_viewer_mirror': the mirror comes within 10"),
+        (
+            {"rotation": (0, np.radians(87), 0), "offset": (0, 0, 200)},
+            "field 'T_viewer_mirror': the viewer sees the mirror at down to",
+        ),
+    ],
+)
+def test_impossible_cameras_are_refused(change, words):
+    with pytest.raises(InputError, match=words):
+        camera_from("flexible mirror", SHEET | change)
