@@ -1,0 +1,123 @@
+"""The clamped edge of a mirror: its line in the picture, and what is fixed there."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.mirror.clamp import beam_give, clamp_line, clamp_of, edge_picks
+from raxel.cameras import SplineMirrorCamera
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry import rotation_from_vector
+from raxel.geometry.spline_grid import spline_grid
+from tests.mirror_scenes import VIEWER
+
+ENDS = np.array([[0.17, -0.13], [0.15, 0.14]])
+BOX = np.array([[-0.2, -0.16], [0.21, 0.16]])
+
+
+def picks_on_line(count=12):
+    share = np.linspace(0, 1, count)[:, None]
+    p = (1 - share) * ENDS[0] + share * ENDS[1]
+    return VIEWER.project(np.column_stack([p, np.ones(count)])).pixels
+
+
+def plane_camera(quantity, shift=0.0, turn=0.0, ends=ENDS):
+    """A flat mirror, moved along its normal and turned about the line between ends."""
+    n = rotation_from_vector([0, np.radians(-30), 0])[:, 2]
+    w = np.column_stack([ends, np.ones(2)])
+    line = 370 * n[2] / (w @ n)[:, None] * w
+    axis = (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
+    k = line[0] @ n + shift
+    at, n = line[0] + shift * n, rotation_from_vector(turn * axis) @ n
+    k = at @ n
+    grid = spline_grid(BOX, (9, 7), (3, 3), np.arctan2(0.02, 0.27))
+    u, v = (np.linspace(b[0], b[-1], 40) for b in grid.breaks)
+    p = grid.unturned(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+    w = np.column_stack([p, np.ones(len(p))])
+    return SplineMirrorCamera.fitted(VIEWER, grid, k / (w @ n)[:, None] * w, quantity)
+
+
+def test_picks_move_onto_the_edge():
+    v, u = np.mgrid[:200, :300]
+    inside = u - (120 + 0.07 * v)
+    picture = 60 + 120 / (1 + np.exp(-inside / 0.8))
+    rng = np.random.default_rng(1)
+    rows = np.linspace(20, 180, 15)
+    picks = np.column_stack([120 + 0.07 * rows + rng.uniform(-3, 3, 15), rows])
+    found = edge_picks(picture, picks)
+    assert np.abs(found[:, 0] - (120 + 0.07 * found[:, 1])).max() < 0.05
+    assert np.isnan(edge_picks(np.full((200, 300), 7.0) + 0 * v, picks)).all()
+
+
+def test_the_line_is_straight_without_distortion_and_wrong_picks_are_left_out():
+    picks = picks_on_line()
+    picks[3] += [14.0, 0]
+    picks[7] = np.nan
+    line = clamp_line(VIEWER, picks)
+    np.testing.assert_array_equal(np.flatnonzero(~line.used), [3, 7])
+    order = np.argsort(line.ends[:, 1])
+    np.testing.assert_allclose(line.ends[order], ENDS, atol=1e-9)
+    along = ENDS[1] - ENDS[0]
+    assert line.angle == pytest.approx(np.arctan2(-along[0], along[1]), abs=1e-9)
+    assert line.rms_px < 1e-6
+
+
+def test_the_line_is_as_uncertain_as_it_says():
+    off, clean = [], clamp_line(VIEWER, picks_on_line())
+    for seed in range(30):
+        noise = 0.3 * np.random.default_rng(seed).standard_normal((12, 2))
+        line = clamp_line(VIEWER, picks_on_line() + noise)
+        u = np.array([np.cos(line.angle), np.sin(line.angle)])
+        miss = (line.ends.mean(axis=0) - ENDS.mean(axis=0)) @ u / line.offset_sd
+        turn = (line.angle - clean.angle) / line.angle_sd
+        off.append([miss, turn])
+    assert np.all(np.abs(np.mean(np.square(off), axis=0) - 1.2) < 0.8)
+
+
+@pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
+def test_what_is_fixed_comes_from_the_primary_stage(quantity):
+    camera = plane_camera(quantity)
+    line = clamp_line(VIEWER, picks_on_line())
+    clamp = clamp_of(camera, line)
+    S = camera.mirror.points(clamp.points)
+    expected = np.linalg.norm(S, axis=1) if quantity == "distance" else 1 / S[:, 2]
+    np.testing.assert_allclose(clamp.values, expected, rtol=1e-10)
+    u = np.array([np.cos(clamp.angle), np.sin(clamp.angle)])
+    c = camera.coefficients.ravel("F")
+    step = 1e-6
+    up, down = (
+        camera.grid.rows(clamp.points + s * step * u)[0] @ c for s in (0.0, -1.0)
+    )
+    np.testing.assert_allclose(clamp.slopes, (up - down) / step, rtol=1e-4)
+
+
+@pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
+def test_a_line_that_stands_in_for_the_clamp_is_held_as_far_as_it_moves(quantity):
+    still = plane_camera(quantity)
+    line = clamp_line(VIEWER, picks_on_line())
+    moved, turned = beam_give(6.0, 150.0, 15.0)
+    assert moved == pytest.approx(15 * 36 * 444 / (2 * 150**3))
+    further = beam_give(6.0 + 1e-6, 150.0, 15.0)[0]
+    assert turned == pytest.approx((further - moved) / 1e-6, rel=1e-5)
+    clamp = clamp_of(still, line, hidden=6.0, length=150.0, deflection=15.0)
+    shifted = clamp_of(plane_camera(quantity, shift=moved), line)
+    leant = clamp_of(plane_camera(quantity, turn=turned), line)
+    np.testing.assert_allclose(
+        clamp.value_sd, abs(shifted.values - clamp.values), rtol=0.01
+    )
+    both = np.hypot(shifted.slopes - clamp.slopes, leant.slopes - clamp.slopes)
+    np.testing.assert_allclose(clamp.slope_sd, both, rtol=0.03)
+    assert (clamp_of(still, line).slope_sd < 0.01 * clamp.slope_sd).all()
+
+
+def test_no_line_is_refused():
+    with pytest.raises(InputError, match="found 2 picks"):
+        clamp_line(VIEWER, picks_on_line(2))
+    scattered = np.random.default_rng(2).uniform(500, 1500, (9, 2))
+    with pytest.raises(CalibrationError, match="picks lie on a line"):
+        clamp_line(VIEWER, scattered)
+    camera, line = plane_camera("distance"), clamp_line(VIEWER, picks_on_line())
+    with pytest.raises(InputError, match="length None"):
+        clamp_of(camera, line, hidden=3.0, deflection=15.0)
+    outside = clamp_line(VIEWER, picks_on_line() + [500, 0])
+    with pytest.raises(InputError, match="0 of 8 points"):
+        clamp_of(camera, outside)
