@@ -46,12 +46,13 @@ class ClampLine(NamedTuple):
         return (1 - share) * self.ends[0] + share * self.ends[1]
 
 
-class Clamp(NamedTuple):
+class FixedLine(NamedTuple):
     """What stays as it was, at points of the clamp's line, for all stages.
 
-    points (N, 2), normalised; values (N,): of the spline's quantity; slopes (N,): its
-    derivative along u, at right angles to the line, a unit of normalised coordinates;
-    value_sd, slope_sd (N,): how well these are held; angle: of the u axis.
+    points (N, 2), normalised; values (N,): of the spline's quantity; slopes (N, 2): its
+    derivatives by the points' two coordinates; value_sd (N,): how well the values are
+    held; slope_sd (N,): how well the derivative along u, at right angles to the line;
+    angle: of the u axis, radians.
     """
 
     points: np.ndarray
@@ -60,6 +61,11 @@ class Clamp(NamedTuple):
     value_sd: np.ndarray
     slope_sd: np.ndarray
     angle: float
+
+    @property
+    def u(self):
+        """The u axis (2,), of unit length, at right angles to the line."""
+        return np.array([np.cos(self.angle), np.sin(self.angle)])
 
 
 def edge_picks(picture, picks, reach=6.0):
@@ -130,8 +136,8 @@ def clamp_line(viewer, picks):
     )
 
 
-def clamp_of(camera, line, *, hidden=0.0, length=None, deflection=0.0, count=8):
-    """What a line of the clamp fixes, read from the primary stage: Clamp.
+def fixed_line(camera, line, *, hidden=0.0, length=None, deflection=0.0, count=8):
+    """What a line of the clamp fixes, read from the primary stage: FixedLine.
 
     camera: SplineMirrorCamera of the primary stage; line: ClampLine, whose angle should
     be the spline's. hidden: mm on the mirror from the line to the true clamp, 0 where
@@ -160,10 +166,10 @@ def clamp_of(camera, line, *, hidden=0.0, length=None, deflection=0.0, count=8):
     c = camera.coefficients.ravel("F")
     u = np.array([np.cos(line.angle), np.sin(line.angle)])
     values, by_x, by_y = (rows @ c for rows in grid.rows(p))
-    slopes = u[0] * by_x + u[1] * by_y
     moved, turned = _give(camera, p, u, line, hidden, length, deflection)
     value_sd, slope_sd = _in_quantity(camera, p, u, moved, turned)
-    return Clamp(p, values, slopes, value_sd, slope_sd, line.angle)
+    slopes = np.column_stack([by_x, by_y])
+    return FixedLine(p, values, slopes, value_sd, slope_sd, line.angle)
 
 
 def beam_give(hidden, length, deflection):
