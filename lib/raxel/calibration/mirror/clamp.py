@@ -5,17 +5,21 @@ does not use, its slope. Both are linear in the coefficients of a spline, so the
 is kept exactly: coefficients are c_P + C_B Phi (5.21), in the linear stage and in the
 refinement. Points along a line give as many equations as the spline has functions along
 it when the line runs along an axis of the knots; of a slanted one some equations barely
-stand alone, and those are left out.
+stand alone, and those are left out. A line that only stands in for a hidden clamp moves
+a little: its equations then count with their standard deviations.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.mirror.clamp_line import FixedLine
+from raxel.calibration.mirror.prior import PriorRows
 from raxel.errors import CalibrationError
 
 # Of the largest singular value: equations below it are what noise makes of others.
 TRUNCATION = 1e-2
+OUTSIDE = "clamp: some of its points lie outside the knots; let the knots span them"
 
 
 class Clamp(NamedTuple):
@@ -70,21 +74,37 @@ def clamp_of_camera(camera, pixels, *, slope=True):
 def clamped(grid, clamp, truncation=TRUNCATION):
     """The Subspace of a SplineGrid's coefficients that keep a Clamp (5.19-5.21).
 
-    clamp: Clamp, or None for the whole space. truncation: of the largest singular
-    value; combinations of equations below it are left out. Raises CalibrationError for
-    points of the clamp outside the knots.
+    clamp: Clamp or FixedLine, or None for the whole space. truncation: of the largest
+    singular value; combinations of equations below it are left out. Raises
+    CalibrationError for points of the clamp outside the knots.
     """
     if clamp is None:
         return Subspace(np.zeros(grid.size), np.eye(grid.size))
     rows, values = _equations(grid, clamp)
     if not np.isfinite(rows).all():
-        raise CalibrationError(
-            "clamp: some of its points lie outside the knots; let the knots span them"
-        )
+        raise CalibrationError(OUTSIDE)
     U, size, Vt = np.linalg.svd(rows)
     rank = np.count_nonzero(size > truncation * size[0])
     particular = Vt[:rank].T @ ((U[:, :rank].T @ values) / size[:rank])
     return Subspace(particular, Vt[rank:].T)
+
+
+def soft_clamp(grid, clamp):
+    """PriorRows of a FixedLine, with its own deviations; None for a firm Clamp.
+
+    Values, and slopes at right angles to the line unless `slopes` is None.
+    """
+    if not isinstance(clamp, FixedLine):
+        return None
+    b, b_x, b_y = grid.rows(clamp.points)
+    if not np.isfinite(b).all():
+        raise CalibrationError(OUTSIDE)
+    if clamp.slopes is None:
+        return PriorRows(b, clamp.values, clamp.value_sd)
+    u = clamp.u
+    rows = np.vstack([b, u[0] * b_x + u[1] * b_y])
+    values = np.concatenate([clamp.values, clamp.slopes @ u])
+    return PriorRows(rows, values, np.concatenate([clamp.value_sd, clamp.slope_sd]))
 
 
 def _equations(grid, clamp):

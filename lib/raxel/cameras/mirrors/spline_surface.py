@@ -52,8 +52,9 @@ def normal_rows(p, rows, quantity):
 class SplineMirror:
     """grid: SplineGrid; coefficients: (K,), index i + Kf * j; quantity: see above."""
 
-    # A spline may bulge and be hollow in turns.
-    inside = True
+    # The search for reflections starts where a coarse look finds the bisector nearest
+    # to the normal; on bent sheets more starts found no more, in ten times as long.
+    inside = False
 
     def __init__(self, grid, coefficients, quantity):
         self.grid, self.quantity = grid, quantity

@@ -1,0 +1,170 @@
+"""Refinement by ray-point vectors: Jacobian, recovery, clamp, prior, covariance."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.mirror.clamp import clamp_of_camera
+from raxel.calibration.mirror.clamp_line import FixedLine
+from raxel.calibration.mirror.prior import bending_prior, bending_rows, plane_through
+from raxel.calibration.mirror.ray_points import RayPoints
+from raxel.calibration.mirror.refine import ray_sd, refine_shape
+from raxel.calibration.mirror.sightings import normalised
+from raxel.errors import CalibrationError
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import transform
+from tests.bent_mirror_scenes import (
+    GRID,
+    T_VIEWER_MIRROR,
+    VIEWER,
+    bent,
+    edge_pixels,
+    grid_pose,
+    seen,
+    spline_like,
+    visible_pixels,
+)
+
+QUANTITIES = pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
+NOISE = 0.2 / 7600
+PLANE = T_VIEWER_MIRROR[:3, 2], T_VIEWER_MIRROR[:3, 2] @ T_VIEWER_MIRROR[:3, 3]
+T_GRID = grid_pose()
+
+
+def scene(deflection=10.0, quantity="inverse depth", points=GRID, **more):
+    """Camera, its clamp, coefficients before bending, p and points of what it shows."""
+    camera = spline_like(bent(deflection), deflection, quantity=quantity, **more)
+    clamp = clamp_of_camera(camera, edge_pixels())
+    pixels = seen(camera, T_GRID, points=points)
+    shown = np.isfinite(pixels[:, 0])
+    placed = transform(T_GRID, on_plane(points))[shown]
+    flat = spline_like(bent(0.0), deflection, quantity=quantity, **more)
+    return camera, clamp, flat.coefficients.ravel("F"), normalised(
+        VIEWER, pixels[shown]
+    ), placed  # fmt: skip
+
+
+def dense(camera):
+    """p and points 260 mm along the rays of pixels all over the mirror."""
+    pixels = visible_pixels(10.0)[::2]
+    rays = camera.rays(pixels)
+    kept = rays.valid
+    far = rays.origins[kept] + 260 * rays.directions[kept]
+    return normalised(VIEWER, pixels[kept]), far
+
+
+@QUANTITIES
+def test_jacobians_agree_with_differences(quantity):
+    camera, _, _, p, points = scene(quantity=quantity, degree=(3, 2))
+    c = camera.coefficients.ravel("F") * (1 + 1e-3)
+    rays = RayPoints(p, camera.grid, quantity)
+    size = np.abs(c)
+    for found, value in (
+        (rays.jacobian(c, points), lambda c: rays.residuals(c, points)),
+        (rays.direction_jacobian(c), lambda c: rays.surface(c)[1]),
+    ):
+        for k in range(len(c)):
+            step = 1e-5 * size[k] * np.eye(len(c))[k]
+            slope = (value(c + step) - value(c - step)) / (2e-5 * size[k])
+            scale = np.abs(found).max()
+            assert np.abs(found[:, :, k] - slope).max() < 1e-6 * scale
+
+
+@QUANTITIES
+def test_the_residual_is_the_distance_of_the_thesis(quantity):
+    camera, _, _, p, points = scene(quantity=quantity)
+    c = 1.01 * camera.coefficients.ravel("F")
+    rays = RayPoints(p, camera.grid, quantity)
+    S, scene_rays = rays.surface(c)
+    along = np.sum(scene_rays * (points - S), axis=1)[:, None]
+    gamma = np.linalg.norm(along * scene_rays + S - points, axis=1)
+    length = np.linalg.norm(rays.residuals(c, points), axis=1)
+    np.testing.assert_allclose(length, gamma, rtol=1e-9)
+
+
+@QUANTITIES
+def test_a_mirror_of_the_splines_own_space_comes_back_exactly(quantity):
+    camera, clamp, flat, _, _ = scene(quantity=quantity)
+    p, points = dense(camera)
+    found = refine_shape(p, points, camera.grid, quantity, flat, noise=NOISE,
+                         clamp=clamp)  # fmt: skip
+    true = camera.coefficients.ravel("F")
+    assert found.converged
+    np.testing.assert_allclose(found.coefficients, true, rtol=1e-7)
+    assert np.abs(found.residuals).max() < 1e-6
+    assert len(found.costs) < 15
+
+
+def test_clamp_by_weights_goes_the_same_way_and_gives_way_where_it_is_soft():
+    camera, clamp, flat, _, _ = scene()
+    p, points = dense(camera)
+    true, firm = camera.coefficients.ravel("F"), np.full(len(clamp.points), 1e-9)
+    line = FixedLine(*clamp, firm, 10 * firm, 0.0)
+    found = refine_shape(p, points, camera.grid, "inverse depth", flat, noise=NOISE,
+                         clamp=line)  # fmt: skip
+    np.testing.assert_allclose(found.coefficients, true, rtol=1e-7)
+    wrong = line._replace(values=1.002 * clamp.values)
+    held, freed = (
+        refine_shape(p, points, camera.grid, "inverse depth", true, noise=NOISE,
+                     clamp=wrong._replace(value_sd=firm * k, slope_sd=10 * firm * k))
+        for k in (1, 1e5)
+    )  # fmt: skip
+    b = camera.grid.rows(clamp.points)[0]
+    assert np.abs(b @ held.coefficients / clamp.values - 1.002).max() < 1e-4
+    assert np.abs(b @ freed.coefficients / clamp.values - 1).max() < 2e-4
+
+
+@QUANTITIES
+def test_the_prior_leaves_a_plane_alone_and_carries_what_no_feature_reaches(quantity):
+    camera, clamp, flat, p, points = scene(10.0, quantity)
+    prior = bending_prior(camera.grid, quantity, PLANE, 0.5)
+    gap = prior.rows @ flat - prior.values
+    # A distance spline of this size follows a plane to some hundredths of a mm.
+    assert np.abs(gap).max() < (0.1 if quantity == "distance" else 1e-9)
+    near = camera.grid.turned(p)[:, 0] < camera.grid.breaks[0][4]
+    settings = {"noise": NOISE, "clamp": clamp}
+    with pytest.raises(CalibrationError, match="coefficients open"):
+        refine_shape(p[near], points[near], camera.grid, quantity, flat, **settings)
+    found = refine_shape(
+        p[near], points[near], camera.grid, quantity, flat, **settings, prior=prior
+    )
+    assert 0.15 < found.prior_share < 0.9
+    # Its own uncertainty says where there is nothing.
+    outer, inner = camera.grid.corners[1] * 0.999, p[near][0]
+    sd = ray_sd(np.stack([outer, inner]), camera.grid, quantity, found.coefficients,
+                found.covariance)  # fmt: skip
+    assert sd[0] > 10 * sd[1]
+
+
+def test_rows_of_the_prior_vanish_for_parabolas_and_count_intervals():
+    camera = scene()[0]
+    grid = camera.grid
+    assert bending_rows(grid).shape == (4 * 3 + 7, 21)
+    u, v = grid.turned(visible_pixels(10.0) / 7600 - [0.2, 0.15]).T
+    p = grid.unturned(np.column_stack([u, v]))
+    kept = grid.inside(p)
+    c = np.linalg.lstsq(grid.rows(p[kept])[0], 1 + u[kept] + u[kept] ** 2 + v[kept])[0]
+    assert np.abs(bending_rows(grid) @ c).max() < 1e-9
+    normal, offset = plane_through(np.array([[0, 0, 5], [1, 0, 5], [0, 2, 5.0]]))
+    assert abs(offset / normal[2] - 5) < 1e-12
+
+
+def test_the_covariance_predicts_the_scatter():
+    """Noise alone, on a mirror of the spline's own space: all within its deviations."""
+    camera, clamp, flat, p, points = scene(5.0)
+    prior = bending_prior(camera.grid, "inverse depth", PLANE, 1.0)
+    true, rng = camera.coefficients.ravel("F"), np.random.default_rng(3)
+    prior = prior._replace(values=prior.rows @ true)
+    look = normalised(VIEWER, visible_pixels(5.0)[::7] * 0.9 + [150, 110])
+    rays = RayPoints(look, camera.grid, "inverse depth")
+    wanted, squares = rays.surface(true)[1], []
+    for _ in range(20):
+        noisy = p + NOISE * rng.standard_normal(p.shape)
+        inside = camera.grid.inside(noisy)
+        found = refine_shape(noisy[inside], points[inside], camera.grid,
+                             "inverse depth", flat, noise=NOISE, clamp=clamp,
+                             prior=prior)  # fmt: skip
+        off = rays.surface(found.coefficients)[1] - wanted
+        sd = ray_sd(look, camera.grid, "inverse depth", found.coefficients,
+                    found.covariance)  # fmt: skip
+        squares.append(np.mean(np.sum(off**2, axis=1) / (2 * sd**2)))
+    assert 0.6 < np.mean(squares) < 1.4
