@@ -1,16 +1,31 @@
 """Geometry A of chapter 5: camera, platter on its board, monitor in two places."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from raxel.calibration.mirror.platter import PlatterPicture
 from raxel.calibration.views.correspondence import BoardView
-from raxel.cameras import PerspectiveCamera, PlanarMirrorsCamera
+from raxel.calibration.views.dense import dense_view
+from raxel.cameras import (
+    FlexibleMirrorCamera,
+    PerspectiveCamera,
+    PlanarMirrorsCamera,
+    SplineMirrorCamera,
+)
+from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.geometry.planes import on_plane
+from raxel.geometry.planes import intersect_rays_plane, on_plane
+from raxel.geometry.spline_grid import spline_grid
 
 W, H = 3072, 2304
 VIEWER = PerspectiveCamera(
     [[7600, 0, 1540.0], [0, 7600, 1160.0], [0, 0, 1]], [-0.08, 0.02], W, H
+)
+# Half a turn about this axis puts the clamp to the right and the sheet at 60 degrees.
+SHEET = pose(
+    rotation_from_vector(np.pi * np.array([np.sin(np.pi / 12), 0, np.cos(np.pi / 12)])),
+    np.array([68.0, 0, 370]),
 )
 THICKNESS, RADIUS = 0.8, 32.5  # of a platter of 2.5 inches, mm
 
@@ -47,7 +62,7 @@ def platter_scene(rng=None, sd=0.0, places=1, pitch=10.0, grid_sd=None):
     grids = np.stack([monitor_pose(0.0), monitor_pose(100.0)])
     pictures = []
     for place in range(places):
-        T = posed([2 - 4 * place, -37 + 3 * place, 1], [-46, -42, 300 - 6 * place])
+        T = posed([2 - 4 * place, 37 - 3 * place, 1], [-40, -42, 366 - 6 * place])
         mirror = disc_camera(T, [54, 40])
         free = np.linalg.norm(boards - [54, 40], axis=1) > RADIUS + 3
         for position, T_grid in enumerate(grids):
@@ -58,13 +73,13 @@ def platter_scene(rng=None, sd=0.0, places=1, pitch=10.0, grid_sd=None):
     return pictures, grids
 
 
-AWAY = np.array([0.957, 0.0, -0.29]) / np.hypot(0.957, 0.29)
+AWAY = np.array([-0.957, 0.0, -0.29]) / np.hypot(0.957, 0.29)
 
 
 def monitor_pose(shift):
     """T_camera_grid of the monitor, moved by mm away from the mirror."""
-    T = posed([3, -73, 4], [0, 0, 0])
-    centre = np.array([226, 12, 264.0]) + shift * AWAY
+    T = posed([3, 73, 4], [0, 0, 0])
+    centre = np.array([-226, 12, 264.0]) + shift * AWAY
     T[:3, 3] = centre - T[:3, :2] @ [120, 90]
     return T
 
@@ -76,3 +91,44 @@ def disc_camera(T_camera_board, centre):
     return PlanarMirrorsCamera(
         VIEWER, [T_camera_board @ posed([0, 0, 0], [*centre, -THICKNESS])], [outline]
     )
+
+
+def small(share=16):
+    """The viewer with pixels `share` times as wide, for pictures of every pixel."""
+    scale = np.diag([1 / share, 1 / share, 1])
+    return PerspectiveCamera(scale @ VIEWER.K, VIEWER.radial, W // share, H // share)
+
+
+def flexible_camera(deflection=0.0, viewer=VIEWER, **changes):
+    """Geometry A: a sheet of 160 x 100 mm, clamped at the right, 370 mm deep there."""
+    more = {"holder": 3.0, "T_viewer_mirror": SHEET} | changes
+    return FlexibleMirrorCamera(viewer, (160.0, 100.0), 150.0, deflection, **more)
+
+
+def spline_camera(quantity="inverse depth", deflection=6.0, viewer=VIEWER):
+    """A bent mirror of the spline's own space, near a sheet so deflected."""
+    sheet = flexible_camera(deflection)
+    v, u = np.mgrid[0:H:60, 0:W:60]
+    seen = sheet.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
+    points = seen.origins[seen.valid]
+    grid = spline_grid(points[:, :2] / points[:, 2:])
+    return SplineMirrorCamera.fitted(viewer, grid, points, quantity)
+
+
+@lru_cache
+def all_rays(camera):
+    """The rays of all pixels of a camera, which many pictures of it share."""
+    return camera.rays(pixel_grid(camera.width, camera.height))
+
+
+def lit_views(camera, T_camera_grid, rng=None, sd_mm=0.0):
+    """DenseViews of a monitor that lights every pixel, by a camera with a mirror."""
+    rays = all_rays(camera)
+    views = []
+    for T in T_camera_grid:
+        location = intersect_rays_plane(rays.origins, rays.directions, T).points
+        if rng is not None:
+            location = location + sd_mm * rng.standard_normal(location.shape)
+        view = dense_view(location.reshape(camera.height, camera.width, 2))
+        views.append(view)
+    return views

@@ -1,0 +1,275 @@
+"""Primary calibration: the mirror's first shape, from grids in known poses (5.2.1).
+
+A grid is seen in the mirror in two or more known positions. Each pixel sees a point of
+every position, so its scene ray is known without any model (2.3.3), and where it comes
+nearest to the viewing ray lies the mirror. The normals of the rays' pairs give a spline
+up to scale (5.15, 5.16); the mirror points give the scale. Then the spline is refined:
+the distances of all points of all grids from their scene rays are made small.
+
+Frame: the viewer's; mm.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.generic.known_motion import rays_from_known_motion
+from raxel.calibration.mirror.linear import (
+    reflection_normals,
+    scaled_to_points,
+    shape_up_to_scale,
+)
+from raxel.calibration.mirror.platter import PlatterPoses, grid_motion
+from raxel.calibration.mirror.ray_points import RayPoints
+from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.pose.three_point import motion_of_points, placed_points
+from raxel.calibration.views.interpolation import interpolated_view
+from raxel.calibration.views.samples import sample_boards
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.damped import descend, gauss_newton
+from raxel.geometry.spline_grid import spline_grid
+
+# Sine of the angle between viewing ray and scene ray below which they fix no point.
+GRAZING = 0.02
+SAMPLES = 1000  # pixels, about, that see all positions, as many as in the thesis
+STEPS, AT_REST, ROUNDING_MM = 50, 1e-10, 1e-10
+# Of the largest: a combination of coefficients that the points leave open.
+OPEN = 1e-14
+# mm, mean: rays of one mirror pass each other more closely than this.
+LARGEST_MISS = 20.0
+
+
+class PrimaryCalibration(NamedTuple):
+    """camera: the refined SplineMirrorCamera; linear: the one of (5.15, 5.16).
+
+    pixels (N, 2) that see all positions, and mirror: their MirrorPoints. residuals
+    (M,) mm: distances of all grid points from the camera's scene rays. covariance (K,
+    K): of vec(C), from the residuals' scatter, as if they were noise, and from that of
+    the poses where it is known; costs: of the refinement, mm^2, from the start on;
+    converged. motions: GridMotions from the first grid to each other, at the middle of
+    what the pixels see of the first; NaN standard deviations where those of the poses
+    are not known.
+    """
+
+    camera: SplineMirrorCamera
+    linear: SplineMirrorCamera
+    pixels: np.ndarray
+    mirror: object
+    residuals: np.ndarray
+    covariance: np.ndarray
+    costs: np.ndarray
+    converged: bool
+    motions: tuple
+
+
+class MirrorPoints(NamedTuple):
+    """Where viewing rays and scene rays come nearest to each other.
+
+    points (N, 3): amid the shortest line between both; misses (N,) mm: distance of the
+    point from either ray, half of that line (the thesis's ray-point distance of 5.3.3);
+    directions (N, 3): of the scene rays, unit, away from the mirror; valid (N,) bool:
+    elsewhere the others are NaN.
+    """
+
+    points: np.ndarray
+    misses: np.ndarray
+    directions: np.ndarray
+    valid: np.ndarray
+
+
+def mirror_points(viewing, rays):
+    """MirrorPoints of N pixels.
+
+    viewing: (N, 3) unit directions of viewing rays, from the origin; rays:
+    KnownMotionRays, whose sense does not matter: their origins, on a grid, lie ahead of
+    the mirror. Not valid where a ray is missing, both are nearly parallel, or the point
+    lies behind the camera.
+    """
+    o, d = rays.origins, rays.directions
+    cosine = np.sum(viewing * d, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        square = 1 - cosine**2
+        # Least |a v - o - b d|: two equations for a and b.
+        along_v, along_d = np.sum(viewing * o, axis=1), np.sum(d * o, axis=1)
+        a = (along_v - cosine * along_d) / square
+        b = (cosine * along_v - along_d) / square
+        valid = rays.valid & (square > GRAZING**2) & (a > 0) & np.isfinite(a)
+    keep = valid[:, None]
+    first, second = a[:, None] * viewing, o + b[:, None] * d
+    # The grid's point is ahead of the mirror's: b < 0 if the ray runs away from it.
+    away = -np.sign(b)[:, None] * d
+    return MirrorPoints(
+        np.where(keep, (first + second) / 2, np.nan),
+        np.where(valid, np.linalg.norm(first - second, axis=1) / 2, np.nan),
+        np.where(keep, away, np.nan),
+        valid,
+    )
+
+
+def calibrate_primary(
+    viewer,
+    views,
+    poses,
+    *,
+    shape=(7, 3),
+    degree=(2, 2),
+    angle=0.0,
+    quantity="inverse depth",
+    span=None,
+):
+    """The mirror's shape from two or more grids in known poses: PrimaryCalibration.
+
+    viewer: the calibrated central camera; views: n DenseViews of an active grid, or
+    BoardViews of a chessboard, in the mirror; poses: PlatterPoses, or T_camera_grid
+    (n, 4, 4), in the coordinates that the views' points have (a DenseView of a grid
+    that is seen as in a mirror counts y upwards, in the platter too). shape, degree,
+    angle: of the spline; quantity: see SplineMirrorCamera; span: (L, 2) further
+    normalised image points that the knots are to span, such as the clamp's line.
+
+    Between corners of chessboards the views are interpolated for the linear stage; the
+    refinement takes corners alone. Raises InputError for views that do not fit each
+    other; CalibrationError where no pixel sees two positions, where the rays do not
+    meet viewing rays, and where the points leave coefficients open.
+    """
+    views, (T, pose_covariance) = list(views), _poses(poses)
+    _check_views(views, T)
+    filled = [interpolated_view(view, "by need")[0] for view in views]
+    seen = sample_boards(filled, viewer.width, viewer.height, SAMPLES * len(views))
+    common = seen.seen.sum(axis=0) >= 2
+    pixels = seen.pixels[common].astype(float)
+    rays = rays_from_known_motion(seen.points[:, common], T)
+    p = normalised(viewer, pixels)
+    along = np.column_stack([p, np.ones(len(p))])
+    unit = along / np.linalg.norm(along, axis=1, keepdims=True)
+    mirror = mirror_points(unit, rays)
+    _check_meeting(mirror)
+    sighted = [_refining_points(viewer, view, seen, k) for k, view in enumerate(views)]
+    spanned = [p[mirror.valid], *(image for image, _ in sighted)]
+    spanned += [] if span is None else [span]
+    grid = spline_grid(np.concatenate(spanned), shape, degree, angle)
+    good = mirror.valid
+    normals = reflection_normals(unit[good], mirror.directions[good])
+    start = shape_up_to_scale(p[good], normals, grid, quantity)
+    start = scaled_to_points(start, grid, quantity, mirror.points[good])
+    refined = _refined(grid, quantity, start, sighted, T, pose_covariance)
+    middle = np.nanmean(seen.points[0, common][good], axis=0)
+    motions = [
+        grid_motion(T, pose_covariance, 0, k, middle) for k in range(1, len(views))
+    ]
+    return PrimaryCalibration(
+        SplineMirrorCamera.on_grid(viewer, grid, refined.coefficients, quantity),
+        SplineMirrorCamera.on_grid(viewer, grid, start, quantity),
+        pixels,
+        mirror,
+        *refined[1:],
+        tuple(motions),
+    )
+
+
+class _Refined(NamedTuple):
+    coefficients: np.ndarray
+    residuals: np.ndarray
+    covariance: np.ndarray
+    costs: np.ndarray
+    converged: bool
+
+
+def _refined(grid, quantity, start, sighted, T, pose_covariance):
+    """Least ray-point vectors of what is sighted of grids in poses T (n, 4, 4)."""
+    image = np.concatenate([p for p, _ in sighted])
+    placed = zip(sighted, T, strict=True)
+    targets = np.concatenate([placed_points(xy, pose) for (_, xy), pose in placed])
+    rays = RayPoints(image, grid, quantity)
+
+    def evaluate(c):
+        if not rays.in_front(c):
+            return np.inf, None
+        off = rays.residuals(c, targets).ravel()
+        return gauss_newton(off, lambda: rays.jacobian(c, targets).reshape(-1, len(c)))
+
+    c, costs, converged = descend(
+        evaluate,
+        np.add,
+        start,
+        iterations=STEPS,
+        tolerance=AT_REST,
+        rounding=len(image) * ROUNDING_MM**2,
+    )
+    J = rays.jacobian(c, targets).reshape(-1, len(c))
+    normal = J.T @ J
+    size = np.sqrt(np.diag(normal))
+    if not (
+        size.min() > 0 and np.linalg.cond(normal / np.outer(size, size)) < 1 / OPEN
+    ):
+        raise CalibrationError(
+            f"primary calibration: {len(image)} points leave some of {grid.size} "
+            "coefficients open; let the grids fill the mirror, or use fewer knots"
+        )
+    inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
+    covariance = costs[-1] / (2 * len(image) - grid.size) * inverse
+    if np.isfinite(pose_covariance).all():
+        moved = rays.across(c) @ _motion(sighted, T)
+        by_pose = inverse @ J.T @ moved.reshape(len(J), -1)
+        covariance += by_pose @ pose_covariance @ by_pose.T
+    residuals = np.linalg.norm(rays.residuals(c, targets), axis=1)
+    return _Refined(c, residuals, covariance, costs, converged)
+
+
+def _motion(sighted, T):
+    """(M, 3, 6 n): how all points move with the poses of the grids."""
+    blocks = []
+    for k, (_, xy) in enumerate(sighted):
+        block = np.zeros((len(xy), 3, 6 * len(T)))
+        block[:, :, 6 * k : 6 * k + 6] = motion_of_points(xy, T[k])
+        blocks.append(block)
+    return np.concatenate(blocks)
+
+
+def _poses(poses):
+    """T_camera_grid (n, 4, 4) and its covariance (6n, 6n), NaN where not known."""
+    if isinstance(poses, PlatterPoses):
+        size = 6 * len(poses.T_camera_grid)
+        return poses.T_camera_grid, poses.covariance[:size, :size]
+    T = np.asarray(poses, float)
+    return T, np.full((6 * len(T), 6 * len(T)), np.nan)
+
+
+def _refining_points(viewer, view, seen, k):
+    """Normalised image points (M, 2) and points (M, 2) of the grid of view k: the
+    samples of a DenseView, the corners of a BoardView."""
+    pixels, points = view.pixels, view.points
+    if view.every_pixel:
+        pixels, points = seen.pixels[seen.seen[k]], seen.points[k, seen.seen[k]]
+    image = normalised(viewer, np.asarray(pixels, float))
+    found = np.isfinite(image).all(axis=1)
+    return image[found], np.asarray(points, float)[found]
+
+
+def _check_views(views, T):
+    if len(views) < 2 or T.shape != (len(views), 4, 4):
+        raise InputError(
+            f"primary calibration: found {len(views)} views and poses {T.shape}; give "
+            "two views or more, and a pose (4, 4) for each"
+        )
+    turned = {view.mirrored for view in views if view.every_pixel}
+    if len(turned) > 1:
+        raise InputError(
+            "primary calibration: some views show the grid as in a mirror and some do "
+            "not; give views of one kind, in the mirror"
+        )
+
+
+def _check_meeting(mirror):
+    if np.count_nonzero(mirror.valid) < np.count_nonzero(~mirror.valid):
+        raise CalibrationError(
+            f"primary calibration: {np.count_nonzero(~mirror.valid)} of "
+            f"{len(mirror.valid)} scene rays meet no viewing ray before the camera; "
+            "check the grids' poses, and that these are the pictures in the mirror"
+        )
+    miss = np.mean(mirror.misses[mirror.valid])
+    if miss > LARGEST_MISS:
+        raise CalibrationError(
+            f"primary calibration: scene rays pass viewing rays by {miss:.0f} mm on "
+            "average; check the grids' poses and which pose belongs to which view"
+        )

@@ -1,0 +1,167 @@
+"""Primary calibration of a mirror of unknown shape, and of a flat one (5.2.1)."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration import rays_from_known_motion
+from raxel.calibration.mirror.planar_start import _image, _jacobian, calibrate_flat
+from raxel.calibration.mirror.platter import grid_poses_in_platter
+from raxel.calibration.mirror.primary import calibrate_primary, mirror_points
+from raxel.calibration.mirror.sightings import sighting
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry import intersect_rays_plane
+from tests.mirror_scenes import (
+    THICKNESS,
+    VIEWER,
+    flexible_camera,
+    lattice,
+    lit_views,
+    monitor_pose,
+    platter_scene,
+    posed,
+    small,
+    spline_camera,
+    view,
+)
+
+GRIDS = np.stack([monitor_pose(0.0), monitor_pose(100.0)])
+BOARD, CELLS = lattice(13, 11, 25.0), (13, 11)
+BOARDS = np.stack([posed([2, 73, 3], [-290, -140, 400 - 30 * k]) for k in range(2)])
+BOARDS[:, 0, 3] -= [0, 100]
+
+
+def angles_deg(found, true, pixels):
+    """Angles (N,) between the rays of two cameras, where both have one."""
+    a, b = found.rays(pixels), true.rays(pixels)
+    both = a.valid & b.valid
+    size = np.linalg.norm(np.cross(a.directions, b.directions), axis=1)
+    return np.degrees(np.arcsin(size))[both]
+
+
+def test_rays_of_known_motion_meet_viewing_rays_on_the_mirror():
+    true = flexible_camera(6.0)
+    pixels = np.random.default_rng(1).uniform([400, 200], [2700, 2100], (300, 2))
+    rays = true.rays(pixels)
+    points = [
+        intersect_rays_plane(rays.origins, rays.directions, T).points for T in GRIDS
+    ]
+    for order in ([0, 1], [1, 0]):
+        known = rays_from_known_motion(np.array(points)[order], GRIDS[order])
+        found = mirror_points(VIEWER.rays(pixels).directions, known)
+        np.testing.assert_array_equal(found.valid, rays.valid)
+        np.testing.assert_allclose(found.points, rays.origins, atol=1e-8)
+        np.testing.assert_allclose(found.directions, rays.directions, atol=1e-10)
+        assert np.nanmax(found.misses) < 1e-8
+
+
+@pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
+def test_a_mirror_of_the_splines_own_space_comes_back(quantity):
+    true = spline_camera(quantity, viewer=small())
+    found = calibrate_primary(
+        true.viewer,
+        lit_views(true, GRIDS),
+        GRIDS,
+        quantity=quantity,
+        span=true.grid.corners,
+    )
+    # Decoded points have single precision.
+    np.testing.assert_allclose(found.camera.coefficients, true.coefficients, rtol=1e-6)
+    np.testing.assert_allclose(found.linear.coefficients, true.coefficients, rtol=1e-5)
+    assert found.residuals.max() < 1e-3
+    assert found.mirror.misses.max() < 1e-3
+    assert found.motions[0].distance == pytest.approx(100.0)
+
+
+def test_static_boards_give_the_shape_from_corners_alone():
+    true = spline_camera()
+    views = [view(true, T, BOARD, *CELLS) for T in BOARDS]
+    found = calibrate_primary(VIEWER, views, BOARDS, span=true.grid.corners)
+    np.testing.assert_allclose(found.camera.coefficients, true.coefficients, rtol=1e-9)
+    # Between corners the linear stage must interpolate.
+    off = np.abs(found.linear.coefficients / true.coefficients - 1).max()
+    assert 1e-7 < off < 0.02
+
+
+def test_a_bent_sheet_is_found_with_the_platter_and_noise():
+    """0.2 px on boards, 5 um on the monitor: rays as the clean bench gives them."""
+    true = flexible_camera(viewer=small())
+    rng = np.random.default_rng(5)
+    pictures, _ = platter_scene(rng, 0.2, places=3, pitch=3.0, grid_sd=0.07)
+    poses = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+    views = lit_views(true, GRIDS, rng, 0.005)
+    found = calibrate_primary(true.viewer, views, poses)
+    assert np.mean(found.mirror.misses) < 0.05
+    assert np.mean(angles_deg(found.camera, true, found.pixels)) < 0.03
+    motion = found.motions[0]
+    assert abs(motion.distance - 100) < 0.05
+    assert np.degrees(motion.angle) < 0.02
+
+
+def test_errors_of_the_poses_are_in_the_covariance():
+    true = spline_camera(viewer=small(24))
+    rng, squared = np.random.default_rng(7), []
+    for _ in range(6):
+        pictures, _ = platter_scene(rng, 0.2, places=2)
+        poses = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+        found = calibrate_primary(
+            true.viewer,
+            lit_views(true, GRIDS, rng, 0.005),
+            poses,
+            span=true.grid.corners,
+        )
+        off = (found.camera.coefficients - true.coefficients).ravel("F")
+        squared.append(off @ np.linalg.solve(found.covariance, off) / len(off))
+    assert 0.6 < np.mean(squared) < 1.6
+
+
+def test_a_flat_mirror_needs_one_picture():
+    true = flexible_camera(0.0)
+    seen = view(true, BOARDS[0], BOARD, *CELLS)
+    found = calibrate_flat(VIEWER, seen, BOARDS[0])
+    pixels = seen.pixels[np.isfinite(seen.pixels[:, 0])]
+    assert angles_deg(found.camera, true, pixels).max() < 1e-7
+    assert found.rms_px < 1e-6
+    # By noise, the plane moves as far as its covariance says.
+    squared = []
+    for seed in range(5):
+        noisy = view(true, BOARDS[0], BOARD, *CELLS, np.random.default_rng(seed), 0.2)
+        plane, spread = calibrate_flat(VIEWER, noisy, BOARDS[0])[1:3]
+        squared.append((plane[3] - found.plane[3]) ** 2 / spread[2, 2])
+    assert 0.2 < np.mean(squared) < 3.0
+
+
+def test_the_planes_jacobian_equals_differences():
+    from raxel.calibration.mirror.planar_start import _moved
+
+    seen = sighting(VIEWER, view(flexible_camera(), BOARDS[0], BOARD, *CELLS), "")
+    seen = seen.alike()
+    plane = calibrate_flat(
+        VIEWER, view(flexible_camera(), BOARDS[0], BOARD, *CELLS), BOARDS[0]
+    ).plane
+    real = seen.points @ BOARDS[0][:3, :2].T + BOARDS[0][:3, 3]
+    J = _jacobian(seen, real, plane)
+    for k, step in enumerate(1e-6 * np.eye(3)):
+        up, down = (
+            seen.residuals(_image(real, _moved(plane, s))) for s in (step, -step)
+        )
+        np.testing.assert_allclose(J[:, k], (up - down) / 2e-6, rtol=1e-4, atol=1e-4)
+
+
+def test_what_determines_no_mirror_is_refused():
+    true = spline_camera(viewer=small(24))
+    views = lit_views(true, GRIDS)
+    with pytest.raises(InputError, match="found 1 views"):
+        calibrate_primary(true.viewer, views[:1], GRIDS[:1])
+    with pytest.raises(CalibrationError, match="viewing ray"):
+        calibrate_primary(true.viewer, views, GRIDS[::-1])
+    mirrored = views[1]._replace(mirrored=not views[1].mirrored)
+    with pytest.raises(InputError, match="as in a mirror"):
+        calibrate_primary(true.viewer, [views[0], mirrored], GRIDS)
+    bent = view(flexible_camera(10.0), BOARDS[0], BOARD, *CELLS)
+    with pytest.raises(CalibrationError, match="the mirror is bent"):
+        calibrate_flat(VIEWER, bent, BOARDS[0])
+    narrow = [v._replace(location=np.where(
+        np.arange(v.location.shape[1])[:, None] < 50, v.location, np.nan
+    )) for v in views]  # fmt: skip
+    with pytest.raises(CalibrationError, match="coefficients open"):
+        calibrate_primary(true.viewer, narrow, GRIDS, span=true.grid.corners)
