@@ -312,6 +312,49 @@ def ext_rigs(effort):
 # show("ext_rig_flexible_mirror")
 
 # %% [markdown]
+# ## A mirror that bends
+#
+# Chapter 5: a sheet of mirror clamped at one edge and pushed near the other,
+# here as it is at stage 0, flat. Two geometries, so that one sees how much
+# hangs on them; each before a chessboard, and before a monitor in the two
+# positions of primary calibration.
+#
+# ### `flexible-mirror-a`: far from the sheet
+#
+# {glue:text}`flexible_mirror_a.summary`.
+# {glue:text}`flexible_mirror_a.sizes`.
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_flexible_mirror_a")
+
+# %% [markdown]
+# ### `flexible-mirror-a-monitor`: the same, before a monitor
+#
+# {glue:text}`flexible_mirror_a_monitor.summary`.
+# {glue:text}`flexible_mirror_a_monitor.sizes`.
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_flexible_mirror_a_monitor")
+
+# %% [markdown]
+# ### `flexible-mirror-b`: nearer and wider
+#
+# {glue:text}`flexible_mirror_b.summary`.
+# {glue:text}`flexible_mirror_b.sizes`.
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_flexible_mirror_b")
+
+# %% [markdown]
+# ### `flexible-mirror-b-monitor`: the same, before a monitor
+#
+# {glue:text}`flexible_mirror_b_monitor.summary`.
+# {glue:text}`flexible_mirror_b_monitor.sizes`.
+
+# %% tags=["active-ipynb"]
+# show("ext_rig_flexible_mirror_b_monitor")
+
+# %% [markdown]
 # ## Large grids without a border
 #
 # Fig. 3.14: one board that takes up much of the picture.

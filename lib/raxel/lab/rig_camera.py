@@ -23,7 +23,10 @@ CAMERA_UNITS = {
     **dict.fromkeys(("velocity", "outlines"), "mm"),
     **dict.fromkeys(("size", "heights", "distance"), "mm"),
     **dict.fromkeys(("ball_radius", "facet_size", "gap"), "mm"),
+    **dict.fromkeys(("loads", "deflections", "aberration", "wavelengths"), "mm"),
+    **dict.fromkeys(("strain", "strain_reach", "holder"), "mm"),
     **dict.fromkeys(("max_angle", "rotation", "cap", "tilt_sd", "angle"), "deg"),
+    "rulings": "deg",
     "pixels_per_mm": "px/mm",
 }
 # A mirror without T_viewer_mirror stands at its viewer's focus, moved and turned.

@@ -123,7 +123,7 @@ class FlexibleMirrorCamera(MirrorCamera):
 
     def deflected(self, deflections):
         """The same camera with its sheet at other deflections, (k,) mm."""
-        return FlexibleMirrorCamera(**self._arguments() | {"deflections": deflections})
+        return FlexibleMirrorCamera(**self.arguments() | {"deflections": deflections})
 
     def project(self, points):
         """Pixels of points (N, 3) that the mirror shows, to rounding.
@@ -212,7 +212,9 @@ class FlexibleMirrorCamera(MirrorCamera):
         M[:, :2] = np.clip(M[:, :2], [0, -ends[1]], ends)
         return self.mirror.chart(M)
 
-    def _arguments(self):
+    def arguments(self):
+        """The constructor's arguments by name: the same camera again, or one of them
+        changed."""
         mirror, uneven = self.mirror, self.mirror.unevenness
         return {
             "viewer": self.viewer,
@@ -231,7 +233,7 @@ class FlexibleMirrorCamera(MirrorCamera):
         }
 
     def _fields(self):
-        values = self._arguments()
+        values = self.arguments()
         viewer = nested_fields("viewer", values.pop("viewer"))
         return viewer | {name: np.array(value) for name, value in values.items()}
 
