@@ -1,0 +1,107 @@
+"""The two rigs of chapter 5: what is in view, and that nothing is in the way."""
+
+import numpy as np
+import pytest
+
+from chapters.shared.mirror_rigs import (
+    BACK_PROJECTION_MM,
+    DYNAMIC_MM,
+    FILES,
+    STAGES_MM,
+    mirror_rig,
+)
+from chapters.shared.rigs import RIGS
+from raxel.geometry import inverse_pose, transform
+from raxel.geometry.planes import intersect_rays_plane, on_plane
+
+BOTH = pytest.mark.parametrize("name", FILES)
+# The camera's body hides nothing that is so far off the line back to it.
+BODY = np.radians(25)
+
+
+def spread(camera):
+    u, v = (np.linspace(0, n - 1, 41) for n in (camera.width, camera.height))
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    rays = camera.rays(pixels)
+    return pixels[rays.valid], rays.origins[rays.valid], rays.directions[rays.valid]
+
+
+@BOTH
+def test_files_are_those_of_the_rigs(name):
+    rig = mirror_rig(name)
+    found = [part.path.relative_to(RIGS.parents[1]) for part in (rig.rig, rig.monitor)]
+    assert tuple(map(str, found)) == FILES[name]
+    ours, theirs = rig.rig.camera.arguments(), rig.monitor.camera.arguments()
+    del ours["viewer"], theirs["viewer"]
+    np.testing.assert_equal(ours, theirs)
+
+
+@BOTH
+def test_at_every_stage_the_mirror_shows_the_monitor_and_not_the_camera(name):
+    rig, widths = mirror_rig(name), []
+    size = np.array(rig.monitor.target.monitor_mm)
+    for camera in rig.stages(aberration_um=10, seed=1):
+        pixels, origins, directions = spread(camera)
+        assert 0.5 < len(pixels) / 41**2 < 0.8
+        back = -origins / np.linalg.norm(origins, axis=1, keepdims=True)
+        assert np.arccos(np.sum(back * directions, axis=1)).min() > BODY
+        for T in rig.monitor_poses():
+            met = intersect_rays_plane(origins, directions, T)
+            assert np.all((met.points >= 0) & (met.points <= size))
+        widths.append(np.arccos((directions @ directions.T).min()))
+    assert np.all(np.diff(widths) > 0.05)
+
+
+@BOTH
+@pytest.mark.parametrize("distance", [DYNAMIC_MM, BACK_PROJECTION_MM])
+def test_boards_are_seen_before_and_after_a_stage_and_after_all(name, distance):
+    rig = mirror_rig(name)
+    for deflections in ((0.0, 5.0), (0.0, 15.0)):
+        T = rig.board_pose(np.random.default_rng(2), distance, deflections)
+        seen = [rig.corners(rig.camera(d), T)[1] for d in deflections]
+        assert np.all(seen, axis=0).sum() >= 90
+        middle = transform(T, on_plane(rig.board.points().mean(axis=0)[None]))
+        _, origins, _ = spread(rig.camera(0.0))
+        gap = np.linalg.norm(middle - origins.mean(axis=0))
+        assert gap == pytest.approx(distance, rel=0.1)
+
+
+@BOTH
+def test_the_load_is_where_the_stage_says_and_the_clamp_stays(name):
+    rig = mirror_rig(name)
+    flat = rig.camera(0.0)
+    for deflection in STAGES_MM:
+        camera = rig.camera(deflection, aberration_um=0)
+        moved = rig.load_point(camera) - rig.load_point(flat)
+        along = moved @ rig.deflection_direction()
+        assert along == pytest.approx(deflection, abs=1e-9)
+        np.testing.assert_allclose(
+            rig.clamp_pixels(camera), rig.clamp_pixels(flat), atol=1e-9
+        )
+    hidden = rig.camera(15.0, holder_mm=5.0)
+    line = rig.clamp_pixels(hidden)
+    assert np.all(line[:, 0] < rig.clamp_pixels(flat)[:, 0] - 50)
+    # The free edge is at the left.
+    assert hidden.rays(line - [1, 0]).valid.all()
+    assert not hidden.rays(line + [1, 0]).valid.any()
+
+
+@BOTH
+def test_the_platter_stands_before_the_mirror_and_shows_both_positions(name):
+    rig = mirror_rig(name)
+    platter = rig.platter(np.random.default_rng(1))
+    board = transform(platter.T_camera_board, on_plane(platter.board.points()))
+    pixels = rig.viewer.project(board).pixels
+    assert rig.viewer.in_image(pixels).all()
+    on_mirror = inverse_pose(rig.camera(0.0).T_viewer_mirror)
+    assert transform(on_mirror, board)[:, 2].max() < -20
+    T = platter.T_camera_mirror
+    assert T[:3, 3] @ T[:3, 2] > 0
+    middle = T[:3, 3]
+    normal = T[:3, 2]
+    into = middle / np.linalg.norm(middle)
+    out = into - 2 * (into @ normal) * normal
+    for monitor in rig.monitor_poses(np.random.default_rng(2)):
+        met = intersect_rays_plane(middle[None], out[None], monitor)
+        size = np.array(rig.monitor.target.monitor_mm)
+        assert np.all((met.points > 40) & (met.points < size - 40))
