@@ -183,6 +183,8 @@ def test_what_cannot_give_a_curve_is_refused():
     assert "features lie outside the mirror" in refused(before=shorter)
     with pytest.raises(CalibrationError, match="give 3 or more"):
         place_row(np.zeros((2, 2)), np.ones((2, 2)), np.arange(2.0))
-    apart = np.array([[0.0, 1.0], [0.0, -1.0], [0.0, 1.0]])
+    with pytest.raises(CalibrationError, match="the rays are parallel"):
+        place_row(np.zeros((3, 2)), np.tile([0.0, 1.0], (3, 1)), np.arange(3.0))
+    apart = np.array([[0.0, 1.0], [0.6, -0.8], [-0.6, 0.8]])
     with pytest.raises(CalibrationError, match="in front of all its rays"):
         place_row(np.zeros((3, 2)), apart, np.arange(3.0))

@@ -32,8 +32,8 @@ LEAST_FEATURES = 4
 LEAST_REACH = 1 / 3
 """Of the way from clamp to free edge, to the outermost feature: beyond three times as
 far as it was measured, the end of a cubic is a guess."""
-FIRST_TURNS = 180
-"""Directions of a row of points that are tried, 2 degrees apart."""
+FIRST_TURNS = 120
+"""Directions of a row of points that are tried, 3 degrees apart."""
 
 
 class ReducedCalibration(NamedTuple):
@@ -158,7 +158,7 @@ def place_row(origins, directions, places):
 
     For a given way the foot follows linearly, so that one angle is left to search: all
     are tried, and the best is refined with the foot. Raises CalibrationError for fewer
-    than three points, and where no row lies in front of its rays.
+    than three points, for parallel rays, and where no row lies in front of its rays.
     """
     if len(places) < 3:
         raise CalibrationError(
@@ -187,7 +187,12 @@ def _first_row(origins, directions, across, places):
     angles = np.linspace(0, 2 * np.pi, FIRST_TURNS, endpoint=False)
     ways = np.stack([np.cos(angles), np.sin(angles)])
     sides = dot(across, origins)[:, None] - places[:, None] * (across @ ways)
-    feet = np.linalg.lstsq(across, sides, rcond=None)[0]
+    Q, R = np.linalg.qr(across)
+    if abs(R[1, 1]) < 1e-9 * abs(R[0, 0]):
+        raise CalibrationError(
+            "row of points: the rays are parallel, and say nothing about how far it is"
+        )
+    feet = np.linalg.solve(R, Q.T @ sides)
     costs = np.sum((sides - across @ feet) ** 2, axis=0)
     for best in np.argsort(costs):
         points = feet[:, best] + places[:, None] * ways[:, best]

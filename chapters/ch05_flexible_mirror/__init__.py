@@ -1,0 +1,1 @@
+"""Chapter 5: calibration of flexible mirror imaging systems."""

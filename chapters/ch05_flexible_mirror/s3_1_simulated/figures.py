@@ -1,0 +1,175 @@
+"""Fig. 5.5 and what explains it: the scene, and the bias of the linear stage."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_1_simulated.results import (
+    PRIMARY,
+    RESULT,
+    SweepCase,
+    curvature,
+    linear_by_formula,
+    missing_by_formula,
+    typical,
+)
+from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import (
+    LENGTH_MM,
+    bent,
+    rig_of,
+)
+from chapters.ch05_flexible_mirror.s3_1_simulated.trials.sweeps import DEFAULT, SWEEPS
+from repro.page.style import INK, legend_below, plot_estimates, series
+from repro.page.style import figure as new_figure
+from repro.run.columns import columns
+from repro.run.experiment import figure
+from repro.run.outcomes import Drawing
+
+AXES = {
+    "noise": "Image noise SD (px)",
+    "depth": "Scene depth (mm)",
+    "bend": "Curvature at the clamp (1/m)",
+}
+FORMULA = {"color": INK, "linestyle": ":", "marker": ""}
+HEIGHT = SweepCase({"reduced_curve": "height over the clamped line"})
+FINAL = (
+    ("final, cubic of the picture", PRIMARY, series(1)),
+    ("final, cubic of the length", HEIGHT, series(2)),
+)
+PITCHES = {
+    "APS-C sensor": series(0),
+    "small sensor": series(1),
+    "film frame": series(2),
+}
+UNITS = {"noise": "px", "depth": "mm", "bend": "1/m"}
+
+
+@figure("fig_5_5", needs=("fig_5_5_sweeps",), evidence="synthetic")
+def fig_5_5(results):
+    """Mean errors over noise, depth, curvature: the linear stage, and the final one."""
+    result, rows = results[RESULT], []
+    drawn, axes = new_figure(3, 2, height_in=7.8, sharex="row")
+    for (left, right), (sweep, levels) in zip(axes, SWEEPS.items(), strict=True):
+        x = [curvature(tip) if sweep == "bend" else tip for tip in levels]
+        formula = [_formula(sweep, level) for level in levels]
+        left.plot(x, formula, label="linear, by formula", **FORMULA)
+        for axis, stage, curves in (
+            (left, "linear", (("linear estimate", PRIMARY, series(0)),)),
+            (right, "final", FINAL),
+        ):
+            for label, case, look in curves:
+                found = [
+                    typical(case.statistic, case.errors(result, sweep, level, stage))
+                    for level in levels
+                ]
+                whose = (sweep, UNITS[sweep], label)
+                rows += plot_estimates(axis, x, found, whose, look=look, label=label)
+            axis.set_xlabel(AXES[sweep])
+            axis.set_ylim(bottom=0)
+            if sweep == "depth":
+                axis.set_xscale("log")
+        left.set_ylabel("Surface error (mm)")
+        right.set_ylabel("Surface error (mm)")
+    axes[0, 0].set_title("linear estimate")
+    axes[0, 1].set_title("final estimate")
+    _legend_of(drawn, axes[0])
+    return Drawing(
+        drawn,
+        columns(("sweep", "unit", "estimate", "level", "mean_mm", "low", "high"), rows),
+        "Mean error of the estimated mirror surface against image noise, scene depth "
+        "and curvature, of the linear estimate (left) and of the final one (right; "
+        "other scale). The final estimate is shown for both readings of the reduced "
+        "model's cubic. Means of the trials with 95 % intervals; dotted: what the "
+        "assumption of an infinite scene costs, 3/8 of the tip's deflection times "
+        "D/(Z+D).",
+    )
+
+
+def _formula(sweep, level):
+    at = DEFAULT | {sweep: level}
+    return linear_by_formula(at["depth"], at["bend"])
+
+
+def _legend_of(drawn, pair):
+    """One legend below, of both panels of a row."""
+    handles, labels = [], []
+    for axis in pair:
+        for all_of_figure, own in zip(
+            (handles, labels), axis.get_legend_handles_labels(), strict=True
+        ):
+            all_of_figure += own
+    drawn.legend(handles, labels, loc="outside lower center", ncols=2)
+
+
+@figure("ext_fig_5_5_bias", needs=("fig_5_5_sweeps",), evidence="synthetic")
+def ext_fig_5_5_bias(results):
+    """Deflection that the linear stage leaves out, over depth, beside D / (Z + D)."""
+    result, rows = results[RESULT], []
+    drawn, axes = new_figure(height_in=3.9)
+    depths = SWEEPS["depth"]
+    for name, look in PITCHES.items():
+        case = SweepCase({"pixel_pitch": name})
+        found = [typical("mean", case.missing(result, depth)) for depth in depths]
+        pitch = case["pixel_pitch"]
+        label = f"{name}, camera {rig_of(pitch).distance_mm / 1000:.2f} m away"
+        rows += plot_estimates(axes, depths, found, (name,), look=look, label=label)
+        dotted = [missing_by_formula(depth, pitch) for depth in depths]
+        axes.plot(depths, dotted, **FORMULA)
+    axes.plot([], [], label="D/(Z+D)", **FORMULA)
+    axes.set(xscale="log", yscale="log", xlabel=AXES["depth"])
+    axes.set_ylabel("Share of the deflection left out (1)")
+    legend_below(drawn, axes, ncols=2)
+    return Drawing(
+        drawn,
+        columns(("sensor", "depth_mm", "mean_share", "low", "high"), rows),
+        "Share of the tip's deflection that the linear estimate leaves out, against "
+        "scene depth, for three sensors behind the same lens, and so three distances "
+        "D of the camera from the mirror. Means with 95 % intervals; both axes are "
+        "logarithmic.",
+    )
+
+
+@figure("ext_fig_5_5_scene", needs=("fig_5_5_example",), evidence="synthetic")
+def ext_fig_5_5_scene(results):
+    """One trial drawn to scale, and the heights that it found."""
+    trial = results["fig_5_5_example"].select()
+    shown = {name: trial.arrays(name)[0] for name in ("corners", "before", "after")}
+    heights = {name: trial.arrays(name)[0] for name in ("true", "linear", "final")}
+    drawn, (plane, panel) = new_figure(1, 2, height_in=4.4, width_ratios=(1.25, 1))
+    _draw_plane(plane, shown)
+    rows = []
+    looks = {"true": {"color": INK}, "linear": series(0), "final": series(1)}
+    names = {"true": "true mirror", "linear": "linear estimate",
+             "final": "final estimate"}  # fmt: skip
+    for name, (x, height) in heights.items():
+        look = looks[name] | {"markevery": 10}
+        panel.plot(x, height, label=names[name], **look)
+        rows += [(name, *row) for row in zip(x, height, strict=True)]
+    panel.set_xlabel("Length along the clamped line (mm)")
+    panel.set_ylabel("Height over it, away from the camera (mm)")
+    panel.legend()
+    return Drawing(
+        drawn,
+        columns(("curve", "length_mm", "height_mm"), rows),
+        "One trial. Left, to scale: the camera, the mirror before bending and bent, a "
+        "row of corners, and how three of them are seen before (dashed) and after. "
+        "Right: the bent mirror, and what the two stages find.",
+    )
+
+
+def _draw_plane(axes, shown):
+    rig = rig_of("d200")
+    x = np.linspace(0, LENGTH_MM, 50)
+    flat, curved = (bent(rig, x, tip)[0] for tip in (0.0, DEFAULT["bend"]))
+    axes.plot(*flat.T, color=INK, linestyle=":", marker="", label="mirror before")
+    axes.plot(*curved.T, color=INK, marker="", linewidth=2.2, label="mirror bent")
+    corners = shown["corners"]
+    axes.plot(*corners.T, **series(1) | {"linestyle": ""}, label="corners")
+    for name, line in (("before", "--"), ("after", "-")):
+        for number in (1, len(corners) // 2, len(corners) - 2):
+            path = np.array([[0.0, 0.0], shown[name][number], corners[number]])
+            axes.plot(*path.T, **series(0) | {"linestyle": line, "marker": ""},
+                      linewidth=0.9)  # fmt: skip
+    axes.plot(0, 0, marker=">", color=INK, linestyle="", markersize=9, label="camera")
+    axes.plot(*rig.foot, **series(3) | {"linestyle": ""}, label="clamp")
+    axes.set_aspect("equal")
+    axes.set(xlabel="x (mm)", ylabel="z (mm)")
+    axes.legend(loc="best", fontsize=8)

@@ -1,0 +1,162 @@
+"""Section 5.3.1: the simulated mirror is a mirror, and its claims can fail."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s3_1_simulated import claims
+from chapters.ch05_flexible_mirror.s3_1_simulated.results import (
+    linear_by_formula,
+    missing_by_formula,
+)
+from chapters.ch05_flexible_mirror.s3_1_simulated.trials import scene, sweeps
+from raxel.calibration.mirror.curves import reflected, viewing_rays
+from tests.exercise_answers import misjudged
+from tests.judged_claims import readings_of
+from tests.made_results import ROOT, OfLaw
+
+RIG = scene.rig_of("d200")
+BASE = {"sweep": "noise"} | sweeps.BASE
+
+
+def views(depth=1650.0, tip=16.7, seed=0, **changed):
+    condition = BASE | changed
+    drawn = sweeps.draw(condition, np.random.default_rng(seed))
+    return sweeps.look(condition, depth, tip, drawn)
+
+
+@pytest.mark.parametrize("tip", [0.0, 16.7, 53.0, -30.0])
+def test_a_corner_is_seen_where_its_ray_is_reflected(tip):
+    seen = views(tip=tip)
+    known = np.isfinite(seen.after)
+    assert known.sum() >= 8
+    x = (seen.on[known] - RIG.foot) @ scene.ALONG
+    on, tangents = scene.bent(RIG, x, tip)
+    np.testing.assert_allclose(on, seen.on[known], atol=1e-9)
+    V_r = reflected(viewing_rays(scene.pixels_of(on))[0], tangents)
+    to = seen.points[known] - on
+    off = V_r[:, 0] * to[:, 1] - V_r[:, 1] * to[:, 0]
+    assert np.abs(off).max() < 1e-6
+    assert np.all(np.einsum("ij,ij->i", V_r, to) > 0)
+
+
+def test_the_mirror_fills_nine_tenths_of_the_picture_and_lies_as_stated():
+    for pitch in scene.PITCH_MM:
+        rig = scene.rig_of(pitch)
+        ends = scene.bent(rig, np.array([0.0, 420.0]), 0.0)[0]
+        u = scene.pixels_of(ends) / rig.pixel
+        np.testing.assert_allclose(u, [-0.45 * 656, 0.45 * 656])
+        assert np.degrees(np.arctan2(*(ends[1] - ends[0]))) == pytest.approx(67.5)
+
+
+def test_the_beam_has_the_deflection_slope_and_mean_that_prose_says():
+    x = np.linspace(0, 420, 4001)
+    v, slope, _ = scene.beam(x, 16.7)
+    assert (v[0], v[-1], slope[0]) == pytest.approx((0, 16.7, 0))
+    assert slope[-1] ** 2 == pytest.approx(0.00356, abs=5e-6)
+    assert v.mean() == pytest.approx(16.7 * 3 / 8, rel=1e-3)
+    np.testing.assert_allclose(np.gradient(v, x)[1:-1], slope[1:-1], atol=1e-5)
+
+
+def test_the_grid_is_as_far_away_as_said_and_within_its_tilt():
+    for seed in range(5):
+        seen = views(depth=900.0, seed=seed)
+        way = seen.points[-1] - seen.points[0]
+        at = seen.points[0] - way * seen.places[0] / np.ptp(seen.places)
+        on, tangents = scene.bent(RIG, np.array([210.0]), 0.0)
+        V_r = reflected(viewing_rays(scene.pixels_of(on))[0], tangents)[0]
+        np.testing.assert_allclose(at, on[0] + 900 * V_r, atol=1e-6)
+        across = abs(way @ V_r) / np.linalg.norm(way)
+        assert across <= np.sin(np.radians(30)) + 1e-9
+
+
+def test_without_noise_the_final_height_is_exact_and_the_linear_one_as_by_formula():
+    seen = views()
+    found = sweeps.errors(sweeps.calibrate(seen, 0.0, "height").curve, seen)
+    assert found["across_mm"] < 1e-6
+    assert found["tip_ratio"] == pytest.approx(1, abs=1e-7)
+    linear = sweeps.calibrate(seen, 0.0).linear
+    left = 1 - sweeps.errors(linear, seen)["tip_ratio"]
+    assert left == pytest.approx(missing_by_formula(1650.0), abs=0.05)
+
+
+def test_the_error_across_is_that_of_a_mirror_moved_across():
+    seen = views()
+    moved = seen._replace(rig=seen.rig._replace(foot=RIG.foot + 2.0 * scene.AWAY))
+    true = sweeps.before_bending(RIG, "height", 16.7)[0]
+    k = 16.7 / 2 * np.array([0, 0, 3.0, -1.0])
+    found = sweeps.errors(true.replaced(k), moved)
+    assert found["across_mm"] == pytest.approx(2.0, rel=2e-3)
+
+
+def test_exercises_are_judged_rightly():
+    assert misjudged(ROOT, "ch05_flexible_mirror/s3_1_simulated") == []
+
+
+def law(name, condition, **of):
+    """Columns as the thesis's statements would have them; ``of``: what is otherwise."""
+    level, *_, quantity = name.split(".")
+    sweep = condition["sweep"]
+    at = sweeps.DEFAULT | {sweep: sweeps.SWEEPS[sweep][int(level.split("_")[1])]}
+    scatter = 1 + 0.02 * np.random.default_rng(1).standard_normal(100)
+    linear = linear_by_formula(at["depth"], at["bend"])
+    made = {
+        "slope2": 2.25 * (at["bend"] / 420) ** 2,
+        "linear": linear * (1 + 0.01 * at["noise"]),
+        "final": 0.05 * at["noise"] * max(1, 3000 / at["depth"]) ** 0.3
+        * max(1, at["bend"] / 16.7),
+        "tip_ratio": 1 - 300 / (at["depth"] + 300),
+    }  # fmt: skip
+    made |= {key: rule(at, made[key]) for key, rule in of.items()}
+    stage = next((s for s in ("linear", "final") if f".{s}." in name), None)
+    key = quantity if quantity in made else stage
+    return np.array(made[key] * scatter if key != "slope2" else [made[key]] * 100)
+
+
+def judged(judge, **of):
+    result = OfLaw("fig_5_5_sweeps", functools.partial(law, **of), 100)
+    return {r.verdict for r in readings_of(judge, {"fig_5_5_sweeps": result})}
+
+
+CLAIMS = {
+    claims.judge_slope_small: {"slope2": lambda at, v: 2 * v},
+    claims.judge_noise_final_more: {"final": lambda at, v: 1 + v},
+    claims.judge_noise_final_linear: {"final": lambda at, v: v + 0.1},
+    claims.judge_final_beats_linear: {"final": lambda at, v: v + at["depth"] / 4e3},
+    claims.judge_depth_decreases: {"final": lambda at, v: 0.1 * at["depth"]},
+    claims.judge_depth_saturates: {"final": lambda at, v: v * at["depth"] ** 0.3},
+    claims.judge_curv_linear_rises: {"linear": lambda at, v: v * 0 + 1},
+    claims.judge_curv_final_largest: {
+        "final": lambda at, v: v / max(at["bend"], 16.7) ** 2
+    },
+    claims.judge_bias_inverse_depth: {
+        "tip_ratio": lambda at, v: 1 - at["depth"] ** -0.5
+    },
+}
+
+
+@pytest.mark.parametrize("judge", CLAIMS, ids=lambda judge: judge.__name__)
+def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
+    assert judged(judge, final=_true_final) == {"reproduced"}
+    assert "reproduced" not in judged(judge, **CLAIMS[judge])
+
+
+def _true_final(at, value):
+    """The final error of the thesis, its largest in the curvature sweep."""
+    return value * (4.0 if at["bend"] > 50 else 1.0)
+
+
+def test_half_of_a_depth_claim_is_not_enough():
+    flat = {"linear": lambda at, v: 1.0}
+    assert "reproduced" not in judged(claims.judge_depth_decreases, **flat)
+
+
+def test_numbers_say_from_which_depth_the_error_is_steady():
+    steady = OfLaw("fig_5_5_sweeps", law, 100)
+    steady.settings = sweeps.SETTINGS
+    found = claims.numbers_fig_5_5({"fig_5_5_sweeps": steady})
+    # (3000 / 2200)^0.3 is 1.098, (3000 / 1650)^0.3 is 1.196.
+    assert found["fig5_5_depth_thr"].value == 2200
+    assert found["fig5_5_slope2"].value == pytest.approx(0.0358, abs=1e-4)
+    assert found["fig5_5_trials"].value == 100
