@@ -28,6 +28,7 @@ AXES = {
     "depth": "Scene depth (mm)",
     "bend": "Curvature at the clamp (1/m)",
 }
+DEPTH_TICKS, SHARE_TICKS = (500, 1000, 2000, 4000, 8000), (0.05, 0.1, 0.2, 0.5, 0.8)
 FORMULA = {"color": INK, "linestyle": ":", "marker": ""}
 HEIGHT = SweepCase({"reduced_curve": "height over the clamped line"})
 FINAL = (
@@ -65,7 +66,7 @@ def fig_5_5(results):
             axis.set_xlabel(AXES[sweep])
             axis.set_ylim(bottom=0)
             if sweep == "depth":
-                axis.set_xscale("log")
+                _log_depth(axis)
         left.set_ylabel("Surface error (mm)")
         right.set_ylabel("Surface error (mm)")
     axes[0, 0].set_title("linear estimate")
@@ -81,6 +82,12 @@ def fig_5_5(results):
         "assumption of an infinite scene costs, 3/8 of the tip's deflection times "
         "D/(Z+D).",
     )
+
+
+def _log_depth(axes):
+    axes.set_xscale("log")
+    axes.minorticks_off()
+    axes.set_xticks(DEPTH_TICKS, [f"{tick}" for tick in DEPTH_TICKS])
 
 
 def _formula(sweep, level):
@@ -114,7 +121,9 @@ def ext_fig_5_5_bias(results):
         dotted = [missing_by_formula(depth, pitch) for depth in depths]
         axes.plot(depths, dotted, **FORMULA)
     axes.plot([], [], label="D/(Z+D)", **FORMULA)
-    axes.set(xscale="log", yscale="log", xlabel=AXES["depth"])
+    _log_depth(axes)
+    axes.set(yscale="log", xlabel=AXES["depth"])
+    axes.set_yticks(SHARE_TICKS, [f"{tick:g}" for tick in SHARE_TICKS])
     axes.set_ylabel("Share of the deflection left out (1)")
     legend_below(drawn, axes, ncols=2)
     return Drawing(
