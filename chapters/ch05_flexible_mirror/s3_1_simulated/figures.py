@@ -17,6 +17,7 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import (
     rig_of,
 )
 from chapters.ch05_flexible_mirror.s3_1_simulated.trials.sweeps import DEFAULT, SWEEPS
+from repro.page.method_looks import look_of
 from repro.page.style import INK, legend_below, plot_estimates, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -123,6 +124,7 @@ def ext_fig_5_5_bias(results):
     axes.plot([], [], label="D/(Z+D)", **FORMULA)
     _log_depth(axes)
     axes.set(yscale="log", xlabel=AXES["depth"])
+    axes.minorticks_off()
     axes.set_yticks(SHARE_TICKS, [f"{tick:g}" for tick in SHARE_TICKS])
     axes.set_ylabel("Share of the deflection left out (1)")
     legend_below(drawn, axes, ncols=2)
@@ -145,7 +147,7 @@ def ext_fig_5_5_scene(results):
     drawn, (plane, panel) = new_figure(1, 2, height_in=4.4, width_ratios=(1.25, 1))
     _draw_plane(plane, shown)
     rows = []
-    looks = {"true": {"color": INK}, "linear": series(0), "final": series(1)}
+    looks = {"true": look_of("true mirror"), "linear": series(0), "final": series(1)}
     names = {"true": "true mirror", "linear": "linear estimate",
              "final": "final estimate"}  # fmt: skip
     for name, (x, height) in heights.items():
@@ -177,7 +179,7 @@ def _draw_plane(axes, shown):
             path = np.array([[0.0, 0.0], shown[name][number], corners[number]])
             axes.plot(*path.T, **series(0) | {"linestyle": line, "marker": ""},
                       linewidth=0.9)  # fmt: skip
-    axes.plot(0, 0, marker=">", color=INK, linestyle="", markersize=9, label="camera")
+    axes.plot(0, 0, marker="^", color=INK, linestyle="", markersize=9, label="camera")
     axes.plot(*rig.foot, **series(3) | {"linestyle": ""}, label="clamp")
     axes.set_aspect("equal")
     axes.set(xlabel="x (mm)", ylabel="z (mm)")
