@@ -7,7 +7,7 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.results import (
     NEAR,
     NOISY,
     RESULT,
-    SweepCase,
+    CurveCase,
     over_levels,
     typical,
 )
@@ -86,7 +86,7 @@ def judge_slope_small(results):
     (E-5.13), so that the verdict says no more than that the text uses the beam's
     formula.
     """
-    case, result = SweepCase(), results[RESULT]
+    case, result = CurveCase(), results[RESULT]
     most = max(
         np.max(case.column(result, sweep, level, "slope2"))
         for sweep, levels in SWEEPS.items()
@@ -104,7 +104,7 @@ def judge_slope_small(results):
 @claim("c5_noise_final_more", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_noise_final_more(results, options):
     """From 0.5 to 3 px: growth of the final error over that of the linear one."""
-    case, result = SweepCase(options), results[RESULT]
+    case, result = CurveCase(options), results[RESULT]
     ends = [
         case.errors(result, "noise", level, stage)
         for stage in ("final", "linear")
@@ -126,7 +126,7 @@ def judge_noise_final_more(results, options):
 @claim("c5_noise_final_linear", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_noise_final_linear(results, options):
     """Weighted line with R2 >= 0.97, log-log slope in [0.85, 1.15]."""
-    case, result = SweepCase(options), results[RESULT]
+    case, result = CurveCase(options), results[RESULT]
     trials = case.along(result, "noise", "final", NOISY)
     found = [typical(case.statistic, t) for t in trials]
     spread = np.array([max(one.high - one.low, 1e-12) for one in found])
@@ -143,7 +143,7 @@ def judge_noise_final_linear(results, options):
 @claim("c5_final_beats_linear", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_final_beats_linear(results, options):
     """wins(final < linear) at every level of the three sweeps with default noise."""
-    case, result = SweepCase(options), results[RESULT]
+    case, result = CurveCase(options), results[RESULT]
     places = [("noise", DEFAULT["noise"])] + [
         (sweep, level) for sweep in ("depth", "bend") for level in SWEEPS[sweep]
     ]
@@ -165,7 +165,7 @@ def judge_final_beats_linear(results, options):
 @claim("c5_depth_decreases", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_depth_decreases(results, options):
     """Linear: falls at every step. Final: rank correlation <= -0.7 up to 3 m."""
-    case, result = SweepCase(options), results[RESULT]
+    case, result = CurveCase(options), results[RESULT]
     falls, ratio, at = _monotonic(case, result, "depth", rising=False)
     final = case.along(result, "depth", "final", NEAR)
     rank = over_levels(case.statistic, final, _ranks)
@@ -181,7 +181,7 @@ def judge_depth_decreases(results, options):
 @claim("c5_depth_saturates", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_depth_saturates(results, options):
     """From 3 m on: the final error within 10 % of that at 3 m, at every level."""
-    case, result = SweepCase(options), results[RESULT]
+    case, result = CurveCase(options), results[RESULT]
     first, *others = case.along(result, "depth", "final", FAR)
     ratios = [
         over_levels(case.statistic, [first, other], lambda y: y[1] / y[0])
@@ -199,7 +199,7 @@ def judge_depth_saturates(results, options):
 @claim("c5_curv_linear_rises", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_curv_linear_rises(results, options):
     """The linear error rises from each curvature to the next."""
-    case = SweepCase(options)
+    case = CurveCase(options)
     rises, ratio, at = _monotonic(case, results[RESULT], "bend", rising=True)
     return Reading.of(
         rises, ratio, reason=f"least ratio of neighbours: {at[1]:g} over {at[0]:g} mm"
@@ -209,7 +209,7 @@ def judge_curv_linear_rises(results, options):
 @claim("c5_curv_final_largest", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_curv_final_largest(results, options):
     """Largest final error over curvature above those over noise and over depth."""
-    case, result = SweepCase(options), results[RESULT]
+    case, result = CurveCase(options), results[RESULT]
     over = {
         name: case.along(result, name, "final") for name in ("bend", "noise", "depth")
     }
@@ -234,7 +234,7 @@ def judge_curv_final_largest(results, options):
 @claim("c5_bias_inverse_depth", needs=SWEPT, evidence="synthetic", readings=OF_TIP)
 def judge_bias_inverse_depth(results, options):
     """Log-log slope of 1 - linear / actual deflection over depth in [-1.3, -0.7]."""
-    case, result = SweepCase(options), results[RESULT]
+    case, result = CurveCase(options), results[RESULT]
     depths = SWEEPS["depth"]
     trials = [case.missing(result, depth) for depth in depths]
     slope = over_levels(case.statistic, trials, _slopes(depths))
@@ -252,7 +252,7 @@ def judge_bias_inverse_depth(results, options):
 @numbers("fig_5_5", needs=SWEPT, evidence="synthetic")
 def numbers_fig_5_5(results):
     """The settings that the text states, as they were run, and its two results."""
-    result, case = results[RESULT], SweepCase()
+    result, case = results[RESULT], CurveCase()
     ran = result.settings
     steepest = float(np.max(case.column(result, "bend", SWEEPS["bend"][-1], "slope2")))
     final = case.along(result, "depth", "final")

@@ -5,7 +5,7 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s3_1_simulated.results import (
     PRIMARY,
     RESULT,
-    SweepCase,
+    CurveCase,
     curvature,
     linear_by_formula,
     missing_by_formula,
@@ -31,7 +31,7 @@ AXES = {
 }
 DEPTH_TICKS, SHARE_TICKS = (500, 1000, 2000, 4000, 8000), (0.05, 0.1, 0.2, 0.5, 0.8)
 FORMULA = {"color": INK, "linestyle": ":", "marker": ""}
-HEIGHT = SweepCase({"reduced_curve": "height over the clamped line"})
+HEIGHT = CurveCase({"reduced_curve": "height over the clamped line"})
 FINAL = (
     ("final, cubic of the picture", PRIMARY, series(1)),
     ("final, cubic of the length", HEIGHT, series(2)),
@@ -114,7 +114,7 @@ def ext_fig_5_5_bias(results):
     drawn, axes = new_figure(height_in=3.9)
     depths = SWEEPS["depth"]
     for name, look in PITCHES.items():
-        case = SweepCase({"pixel_pitch": name})
+        case = CurveCase({"pixel_pitch": name})
         found = [typical("mean", case.missing(result, depth)) for depth in depths]
         pitch = case["pixel_pitch"]
         label = f"{name}, camera {rig_of(pitch).distance_mm / 1000:.2f} m away"

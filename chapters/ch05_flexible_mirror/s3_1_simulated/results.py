@@ -40,7 +40,7 @@ MEAN_OF_BEAM = 3 / 8
 """Mean deflection of the beam (5.1) over that of its tip."""
 
 
-class SweepCase(Case):
+class CurveCase(Case):
     """One reading of 5.3.1, with the primary option of what is not asked."""
 
     def __init__(self, options=None):
@@ -87,7 +87,7 @@ class SweepCase(Case):
         ]
 
 
-PRIMARY = SweepCase()
+PRIMARY = CurveCase()
 
 
 def typical(statistic, trials):
@@ -135,8 +135,8 @@ def name_values(open_results):
 
 def quoted(result):
     """Name -> number, of what the prose quotes."""
-    height = SweepCase({"reduced_curve": "height over the clamped line"})
-    at_corners = SweepCase({"surface_error": "along the rays at the corners"})
+    height = CurveCase({"reduced_curve": "height over the clamped line"})
+    at_corners = CurveCase({"surface_error": "along the rays at the corners"})
 
     def mean(sweep, level, stage, case=PRIMARY):
         return float(np.mean(case.errors(result, sweep, level, stage)))

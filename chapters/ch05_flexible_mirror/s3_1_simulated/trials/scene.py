@@ -25,7 +25,7 @@ ALONG = np.array([np.sin(np.radians(ANGLE_DEG)), np.cos(np.radians(ANGLE_DEG))])
 AWAY = np.array([-ALONG[1], ALONG[0]])
 
 
-class Rig(NamedTuple):
+class PlaneRig(NamedTuple):
     """Camera and clamped mirror. foot: (2,) mm, the clamp; pixel: size of one in u."""
 
     foot: np.ndarray
@@ -43,11 +43,11 @@ class Rig(NamedTuple):
 
 
 def rig_of(pitch):
-    """The Rig in which the unbent mirror fills nine tenths of the picture, centred."""
+    """The rig in which the unbent mirror fills nine tenths of the picture, centred."""
     pixel = PITCH_MM[pitch] / FOCAL_MM
     edge = FILLED * max(IMAGE_PX) * pixel / 2
     depth = LENGTH_MM * (ALONG[0] - edge * ALONG[1]) / (2 * edge)
-    return Rig(np.array([-edge * depth, depth]), pixel)
+    return PlaneRig(np.array([-edge * depth, depth]), pixel)
 
 
 def beam(x, tip):

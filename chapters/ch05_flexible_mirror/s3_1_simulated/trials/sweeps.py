@@ -18,7 +18,7 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import (
     PITCH_MM,
     ROWS,
     TILT_DEG,
-    Rig,
+    PlaneRig,
     beam,
     bent,
     draw_row,
@@ -72,7 +72,7 @@ SETTINGS = {
 ALL_ALONG = np.linspace(0, LENGTH_MM, 101)
 
 
-class Views(NamedTuple):
+class RowViews(NamedTuple):
     """One row of corners seen before and after bending.
 
     before, after: (N,) u without noise, nan where not seen; on: (N, 2) mm, where they
@@ -80,7 +80,7 @@ class Views(NamedTuple):
     places: (N,) mm along the row; tip: mm.
     """
 
-    rig: Rig
+    rig: PlaneRig
     before: np.ndarray
     after: np.ndarray
     on: np.ndarray
@@ -98,7 +98,7 @@ def conditions():
 
 
 def look(condition, depth, tip, drawn):
-    """The Views of one draw of grid and noise at a depth and a deflection of the tip.
+    """RowViews of one draw of grid and noise, at a depth and a tip's deflection.
 
     tip: mm at the free edge, positive away from the camera (convex).
     """
@@ -114,7 +114,7 @@ def look(condition, depth, tip, drawn):
     for x, bend in ((seen_flat(rig, points), 0.0), (seen_bent(rig, points, tip), tip)):
         on.append(bent(rig, x, bend)[0])
         u.append(np.where(visible(x), pixels_of(on[-1]), np.nan))
-    return Views(rig, *u, on[-1], noise, points, places, tip)
+    return RowViews(rig, *u, on[-1], noise, points, places, tip)
 
 
 def draw(condition, rng):
