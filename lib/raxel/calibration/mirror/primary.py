@@ -132,19 +132,51 @@ def calibrate_primary(
     other; CalibrationError where no pixel sees two positions, where the rays do not
     meet viewing rays, and where the points leave coefficients open.
     """
-    views, (T, pose_covariance) = list(views), _poses(poses)
-    _check_views(views, T)
+    views = list(views)
+    _check_views(views, _poses(poses)[0])
     filled = [interpolated_view(view, "by need")[0] for view in views]
     seen = sample_boards(filled, viewer.width, viewer.height, SAMPLES * len(views))
-    common = seen.seen.sum(axis=0) >= 2
-    pixels = seen.pixels[common].astype(float)
-    rays = rays_from_known_motion(seen.points[:, common], T)
+    sighted = [_refining_points(view, seen, k) for k, view in enumerate(views)]
+    spline = {"shape": shape, "degree": degree, "angle": angle, "quantity": quantity}
+    pixels = seen.pixels.astype(float)
+    return primary_from_points(
+        viewer, pixels, seen.points, poses, sighted=sighted, span=span, **spline
+    )
+
+
+def primary_from_points(
+    viewer,
+    pixels,
+    points,
+    poses,
+    *,
+    shape=(7, 3),
+    degree=(2, 2),
+    angle=0.0,
+    quantity="inverse depth",
+    span=None,
+    sighted=None,
+):
+    """The same from pixels (N, 2) and what each sees on n grids: points (n, N, 2), mm,
+    NaN where it sees none.
+
+    sighted: for each grid the pixels (M, 2) and points (M, 2) that the refinement
+    takes, those of `points` if not given. Other arguments and errors as
+    `calibrate_primary`.
+    """
+    T, pose_covariance = _poses(poses)
+    known = np.isfinite(points).all(axis=2)
+    if sighted is None:
+        sighted = [(pixels[k], grid[k]) for k, grid in zip(known, points, strict=True)]
+    sighted = [_in_picture(viewer, *grid) for grid in sighted]
+    common = known.sum(axis=0) >= 2
+    pixels, points = pixels[common], points[:, common]
+    rays = rays_from_known_motion(points, T)
     p = normalised(viewer, pixels)
     along = np.column_stack([p, np.ones(len(p))])
     unit = along / np.linalg.norm(along, axis=1, keepdims=True)
     mirror = mirror_points(unit, rays)
     _check_meeting(mirror)
-    sighted = [_refining_points(viewer, view, seen, k) for k, view in enumerate(views)]
     spanned = [p[mirror.valid], *(image for image, _ in sighted)]
     spanned += [] if span is None else [span]
     grid = spline_grid(np.concatenate(spanned), shape, degree, angle)
@@ -153,10 +185,8 @@ def calibrate_primary(
     start = shape_up_to_scale(p[good], normals, grid, quantity)
     start = scaled_to_points(start, grid, quantity, mirror.points[good])
     refined = _refined(grid, quantity, start, sighted, T, pose_covariance)
-    middle = np.nanmean(seen.points[0, common][good], axis=0)
-    motions = [
-        grid_motion(T, pose_covariance, 0, k, middle) for k in range(1, len(views))
-    ]
+    middle = np.nanmean(points[0, good], axis=0)
+    motions = [grid_motion(T, pose_covariance, 0, k, middle) for k in range(1, len(T))]
     return PrimaryCalibration(
         SplineMirrorCamera.on_grid(viewer, grid, refined.coefficients, quantity),
         SplineMirrorCamera.on_grid(viewer, grid, start, quantity),
@@ -235,12 +265,16 @@ def _poses(poses):
     return T, np.full((6 * len(T), 6 * len(T)), np.nan)
 
 
-def _refining_points(viewer, view, seen, k):
-    """Normalised image points (M, 2) and points (M, 2) of the grid of view k: the
-    samples of a DenseView, the corners of a BoardView."""
-    pixels, points = view.pixels, view.points
+def _refining_points(view, seen, k):
+    """Pixels (M, 2) and points (M, 2) of the grid of view k: the samples of a
+    DenseView, the corners of a BoardView."""
     if view.every_pixel:
-        pixels, points = seen.pixels[seen.seen[k]], seen.points[k, seen.seen[k]]
+        return seen.pixels[seen.seen[k]], seen.points[k, seen.seen[k]]
+    return view.pixels, view.points
+
+
+def _in_picture(viewer, pixels, points):
+    """Normalised image points (M, 2) and points (M, 2), without those not found."""
     image = normalised(viewer, np.asarray(pixels, float))
     found = np.isfinite(image).all(axis=1)
     return image[found], np.asarray(points, float)[found]
