@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from raxel.calibration.mirror.bundle import StageView
 from raxel.calibration.mirror.platter import PlatterPicture
 from raxel.calibration.views.correspondence import BoardView
 from raxel.calibration.views.dense import dense_view
@@ -132,3 +133,22 @@ def lit_views(camera, T_camera_grid, rng=None, sd_mm=0.0):
         view = dense_view(location.reshape(camera.height, camera.width, 2))
         views.append(view)
     return views
+
+
+BOARD = lattice(14, 13, 18.0)
+
+
+def board_pose(turn_deg, shift=(0, 0, 0)):
+    """T_camera_grid of the board of 14 x 13 corners, some 260 mm before the mirror."""
+    T = posed(np.array([0, 70.0, 0]) + turn_deg, [0, 0, 0])
+    centre = np.array([-232.0, 0, 305]) + shift
+    T[:3, 3] = centre - T[:3, :2] @ BOARD.mean(axis=0)
+    return T
+
+
+def stage_pictures(cameras, pairs, T_camera_grid, rng=None, sd=0.0):
+    """StageViews of the board: for each pair (stage, grid), as the mirror shows it."""
+    return [
+        StageView(s, g, view(cameras[s], T_camera_grid[g], BOARD, 14, 13, rng, sd))
+        for s, g in pairs
+    ]

@@ -1,0 +1,303 @@
+"""All stages of a bending mirror at once: shapes and grid poses together.
+
+Stage by stage, the pose of the grid is found with one shape and the next shape with
+that pose, so errors are handed on. Here the splines of all stages and the poses of all
+grids are unknown together, the first shape fixed or known to its covariance, and every
+corner in every picture counts. Not in the thesis.
+
+A corner's ray-point vector r (5.29) is told in standard deviations of the corner: with
+dr = D dp as the corner's image point p moves, D^+ r is by how much p is off, and over
+its standard deviation it is the residual. D is taken at the start of each round.
+
+The normal matrix is an arrow: a block for each stage, a block for each grid, and what
+couples a stage with the grids that it shows. With some two hundred unknowns in all, it
+is solved as it is.
+
+Frame: the viewer's; mm, radians.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.mirror.bundle_system import (
+    BundleProblem,
+    Seen,
+    State,
+    inverse_of,
+    moved,
+)
+from raxel.calibration.mirror.clamp import clamped, soft_clamp
+from raxel.calibration.mirror.prior import PriorRows, bending_prior, plane_through
+from raxel.calibration.mirror.ray_points import RayPoints
+from raxel.calibration.mirror.refine import ray_sd
+from raxel.calibration.mirror.sightings import FEWEST, normalised, sighting
+from raxel.calibration.pose.three_point import placed_points
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.damped import descend
+
+ROUNDS, STEPS, AT_REST, ROUNDING = 3, 30, 1e-7, 1e-12
+# Corners that a misfit moves alike, so that it averages out less than noise. Chosen on
+# sheets by physics, smooth and uneven by 10 um, in other poses than any test's.
+ALIKE = 3.0
+FIRM = 3.0  # standard deviations by which residuals exceed noise before misfit is told
+
+
+class StageView(NamedTuple):
+    """A BoardView or DenseView of a grid in the mirror: in which stage (0 is the first
+    shape), and of which grid, by its number among the poses. A grid that was seen
+    before and after a deflection, or over several, without being moved has one number.
+    """
+
+    stage: int
+    grid: int
+    view: object
+
+
+class StageBundle(NamedTuple):
+    """What `bundle_stages` finds.
+
+    cameras: a SplineMirrorCamera for each stage; T_camera_grid (m, 4, 4); residuals: an
+    array (N, 2) for each view, px, what its corners are off in the picture; costs: over
+    all rounds, squares of standard deviations; freedom: their degrees of freedom;
+    variance: cost over freedom, 1 where corner noise is all there is, more where the
+    mirror is none of the splines. covariance (P, P): of the coefficients of the stages
+    one after another and of (w, s) of the poses, by the corners' standard deviations
+    where they are known and by `variance` where not. misfit (n,): radians, standard
+    deviation of scene rays that the splines of a stage leave, from the residuals beyond
+    the corners' noise; zero where their standard deviations are not known. corners:
+    (M, 2) of each stage, normalised image points of what it shows.
+    """
+
+    cameras: tuple
+    T_camera_grid: np.ndarray
+    residuals: tuple
+    costs: np.ndarray
+    freedom: int
+    variance: float
+    covariance: np.ndarray
+    misfit: np.ndarray
+    converged: bool
+    corners: tuple
+
+    def coefficient_covariance(self, stage):
+        """(K, K) of vec(C) of a stage."""
+        sizes = [camera.grid.size for camera in self.cameras]
+        start = sum(sizes[:stage])
+        own = slice(start, start + sizes[stage])
+        return self.covariance[own, own]
+
+    def ray_sd(self, stage, pixels):
+        """Standard deviation (N,), radians, of a stage's scene rays at pixels (N, 2).
+
+        Of each of a direction's two components: by the covariance, widened where
+        `variance` tells of misfit, which neighbouring corners share, and by the misfit
+        itself. Beyond the outermost corners (`among_corners`) it knows of noise alone.
+        NaN outside the knots.
+        """
+        camera = self.cameras[stage]
+        known = ray_sd(
+            normalised(camera.viewer, np.asarray(pixels, float)),
+            camera.grid,
+            camera.quantity,
+            camera.coefficients.ravel("F"),
+            self.coefficient_covariance(stage),
+        )
+        if np.any(self.misfit):
+            known = known * np.sqrt(1 + ALIKE * max(self.variance - 1, 0.0))
+        return np.hypot(known, self.misfit[stage])
+
+    def among_corners(self, stage, pixels):
+        """Which pixels (N, 2) lie within the hull of a stage's corners, (N,) bool."""
+        from scipy.spatial import Delaunay
+
+        p = normalised(self.cameras[stage].viewer, np.asarray(pixels, float))
+        within = Delaunay(self.corners[stage]).find_simplex(np.nan_to_num(p, nan=1e9))
+        return within >= 0
+
+
+def bundle_stages(
+    cameras, views, T_camera_grid, *, clamp=None, first_covariance=None, prior_sd=None
+):
+    """StageBundle of a mirror's shapes and the grids seen in it.
+
+    cameras: n SplineMirrorCameras of one viewer, the first shape and starts for the
+    others; views: StageViews; T_camera_grid: (m, 4, 4), starts. clamp: Clamp or
+    FixedLine that holds from stage 1 on. first_covariance: (K, K) of the first shape's
+    coefficients, which are then found as well; None: the first shape is fixed.
+    prior_sd: mm, see `bending_prior`, from stage 1 on; None for none.
+
+    Wrong matches are to be left out before. Corners without a standard deviation count
+    alike, and those outside a stage's knots not at all. Raises InputError for numbers
+    that do not fit; CalibrationError for too few corners, a start behind the camera,
+    and where stages or grids are left open.
+    """
+    cameras, T = tuple(cameras), np.array(T_camera_grid, float)
+    seen = _sightings(cameras, views, T)
+    further = _further(cameras, clamp, first_covariance, prior_sd)
+    spaces = _spaces(cameras, clamp, first_covariance)
+    free = [
+        space.free(camera.coefficients.ravel("F"))
+        for space, camera in zip(spaces, cameras, strict=True)
+    ]
+    state, costs = State(free, T), []
+    for _ in range(ROUNDS):
+        problem = BundleProblem(seen, spaces, further, _whitening(seen, spaces, state))
+        state, fell, converged = descend(
+            problem.evaluate,
+            moved,
+            state,
+            iterations=STEPS,
+            tolerance=AT_REST,
+            rounding=ROUNDING * problem.count,
+        )
+        costs.extend(fell)
+        # A round that hardly moves would whiten as it did.
+        if len(fell) <= 2:
+            break
+    return _result(cameras, problem, state, np.array(costs), converged)
+
+
+def _sightings(cameras, views, T):
+    found = []
+    for k, (stage, grid, view) in enumerate(views):
+        if not (0 <= stage < len(cameras) and 0 <= grid < len(T)):
+            raise InputError(
+                f"bundle: view {k}: found stage {stage} and grid {grid}; there are "
+                f"{len(cameras)} stages and {len(T)} grids, from 0"
+            )
+        camera = cameras[stage]
+        one = sighting(camera.viewer, view, f"bundle: view {k}")
+        inside = camera.grid.inside(one.image)
+        if np.count_nonzero(inside) < FEWEST:
+            raise CalibrationError(
+                f"bundle: view {k}: {np.count_nonzero(inside)} of its corners lie "
+                f"within the knots of stage {stage}; at least {FEWEST} are needed"
+            )
+        rays = RayPoints(one.image[inside], camera.grid, camera.quantity)
+        sd, scale = one.sd[inside], one.scale[inside]
+        found.append(Seen(stage, grid, rays, one.points[inside], sd, scale, False))
+    if not all(np.isfinite(view.sd).all() for view in found):
+        found = [v._replace(sd=np.ones(len(v.sd)), unknown_sd=True) for v in found]
+    return [view._replace(sd=view.sd / view.scale) for view in found]
+
+
+def _spaces(cameras, clamp, first_covariance):
+    """The Subspace of each stage's coefficients; that of a fixed one has none."""
+    firm = None if soft_clamp(cameras[0].grid, clamp) is not None else clamp
+    spaces = [clamped(cameras[0].grid, None)]
+    if first_covariance is None:
+        c = cameras[0].coefficients.ravel("F")
+        spaces = [spaces[0]._replace(particular=c, directions=np.zeros((len(c), 0)))]
+    return spaces + [clamped(camera.grid, firm) for camera in cameras[1:]]
+
+
+def _further(cameras, clamp, first_covariance, prior_sd):
+    """Rows (R, K) and values (R,) of each stage, over their standard deviations."""
+    found = []
+    for stage, camera in enumerate(cameras):
+        parts = []
+        if stage == 0 and first_covariance is not None:
+            values, vectors = np.linalg.eigh(first_covariance)
+            sd = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
+            start = vectors.T @ camera.coefficients.ravel("F")
+            parts = [PriorRows(vectors.T, start, sd)]
+        if stage > 0:
+            soft = soft_clamp(camera.grid, clamp)
+            parts = [] if soft is None else [soft]
+            if prior_sd is not None:
+                parts.append(_prior(camera, prior_sd))
+        rows = [part.rows / np.reshape(part.sd, (-1, 1)) for part in parts]
+        values = [part.values / part.sd for part in parts]
+        empty = np.zeros((0, camera.grid.size))
+        found.append((np.vstack([empty, *rows]), np.concatenate([[], *values])))
+    return found
+
+
+def _prior(camera, sd):
+    """The bending prior, from the plane through the start of a stage."""
+    u, v = (np.linspace(b[0], b[-1], 7) for b in camera.grid.breaks)
+    p = camera.grid.unturned(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+    plane = plane_through(camera.mirror.points(p))
+    return bending_prior(camera.grid, camera.quantity, plane, sd)
+
+
+def _whitening(seen, spaces, state):
+    found = []
+    for view in seen:
+        c = spaces[view.stage].coefficients(state.free[view.stage])
+        if not view.rays.in_front(c):
+            raise CalibrationError(
+                f"bundle: stage {view.stage} begins in part behind the camera; give "
+                "another start"
+            )
+        placed = placed_points(view.points, state.T[view.grid])
+        shift = view.rays.picture_jacobian(c, placed)
+        found.append(np.linalg.pinv(shift) / view.sd[:, None, None])
+    return found
+
+
+def _result(cameras, problem, state, costs, converged):
+    views, rows = problem.residuals(state)
+    normal, _ = problem.equations(state, views, rows)
+    freedom = problem.count - len(normal)
+    variance = costs[-1] / freedom if freedom > 0 else np.nan
+    inverse = inverse_of(normal)
+    if problem.seen[0].unknown_sd:
+        inverse = inverse * variance
+    outward = _outward(problem, state)
+    coefficients = problem.coefficients(state)
+    found = tuple(
+        SplineMirrorCamera.on_grid(camera.viewer, camera.grid, c, camera.quantity)
+        for camera, c in zip(cameras, coefficients, strict=True)
+    )
+    in_px = tuple(
+        off * (view.sd * view.scale)[:, None]
+        for off, view in zip(views, problem.seen, strict=True)
+    )
+    return StageBundle(
+        found,
+        state.T,
+        in_px,
+        costs,
+        freedom,
+        float(variance),
+        outward @ inverse @ outward.T,
+        _misfit(problem, state, views),
+        converged,
+        tuple(_corners(problem, stage) for stage in range(len(cameras))),
+    )
+
+
+def _corners(problem, stage):
+    own = [view.rays.p for view in problem.seen if view.stage == stage]
+    return np.concatenate([np.zeros((0, 2)), *own])
+
+
+def _outward(problem, state):
+    """(P, F): how all coefficients and poses change with what is free of them."""
+    from scipy.linalg import block_diag
+
+    parts = [space.directions for space in problem.spaces]
+    return block_diag(*parts, np.eye(6 * len(state.T)))
+
+
+def _misfit(problem, state, views):
+    """(n,) radians: what the residuals of each stage's views have beyond noise."""
+    c = problem.coefficients(state)
+    squares, counts = np.zeros(len(c)), np.zeros(len(c))
+    for view, off in zip(problem.seen, views, strict=True):
+        if view.unknown_sd:
+            continue
+        placed = placed_points(view.points, state.T[view.grid])
+        S, scene = view.rays.surface(c[view.stage])
+        away = np.sum((placed - S) * scene, axis=1)
+        vectors = view.rays.residuals(c[view.stage], placed)
+        found = np.sum((vectors / away[:, None]) ** 2, axis=1)
+        # By noise alone the mean is 1, and its standard deviation 1 / sqrt(N).
+        mean, chance = np.mean(off**2), FIRM / np.sqrt(len(off))
+        beyond = 1 - 1 / mean if mean > 1 + chance else 0.0
+        squares[view.stage] += beyond * np.sum(found) / 2
+        counts[view.stage] += len(off)
+    return np.sqrt(squares / np.maximum(counts, 1))
