@@ -1,0 +1,83 @@
+"""Fig. 5.2, drawn with computed mirrors, and where a beam is no cubic any more."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s1_model.results import BEAM, SMALL, compared_beams
+from chapters.ch05_flexible_mirror.s1_model.trials.plane import ANCHORS
+from repro.page.style import INK, legend_below, series
+from repro.page.style import figure as new_figure
+from repro.run.columns import columns
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
+
+FAINT = {"color": "#7a828c", "linewidth": 0.8, "marker": ""}
+SHOWN = (2, 20, 38)
+EXACT = 1e-4
+WORDS = {0.9: "10 % nearer", 1.0: "true mirror", 1.1: "10 % farther"}
+
+
+@figure("fig_5_2", needs=("exp_c5_shape_ambiguity",), evidence="analytic")
+def fig_5_2(results):
+    """Mirrors that the rays, or the scene points, do not tell apart."""
+    trial = results["exp_c5_shape_ambiguity"].select()
+    points = trial.arrays("points")[0]
+    curves = [trial.arrays(f"anchor_{n}.curve")[0] for n in range(len(ANCHORS))]
+    true = curves[ANCHORS.index(1.0)]
+    copies = [factor * true for factor in ANCHORS]
+    drawn, (left, right) = new_figure(1, 2, height_in=4.6, sharex=True, sharey=True)
+    left.set_title("(a) depth")
+    right.set_title("(b) shape")
+    rows = []
+    for axes, kind, mirrors in ((left, "depth", copies), (right, "shape", curves)):
+        for n, (factor, mirror) in enumerate(zip(ANCHORS, mirrors, strict=True)):
+            look = {"color": INK} if factor == 1.0 else {"color": series(n)["color"]}
+            axes.plot(*mirror.T, **look, marker="", linestyle="-", linewidth=2,
+                      label=WORDS[factor])  # fmt: skip
+            rows += [(kind, factor, *place) for place in mirror]
+            for at in SHOWN:
+                ray = points[at] - (true if kind == "depth" else mirror)[at]
+                way = np.array([[0, 0], mirror[at], mirror[at] + 0.8 * ray])
+                axes.plot(*way.T, **FAINT, linestyle="-")
+        axes.set_aspect("equal")
+        axes.set(xlabel="x (mm)")
+    right.plot(*points[list(SHOWN)].T, **series(1) | {"linestyle": ""},
+               label="scene point")  # fmt: skip
+    left.set_ylabel("z (mm)")
+    legend_below(drawn, right, ncols=4)
+    offset = max(trial.column(f"anchor_{n}.offset_mm")[0] for n in range(len(ANCHORS)))
+    return Drawing(
+        drawn,
+        columns(("ambiguity", "anchor", "x_mm", "z_mm"), rows),
+        "Mirrors that cannot be told apart, computed for a beam bent by 16.7 mm. (a) "
+        "Viewing and scene rays are known: a mirror and its scaled copies have the "
+        "same directions. (b) Viewing rays and scene points are known: another mirror "
+        "through another place shows the same points on the same viewing rays, and has "
+        "another shape. The camera is at (0, 0).",
+        Check(
+            bool(offset < EXACT),
+            f"scene points lie within {offset:.0e} mm of the scene rays in (b)",
+        ),
+    )
+
+
+@figure("ext_beam_cubic", needs=("exp_c5_beam_cubic",), evidence="analytic")
+def ext_beam_cubic(results):
+    """Difference of elastica and cubic over the largest squared slope."""
+    result, rows = results["exp_c5_beam_cubic"], []
+    drawn, axes = new_figure(height_in=3.6)
+    for number, option in enumerate(BEAM["beam_compared"]):
+        levels, found = compared_beams(result, {"beam_compared": option})
+        axes.plot(levels, 100 * found, **series(number), label=option)
+        rows += [(option, *row) for row in zip(levels, 100 * found, strict=True)]
+    axes.axhline(2, color=INK, linestyle=":", marker="", label="2 %")
+    axes.axvline(SMALL, color=INK, linestyle="--", marker="", label="0.036")
+    axes.set(xscale="log", yscale="log", xlabel="Largest squared slope (1)")
+    axes.set_ylabel("Difference / deflection of the tip (%)")
+    legend_below(drawn, axes, ncols=4)
+    return Drawing(
+        drawn,
+        columns(("compared", "slope2", "difference_percent"), rows),
+        "Largest difference of the beam's cubic (5.1) from the elastica, which is "
+        "right for deflections of any size, against the cubic's largest squared slope. "
+        "Dashed: the largest one that the thesis states.",
+    )

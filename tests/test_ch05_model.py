@@ -1,0 +1,126 @@
+"""Section 5.1: what the equations say, and that the tests of it can fail."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s1_model import claims
+from chapters.ch05_flexible_mirror.s1_model.trials import plane, splines
+from tests.exercise_answers import misjudged
+from tests.judged_claims import readings, verdict
+from tests.made_results import ROOT
+
+RNG = np.random.default_rng
+
+
+def test_drawn_mirrors_are_bent_planes_before_the_camera():
+    for seed in range(4):
+        grid, c = splines.draw_mirror(RNG(seed))
+        D = grid.rows(splines.draw_pixels(RNG(9), 200))[0] @ c
+        assert 250 < D.min() < D.max() < 700
+
+
+def test_spread_pixels_use_every_interval_and_both_halves():
+    grid, _ = splines.draw_mirror(RNG(0))
+    p = splines.spread_pixels(RNG(1), 10, grid)
+    assert sorted(grid.intervals(p)[:, 0]) == sorted([0, 1, 2, 3, 4] * 2)
+    assert np.sum(p[:, 1] < 0) == 5
+    assert grid.inside(p).all()
+
+
+def test_the_curve_through_the_true_anchor_is_the_true_mirror():
+    found = plane.shapes_trial({}, None)["anchor_1"]
+    assert found["beyond_scale_mm"] < 1e-7
+
+
+def test_far_points_are_seen_in_the_flat_mirror_where_reflection_says():
+    """An unbent mirror turns no ray."""
+    true = plane.TIP_MM
+    try:
+        plane.TIP_MM = 1e-9
+        assert plane.far_trial({"depth": 10.0}, None)["angle_deg"] < 1e-8
+    finally:
+        plane.TIP_MM = true
+
+
+def test_exercises_are_judged_rightly():
+    assert misjudged(ROOT, "ch05_flexible_mirror/s1_model") == []
+
+
+def anchors(offset=1e-6, apart=3.0):
+    own = {0: apart, 1: 0.0, 2: apart}
+    return {
+        f"anchor_{n}.{name}": [value]
+        for n in own
+        for name, value in (("offset_mm", offset), ("beyond_scale_mm", own[n]))
+    }
+
+
+def fixed(linear=1e-12, refined=1e-12, left=0.0):
+    return {"open": [left], "linear_mm": [linear], "refined_mm": [refined],
+            "start_mm": [1.0]}  # fmt: skip
+
+
+def ends(lost=3, reciprocal=0.2):
+    return {"all.rank": [20], "without.rank": [20 - lost], "all.reciprocal": [0.2],
+            "without.reciprocal": [reciprocal], "size": [21]}  # fmt: skip
+
+
+def pairs(random=18, least=10, most=20):
+    def of(condition):
+        n = condition["pairs"]
+        rank = min(2 * n, most) if n >= least else min(2 * n, most) - 1
+        return {"spread": [rank], "random": [random], "size": [21]}
+
+    return of
+
+
+def power(name, exponent):
+    return lambda condition: {name: [condition["depth"] ** exponent]}
+
+
+CLAIMS = {
+    claims.judge_depth_ambiguity: (
+        {"open": [1.0, 1.0], "off": [1e-15, 1e-14]},
+        [{"open": [1.0, 2.0], "off": [1e-15] * 2}, {"open": [1.0], "off": [1e-3]}],
+    ),
+    claims.judge_shape_ambiguity: (
+        anchors(),
+        [anchors(offset=1.0), anchors(apart=1e-3)],
+    ),
+    claims.judge_fix_removes: (
+        fixed(),
+        [fixed(refined=1.0), fixed(linear=1e-3), fixed(left=1.0)],
+    ),
+    claims.judge_min_pairs: (pairs(), [pairs(most=21), pairs(least=11)]),
+    claims.judge_end_knots: (
+        ends(),
+        [ends(lost=0), ends(lost=0, reciprocal=0.2 / 900)],
+    ),
+    claims.judge_far: (power("angle_deg", -1.0), [power("angle_deg", -0.8)]),
+    claims.judge_aberration: (power("moved_mm", 1.0), [power("moved_mm", 1.1)]),
+}  # fmt: skip
+EXPERIMENTS = {
+    judge: mark["needs"][0] for judge in CLAIMS for mark in judge.repro_marks
+}
+
+
+@pytest.mark.parametrize("judge", CLAIMS, ids=lambda judge: judge.__name__)
+def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
+    true, others = CLAIMS[judge]
+    assert verdict(judge, EXPERIMENTS[judge], true) == "reproduced"
+    for other in others:
+        assert verdict(judge, EXPERIMENTS[judge], other) == "differs"
+
+
+def test_a_worse_condition_is_as_good_as_a_lower_rank():
+    worse = ends(lost=0, reciprocal=0.2 / 2000)
+    assert verdict(claims.judge_end_knots, "exp_c5_end_knots", worse) == "reproduced"
+
+
+def test_the_beam_is_compared_in_both_ways_and_up_to_the_stated_slope():
+    def made(condition):
+        steep = condition["slope2"] > 0.036
+        return {"same_deflection": [0.5 if steep else 0.01], "same_force": [0.03]}
+
+    found = readings(claims.judge_beam_cubic, "exp_c5_beam_cubic", made)
+    assert [one.verdict for one in found] == ["reproduced", "differs"]
