@@ -13,7 +13,7 @@ from repro.run.outcomes import Check, Drawing
 FAINT = {"color": "#7a828c", "linewidth": 0.8, "marker": ""}
 SHOWN = (2, 20, 38)
 EXACT = 1e-4
-WORDS = {0.9: "10 % nearer", 1.0: "true mirror", 1.1: "10 % farther"}
+WORDS = {0.9: "10 % nearer", 1.0: "where it is", 1.1: "10 % farther"}
 
 
 @figure("fig_5_2", needs=("exp_c5_shape_ambiguity",), evidence="analytic")
@@ -36,7 +36,8 @@ def fig_5_2(results):
             rows += [(kind, factor, *place) for place in mirror]
             for at in SHOWN:
                 ray = points[at] - (true if kind == "depth" else mirror)[at]
-                way = np.array([[0, 0], mirror[at], mirror[at] + 0.8 * ray])
+                shown = 0.8 if kind == "depth" else 1.0
+                way = np.array([[0, 0], mirror[at], mirror[at] + shown * ray])
                 axes.plot(*way.T, **FAINT, linestyle="-")
         axes.set_aspect("equal")
         axes.set(xlabel="x (mm)")

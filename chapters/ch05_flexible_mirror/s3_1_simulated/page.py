@@ -215,9 +215,10 @@ def example(effort):
 # So the bias $D/(Z+D)$ is inversely proportional to the depth only where the
 # grid is much farther away than the camera. The three sensors put the camera
 # at three distances, and all of them are of the order of the depths swept.
-# On logarithmic axes the slope comes near -1 at the far end alone; over the
-# whole sweep it lies at the edge of what the ledger's test allows, or
-# outside. Far out another floor shows with the widest sensor: what the cubic
+# On logarithmic axes the slope comes near -1 at the far end alone. Over the
+# whole sweep it lies at the edge of what the ledger's test allows: just inside
+# for a mirror bent towards the camera and for the cubic of the length,
+# outside for most other readings. Far out another floor shows with the widest sensor: what the cubic
 # of the picture cannot follow.
 
 # %% [markdown]
