@@ -218,8 +218,8 @@ def example(effort):
 # On logarithmic axes the slope comes near -1 at the far end alone. Over the
 # whole sweep it lies at the edge of what the ledger's test allows: just inside
 # for a mirror bent towards the camera and for the cubic of the length,
-# outside for most other readings. Far out another floor shows with the widest sensor: what the cubic
-# of the picture cannot follow.
+# outside for others. Far out another floor shows with the widest sensor: what
+# the cubic of the picture cannot follow.
 
 # %% [markdown]
 # ## Reading and limits
