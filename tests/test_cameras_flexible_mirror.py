@@ -182,6 +182,19 @@ def test_points_on_a_ray_project_to_its_pixel(changes):
     assert np.abs(back.pixels - pixels)[rays.valid].max() < 1e-9
 
 
+def test_points_beyond_the_focus_of_a_hollow_sheet_are_found_where_it_shows_them():
+    """It may show them several times: the pixel's ray passes through the point."""
+    camera, rng = flexible(deflections=-30.0), np.random.default_rng(5)
+    rays = camera.rays(pixels_of(4, 200))
+    depth = rng.uniform(400, 1500, (200, 1))
+    points = (rays.origins + depth * rays.directions)[rays.valid]
+    back = camera.project(points)
+    assert back.valid.all()
+    there = camera.rays(back.pixels)
+    reach = points - there.origins
+    assert np.linalg.norm(np.cross(reach, there.directions), axis=1).max() < 1e-6
+
+
 def test_rays_obey_the_law_of_reflection():
     camera, pixels = flexible(**ROUGH), pixels_of(6)
     rays = camera.rays(pixels)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chapters.shared.mirror_pictures import (
-    BoardPicture,
+    MirroredBoard,
     grid_picture,
     platter_camera,
     platter_window,
@@ -75,19 +75,19 @@ def test_a_band_of_the_monitor_is_decoded_in_the_pixels_of_the_whole_picture():
 
 
 def test_corners_are_not_looked_for_across_the_border_of_the_mirror():
-    """Squares of 40 px, 200 px wide, in a picture that is dark around them."""
+    """Squares of 40 px, 195 px wide, in a picture that is dark around them."""
     v, u = np.mgrid[0:280, 0:280]
     squares = ((u + 20) // 40 + (v + 20) // 40) % 2 * 140 + 60
-    inside = (u >= 40) & (u < 240) & (v >= 40) & (v < 240)
+    inside = (u >= 45) & (u < 240) & (v >= 40) & (v < 240)
     picture = np.where(inside, squares, 5).astype(np.uint8)
-    taken = BoardPicture(picture, Crop(1000, 500, 280, 280, 3072, 2304))
-    corners = np.array([[139.5, 99.5], [219.5, 139.5], [59.5, 59.5], [500, 10]])
-    found = taken.corners(corners + [1002, 499])
+    taken = MirroredBoard(picture, Crop(1000, 500, 280, 280, 3072, 2304))
+    corners = np.array([[139.5, 99.5], [179.5, 139.5], [59.5, 139.5], [500, 10]])
+    found = taken.corners(corners + [1004, 499])
     np.testing.assert_allclose(found[0], corners[0] + [1000, 500], atol=0.02)
-    # 20 px from the border is room for a window of 31, and a saddle at the dark is not.
-    np.testing.assert_array_equal(np.isfinite(found[:, 0]), [True, True, True, False])
-    beside = np.array([[1239.5, 639.5]])
-    assert np.isnan(taken.corners(beside)).all()
+    # The third is 15 px from the border: looked for from farther in, yet not taken.
+    seen = np.isfinite(found[:, 0])
+    np.testing.assert_array_equal(seen, [True, True, False, False])
+    assert np.isnan(taken.corners(np.array([[1239.5, 639.5]]))).all()
 
 
 def test_the_platter_shows_the_monitor_within_its_window():

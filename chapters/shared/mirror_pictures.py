@@ -39,7 +39,7 @@ PLATE, PLATE_MARGIN_MM = 0.25, 4.0
 CORNER_WINDOW, DARK, SMOOTH_PX = 31, 0.15, 2.0
 
 
-class BoardPicture(NamedTuple):
+class MirroredBoard(NamedTuple):
     """picture: (h, w) uint8; window: the `Crop` of the whole picture that it is."""
 
     picture: np.ndarray
@@ -73,7 +73,7 @@ class BoardPicture(NamedTuple):
         return inside
 
 
-class GridPicture(NamedTuple):
+class MirroredGrid(NamedTuple):
     """What a monitor's patterns were decoded to, in one window of the picture.
 
     pixels: (n, 2) decoded ones, of the whole picture; points_mm: (n, 2) what they see
@@ -89,14 +89,14 @@ class GridPicture(NamedTuple):
 
 
 def board_picture(rig, camera, T_camera_board, rng):
-    """The `BoardPicture` of a board of a `MirrorRig` by one of its cameras."""
+    """The `MirroredBoard` of a board of a `MirrorRig` by one of its cameras."""
     window = mirror_window(camera)
     taken = windowed(replace(rig.rig, camera=camera), window)
-    return BoardPicture(photograph_board(taken, T_camera_board, rng, rng), window)
+    return MirroredBoard(photograph_board(taken, T_camera_board, rng, rng), window)
 
 
 def grid_picture(rig, camera, T_camera_monitor, seed, window=None):
-    """The `GridPicture` of the monitor of a `MirrorRig` in one pose.
+    """The `MirroredGrid` of the monitor of a `MirrorRig` in one pose.
 
     camera: one of the rig's, or `platter_camera`; seed: list of whole numbers; window:
     a `Crop`, all that the flexible mirror fills if not given (`raxel.lab.windowed.
@@ -113,7 +113,7 @@ def grid_picture(rig, camera, T_camera_monitor, seed, window=None):
     rows, columns = np.nonzero(found.mask & np.isfinite(true[..., 0]))
     pixels = np.column_stack([columns + window.u, rows + window.v]).astype(float)
     fields = found.location, found.sigma, true
-    return GridPicture(
+    return MirroredGrid(
         pixels, *(field[rows, columns].astype(float) for field in fields)
     )
 
