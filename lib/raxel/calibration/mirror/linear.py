@@ -92,22 +92,24 @@ def scaled_to_points(coefficients, grid, quantity, points):
 
 
 def shape_with_clamp(
-    p, normals, grid, quantity, clamp, *, truncation=TRUNCATION, prior_rows=None
+    p, normals, grid, quantity, clamp, *, truncation=TRUNCATION, further=None
 ):
     """Coefficients (K,) from normals and a Clamp, by least squares (5.22-5.25).
 
     p: (N, 2) normalised image coordinates; normals: (N, 3) unit; clamp, truncation:
-    see `clamped`; prior_rows: (R, K), further rows whose products should vanish, in
-    the unit of `orthogonality_rows`. Columns are equilibrated. Raises CalibrationError
-    where coefficients are left open.
+    see `clamped`; further: rows (R, K) and values (R,) of more equations, such as a
+    prior's, in the unit of `orthogonality_rows`. Columns are equilibrated. Raises
+    CalibrationError where coefficients are left open.
     """
     space = clamped(grid, clamp, truncation)
     A = orthogonality_rows(p, normals, grid, quantity)
-    if prior_rows is not None:
-        A = np.vstack([A, prior_rows])
+    values = np.zeros(len(A))
+    if further is not None:
+        A, values = np.vstack([A, further[0]]), np.append(values, further[1])
     M = A @ space.directions
     scale = _column_lengths(M)
-    free, _, rank, _ = np.linalg.lstsq(M / scale, -A @ space.particular, rcond=RANK)
+    gap = values - A @ space.particular
+    free, _, rank, _ = np.linalg.lstsq(M / scale, gap, rcond=RANK)
     if rank < M.shape[1]:
         raise CalibrationError(
             f"mirror shape: {len(p)} directions and the clamp leave "

@@ -16,11 +16,16 @@ from raxel.geometry.spline_grid import basis
 
 
 class PriorRows(NamedTuple):
-    """Equations rows @ c = values, mm, each with a standard deviation of sd mm."""
+    """Equations rows @ c = values with standard deviations sd, one or (R,).
+
+    mm: millimetres for a unit of the spline's quantity, already in the rows of a prior
+    on bending.
+    """
 
     rows: np.ndarray
     values: np.ndarray
-    sd: float
+    sd: float | np.ndarray
+    mm: float = 1.0
 
 
 def bending_prior(grid, quantity, plane, sd):
@@ -33,7 +38,7 @@ def bending_prior(grid, quantity, plane, sd):
     flat = _plane_coefficients(grid, quantity, plane)
     # One over depth to mm at the plane's middle.
     mm = 1.0 if quantity == "distance" else 1 / np.mean(flat) ** 2
-    return PriorRows(mm * rows, mm * (rows @ flat), float(sd))
+    return PriorRows(mm * rows, mm * (rows @ flat), float(sd), mm)
 
 
 def bending_rows(grid):

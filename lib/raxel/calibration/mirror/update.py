@@ -1,0 +1,288 @@
+"""Dynamic calibration: the shape of a mirror after it was bent, from one stage (5.2.2).
+
+A grid that does not move is seen before and after. Its pose is found with the camera as
+it was; the linear stage takes the scene directions to be those of before (5.28); the
+refinement makes the grid's points lie on their rays. Knots are laid anew over the new
+picture, the clamp stays as the primary stage had it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.mirror.clamp import TRUNCATION
+from raxel.calibration.mirror.linear import reflection_normals, shape_with_clamp
+from raxel.calibration.mirror.matches import wrong_matches
+from raxel.calibration.mirror.prior import bending_prior, plane_through
+from raxel.calibration.mirror.refine import ShapeFit, ray_sd, refine_shape
+from raxel.calibration.mirror.sightings import magnification, normalised
+from raxel.calibration.mirror.support import (
+    Support,
+    need_support,
+    support_of,
+    supported_grid,
+)
+from raxel.calibration.pose.non_central import (
+    NonCentralPose,
+    pose_from_non_central_rays,
+)
+from raxel.calibration.pose.three_point import motion_of_points
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
+from raxel.errors import CalibrationError
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import transform
+from raxel.geometry.spline_grid import spline_grid
+
+# Residuals beyond this many medians belong to wrong matches.
+FAR, ROUNDS = 10.0, 5
+# What near scene points make of a slope in the linear stage, over one interval, mm.
+LINEAR_SD = 0.1
+MOST_WRONG = 0.25
+# The picture after, taken for that before, fits a pose this much better: exchanged.
+EXCHANGED = 0.5
+
+
+class MirrorSettings(NamedTuple):
+    """How a stage is calibrated.
+
+    shape: (Kf, Kg), the most basis functions; degree; fixed_shape: whether these
+    numbers stay where features do not support them (then a prior must carry, or the
+    stage is refused). noise_px: standard deviation of a feature along each axis, px.
+    prior_sd: of `bending_prior`, mm; None for no prior. truncation: see `clamped`.
+    """
+
+    shape: tuple = (7, 3)
+    degree: tuple = (2, 2)
+    fixed_shape: bool = True
+    noise_px: float = 0.2
+    prior_sd: float | None = None
+    truncation: float = TRUNCATION
+
+
+class MirrorUpdate(NamedTuple):
+    """One stage, calibrated.
+
+    camera, linear: SplineMirrorCameras, refined and as the linear stage left it; fit:
+    ShapeFit; residuals: (N,) mm, distances of the points from their scene rays, NaN
+    where a feature was not common; used: (N,) features that count; wrong: (N,) those
+    taken for wrong matches; support: Support; pose: NonCentralPose of the grid, None
+    for a known scene; flags: what a reader should know, one text each.
+    """
+
+    camera: SplineMirrorCamera
+    linear: SplineMirrorCamera
+    fit: ShapeFit
+    residuals: np.ndarray
+    used: np.ndarray
+    wrong: np.ndarray
+    support: Support
+    pose: NonCentralPose | None
+    flags: tuple
+
+    @property
+    def covariance(self):
+        """(K, K), of vec(C) of `camera`."""
+        return self.fit.covariance
+
+    def ray_sd(self, pixels):
+        """Standard deviation (N,) of the rays' directions at pixels (N, 2), radians."""
+        camera = self.camera
+        return ray_sd(
+            normalised(camera.viewer, pixels),
+            camera.grid,
+            camera.quantity,
+            self.fit.coefficients,
+            self.covariance,
+        )
+
+
+def update_mirror(
+    before, pixels_before, pixels_after, points, clamp, settings=None, *,
+    outline=None, start_pose=None,
+):  # fmt: skip
+    """MirrorUpdate from a grid seen before and after the mirror was bent.
+
+    before: SplineMirrorCamera of the stage before. pixels_before, pixels_after: (N, 2),
+    NaN where a corner was not found; all found before give the pose, those common to
+    both the shape. points: (N, 2) on the grid, mm. clamp: Clamp or FixedLine of the
+    primary stage. outline: pixels (M, 2) that the knots are to span beside the
+    features, such as the corners of the mirror in the picture after; start_pose:
+    (4, 4), T_camera_grid of the grid where it is nearly known.
+
+    Raises CalibrationError naming what is missing: too few common corners, unsupported
+    knot intervals, more than a quarter of wrong matches, pictures exchanged.
+    """
+    pixels_before, pixels_after, points = (
+        np.asarray(a, float) for a in (pixels_before, pixels_after, points)
+    )
+    wrong = wrong_matches(points, pixels_before) | wrong_matches(points, pixels_after)
+    seen = np.where(wrong[:, None], np.nan, pixels_before)
+    rays = before.rays(seen)
+    pose = pose_from_non_central_rays(rays, points, start_pose)
+    wrong |= rays.valid & ~pose.inliers
+    _not_exchanged(before, pixels_after, points, wrong, pose)
+    common = pose.inliers & np.isfinite(pixels_after).all(axis=1) & ~wrong
+    found = _shape(
+        before, np.where(common[:, None], pixels_after, np.nan),
+        transform(pose.T_camera_grid, on_plane(points)), rays.directions, clamp,
+        settings or MirrorSettings(), outline,
+        (motion_of_points(points, pose.T_camera_grid), pose.covariance),
+    )  # fmt: skip
+    flags = list(found.flags)
+    if pose.ambiguous:
+        flags.append("grid pose: the other tilt fits nearly as well")
+    wrong |= found.wrong
+    _not_too_many(wrong, np.isfinite(pixels_before + pixels_after).all(axis=1))
+    if wrong.any():
+        flags.append(f"{np.count_nonzero(wrong)} wrong matches left out")
+    return found._replace(pose=pose, wrong=wrong, flags=tuple(flags))
+
+
+def update_from_scene(
+    before, pixels, scene_points, clamp, settings=None, *, outline=None
+):
+    """MirrorUpdate from points of a static scene whose places are known (5.5).
+
+    pixels: (N, 2) after bending, NaN where not seen; scene_points: (N, 3) mm, viewer's
+    frame, such as those of an active grid in a known pose. The linear stage takes the
+    directions from the mirror as it was, at the same pixels. Other arguments and errors
+    as `update_mirror`.
+    """
+    pixels, scene_points = np.asarray(pixels, float), np.asarray(scene_points, float)
+    mirror = before.rays(pixels).origins
+    mirror = np.where(np.isfinite(mirror), mirror, np.nanmean(mirror, axis=0))
+    found = _shape(
+        before, pixels, scene_points, scene_points - mirror, clamp,
+        settings or MirrorSettings(), outline, (None, None),
+    )  # fmt: skip
+    _not_too_many(found.wrong, np.isfinite(pixels).all(axis=1))
+    return found
+
+
+def update_from_active_grid(
+    before, seen_before, seen_after, clamp, settings=None, *, outline=None
+):
+    """MirrorUpdate from dense correspondences of an active grid, before and after.
+
+    seen_before, seen_after: (pixels (N, 2), points (N, 2) mm on the grid), each of its
+    own pixels. The pose comes from the former. Other arguments and errors as
+    `update_mirror`.
+    """
+    pose = pose_from_non_central_rays(before.rays(seen_before[0]), seen_before[1])
+    pixels, points = (np.asarray(a, float) for a in seen_after)
+    scene = transform(pose.T_camera_grid, on_plane(points))
+    found = update_from_scene(before, pixels, scene, clamp, settings, outline=outline)
+    return found._replace(pose=pose)
+
+
+def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
+    """MirrorUpdate without a pose: linear stage and refinement on the given rows."""
+    viewer, quantity = before.viewer, before.quantity
+    p = normalised(viewer, pixels)
+    used = np.isfinite(p).all(axis=1) & np.isfinite(directions).all(axis=1)
+    if np.count_nonzero(used) < 3:
+        raise CalibrationError(
+            f"mirror shape: {np.count_nonzero(used)} features are common to both "
+            "pictures; give pictures of one grid that does not move"
+        )
+    span = [p[used], clamp.points]
+    if outline is not None:
+        span.append(normalised(viewer, np.asarray(outline, float)))
+    grid, clamp_at = _knots(np.vstack(span), p[used], clamp, before, settings)
+    prior = None
+    if settings.prior_sd is not None:
+        plane = plane_through(before.mirror.points(_inside(before, p[used])))
+        prior = bending_prior(grid, quantity, plane, settings.prior_sd)
+    noise = settings.noise_px / np.median(magnification(viewer, pixels[used][::10]))
+    start = _linear(p, directions, used, grid, quantity, clamp, prior, settings)
+    c, wrong = start, np.zeros(len(p), bool)
+    motion, pose_covariance = moved
+    for _ in range(ROUNDS):
+        fit = refine_shape(
+            p[used], points[used], grid, quantity, c, noise=noise, clamp=clamp,
+            prior=prior, point_motion=None if motion is None else motion[used],
+            pose_covariance=pose_covariance, truncation=settings.truncation,
+        )  # fmt: skip
+        off = np.linalg.norm(fit.residuals, axis=1)
+        far = off > FAR * max(np.median(off), fit.sd_mm)
+        if not far.any():
+            break
+        wrong[np.flatnonzero(used)[far]] = True
+        used, c = used & ~wrong, fit.coefficients
+    support = support_of(grid, p[used])
+    flags = need_support(support, clamp_at, prior is not None)
+    residuals = np.full(len(p), np.nan)
+    residuals[used] = np.linalg.norm(fit.residuals, axis=1)
+    if not fit.converged:
+        flags.append("refinement: stopped before it settled")
+    return MirrorUpdate(
+        SplineMirrorCamera.on_grid(viewer, grid, fit.coefficients, quantity),
+        SplineMirrorCamera.on_grid(viewer, grid, start, quantity),
+        fit, residuals, used, wrong, support, None, tuple(flags),
+    )  # fmt: skip
+
+
+def _linear(p, directions, used, grid, quantity, clamp, prior, settings):
+    """Coefficients (K,) of the linear stage; with a prior, weighed by its size."""
+    w = np.column_stack([p[used], np.ones(np.count_nonzero(used))])
+    normals = reflection_normals(w, directions[used])
+    further = None
+    if prior is not None:
+        # Slopes over one knot interval are lengths, as the prior's.
+        width = min(np.diff(breaks).min() for breaks in grid.breaks)
+        weight = LINEAR_SD / prior.sd / width / prior.mm
+        further = weight * prior.rows, weight * prior.values
+    return shape_with_clamp(
+        p[used], normals, grid, quantity, clamp, truncation=settings.truncation,
+        further=further,
+    )  # fmt: skip
+
+
+def _knots(span, p, clamp, before, settings):
+    """The SplineGrid of the new picture, and which of its ends the clamp carries."""
+    angle, degree = before.grid.angle, settings.degree
+    whole = spline_grid(span, settings.shape, degree, angle)
+    clamp_at = _clamped_end(whole, clamp)
+    if settings.fixed_shape:
+        need_support(support_of(whole, p), clamp_at, settings.prior_sd is not None)
+        return whole, clamp_at
+    return supported_grid(span, p, settings.shape, degree, angle, clamp_at), clamp_at
+
+
+def _clamped_end(grid, clamp):
+    """("u", 0) or ("u", -1) where the clamp holds place and slope at that end."""
+    if clamp.slopes is None:
+        return None
+    u = np.median(grid.turned(clamp.points)[:, 0])
+    first, last = grid.breaks[0][[0, -1]]
+    return ("u", 0 if u - first < last - u else -1)
+
+
+def _not_exchanged(before, pixels_after, points, wrong, pose):
+    """Refuse a picture after that the camera before explains better than its own."""
+    rays = before.rays(np.where(wrong[:, None], np.nan, pixels_after))
+    if np.count_nonzero(rays.valid) < np.count_nonzero(pose.inliers) / 2:
+        return
+    other = pose_from_non_central_rays(rays, points, pose.T_camera_grid)
+    enough = other.inliers.sum() > pose.inliers.sum() / 2
+    if enough and other.rms < EXCHANGED * pose.rms:
+        raise CalibrationError(
+            f"mirror stage: the picture after fits the camera before better "
+            f"({other.rms:.3g} mm) than the picture before does ({pose.rms:.3g} mm); "
+            "exchange the two"
+        )
+
+
+def _not_too_many(wrong, common):
+    found, whole = np.count_nonzero(wrong & common), np.count_nonzero(common)
+    if found > MOST_WRONG * max(whole, 1):
+        raise CalibrationError(
+            f"mirror shape: {found} of {whole} matches do not fit the others; match "
+            "the two pictures of the grid anew"
+        )
+
+
+def _inside(before, p):
+    """p (n, 2) of those inside the camera's knots."""
+    inside = before.grid.inside(p)
+    return p[inside] if np.count_nonzero(inside) > 3 else before.grid.corners

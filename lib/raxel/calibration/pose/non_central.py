@@ -1,0 +1,148 @@
+"""Pose of a planar grid from the rays of a camera that has no centre.
+
+(2.26) for all corners at once, as the thesis modifies it for flexible mirrors (5.2.2):
+the grid is flat by its model, and the ray-point distances of all corners are minimised.
+The start takes the rays to come from the point nearest to them all, and is the best
+of many triples; both tilts of a grid that a small picture confuses are refined.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.pose.three_point import (
+    checked_rays,
+    placed_points,
+    pose_of_spread_triples,
+    ray_point_system,
+    refine_pose_ray_point,
+)
+from raxel.cameras.core.base import Rays
+from raxel.cameras.core.centrality import closest_point
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import pose, rotation_from_vector
+
+# Wrong pairs lie beyond this many medians of the distances; no median is less, mm.
+FAR, LEAST_MEDIAN = 6.0, 1e-9
+ROUNDS = 8
+FEWEST = 6  # corners: twelve equations for six numbers
+# Of the right pairs' cost: where the other tilt's is less, the two are confused.
+ALIKE = 1.5
+APART = 1e-2  # radians between normals that are two
+TRIPLES_OF = 7  # points far apart: 35 triples, of which some hold no wrong pair
+
+
+class NonCentralPose(NamedTuple):
+    """T_camera_grid (4, 4), frame of the rays. covariance (6, 6) of (w, s), the error
+    of the pose as R exp([w]x), t + R s, from the distances' scatter; inliers (N,);
+    rms: of the inliers' distances, mm; ambiguous: the other tilt fits nearly as well.
+    """
+
+    T_camera_grid: np.ndarray
+    covariance: np.ndarray
+    inliers: np.ndarray
+    rms: float
+    ambiguous: bool
+
+
+def pose_from_non_central_rays(rays, points, start=None):
+    """NonCentralPose of a grid, robust against up to a third of wrong pairs.
+
+    rays: Rays (N,), of which those not valid do not count; points: (N, 2) on the grid,
+    mm; start: (4, 4), a pose that is nearly right, as from the picture before; then no
+    other is tried. Raises CalibrationError for fewer than FEWEST corners with rays, and
+    where most of them fit no pose.
+    """
+    valid = np.asarray(rays.valid, bool)
+    if np.count_nonzero(valid) < FEWEST:
+        raise CalibrationError(
+            f"grid pose: {np.count_nonzero(valid)} corners have rays; {FEWEST} or more "
+            "are needed"
+        )
+    origins = np.asarray(rays.origins)[valid]
+    directions, found = checked_rays(
+        np.asarray(rays.directions)[valid], np.asarray(points, float)[valid]
+    )
+    if start is not None:
+        T, right, cost = _refined(origins, directions, found, start)
+        ambiguous = False
+    else:
+        T, right, cost, ambiguous = _better_tilt(origins, directions, found)
+    if 2 * np.count_nonzero(right) < len(right):
+        raise CalibrationError(
+            f"grid pose: {np.count_nonzero(right)} of {len(right)} corners agree with "
+            "one pose; most corners must belong to their points"
+        )
+    count = np.count_nonzero(right)
+    _, jacobian = ray_point_system(
+        directions[right], found[right], T, origins[right], np.ones(count)
+    )
+    covariance = np.linalg.inv(jacobian.T @ jacobian) * cost / (2 * count - 6)
+    inliers = valid.copy()
+    inliers[valid] = right
+    return NonCentralPose(T, covariance, inliers, np.sqrt(cost / count), ambiguous)
+
+
+def other_tilt(T_camera_grid, points, viewpoint):
+    """The pose (4, 4) whose grid is tilted the other way against the line of sight.
+
+    Its picture is nearly the same where the grid's is small; points: (N, 2), whose
+    middle stays where it is; viewpoint: (3,).
+    """
+    R = T_camera_grid[:3, :3]
+    middle = placed_points(points.mean(axis=0)[None], T_camera_grid)[0]
+    sight = (middle - viewpoint) / np.linalg.norm(middle - viewpoint)
+    normal = R[:, 2] * np.sign(R[:, 2] @ sight or 1.0)
+    across = np.cross(normal, sight)
+    size = np.linalg.norm(across)
+    if size < 1e-12:
+        return T_camera_grid
+    turn = 2 * np.arctan2(size, normal @ sight) * across / size
+    other = rotation_from_vector(turn) @ R
+    return pose(other, middle - other[:, :2] @ points.mean(axis=0))
+
+
+def _better_tilt(origins, directions, points):
+    viewpoint = closest_point(Rays(origins, directions, np.ones(len(points), bool)))
+
+    start = pose_of_spread_triples(directions, points, TRIPLES_OF)
+    start[:3, 3] += viewpoint
+    one = _refined(origins, directions, points, start)
+    start = other_tilt(one[0], points, viewpoint)
+    two = _refined(origins, directions, points, start)
+    best, second = sorted((one, two), key=_truncated(origins, directions, points))
+    apart = np.abs(best[0][:3, 2] - second[0][:3, 2]).max() > APART
+    return *best, bool(apart and second[2] < ALIKE * best[2])
+
+
+def _truncated(origins, directions, points):
+    """Cost of a refined pose in which half of the pairs count."""
+
+    def cost(refined):
+        off = _distances(origins, directions, points, refined[0])
+        return np.sum(np.sort(off)[: (len(off) + 1) // 2] ** 2)
+
+    return cost
+
+
+def _refined(origins, directions, points, T):
+    """Pose, right pairs (N,) and their cost, mm^2: refined until the pairs agree."""
+    right = np.ones(len(points), bool)
+    for _ in range(ROUNDS):
+        off = _distances(origins, directions, points, T)
+        width = max(np.median(off), LEAST_MEDIAN)
+        now = off <= FAR * width
+        T, cost = refine_pose_ray_point(
+            directions[now], points[now], T, origins=origins[now]
+        )
+        if np.array_equal(now, right):
+            break
+        right = now
+    return T, now, cost
+
+
+def _distances(origins, directions, points, T):
+    reach = placed_points(points, T) - origins
+    along = np.einsum("ni,ni->n", reach, directions)
+    off = np.linalg.norm(reach - along[:, None] * directions, axis=1)
+    return np.where(along > 0, off, np.inf)

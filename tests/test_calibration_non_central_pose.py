@@ -1,0 +1,64 @@
+"""Pose of a flat grid from rays without a centre: exact, tilts, wrong pairs."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.pose.non_central import other_tilt, pose_from_non_central_rays
+from raxel.cameras import Rays
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import angle_between_rotations, pose
+from tests.bent_mirror_scenes import GRID, bent, grid_pose, seen
+
+CAMERA, T_TRUE = bent(10.0), grid_pose(turn=(9.0, -6.0, 20.0))
+PIXELS = seen(CAMERA, T_TRUE)
+
+
+def test_without_noise_the_pose_is_exact_from_either_tilt():
+    rays = CAMERA.rays(PIXELS)
+    found = pose_from_non_central_rays(rays, GRID)
+    assert np.abs(found.T_camera_grid - T_TRUE).max() < 1e-8
+    assert found.rms < 1e-9
+    assert not found.ambiguous
+    np.testing.assert_array_equal(found.inliers, rays.valid)
+    viewpoint = np.array([5.0, 0.0, 700.0])
+    other = other_tilt(T_TRUE, GRID, viewpoint)
+    assert angle_between_rotations(other[:3, :3], T_TRUE[:3, :3]) > 0.1
+    back = other_tilt(other, GRID, viewpoint)
+    np.testing.assert_allclose(back, T_TRUE, atol=1e-9)
+    nearby = T_TRUE @ pose(np.eye(3), [3.0, -2.0, 5.0])
+    again = pose_from_non_central_rays(rays, GRID, nearby)
+    assert np.abs(again.T_camera_grid - T_TRUE).max() < 1e-8
+
+
+def test_a_third_of_wrong_pairs_is_left_out():
+    rng = np.random.default_rng(1)
+    rays = CAMERA.rays(PIXELS + 0.2 * rng.standard_normal(PIXELS.shape))
+    wrong = rng.permutation(np.flatnonzero(rays.valid))[: rays.valid.sum() // 5]
+    points = GRID.copy()
+    points[wrong] = rng.uniform(GRID.min(0), GRID.max(0), (len(wrong), 2))
+    found = pose_from_non_central_rays(rays, points)
+    assert np.count_nonzero(found.inliers[wrong]) <= 1
+    right = np.setdiff1d(np.flatnonzero(rays.valid), wrong)
+    assert found.inliers[right].mean() > 0.97
+    assert np.abs(found.T_camera_grid - T_TRUE).max() < 0.1
+
+
+def test_its_covariance_predicts_the_scatter():
+    rng, squares = np.random.default_rng(2), []
+    for _ in range(15):
+        rays = CAMERA.rays(PIXELS + 0.2 * rng.standard_normal(PIXELS.shape))
+        found = pose_from_non_central_rays(rays, GRID, T_TRUE)
+        shift = T_TRUE[:3, :3].T @ (found.T_camera_grid - T_TRUE)[:3, 3]
+        squares.append(shift**2 / np.diag(found.covariance)[3:])
+    assert 0.5 < np.mean(squares) < 1.8
+
+
+def test_rays_that_fit_no_pose_are_refused():
+    rays, rng = CAMERA.rays(PIXELS), np.random.default_rng(3)
+    few = Rays(rays.origins, rays.directions, rays.valid & (np.arange(182) < 40))
+    few = Rays(few.origins, few.directions, few.valid & (np.cumsum(few.valid) < 6))
+    with pytest.raises(CalibrationError, match="5 corners have rays"):
+        pose_from_non_central_rays(few, GRID)
+    mixed = rng.permutation(GRID)
+    found = pose_from_non_central_rays(rays, mixed)
+    assert found.rms > 10

@@ -1,0 +1,183 @@
+"""One stage of dynamic calibration: accuracy, support, wrong matches, refusals."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.mirror.clamp import clamp_of_camera
+from raxel.calibration.mirror.matches import wrong_matches
+from raxel.calibration.mirror.support import need_support, support_of, supported_grid
+from raxel.calibration.mirror.update import (
+    MirrorSettings,
+    update_from_active_grid,
+    update_from_scene,
+    update_mirror,
+)
+from raxel.errors import CalibrationError
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import transform
+from raxel.geometry.spline_grid import spline_grid
+from tests.bent_mirror_scenes import (
+    GRID,
+    VIEWER,
+    bent,
+    edge_pixels,
+    force_pixel,
+    grid_pose,
+    heights_at,
+    lattice,
+    seen,
+    spline_like,
+    visible_pixels,
+)
+
+T_GRID = grid_pose()
+FLAT = spline_like(bent(0.0), 0.0)
+CLAMP = clamp_of_camera(FLAT, edge_pixels())
+BEFORE = seen(bent(0.0), T_GRID)
+AFTER = seen(bent(5.0), T_GRID)
+OUTLINE = visible_pixels(5.0, 2, 2)
+PRIOR = MirrorSettings(prior_sd=0.1)
+COMMON = np.isfinite(BEFORE + AFTER).all(axis=1)
+
+
+def shaken(pixels, rng):
+    return pixels + 0.2 * rng.standard_normal(pixels.shape)
+
+
+def angles_deg(found, deflection):
+    """Angles (N,) between found and true rays all over the mirror, degrees."""
+    pixels = visible_pixels(deflection)
+    ours, true = found.rays(pixels), bent(deflection).rays(pixels)
+    both = ours.valid & true.valid
+    assert both.mean() > 0.95
+    gap = np.linalg.norm(ours.directions - true.directions, axis=1)[both]
+    return np.degrees(2 * np.arcsin(gap / 2))
+
+
+def deflection_error(camera, deflection=5.0):
+    return abs(heights_at(camera, force_pixel(deflection))[0] / deflection - 1)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "share", "degrees"),
+    [("distance", 0.01, 0.08), ("inverse depth", 0.005, 0.04)],
+)
+def test_a_stage_from_noisy_corners_gives_deflection_and_rays(quantity, share, degrees):
+    rng = np.random.default_rng(0)
+    flat = spline_like(bent(0.0), 0.0, quantity=quantity)
+    clamp = clamp_of_camera(flat, edge_pixels())
+    found = update_mirror(
+        flat, shaken(BEFORE, rng), shaken(AFTER, rng), GRID, clamp, PRIOR,
+        outline=OUTLINE,
+    )  # fmt: skip
+    assert deflection_error(found.camera) < share
+    assert angles_deg(found.camera, 5.0).mean() < degrees
+    # Near scene points make the linear stage take the deflection for less (5.2.2).
+    linear = heights_at(found.linear, force_pixel(5.0))[0]
+    assert 0.3 < linear / 5 < 0.7
+    assert np.nanmean(found.residuals) < 0.2
+    assert found.fit.converged
+    assert not found.wrong.any()
+    assert np.count_nonzero(found.used) > 100
+    assert np.abs(found.pose.T_camera_grid - T_GRID).max() < 0.5
+
+
+def test_without_noise_a_mirror_of_the_splines_own_space_comes_back():
+    """Both stages are splines on knots over their own picture."""
+    true = spline_like(bent(5.0), 5.0)
+    after = seen(true, T_GRID)
+    found = update_mirror(FLAT, BEFORE, after, GRID, CLAMP, outline=OUTLINE)
+    # The spline nearest to the bent sheet keeps its clamp to some micrometres.
+    assert angles_deg(found.camera, 5.0).mean() < 0.03
+    assert np.nanmax(found.residuals) < 0.15
+
+
+@pytest.mark.parametrize("share", [0.1, 0.2])
+def test_wrong_matches_are_left_out_and_flagged(share):
+    rng = np.random.default_rng(1)
+    before, after = shaken(BEFORE, rng), shaken(AFTER, rng)
+    rows = np.flatnonzero(COMMON)
+    wrong = rng.permutation(rows)[: int(share * len(rows))]
+    # A corner of another place, and for some the neighbour.
+    after[wrong] = after[rng.permutation(rows)[: len(wrong)]]
+    after[wrong[::3]] = after[np.minimum(wrong[::3] + 1, 181)]
+    moved = wrong[np.linalg.norm(after - AFTER, axis=1)[wrong] > 10]
+    found = update_mirror(FLAT, before, after, GRID, CLAMP, PRIOR, outline=OUTLINE)
+    assert found.wrong[moved].all()
+    assert np.count_nonzero(found.wrong) <= len(wrong) + 3
+    assert any("wrong matches" in flag for flag in found.flags)
+    assert deflection_error(found.camera) < 0.01
+    assert angles_deg(found.camera, 5.0).mean() < 0.06
+
+
+def test_a_known_scene_and_an_active_grid_go_the_same_way():
+    rng = np.random.default_rng(2)
+    scene = transform(T_GRID, on_plane(GRID))
+    found = update_from_scene(
+        FLAT, shaken(AFTER, rng), scene, CLAMP, PRIOR, outline=OUTLINE
+    )
+    assert deflection_error(found.camera) < 0.005
+    assert found.pose is None
+    fine = lattice(40, 36, 6.3)
+    after = seen(bent(5.0), T_GRID, points=fine)
+    shown = np.isfinite(after[:, 0])
+    found = update_from_active_grid(
+        FLAT, (shaken(BEFORE, rng), GRID), (shaken(after[shown], rng), fine[shown]),
+        CLAMP, PRIOR, outline=OUTLINE,
+    )  # fmt: skip
+    assert deflection_error(found.camera) < 0.005
+    assert angles_deg(found.camera, 5.0).mean() < 0.04
+
+
+def test_no_feature_at_the_free_edge_is_refused_or_carried_and_flagged():
+    u = FLAT.grid.turned(np.nan_to_num(BEFORE / 7600 - [0.203, 0.153]))[:, 0]
+    near = np.where((u < 0.04)[:, None], AFTER, np.nan)
+    with pytest.raises(CalibrationError, match="the last knot interval along u"):
+        update_mirror(FLAT, BEFORE, near, GRID, CLAMP, outline=OUTLINE)
+    found = update_mirror(FLAT, BEFORE, near, GRID, CLAMP, PRIOR, outline=OUTLINE)
+    assert any("last knot interval along u: carried" in flag for flag in found.flags)
+    ends = visible_pixels(5.0, 5, 3)[[6, 8]]
+    inner, outer = found.ray_sd(ends)
+    assert outer > 3 * inner
+    fewer = PRIOR._replace(fixed_shape=False)
+    found = update_mirror(FLAT, BEFORE, near, GRID, CLAMP, fewer, outline=OUTLINE)
+    assert found.camera.grid.shape[0] < 7
+    assert not found.support.missing()
+
+
+def test_support_is_counted_interval_by_interval():
+    grid = spline_grid([[0, 0], [1, 1]], (4, 3))
+    p = np.array([[0.1, 0.5], [0.2, 0.9], [0.55, 0.2], [2, 2]])
+    support = support_of(grid, p)
+    np.testing.assert_array_equal(support.along_u, [2, 1])
+    np.testing.assert_array_equal(support.cells, [[2], [1]])
+    np.testing.assert_allclose(support.reach, [0.8, 0.1, 0.8, 0.9])
+    assert support.missing() == []
+    assert need_support(support) == ["the last knot interval along u (10 % of it): "
+                                     "few features"]  # fmt: skip
+    empty = support_of(grid, p[:2])
+    with pytest.raises(CalibrationError, match="no common feature in the last knot"):
+        need_support(empty)
+    assert need_support(empty, clamp_at=("u", -1))[0].endswith("carried by the clamp")
+    found = supported_grid([[0, 0], [1, 1]], p[:3], (7, 3))
+    assert found.shape == (3, 3)
+
+
+def test_exchanged_pictures_and_too_few_corners_are_refused():
+    rng = np.random.default_rng(4)
+    with pytest.raises(CalibrationError, match="exchange the two"):
+        update_mirror(FLAT, shaken(AFTER, rng), shaken(BEFORE, rng), GRID, CLAMP, PRIOR)
+    none = np.where(np.arange(182)[:, None] < 2, AFTER, np.nan)
+    with pytest.raises(CalibrationError, match="common to both"):
+        update_mirror(FLAT, BEFORE, none, GRID, CLAMP, PRIOR)
+    mixed = AFTER.copy()
+    rows = np.flatnonzero(COMMON)[::2]
+    mixed[rows] = AFTER[rng.permutation(rows)]
+    with pytest.raises(CalibrationError, match="match"):
+        update_mirror(FLAT, BEFORE, mixed, GRID, CLAMP, PRIOR, outline=OUTLINE)
+
+
+def test_smooth_pictures_have_no_wrong_matches():
+    for pixels in (BEFORE, AFTER, seen(bent(15.0), T_GRID)):
+        assert not wrong_matches(GRID, pixels).any()
+    assert VIEWER.width > 0
