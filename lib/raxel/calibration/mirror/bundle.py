@@ -31,7 +31,7 @@ from raxel.calibration.mirror.clamp import clamped, soft_clamp
 from raxel.calibration.mirror.prior import PriorRows, bending_prior, plane_through
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import ray_sd
-from raxel.calibration.mirror.sightings import FEWEST, normalised, sighting
+from raxel.calibration.mirror.sightings import FEWEST, LEAST_SD_PX, normalised, sighting
 from raxel.calibration.pose.three_point import placed_points
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
@@ -59,15 +59,17 @@ class StageBundle(NamedTuple):
     """What `bundle_stages` finds.
 
     cameras: a SplineMirrorCamera for each stage; T_camera_grid (m, 4, 4); residuals: an
-    array (N, 2) for each view, px, what its corners are off in the picture; costs: over
-    all rounds, squares of standard deviations; freedom: their degrees of freedom;
-    variance: cost over freedom, 1 where corner noise is all there is, more where the
-    mirror is none of the splines. covariance (P, P): of the coefficients of the stages
-    one after another and of (w, s) of the poses, by the corners' standard deviations
-    where they are known and by `variance` where not. misfit (n,): radians, standard
-    deviation of scene rays that the splines of a stage leave, from the residuals beyond
-    the corners' noise; zero where their standard deviations are not known. corners:
-    (M, 2) of each stage, normalised image points of what it shows.
+    array (N, 2) for each view, px, what its corners are off in the picture; costs: of
+    the last rounds, squares of standard deviations; freedom: corners' numbers beyond
+    the unknowns; variance: squares of the corners' residuals over freedom, in units of
+    their own standard deviations (px^2 where these are not known), so 1 where corner
+    noise is all there is, and more where the mirror is none of the splines: then all
+    corners count less, against clamp, prior and first shape too. covariance (P, P): of
+    the coefficients of the stages one after another and of (w, s) of the poses, by the
+    corners' standard deviations so widened. misfit (n,): radians, standard deviation
+    of scene rays that the splines of a stage leave, from the residuals beyond the
+    corners' noise; zero where their standard deviations are not known. corners: (M, 2)
+    of each stage, normalised image points of what it shows.
     """
 
     cameras: tuple
@@ -91,10 +93,9 @@ class StageBundle(NamedTuple):
     def ray_sd(self, stage, pixels):
         """Standard deviation (N,), radians, of a stage's scene rays at pixels (N, 2).
 
-        Of each of a direction's two components: by the covariance, widened where
-        `variance` tells of misfit, which neighbouring corners share, and by the misfit
-        itself. Beyond the outermost corners (`among_corners`) it knows of noise alone.
-        NaN outside the knots.
+        Of each of a direction's two components: by the covariance, and by what of the
+        misfit no spline can follow. Beyond the outermost corners (`among_corners`) it
+        knows the former alone. NaN outside the knots.
         """
         camera = self.cameras[stage]
         known = ray_sd(
@@ -104,8 +105,6 @@ class StageBundle(NamedTuple):
             camera.coefficients.ravel("F"),
             self.coefficient_covariance(stage),
         )
-        if np.any(self.misfit):
-            known = known * np.sqrt(1 + ALIKE * max(self.variance - 1, 0.0))
         return np.hypot(known, self.misfit[stage])
 
     def among_corners(self, stage, pixels):
@@ -141,9 +140,22 @@ def bundle_stages(
         space.free(camera.coefficients.ravel("F"))
         for space, camera in zip(spaces, cameras, strict=True)
     ]
-    state, costs = State(free, T), []
+    state = State(free, T)
+    problem, state, costs, converged = _settled(seen, spaces, further, state, 1.0)
+    widening = _widening(problem, state)
+    if widening != 1.0:
+        problem, state, costs, converged = _settled(
+            seen, spaces, further, state, widening
+        )
+    return _result(cameras, problem, state, costs, converged, widening)
+
+
+def _settled(seen, spaces, further, state, widening):
+    """(problem, state, costs, converged): rounds until corners' weights rest."""
+    costs = []
     for _ in range(ROUNDS):
-        problem = BundleProblem(seen, spaces, further, _whitening(seen, spaces, state))
+        whiten = _whitening(seen, spaces, state, widening)
+        problem = BundleProblem(seen, spaces, further, whiten)
         state, fell, converged = descend(
             problem.evaluate,
             moved,
@@ -156,7 +168,30 @@ def bundle_stages(
         # A round that hardly moves would whiten as it did.
         if len(fell) <= 2:
             break
-    return _result(cameras, problem, state, np.array(costs), converged)
+    return problem, state, np.array(costs), converged
+
+
+def _widening(problem, state):
+    """By what the variance of corners is multiplied: to their own where it is not
+    known, and by that of the misfit, of which several corners have one alike."""
+    variance, freedom = _variance(problem, problem.residuals(state)[0], state)
+    if problem.seen[0].unknown_sd:
+        return max(variance, LEAST_SD_PX**2)
+    chance = FIRM * np.sqrt(2 / freedom)
+    return 1 + ALIKE * (variance - 1) if variance > 1 + chance else 1.0
+
+
+def _variance(problem, views, state):
+    """Squares of the corners' residuals over their degrees of freedom, and these."""
+    unknowns = problem.layout(state)[1]
+    corners = sum(len(off) for off in views)
+    if 2 * corners <= unknowns:
+        raise CalibrationError(
+            f"bundle: {corners} corners for {unknowns} unknowns; show more corners, or "
+            "use fewer knots"
+        )
+    freedom = 2 * corners - unknowns
+    return float(sum(np.sum(off**2) for off in views) / freedom), freedom
 
 
 def _sightings(cameras, views, T):
@@ -223,7 +258,7 @@ def _prior(camera, sd):
     return bending_prior(camera.grid, camera.quantity, plane, sd)
 
 
-def _whitening(seen, spaces, state):
+def _whitening(seen, spaces, state, widening):
     found = []
     for view in seen:
         c = spaces[view.stage].coefficients(state.free[view.stage])
@@ -234,18 +269,17 @@ def _whitening(seen, spaces, state):
             )
         placed = placed_points(view.points, state.T[view.grid])
         shift = view.rays.picture_jacobian(c, placed)
-        found.append(np.linalg.pinv(shift) / view.sd[:, None, None])
+        sd = view.sd * np.sqrt(widening)
+        found.append(np.linalg.pinv(shift) / sd[:, None, None])
     return found
 
 
-def _result(cameras, problem, state, costs, converged):
+def _result(cameras, problem, state, costs, converged, widening):
     views, rows = problem.residuals(state)
-    normal, _ = problem.equations(state, views, rows)
-    freedom = problem.count - len(normal)
-    variance = costs[-1] / freedom if freedom > 0 else np.nan
-    inverse = inverse_of(normal)
-    if problem.seen[0].unknown_sd:
-        inverse = inverse * variance
+    inverse = inverse_of(problem.equations(state, views, rows)[0])
+    # From the widened standard deviations to the corners' own.
+    views = [off * np.sqrt(widening) for off in views]
+    variance, freedom = _variance(problem, views, state)
     outward = _outward(problem, state)
     coefficients = problem.coefficients(state)
     found = tuple(
@@ -262,7 +296,7 @@ def _result(cameras, problem, state, costs, converged):
         in_px,
         costs,
         freedom,
-        float(variance),
+        variance,
         outward @ inverse @ outward.T,
         _misfit(problem, state, views),
         converged,
