@@ -7,6 +7,7 @@ from chapters.shared.mirror_rigs import (
     BACK_PROJECTION_MM,
     DYNAMIC_MM,
     FILES,
+    SMALL_FILES,
     STAGES_MM,
     mirror_rig,
 )
@@ -27,13 +28,24 @@ def spread(camera):
 
 
 @BOTH
-def test_files_are_those_of_the_rigs(name):
-    rig = mirror_rig(name)
+@pytest.mark.parametrize("small", [False, True])
+def test_files_are_those_of_the_rigs(name, small):
+    rig = mirror_rig(name, small)
     found = [part.path.relative_to(RIGS.parents[1]) for part in (rig.rig, rig.monitor)]
-    assert tuple(map(str, found)) == FILES[name]
+    assert tuple(map(str, found)) == (SMALL_FILES if small else FILES)[name]
     ours, theirs = rig.rig.camera.arguments(), rig.monitor.camera.arguments()
     del ours["viewer"], theirs["viewer"]
     np.testing.assert_equal(ours, theirs)
+
+
+@BOTH
+def test_the_small_camera_sees_the_same(name):
+    large, small = (mirror_rig(name, one).camera(10.0) for one in (False, True))
+    assert (4 * small.width, 4 * small.height) == (large.width, large.height)
+    pixels, origins, directions = spread(small)
+    rays = large.rays(4 * (pixels + 0.5) - 0.5)
+    np.testing.assert_allclose(rays.origins, origins, atol=1e-9)
+    np.testing.assert_allclose(rays.directions, directions, atol=1e-12)
 
 
 @BOTH

@@ -13,6 +13,7 @@ in view? The rigs are data/rigs/flexible-mirror-a.yaml, -b.yaml and those with -
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import PurePosixPath
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +34,16 @@ FILES = {
     "B": (
         "data/rigs/flexible-mirror-b.yaml",
         "data/rigs/flexible-mirror-b-monitor.yaml",
+    ),
+}
+SMALL_FILES = {
+    "A": (
+        "data/rigs/flexible-mirror-a-small.yaml",
+        "data/rigs/flexible-mirror-a-monitor-small.yaml",
+    ),
+    "B": (
+        "data/rigs/flexible-mirror-b-small.yaml",
+        "data/rigs/flexible-mirror-b-monitor-small.yaml",
     ),
 }
 # Deflections of stages 0 to 3 at the load, mm (5.3.3).
@@ -79,11 +90,12 @@ class Platter(NamedTuple):
         return self.T_camera_board @ pose(np.eye(3), shift)
 
 
-@lru_cache(maxsize=2)
-def mirror_rig(name):
-    """The `MirrorRig` of geometry "A" or "B"."""
-    stem = f"flexible-mirror-{name.lower()}"
-    return MirrorRig(name, rig_named(stem), rig_named(f"{stem}-monitor"))
+@lru_cache(maxsize=4)
+def mirror_rig(name, small=False):
+    """The `MirrorRig` of geometry "A" or "B"; small: with 768 x 576 px of four times
+    the size, for pictures of quick builds and tests."""
+    files = (SMALL_FILES if small else FILES)[name]
+    return MirrorRig(name, *(rig_named(PurePosixPath(path).stem) for path in files))
 
 
 @dataclass(frozen=True, eq=False)
