@@ -32,6 +32,7 @@ from raxel.calibration.mirror.prior import PriorRows, bending_prior, plane_throu
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import ray_sd
 from raxel.calibration.mirror.sightings import FEWEST, LEAST_SD_PX, normalised, sighting
+from raxel.calibration.mirror.support import clamped_end, need_support, support_of
 from raxel.calibration.pose.three_point import placed_points
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
@@ -69,7 +70,8 @@ class StageBundle(NamedTuple):
     corners' standard deviations so widened. misfit (n,): radians, standard deviation
     of scene rays that the splines of a stage leave, from the residuals beyond the
     corners' noise; zero where their standard deviations are not known. corners: (M, 2)
-    of each stage, normalised image points of what it shows.
+    of each stage, normalised image points of what it shows. flags: knot intervals of
+    which the corners say little, a text for each.
     """
 
     cameras: tuple
@@ -82,6 +84,7 @@ class StageBundle(NamedTuple):
     misfit: np.ndarray
     converged: bool
     corners: tuple
+    flags: tuple
 
     def coefficient_covariance(self, stage):
         """(K, K) of vec(C) of a stage."""
@@ -130,10 +133,12 @@ def bundle_stages(
     Wrong matches are to be left out before. Corners without a standard deviation count
     alike, and those outside a stage's knots not at all. Raises InputError for numbers
     that do not fit; CalibrationError for too few corners, a start behind the camera,
-    and where stages or grids are left open.
+    knot intervals without a corner (but for the clamp's, and with a prior), and where
+    stages or grids are left open.
     """
     cameras, T = tuple(cameras), np.array(T_camera_grid, float)
     seen = _sightings(cameras, views, T)
+    flags = _supported(cameras, seen, clamp, prior_sd is not None)
     further = _further(cameras, clamp, first_covariance, prior_sd)
     spaces = _spaces(cameras, clamp, first_covariance)
     free = [
@@ -147,7 +152,7 @@ def bundle_stages(
         problem, state, costs, converged = _settled(
             seen, spaces, further, state, widening
         )
-    return _result(cameras, problem, state, costs, converged, widening)
+    return _result(cameras, problem, state, costs, converged, widening, flags)
 
 
 def _settled(seen, spaces, further, state, widening):
@@ -218,6 +223,19 @@ def _sightings(cameras, views, T):
     return [view._replace(sd=view.sd / view.scale) for view in found]
 
 
+def _supported(cameras, seen, clamp, prior):
+    """Flags of stages 1 on, or CalibrationError for one whose edge no corner shows."""
+    flags = []
+    for stage, camera in enumerate(cameras[1:], 1):
+        support = support_of(camera.grid, _corners(seen, stage))
+        try:
+            own = need_support(support, clamped_end(camera.grid, clamp), prior)
+        except CalibrationError as error:
+            raise CalibrationError(f"bundle: stage {stage}: {error}") from None
+        flags += [f"stage {stage}: {text}" for text in own]
+    return tuple(flags)
+
+
 def _spaces(cameras, clamp, first_covariance):
     """The Subspace of each stage's coefficients; that of a fixed one has none."""
     firm = None if soft_clamp(cameras[0].grid, clamp) is not None else clamp
@@ -274,7 +292,7 @@ def _whitening(seen, spaces, state, widening):
     return found
 
 
-def _result(cameras, problem, state, costs, converged, widening):
+def _result(cameras, problem, state, costs, converged, widening, flags):
     views, rows = problem.residuals(state)
     inverse = inverse_of(problem.equations(state, views, rows)[0])
     # From the widened standard deviations to the corners' own.
@@ -300,12 +318,13 @@ def _result(cameras, problem, state, costs, converged, widening):
         outward @ inverse @ outward.T,
         _misfit(problem, state, views),
         converged,
-        tuple(_corners(problem, stage) for stage in range(len(cameras))),
+        tuple(_corners(problem.seen, stage) for stage in range(len(cameras))),
+        flags,
     )
 
 
-def _corners(problem, stage):
-    own = [view.rays.p for view in problem.seen if view.stage == stage]
+def _corners(seen, stage):
+    own = [view.rays.p for view in seen if view.stage == stage]
     return np.concatenate([np.zeros((0, 2)), *own])
 
 

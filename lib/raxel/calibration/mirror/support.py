@@ -65,6 +65,16 @@ def support_of(grid, p):
     return Support(cells.sum(axis=1), cells.sum(axis=0), cells, np.clip(reach, 0, 1))
 
 
+def clamped_end(grid, clamp):
+    """("u", 0) or ("u", -1), the end at which a Clamp or FixedLine holds place and
+    slope; None where there is none, or it holds no slope."""
+    if clamp is None or clamp.slopes is None:
+        return None
+    u = np.median(grid.turned(clamp.points)[:, 0])
+    first, last = grid.breaks[0][[0, -1]]
+    return ("u", 0 if u - first < last - u else -1)
+
+
 def need_support(support, clamp_at=None, prior=False):
     """Flags (list of text) for weak intervals; CalibrationError for unsupported ones.
 

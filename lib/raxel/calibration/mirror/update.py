@@ -18,6 +18,7 @@ from raxel.calibration.mirror.refine import ShapeFit, ray_sd, refine_shape
 from raxel.calibration.mirror.sightings import magnification, normalised
 from raxel.calibration.mirror.support import (
     Support,
+    clamped_end,
     need_support,
     support_of,
     supported_grid,
@@ -242,20 +243,11 @@ def _knots(span, p, clamp, before, settings):
     """The SplineGrid of the new picture, and which of its ends the clamp carries."""
     angle, degree = before.grid.angle, settings.degree
     whole = spline_grid(span, settings.shape, degree, angle)
-    clamp_at = _clamped_end(whole, clamp)
+    clamp_at = clamped_end(whole, clamp)
     if settings.fixed_shape:
         need_support(support_of(whole, p), clamp_at, settings.prior_sd is not None)
         return whole, clamp_at
     return supported_grid(span, p, settings.shape, degree, angle, clamp_at), clamp_at
-
-
-def _clamped_end(grid, clamp):
-    """("u", 0) or ("u", -1) where the clamp holds place and slope at that end."""
-    if clamp.slopes is None:
-        return None
-    u = np.median(grid.turned(clamp.points)[:, 0])
-    first, last = grid.breaks[0][[0, -1]]
-    return ("u", 0 if u - first < last - u else -1)
 
 
 def _not_exchanged(before, pixels_after, points, wrong, pose):
