@@ -9,6 +9,7 @@ doi:10.1016/0021-9045(72)90080-9.
 
 from functools import cached_property
 
+import numba
 import numpy as np
 
 from raxel.errors import InputError
@@ -101,8 +102,8 @@ class SplineGrid:
         return xx, xy, self._gradient(u_y, v_y)[1]
 
     def _gradient(self, by_u, by_v):
-        axes = self._axes
-        return tuple(axes[0, i] * by_u + axes[1, i] * by_v for i in range(2))
+        (c, s), (_, _) = self._axes
+        return c * by_u - s * by_v, s * by_u + c * by_v
 
     @property
     def _knots(self):
@@ -161,45 +162,65 @@ def open_knots(low, high, count, degree):
 def basis(knots, degree, x, order=0):
     """Values and derivatives up to `order` of all B-splines of a degree at x (N,).
 
-    knots: open. A list of arrays (N, K); rows of an x that is NaN are NaN. An x outside
-    the knots takes the polynomials of the nearest interval.
+    knots: open. Returns (order + 1, N, K); rows of an x that is NaN are NaN. An x
+    outside the knots takes the polynomials of the nearest interval.
     """
-    unknown = np.isnan(x)
-    last = len(knots) - degree - 2
-    interval = np.clip(np.searchsorted(knots, x, "right") - 1, degree, last)
-    found = np.zeros((len(x), len(knots) - 1))
-    found[np.arange(len(x)), interval] = np.where(unknown, np.nan, 1.0)
-    found[unknown] = np.nan
-    by_degree = [found]
-    for p in range(1, degree + 1):
-        rise = (x[:, None] - knots[:-p]) * _inverse_spans(knots, p)
-        found = rise[:, :-1] * found[:, :-1] + (1 - rise[:, 1:]) * found[:, 1:]
-        by_degree.append(found)
-    return [
-        _differentiated(by_degree, knots, degree, times) for times in range(order + 1)
-    ]
+    return _basis(knots, degree, np.ascontiguousarray(x, float), order)
 
 
-def _differentiated(by_degree, knots, degree, times):
-    """B'_ik = k (B_i,k-1 / (t_i+k - t_i) - B_i+1,k-1 / (t_i+k+1 - t_i+1)), repeated."""
-    if times > degree:
-        return np.zeros_like(by_degree[degree])
-    found = by_degree[degree - times]
-    for p in range(degree - times + 1, degree + 1):
-        scaled = p * _inverse_spans(knots, p) * found
-        found = scaled[:, :-1] - scaled[:, 1:]
+@numba.njit(cache=True)
+def _basis(knots, degree, x, order):
+    count = len(knots) - degree - 1
+    found = np.zeros((order + 1, len(x), count))
+    local = np.empty(degree + 1)
+    for n in range(len(x)):
+        if np.isnan(x[n]):
+            found[:, n] = np.nan
+            continue
+        # The interval [t_i, t_i+1) with x; the last one has its end, too.
+        i = degree
+        while i < count - 1 and x[n] >= knots[i + 1]:
+            i += 1
+        for times in range(min(order, degree) + 1):
+            local[0] = 1.0
+            for p in range(1, degree + 1):
+                _raise(local, knots, i, p, x[n], p > degree - times)
+            found[times, n, i - degree : i + 1] = local
     return found
 
 
-def _inverse_spans(knots, p):
-    """One over t_i+p - t_i, and 0 where knots coincide: no spline lives there."""
-    span = knots[p:] - knots[:-p]
-    return np.where(span > 0, 1 / np.where(span > 0, span, 1.0), 0.0)
+@numba.njit(cache=True)
+def _raise(local, knots, i, p, x, derived):
+    """From the p functions of degree p - 1 that live in [t_i, t_i+1) to the p + 1 of
+    degree p, in place at the front of `local`.
+
+    B_j,p = (x - t_j) a_j + (t_j+p+1 - x) a_j+1 with a_j = B_j,p-1 / (t_j+p - t_j);
+    derived: their derivatives p (a_j - a_j+1), where `local` holds derivatives of one
+    order less, or values.
+    """
+    carried = 0.0
+    for r in range(p):
+        j = i - p + 1 + r
+        share = local[r] / (knots[j + p] - knots[j])
+        if derived:
+            local[r], carried = carried - p * share, p * share
+        else:
+            local[r] = carried + (knots[j + p] - x) * share
+            carried = (x - knots[j]) * share
+    local[p] = carried
 
 
+@numba.njit(cache=True)
 def _products(f, g):
     """f_i g_j at i + Kf * j: (N, Kf), (N, Kg) -> (N, Kf * Kg)."""
-    return (g[:, :, None] * f[:, None, :]).reshape(len(f), f.shape[1] * g.shape[1])
+    found = np.empty((len(f), f.shape[1] * g.shape[1]))
+    for n in range(len(f)):
+        k = 0
+        for j in range(g.shape[1]):
+            for i in range(f.shape[1]):
+                found[n, k] = f[n, i] * g[n, j]
+                k += 1
+    return found
 
 
 def _axes(angle):

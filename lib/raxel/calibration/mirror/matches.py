@@ -8,7 +8,7 @@ import numpy as np
 
 # Powers of a cubic in two coordinates.
 CUBIC = [(i, j) for i in range(4) for j in range(4 - i)]
-ROUNDS, SETTLED = 30, 1e-3
+ROUNDS, SETTLED = 30, 1e-2
 # Beyond this many medians of the right ones, and px, a feature is wrong.
 FAR, LEAST_PX = 6.0, 8.0
 

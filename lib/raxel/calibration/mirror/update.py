@@ -41,6 +41,8 @@ LINEAR_SD = 0.1
 MOST_WRONG = 0.25
 # The picture after, taken for that before, fits a pose this much better: exchanged.
 EXCHANGED = 0.5
+# Pictures in the right order can leave this much, and nothing is looked at below it.
+SUSPECT_MM = 0.1
 
 
 class MirrorSettings(NamedTuple):
@@ -252,6 +254,8 @@ def _knots(span, p, clamp, before, settings):
 
 def _not_exchanged(before, pixels_after, points, wrong, pose):
     """Refuse a picture after that the camera before explains better than its own."""
+    if pose.rms < SUSPECT_MM:
+        return
     rays = before.rays(np.where(wrong[:, None], np.nan, pixels_after))
     if np.count_nonzero(rays.valid) < np.count_nonzero(pose.inliers) / 2:
         return
