@@ -68,7 +68,7 @@ def refine_shape(
     further = [soft_clamp(grid, clamp), prior]
     # Soft equations take the clamp's place in the subspace.
     space = clamped(grid, clamp if further[0] is None else None, truncation)
-    rows, values = _stacked([part for part in further if part is not None], grid.size)
+    rows, values = stacked([part for part in further if part is not None], grid.size)
     noise = np.broadcast_to(noise, len(p))
     free = space.free(start)
     c = space.coefficients(free)
@@ -77,7 +77,7 @@ def refine_shape(
             "mirror shape: the start lies in part behind the camera; too few features,"
             " or directions that do not belong to them"
         )
-    sd = _residual_sd(rays, c, points, noise, weights)
+    sd = residual_sd(rays, c, points, noise, weights > 0)
 
     def evaluate(free):
         c = space.coefficients(free)
@@ -126,15 +126,14 @@ def ray_sd(p, grid, quantity, coefficients, covariance):
     return np.sqrt(np.einsum("nik,kl,nil->n", J, covariance, J) / 2)
 
 
-def _residual_sd(rays, c, points, noise, weights):
-    """Root mean square component of the residuals that the noise of p makes, mm.
-
-    One for all: the cost stays the thesis's sum of squared distances.
+def residual_sd(rays, c, points, noise, used=slice(None)):
+    """What the noise of p makes of a residual's component, rms, mm: that of a flat
+    mirror, in which a ray runs straight on. One for all: the cost stays the thesis's
+    sum of squared distances.
     """
-    change = rays.picture_jacobian(c, points) * noise[:, None, None]
-    used = weights > 0
-    # A residual lies across its ray: two components of three.
-    return float(np.sqrt(np.sum(change[used] ** 2) / (2 * np.count_nonzero(used))))
+    S, _ = rays.surface(c)
+    path = np.linalg.norm(S, axis=1) + np.linalg.norm(points - S, axis=1)
+    return float(np.sqrt(np.mean((path * noise)[used] ** 2)))
 
 
 def _data_spread(rays, c, points, noise, reach, weights, motion, pose_covariance):
@@ -152,7 +151,7 @@ def _data_spread(rays, c, points, noise, reach, weights, motion, pose_covariance
     return spread
 
 
-def _stacked(parts, size):
+def stacked(parts, size):
     """Rows (R, K) and values (R,), each over its standard deviation."""
     rows = [part.rows / np.reshape(part.sd, (-1, 1)) for part in parts]
     values = [part.values / part.sd for part in parts]

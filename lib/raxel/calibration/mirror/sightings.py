@@ -58,9 +58,9 @@ def normalised(viewer, pixels):
 def magnification(viewer, pixels):
     """Pixels (N,) for a unit of `normalised`, the mean over directions, by area."""
     step = 0.5 * np.eye(2)
-    across, down = (
-        normalised(viewer, pixels + s) - normalised(viewer, pixels - s) for s in step
-    )
+    ends = np.concatenate([np.asarray(pixels) + s for s in (*step, *-step)])
+    ends = normalised(viewer, ends).reshape(2, 2, -1, 2)
+    across, down = ends[0] - ends[1]
     area = np.abs(across[:, 0] * down[:, 1] - across[:, 1] * down[:, 0])
     return 1 / np.sqrt(area)
 

@@ -1,0 +1,134 @@
+"""A bending mirror followed from picture to picture, before a grid that stays.
+
+Between two pictures of a film a mirror bends little: the shape before is the start, the
+grid's pose and the knots stay, and what does not change is laid out once. Each picture
+is fitted for itself, so that no error grows from one to the next.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.mirror.clamp import clamped, clamped_end, soft_clamp
+from raxel.calibration.mirror.prior import bending_prior, plane_through
+from raxel.calibration.mirror.ray_points import RayPoints
+from raxel.calibration.mirror.refine import residual_sd, stacked
+from raxel.calibration.mirror.sightings import magnification, normalised
+from raxel.calibration.mirror.support import need_support, support_of
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
+from raxel.errors import CalibrationError
+from raxel.geometry.damped import damped_step
+
+# A picture that moves less is settled, as a share of the standard deviations.
+SETTLED, STEPS = 1e-3, 6
+# Residuals beyond this many medians are wrong matches; no median is less, mm.
+FAR, LEAST_MEDIAN, ROUNDS = 6.0, 1e-6, 6
+
+
+class Followed(NamedTuple):
+    """coefficients (K,) of this picture; residuals (N,) mm, NaN for features that do
+    not count; used (N,); settled: whether the last step was small; flags: texts."""
+
+    coefficients: np.ndarray
+    residuals: np.ndarray
+    used: np.ndarray
+    settled: bool
+    flags: tuple
+
+
+class MirrorTracker:
+    """Follows a mirror from a stage that `update_mirror` or a primary stage calibrated.
+
+    camera: SplineMirrorCamera, whose knots span all that will be seen; scene_points:
+    (N, 3) mm, viewer's frame, of the features; clamp: Clamp or FixedLine of the primary
+    stage; settings: MirrorSettings.
+    """
+
+    def __init__(self, camera, scene_points, clamp, settings):
+        self.camera, self.points = camera, np.asarray(scene_points, float)
+        self.coefficients = camera.coefficients.ravel("F")
+        self._settings = settings
+        grid, quantity = camera.grid, camera.quantity
+        self._clamp_at = clamped_end(grid, clamp)
+        soft = soft_clamp(grid, clamp)
+        self._space = clamped(grid, clamp if soft is None else None)
+        prior = None
+        if settings.prior_sd is not None:
+            plane = plane_through(camera.mirror.points(grid.corners))
+            prior = bending_prior(grid, quantity, plane, settings.prior_sd)
+        parts = [part for part in (soft, prior) if part is not None]
+        self._rows, self._values = stacked(parts, grid.size)
+
+    def follow(self, pixels):
+        """Followed from the features' pixels (N, 2), NaN where one is not seen.
+
+        The tracker's shape becomes the new one. Raises CalibrationError where features
+        are too few or lie outside the knots: then lay them anew with `update_mirror`.
+        """
+        camera = self.camera
+        p = normalised(camera.viewer, pixels)
+        used = camera.grid.inside(p)
+        if 2 * np.count_nonzero(used) < np.count_nonzero(np.isfinite(p[:, 0])):
+            raise CalibrationError(
+                "mirror in motion: most features lie outside the knots; lay the knots "
+                "anew by a stage of calibration"
+            )
+        support = support_of(camera.grid, p[used])
+        flags = need_support(support, self._clamp_at, len(self._rows) > 0)
+        noise = self._settings.noise_px / np.median(
+            magnification(camera.viewer, np.asarray(pixels)[used][::20])
+        )
+        used, c, off, settled = self._right_ones(p, used, noise)
+        left = np.count_nonzero(camera.grid.inside(p)) - np.count_nonzero(used)
+        if left:
+            flags.append(f"{left} wrong matches left out")
+        if not settled:
+            flags.append("refinement: stopped before it settled")
+        self.coefficients = c
+        residuals = np.full(len(p), np.nan)
+        residuals[used] = off
+        return Followed(c, residuals, used, settled, tuple(flags))
+
+    def camera_now(self):
+        """SplineMirrorCamera of the last picture."""
+        return SplineMirrorCamera.on_grid(
+            self.camera.viewer, self.camera.grid, self.coefficients,
+            self.camera.quantity,
+        )  # fmt: skip
+
+    def _right_ones(self, p, used, noise):
+        """Features that count, and what `_fitted` makes of them."""
+        for _ in range(ROUNDS):
+            rays = RayPoints(p[used], self.camera.grid, self.camera.quantity)
+            c, off, settled = self._fitted(rays, self.points[used], noise)
+            far = off > FAR * max(np.median(off), LEAST_MEDIAN)
+            if not far.any():
+                break
+            used = used.copy()
+            used[np.flatnonzero(used)[far]] = False
+        return used, c, off[~far], settled
+
+    def _fitted(self, rays, points, noise):
+        """Coefficients, distances (n,) mm, and whether the last step was small."""
+        space, size = self._space, len(self.coefficients)
+        free = space.free(self.coefficients)
+        c = space.coefficients(free)
+        sd = residual_sd(rays, c, points, noise)
+        settled = False
+        for _ in range(STEPS):
+            r = rays.residuals(c, points) / sd
+            J = rays.jacobian(c, points).reshape(-1, size) / sd
+            J = np.vstack([J, self._rows]) @ space.directions
+            whole = np.concatenate([r.ravel(), self._rows @ c - self._values])
+            step = damped_step(J.T @ J, J.T @ whole, 1e-9)
+            free = free + step
+            c = space.coefficients(free)
+            if not rays.in_front(c):
+                raise CalibrationError(
+                    "mirror in motion: the shape ran away; it moved too far since the "
+                    "picture before, calibrate a stage anew"
+                )
+            settled = np.linalg.norm(J @ step) <= SETTLED * np.sqrt(len(J))
+            if settled:
+                break
+        return c, np.linalg.norm(rays.residuals(c, points), axis=1), settled

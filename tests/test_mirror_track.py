@@ -1,0 +1,52 @@
+"""A mirror followed from picture to picture: accuracy, no drift, wrong matches."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.mirror.clamp import clamp_of_camera
+from raxel.calibration.mirror.track import MirrorTracker
+from raxel.calibration.mirror.update import MirrorSettings
+from raxel.errors import CalibrationError
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import transform
+from tests.bent_mirror_scenes import (
+    GRID,
+    bent,
+    edge_pixels,
+    force_pixel,
+    grid_pose,
+    heights_at,
+    seen,
+    spline_like,
+)
+
+T_GRID = grid_pose()
+SCENE = transform(T_GRID, on_plane(GRID))
+FLAT = spline_like(bent(0.0), 0.0)
+SETTINGS = MirrorSettings(prior_sd=0.1)
+
+
+def tracker():
+    return MirrorTracker(FLAT, SCENE, clamp_of_camera(FLAT, edge_pixels()), SETTINGS)
+
+
+def test_a_film_to_and_fro_is_followed_without_drift():
+    rng, following = np.random.default_rng(0), tracker()
+    for deflection in (1.0, 2.0, 3.0, 2.0, 1.0, 0.0):
+        pixels = seen(bent(deflection), T_GRID, rng)
+        found = following.follow(pixels)
+        assert found.settled
+        height = heights_at(following.camera_now(), force_pixel(deflection))[0]
+        assert abs(height - deflection) < 0.03
+        assert np.nanmean(found.residuals) < 0.06
+    wrong = np.flatnonzero(found.used)[::7]
+    pixels[wrong] += 150.0
+    found = following.follow(pixels)
+    assert not found.used[wrong].any()
+    assert "wrong matches" in found.flags[-1]
+
+
+def test_features_that_left_the_knots_are_refused():
+    pixels = seen(bent(0.0), T_GRID)
+    with pytest.raises(CalibrationError, match="lay the knots anew"):
+        tracker().follow(pixels + [2500, 0])
