@@ -29,8 +29,9 @@ from raxel.geometry.poses import vector_from_rotation
 
 MAX_STEPS, AT_REST = 50, 1e-12
 ROUNDING_PX = 1e-9
-# px: a fit of right correspondences leaves less than this.
-LARGEST_RMS_PX = 5.0
+# px: a fit of right correspondences leaves less than this, or less than so many of
+# their standard deviations where these are known and larger.
+LARGEST_RMS_PX, LARGEST_RMS_SD = 5.0, 3.0
 
 
 class PlatterPicture(NamedTuple):
@@ -283,10 +284,13 @@ class _Problem(NamedTuple):
 
     def result(self, state, cost):
         grids, boards = state[: self.count], state[self.count :]
-        weights = np.concatenate([1 / s.sd for s in self.boards + self.grids])
-        off = self.residuals(state).reshape(-1, 2) / weights[:, None]
+        sd = np.concatenate([s.sd for s in self.boards + self.grids])
+        off = self.residuals(state).reshape(-1, 2) * sd[:, None]
         rms_px = float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
-        if not rms_px <= LARGEST_RMS_PX:
+        expected = 0.0
+        if not self.boards[0].unknown_sd:
+            expected = np.sqrt(2 * np.mean(sd**2))
+        if not rms_px <= max(LARGEST_RMS_PX, LARGEST_RMS_SD * expected):
             raise CalibrationError(
                 f"platter: the corners lie {rms_px:.1f} px (rms) from where the poses "
                 "put them; check that corners are matched, and that platter and grid "

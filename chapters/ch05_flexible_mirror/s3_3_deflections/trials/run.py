@@ -1,0 +1,170 @@
+"""Three deflections of 5 mm, each calibrated from the one before (Tables 5.1 to 5.4).
+
+A board stands before the mirror, in another place for each deflection. After each, an
+active grid is decoded in two positions for reference, and a board at 400 mm is seen for
+back-projection.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
+from chapters.shared.mirror_runs import (
+    PUBLISHED,
+    decoded,
+    deflected,
+    lattice,
+    poses_in_platter,
+    primary,
+    seen_board,
+)
+from chapters.shared.mirror_scores import (
+    angles_between,
+    back_projection,
+    lengths,
+    load_height,
+    ray_angles,
+)
+from raxel.calibration import rays_from_known_motion
+from raxel.errors import CalibrationError
+from raxel.geometry import inverse_pose, transform
+
+# px between the pixels whose rays are compared: about the thesis's 168 (Table 5.3).
+COMPARED_PX = 168
+
+
+def deflections_trial(condition, rng, errors, benches):
+    """Every measure of the three stages, for each of some benches.
+
+    Boards, places of the monitor and errors are drawn alike for all benches.
+    """
+    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
+    of_rig = errors[condition["geometry"]]
+    return {
+        name: three_stages(rig, bench, of_rig._replace(factor=bench.factor), seed)
+        for name, bench in benches.items()
+    }
+
+
+def three_stages(rig, bench, errors, seed):
+    """Primary stage and three deflections; `refused` says where it ended, if early."""
+    rng = np.random.default_rng(seed)
+    cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
+    first = primary(rig, cameras[0], PUBLISHED, errors, rng)
+    misses = first.calibration.mirror.misses
+    scene = Scene(rig, cameras, errors)
+    out = {
+        "miss_mm": float(np.nanmean(misses)),
+        "miss_sd_mm": float(np.nanstd(misses, ddof=1)),
+        "points": int(np.count_nonzero(np.isfinite(misses))),
+        "stage0": scene.scored(0, first.camera, rng),
+    }
+    before, height = first.camera, load_height(rig, first.camera, cameras[0])
+    for k in (1, 2, 3):
+        T = rig.board_pose(rng, deflections=STAGES_MM[k - 1 : k + 1])
+        pictures = [
+            seen_board(rig, camera, T, errors, rng) for camera in cameras[k - 1 : k + 1]
+        ]
+        try:
+            stage = deflected(
+                before, cameras[k], pictures, rig.board.points(), first.clamp, PUBLISHED
+            )
+            scored = scene.scored(k, stage.camera, rng, stale=before)
+        except CalibrationError as refusal:
+            return out | {"refused": f"stage {k}: {refusal}"}
+        found = of_deflection(rig, stage, height, cameras[k])
+        out[f"stage{k}"] = found | scored
+        before, height = stage.camera, found["height_mm"]
+    return out
+
+
+def of_deflection(rig, stage, height, true):
+    """How far the mirror was found to be bent, and what the refinement left."""
+    residuals = stage.residuals[np.isfinite(stage.residuals)]
+    final = load_height(rig, stage.camera, true)
+    return {
+        "height_mm": final,
+        "deflection_mm": final - height,
+        "linear_mm": load_height(rig, stage.linear, true) - height,
+        "residual_mm": float(residuals.mean()),
+        "residual_sd_mm": float(residuals.std(ddof=1)),
+        "common": len(residuals),
+        "wrong": int(np.count_nonzero(stage.wrong)),
+    }
+
+
+class Scene(NamedTuple):
+    """The true cameras of stages 0 to 3 of a rig, and the errors of its pictures."""
+
+    rig: object
+    cameras: list
+    errors: object
+
+    def scored(self, k, camera, rng, stale=None):
+        """How far a calibrated camera of stage k is off.
+
+        stale: the camera before the deflection, on the same picture.
+        """
+        true = self.cameras[k]
+        pixels = lattice(true, COMPARED_PX)
+        off = ray_angles(camera, true, pixels)
+        moved = ray_angles(true, self.cameras[0], pixels)
+        return {
+            "angle_deg": float(np.nanmean(off)),
+            "angle_sd_deg": float(np.nanstd(off, ddof=1)),
+            "moved_deg": float(np.nanmax(moved)),
+            "pixels": pixels,
+            "off_deg": off,
+            "sheet": sheet_places(true, pixels),
+            **self._against_measured(camera, true, rng),
+            **self._back_projected(k, camera, rng, stale),
+        }
+
+    def _against_measured(self, camera, true, rng):
+        """Angles to the rays that an active grid in two positions gives (Table 5.3)."""
+        rig, errors = self.rig, self.errors
+        places = rig.monitor_poses(rng)
+        poses = poses_in_platter(rig, camera.viewer, places, errors, rng)
+        pixels, points = decoded(rig, true, places, errors, rng, COMPARED_PX)
+        measured = rays_from_known_motion(points, poses.T_camera_grid)
+        off = angles_between(camera.rays(pixels).directions, measured.directions)
+        motion = poses.motion(0, 1, np.nanmean(points[0], axis=0))
+        return {
+            "measured_deg": float(np.nanmean(off)),
+            "measured_sd_deg": float(np.nanstd(off, ddof=1)),
+            "shift_mm": motion.distance,
+            "turn_deg": float(np.degrees(motion.angle)),
+        }
+
+    def _back_projected(self, k, camera, rng, stale):
+        """Errors on a board at 400 mm (Table 5.4)."""
+        rig, points = self.rig, self.rig.board.points()
+        T = rig.board_pose(rng, BACK_PROJECTION_MM, STAGES_MM[k : k + 1])
+        pixels = seen_board(rig, self.cameras[k], T, self.errors, rng)
+        own = back_projection(camera, pixels, points)
+        out = {
+            "back_mm": float(lengths(own).mean()),
+            "back_sd_mm": float(lengths(own).std(ddof=1)),
+            "back_true_mm": float(
+                lengths(back_projection(camera, pixels, points, T)).mean()
+            ),
+            "corners": len(lengths(own)),
+            "board_mm": points,
+            "own": own,
+            "seen_at": sheet_places(self.cameras[k], pixels),
+        }
+        if stale is not None:
+            was = back_projection(stale, pixels, points)
+            out |= {"stale_mm": float(lengths(was).mean()), "stale": was}
+        return out
+
+
+def sheet_places(true, pixels):
+    """Where on the sheet pixels (N, 2) look: shares (N, 2) of its length from the clamp
+    and of its width, 0 to 1."""
+    points = transform(inverse_pose(true.T_viewer_mirror), true.rays(pixels).origins)
+    half = true.mirror.half_width
+    return np.column_stack(
+        [points[:, 0] / true.mirror.end, (points[:, 1] + half) / (2 * half)]
+    )

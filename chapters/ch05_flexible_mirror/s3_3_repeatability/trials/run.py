@@ -1,0 +1,92 @@
+"""Three deflections out and three back, and one step all the way back (Table 5.5).
+
+Out, the board stands elsewhere at each deflection. On the way back it stays in one
+place, so that the same pictures also calibrate from stage 3 to stage 0 at once.
+"""
+
+import numpy as np
+
+from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
+from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_board
+from chapters.shared.mirror_scores import back_projection, lengths, load_height
+from raxel.errors import CalibrationError
+
+# Stages that the mirror goes through.
+LOOP = (0, 1, 2, 3, 2, 1, 0)
+OUT = 3  # steps of the loop that go out
+
+
+def repeated_trial(condition, rng, errors, benches):
+    """The loop and the single step, for each of some benches, all drawn alike."""
+    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
+    of_rig = errors[condition["geometry"]]
+    return {
+        name: loop(rig, bench, of_rig._replace(factor=bench.factor), seed)
+        for name, bench in benches.items()
+    }
+
+
+def loop(rig, bench, errors, seed):
+    """Six steps and the single one; `refused` says where it ended, if early."""
+    rng = np.random.default_rng(seed)
+    cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
+    first = primary(rig, cameras[0], PUBLISHED, errors, rng)
+    boards, stay = boards_of_loop(rig, rng)
+    scored = rig.board_pose(rng, BACK_PROJECTION_MM, STAGES_MM[:1])
+
+    def step(before, start, end, T):
+        """MirrorUpdate of one step, and how far it was found to go."""
+        pictures = [seen_board(rig, cameras[k], T, errors, rng) for k in (start, end)]
+        stage = deflected(
+            before, cameras[end], pictures, rig.board.points(), first.clamp, PUBLISHED
+        )
+        return stage, travelled(rig, before, stage, cameras[start], cameras[end])
+
+    def back(camera, k):
+        T = scored
+        if k:
+            T = rig.board_pose(rng, BACK_PROJECTION_MM, STAGES_MM[k : k + 1])
+        pixels = seen_board(rig, cameras[k], T, errors, rng)
+        own = back_projection(camera, pixels, rig.board.points())
+        true = back_projection(camera, pixels, rig.board.points(), T)
+        return {
+            "back_mm": float(lengths(own).mean()),
+            "back_sd_mm": float(lengths(own).std(ddof=1)),
+            "back_true_mm": float(lengths(true).mean()),
+            "own": own,
+        }
+
+    out = {"board_mm": rig.board.points(), "start": back(first.camera, 0)}
+    camera, reached = first.camera, {}
+    for number, T in enumerate([*boards, *(stay,) * OUT]):
+        start, end = LOOP[number : number + 2]
+        try:
+            stage, found = step(camera, start, end, T)
+            out[f"step{number + 1}"] = found | back(stage.camera, end)
+        except CalibrationError as refusal:
+            return out | {"refused": f"step {number + 1}: {refusal}"}
+        camera = reached[number + 1] = stage.camera
+    try:
+        stage, found = step(reached[OUT], LOOP[OUT], LOOP[-1], stay)
+        return out | {"single": found | back(stage.camera, LOOP[-1])}
+    except CalibrationError as refusal:
+        return out | {"single_refused": str(refusal)}
+
+
+def boards_of_loop(rig, rng):
+    """Boards of the three steps out, and the one that stays on the way back."""
+    out = [rig.board_pose(rng, deflections=STAGES_MM[k : k + 2]) for k in range(OUT)]
+    return out, rig.board_pose(rng, deflections=STAGES_MM)
+
+
+def travelled(rig, before, stage, start, end):
+    """How far the load was found to go, mm, linearly and finally, without sign."""
+    height = load_height(rig, before, start)
+    residuals = stage.residuals[np.isfinite(stage.residuals)]
+    return {
+        "linear_mm": abs(load_height(rig, stage.linear, end) - height),
+        "deflection_mm": abs(load_height(rig, stage.camera, end) - height),
+        "residual_mm": float(residuals.mean()),
+        "residual_sd_mm": float(residuals.std(ddof=1)),
+        "common": len(residuals),
+    }
