@@ -107,15 +107,6 @@ def soft_clamp(grid, clamp):
     return PriorRows(rows, values, np.concatenate([clamp.value_sd, clamp.slope_sd]))
 
 
-def clamped_end(grid, clamp):
-    """("u", 0) or ("u", -1) where the clamp holds place and slope at that end."""
-    if clamp.slopes is None:
-        return None
-    u = np.median(grid.turned(clamp.points)[:, 0])
-    first, last = grid.breaks[0][[0, -1]]
-    return ("u", 0 if u - first < last - u else -1)
-
-
 def _equations(grid, clamp):
     """Rows (m, K) and values (m,); slopes times the width of a knot interval, so that
     they count as positions do."""

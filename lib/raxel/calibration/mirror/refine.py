@@ -15,7 +15,7 @@ from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.errors import CalibrationError
 from raxel.geometry.damped import descend, gauss_newton
 
-ITERATIONS, AT_REST = 50, 1e-9
+ITERATIONS, AT_REST = 50, 1e-7
 ROUNDING = 1e-9  # standard deviations: residuals of points that fit exactly
 # Of the normal matrix's largest eigenvalue, after scaling: below it is nothing.
 OPEN = 1e-13

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.mirror.clamp import clamped, clamped_end, soft_clamp
+from raxel.calibration.mirror.clamp import clamped, soft_clamp
 from raxel.calibration.mirror.prior import bending_prior, plane_through
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import residual_sd, stacked
 from raxel.calibration.mirror.sightings import magnification, normalised
-from raxel.calibration.mirror.support import need_support, support_of
+from raxel.calibration.mirror.support import clamped_end, need_support, support_of
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.damped import damped_step

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.mirror.clamp import TRUNCATION, clamped_end
+from raxel.calibration.mirror.clamp import TRUNCATION
 from raxel.calibration.mirror.linear import reflection_normals, shape_with_clamp
 from raxel.calibration.mirror.matches import wrong_matches
 from raxel.calibration.mirror.prior import bending_prior, plane_through

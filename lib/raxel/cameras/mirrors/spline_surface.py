@@ -15,7 +15,7 @@ from raxel.errors import InputError
 
 QUANTITIES = ("distance", "inverse depth")
 # Places along each side at which a mirror is looked at.
-LOOKS = 17
+LOOKS = 13
 
 
 def depth_rows(grid, p, quantity):
