@@ -22,6 +22,7 @@ from raxel.calibration.mirror.linear import (
 from raxel.calibration.mirror.platter import PlatterPoses, grid_motion
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.support import need_support, support_of
 from raxel.calibration.pose.three_point import motion_of_points, placed_points
 from raxel.calibration.views.interpolation import interpolated_view
 from raxel.calibration.views.samples import sample_boards
@@ -49,7 +50,7 @@ class PrimaryCalibration(NamedTuple):
     the poses where it is known; costs: of the refinement, mm^2, from the start on;
     converged. motions: GridMotions from the first grid to each other, at the middle of
     what the pixels see of the first; NaN standard deviations where those of the poses
-    are not known.
+    are not known. flags: knot intervals of which the points say little, a text each.
     """
 
     camera: SplineMirrorCamera
@@ -61,6 +62,7 @@ class PrimaryCalibration(NamedTuple):
     costs: np.ndarray
     converged: bool
     motions: tuple
+    flags: tuple
 
 
 class MirrorPoints(NamedTuple):
@@ -130,7 +132,8 @@ def calibrate_primary(
     Between corners of chessboards the views are interpolated for the linear stage; the
     refinement takes corners alone. Raises InputError for views that do not fit each
     other; CalibrationError where no pixel sees two positions, where the rays do not
-    meet viewing rays, and where the points leave coefficients open.
+    meet viewing rays, where the outermost knot intervals hold no point, and where the
+    points leave coefficients open.
     """
     views = list(views)
     _check_views(views, _poses(poses)[0])
@@ -180,6 +183,7 @@ def primary_from_points(
     spanned = [p[mirror.valid], *(image for image, _ in sighted)]
     spanned += [] if span is None else [span]
     grid = spline_grid(np.concatenate(spanned), shape, degree, angle)
+    flags = need_support(support_of(grid, np.concatenate(spanned[: 1 + len(sighted)])))
     good = mirror.valid
     normals = reflection_normals(unit[good], mirror.directions[good])
     start = shape_up_to_scale(p[good], normals, grid, quantity)
@@ -194,6 +198,7 @@ def primary_from_points(
         mirror,
         *refined[1:],
         tuple(motions),
+        tuple(flags),
     )
 
 
