@@ -81,6 +81,20 @@ def test_without_noise_the_final_height_is_exact_and_the_linear_one_as_by_formul
     assert left == pytest.approx(missing_by_formula(1650.0), abs=0.05)
 
 
+def test_both_pictures_have_noise_of_their_own():
+    seen = views(rows=13)
+    both = sweeps.in_both(seen)
+    after = (sweeps.after_bending(seen, 2.0) - seen.after)[both] / RIG.pixel
+    np.testing.assert_allclose(after, 2 * seen.noise[1][both])
+    V_r, points = sweeps.located(seen, 2.0)
+    before = (np.array(seen.before) + 2.0 * RIG.pixel * seen.noise[0])[both]
+    np.testing.assert_allclose(sweeps.flat_rays(RIG, before)[1], V_r[both])
+    exact = sweeps.located(seen, 0.0)[1]
+    np.testing.assert_allclose(exact[both], seen.points[both], atol=1e-5)
+    assert 0.01 < np.abs(points - exact)[both].max() < 50
+    assert abs(np.corrcoef(seen.noise)[0, 1]) < 0.3
+
+
 def test_the_error_across_is_that_of_a_mirror_moved_across():
     seen = views()
     moved = seen._replace(rig=seen.rig._replace(foot=RIG.foot + 2.0 * scene.AWAY))

@@ -200,18 +200,18 @@ def defects(effort):
 # stiffness, and the curvature for $d^2v/dx^2$. The second holds for small
 # slopes only. The *elastica* keeps the curvature as it is, and the length of
 # the sheet. Compared at the same deflection, the two stay within 2 % up to
-# a squared slope of {glue:text}`beam.largest:g` in this list; the shapes of the
-# thesis's simulations lie below. By the same force they are closer still.
+# a squared slope of {glue:text}`beam.largest:g` in this list, the largest that
+# the thesis's simulations have. By the same force they are closer still.
 
 # %% [markdown]
 # ## Reading and limits
 #
 # **Counting pairs.** Each pair has two equations and the scale stays open, so
 # that $\lceil (K_f K_g - 1)/2\rceil$ pairs can be enough, 10 for 21
-# coefficients, not 10.5 (E-5.07). They must be: each function is zero over
-# most of the mirror, and a pair says nothing about functions that are zero
-# there. So it is where the pairs lie that counts, and with real features far
-# more of them are needed.
+# coefficients, not 10.5 (E-5.07). But each function is zero over most of the
+# mirror, and a pair says nothing about functions that are zero where it is. So
+# it counts where the pairs lie, and with real features far more of them are
+# needed.
 #
 # **Ends.** The first and the last function along each axis live in one
 # interval alone. Without features there nothing says what they do, and the

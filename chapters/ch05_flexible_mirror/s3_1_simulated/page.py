@@ -50,11 +50,10 @@ from repro.run.outcomes import Plan
 #   {glue:text}`noise.distance.0:.3f` mm are there without any noise: a bent
 #   beam is no such cubic. So the error is **not** proportional to the noise
 #   (factor {glue:text}`final.growth:.1f` for six times the noise).
-# - As a cubic of the length along the mirror it is proportional, from
-#   {glue:text}`noise.height.0:.0e` mm without noise to
-#   {glue:text}`noise.height.3:.2f` mm at 3 px. But then the sweep over
-#   curvature has not the largest final error ({glue:text}`bend.height.53:.2f`
-#   mm at 53 mm).
+# - As a cubic of the length along the mirror it is proportional: nothing but
+#   rounding is left without noise, and {glue:text}`noise.height.3:.2f` mm at
+#   3 px. But then the sweep over curvature has not the largest final error
+#   ({glue:text}`bend.height.53:.2f` mm at 53 mm).
 # - Where the final error is large with much curvature, the linear estimate is
 #   not the reason. Started from the true mirror, the refinement ends at the
 #   same curve, to {glue:text}`restart.most:.0e` mm at worst in all trials of

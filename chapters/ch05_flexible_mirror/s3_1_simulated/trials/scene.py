@@ -99,9 +99,8 @@ def seen_bent(rig, points, tip):
             way = on - end
             far = np.linalg.norm(way, axis=1)
             pull = pull + way / far[:, None]
-            stiff = (
-                stiff + (dot(tangent, tangent) - dot(tangent, way) ** 2 / far**2) / far
-            )
+            turned = dot(tangent, tangent) - (dot(tangent, way) / far) ** 2
+            stiff = stiff + turned / far
         step = dot(tangent, pull) / (stiff + beam(x, tip)[2] * (pull @ AWAY))
         moved = np.clip(x - step, 0, LENGTH_MM)
         if np.all(np.abs(moved - x) < 1e-10):
