@@ -122,6 +122,16 @@ def test_shapes_and_poses_come_back_exactly():
     assert not found.misfit.any()
 
 
+def test_a_grid_that_stays_over_several_stages_has_one_pose():
+    cameras, clamp, _ = own_space()
+    starts, T = shaken(cameras)
+    views = stage_pictures(cameras, [(0, 0), (1, 0), (2, 0)], poses())
+    found = bundle_stages(starts[:3], views, T[:1], clamp=clamp)
+    np.testing.assert_allclose(found.T_camera_grid, poses()[:1], atol=1e-6)
+    for one, true in zip(found.cameras, cameras[:3], strict=True):
+        np.testing.assert_allclose(one.coefficients, true.coefficients, rtol=1e-9)
+
+
 def test_the_jacobian_equals_differences():
     cameras, clamp, views = own_space()
     starts, T = shaken(cameras)
