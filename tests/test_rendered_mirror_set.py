@@ -6,9 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.shared import rendered_mirror_set
 from chapters.shared.mirror_rigs import mirror_rig
-from chapters.shared.rendered_mirror_set import STEP_BOARD, write_mirror_set
 from raxel.cameras import load_camera
 from raxel.features import find_board
 from raxel.files import read_json
@@ -16,6 +14,8 @@ from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 from raxel.sets import PatternPlan
 from raxel.sets.mirror_set import load_mirror_set
+from tests import rendered_mirror_sets
+from tests.rendered_mirror_sets import STEP_BOARD, write_mirror_set
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def rig():
 def written(rig, tmp_path_factory):
     folder = tmp_path_factory.mktemp("mirror") / "set"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rendered_mirror_set, "VIEWER_VIEWS", 2)
+        patch.setattr(rendered_mirror_sets, "VIEWER_VIEWS", 2)
         write_mirror_set(rig, folder, 3, (0.0, 5.0), holder_mm=3.0)
     return load_mirror_set(folder)
 
