@@ -235,11 +235,11 @@ def example(effort):
 #
 # **Where corners end.** Bent away from the camera, the mirror sees more than
 # before, and the corners move towards the clamp. At 53 mm they reach
-# {glue:text}`reach.53:.0%` of the way to the free edge (in the picture). The
+# {glue:text}`reach.53:.0f` % of the way to the free edge (in the picture). The
 # rest of the curve is carried on, and most of the final error lies there: at
-# the corners it is {glue:text}`corners.53:.2f` mm, over the whole mirror
-# {glue:text}`bend.distance.53:.2f` mm. Measured at the corners, the sweep over
-# curvature has not the largest final error.
+# the corners it is {glue:text}`corners.53:.2f` mm, along the viewing rays, and
+# over the whole mirror {glue:text}`bend.distance.53:.2f` mm. Measured
+# at the corners, the sweep over curvature has not the largest final error.
 #
 # **The size of the grid** matters more than its distance. One that fills the
 # view at 1650 mm, and is carried away, covers ever less of the mirror: the

@@ -172,7 +172,7 @@ def quoted(result):
         "linear.growth": mean("noise", 3.0, "linear") / mean("noise", 0.5, "linear"),
         "final.growth": mean("noise", 3.0, "final") / mean("noise", 0.5, "final"),
         "linear.53": mean("bend", 53.0, "linear"),
-        "reach.53": median("bend", 53.0, "distance.reach"),
+        "reach.53": 100 * median("bend", 53.0, "distance.reach"),
         "corners.53": mean("bend", 53.0, "final", at_corners),
         "restart.most": float(np.nanmax(restarts)),
         "slope2": median("noise", 1.0, "slope2"),
