@@ -181,3 +181,40 @@ def test_smooth_pictures_have_no_wrong_matches():
     for pixels in (BEFORE, AFTER, seen(bent(15.0), T_GRID)):
         assert not wrong_matches(GRID, pixels).any()
     assert VIEWER.width > 0
+
+
+def test_corners_that_only_the_picture_after_shows_settle_the_free_edge():
+    rng = np.random.default_rng(5)
+    after = shaken(seen(bent(15.0), T_GRID), rng)
+    near = np.where((GRID[:, 0] < 190)[:, None], shaken(BEFORE, rng), np.nan)
+    outline = visible_pixels(15.0, 2, 2)
+    common, every = (
+        update_mirror(FLAT, near, after, GRID, CLAMP,
+                      PRIOR._replace(all_after=all_after), outline=outline)
+        for all_after in (False, True)
+    )  # fmt: skip
+    assert np.count_nonzero(every.used) > np.count_nonzero(common.used) + 5
+    assert (
+        angles_deg(every.camera, 15.0).mean() < angles_deg(common.camera, 15.0).mean()
+    )
+
+
+def test_a_shape_that_is_open_somewhere_is_refused_though_features_count():
+    """One feature in the last interval: rank, but no knowledge of the edge."""
+    u = FLAT.grid.turned(np.nan_to_num(AFTER / 7600 - [0.203, 0.153]))[:, 0]
+    order = np.argsort(np.where(COMMON, u, -1))
+    kept = np.where((u < 0.02) | (np.arange(182) == order[-1]), 1.0, np.nan)
+    with pytest.raises(CalibrationError, match=r"uncertain by|coefficients open"):
+        update_mirror(FLAT, BEFORE, AFTER * kept[:, None], GRID, CLAMP, outline=OUTLINE)
+
+
+def test_the_pose_of_the_grid_is_in_the_covariance():
+    """The same corners after: with the grid's place known, less is uncertain."""
+    rng = np.random.default_rng(6)
+    before, after = shaken(BEFORE, rng), shaken(AFTER, rng)
+    found = update_mirror(FLAT, before, after, GRID, CLAMP, PRIOR, outline=OUTLINE)
+    placed = transform(found.pose.T_camera_grid, on_plane(GRID))
+    known = np.where(found.used[:, None], after, np.nan)
+    sure = update_from_scene(FLAT, known, placed, CLAMP, PRIOR, outline=OUTLINE)
+    middle = visible_pixels(5.0, 5, 3)[7:8]
+    assert found.ray_sd(middle)[0] > 1.1 * sure.ray_sd(middle)[0]

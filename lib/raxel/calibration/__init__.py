@@ -42,6 +42,7 @@ from raxel.calibration.linear.standard import (
     linear_well_conditioned,
 )
 from raxel.calibration.mirror.bundle import StageBundle, StageView, bundle_stages
+from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera
 from raxel.calibration.mirror.clamp_line import (
     ClampLine,
     FixedLine,
@@ -61,6 +62,14 @@ from raxel.calibration.mirror.primary import (
     calibrate_primary,
     primary_from_points,
 )
+from raxel.calibration.mirror.track import MirrorTracker
+from raxel.calibration.mirror.update import (
+    MirrorSettings,
+    MirrorUpdate,
+    update_from_active_grid,
+    update_from_scene,
+    update_mirror,
+)
 from raxel.calibration.parametric.lens_formula import LensCalibration, calibrate_lens
 from raxel.calibration.parametric.zhang import ZhangCalibration, calibrate_zhang
 from raxel.calibration.pose.grid_pose import (
@@ -72,6 +81,10 @@ from raxel.calibration.pose.grid_pose import (
     synthetic_plane_normal,
 )
 from raxel.calibration.pose.grunert import three_point_depths
+from raxel.calibration.pose.non_central import (
+    NonCentralPose,
+    pose_from_non_central_rays,
+)
 from raxel.calibration.pose.three_point import (
     RayPose,
     pose_from_rays,
@@ -96,6 +109,7 @@ __all__ = [
     "CentralCalibration",
     "CentralTest",
     "CgspSolution",
+    "Clamp",
     "ClampLine",
     "ConsistentResult",
     "DenseView",
@@ -107,6 +121,10 @@ __all__ = [
     "KnownMotionRays",
     "LensCalibration",
     "LinearSolution",
+    "MirrorSettings",
+    "MirrorTracker",
+    "MirrorUpdate",
+    "NonCentralPose",
     "PlanarStart",
     "PlatterPicture",
     "PlatterPoses",
@@ -137,6 +155,7 @@ __all__ = [
     "centroid_directions",
     "centroid_weights",
     "clamp_line",
+    "clamp_of_camera",
     "coefficient_vectors",
     "dense_view",
     "edge_picks",
@@ -151,6 +170,7 @@ __all__ = [
     "linear_well_conditioned",
     "locate_pixels",
     "pixels_on_board",
+    "pose_from_non_central_rays",
     "pose_from_rays",
     "pose_three_point_ransac",
     "primary_from_points",
@@ -169,4 +189,7 @@ __all__ = [
     "synthetic_plane_normal",
     "table_2_1",
     "three_point_depths",
+    "update_from_active_grid",
+    "update_from_scene",
+    "update_mirror",
 ]

@@ -43,6 +43,8 @@ MOST_WRONG = 0.25
 EXCHANGED = 0.5
 # Pictures in the right order can leave this much, and nothing is looked at below it.
 SUSPECT_MM = 0.1
+# Standard deviations of rays at the knots, degrees: flagged, and refused.
+UNCERTAIN_DEG, OPEN_DEG = 0.3, 5.0
 
 
 class MirrorSettings(NamedTuple):
@@ -52,6 +54,8 @@ class MirrorSettings(NamedTuple):
     numbers stay where features do not support them (then a prior must carry, or the
     stage is refused). noise_px: standard deviation of a feature along each axis, px.
     prior_sd: of `bending_prior`, mm; None for no prior. truncation: see `clamped`.
+    all_after: whether a corner that only the picture after shows counts, too: its place
+    is known once the grid's pose is. The thesis takes the common ones.
     """
 
     shape: tuple = (7, 3)
@@ -60,6 +64,7 @@ class MirrorSettings(NamedTuple):
     noise_px: float = 0.2
     prior_sd: float | None = None
     truncation: float = TRUNCATION
+    all_after: bool = False
 
 
 class MirrorUpdate(NamedTuple):
@@ -124,11 +129,19 @@ def update_mirror(
     pose = pose_from_non_central_rays(rays, points, start_pose)
     wrong |= rays.valid & ~pose.inliers
     _not_exchanged(before, pixels_after, points, wrong, pose)
-    common = pose.inliers & np.isfinite(pixels_after).all(axis=1) & ~wrong
+    settings = settings or MirrorSettings()
+    placed = transform(pose.T_camera_grid, on_plane(points))
+    counts = np.isfinite(pixels_after).all(axis=1) & ~wrong
+    directions = rays.directions
+    if settings.all_after:
+        directions = np.where(
+            pose.inliers[:, None], directions, placed - np.nanmean(rays.origins, axis=0)
+        )
+    else:
+        counts &= pose.inliers
     found = _shape(
-        before, np.where(common[:, None], pixels_after, np.nan),
-        transform(pose.T_camera_grid, on_plane(points)), rays.directions, clamp,
-        settings or MirrorSettings(), outline,
+        before, np.where(counts[:, None], pixels_after, np.nan), placed, directions,
+        clamp, settings, outline,
         (motion_of_points(points, pose.T_camera_grid), pose.covariance),
     )  # fmt: skip
     flags = list(found.flags)
@@ -214,6 +227,7 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
         used, c = used & ~wrong, fit.coefficients
     support = support_of(grid, p[used])
     flags = need_support(support, clamp_at, prior is not None)
+    flags += _open_edges(grid, quantity, fit)
     residuals = np.full(len(p), np.nan)
     residuals[used] = np.linalg.norm(fit.residuals, axis=1)
     if not fit.converged:
@@ -223,6 +237,24 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
         SplineMirrorCamera.on_grid(viewer, grid, start, quantity),
         fit, residuals, used, wrong, support, None, tuple(flags),
     )  # fmt: skip
+
+
+def _open_edges(grid, quantity, fit):
+    """Flags where rays are uncertain; CalibrationError where they are anything."""
+    u, v = np.meshgrid(*grid.breaks)
+    places = grid.unturned(np.column_stack([u.ravel(), v.ravel()]))
+    sd = np.degrees(ray_sd(places, grid, quantity, fit.coefficients, fit.covariance))
+    worst = np.argmax(sd)
+    text = (
+        f"rays next to knot {worst % len(grid.breaks[0])} along u, "
+        f"{worst // len(grid.breaks[0])} along v, are uncertain by {sd[worst]:.2g} "
+        "degrees"
+    )
+    if not sd[worst] < OPEN_DEG:
+        raise CalibrationError(
+            f"mirror shape: {text}; give features there, fewer knots, or a prior"
+        )
+    return [text] if sd[worst] > UNCERTAIN_DEG else []
 
 
 def _linear(p, directions, used, grid, quantity, clamp, prior, settings):
