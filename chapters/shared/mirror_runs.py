@@ -35,7 +35,7 @@ CLAMP_PICKS, CLAMP_SD_PX = 9, 0.5
 TRACED = 9
 
 
-class Method(NamedTuple):
+class MirrorMethod(NamedTuple):
     """How the mirror is modelled. quantity: see SplineMirrorCamera; slope: whether the
     clamp holds the slope too, and not the position alone; prior_sd: see
     MirrorSettings."""
@@ -52,7 +52,7 @@ class Method(NamedTuple):
 
 
 # As the thesis has it: distances along viewing rays, the clamp's position.
-PUBLISHED = Method("distance", slope=False)
+PUBLISHED = MirrorMethod("distance", slope=False)
 
 
 class Primary(NamedTuple):

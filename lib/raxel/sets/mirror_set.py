@@ -22,7 +22,7 @@ OF_PRIMARY = ("grids", "platter", "plate")
 
 
 @dataclass(frozen=True)
-class Clamp:
+class PickedClamp:
     """Where the mirror is held, as the mirror shows it before it bends.
 
     points: ((u, v), ...) pixels along the clamp's edge; sd_px: their standard deviation
@@ -36,7 +36,7 @@ class Clamp:
 
 
 @dataclass(frozen=True)
-class Step:
+class MirrorStep:
     """One deflection: names of photographs with the board in one place before and
     after it, and of others after it, for scoring; how far the mirror was moved, mm."""
 
@@ -62,9 +62,9 @@ class MirrorSet:
     platter: ImageSet
     plate: ImageSet
     thickness_mm: float
-    clamp: Clamp
+    clamp: PickedClamp
     stages: ImageSet
-    steps: tuple[Step, ...]
+    steps: tuple[MirrorStep, ...]
 
     @property
     def description(self):
@@ -130,7 +130,7 @@ def _from_plain(data, folder):
         folder=folder,
         viewer=_viewer(folder, data["viewer"]),
         thickness_mm=float(primary["thickness_mm"]),
-        clamp=Clamp(
+        clamp=PickedClamp(
             tuple((float(u), float(v)) for u, v in clamp["points"]),
             float(clamp.get("sd_px", PICKED_SD_PX)),
             float(clamp.get("hidden_mm", 0.0)),
@@ -143,7 +143,7 @@ def _from_plain(data, folder):
 
 def _step(data):
     moved = data.get("deflection_mm")
-    return Step(
+    return MirrorStep(
         data["before"],
         data["after"],
         tuple(data.get("evaluate", ())),

@@ -53,7 +53,7 @@ def three_stages(rig, bench, errors, seed):
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
     misses = first.calibration.mirror.misses
-    scene = Scene(rig, cameras, errors)
+    scene = StageScene(rig, cameras, errors)
     out = {
         "miss_mm": float(np.nanmean(misses)),
         "miss_sd_mm": float(np.nanstd(misses, ddof=1)),
@@ -94,7 +94,7 @@ def of_deflection(rig, stage, height, true):
     }
 
 
-class Scene(NamedTuple):
+class StageScene(NamedTuple):
     """The true cameras of stages 0 to 3 of a rig, and the errors of its pictures."""
 
     rig: object

@@ -23,7 +23,7 @@ class State(NamedTuple):
     T: np.ndarray
 
 
-class Seen(NamedTuple):
+class SeenCorners(NamedTuple):
     """One view: stage, grid, its RayPoints, points (N, 2) of the grid, sd (N,) in
     normalised units, scale (N,) px for one."""
 
@@ -40,7 +40,7 @@ class BundleProblem(NamedTuple):
     """The least squares of one round. whiten: (N, 2, 3) of each view, which takes
     ray-point vectors to residuals."""
 
-    seen: list[Seen]
+    seen: list[SeenCorners]
     spaces: list
     further: list
     whiten: list[np.ndarray]
