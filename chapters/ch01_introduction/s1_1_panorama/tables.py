@@ -12,7 +12,7 @@ SCALES = {
 }
 
 
-@table("ext_fig_1_1_rows", needs=("fig_1_1_resolution",), evidence="rendered")
+@table("ext_fig_1_1_rows", needs=("fig_1_1_resolution",), evidence="analytic")
 def unwrapped_rows(results):
     """Source pixels of one unwrapped pixel at the top and at the bottom."""
     ran, rows = results["fig_1_1_resolution"], []

@@ -117,7 +117,7 @@ def over_blurs(means):
     return means.min(axis=0) if means.ndim == 2 else means
 
 
-class Lines(NamedTuple):
+class RoomLines(NamedTuple):
     """The edges of one remapped room. Shares of length, degrees; (edges,) each."""
 
     before: np.ndarray
@@ -130,13 +130,13 @@ class Lines(NamedTuple):
 
 
 def lines_of(ran, options=None, **condition):
-    """`Lines` of each seed that fits; options: by question."""
+    """`RoomLines` of each seed that fits; options: by question."""
     kind, trials = Case(NAMES, options)["line_points"], ran.select(**condition)
     bends = f"before.{kind}", f"after.{kind}"
     others = "vertical", "lean_deg", "predicted_deg", "place"
     arrays = [trials.arrays(name) for name in (*bends, *others)]
     pitches = map(float, trials.column("pitch_deg"))
-    return [Lines(*one) for one in zip(*arrays, pitches, strict=True)]
+    return [RoomLines(*one) for one in zip(*arrays, pitches, strict=True)]
 
 
 def spread_between(lines, of):
