@@ -22,7 +22,7 @@ import numpy as np
 
 from raxel.calibration.mirror.bundle_system import (
     BundleProblem,
-    Seen,
+    SeenCorners,
     State,
     inverse_of,
     moved,
@@ -217,7 +217,9 @@ def _sightings(cameras, views, T):
             )
         rays = RayPoints(one.image[inside], camera.grid, camera.quantity)
         sd, scale = one.sd[inside], one.scale[inside]
-        found.append(Seen(stage, grid, rays, one.points[inside], sd, scale, False))
+        found.append(
+            SeenCorners(stage, grid, rays, one.points[inside], sd, scale, False)
+        )
     if not all(np.isfinite(view.sd).all() for view in found):
         found = [v._replace(sd=np.ones(len(v.sd)), unknown_sd=True) for v in found]
     return [view._replace(sd=view.sd / view.scale) for view in found]
