@@ -30,7 +30,7 @@ def test_without_noise_the_pose_is_exact_from_either_tilt():
     assert np.abs(again.T_camera_grid - T_TRUE).max() < 1e-8
 
 
-def test_a_third_of_wrong_pairs_is_left_out():
+def test_a_fifth_of_wrong_pairs_is_left_out():
     rng = np.random.default_rng(1)
     rays = CAMERA.rays(PIXELS + 0.2 * rng.standard_normal(PIXELS.shape))
     wrong = rng.permutation(np.flatnonzero(rays.valid))[: rays.valid.sum() // 5]

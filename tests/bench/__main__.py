@@ -22,6 +22,7 @@ from tests.bench.decoders import (
     scene_to_bench,
     table,
 )
+from tests.bench.mirrors import bench_mirrors, mirrors_table
 
 BOARDS = Path("data/recorded/opencv-left")
 
@@ -47,6 +48,8 @@ def main(folders):
             print(f"\nthree grids of {rays} rays, one core, best of three")
             print("\n".join(calibrators_table(bench_calibrators(rays))))
         _bench_adjusters()
+        print("\na mirror that bends, median of 25")
+        print("\n".join(mirrors_table(*bench_mirrors())))
     return failed
 
 

@@ -29,7 +29,9 @@ FEWEST = 6  # corners: twelve equations for six numbers
 # Of the right pairs' cost: where the other tilt's is less, the two are confused.
 ALIKE = 1.5
 APART = 1e-2  # radians between normals that are two
-TRIPLES_OF = 7  # points far apart: 35 triples, of which some hold no wrong pair
+# Points far apart whose triples give the start; more of them where the better half of
+# the distances stays above this share of the grid's extent, as wrong pairs leave it.
+TRIPLES_OF, ROUGH = (6, 12), 3e-3
 
 
 class NonCentralPose(NamedTuple):
@@ -46,7 +48,7 @@ class NonCentralPose(NamedTuple):
 
 
 def pose_from_non_central_rays(rays, points, start=None):
-    """NonCentralPose of a grid, robust against up to a third of wrong pairs.
+    """NonCentralPose of a grid, robust against up to a fifth of wrong pairs.
 
     rays: Rays (N,), of which those not valid do not count; points: (N, 2) on the grid,
     mm; start: (4, 4), a pose that is nearly right, as from the picture before; then no
@@ -103,16 +105,26 @@ def other_tilt(T_camera_grid, points, viewpoint):
 
 
 def _better_tilt(origins, directions, points):
+    """Of the poses refined from both tilts the better, and whether they are alike."""
     viewpoint = closest_point(Rays(origins, directions, np.ones(len(points), bool)))
-
-    start = pose_of_spread_triples(directions, points, TRIPLES_OF)
-    start[:3, 3] += viewpoint
-    one = _refined(origins, directions, points, start)
-    start = other_tilt(one[0], points, viewpoint)
-    two = _refined(origins, directions, points, start)
-    best, second = sorted((one, two), key=_truncated(origins, directions, points))
-    apart = np.abs(best[0][:3, 2] - second[0][:3, 2]).max() > APART
-    return *best, bool(apart and second[2] < ALIKE * best[2])
+    cost = _truncated(origins, directions, points)
+    extent = np.linalg.norm(np.ptp(points, axis=0))
+    tried = []
+    for count in TRIPLES_OF:
+        start = pose_of_spread_triples(directions, points, count)
+        start[:3, 3] += viewpoint
+        one = _refined(origins, directions, points, start)
+        start = other_tilt(one[0], points, viewpoint)
+        tried += [one, _refined(origins, directions, points, start)]
+        best, *others = sorted(tried, key=cost)
+        if cost(best) <= len(points) / 2 * (ROUGH * extent) ** 2:
+            break
+    ambiguous = any(
+        np.abs(best[0][:3, 2] - other[0][:3, 2]).max() > APART
+        and other[2] < ALIKE * best[2]
+        for other in others
+    )
+    return *best, ambiguous
 
 
 def _truncated(origins, directions, points):
