@@ -36,7 +36,10 @@ def fan_trial(condition, rng):
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     return {
         name: np.array(
-            [fan_deg(c) for c in rig.stages(aberration_um=bench.aberration_um, seed=seed)]
+            [
+                fan_deg(c)
+                for c in rig.stages(aberration_um=bench.aberration_um, seed=seed)
+            ]
         )
         for name, bench in BENCHES.items()
     }
@@ -73,5 +76,3 @@ def _line(camera):
     points = transform(camera.T_viewer_mirror, np.column_stack([x, 0 * x, z]))
     directions = camera.rays(camera.viewer.project(points).pixels).directions
     return directions[np.isfinite(directions[:, 0])]
-
-
