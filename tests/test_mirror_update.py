@@ -5,6 +5,8 @@ import pytest
 
 from raxel.calibration.mirror.clamp import clamp_of_camera
 from raxel.calibration.mirror.matches import wrong_matches
+from raxel.calibration.mirror.refine import ray_sd
+from raxel.calibration.mirror.sightings import normalised
 from raxel.calibration.mirror.support import need_support, support_of, supported_grid
 from raxel.calibration.mirror.update import (
     MirrorSettings,
@@ -216,5 +218,30 @@ def test_the_pose_of_the_grid_is_in_the_covariance():
     placed = transform(found.pose.T_camera_grid, on_plane(GRID))
     known = np.where(found.used[:, None], after, np.nan)
     sure = update_from_scene(FLAT, known, placed, CLAMP, PRIOR, outline=OUTLINE)
-    middle = visible_pixels(5.0, 5, 3)[7:8]
-    assert found.ray_sd(middle)[0] > 1.1 * sure.ray_sd(middle)[0]
+    np.testing.assert_allclose(sure.camera.coefficients, found.camera.coefficients,
+                               rtol=1e-6)  # fmt: skip
+    middle = normalised(VIEWER, visible_pixels(5.0, 5, 3)[7:8])
+    spread, known = (
+        ray_sd(middle, each.camera.grid, "inverse depth", each.fit.coefficients,
+               each.fit.covariance)[0]
+        for each in (found, sure)
+    )  # fmt: skip
+    assert spread > 1.1 * known
+
+
+def test_rays_are_as_uncertain_as_they_are_said_to_be():
+    """The sheet is no spline: misfit counts beside noise; 1 would be exact."""
+    squares, pixels, true = [], visible_pixels(5.0), bent(5.0)
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        found = update_mirror(
+            FLAT, shaken(BEFORE, rng), shaken(AFTER, rng), GRID, CLAMP, PRIOR,
+            outline=OUTLINE,
+        )  # fmt: skip
+        ours, theirs = found.camera.rays(pixels), true.rays(pixels)
+        both = ours.valid & theirs.valid
+        off = np.sum((ours.directions - theirs.directions)[both] ** 2, axis=1)
+        squares.append(np.mean(off / (2 * found.ray_sd(pixels)[both] ** 2)))
+        assert found.misfit > 0
+        assert found.widening > 1
+    assert 0.4 < np.mean(squares) < 2.5
