@@ -118,6 +118,14 @@ def grid_picture(rig, camera, T_camera_monitor, seed, window=None):
     )
 
 
+def scene_picture(rig, camera, scene, T_world_camera, rng):
+    """The picture (h, w) of a TexturedScene in the mirror, where the sheet of stage 0
+    fills the picture."""
+    window = mirror_window(rig.camera(0.0))
+    taken = windowed(replace(rig.rig, camera=camera), window)
+    return taken.laboratory().photograph(scene, T_world_camera, rng)
+
+
 def platter_camera(rig, platter):
     """The camera that sees the world in a `Platter`, its ring in two halves."""
     angle = np.linspace(0, np.pi, ARC)

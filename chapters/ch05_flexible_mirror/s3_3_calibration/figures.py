@@ -1,13 +1,21 @@
-"""Fig. 5.9, and how the bench's two numbers were solved."""
+"""Figs 5.8 to 5.10, and how the bench's two numbers were solved."""
 
 import numpy as np
 
+from chapters.ch05_flexible_mirror.s3_3_calibration.results import FANS, PICTURES
 from chapters.ch05_flexible_mirror.s3_3_calibration.trials.bench import (
     AMPLITUDES_UM,
     FACTORS,
     solved,
 )
 from chapters.shared.mirror_bench import ABERRATION_UM, FACTOR
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from chapters.shared.mirror_runs import PUBLISHED
+from raxel.geometry.spline_grid import spline_grid
+from raxel.show import Arrows, board, framed
+from raxel.show.boards import plate
+from raxel.show.cameras import frustum, mirrors, viewing_rays
+from repro.page.space import scene_figure
 from repro.page.style import INK, plot_interval, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -17,6 +25,10 @@ from repro.run.outcomes import Check, Drawing
 # Printed numbers that the bench is solved from: of the primary stage, of stage 1.
 SOLVED_FROM = ("s5_3_3_pos_mean", "t5_4_s1_res_mean")
 NEAR = 0.01  # of the printed number: so near the medians have to be
+# From above, the mirror beyond the camera.
+SIGHT, UP = (-0.15, -0.95, -0.35), (0.0, 0.0, 1.0)
+BODY_MM, PUSH_MM = 60.0, 60.0
+ACROSS, LEVELS = 241, (0.3, 0.5, 0.7)
 
 
 @figure(
@@ -69,4 +81,100 @@ def ext_mirror_bench(results, published):
         f"{result.trials_per_condition} seeds. The printed numbers are reached: "
         f"{'; '.join(said)}.",
         check if result.trials_per_condition > 3 else None,
+    )
+
+
+@figure("fig_5_8", needs=(), evidence="analytic", scene=True)
+def fig_5_8(results):
+    """Camera, mirror at two stages, load, monitor and board in space."""
+    rig = mirror_rig("A")
+    flat, bent = rig.camera(STAGES_MM[0]), rig.camera(STAGES_MM[-1])
+    rng = np.random.default_rng(0)
+    T = rig.board_pose(rng, deflections=STAGES_MM)
+    load = rig.load_point(flat)
+    # Drawn from behind the sheet, where the stage pushes or pulls.
+    tail = load + PUSH_MM * rig.deflection_direction()
+    parts = [
+        frustum(rig.viewer, BODY_MM),
+        *viewing_rays(flat, (3, 3)),
+        *mirrors(flat, "mirror, stage 0", opacity=0.8),
+        *mirrors(bent, "mirror, stage 3", colour=series(1)["color"], opacity=0.5),
+        *board(rig.board, T, label="board"),
+        Arrows(load[None], tail[None], series(1)["color"], "load"),
+    ]
+    corner, size = rig.monitor.extent
+    for number, pose_ in enumerate(rig.monitor_poses(), 1):
+        name = f"monitor, position {number}"
+        look = {"colour": series(number + 1)["color"], "opacity": 0.35, "label": name}
+        parts.append(plate(pose_, corner, size, **look))
+    scene = framed(parts, SIGHT, up=UP, note=rig.rig.summary)
+    _, seen = rig.corners(flat, T)
+    return Drawing(
+        scene_figure(scene, height_in=4.6),
+        {"corners_seen_at_stage": [0], "count": [int(seen.sum())]},
+        "The laboratory's rig for the full model, geometry A, in the camera's frame: "
+        "the camera, the mirror clamped at its right edge at stages 0 and 3, the load "
+        "that bends it, the board of the dynamic stages, and the monitor in the two "
+        "positions of the primary stage. Monitor and board are never there at once.",
+        Check(bool(seen.sum() >= 90), f"{seen.sum()} corners of the board are seen"),
+        scene,
+    )
+
+
+@figure("fig_5_9", needs=(), evidence="analytic")
+def fig_5_9(results):
+    """The 21 tensor products of quadratic B-splines, each as a hill of its own."""
+    along, across = PUBLISHED.shape
+    grid = spline_grid(np.array([[0.0, 0.0], [along - 2, across - 2]]), (along, across))
+    u, v = np.meshgrid(
+        np.linspace(0, along - 2, ACROSS), np.linspace(0, across - 2, ACROSS // 3)
+    )
+    rows = grid.rows(np.column_stack([u.ravel(), v.ravel()]))[0]
+    drawn, axes = new_figure(1, 1, height_in=3.4)
+    for k, hill in enumerate(rows.T):
+        colour = [series(k % 7)["color"]]
+        axes.contour(u, v, hill.reshape(u.shape), LEVELS, colors=colour, linewidths=1.0)
+        top = np.argmax(hill)
+        name = f"$f_{{{k % along + 1}}}g_{{{k // along + 1}}}$"
+        axes.text(u.flat[top], v.flat[top], name, ha="center", va="center", fontsize=7)
+    for breaks, line in zip(grid.breaks, (axes.axvline, axes.axhline), strict=True):
+        for place in breaks:
+            line(place, color="#c8ccd2", lw=0.6, zorder=0)
+    axes.set(
+        xlabel="u, from one end of the picture to the other (knot intervals)",
+        ylabel="v (knot interval)", aspect="equal", yticks=[0, 1],
+        xlim=(-0.15, along - 1.85), ylim=(-0.12, across - 1.88),
+    )  # fmt: skip
+    whole = rows.sum(axis=1)
+    return Drawing(
+        drawn,
+        {"u": u.ravel().tolist(), "v": v.ravel().tolist(), "sum": whole.tolist()},
+        f"The {grid.size} blending functions of the full model, products of {along} "
+        f"functions along the mirror and {across} across, all of degree 2. Lines of "
+        "equal height, 0.3, 0.5 and 0.7; grey: knots. At the ends of the box a "
+        "function reaches 1, so that the mirror's edge belongs to few coefficients.",
+        Check(
+            bool(np.allclose(whole, 1, atol=1e-12)),
+            "all functions together are 1 everywhere",
+        ),
+    )
+
+
+@figure("fig_5_10", needs=("fig_5_10_pictures", "fig_5_10_fans"), evidence="rendered")
+def fig_5_10(results):
+    """The room in the mirror, stage by stage."""
+    pictures = results[PICTURES]
+    stages = pictures.conditions[0]["stages"]
+    drawn, panels = new_figure(len(stages) // 2, 2, height_in=2.4 * len(stages) // 2)
+    fans = results[FANS].arrays("laboratory", geometry="A")[0]
+    for panel, k in zip(np.ravel(panels), stages, strict=True):
+        panel.imshow(pictures.arrays(f"stage{k}")[0], cmap="gray", vmin=0, vmax=255)
+        panel.set(title=f"stage {k}: {STAGES_MM[k]:g} mm", xticks=[], yticks=[])
+    return Drawing(
+        drawn,
+        {"stage": stages, "fan_deg": [float(fans[k]) for k in stages]},
+        "A bookcase in the mirror at the stages of deflection, geometry A, in the part "
+        "of the picture that the mirror fills. The clamped edge is at the right; the "
+        "free edge shows more and more of the room. The CSV has the angle between the "
+        "outermost rays of the mirror's middle line.",
     )

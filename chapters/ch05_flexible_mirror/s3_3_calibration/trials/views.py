@@ -15,12 +15,14 @@ EYE_MM = np.array([-600.0, 0.0, 500.0])
 
 
 def pictures_trial(condition, rng):
-    """The room in the mirror at stages 0 to 3, grey, all in the same window."""
-    rig = mirror_rig(condition["geometry"], condition["small"])
+    """The room in the mirror of the small rig at some stages, grey."""
+    rig = mirror_rig(condition["geometry"], small=True)
     cameras = rig.stages()
     T = T_world_camera(cameras)
-    shots = [scene_picture(rig, c, room(), T, rng) for c in cameras]
-    return {f"stage{k}": shot for k, shot in enumerate(shots)}
+    return {
+        f"stage{k}": scene_picture(rig, cameras[k], room(), T, rng)
+        for k in condition["stages"]
+    }
 
 
 def T_world_camera(cameras):

@@ -1,0 +1,72 @@
+"""The claims of Fig. 5.10, and the numbers of Figs 5.9 and 5.10."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_3_calibration.results import (
+    FANS,
+    MOVED,
+    fan_ratios,
+    moved_px,
+)
+from chapters.shared.mirror_runs import PUBLISHED
+from repro.judge.statistics import median_interval
+from repro.run.experiment import claim, numbers
+from repro.run.outcomes import Reading, Value
+
+DOUBLE = (1.6, 2.4)
+
+
+@claim(
+    "c5_fov_doubles",
+    needs=("fig_5_10_fans",),
+    evidence="synthetic",
+    readings=("mirror_bench",),
+)
+def judge_field_of_view(results, options):
+    """The fan of rays at stage 3 is 1.6 to 2.4 times as wide as at stage 0, on A."""
+    found = {g: fan_ratios(results[FANS], g, options["mirror_bench"]) for g in "AB"}
+    ratio = median_interval(found["A"])
+    return Reading.of(
+        bool(DOUBLE[0] <= ratio.low and ratio.high <= DOUBLE[1]),
+        ratio,
+        reason="angle between the outermost rays of the mirror's middle line, stage 3 "
+        f"over stage 0, geometry A; on B {np.median(found['B']):.2f}",
+    )
+
+
+@claim("c5_displacement", needs=("fig_5_10_moved",), evidence="synthetic")
+def judge_displacement(results):
+    """The mean way of the features rises with every deflection."""
+    moved = moved_px(results[MOVED], "A")
+    least = np.diff(moved, axis=1).min()
+    return Reading.of(
+        bool(least > 0),
+        float(least),
+        "px",
+        "least growth of the mean way from one deflection to the next, over "
+        f"{len(moved)} places of the board on geometry A; up to "
+        f"{moved[:, -1].max():.0f} px at 15 mm",
+    )
+
+
+@numbers("fig_5_9", needs=(), evidence="analytic")
+def numbers_fig_5_9(results):
+    """The numbers of basis functions, and their degree."""
+    along, across = PUBLISHED.shape
+    degree = PUBLISHED.settings.degree[0]
+    return {
+        "fig5_9_kf": Value(along, unit="count"),
+        "fig5_9_kg": Value(across, unit="count"),
+        "fig5_9_n": Value(along * across, unit="count"),
+        "fig5_9_deg": Value(degree, unit="count"),
+    }
+
+
+@numbers("fig_5_10", needs=("fig_5_10_fans",), evidence="synthetic")
+def numbers_fig_5_10(results):
+    """How much wider the fan of rays gets."""
+    return {
+        "fig5_10_fov": Value(
+            median_interval(fan_ratios(results[FANS], "A", "laboratory")), unit="ratio"
+        )
+    }

@@ -1,0 +1,100 @@
+"""Claims of Fig. 5.10, the bench's solution, and errors and scores of mirror runs."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s3_3_calibration.claims import (
+    judge_displacement,
+    judge_field_of_view,
+)
+from chapters.ch05_flexible_mirror.s3_3_calibration.trials.bench import solved
+from chapters.shared.mirror_errors import PHASES, pool_of
+from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror_runs import lattice, outline, px_per_mm
+from chapters.shared.mirror_scores import (
+    angles_between,
+    back_projection,
+    lengths,
+    load_height,
+    ray_angles,
+)
+from raxel.calibration.mirror.sightings import normalised
+from raxel.cameras import SplineMirrorCamera
+from raxel.geometry.spline_grid import spline_grid
+from tests.made_results import of_columns
+
+PERIOD = np.array([40.0, 60.0])
+
+
+@pytest.mark.parametrize(
+    ("fans", "verdict"),
+    [
+        ((20.0, 40.0), "reproduced"),
+        ((20.0, 30.0), "differs"),
+        ((20.0, 50.0), "differs"),
+    ],
+)
+def test_a_field_of_view_that_doubles(fans, verdict):
+    bench = [np.array([fans[0], 0, 0, fans[1]]) for _ in range(9)]
+    found = of_columns(*(({"geometry": g}, {"bench": bench}) for g in "AB"))
+    reading = judge_field_of_view({"fig_5_10_fans": found}, {"mirror_bench": "bench"})
+    assert reading.verdict == verdict
+
+
+@pytest.mark.parametrize(("last", "verdict"), [(9.0, "reproduced"), (6.9, "differs")])
+def test_features_move_farther_with_every_deflection(last, verdict):
+    moved = [np.array([2.0, 7.0, last]) for _ in range(4)]
+    found = of_columns(({"geometry": "A"}, {"moved_px": moved}))
+    assert judge_displacement({"fig_5_10_moved": found}).verdict == verdict
+
+
+def test_the_level_at_which_a_median_is_the_target():
+    values = np.array([[1.0, 3.0, 5.0], [0.0, 2.0, np.nan], [2.0, 4.0, 9.0]])
+    assert solved(values, (0.0, 10.0, 20.0), 2.0) == pytest.approx(5.0)
+    assert solved(values, (0.0, 10.0, 20.0), 9.5) is None
+
+
+def test_decoding_errors_are_drawn_again_with_their_bias_and_their_size():
+    rng = np.random.default_rng(0)
+    true = rng.uniform(0, 300, (20000, 2))
+    wave = 0.05 * np.sin(2 * np.pi * true / PERIOD)
+    error = wave + 0.01 * rng.standard_normal(true.shape)
+    pool = pool_of(error, true, PERIOD)
+    middles = (np.arange(PHASES) + 0.5) / PHASES
+    np.testing.assert_allclose(
+        pool.bias[0], 0.05 * np.sin(2 * np.pi * middles), atol=3e-3
+    )
+    again = pool.drawn(true, rng, 3.0) - true
+    np.testing.assert_allclose(again.std(axis=0), 3 * error.std(axis=0), rtol=0.02)
+    assert np.corrcoef(again[:, 0], wave[:, 0])[0, 1] > 0.9
+
+
+def test_scores_of_a_mirror_that_is_right_are_zero_and_a_lifted_one_is_told():
+    rig = mirror_rig("A")
+    true = rig.camera(10.0)
+    pixels = lattice(true, 60)
+    grid = spline_grid(normalised(rig.viewer, outline(true)), (12, 5), (3, 3))
+    found = SplineMirrorCamera.fitted(rig.viewer, grid, true.rays(pixels).origins)
+    assert load_height(rig, found, true) == pytest.approx(10.0, abs=0.01)
+    assert np.nanmax(ray_angles(found, true, pixels)) < 0.05
+    T = rig.board_pose(np.random.default_rng(1), 400.0, (10.0,))
+    board = rig.board.points()
+    corners, seen = rig.corners(true, T)
+    corners[~seen] = np.nan
+    for placed in (T, None):
+        off = lengths(back_projection(found, corners, board, placed))
+        assert len(off) == seen.sum()
+        # The fitted spline is up to 0.02 degrees off: 0.14 mm at 400 mm.
+        assert off.max() < 0.2
+    lifted = rig.camera(10.5)
+    assert load_height(rig, found, lifted) == pytest.approx(10.0, abs=0.01)
+    assert np.nanmean(ray_angles(found, lifted, pixels)) > 0.1
+
+
+def test_angles_and_scales():
+    first = np.array([[1.0, 0, 0], [0, 0, 1.0]])
+    second = np.array([[0, 1.0, 0], [0, 1e-3, 1.0]])
+    found = angles_between(first, second / np.linalg.norm(second, axis=1)[:, None])
+    np.testing.assert_allclose(found, [90, np.degrees(np.arctan(1e-3))], rtol=1e-9)
+    points = np.random.default_rng(0).uniform(0, 50, (400, 2))
+    assert px_per_mm(4 * points @ [[0, 1], [-1, 0]], points) == pytest.approx(4)
