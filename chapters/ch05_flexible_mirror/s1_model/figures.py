@@ -1,9 +1,15 @@
-"""Fig. 5.2, drawn with computed mirrors, and where a beam is no cubic any more."""
+"""Figs 5.1 and 5.2, drawn with computed mirrors, and where a beam is no cubic."""
 
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s1_model.results import BEAM, SMALL, compared_beams
 from chapters.ch05_flexible_mirror.s1_model.trials.plane import ANCHORS
+from chapters.shared.mirror_rigs import DYNAMIC_MM, mirror_rig
+from raxel.geometry import transform
+from raxel.geometry.planes import on_plane
+from raxel.show import Arrows, Labels, Points, framed
+from raxel.show.cameras import frustum, mirrors
+from repro.page.space import scene_figure
 from repro.page.style import INK, legend_below, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -14,6 +20,52 @@ FAINT = {"color": "#7a828c", "linewidth": 0.8, "marker": ""}
 SHOWN = (2, 20, 38)
 EXACT = 1e-4
 WORDS = {0.9: "10 % nearer", 1.0: "where it is", 1.1: "10 % farther"}
+
+# Fig. 5.1: rows and columns of corners that are drawn, and the sight from above.
+SHOWN_CORNERS = (slice(2, None, 4), slice(3, None, 4))
+BENT_MM, BODY_MM = 15.0, 60.0
+SIGHT, UP = (-0.25, -0.9, -0.45), (0.0, 0.0, 1.0)
+
+
+@figure("fig_5_1", needs=(), evidence="analytic", scene=True)
+def fig_5_1(results):
+    """Viewing rays to a bent mirror, and scene rays on to the points that they see."""
+    rig = mirror_rig("A")
+    camera = rig.camera(BENT_MM)
+    T = rig.board_pose(np.random.default_rng(0), DYNAMIC_MM, (BENT_MM,))
+    points = transform(T, on_plane(rig.board.points()))
+    lattice = points.reshape(rig.board.rows, rig.board.columns, 3)
+    shown = lattice[SHOWN_CORNERS].reshape(-1, 3)
+    pixels, seen = camera.project(shown)
+    shown, met = shown[seen], camera.rays(pixels[seen])
+    off = np.linalg.norm(np.cross(shown - met.origins, met.directions), axis=1).max()
+    eye = np.zeros_like(shown)
+    blue, orange = series(0)["color"], series(1)["color"]
+    names = {"camera": [0, 0, 0], "mirror": met.origins[-1], "scene point": shown[-1]}
+    parts = [
+        frustum(camera.viewer, BODY_MM),
+        *mirrors(camera, opacity=0.8),
+        Arrows(eye, met.origins, blue, "viewing rays", 1.5),
+        Arrows(met.origins, shown, orange, "scene rays", 1.5),
+        Points(shown, INK, "scene points", 8.0),
+        *(Labels(np.array([at], float), [name], INK) for name, at in names.items()),
+    ]
+    scene = framed(parts, SIGHT, up=UP, note=rig.rig.summary)
+    traced = {
+        f"{what}_{axis}_mm": places[:, k].tolist()
+        for what, places in (("mirror", met.origins), ("point", shown))
+        for k, axis in enumerate("xyz")
+    }
+    return Drawing(
+        scene_figure(scene, height_in=4.2),
+        traced,
+        "A flexible mirror camera, traced on the rig of geometry A with its mirror "
+        "pushed by 15 mm. Viewing rays run from the camera to the mirror, scene rays "
+        "from there to the points that are seen. They start at the mirror, not in one "
+        "point.",
+        Check(bool(off < EXACT), f"scene rays pass their points by {off:.0e} mm"),
+        scene,
+    )
 
 
 @figure("fig_5_2", needs=("exp_c5_shape_ambiguity",), evidence="analytic")
@@ -28,8 +80,8 @@ def fig_5_2(results):
     left.set_title("(a) depth")
     right.set_title("(b) shape")
     rows = []
-    for axes, kind, mirrors in ((left, "depth", copies), (right, "shape", curves)):
-        for n, (factor, mirror) in enumerate(zip(ANCHORS, mirrors, strict=True)):
+    for axes, kind, family in ((left, "depth", copies), (right, "shape", curves)):
+        for n, (factor, mirror) in enumerate(zip(ANCHORS, family, strict=True)):
             look = {"color": INK} if factor == 1.0 else {"color": series(n)["color"]}
             axes.plot(*mirror.T, **look, marker="", linestyle="-", linewidth=2,
                       label=WORDS[factor])  # fmt: skip

@@ -82,7 +82,11 @@ from repro.run.outcomes import Plan, crossed
 #
 # $$ V_r = V_l - 2\,(V_l\cdot N)\,N, \qquad
 # N = \frac{V_l - V_r}{\lVert V_l - V_r\rVert}. \tag{5.8} $$
-#
+
+# %% tags=["active-ipynb"]
+# show("fig_5_1")
+
+# %% [markdown]
 # The *full model* gives the distance of the mirror along each viewing ray, as
 # a spline of the image coordinates $u$ and $v$:
 #
