@@ -7,13 +7,26 @@ place, so that the same pictures also calibrate from stage 3 to stage 0 at once.
 import numpy as np
 
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_board
-from chapters.shared.mirror_scores import back_projection, lengths, load_height
+from chapters.shared.mirror_runs import (
+    PUBLISHED,
+    deflected,
+    lattice,
+    primary,
+    seen_board,
+)
+from chapters.shared.mirror_scores import (
+    back_projection,
+    lengths,
+    load_height,
+    ray_angles,
+)
 from raxel.errors import CalibrationError
 
 # Stages that the mirror goes through.
 LOOP = (0, 1, 2, 3, 2, 1, 0)
 OUT = 3  # steps of the loop that go out
+# px between the pixels whose rays are held against the true ones, as in Table 5.3.
+COMPARED_PX = 168
 
 
 def repeated_trial(condition, rng, errors, benches):
@@ -49,7 +62,9 @@ def loop(rig, bench, errors, seed):
         pixels = seen_board(rig, cameras[k], T, errors, rng)
         own = back_projection(camera, pixels, rig.board.points())
         true = back_projection(camera, pixels, rig.board.points(), T)
+        off = ray_angles(camera, cameras[k], lattice(cameras[k], COMPARED_PX))
         return {
+            "angle_deg": float(np.nanmean(off)),
             "back_mm": float(lengths(own).mean()),
             "back_sd_mm": float(lengths(own).std(ddof=1)),
             "back_true_mm": float(lengths(true).mean()),

@@ -1,0 +1,65 @@
+"""The runs there and back: which result, which bench, which step."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import LOOP, OUT
+from chapters.shared.mirror_bench import SWEPT
+from chapters.shared.mirror_rigs import STAGES_MM
+from chapters.shared.mirror_sweep import READINGS
+from repro.run.readings import Case
+
+RUNS, SWEPT_RUNS, OTHER = "table_5_5_runs", "table_5_5_swept", "table_5_5_other"
+JUDGED = ("table_5_5_runs", "table_5_5_swept")
+PLACED, STARTED = "exp_c5_dense_grid", "exp_c5_not_sensitive_init"
+STEPS = tuple(range(1, len(LOOP)))
+THERE, BACK = STEPS[:OUT], STEPS[OUT:]
+# Steps out, each with the one that undoes it.
+EQUIVALENT = tuple(zip(THERE, reversed(BACK), strict=True))
+STEP_MM = STAGES_MM[1] - STAGES_MM[0]
+WHOLE_MM = STAGES_MM[-1] - STAGES_MM[0]
+
+
+class LoopRuns(Case):
+    """Every seed on one bench: the one of the reading, or an end of a sweep.
+
+    Where a seed was refused at a step, it has no values from that step on: nan.
+    """
+
+    def __init__(self, results, options=None, bench=None, geometry="A"):
+        super().__init__(READINGS, options)
+        self.bench = bench or self["mirror_bench"]
+        name = SWEPT_RUNS if self.bench in SWEPT else RUNS
+        self.result = results[name if geometry == "A" else OTHER]
+
+    @property
+    def seeds(self):
+        """How many were run."""
+        return self.result.trials_per_condition
+
+    def of(self, place, name):
+        """A value (seeds,): place is "start", "step1" to "step6", or "single"."""
+        return self.result.column(f"{self.bench}.{place}.{name}")
+
+    def at(self, name, steps=STEPS):
+        """A value (steps, seeds) of several steps."""
+        return np.array([self.of(f"step{step}", name) for step in steps])
+
+    def refused(self):
+        """How many seeds ended before the sixth step, and how many before the single
+        one was found."""
+        ended = [
+            self.result.texts(f"{self.bench}.{name}")
+            for name in ("refused", "single_refused")
+        ]
+        loop = sum(text is not None for text in ended[0])
+        return loop, loop + sum(text is not None for text in ended[1])
+
+    def drawn(self, place):
+        """The board's corners and their errors (N, 2), mm, in the first seed that was
+        refused nowhere."""
+        whole = np.isfinite(self.of("single", "back_mm"))
+        seed = int(np.flatnonzero(whole)[0])
+        before = np.isfinite(self.of(place, "back_mm"))[:seed].sum()
+        name = f"{self.bench}.{place}.own"
+        board = self.result.arrays(f"{self.bench}.board_mm")[seed]
+        return board, self.result.arrays(name)[before], seed

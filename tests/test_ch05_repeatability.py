@@ -1,0 +1,179 @@
+"""Section 5.3.3, there and back: trials keep what they say, and claims can fail."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s3_3_repeatability import claims, tables
+from chapters.ch05_flexible_mirror.s3_3_repeatability.results import predicates
+from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
+    EQUIVALENT,
+    LoopRuns,
+)
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials import placements, starts
+from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_rigs import mirror_rig
+from tests.judged_claims import readings_of
+from tests.made_results import of_columns
+
+SEEDS = 60
+EVERY = (*BENCHES, *SWEPT)
+
+
+def made_loops(benches=EVERY, refused=0, at=None, **of):
+    """A Result of loops as the thesis tells them; of: {name of a value: factor};
+    at: {bench: such factors}; refused: seeds that ended before the fourth step."""
+    rng = np.random.default_rng(0)
+    values = {}
+    for bench in benches:
+        factors = of | (at or {}).get(bench, {})
+
+        def put(name, size, spread=0.01, bench=bench, factors=factors):
+            trials = size * factors.get(name, 1.0)
+            trials = trials * (1 + spread * rng.standard_normal(SEEDS))
+            if name.split(".")[0] in ("step4", "step5", "step6", "single"):
+                trials[:refused] = np.nan
+            values[f"{bench}.{name}"] = trials
+
+        for step in range(1, 7):
+            put(f"step{step}.deflection_mm", 5.0, 0.002)
+            put(f"step{step}.linear_mm", 3.1)
+        put("single.deflection_mm", 15.0, 0.002)
+        for place in ("start", *(f"step{k}" for k in range(1, 7)), "single"):
+            size = {"start": 0.85, "single": 2.74}.get(place, 1.84)
+            for name in ("back_mm", "back_true_mm"):
+                put(f"{place}.{name}", size)
+            put(f"{place}.back_sd_mm", 1.4)
+            put(f"{place}.angle_deg", 0.3)
+            put(f"{place}.residual_mm", 1.0)
+            put(f"{place}.residual_sd_mm", 0.6)
+        said = ["step 4: no"] * refused + [None] * (SEEDS - refused)
+        values[f"{bench}.refused"] = said
+    return of_columns(({"geometry": "A"}, values))
+
+
+def loops(**made):
+    return {
+        "table_5_5_runs": made_loops(BENCHES, **made),
+        "table_5_5_swept": made_loops(SWEPT, **made),
+    }
+
+
+def verdicts(judge, results):
+    """The primary verdict, on the bench, and that in the laboratory."""
+    return tuple(r.verdict for r in readings_of(judge, results))
+
+
+GROWING = {f"step{k}.back_mm": 1 + 0.1 * k for k in range(1, 7)}
+FALSE = {
+    claims.judge_equivalent_steps: {"step6.deflection_mm": 1.1},
+    claims.judge_loop: {"step5.deflection_mm": 1.1},
+    claims.judge_single_step: {"single.deflection_mm": 1.02},
+    claims.judge_single_back_projection: {"single.back_mm": 0.6},
+    claims.judge_accumulation: GROWING,
+    claims.judge_increase: {"start.back_mm": 3.0},
+    claims.judge_concave_steps: {"step6.back_mm": 1.5},
+}
+
+
+@pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
+def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
+    assert verdicts(judge, loops()) == ("reproduced", "reproduced")
+    assert verdicts(judge, loops(**FALSE[judge])) == ("differs", "differs")
+
+
+@pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
+def test_what_changes_side_in_the_sweep_is_left_open_on_the_bench_alone(judge):
+    turned = loops(at={"twice the factor": FALSE[judge]})
+    assert verdicts(judge, turned) == ("undecided", "reproduced")
+    assert "twice the factor" in readings_of(judge, turned)[0].reason
+
+
+def test_seeds_that_were_refused_count_against_what_is_judged_seed_by_seed():
+    lost = loops(refused=20)
+    for judge in (claims.judge_equivalent_steps, claims.judge_loop):
+        assert verdicts(judge, lost) == ("differs", "differs")
+    assert LoopRuns(lost).refused() == (20, 20)
+    (reading, _) = readings_of(claims.judge_accumulation, lost)
+    assert "20 ended before the sixth step" in reading.reason
+
+
+def test_the_steps_are_held_against_those_that_undo_them():
+    assert EQUIVALENT == ((1, 6), (2, 5), (3, 4))
+    runs = LoopRuns(loops(**{"step4.deflection_mm": 0.9, "step3.deflection_mm": 0.9}))
+    assert np.median(predicates.disagreement(runs)) < 1
+    # Out 14.5, back 14.5: the height is 0.5 mm short at stage 3, and right at the end.
+    off = np.median(predicates.height_errors(runs), axis=1)
+    np.testing.assert_allclose(off, [0, 0, -0.5, 0, 0, 0], atol=0.02)
+
+
+def placed(coarse=0.1, dense=0.05, lost=0, at=None):
+    rng = np.random.default_rng(1)
+    values = {}
+    for bench in EVERY:
+        for pitch, sd in (
+            (at or {}).get(bench, {"coarse": coarse, "dense": dense}).items()
+        ):
+            mm = 5 + sd * rng.standard_normal((SEEDS, 5))
+            mm[:lost, 0] = np.nan
+            values[f"{bench}.{pitch}"] = mm
+            values[f"{bench}.refused_{pitch}"] = np.isnan(mm).sum(axis=1)
+    return {"exp_c5_dense_grid": of_columns(({"geometry": "A"}, values))}
+
+
+def test_the_spread_between_places_is_judged_and_what_is_refused_is_told():
+    both = ("reproduced", "reproduced")
+    assert verdicts(claims.judge_placement, placed(lost=3)) == both
+    assert verdicts(claims.judge_dense_grid, placed(lost=3)) == both
+    assert verdicts(claims.judge_placement, placed(0.03)) == ("differs", "differs")
+    assert verdicts(claims.judge_dense_grid, placed(0.1, 0.1)) == ("differs", "differs")
+    turned = placed(at={"half the aberration": {"coarse": 0.02, "dense": 0.02}})
+    for judge in (claims.judge_placement, claims.judge_dense_grid):
+        assert verdicts(judge, turned) == ("undecided", "reproduced")
+    (reading, _) = readings_of(claims.judge_placement, placed(lost=3))
+    assert f"refused of {5 * SEEDS}: 3" in reading.reason
+    result = placed()["exp_c5_dense_grid"]
+    assert predicates.pooled_sd(result, "bench").value == pytest.approx(0.1, rel=0.1)
+
+
+def started(**sd_mm):
+    values = {}
+    for bench in EVERY:
+        for step, sd in ({"5": 0.01, "15": 0.03} | sd_mm).items():
+            values[f"{bench}.{step}.sd_mm"] = np.full(SEEDS, sd)
+    return {"exp_c5_not_sensitive_init": of_columns(({"geometry": "A"}, values))}
+
+
+def test_starts_are_judged_by_the_worse_step_and_a_refusal_counts_as_the_worst():
+    assert verdicts(claims.judge_starts, started())[0] == "reproduced"
+    for bad in ({"5": 0.06}, {"15": 0.2}, {"15": np.nan}):
+        assert verdicts(claims.judge_starts, started(**bad))[0] == "differs"
+
+
+def test_the_dense_board_has_the_other_board_s_corners():
+    board = mirror_rig("A").board
+    boards = placements.boards_of_pitches(board)
+    np.testing.assert_array_equal(boards["coarse"][0], board.points())
+    points, which = boards["dense"]
+    assert len(points) == 27 * 25
+    np.testing.assert_array_equal(points[boards["coarse"][1]], board.points())
+    np.testing.assert_array_equal(points[which], points)
+
+
+def test_starts_reach_from_half_of_the_deflection_less_to_half_more():
+    found = starts.shares(np.random.default_rng(2))
+    assert found.shape == (starts.STARTS, 3)
+    assert np.abs(found).max() <= 0.5
+    np.testing.assert_allclose(found[[0, -1], 1], [-0.5, 0.5])
+    assert np.ptp(found, axis=1).max() > 0.1
+
+
+def test_the_numbers_are_those_of_the_ledger():
+    made = tables.numbers_table_5_5(loops()) | tables.numbers_fig_5_13(loops())
+    assert len(made) == 6 * 5 + 9 + 10
+    assert made["t5_5_step4_linear"].value == pytest.approx(3.1, rel=0.02)
+    assert made["t5_5_step4_actual"].put_in
+    assert made["s5_rep_single_fin"].value == pytest.approx(15, rel=0.01)
+    assert made["s5_rep_bp_increase"].value == pytest.approx(0, abs=1)
+    assert made["s5_rep_hyst_pct"].value == pytest.approx(
+        100 * made["s5_rep_hyst_mm"].value / 15
+    )
