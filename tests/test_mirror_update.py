@@ -179,6 +179,23 @@ def test_exchanged_pictures_and_too_few_corners_are_refused():
         update_mirror(FLAT, BEFORE, mixed, GRID, CLAMP, PRIOR, outline=OUTLINE)
 
 
+@pytest.mark.parametrize("rounds", [0, 1])
+def test_a_match_that_is_far_off_in_the_last_round_is_kept_and_flagged(
+    monkeypatch, rounds
+):
+    """Residuals are those of the features that the last fit used."""
+    monkeypatch.setattr("raxel.calibration.mirror.update.ROUNDS", rounds)
+    scene = transform(T_GRID, on_plane(GRID))
+    middle = np.flatnonzero(np.isfinite(AFTER[:, 0]))[40]
+    scene[middle] += [0, 40, 0]
+    found = update_from_scene(FLAT, AFTER, scene, CLAMP, outline=OUTLINE)
+    kept = np.isfinite(found.residuals)
+    np.testing.assert_array_equal(kept, found.used)
+    assert found.wrong[middle] == (rounds > 0)
+    told = any("far off the others" in flag for flag in found.flags)
+    assert told == (rounds == 0)
+
+
 def test_smooth_pictures_have_no_wrong_matches():
     for pixels in (BEFORE, AFTER, seen(bent(15.0), T_GRID)):
         assert not wrong_matches(GRID, pixels).any()

@@ -226,7 +226,7 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     start = _linear(p, directions, used, grid, quantity, clamp, prior, settings)
     c, wrong = start, np.zeros(len(p), bool)
     motion, pose_covariance = moved
-    for _ in range(ROUNDS):
+    for left in reversed(range(ROUNDS + 1)):
         fit = refine_shape(
             p[used], points[used], grid, quantity, c, noise=noise, clamp=clamp,
             prior=prior, point_motion=None if motion is None else motion[used],
@@ -234,7 +234,7 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
         )  # fmt: skip
         off = np.linalg.norm(fit.residuals, axis=1)
         far = off > FAR * max(np.median(off), fit.sd_mm)
-        if not far.any():
+        if not (far.any() and left):
             break
         wrong[np.flatnonzero(used)[far]] = True
         used, c = used & ~wrong, fit.coefficients
@@ -247,6 +247,8 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     residuals[used] = np.linalg.norm(fit.residuals, axis=1)
     if not fit.converged:
         flags.append("refinement: stopped before it settled")
+    if far.any():
+        flags.append(f"{np.count_nonzero(far)} matches far off the others were kept")
     return MirrorUpdate(
         camera,
         SplineMirrorCamera.on_grid(viewer, grid, start, quantity),
