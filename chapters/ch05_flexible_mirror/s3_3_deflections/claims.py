@@ -1,0 +1,155 @@
+"""The claims about three deflections, tested as the ledger words them."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_3_deflections.results import predicates
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.geometry import by_formula
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
+    DEFLECTED,
+    JUDGED,
+    LAST,
+    Runs,
+)
+from chapters.shared.mirror_sweep import (
+    READINGS,
+    counterpart_over_the_sweep,
+    over_the_sweep,
+)
+from repro.judge.statistics import (
+    OVER_TRIALS,
+    all_of,
+    bootstrap,
+    proportion,
+    ratio_of,
+    with_worst,
+)
+from repro.run.experiment import claim
+from repro.run.outcomes import Reading
+from repro.run.readings import Case
+
+BENCHES = ("mirror_bench",)
+LEAST_BELOW, MOST_RATIO = 0.95, 0.9
+MOST_GROWTH = 1.1
+
+
+def _by_seed(results, options, predicate):
+    """The Reading of a predicate of `Runs`, over the sweeps of the bench."""
+    return counterpart_over_the_sweep(
+        Case(READINGS, options), lambda bench: predicate(Runs(results, options, bench))
+    )
+
+
+@claim("c5_pose_reflection", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_pose_reflection(results, options):
+    """The shift within 1.5 mm and the turn within 0.4 degrees at stages 0 to 3."""
+    return _by_seed(results, options, predicates.pose_reflection)
+
+
+@claim("c5_deflection_8pct", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_deflections(results, options):
+    """Final deflections within 10 % at every stage."""
+    return _by_seed(results, options, predicates.deflections_found)
+
+
+@claim("c5_linear_err_range", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_linear_range(results, options):
+    """Linear estimates 25 to 50 % below the final ones at every stage."""
+    return _by_seed(results, options, predicates.linear_below_final)
+
+
+@claim("c5_angles_not_worse", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_angles(results, options):
+    """Mean angle to measured rays at stage 3 over that at stage 0."""
+    return _by_seed(results, options, predicates.angles_not_worse)
+
+
+@claim("c5_angles_spatial", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_angles_by_place(results, options):
+    """Clamped strip < whole mirror < free strips, at every stage."""
+    return _by_seed(results, options, predicates.angles_spatial)
+
+
+@claim("c5_dynamic_removes", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_removed(results, options):
+    """Back-projection after calibration over that before, at stage 3."""
+    return _by_seed(results, options, predicates.dynamic_removes)
+
+
+@claim("c5_edge_residuals", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_edges(results, options):
+    """The largest tenth of errors lies at free edges, by a chi-squared test."""
+    return _by_seed(results, options, predicates.edge_residuals)
+
+
+@claim("c5_linear_underestimates", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_underestimate(results, options):
+    """Too small in 95 % of the runs and below 0.9 on the mean, at every stage."""
+
+    def found_at(bench):
+        ratios = predicates.linear_ratios(Runs(results, options, bench))
+        shares = [proportion((r < 1).astype(float)) for r in ratios]
+        return shares, [_mean(ratio) for ratio in ratios]
+
+    def reading_at(bench):
+        shares, means = found_at(bench)
+        below = [share.above(LEAST_BELOW) for share in shares]
+        bounded = [mean.below(MOST_RATIO) for mean in means]
+        most = max(means, key=lambda mean: mean.value)
+        stages = ", ".join(f"{mean.value:.2f}" for mean in means)
+        return Reading.of(
+            all_of(below + bounded),
+            most,
+            reason=f"largest mean of linear over actual; stages 1 to 3 {stages}; "
+            f"below 1 in {100 * min(share.value for share in shares):.0f} % of "
+            f"the runs at least; Z/(Z+D) is {by_formula():.2f}",
+        )
+
+    def side_at(bench):
+        shares, means = found_at(bench)
+        return bool(
+            min(share.value for share in shares) >= LEAST_BELOW
+            and max(mean.value for mean in means) < MOST_RATIO
+        )
+
+    return over_the_sweep(Case(READINGS, options), reading_at, side_at)
+
+
+def _mean(trials):
+    """Estimate of the mean of trials (n,), a failed one as bad as the worst."""
+    if np.isnan(trials).all():
+        return bootstrap(OVER_TRIALS["mean"], with_worst(trials))
+    return bootstrap(OVER_TRIALS["mean"], with_worst(trials, np.nanmax(trials)))
+
+
+@claim("c5_bp_constant", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_constant(results, options):
+    """Back-projection and residual grow by 10 % at most from stage 1 to stage 3."""
+
+    def found_at(bench):
+        runs = Runs(results, options, bench)
+        return {
+            words: ratio_of(
+                "median", runs.of(LAST, name), runs.of(DEFLECTED[0], name), paired=True
+            )
+            for words, name in (
+                ("back-projection", "back_mm"),
+                ("residual", "residual_mm"),
+            )
+        }
+
+    def reading_at(bench):
+        found = found_at(bench)
+        most = max(found, key=lambda words: found[words].value)
+        said = ", ".join(
+            f"{words} {one.value:.2f} ({one.low:.2f} to {one.high:.2f})"
+            for words, one in found.items()
+        )
+        within = [one.below(np.nextafter(MOST_GROWTH, 2)) for one in found.values()]
+        return Reading.of(
+            all_of(within), found[most], reason=f"stage 3 over stage 1: {said}"
+        )
+
+    def side_at(bench):
+        return all(one.value <= MOST_GROWTH for one in found_at(bench).values())
+
+    return over_the_sweep(Case(READINGS, options), reading_at, side_at)

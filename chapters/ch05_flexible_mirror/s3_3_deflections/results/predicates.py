@@ -1,0 +1,177 @@
+"""What the claims of three deflections say of one seed, and what is measured there.
+
+Each takes the `Runs` of a bench and gives whether it is true (seeds,), what was
+measured (seeds,), its unit, and words. A seed that was refused before the last stage
+that a claim asks for has no value, and the claim is not true of it.
+"""
+
+import numpy as np
+from scipy.stats import chi2_contingency
+
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
+    LAST,
+    SHIFT_MM,
+    STAGES,
+    STEP_MM,
+    of_strips,
+    strip_means,
+)
+
+MOST_SHIFT_MM, MOST_TURN_DEG = 1.5, 0.4
+MOST_OFF = 10.0  # %, of a deflection
+LINEAR_BELOW = (25.0, 50.0)  # %, below the final estimate
+MOST_ANGLE, MOST_LEFT = 1.5, 0.25
+SIGNIFICANT = 0.01
+TOP = 0.9  # quantile of the errors above which they are largest
+
+
+def middle(values):
+    """Median of the seeds that have a value, as words: "nothing" without any."""
+    known = values[np.isfinite(values)]
+    return f"{np.median(known):.3g}" if len(known) else "nothing"
+
+
+def _by_stage(values):
+    return ", ".join(middle(of_stage) for of_stage in values)
+
+
+def pose_reflection(runs):
+    """The monitor's two places are 100 mm apart and not turned, at all four stages."""
+    off = np.abs(runs.at("shift_mm", STAGES) - SHIFT_MM)
+    turn = runs.at("turn_deg", STAGES)
+    return (
+        np.all((off <= MOST_SHIFT_MM) & (turn <= MOST_TURN_DEG), axis=0),
+        off.max(axis=0),
+        "mm",
+        "largest error of the shift at stages 0 to 3; largest turn "
+        f"{middle(turn.max(axis=0))} degrees",
+    )
+
+
+def deflection_errors(runs):
+    """Errors (3, seeds) of the final deflections, %."""
+    return 100 * (runs.at("deflection_mm") / STEP_MM - 1)
+
+
+def deflections_found(runs):
+    """Every final deflection is within 10 % of what the mirror was moved by."""
+    off = deflection_errors(runs)
+    return (
+        np.all(np.abs(off) <= MOST_OFF, axis=0),
+        np.abs(off).max(axis=0),
+        "%",
+        f"largest error of the three stages; by stage {_by_stage(off)} %",
+    )
+
+
+def linear_below_final(runs):
+    """The linear estimate is 25 to 50 % below the final one at every stage."""
+    below = 100 * (1 - runs.at("linear_mm") / runs.at("deflection_mm"))
+    low, high = LINEAR_BELOW
+    return (
+        np.all((below >= low) & (below <= high), axis=0),
+        below.mean(axis=0),
+        "%",
+        f"mean of the three stages; by stage {_by_stage(below)} %",
+    )
+
+
+def angles_not_worse(runs):
+    """Rays differ from measured ones hardly more at stage 3 than at stage 0."""
+    measured, true = (
+        runs.of(LAST, name) / runs.of(0, name) for name in ("measured_deg", "angle_deg")
+    )
+    return (
+        measured <= MOST_ANGLE,
+        measured,
+        "",
+        f"stage 3 over stage 0, to measured rays; to the true rays {middle(true)}",
+    )
+
+
+def angles_by_place(runs):
+    """Mean angles of the clamped strip, of all and of the free strips.
+
+    (3, stages, seeds), degrees, to the true rays.
+    """
+    stages = [runs.each(stage, ("off_deg", "sheet"), strip_means) for stage in STAGES]
+    return np.stack(stages, axis=1)
+
+
+def angles_spatial(runs):
+    """Smallest along the clamped edge, largest along the free ones, at each stage."""
+    clamped, whole, free = angles_by_place(runs)
+    ordered = (clamped < whole) & (whole < free)
+    shares = ", ".join(f"{100 * share:.0f}" for share in ordered.mean(axis=1))
+    return (
+        ordered.all(axis=0),
+        (free / clamped).mean(axis=0),
+        "",
+        "free over clamped, mean of four stages; so ordered in "
+        f"{shares} % of the seeds at stages 0 to 3",
+    )
+
+
+def dynamic_removes(runs):
+    """A quarter at most of the error of stage 3 is left by its calibration."""
+    left = runs.at("back_mm") / runs.at("stale_mm")
+    true = runs.of(LAST, "back_true_mm") / runs.of(LAST, "stale_mm")
+    return (
+        left[-1] <= MOST_LEFT,
+        left[-1],
+        "",
+        f"error after over before, at stage 3; stages 1 to 3 {_by_stage(left)}; with "
+        f"the board's true pose after it {middle(true)}",
+    )
+
+
+def edge_excess(own, sheet):
+    """How much more often the largest tenth of errors lies at free edges, and p.
+
+    own: (N, 2) mm; sheet: (N, 2) places. The share of free edges in that tenth over the
+    share among the others, and p of a chi-squared test; p is 1 where nothing differs.
+    """
+    size = np.linalg.norm(own, axis=1)
+    known = np.isfinite(size)
+    size, free = size[known], of_strips(sheet[known])[1]
+    top = size > np.quantile(size, TOP)
+    counts = np.array(
+        [
+            [np.count_nonzero(a & b) for b in (free, ~free)]
+            for a in (top, ~top)
+        ]
+    )  # fmt: skip
+    if not counts.sum(axis=0).all():
+        return 1.0, 1.0
+    share, others = counts[:, 0] / counts.sum(axis=1)
+    ratio = share / others if others else np.inf
+    return ratio, float(chi2_contingency(counts, correction=False).pvalue)
+
+
+def edge_residuals(runs):
+    """The largest tenth of the errors of stage 3 lies at free edges more often."""
+    excess, p = runs.each(LAST, ("own", "seen_at"), edge_excess)
+    return (
+        (excess > 1) & (p < SIGNIFICANT),
+        excess,
+        "",
+        "share of free edges among the largest tenth over that among the others; "
+        f"median p {middle(p)}",
+    )
+
+
+def linear_ratios(runs):
+    """Linear over actual deflection (3, seeds)."""
+    return runs.at("linear_mm") / STEP_MM
+
+
+# Claims that are judged seed by seed.
+BY_SEED = {
+    "c5_pose_reflection": pose_reflection,
+    "c5_deflection_8pct": deflections_found,
+    "c5_linear_err_range": linear_below_final,
+    "c5_angles_not_worse": angles_not_worse,
+    "c5_angles_spatial": angles_spatial,
+    "c5_dynamic_removes": dynamic_removes,
+    "c5_edge_residuals": edge_residuals,
+}

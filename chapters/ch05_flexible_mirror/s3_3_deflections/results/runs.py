@@ -1,0 +1,91 @@
+"""The runs of three deflections: which result, which bench, which stage."""
+
+import numpy as np
+
+from chapters.shared.mirror_bench import SWEPT
+from chapters.shared.mirror_rigs import STAGES_MM
+from chapters.shared.mirror_sweep import READINGS
+from repro.run.readings import Case
+
+RUNS, SWEPT_RUNS, OTHER = "table_5_1_runs", "table_5_1_swept", "table_5_1_other"
+JUDGED = ("table_5_1_runs", "table_5_1_swept")
+STAGES, DEFLECTED = (0, 1, 2, 3), (1, 2, 3)
+LAST = DEFLECTED[-1]
+STEP_MM = STAGES_MM[1] - STAGES_MM[0]
+SHIFT_MM = 100.0  # of the monitor, on its stage
+# In Fig. 5.12, before calibration and after.
+SCALES = (5, 30)
+# Strips along the mirror's edges, shares of its length and width: one of five knot
+# intervals.
+STRIP = 0.2
+
+
+class Runs(Case):
+    """Every seed on one bench: the one of the reading, or an end of a sweep.
+
+    Where a seed was refused at a stage, it has no values from that stage on: nan.
+    """
+
+    def __init__(self, results, options=None, bench=None, geometry="A"):
+        super().__init__(READINGS, options)
+        self.bench = bench or self["mirror_bench"]
+        name = SWEPT_RUNS if self.bench in SWEPT else RUNS
+        self.result = results[name if geometry == "A" else OTHER]
+
+    @property
+    def seeds(self):
+        """How many were run."""
+        return self.result.trials_per_condition
+
+    def column(self, name):
+        """A value (seeds,) that a run has once."""
+        return self.result.column(f"{self.bench}.{name}")
+
+    def of(self, stage, name):
+        """A value (seeds,) of one stage."""
+        return self.column(f"stage{stage}.{name}")
+
+    def at(self, name, stages=DEFLECTED):
+        """A value (stages, seeds) of several stages."""
+        return np.array([self.of(stage, name) for stage in stages])
+
+    def refused(self):
+        """Why each seed (seeds,) ended early, None where it did not."""
+        return self.result.texts(f"{self.bench}.refused")
+
+    def each(self, stage, names, measure):
+        """What measure(*arrays of these names) gives, a row of numbers, at one stage.
+
+        Returns (numbers, seeds), nan where a seed was refused.
+        """
+        every = [
+            self.result.arrays(f"{self.bench}.stage{stage}.{name}") for name in names
+        ]
+        rows = np.array([measure(*arrays) for arrays in zip(*every, strict=True)])
+        known = np.isfinite(self.of(stage, "angle_deg"))
+        found = np.full((*rows.shape[1:], self.seeds), np.nan)
+        found[..., known] = rows.T
+        return found
+
+    def drawn(self, stage, name, which=0):
+        """An array of one stage of one of the seeds that were not refused."""
+        whole = self.at("angle_deg", STAGES)
+        seed = np.flatnonzero(np.isfinite(whole).all(axis=0))[which]
+        before = np.isfinite(self.of(stage, "angle_deg"))[:seed].sum()
+        return self.result.arrays(f"{self.bench}.stage{stage}.{name}")[before]
+
+
+def of_strips(sheet):
+    """Whether places (N, 2) of the sheet lie in the clamped edge's strip, and whether
+    in one of the three free ones and not in that: (N,), (N,) bool."""
+    along, across = np.transpose(sheet)
+    clamped = along < STRIP
+    beside = np.abs(across - 0.5) > 0.5 - STRIP
+    return clamped, ~clamped & (beside | (along > 1 - STRIP))
+
+
+def strip_means(off, sheet):
+    """Means of angles (N,) at places (N, 2): clamped strip, all, free strips."""
+    known = np.isfinite(off)
+    clamped, free = of_strips(sheet)
+    return [np.mean(off[known & which]) for which in (clamped, known, free)]

@@ -1,0 +1,286 @@
+"""Tables 5.1 to 5.4 on both benches, their numbers, and those that 5.3.3 states."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
+    deflection_errors,
+)
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
+    DEFLECTED,
+    SCALES,
+    SHIFT_MM,
+    STAGES,
+    STEP_MM,
+    Runs,
+)
+from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, DYNAMIC_MM, mirror_rig
+from repro.run.columns import columns
+from repro.run.experiment import numbers, table
+from repro.run.outcomes import Measured, Table, Value
+
+NEEDS = ("table_5_1_runs",)
+SOLVED = (
+    "the bench was solved from this number: it is near the printed one by construction"
+)
+MEDIANS = (
+    "Medians over the seeds that came so far, with 95 % intervals; how many did, is in "
+    "the column of seeds."
+)
+
+
+def reached(values):
+    """Median of the seeds that have a value, None without any."""
+    known = values[np.isfinite(values)]
+    return Measured.median(known) if len(known) else None
+
+
+def stages_of(runs, measures, stages):
+    """Rows of a table: stage, seeds, and a cell for every measure that stage has.
+
+    measures: names of trials, or functions (runs, stage) -> (seeds,).
+    """
+
+    def cell(measure, stage):
+        of = measure if callable(measure) else lambda runs, k: runs.of(k, measure)
+        return reached(of(runs, stage))
+
+    return [
+        (
+            stage,
+            int(np.isfinite(runs.of(stage, "angle_deg")).sum()),
+            *(cell(measure, stage) for measure in measures),
+        )
+        for stage in stages
+    ]
+
+
+def on_both(results, heads, stages, geometry="A"):
+    """Columns of a table: those of `heads` {title: measure} on each bench."""
+    rows = [
+        (name, *row)
+        for name in reversed(BENCHES)
+        for row in stages_of(
+            Runs(results, bench=name, geometry=geometry), heads.values(), stages
+        )
+    ]
+    return columns(("Bench", "Stage", "Seeds", *heads), rows)
+
+
+def printed(stages, prefix, end):
+    """Ids for each row of `on_both`: those of the bench, and none of the laboratory.
+
+    prefix, end: of the ids, as in t5_1_s1_linear.
+    """
+    return [f"{prefix}_s{stage}_{end}" for stage in stages] + [None for _ in stages]
+
+
+@table("table_5_1", needs=NEEDS, evidence="rendered")
+def table_5_1(results):
+    """Actual, linear and final deflections of the three stages."""
+    heads = {
+        "Actual (mm)": lambda runs, stage: np.array([STEP_MM]),
+        "Linear (mm)": "linear_mm",
+        "Final (mm)": "deflection_mm",
+        "Off since stage 0 (mm)": bent_off,
+    }
+    return Table(
+        on_both(results, heads, DEFLECTED),
+        "Deflections of the mirror at the load, actual and by the linear and the final "
+        "estimate of each stage, and by how much the sum of the final ones is off. "
+        f"Geometry A. {MEDIANS}",
+        printed={
+            title: printed(DEFLECTED, prefix="t5_1", end=end)
+            for title, end in zip(heads, ("actual", "linear", "final"), strict=False)
+        },
+    )
+
+
+def bent_off(runs, stage):
+    """By how much all deflections up to a stage are off, mm (seeds,)."""
+    found = runs.at("deflection_mm", DEFLECTED[:stage])
+    return found.sum(axis=0) - stage * STEP_MM
+
+
+@table("table_5_2", needs=NEEDS, evidence="rendered")
+def table_5_2(results):
+    """The monitor's travel as its reflections in the platter have it."""
+    heads = {"Translation (mm)": "shift_mm", "Rotation (°)": "turn_deg"}
+    return Table(
+        on_both(results, heads, STAGES),
+        "How far the monitor was found to have travelled between its two places, and "
+        f"how far turned, from its reflection in the platter. {MEDIANS} It travels "
+        f"{SHIFT_MM:g} mm, and vibrates by 0.1 mm and 0.05° along each axis.",
+        printed={
+            "Translation (mm)": beside_stage_0("t"),
+            "Rotation (°)": beside_stage_0("r"),
+        },
+    )
+
+
+def beside_stage_0(end):
+    """Ids of Table 5.2, whose stage 0 stands in the text."""
+    of_text = [f"s5_3_3_ag_{end}"]
+    of_table = printed(DEFLECTED, prefix="t5_2", end=end)
+    return of_text + of_table[: len(DEFLECTED)] + [None for _ in STAGES]
+
+
+@table("table_5_3", needs=NEEDS, evidence="rendered")
+def table_5_3(results):
+    """Angles from calibrated rays to measured ones, and to the true ones."""
+    heads = {
+        "Largest displacement (°)": "moved_deg",
+        "Mean to measured rays (°)": "measured_deg",
+        "SD (°)": "measured_sd_deg",
+        "Mean to true rays (°)": "angle_deg",
+        "SD to true rays (°)": "angle_sd_deg",
+    }
+    return Table(
+        on_both(results, heads, STAGES),
+        "How far rays turn from stage 0 at most, and the angles between the calibrated "
+        "rays and those that an active grid in two places gives, as the thesis has "
+        f"them; to the right those to the true rays. Geometry A. {MEDIANS}",
+        printed={
+            title: printed(STAGES, prefix="t5_3", end=end)
+            for title, end in zip(heads, ("disp", "mean", "sd"), strict=False)
+        },
+    )
+
+
+@table("table_5_4", needs=NEEDS, evidence="rendered")
+def table_5_4(results):
+    """Back-projection and residuals, and what they do not show."""
+    heads = {
+        "Back-projection (mm)": "back_mm",
+        "SD (mm)": "back_sd_mm",
+        "Residual (mm)": "residual_mm",
+        "SD of residual (mm)": "residual_sd_mm",
+        "Back-projection, true pose (mm)": "back_true_mm",
+        "Mean to true rays (°)": "angle_deg",
+    }
+    ends = ("bp_mean", "bp_sd", "res_mean", "res_sd")
+    ids = {
+        title: printed(STAGES, prefix="t5_4", end=end)
+        for title, end in zip(heads, ends, strict=False)
+    }
+    for title in ("Residual (mm)", "SD of residual (mm)"):
+        ids[title][0] = None
+    return Table(
+        on_both(results, heads, STAGES),
+        "Back-projection errors on a board at 400 mm, whose pose the calibrated camera "
+        "finds itself, and residuals of the refinement; to the right what these hide: "
+        "the back-projection onto the board's true pose, and the angle to the true "
+        f"rays. Geometry A. {MEDIANS} The residual of stage 1 was set by the bench.",
+        printed=ids,
+    )
+
+
+def of_runs(runs, found, unit, put_in=""):
+    """The Value of a measure (seeds,) of `Runs`, and how many seeds have none."""
+    lost = np.count_nonzero(~np.isfinite(found))
+    reason = f"{lost} of {runs.seeds} seeds were refused before" if lost else ""
+    return Value.of_seeds(found, unit, reason, put_in)
+
+
+def _by_stage(runs, measures, stages):
+    """{id: Value} of measures {end of the id: (name of the trials, unit)}."""
+    return {
+        f"s{stage}_{end}": of_runs(runs, runs.of(stage, name), unit)
+        for stage in stages
+        for end, (name, unit) in measures.items()
+    }
+
+
+def _with(prefix, values):
+    return {f"{prefix}{name}": value for name, value in values.items()}
+
+
+@numbers("table_5_1", needs=NEEDS, evidence="rendered")
+def numbers_of_table_5_1(results):
+    """Deflections found, and the largest error of the three."""
+    runs = Runs(results)
+    measures = {"linear": ("linear_mm", "mm"), "final": ("deflection_mm", "mm")}
+    most = np.abs(deflection_errors(runs)).max(axis=0)
+    return {
+        **_with("t5_1_", _by_stage(runs, measures, DEFLECTED)),
+        **{f"t5_1_s{stage}_actual": Value(STEP_MM, unit="mm") for stage in DEFLECTED},
+        "s5_3_3_maxdef": of_runs(runs, most, "%"),
+    }
+
+
+@numbers("table_5_2", needs=NEEDS, evidence="rendered")
+def numbers_of_table_5_2(results):
+    """How far apart, and how turned, the monitor's places were found."""
+    measures = {"t": ("shift_mm", "mm"), "r": ("turn_deg", "deg")}
+    return _with("t5_2_", _by_stage(Runs(results), measures, DEFLECTED))
+
+
+@numbers("table_5_3", needs=NEEDS, evidence="rendered")
+def numbers_of_table_5_3(results):
+    """Angles between measured and calibrated rays."""
+    measures = {
+        "disp": ("moved_deg", "deg"),
+        "mean": ("measured_deg", "deg"),
+        "sd": ("measured_sd_deg", "deg"),
+    }
+    runs = Runs(results)
+    return _with("t5_3_", _by_stage(runs, measures, STAGES)) | {
+        "t5_3_points": Value(compared(runs), unit="count")
+    }
+
+
+def compared(runs):
+    """Pixels whose rays are compared at stage 0."""
+    return len(runs.drawn(0, "off_deg"))
+
+
+@numbers("table_5_4", needs=NEEDS, evidence="rendered")
+def numbers_of_table_5_4(results):
+    """Back-projection errors, own pose, and residuals."""
+    runs = Runs(results)
+    back = {"bp_mean": ("back_mm", "mm"), "bp_sd": ("back_sd_mm", "mm")}
+    left = {"res_mean": ("residual_mm", "mm"), "res_sd": ("residual_sd_mm", "mm")}
+    found = _by_stage(runs, back, STAGES) | _by_stage(runs, left, DEFLECTED)
+    found["s1_res_mean"] = replace(found["s1_res_mean"], put_in=SOLVED)
+    board = mirror_rig("A").board
+    seen, common = runs.at("corners", STAGES), runs.at("common")
+    # From edge to edge of its squares.
+    found |= {
+        "gw": Value((board.rows + 1) * board.pitch_mm, unit="mm"),
+        "gh": Value((board.columns + 1) * board.pitch_mm, unit="mm"),
+        "bpmin": Value(np.nanmin(seen), unit="count"),
+        "bpmax": Value(np.nanmax(seen), unit="count"),
+        "resmin": Value(np.nanmin(common), unit="count"),
+        "resmax": Value(np.nanmax(common), unit="count"),
+        "depth": Value(BACK_PROJECTION_MM, unit="mm"),
+    }
+    return _with("t5_4_", found)
+
+
+@numbers("fig_5_12", needs=NEEDS, evidence="rendered")
+def numbers_of_fig_5_12(results):
+    """How many times the vectors are drawn."""
+    before, after = SCALES
+    return {"t5_4_sc_a": Value(before, unit="x"), "t5_4_sc_b": Value(after, unit="x")}
+
+
+@numbers("sec_5_3_3", needs=NEEDS, evidence="rendered")
+def numbers_of_the_text(results):
+    """What the text states of the primary stage."""
+    runs = Runs(results)
+    miss = of_runs(runs, runs.column("miss_mm"), "mm", SOLVED)
+    return {
+        "s5_3_3_pos_n": Value(np.median(runs.column("points")), unit="count"),
+        "s5_3_3_pos_mean": miss,
+        "s5_3_3_pos_sd": of_runs(runs, runs.column("miss_sd_mm"), "mm"),
+        "s5_3_3_ag_t": of_runs(runs, runs.of(0, "shift_mm"), "mm"),
+        "s5_3_3_ag_r": of_runs(runs, runs.of(0, "turn_deg"), "deg"),
+        "s5_3_3_ag_nom": Value(SHIFT_MM, unit="mm"),
+        "s5_3_3_pix": Value(compared(runs), unit="count"),
+        "s5_3_3_ang_mean": of_runs(runs, runs.of(0, "measured_deg"), "deg"),
+        "s5_3_3_ang_sd": of_runs(runs, runs.of(0, "measured_sd_deg"), "deg"),
+        "s5_3_3_depth": Value(DYNAMIC_MM, unit="mm"),
+        "s5_3_3_step": Value(STEP_MM, unit="mm"),
+    }
