@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s1_model import claims
-from chapters.ch05_flexible_mirror.s1_model.trials import plane, splines
+from chapters.ch05_flexible_mirror.s1_model.trials import edges, plane, splines
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings, verdict
 from tests.made_results import ROOT
@@ -124,3 +124,25 @@ def test_the_beam_is_compared_in_both_ways_and_up_to_the_stated_slope():
 
     found = readings(claims.judge_beam_cubic, "exp_c5_beam_cubic", made)
     assert [one.verdict for one in found] == ["reproduced", "differs"]
+
+
+def test_picks_do_harm_where_their_error_is_three_times_the_refined_one():
+    made = {
+        "pick.picked_mm": 0.02, "pick.refined_mm": 0.01,
+        "point.picked_mm": 0.08, "point.refined_mm": 0.02,
+    }  # fmt: skip
+    found = readings(claims.judge_edges, "exp_c5_edge_refine", made)
+    assert {r.reading["clamp_value"]: r.verdict for r in found} == {
+        "at the pick": "differs",
+        "of the fixed point": "reproduced",
+    }
+
+
+def test_the_line_through_picks_is_nearer_to_the_clamp_than_the_picks():
+    """With the value of the true point, a pick that is off bends the mirror."""
+    found = [edges.edge_trial({}, RNG(seed)) for seed in range(3)]
+    picked, refined = (
+        np.median([one[f"point.{name}_mm"] for one in found])
+        for name in ("picked", "refined")
+    )
+    assert refined < picked

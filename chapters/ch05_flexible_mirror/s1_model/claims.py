@@ -10,14 +10,16 @@ from chapters.ch05_flexible_mirror.s1_model.results import (
     least_rank,
     slope_over,
 )
+from chapters.ch05_flexible_mirror.s1_model.trials.edges import VALUES
 from chapters.ch05_flexible_mirror.s1_model.trials.plane import ANCHORS
+from repro.judge.statistics import median_interval
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
 LARGEST_BEAM = 0.02
 EXACT, EXACT_MM = 1e-9, 1e-6
 SAME_POINT_MM, ANOTHER_SHAPE_MM = 1e-4, 0.1
-WORSE = 1e3
+WORSE, RAISED = 1e3, 3.0
 INVERSE, PROPORTIONAL = (-1.1, -0.9), (0.95, 1.05)
 
 
@@ -161,4 +163,27 @@ def judge_aberration(results):
         "1",
         f"log-log slope; a defect of 1 mrad moves what is seen by {found[0]:.2f} mm at "
         f"250 mm and {found[-1]:.0f} mm at 10 m",
+    )
+
+
+@claim(
+    "c5_edge_refine",
+    needs=("exp_c5_edge_refine",),
+    evidence="synthetic",
+    readings=("clamp_value",),
+)
+def judge_edges(results, options):
+    """Picks 1 px off raise the error of the deflection to 3 times the refined one."""
+    found = results["exp_c5_edge_refine"]
+    known = VALUES[options["clamp_value"]]
+    picked, refined = (
+        found.column(f"{known}.{name}_mm") for name in ("picked", "refined")
+    )
+    ratio = median_interval(picked / refined)
+    return Reading.of(
+        ratio.low >= RAISED,
+        ratio,
+        reason="error of a deflection of 5 mm with fixed points picked 1 px off over "
+        f"that with points refined to a line; medians {np.median(picked):.3f} and "
+        f"{np.median(refined):.3f} mm over {len(picked)} trials",
     )

@@ -53,6 +53,7 @@ def quoted(open_results):
     shapes = open_results("exp_c5_shape_ambiguity")
     pairs = open_results("exp_c5_min_pairs")
     fixed = open_results("exp_c5_fix_removes")
+    edges = open_results("exp_c5_edge_refine")
     far, _ = slope_over(open_results("exp_c5_lin_ok_far"), "depth", "angle_deg")
     _, moved = slope_over(open_results("exp_c5_aberr_depth"), "depth", "moved_mm")
     usual, at_end = (
@@ -77,4 +78,8 @@ def quoted(open_results):
         "defect.250": moved[0],
         "defect.5000": moved[-2],
         "far.most": FAR[-1],
+        **{
+            f"edge.{name}": float(np.median(edges.column(f"{name}_mm")))
+            for name in ("pick.picked", "pick.refined", "point.picked", "point.refined")
+        },
     }
