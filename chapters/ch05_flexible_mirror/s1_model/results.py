@@ -79,7 +79,7 @@ def quoted(open_results):
         "defect.5000": moved[-2],
         "far.most": FAR[-1],
         **{
-            f"edge.{name}": float(np.median(edges.column(f"{name}_mm")))
+            f"edge.{name}": float(np.nanmedian(edges.column(f"{name}_mm")))
             for name in ("pick.picked", "pick.refined", "point.picked", "point.refined")
         },
     }

@@ -10,6 +10,7 @@ from raxel.calibration.mirror.clamp_line import clamp_line
 from raxel.calibration.mirror.sightings import normalised
 from raxel.calibration.mirror.update import update_mirror
 from raxel.cameras import SplineMirrorCamera
+from raxel.errors import CalibrationError
 from raxel.geometry.spline_grid import spline_grid
 
 # Standard deviations, px: of a pick, of one that was moved onto the edge, of a corner.
@@ -21,7 +22,8 @@ VALUES = {"at the pick": "pick", "of the fixed point": "point"}
 
 
 def edge_trial(condition, rng):
-    """Error of the deflection found, mm, after 5 mm, with picks and with a line.
+    """Error of the deflection found, mm, after 5 mm, with picks and with a line; NaN
+    where the stage is refused.
 
     The first shape is the spline nearest to the true one, so that nothing but corners
     and fixed points is off.
@@ -45,17 +47,26 @@ def edge_trial(condition, rng):
             if known == "point":
                 true = clamp_of_camera(before, fixed, slope=False)
                 held = Clamp(held.points, true.values)
-            found = update_mirror(
-                before,
-                *pictures,
-                rig.board.points(),
-                held,
-                PUBLISHED.settings,
-                outline=outline(second),
+            out[f"{known}.{name}_mm"] = abs(
+                travelled(rig, before, second, pictures, held) - start - STAGES_MM[1]
             )
-            moved = load_height(rig, found.camera, second) - start
-            out[f"{known}.{name}_mm"] = abs(moved - STAGES_MM[1])
     return out
+
+
+def travelled(rig, before, true, pictures, held):
+    """Height at the load that a stage finds, mm; NaN where it is refused."""
+    try:
+        found = update_mirror(
+            before,
+            *pictures,
+            rig.board.points(),
+            held,
+            PUBLISHED.settings,
+            outline=outline(true),
+        )
+    except CalibrationError:
+        return np.nan
+    return load_height(rig, found.camera, true)
 
 
 def nearest_spline(rig, true, fixed):
