@@ -246,8 +246,10 @@ def defects(effort):
 # {glue:text}`edge.pick.picked:.3f` mm as picked and by
 # {glue:text}`edge.pick.refined:.3f` mm refined (medians), where the value that is
 # kept is read at the pick (5.19): a point beside the clamp hardly moves. Where
-# the value belongs to the true point and the pick puts it elsewhere, it is
-# {glue:text}`edge.point.picked:.3f` and {glue:text}`edge.point.refined:.3f` mm.
+# the value belongs to the true point and the pick puts it elsewhere, the
+# refined line leaves {glue:text}`edge.point.refined:.3f` mm, and of the picks as
+# they are {glue:text}`edge.refused:.0f` % are refused: features and clamp do not
+# fit each other.
 #
 # **Far scenes.** The angle by which a scene ray turns falls as one over the
 # depth (log-log slope {glue:text}`far.slope:.3f` from 10 to

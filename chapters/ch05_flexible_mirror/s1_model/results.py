@@ -80,6 +80,7 @@ def quoted(open_results):
         "far.most": FAR[-1],
         **{
             f"edge.{name}": float(np.nanmedian(edges.column(f"{name}_mm")))
-            for name in ("pick.picked", "pick.refined", "point.picked", "point.refined")
+            for name in ("pick.picked", "pick.refined", "point.refined")
         },
+        "edge.refused": 100 * float(np.isnan(edges.column("point.picked_mm")).mean()),
     }
