@@ -49,7 +49,7 @@ INNER_ROOMS = {
         "generic": ("views", "pose", "linear", "adjust"),
         "parametric": ("views",),
         "smooth": ("parametric", "generic"),
-        "mirror": ("views", "pose", "generic"),
+        "mirror": ("views", "pose", "generic", "parametric"),
     },
     "raxel.cameras": {
         "core": (),

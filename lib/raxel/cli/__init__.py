@@ -7,7 +7,7 @@
   [--report FOLDER] [--corners FILE] [--points FOLDER] [--detector NAME]` fits a camera
   to a set of chessboards or of active grids.
 - `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--points FOLDER]
-  [--detector NAME]` scores a camera; only the targets' poses are fitted.
+  [--detector NAME] [--stage N]` scores a camera; only the targets' poses are fitted.
 - `raxel undistort CAMERA SET --out FOLDER` writes the images as a pinhole would see
   them: new files, or in place of those of an earlier undistort, never of others. CAMERA
   may be a view's file of points from `raxel decode`: then no camera is needed, and the
@@ -26,6 +26,10 @@
   compares results with the truth of a rendered set.
 - `raxel bench SET [SET ...] [--json FILE]` runs the detectors that need no clicks side
   by side: counts of right and wrong boards, times as ratios.
+
+`check`, `calibrate` and `evaluate` take the folder of a mirror set, too: of a camera
+that looks into a mirror which bends. A camera is written for each stage, and scored by
+the boards of `--stage N`.
 
 `--corners` takes corners that `raxel corners --json` wrote; without it they are found
 by the detector, `raxel`, `opencv` or `opencv-sb`, or by `celect`, which needs each

@@ -22,6 +22,10 @@ UNMARKED = "all: no view is marked evaluate"
 
 def evaluate(options, say):
     """Score the camera on the set's views for evaluation, or all if none is marked."""
+    if options.stage is not None:
+        raise InputError(
+            f"--stage: found with {options.set}, which is no mirror set; leave it out"
+        )
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)

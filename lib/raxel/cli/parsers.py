@@ -13,6 +13,9 @@ MODELS = (
     *("spline", "cgsp", "generic"),
 )
 
+A_SET = "the folder of an image set"
+ALSO_A_MIRROR = "the folder of an image set, or of a mirror set"
+
 
 class _OneLineParser(argparse.ArgumentParser):
     """A parser whose complaint is one line, as every other of this program."""
@@ -50,7 +53,9 @@ def _add_corners(commands):
 
 
 def _add_calibrate(commands):
-    parser = _command(commands, "calibrate", "fit a camera to a set", _calibrate)
+    parser = _command(
+        commands, "calibrate", "fit a camera to a set", _calibrate, folder=ALSO_A_MIRROR
+    )
     parser.add_argument(
         "--model",
         choices=MODELS,
@@ -60,9 +65,15 @@ def _add_calibrate(commands):
         "spline: smooth rays on such a formula; cgsp, generic: a ray for each pixel, "
         "by the method of chapter 4 or the standard one; auto: the one with the "
         "smallest error on views kept out "
-        "(default)",
+        "(default). A mirror set has one model: leave it out",
     )
-    parser.add_argument("--out", metavar="CAMERA", required=True, help="the .npz file")
+    parser.add_argument(
+        "--out",
+        metavar="CAMERA",
+        required=True,
+        help="the .npz file; of a mirror set that of the last stage, and beside it, as "
+        "mirror-0.npz, mirror-1.npz, ..., those of all",
+    )
     parser.add_argument("--json", metavar="FILE", help="write what was found here")
     parser.add_argument(
         "--report",
@@ -81,8 +92,16 @@ def _add_evaluate(commands):
         "score a camera; only poses are fitted",
         _evaluate,
         camera="an .npz camera file",
+        folder=ALSO_A_MIRROR,
     )
     parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    parser.add_argument(
+        "--stage",
+        metavar="N",
+        type=_seed,
+        help="of a mirror set: whose camera it is, the number of deflections before; "
+        "default: as the name of CAMERA ends, such as mirror-2.npz, else the last",
+    )
     _add_corners_file(parser)
     _add_points_folder(parser)
     _add_detector(parser)
@@ -105,7 +124,8 @@ def _add_undistort(commands):
 
 
 def _add_check(commands):
-    _command(commands, "check", "read all of a set and say what is in it", _check)
+    summary = "read all of a set and say what is in it"
+    _command(commands, "check", summary, _check, folder=ALSO_A_MIRROR)
 
 
 def _add_render(commands):
@@ -263,11 +283,11 @@ def _count(text):
     return number
 
 
-def _command(commands, name, summary, run, camera=None):
+def _command(commands, name, summary, run, camera=None, folder=A_SET):
     parser = commands.add_parser(name, help=summary, description=summary)
     if camera:
         parser.add_argument("camera", metavar="CAMERA", help=camera)
-    parser.add_argument("set", metavar="SET", help="the folder of an image set")
+    parser.add_argument("set", metavar="SET", help=folder)
     parser.set_defaults(command=run)
     return parser
 
@@ -300,13 +320,23 @@ def _corners(options, say):
 
 
 def _calibrate(options, say):
-    from raxel.cli.calibrate import calibrate
+    from raxel.sets import is_mirror_set
+
+    if is_mirror_set(options.set):
+        from raxel.cli.mirror import calibrate_mirror_set as calibrate
+    else:
+        from raxel.cli.calibrate import calibrate
 
     calibrate(options, say)
 
 
 def _evaluate(options, say):
-    from raxel.cli.evaluate import evaluate
+    from raxel.sets import is_mirror_set
+
+    if is_mirror_set(options.set):
+        from raxel.cli.mirror_evaluate import evaluate_mirror_set as evaluate
+    else:
+        from raxel.cli.evaluate import evaluate
 
     evaluate(options, say)
 

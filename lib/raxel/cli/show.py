@@ -12,7 +12,7 @@ from raxel.errors import InputError
 from raxel.features.boards import read_boards
 from raxel.files import check_can_be_written, replacing
 from raxel.rendering import need_packages, need_rendering
-from raxel.sets import load_set
+from raxel.sets import is_mirror_set, load_set
 
 FORMS = (".html", ".png")
 
@@ -48,6 +48,11 @@ def _scene(options, say):
     if what.is_dir():
         from raxel.show.sets import set_scene
 
+        if is_mirror_set(what):
+            raise InputError(
+                f"{what}: a mirror set, whose mirror is not known yet; run raxel "
+                "calibrate, then raxel show on the camera that it writes"
+            )
         image_set = load_set(what)
         camera = options.camera and load_camera(options.camera)
         boards = options.corners and read_boards(options.corners, image_set)

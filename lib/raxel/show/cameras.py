@@ -143,6 +143,11 @@ def mirrors(camera, label="mirror", colour=SILVER, opacity=0.35):
     mirror = camera.mirror
     if hasattr(mirror, "nodes"):
         p = mirror.nodes()
+    elif hasattr(mirror, "grid"):
+        u, v = (np.linspace(b[0], b[-1], SHEET) for b in mirror.grid.breaks)
+        sight = mirror.grid.unturned(np.stack(np.meshgrid(u, v), -1).reshape(-1, 2))
+        sight = np.column_stack([sight, np.ones(len(sight))])
+        p = mirror.chart(sight).reshape(SHEET, SHEET, 2)
     elif hasattr(mirror, "half"):
         x, y = (np.linspace(-h, h, SHEET) / mirror.radius for h in mirror.half)
         p = np.stack(np.meshgrid(x, y), axis=-1)

@@ -1,0 +1,230 @@
+"""The views of a mirror set, read out of its pictures: what `calibrate_mirror` takes.
+
+Boards are found by the library's detector and active grids decoded. What is not found
+is refused by the picture's name; a photograph of the platter too many, or of the
+viewer's boards, is left out and named.
+"""
+
+import numpy as np
+
+from raxel.calibration.mirror.clamp_line import FEWEST, clamp_line, edge_picks
+from raxel.calibration.mirror.platter import PlatterPicture
+from raxel.calibration.mirror.sightings import magnification, normalised
+from raxel.calibration.mirror.stages import ClampPicks, MirrorViews, StepViews
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.boards import board_views
+from raxel.calibration.views.dense import dense_view
+from raxel.cameras.io import load_camera
+from raxel.errors import CalibrationError, InputError
+from raxel.features.boards import detect_boards
+from raxel.features.grids import decode_grids
+from raxel.sets.image_files import read_image
+from raxel.sets.model import ImageSet
+
+FEWEST_BOARDS = 3  # of the viewer, by Zhang's method
+PICKS = 15  # along the clamp's edge
+# Standard deviations of a pick that the edge may lie from the line through the picks.
+ASTRAY = 3.0
+# Two pictures of a board lie nearer in one order than in any other by this much.
+CLEARLY = 0.7
+
+
+def mirror_views(mirror_set, say=None):
+    """MirrorViews of a MirrorSet; say: a callable told one line for each picture.
+
+    Raises InputError, one line, for pictures that cannot be read, for a board or grid
+    that is not found where it is needed, and for a viewer that is no central camera of
+    the pictures' size.
+    """
+    viewer, flags = _viewer(mirror_set, say)
+    grids = tuple(_grid(mirror_set.grids, seen) for seen in _decoded(mirror_set, say))
+    platter, left_out = _platter(mirror_set, say)
+    steps, doubts = _steps(mirror_set, say)
+    clamp = clamp_picks(mirror_set, viewer)
+    flags = (*flags, *left_out, *doubts)
+    thickness = mirror_set.thickness_mm
+    return MirrorViews(viewer, grids, platter, thickness, clamp, steps, flags)
+
+
+def ordered_like(before, after):
+    """The BoardView `after` with its corners in the order of those of `before`, and
+    whether that is clear.
+
+    A board may be counted from one corner or another; of the orders that its numbers of
+    rows and columns allow, the one whose corners lie nearest in the picture.
+    """
+    lattice = np.arange(after.columns * after.rows).reshape(after.rows, after.columns)
+    turned = [np.rot90(lattice, k) for k in range(4)]
+    fitting = [one.ravel() for one in turned if one.shape == lattice.shape]
+    off = []
+    for order in fitting:
+        gap = np.linalg.norm(after.pixels[order] - before.pixels, axis=1)
+        off.append(np.median(gap[np.isfinite(gap)]) if np.isfinite(gap).any() else 0.0)
+    best = fitting[int(np.argmin(off))]
+    sd = None if after.sd is None else after.sd[best]
+    first, second = sorted(off)[:2]
+    ordered = after._replace(pixels=after.pixels[best], sd=sd)
+    return ordered, bool(first < CLEARLY * second)
+
+
+def clamp_picks(mirror_set, viewer):
+    """ClampPicks along the clamp: on the edge in the picture where there is one near
+    the given points, else these points."""
+    given = np.array(mirror_set.clamp.points)
+    sd, hidden = mirror_set.clamp.sd_px, mirror_set.clamp.hidden_mm
+    between = _between(given)
+    if len(given) < FEWEST:
+        given = between[:: PICKS // 2]
+    told = ClampPicks(given, sd, hidden)
+    near = edge_picks(_lit(mirror_set.grids), between, reach=max(4.0, 4 * sd))
+    near = near[np.isfinite(near[:, 0])]
+    if len(near) < PICKS // 2:
+        return told
+    try:
+        line, by_hand = clamp_line(viewer, near), clamp_line(viewer, given)
+    except CalibrationError:
+        return told
+    # How far the edge lies from the line by hand, px.
+    across = np.array([np.cos(by_hand.angle), np.sin(by_hand.angle)])
+    scale = np.median(magnification(viewer, near))
+    off = (normalised(viewer, near[line.used]) - by_hand.ends[0]) @ across * scale
+    if abs(np.mean(off)) > ASTRAY * sd or line.rms_px > max(sd, 0.5):
+        return told
+    return ClampPicks(near, line.rms_px, hidden)
+
+
+def _between(given):
+    """PICKS points (n, 2) spread over the line through given points (N, 2)."""
+    along = np.linalg.svd(given - given.mean(axis=0), full_matrices=False)[2][0]
+    place = given @ along
+    order = np.argsort(place)
+    wanted = np.linspace(place.min(), place.max(), PICKS)
+    return np.column_stack(
+        [np.interp(wanted, place[order], given[order, k]) for k in range(2)]
+    )
+
+
+def _lit(image_set):
+    """The mean of all photographs of the first view (H, W): the mirror, lit evenly."""
+    view = image_set.views[0]
+    total = 0.0
+    for name in view.files:
+        total = total + read_image(image_set, name).astype(np.float32)
+    return total / len(view.files)
+
+
+def _viewer(mirror_set, say):
+    """(camera, flags)"""
+    if not isinstance(mirror_set.viewer, ImageSet):
+        camera = load_camera(mirror_set.viewer)
+        size = camera.width, camera.height
+        if size != mirror_set.size or not getattr(camera, "central", False):
+            raise InputError(
+                f"{mirror_set.description}: viewer: found a {camera.kind} camera of "
+                f"{size[0]} x {size[1]} px; give a central camera of "
+                f"{mirror_set.size[0]} x {mirror_set.size[1]} px"
+            )
+        return camera, ()
+    views, missed = _found(mirror_set.viewer, say)
+    if len(views) < FEWEST_BOARDS:
+        raise InputError(
+            f"{mirror_set.viewer.description}: views: board found in {len(views)} of "
+            f"{len(views) + len(missed)} images, the viewer needs {FEWEST_BOARDS}"
+            f"{_first(missed)}"
+        )
+    try:
+        camera = calibrate_zhang(views, *mirror_set.size).camera
+    except CalibrationError as fault:
+        raise CalibrationError(
+            f"{mirror_set.viewer.description}: views: {fault}"
+        ) from fault
+    return camera, tuple(f"viewer: {n}: left out: {why}" for n, why in missed)
+
+
+def _found(image_set, say, views=None):
+    """(BoardViews, [(name, reason)] of the pictures without a board)"""
+    boards = detect_boards(image_set, views=views, say=say)
+    missed = [(b.view.label, b.detection.reason) for b in boards]
+    missed = [
+        one for one, b in zip(missed, boards, strict=True) if not b.detection.found
+    ]
+    return board_views(image_set, boards), missed
+
+
+def _first(missed):
+    return f" ({missed[0][0]}: {missed[0][1]})" if missed else ""
+
+
+def _decoded(mirror_set, say):
+    image_set = mirror_set.grids
+    return decode_grids(image_set, image_set.views, say)
+
+
+def _grid(image_set, seen):
+    """The DenseView of a SeenGrid, or InputError."""
+    reason = seen.reason
+    if not reason:
+        try:
+            return dense_view(seen.location, seen.sigma, seen.mask, seen.view.label)
+        except CalibrationError as fault:
+            reason = str(fault)
+    raise InputError(
+        f"{image_set.description}: {seen.view.label}: no grid seen: {reason}; "
+        "photograph the monitor's patterns in the mirror anew"
+    )
+
+
+def _platter(mirror_set, say):
+    """(PlatterPictures, flags), without those that show no board or no grid."""
+    boards, missed = _found(mirror_set.plate, say)
+    by_name, flags = {view.name: view for view in boards}, []
+    grids = list(decode_grids(mirror_set.platter, mirror_set.platter.views, say))
+    why_not = dict(missed)
+    pictures = []
+    for position, name in enumerate(v.label for v in mirror_set.grids.views):
+        usable = 0
+        for k in mirror_set.platter_views(name):
+            plate = mirror_set.plate.views[k].label
+            try:
+                grid = _grid(mirror_set.platter, grids[k])
+                if plate in why_not:
+                    raise InputError(
+                        f"{mirror_set.plate.description}: {plate}: no board found: "
+                        f"{why_not[plate]}; photograph the plate's board anew"
+                    )
+            except InputError as fault:
+                flags.append(f"platter: left out: {fault}")
+                continue
+            # A place of the platter for each picture: nothing says it stayed.
+            pictures.append(
+                PlatterPicture(by_name[plate], grid, len(pictures), position)
+            )
+            usable += 1
+        if not usable:
+            raise InputError(flags[-1].removeprefix("platter: left out: "))
+    return tuple(pictures), tuple(flags)
+
+
+def _steps(mirror_set, say):
+    """(StepViews, flags), each board's corners in one order before and after."""
+    labels = {view.label: view for view in mirror_set.stages.views}
+    names = [name for step in mirror_set.steps for name in (step.before, step.after)]
+    wanted = [labels[name] for name in dict.fromkeys(names)]
+    views, missed = _found(mirror_set.stages, say, wanted)
+    if missed:
+        raise InputError(
+            f"{mirror_set.stages.description}: {missed[0][0]}: no board found: "
+            f"{missed[0][1]}; photograph the whole board in the mirror, or use a "
+            "smaller deflection"
+        )
+    of, steps, flags = {view.name: view for view in views}, [], []
+    for k, step in enumerate(mirror_set.steps, 1):
+        before = of[step.before]
+        of[step.after], clear = ordered_like(before, of[step.after])
+        if not clear:
+            flags.append(
+                f"step {k}: the board moved so far in the picture that it may be "
+                "counted from another corner after the deflection; take smaller steps"
+            )
+        steps.append(StepViews(before, of[step.after], step.deflection_mm))
+    return tuple(steps), tuple(flags)
