@@ -1,0 +1,81 @@
+"""The claims about Fig. 5.7, tested as the ledger words them, and its numbers."""
+
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import (
+    PRIMARY,
+    RUNS,
+    ReducedCase,
+)
+from chapters.shared.mirror_bench import BENCH
+from chapters.shared.mirror_sweep import counterpart_over_the_sweep
+from repro.judge.statistics import median_and_range
+from repro.run.experiment import claim, numbers
+from repro.run.outcomes import Value
+
+SEEDS = ("fig_5_7_runs", "fig_5_7_swept")
+QUESTIONS = (
+    "mirror_bench",
+    "reduced_curve",
+    "reduced_start",
+    "reduced_corners",
+    "scan_frame",
+)
+POOR, SIMILAR = 3.0, (0.5, 2.0)
+
+
+@claim("c5_red_final_good", needs=SEEDS, evidence="rendered", readings=QUESTIONS)
+def judge_final_good(results, options):
+    """The linear error is three times the final one or more."""
+    case = ReducedCase(options)
+
+    def found_at(bench):
+        linear, final = (
+            case.errors(results, bench, stage) for stage in ("linear", "final")
+        )
+        reason = f"linear over final error; {_medians(linear=linear, final=final)}"
+        # Nothing is true of a seed that was refused: nan compares as false.
+        return linear >= POOR * final, linear / final, "x", reason
+
+    return counterpart_over_the_sweep(case, found_at)
+
+
+@claim("c5_red_primary_limits", needs=SEEDS, evidence="rendered", readings=QUESTIONS)
+def judge_primary_limits(results, options):
+    """The final error is between half and twice that of the primary calibration."""
+    case = ReducedCase(options)
+
+    def found_at(bench):
+        before, final = (
+            case.errors(results, bench, stage) for stage in ("before", "final")
+        )
+        ratio = final / before
+        reason = f"final over primary error; {_medians(primary=before, final=final)}"
+        return (ratio >= SIMILAR[0]) & (ratio <= SIMILAR[1]), ratio, "x", reason
+
+    return counterpart_over_the_sweep(case, found_at)
+
+
+def _medians(**found):
+    """The medians of those seeds that have a value, in words."""
+    middle = {name: median_and_range(v).value for name, v in found.items()}
+    return ", ".join(f"{name} {value:.3g} mm" for name, value in middle.items())
+
+
+@numbers("fig_5_7", needs=("fig_5_7_runs",), evidence="rendered")
+def numbers_fig_5_7(results):
+    """The settings that the text states, as they were run, and the mean error."""
+    settings = results[RUNS].settings
+    final = PRIMARY.errors(results, BENCH, "final")
+    return {
+        "fig5_7_defl": Value(settings["deflection_mm"], unit="mm"),
+        "fig5_7_depth": Value(settings["depth_mm"], unit="mm"),
+        "fig5_7_err": Value.of_seeds(
+            final, "mm", "after the deflection, in the camera's frame, on the bench"
+        ),
+    }
+
+
+@numbers("fig_5_6", needs=("fig_5_6_pictures",), evidence="rendered")
+def numbers_fig_5_6(results):
+    """How far away the chessboard is, as it was rendered."""
+    depth = results["fig_5_6_pictures"].settings["depth_mm"]
+    return {"s5_3_2_depth_ab": Value(depth, unit="mm")}

@@ -1,0 +1,190 @@
+"""Section 5.3.2: the plane of the reduced model, the errors, and how it is judged."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s3_2_reduced_model import claims
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import FRAMES, RUNS, SWEPT
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials import plane, run, scan
+from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bench import SWEPT as ENDS
+from chapters.shared.mirror_rigs import mirror_rig
+from raxel.calibration.mirror.curves import DistanceCurve, HeightCurve
+from tests.judged_claims import readings_of
+from tests.made_results import of_columns
+
+SEEDS = 40
+ANGLE = 0.02
+
+
+@pytest.fixture(scope="module")
+def cylinder():
+    """A rig whose rulings are level with the picture, its camera, and its u axis."""
+    rig = mirror_rig("A")
+    fields = rig.rig.camera.arguments() | {"deflections": 7.98, "rulings": 0.0}
+    turned = [[0.5, 0.0, np.sqrt(0.75)], [0.0, -1.0, 0.0], [np.sqrt(0.75), 0.0, -0.5]]
+    axes = plane._axes(ANGLE)
+    fields["rotation"] = axes.T @ (np.array(turned) * [-1, 1, 1])
+    return rig, type(rig.rig.camera)(**fields)
+
+
+def heights_of(rig, camera):
+    """The HeightCurve next to the true mirror of a camera."""
+    seen = scan.scan_of(rig, camera, ANGLE)
+    T = camera.T_viewer_mirror
+    foot, along = (plane.in_plane(v, ANGLE) for v in (T[:3, 3], T[:3, 0]))
+    across = np.array([-along[1], along[0]])
+    x, z = ((seen.points - foot) @ axis for axis in (along, across))
+    powers = np.vander(x / 160.0, 4, increasing=True)
+    return HeightCurve(np.linalg.lstsq(powers, z, rcond=None)[0], foot, along, 160.0)
+
+
+def test_a_cylinder_loses_nothing_in_the_plane(cylinder):
+    rig, camera = cylinder
+    found = plane.ReducedCamera(camera.viewer, ANGLE, heights_of(rig, camera))
+    pixels = run.lattice(camera, 300)
+    true, rays = camera.rays(pixels), found.rays(pixels)
+    np.testing.assert_allclose(rays.origins, true.origins, atol=0.05)
+    np.testing.assert_allclose(rays.directions, true.directions, atol=2e-3)
+    assert len(pixels) > 20
+
+
+def test_rays_in_the_plane_are_those_in_space_without_the_upright_part():
+    curve = DistanceCurve(np.array([400.0, 60.0, 5.0, 1.0]), (0.2, -0.1))
+    camera = plane.ReducedCamera(mirror_rig("A").viewer, ANGLE, curve)
+    pixels = np.array([[1300.0, 900.0], [1900.0, 1500.0], [np.nan, np.nan]])
+    flat = plane.in_plane(camera.rays(pixels).directions, ANGLE)
+    flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+    np.testing.assert_allclose(camera.plane_rays(camera.u(pixels)), flat, atol=1e-12)
+    assert list(camera.rays(pixels).valid) == [True, True, False]
+
+
+def exact(curve, u, v):
+    """Mirror points and normals in the plane, of the rays of a curve in space."""
+    camera = plane.ReducedCamera(None, 0.0, curve)
+    view = np.column_stack([u, v, np.ones_like(u)])
+    view /= np.linalg.norm(view, axis=1, keepdims=True)
+    tangents = curve.tangents(u)
+    n = np.column_stack([-tangents[:, 1], 0 * u, tangents[:, 0]])
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    away = view - 2 * np.sum(view * n, axis=1, keepdims=True) * n
+    return camera.curve.points(u), plane.plane_normals(view, away, 0.0)
+
+
+@pytest.mark.parametrize("shaped_by", ["normals", "points"])
+def test_exact_rays_give_the_curve_of_distances(shaped_by):
+    true = DistanceCurve(np.array([400.0, 60.0, 5.0, 1.0]), (0.2, -0.1))
+    u = np.linspace(0.19, -0.09, 30)
+    points, normals = exact(true, u, 0.1 * np.sin(40 * u))
+    given = normals if shaped_by == "normals" else None
+    found = plane.distances_next_to(points, true.span, given)
+    np.testing.assert_allclose(found.coefficients, true.coefficients, atol=1e-6)
+
+
+def test_exact_rays_give_the_curve_of_heights():
+    along = np.array([-np.sin(1.0), np.cos(1.0)])
+    true = HeightCurve(
+        np.array([0.0, 0.0, 0.3, -0.1]), np.array([60.0, 370.0]), along, 160.0
+    )
+    points = np.array([60.0, 370.0]) + np.outer(np.linspace(0, 160, 30), along)
+    u = points[:, 0] / points[:, 1]
+    points, normals = exact(true, u, 0.1 * np.sin(40 * u))
+    found = plane.heights_next_to(points, u[0], u[-1], normals)
+    np.testing.assert_allclose(found.points(u), true.points(u), atol=1e-3)
+
+
+def test_a_scan_that_was_moved_is_moved_back():
+    rig = mirror_rig("A")
+    scans = [scan.scan_of(rig, rig.camera(mm), ANGLE) for mm in run.DEFLECTIONS_MM]
+    for one in scans:
+        np.testing.assert_allclose(np.linalg.norm(one.normals, axis=1), 1)
+    assert abs(scans[1].x[scans[1].at_load] - 150) < 2
+    centre = scans[0].points.mean(axis=0)
+    across = scans[0].normals[50]
+    motion = np.array([*(0.7 * across), 0.004])
+    off = [one.moved(centre) @ motion for one in scans]
+    shared = scan.aligned(scans, off)
+    np.testing.assert_allclose(shared[0], 0, atol=1e-9)
+    np.testing.assert_allclose(shared[1], 0, atol=1e-2)
+    np.testing.assert_allclose(scan.alone(scans[1], off[1]), 0, atol=1e-2)
+    # A bend is no motion.
+    bend = (scans[0].x / 160) ** 2
+    assert np.mean(np.abs(scan.alone(scans[0], bend))) > 0.03
+
+
+def test_the_offset_of_a_deeper_mirror_is_positive_where_the_load_pushes():
+    rig = mirror_rig("A")
+    before, after = (
+        scan.scan_of(rig, rig.camera(mm), ANGLE) for mm in run.DEFLECTIONS_MM
+    )
+
+    class Curve:
+        def points(self, u):
+            order = np.argsort(after.points[:, 0] / after.points[:, 1])
+            rays = after.points[order, 0] / after.points[order, 1]
+            z = np.interp(u, rays, after.points[order, 1])
+            return np.column_stack([u * z, z])
+
+    off = before.off(Curve())
+    assert 6 < off[before.at_load] < 9
+    assert abs(off[0]) < 0.01
+
+
+def columns(**errors):
+    """Columns of seeds: stage -> mean error, mm, alike in every way and frame."""
+    rng = np.random.default_rng(2)
+    return {
+        f"{way}.{stage}.{frame}": np.array(error) * (1 + 0.01 * rng.random(SEEDS))
+        for way in run.WAYS
+        for stage, error in errors.items()
+        for frame in FRAMES["scan_frame"].values()
+    }
+
+
+def judged(judge, usual, **other):
+    """Verdicts by reading; other: what is otherwise on a bench of a name."""
+
+    def of(benches):
+        return {
+            f"{bench}.{key}": value
+            for bench in benches
+            for key, value in columns(**(usual | other.get(bench, {}))).items()
+        }
+
+    results = {
+        RUNS: of_columns(({"geometry": "A"}, of(BENCHES))),
+        SWEPT: of_columns(({"geometry": "A"}, of(ENDS))),
+    }
+    return readings_of(judge, results)
+
+
+TRUE = {"before": 0.1, "linear": 1.8, "final": 0.12}
+CLAIMS = {
+    claims.judge_final_good: ({"final": 1.0}, {"final": np.nan}),
+    claims.judge_primary_limits: ({"final": 0.25}, {"final": 0.04}, {"final": np.nan}),
+}
+
+
+@pytest.mark.parametrize("judge", CLAIMS, ids=lambda judge: judge.__name__)
+def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
+    true = judged(judge, TRUE)
+    assert {r.verdict for r in true} == {"reproduced"}
+    # Two benches, each with one other option of three questions, and two of the frame.
+    assert len(true) == 12
+    for wrong in CLAIMS[judge]:
+        assert {r.verdict for r in judged(judge, TRUE | wrong)} == {"differs"}
+
+
+@pytest.mark.parametrize("judge", CLAIMS, ids=lambda judge: judge.__name__)
+def test_a_claim_that_the_sweep_turns_is_undecided_in_the_primary_reading(judge):
+    (wrong, *_) = CLAIMS[judge]
+    found = judged(judge, TRUE, **{"twice the factor": wrong})
+    assert [r.verdict for r in found[:1]] == ["undecided"]
+    assert {r.verdict for r in found[1:]} == {"reproduced"}
+    assert "twice the factor" in found[0].reason
+
+
+def test_seeds_that_were_refused_count_against_a_claim():
+    missing = np.where(np.arange(SEEDS) < 8, np.nan, TRUE["final"])
+    found = judged(claims.judge_final_good, TRUE | {"final": missing})
+    assert {r.verdict for r in found} <= {"differs", "undecided"}
