@@ -1,0 +1,84 @@
+"""Section 5.2: the test of the start can fail, and refused seeds count against it."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s2_method.claims import judge_linear_enough
+from chapters.ch05_flexible_mirror.s2_method.results import STARTS, STARTS_SWEPT, Starts
+from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from tests.judged_claims import readings_of
+from tests.made_results import of_columns
+
+SEEDS, FEWER = 100, 20
+ENDED = {"cost_mm2": 40.0, "deflection_mm": 4.9}
+
+
+def columns(bench, seeds, other):
+    """A bench where both starts end alike, but for `other`: name -> (value, count)."""
+    made = {
+        f"{bench}.{start}.{name}": np.full(seeds, value)
+        for start in ("linear", "true")
+        for name, value in ENDED.items()
+    }
+    for name, (value, count) in other.items():
+        made[f"{bench}.{name}"][:count] = value
+    return made
+
+
+def made(other=None, at_ends=None):
+    """Results with something else in some seeds, at all benches or at one's ends."""
+    plans = ((STARTS, BENCHES, SEEDS, {}), (STARTS_SWEPT, SWEPT, FEWER, at_ends or {}))
+    results = {}
+    for experiment, benches, seeds, ends in plans:
+        values = {}
+        for bench in benches:
+            values |= columns(bench, seeds, ends.get(bench, other or {}))
+        results[experiment] = of_columns(({"geometry": "A"}, values))
+    return results
+
+
+def verdicts(results):
+    found = readings_of(judge_linear_enough, results)
+    assert [one.reading["mirror_bench"] for one in found] == [BENCH, "laboratory"]
+    return [one.verdict for one in found]
+
+
+def test_equal_ends_are_reproduced():
+    assert verdicts(made()) == ["reproduced"] * 2
+
+
+@pytest.mark.parametrize("name", ENDED)
+@pytest.mark.parametrize("factor", [0.98, 1.02])
+def test_another_cost_or_another_deflection_differs(name, factor):
+    other = {f"linear.{name}": (factor * ENDED[name], SEEDS)}
+    assert verdicts(made(other)) == ["differs"] * 2
+    near = {f"linear.{name}": ((1 + factor / 150) * ENDED[name], SEEDS)}
+    assert verdicts(made(near)) == ["reproduced"] * 2
+
+
+def test_a_seed_without_an_end_counts_against_it():
+    assert verdicts(made({"linear.cost_mm2": (np.nan, 15)})) == ["differs"] * 2
+    assert verdicts(made({"true.deflection_mm": (np.nan, 15)})) == ["differs"] * 2
+
+
+def test_a_share_at_the_boundary_is_left_open():
+    assert verdicts(made({"linear.cost_mm2": (99.0, 3)})) == ["undecided"] * 2
+
+
+def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
+    for end in SWEPT:
+        lost = {end: {"linear.cost_mm2": (99.0, 2)}}
+        assert verdicts(made(at_ends=lost)) == ["undecided", "reproduced"]
+        kept = {end: {"linear.cost_mm2": (99.0, 1)}}
+        assert verdicts(made(at_ends=kept)) == ["reproduced"] * 2
+
+
+def test_refused_seeds_are_told_once_each():
+    ended = {f"bench.{start}.{name}": 1.0 for start in ("linear", "true")
+             for name in ENDED}  # fmt: skip
+    said = {
+        "bench.refused": [None, "no", None],
+        "bench.true.refused": [None, None, "no"],
+    }
+    result = of_columns(({"geometry": "A"}, ended | said))
+    assert Starts.on({STARTS: result}, BENCH).refused == 2
