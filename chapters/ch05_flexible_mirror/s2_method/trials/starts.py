@@ -24,7 +24,7 @@ from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 
 # px between the mirror points that a start is fitted to.
-FITTED_PX = 32
+FITTED_PX = 64
 STEP_MM = STAGES_MM[:2]
 
 
