@@ -8,6 +8,8 @@
 # %%
 from functools import partial
 
+from chapters.ch05_flexible_mirror.s2_method.trials.pictures import platter_trial
+from chapters.ch05_flexible_mirror.s2_method.trials.run import watched_trial
 from chapters.ch05_flexible_mirror.s2_method.trials.starts import starts_trial
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
@@ -52,3 +54,31 @@ def _plan(results, benches, seeds):
     trial = partial(starts_trial, errors=errors, benches=benches)
     settings = {name: bench._asdict() for name, bench in benches.items()}
     return Plan(trial, [{"geometry": "A"}], seeds, settings)
+
+
+@experiment(
+    "fig_5_3_platter",
+    artefact="fig_5_3",
+    inputs=(
+        "data/rigs/flexible-mirror-a-small.yaml",
+        "data/rigs/flexible-mirror-a-monitor-small.yaml",
+    ),
+)
+def pictured(effort):
+    """One picture of the platter."""
+    return Plan(platter_trial, [{}], 1)
+
+
+@experiment(
+    "fig_5_4_run",
+    artefact="fig_5_4",
+    inputs=(
+        "data/rigs/flexible-mirror-a.yaml",
+        "data/rigs/flexible-mirror-a-monitor.yaml",
+    ),
+    needs=("sec_5_3_3_errors",),
+)
+def watched(effort, results):
+    """One run, with the stages of the code counted."""
+    errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A")
+    return Plan(partial(watched_trial, errors=errors), [{"seed": 0}], 1)

@@ -8,6 +8,7 @@ from chapters.shared.mirror_bench import SWEPT
 
 BOTH = ("exp_c5_linear_enough", "exp_c5_linear_enough_swept")
 STARTS, STARTS_SWEPT = BOTH
+RUN = "fig_5_4_run"
 SAME = 0.01
 
 
@@ -51,3 +52,49 @@ class Starts(NamedTuple):
             *(self.trials.texts(f"{self.bench}.{n}") for n in names), strict=True
         )
         return sum(any(said) for said in texts)
+
+
+class Ran(NamedTuple):
+    """One watched run. ways: {(stage, stage): how often}; numbers: of the trial, by
+    name; steps: of the refinement, of each stage that was calibrated."""
+
+    ways: dict
+    numbers: dict
+    steps: tuple
+
+    @classmethod
+    def of(cls, result):
+        """From the Result of `fig_5_4_run`."""
+        trial = {name: result.texts(name)[0] for name in result.names()}
+        ways = {
+            tuple(name.removeprefix("ways.").split(" > ")): trial[name]
+            for name in trial
+            if name.startswith("ways.")
+        }
+        steps = [trial.get(f"stage{k}.steps") for k in (1, 2, 3)]
+        return cls(ways, trial, tuple(n for n in steps if n is not None))
+
+    @property
+    def accepted(self):
+        """How many stages were calibrated."""
+        return len(self.steps)
+
+    def times(self, start, end):
+        """How often a way was gone. Between two stages of the code a person bends the
+        mirror, whom no watch sees: a way to and from there is the one of both."""
+        if start == "bend":
+            return sum(n for (_, other), n in self.ways.items() if other == end)
+        if end == "bend":
+            end = "pose"
+        return self.ways.get((start, end), 0)
+
+    def beyond(self, drawn, can_refuse):
+        """Ways that were gone and are not among these, as text."""
+        known = {(a, "pose" if b == "bend" else b) for a, b in drawn}
+        known |= {(stage, "refused") for stage in can_refuse}
+        return [" > ".join(way) for way in self.ways if way not in known]
+
+    def amounts(self):
+        """What the boxes of the flowchart say."""
+        steps = " + ".join(f"{n}" for n in self.steps) or "no"
+        return self.numbers | {"steps": steps}
