@@ -43,8 +43,8 @@ class DecodingPool(NamedTuple):
 
     @property
     def sd_mm(self):
-        """Standard deviation of an error along an axis, mm, as a decoder states it."""
-        return float(np.sqrt(np.mean(self.rest**2)))
+        """Root mean square of an error along an axis, mm, bias and rest."""
+        return float(np.sqrt(np.mean(self.bias**2) + np.mean(self.rest**2)))
 
     def drawn(self, points, rng, factor):
         """Points (..., 2) mm as they are decoded, errors times `factor`."""
