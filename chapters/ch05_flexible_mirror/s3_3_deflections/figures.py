@@ -175,8 +175,10 @@ def ext_linear_ratio(results, published):
         at = DYNAMIC_MM / camera_mm(geometry)
         for j, bench in enumerate(reversed(BENCHES)):
             trials = linear_ratios(Runs(results, bench=bench, geometry=geometry))
-            found = [median_interval(known(of_stage)) for of_stage in trials]
-            places = [at + 0.03 * (stage - 2) + 0.012 * j for stage in DEFLECTED]
+            # A stage that every seed was refused at has no mark.
+            reached = [n for n in range(len(trials)) if len(known(trials[n]))]
+            found = [median_interval(known(trials[n])) for n in reached]
+            places = [at + 0.03 * (DEFLECTED[n] - 2) + 0.012 * j for n in reached]
             whose = (geometry, bench)
             look = series(2 * k + j) | {"linestyle": "none"}
             label = f"geometry {geometry}, {bench}"
