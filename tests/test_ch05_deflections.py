@@ -9,8 +9,9 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
     edge_excess,
 )
 from chapters.shared.mirror_bench import BENCHES, SWEPT
+from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
-from tests.made_results import of_columns
+from tests.made_results import ROOT, of_columns
 
 SEEDS, ENOUGH, LOST = 40, 80, 5
 
@@ -137,3 +138,7 @@ def test_the_formula_says_how_far_the_board_has_to_be():
     depth = geometry.depth_for(0.54)
     assert geometry.by_formula(depth_mm=depth) == pytest.approx(0.54)
     assert geometry.camera_mm("B") < geometry.camera_mm("A")
+
+
+def test_exercises_are_judged_rightly():
+    assert misjudged(ROOT, "ch05_flexible_mirror/s3_3_deflections") == []

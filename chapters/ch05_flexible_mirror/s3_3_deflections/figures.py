@@ -40,7 +40,7 @@ EXACT = 1e-9
 def fig_5_11(results):
     """Angles to the true rays over the picture, at stages 0 to 3 of one seed."""
     runs = Runs(results)
-    drawn, axes = new_figure(2, 2, height_in=5.4, sharex=True, sharey=True)
+    drawn, axes = new_figure(2, 2, height_in=4.8, sharex=True, sharey=True)
     of = {
         name: [runs.drawn(stage, name) for stage in STAGES]
         for name in ("pixels", "off_deg")
@@ -90,7 +90,7 @@ def fig_5_12(results):
     """Back-projection errors of stage 3 on the board, before and after calibration."""
     runs = Runs(results)
     points = runs.drawn(LAST, "board_mm")
-    drawn, axes = new_figure(1, 2, height_in=3.9, sharey=True)
+    drawn, axes = new_figure(1, 2, height_in=3.9, sharex=True, sharey=True)
     rows, gaps = [], []
     seed = np.flatnonzero(np.isfinite(runs.of(LAST, "angle_deg")))[0]
     for panel, letter, name, of, scale in zip(
@@ -100,9 +100,10 @@ def fig_5_12(results):
         ends = points + scale * errors
         panel.plot(
             *np.stack([points, ends], axis=-1).transpose(1, 2, 0),
-            color=series(0)["color"], lw=0.9,
+            color=series(0)["color"], lw=0.9, ls="-", marker="",
         )  # fmt: skip
-        panel.plot(*points[np.isfinite(errors[:, 0])].T, ".", color=INK, ms=2)
+        seen = np.isfinite(errors[:, 0])
+        panel.plot(*points[seen].T, ls="", marker=".", color=INK, ms=2)
         mean = lengths(errors).mean()
         gaps.append(abs(mean - runs.of(LAST, of)[seed]))
         panel.set_title(f"({letter}) × {scale}, mean {mean:.2f} mm")
@@ -132,9 +133,9 @@ def ext_angles_by_place(results):
     for panel, bench in zip(axes, (BENCH, "laboratory"), strict=True):
         every = angles_by_place(Runs(results, bench=bench))
         for k, (place, trials) in enumerate(zip(PLACES, every, strict=True)):
-            found = [median_interval(known(of_stage)) for of_stage in trials]
+            look = {"look": series(k), "label": place}
             rows += plot_estimates(
-                panel, STAGES, found, (bench, place), look=series(k), label=place
+                panel, *reached(STAGES, trials), (bench, place), **look
             )
         panel.set(title=bench, xlabel="Stage (1)", xticks=STAGES, ylim=(0, None))
         panel.set_ylabel("Angle to the true rays (deg)")
@@ -149,9 +150,14 @@ def ext_angles_by_place(results):
     )
 
 
-def known(trials):
-    """Those of trials (n,) that have a value."""
-    return trials[np.isfinite(trials)]
+def reached(places, stages):
+    """Places and medians of those of stages (n, seeds) that any seed came to."""
+    came = {
+        at: median_interval(trials[np.isfinite(trials)])
+        for at, trials in zip(places, stages, strict=True)
+        if np.isfinite(trials).any()
+    }
+    return list(came), list(came.values())
 
 
 @figure(
@@ -175,15 +181,14 @@ def ext_linear_ratio(results, published):
         at = DYNAMIC_MM / camera_mm(geometry)
         for j, bench in enumerate(reversed(BENCHES)):
             trials = linear_ratios(Runs(results, bench=bench, geometry=geometry))
-            # A stage that every seed was refused at has no mark.
-            reached = [n for n in range(len(trials)) if len(known(trials[n]))]
-            found = [median_interval(known(trials[n])) for n in reached]
-            places = [at + 0.03 * (DEFLECTED[n] - 2) + 0.012 * j for n in reached]
+            places = [at + 0.03 * (stage - 2) + 0.012 * j for stage in DEFLECTED]
             whose = (geometry, bench)
             look = series(2 * k + j) | {"linestyle": "none"}
             label = f"geometry {geometry}, {bench}"
-            rows += plot_estimates(axes, places, found, whose, look=look, label=label)
-    axes.set(xlabel="Z/D (1)", ylabel="Linear over actual (1)", ylim=(0, 1))
+            found = reached(places, trials)
+            rows += plot_estimates(axes, *found, whose, look=look, label=label)
+    axes.set(xlabel="Z/D (1)", ylabel="Linear over actual (1)")
+    axes.set(xlim=(x[0], x[-1]), ylim=(0, 1))
     axes.legend(loc="upper left", ncols=2, fontsize=8)
     formulas = {geometry: by_formula(geometry) for geometry in "AB"}
     return Drawing(

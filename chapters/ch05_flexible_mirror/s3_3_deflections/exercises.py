@@ -1,0 +1,61 @@
+"""What the exercises of the page on three deflections compare an answer with."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.geometry import (
+    by_formula,
+    camera_mm,
+    depth_for,
+)
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import STEP_MM
+from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, DYNAMIC_MM
+
+SHARE, ANGLE_DEG = 0.6, 0.2
+
+
+def linear_task():
+    """The linear stage finds Z / (Z + D) of 5 mm, with the distances of geometry A."""
+    return {
+        "expected": lambda: STEP_MM * by_formula(),
+        "hint": "Z is the board's distance from the mirror, D the camera's",
+        "slips": {
+            "That is what the linear stage leaves out.": lambda: (
+                STEP_MM * (1 - by_formula())
+            ),
+            "Both distances are in the sum below.": lambda: (
+                STEP_MM * DYNAMIC_MM / camera_mm()
+            ),
+        },
+        "tolerance": 0.03,
+    }
+
+
+def depth_task():
+    """Z / (Z + D) solved for Z."""
+    return {
+        "expected": lambda: depth_for(SHARE),
+        "hint": "solve Z/(Z+D) = 0.6 for Z",
+        "slips": {
+            "That would be the camera's share.": lambda: depth_for(1 - SHARE),
+            "The sum of both distances is below, not D alone.": lambda: (
+                SHARE * camera_mm()
+            ),
+        },
+        "tolerance": 0.03,
+    }
+
+
+def ray_task():
+    """A ray that is turned misses by its length times the angle."""
+    return {
+        "expected": lambda: BACK_PROJECTION_MM * np.tan(np.radians(ANGLE_DEG)),
+        "hint": "an angle in radians times the way from mirror to board",
+        "slips": {
+            "Degrees have to be turned into radians.": lambda: (
+                BACK_PROJECTION_MM * ANGLE_DEG
+            ),
+            "The mirror is off by half of that angle; the ray is off by all of it.": (
+                lambda: BACK_PROJECTION_MM * np.tan(np.radians(ANGLE_DEG / 2))
+            ),
+        },
+    }
