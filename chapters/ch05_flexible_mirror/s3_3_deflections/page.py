@@ -252,8 +252,8 @@ def _plan(results, geometry, benches, seeds):
 # near, stage 3 is beyond the method: {glue:text}`b.refused` of 20 seeds are
 # refused on the bench, and others have no corner near the free edge but just
 # enough for the last knot interval. Their residuals are as small as at other
-# stages. The true rays are {glue:text}`b.angle.3:.2f`° off in the median of
-# those that went on, {glue:text}`b.lab.angle.3:.2f`° in the laboratory.
+# stages. The true rays are {glue:text}`b.angle.3`° off in the median of
+# those that went on, {glue:text}`b.lab.angle.3`° in the laboratory.
 #
 # **Limits.** Corners and decoded points are redrawn with errors from rendered
 # pictures, they are not found again in pictures of every seed. The clamp's line

@@ -9,21 +9,23 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.geometry import (
 )
 from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
     angles_by_place,
-    angles_not_worse,
-    angles_spatial,
     deflection_errors,
     deflections_found,
     edge_residuals,
     linear_ratios,
-    pose_reflection,
+)
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
+    middle as words,
 )
 from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
     LAST,
     OTHER,
     RUNS,
+    SHIFT_MM,
     STAGES,
     Runs,
 )
+from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
@@ -33,20 +35,13 @@ MEASURES = {
     "back": "back_mm",
     "true": "back_true_mm",
     "residual": "residual_mm",
-    "stale": "stale_mm",
 }
-SHARES = {
-    "poses": pose_reflection,
-    "deflections": deflections_found,
-    "not_worse": angles_not_worse,
-    "spatial": angles_spatial,
-    "edges": edge_residuals,
-}
+SHARES = {"deflections": deflections_found, "edges": edge_residuals}
 
 
 def middle(found):
-    """Median of the trials that have a value."""
-    return float(np.nanmedian(found))
+    """Median of the trials that have a value, nan without any."""
+    return median_and_range(found).value
 
 
 def name_values(open_results):
@@ -56,9 +51,12 @@ def name_values(open_results):
         for name, number in quoted(Runs(results, bench=bench)).items():
             value(f"{short}{name}", number)
     for bench, short in SHORT.items():
-        of_b = quoted(Runs(results, bench=bench, geometry="B"))
-        for name in ("linear.1", "linear.3", "worst", "angle.3", "refused"):
-            value(f"b.{short}{name}", of_b[name])
+        of_b = Runs(results, bench=bench, geometry="B")
+        # Words, since a few seeds may all be refused there.
+        value(f"b.{short}angle.3", words(of_b.of(LAST, "angle_deg")))
+    of_b = Runs(results, geometry="B")
+    value("b.linear.1", middle(linear_ratios(of_b)[0]))
+    value("b.refused", refusals(of_b))
     for geometry, short in (("A", ""), ("B", "b.")):
         value(f"{short}formula", by_formula(geometry))
         value(f"{short}camera", camera_mm(geometry))
@@ -68,13 +66,18 @@ def name_values(open_results):
     value("ratio.high", depth_for(0.65) / camera_mm())
 
 
+def refusals(runs):
+    """How many seeds ended early."""
+    return sum(reason is not None for reason in runs.refused())
+
+
 def quoted(runs):
     """{name: number} of one bench and geometry."""
     found = {
         f"{short}.{stage}": middle(runs.of(stage, name))
         for short, name in MEASURES.items()
-        for stage in STAGES
-        if np.isfinite(runs.of(stage, name)).any()
+        for stage in (0, 1, LAST)
+        if (short, stage) != ("residual", 0)
     }
     for stage, ratios, off in zip(
         (1, 2, 3), linear_ratios(runs), deflection_errors(runs), strict=True
@@ -84,13 +87,14 @@ def quoted(runs):
     found["worst"] = middle(np.abs(deflection_errors(runs)).max(axis=0))
     found["left"] = middle(runs.of(LAST, "back_mm") / runs.of(LAST, "stale_mm"))
     found["growth"] = found["angle.3"] / found["angle.0"]
-    found["measured_growth"] = found["measured.3"] / found["measured.0"]
-    clamped, whole, free = np.nanmedian(angles_by_place(runs)[:, LAST], axis=-1)
-    found |= {"clamped": float(clamped), "whole": float(whole), "free": float(free)}
+    clamped, _, free = angles_by_place(runs)[:, LAST]
+    found |= {"clamped": middle(clamped), "free": middle(free)}
     for name, predicate in SHARES.items():
         found[f"share.{name}"] = 100 * float(np.mean(predicate(runs)[0]))
-    found["shift.most"] = middle(np.abs(runs.at("shift_mm", STAGES) - 100).max(axis=0))
+    found["shift.most"] = middle(
+        np.abs(runs.at("shift_mm", STAGES) - SHIFT_MM).max(axis=0)
+    )
     found["turn.most"] = middle(runs.at("turn_deg", STAGES).max(axis=0))
-    found["refused"] = sum(reason is not None for reason in runs.refused())
+    found["refused"] = refusals(runs)
     found["seeds"] = runs.seeds
     return found
