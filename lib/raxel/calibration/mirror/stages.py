@@ -13,23 +13,27 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.mirror.bundle import StageBundle, StageView, bundle_stages
+from raxel.calibration.mirror.checks import (
+    check_apart,
+    check_beside,
+    check_two_pictures,
+    misfit_flags,
+    short_of_the_edge,
+)
 from raxel.calibration.mirror.clamp_line import ClampLine, clamp_line, fixed_line
+from raxel.calibration.mirror.matches import wrong_matches
 from raxel.calibration.mirror.platter import PlatterPoses, grid_poses_in_platter
 from raxel.calibration.mirror.primary import PrimaryCalibration, primary_from_points
 from raxel.calibration.mirror.sightings import magnification, normalised
+from raxel.calibration.mirror.support import LEAST_REACH
 from raxel.calibration.mirror.update import MirrorSettings, update_mirror
 from raxel.calibration.pose.three_point import placed_points
 from raxel.calibration.views.correspondence import BoardView
 from raxel.calibration.views.samples import sample_boards
-from raxel.errors import CalibrationError, InputError
+from raxel.errors import CalibrationError
 
 SETTINGS = MirrorSettings(fixed_shape=False)
-# mm between two places of the monitor: nearer, they are one, or tell of no directions.
-NEAREST_MM = 10.0
 LINE_POINTS = 9
-# How far the clamp's line may lie outside what sees the monitor, and how much of that
-# may lie beyond the line: shares of its extent along u, and of its pixels.
-OUTSIDE, BEYOND = 0.25, 0.1
 # Where nobody states the deflections: the end moves by this share of the length.
 DEFLECTED = 0.1
 # Points of the monitor beyond this many medians are wrong; more than this share is not
@@ -92,12 +96,22 @@ class MirrorCalibration(NamedTuple):
 
     def residuals_mm(self, stage):
         """Distances (N,), mm, of the boards' corners of a stage from its rays."""
+        return self._residuals(stage)[0]
+
+    def residuals_deg(self, stage):
+        """The same (N,) as angles at the mirror, degrees."""
+        return np.degrees(np.arctan2(*self._residuals(stage)))
+
+    def _residuals(self, stage):
+        """(2, N): distances of corners from their rays, and along them, mm."""
+        camera = self.cameras[stage]
         found = [
-            ray_distances(self.cameras[stage], view, self.bundle.T_camera_grid[grid])
+            _by_rays(camera, view.pixels, view.points, self.bundle.T_camera_grid[grid])
             for at, grid, view in self.views
             if at == stage
         ]
-        return np.concatenate([np.zeros(0), *found])
+        found = np.concatenate([np.zeros((2, 0)), *found], axis=1)
+        return found[:, np.isfinite(found[0])]
 
 
 def calibrate_mirror(views, quantity="inverse depth", settings=SETTINGS, say=None):
@@ -111,7 +125,7 @@ def calibrate_mirror(views, quantity="inverse depth", settings=SETTINGS, say=Non
     say = say or (lambda line: None)
     say("places of the monitor, through the platter")
     poses = grid_poses_in_platter(views.viewer, views.platter, views.thickness)
-    _check_apart(poses, views.grids)
+    check_apart(poses, views.grids)
     line = _line(views)
     say("first shape of the mirror")
     spline = {"shape": settings.shape, "degree": settings.degree, "quantity": quantity}
@@ -129,29 +143,16 @@ def calibrate_mirror(views, quantity="inverse depth", settings=SETTINGS, say=Non
     for k, update in enumerate(updates, 1):
         flags += [f"stage {k}: {text}" for text in update.flags]
     flags += [text for text in bundle.flags if text not in flags]
-    return MirrorCalibration(
+    flags += short_of_the_edge(bundle.cameras)
+    found = MirrorCalibration(
         bundle.cameras, poses, line, primary, updates, bundle, shown, tuple(flags)
     )
-
-
-def ray_distances(camera, view, T_camera_grid):
-    """Distances (n,), mm, of a BoardView's corners that were found from their rays."""
-    off = _from_rays(camera, view.pixels, view.points[None], T_camera_grid[None])[0]
-    return off[np.isfinite(off)]
-
-
-def _check_apart(poses, grids):
-    """Refuse a place of the monitor that was photographed twice."""
-    middle = np.mean(grids[0].points[np.isfinite(grids[0].pixels[:, 0])], axis=0)
-    for first in range(len(grids)):
-        for second in range(first + 1, len(grids)):
-            moved = poses.motion(first, second, middle).distance
-            if moved < NEAREST_MM:
-                raise CalibrationError(
-                    f"primary calibration: {grids[first].name} and "
-                    f"{grids[second].name} are one place of the monitor, {moved:.1f} "
-                    "mm apart; move it by some 100 mm between them"
-                )
+    doubts = [
+        text
+        for k in range(1, len(cameras))
+        for text in misfit_flags(k, views.steps[k - 1], found.residuals_deg(k))
+    ]
+    return found._replace(flags=(*found.flags, *doubts))
 
 
 def _line(views):
@@ -165,30 +166,8 @@ def _line(views):
         offset_sd=max(found.offset_sd, sd / np.sqrt(len(picks))),
         angle_sd=max(found.angle_sd, sd / np.sqrt(np.sum(reach**2))),
     )
-    _check_beside(line, views)
+    check_beside(line, views.viewer, views.grids)
     return line
-
-
-def _check_beside(line, views):
-    """Refuse a clamp that lies away from the mirror, or across it."""
-    pixels = np.concatenate([view.pixels for view in views.grids])
-    p = normalised(views.viewer, pixels[np.isfinite(pixels[:, 0])])
-    axis = np.array([np.cos(line.angle), np.sin(line.angle)])
-    off = (p - line.ends[0]) @ axis
-    sign = 1.0 if np.median(off) > 0 else -1.0
-    off, extent = sign * off, np.ptp(off)
-    if off.min() > OUTSIDE * extent:
-        raise InputError(
-            f"clamp: its line lies {100 * off.min() / extent:.0f} % of the mirror's "
-            "length away from where the mirror shows the monitor; pick it at the edge "
-            "of the mirror, and let the monitor fill the mirror"
-        )
-    beyond = np.mean(off < 0)
-    if beyond > BEYOND:
-        raise InputError(
-            f"clamp: {100 * beyond:.0f} % of the pixels that see the monitor lie "
-            "beyond its line; pick it where the mirror is held, at the mirror's edge"
-        )
 
 
 def _primary(views, poses, line, spline):
@@ -198,6 +177,7 @@ def _primary(views, poses, line, spline):
     samples = SAMPLES * len(grids)
     seen = sample_boards(grids, viewer.width, viewer.height, samples)
     points = np.where(seen.seen[..., None], seen.points, np.nan)
+    check_two_pictures(points, grids)
     pixels, known = seen.pixels.astype(float), np.count_nonzero(seen.seen)
     span = line.points(LINE_POINTS)
     for _ in range(ROUNDS):
@@ -205,7 +185,8 @@ def _primary(views, poses, line, spline):
             viewer, pixels, points, poses, angle=line.angle, span=span, **spline
         )
         # By the linear stage, which a few wrong points hardly turn.
-        off = _from_rays(found.linear, pixels, points, poses.T_camera_grid)
+        placed = zip(points, poses.T_camera_grid, strict=True)
+        off = np.stack([_by_rays(found.linear, pixels, *grid)[0] for grid in placed])
         far = off > FAR * np.nanmedian(off)
         if not far.any():
             break
@@ -220,11 +201,13 @@ def _primary(views, poses, line, spline):
     return found, flags if left < known else []
 
 
-def _from_rays(camera, pixels, points, T_camera_grid):
-    """Distances (n, N), mm, of what pixels (N, 2) see of n grids from their rays."""
+def _by_rays(camera, pixels, points, T_camera_grid):
+    """(2, N) mm: how far points (N, 2) of a grid lie from the rays of pixels (N, 2),
+    and along them."""
     rays = camera.rays(pixels)
-    placed = [placed_points(xy, T) for xy, T in zip(points, T_camera_grid, strict=True)]
-    return np.linalg.norm(np.cross(rays.directions, placed - rays.origins), axis=2)
+    q = placed_points(points, T_camera_grid) - rays.origins
+    across = np.linalg.norm(np.cross(rays.directions, q), axis=1)
+    return np.stack([across, np.sum(rays.directions * q, axis=1)])
 
 
 def _held(camera, line, views):
@@ -232,17 +215,10 @@ def _held(camera, line, views):
     hidden = views.clamp.hidden_mm
     length = hidden + _length(camera, line)
     stated = [step.deflection_mm for step in views.steps]
-    if None in stated:
-        most = DEFLECTED * length
-    else:
-        most = np.abs(np.cumsum(stated)).max()
-    return (
-        fixed_line(
-            camera, line, hidden=hidden, length=length, deflection=float(most) or None
-        )
-        if most
-        else fixed_line(camera, line)
-    )
+    most = DEFLECTED * length
+    if None not in stated and any(stated):
+        most = float(np.abs(np.cumsum(stated)).max())
+    return fixed_line(camera, line, hidden=hidden, length=length, deflection=most)
 
 
 def _length(camera, line):
@@ -261,11 +237,8 @@ def _updated(camera, steps, clamp, settings, say):
     found = []
     for k, step in enumerate(steps, 1):
         say(f"step {k}: {step.before.name}, {step.after.name}")
-        # What the mirror shows at this stage: knots reach what the next step needs.
-        outline = step.after.pixels
-        if k < len(steps):
-            outline = np.concatenate([outline, steps[k].before.pixels])
-        outline = outline[np.isfinite(outline[:, 0])]
+        following = steps[k].before if k < len(steps) else None
+        outline = _outline(camera, step, following, settings)
         noise = _noise(step)
         try:
             update = update_mirror(
@@ -280,6 +253,29 @@ def _updated(camera, steps, clamp, settings, say):
         found.append(update)
         camera = update.camera
     return tuple(found)
+
+
+def _outline(camera, step, following, settings):
+    """Pixels (N, 2) that a stage's knots are to span beside the common corners.
+
+    All that its pictures show of boards, so that the next step finds its corners
+    there; but no farther beyond the common ones than these still support the outermost
+    knot intervals, for with fewer knots the shape would be worse all over.
+    """
+    viewer, grid = camera.viewer, camera.grid
+    points, after = step.before.points, step.after.pixels
+    wrong = wrong_matches(points, step.before.pixels) | wrong_matches(points, after)
+    common = camera.rays(step.before.pixels).valid & ~wrong
+    common = grid.turned(normalised(viewer, after[common & np.isfinite(after[:, 0])]))
+    if len(common) == 0:
+        return None
+    shown = [after] if following is None else [after, following.pixels]
+    shown = grid.turned(normalised(viewer, np.concatenate(shown)))
+    intervals = np.subtract(settings.shape, settings.degree)
+    beyond = (1 - LEAST_REACH) / intervals * np.ptp(common, axis=0)
+    low, high = common.min(axis=0) - beyond, common.max(axis=0) + beyond
+    p = grid.unturned(np.clip(shown[np.isfinite(shown[:, 0])], low, high))
+    return viewer.project(np.column_stack([p, np.ones(len(p))])).pixels
 
 
 def _noise(step):

@@ -1,0 +1,187 @@
+"""A bending mirror from its views: accuracy, and bad views refused or flagged."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from raxel.calibration.mirror.from_pictures import ordered_like
+from raxel.calibration.mirror.stages import calibrate_mirror
+from raxel.errors import CalibrationError, InputError
+from raxel.evaluation.back_projection import back_projection
+from tests.made_mirror_views import board_view, edge, made_views, sheet, step_views
+from tests.mirror_scenes import board_pose
+
+DEFLECTIONS = 0.0, 5.0, 10.0
+
+
+@lru_cache
+def good():
+    return made_views(DEFLECTIONS)
+
+
+@lru_cache
+def calibrated():
+    return calibrate_mirror(good())
+
+
+def with_step(**changes):
+    """The views of the first step alone, changed."""
+    return good()._replace(steps=(good().steps[0]._replace(**changes),))
+
+
+def ray_angles(found, deflection):
+    """Angles (N,) between found and true rays all over the knots, degrees."""
+    u, v = (np.linspace(b[0], b[-1], 15) for b in found.grid.breaks)
+    p = found.grid.unturned(np.stack(np.meshgrid(u, v), -1).reshape(-1, 2))
+    pixels = found.viewer.project(np.column_stack([p, np.ones(len(p))])).pixels
+    ours, true = found.rays(pixels), sheet(deflection).rays(pixels)
+    gap = np.linalg.norm(ours.directions - true.directions, axis=1)
+    return np.degrees(gap[ours.valid & true.valid])
+
+
+def test_every_stage_comes_near_the_true_rays_and_says_how_near():
+    found = calibrated()
+    assert len(found.cameras) == 3
+    for k, (camera, deflection) in enumerate(
+        zip(found.cameras, DEFLECTIONS, strict=True)
+    ):
+        assert np.mean(ray_angles(camera, deflection)) < 0.04
+        assert camera.grid.shape == (7, 3)
+        assert np.mean(found.residuals_mm(k)) < 0.08
+        pixels = found.views[0].view.pixels
+        assert 0.001 < np.degrees(np.nanmedian(found.bundle.ray_sd(k, pixels))) < 0.03
+    assert abs(found.primary.motions[0].distance - 100) < 0.5
+    np.testing.assert_allclose(
+        found.residuals_deg(2), np.degrees(found.residuals_mm(2) / 260), rtol=0.4
+    )
+
+
+def test_a_board_that_stays_over_two_steps_has_one_pose():
+    rng = np.random.default_rng(2)
+    T = board_pose([2.0, 3, 4])
+    one, two, three = (board_view(d, T, f"at {d:g}", rng) for d in (0.0, 5.0, 10.0))
+    first, second = good().steps
+    steps = (
+        first._replace(before=one, after=two),
+        second._replace(before=two, after=three),
+    )
+    found = calibrate_mirror(good()._replace(steps=steps))
+    assert [(view.stage, view.grid) for view in found.views] == [(0, 0), (1, 0), (2, 0)]
+    assert np.mean(ray_angles(found.cameras[2], 10.0)) < 0.05
+
+
+def test_a_board_is_cast_back_onto_its_own_pose():
+    rng = np.random.default_rng(7)
+    T = board_pose([-3.0, 4, 2])
+    seen = board_view(5.0, T, "else", rng)
+    cast = back_projection(calibrated().cameras[1], seen)
+    assert np.mean(cast.distances_mm) < 0.15
+    assert np.linalg.norm(cast.T_camera_grid[:3, 3] - T[:3, 3]) < 1.0
+    nothing = back_projection(calibrated().cameras[1], seen._replace(
+        pixels=np.full_like(seen.pixels, np.nan)))  # fmt: skip
+    assert nothing.T_camera_grid is None
+    assert "0 corners have rays" in nothing.reason
+
+
+def test_corners_counted_from_another_end_are_put_in_the_order_of_before():
+    rng = np.random.default_rng(3)
+    T = board_pose([2.0, 3, 4])
+    before, after = (board_view(d, T, "", rng) for d in (0.0, 5.0))
+    lattice = np.arange(14 * 13).reshape(13, 14)
+    turned = lattice[::-1, ::-1].ravel()
+    other = after._replace(pixels=after.pixels[turned], sd=np.arange(182.0)[turned])
+    again, clear = ordered_like(before, other)
+    np.testing.assert_array_equal(again.pixels, after.pixels)
+    np.testing.assert_array_equal(again.sd, np.arange(182.0))
+    assert clear
+    far = after._replace(pixels=after.pixels + np.ptp(after.pixels[:14], axis=0) / 2)
+    assert not ordered_like(before, far)[1]
+
+
+def test_wrong_matches_of_a_fifth_are_left_out_and_told():
+    rng = np.random.default_rng(1)
+    after = good().steps[0].after
+    pixels = after.pixels.copy()
+    common = np.flatnonzero(np.isfinite(pixels[:, 0]))
+    wrong = rng.permutation(common)[: len(common) // 5]
+    pixels[wrong] = pixels[np.roll(wrong, 1)]
+    found = calibrate_mirror(with_step(after=after._replace(pixels=pixels)))
+    assert "stage 1: 23 wrong matches left out" in found.flags
+    assert np.mean(ray_angles(found.cameras[1], 5.0)) < 0.04
+
+
+def test_wrong_points_of_the_monitor_are_left_out_and_told():
+    near, far = good().grids
+    location = near.location.copy()
+    rows, columns = np.nonzero(np.isfinite(location[..., 0]))
+    location[rows[::40], columns[::40]] += 60.0
+    # Where decoding fails it does so at pixels of their own.
+    found = calibrate_mirror(
+        good()._replace(grids=(near._replace(location=location), far))
+    )
+    assert any("points of the monitor left out" in flag for flag in found.flags)
+    assert np.mean(ray_angles(found.cameras[0], 0.0)) < 0.04
+
+
+def test_a_board_that_was_moved_between_the_pictures_is_flagged():
+    for moved_mm, told in ((0.0, False), (20.0, True)):
+        step = step_views(1, (0.0, 5.0), np.random.default_rng(5), moved_mm)
+        found = calibrate_mirror(good()._replace(steps=(step,)))
+        assert any("did the board" in flag for flag in found.flags) == told
+
+
+def test_a_large_step_has_no_rays_where_no_common_corner_was_and_says_so():
+    step = step_views(1, (0.0, 25.0), np.random.default_rng(5))
+    found = calibrate_mirror(good()._replace(steps=(step,)))
+    assert any("towards the free edge it has no rays" in flag for flag in found.flags)
+    assert np.mean(ray_angles(found.cameras[1], 25.0)) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("x", "told"),
+    [
+        (-40.0, "of the mirror's length away from where"),
+        (40.0, "of the pixels that see the monitor lie beyond its line"),
+        (160.0, "corners lie .* from their rays: did the board, the viewer or the cla"),
+    ],
+)
+def test_a_clamp_beside_the_mirror_across_it_or_at_its_other_end_is_refused(x, told):
+    clamp = good().clamp._replace(points=edge(x))
+    with pytest.raises(InputError, match=told):
+        calibrate_mirror(good()._replace(clamp=clamp))
+
+
+def test_clamp_points_on_no_line_are_refused():
+    points = edge(0.1) + 40 * np.random.default_rng(1).standard_normal((9, 2))
+    clamp = good().clamp._replace(points=points)
+    with pytest.raises(CalibrationError, match="pick points along one straight edge"):
+        calibrate_mirror(good()._replace(clamp=clamp))
+
+
+def test_pictures_before_and_after_exchanged_are_refused_by_name():
+    step = good().steps[0]
+    views = with_step(before=step.after, after=step.before)
+    with pytest.raises(CalibrationError, match=r"step 1 \(s1-after, s1-before\).*exch"):
+        calibrate_mirror(views)
+
+
+def test_corners_near_the_clamp_alone_are_refused():
+    after = good().steps[0].after
+    near = after.pixels[:, 0] > np.nanquantile(after.pixels[:, 0], 0.85)
+    pixels = np.where(near[:, None], after.pixels, np.nan)
+    views = with_step(after=after._replace(pixels=pixels))
+    with pytest.raises(CalibrationError, match=r"step 1 .*"):
+        calibrate_mirror(views)
+
+
+def test_places_of_the_monitor_that_are_one_are_refused():
+    views = good()
+    with pytest.raises(CalibrationError, match="pixels see the same points"):
+        calibrate_mirror(made_views(far_mm=0.3))
+    first, second = views.platter
+    twice = first, second._replace(grid=first.grid)
+    with pytest.raises(CalibrationError, match="near and far are one place"):
+        calibrate_mirror(views._replace(platter=twice))
+    with pytest.raises(CalibrationError, match="check the grids' poses"):
+        calibrate_mirror(views._replace(grids=views.grids[::-1]))
