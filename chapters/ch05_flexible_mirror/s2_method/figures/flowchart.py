@@ -54,7 +54,7 @@ def fig_5_4(results):
     _draw_again(axes, ran.times("open", "bend"))
     _draw_ends(axes, ran)
     axes.set(
-        xlim=(-1.9, 2 * X_STEP + 3.0), ylim=(-5 * Y_STEP - 1.8, 1.5), aspect="equal"
+        xlim=(-1.9, 2 * X_STEP + 4.0), ylim=(-5 * Y_STEP - 1.8, 1.5), aspect="equal"
     )
     axes.axis("off")
     undrawn = ran.beyond(WAYS + (("open", "bend"),), CAN_REFUSE)
@@ -115,7 +115,7 @@ def _draw_way(axes, start, end, times):
 def _draw_again(axes, times):
     """From the last stage back to the next bending, along the right edge."""
     (x, y), (bend, top) = _place("open"), _place("bend")
-    colour, right, above = series(1)["color"], x + WIDTH / 2 + 0.95, top + 1.05
+    colour, right, above = series(1)["color"], x + WIDTH / 2 + 2.2, top + 1.05
     line = [(x + WIDTH / 2, y), (right, y), (right, above), (bend, above)]
     axes.plot(*zip(*line, strict=True), color=colour, linestyle="-", marker="", lw=1.0)
     arrow = {"arrowstyle": "-|>", "color": colour}
