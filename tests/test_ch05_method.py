@@ -1,13 +1,22 @@
 """Section 5.2: the test of the start can fail, and refused seeds count against it."""
 
+import importlib
+
 import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s2_method.claims import judge_linear_enough
-from chapters.ch05_flexible_mirror.s2_method.results import STARTS, STARTS_SWEPT, Starts
+from chapters.ch05_flexible_mirror.s2_method.results import (
+    STARTS,
+    STARTS_SWEPT,
+    Ran,
+    Starts,
+)
+from chapters.ch05_flexible_mirror.s2_method.trials.run import STAGES, Watch
 from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
-from tests.made_results import of_columns
+from tests.made_results import ROOT, of_columns
 
 SEEDS, FEWER = 100, 20
 ENDED = {"cost_mm2": 40.0, "deflection_mm": 4.9}
@@ -82,3 +91,45 @@ def test_refused_seeds_are_told_once_each():
     }
     result = of_columns(({"geometry": "A"}, ended | said))
     assert Starts.on({STARTS: result}, BENCH).refused == 2
+
+
+def outer():
+    inner()
+
+
+def inner():
+    return None
+
+
+def test_a_watch_tells_stages_in_order_and_not_what_is_within_them():
+    stages = {"outer": f"{__name__}.outer", "inner": f"{__name__}.inner"}
+    with Watch(stages) as watch:
+        inner()
+        outer()
+        inner()
+    outer()
+    assert watch.order == ["inner", "outer", "inner"]
+    assert watch.ways() == {"inner > outer": 1, "outer > inner": 1}
+
+
+def test_every_stage_that_is_watched_is_a_function_of_the_library():
+    for function in STAGES.values():
+        module, _, name = function.rpartition(".")
+        assert getattr(importlib.import_module(module), name).__module__ == module
+
+
+def test_ways_to_and_from_the_bending_are_those_of_both_its_neighbours():
+    ways = {"held > pose": 1, "open > pose": 2, "pose > order": 3, "order > refused": 1}
+    made = {f"ways.{way}": n for way, n in ways.items()} | {"stage1.steps": 3}
+    ran = Ran.of(of_columns(({}, made)))
+    assert [ran.times(*way) for way in (
+        ("held", "bend"), ("bend", "pose"), ("open", "bend"), ("knots", "open"),
+    )] == [1, 3, 2, 0]  # fmt: skip
+    drawn = [("held", "bend"), ("bend", "pose"), ("open", "bend"), ("pose", "order")]
+    assert ran.beyond(drawn, ["order"]) == []
+    assert ran.beyond(drawn[1:], []) == ["held > pose", "order > refused"]
+    assert ran.amounts()["steps"] == "3"
+
+
+def test_exercises_are_judged_rightly():
+    assert misjudged(ROOT, "ch05_flexible_mirror/s2_method") == []

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_bench import SWEPT
+from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from repro.page.reader import value
 
 BOTH = ("exp_c5_linear_enough", "exp_c5_linear_enough_swept")
 STARTS, STARTS_SWEPT = BOTH
@@ -98,3 +99,32 @@ class Ran(NamedTuple):
         """What the boxes of the flowchart say."""
         steps = " + ".join(f"{n}" for n in self.steps) or "no"
         return self.numbers | {"steps": steps}
+
+
+def name_values(open_results):
+    """Name the numbers of the prose."""
+    for name, number in quoted(open_results).items():
+        value(name, number)
+
+
+def quoted(open_results):
+    """Name -> number, of what the prose quotes: medians over the seeds."""
+    results = {name: open_results(name) for name in BOTH}
+    ran = Ran.of(open_results(RUN))
+    found = {"run.accepted": ran.accepted, "run.most_steps": max(ran.steps, default=0)}
+    found |= {f"run.{n}": ran.numbers[n] for n in ("boards", "pixels", "coefficients")}
+    for bench in BENCHES:
+        starts = Starts.on(results, bench)
+        found |= {
+            f"{bench}.seeds": len(starts.same()),
+            f"{bench}.refused": starts.refused,
+            f"{bench}.cost_off": starts.most_off("linear", "cost_mm2"),
+            f"{bench}.tip_off": starts.most_off("linear", "deflection_mm"),
+        }
+        for start in ("linear", "before", "true"):
+            found[f"{bench}.{start}.same"] = 100 * float(np.mean(starts.same(start)))
+            for name in ("start_mm", "deflection_mm", "steps"):
+                middle = np.nanmedian(starts.of(start, name))
+                found[f"{bench}.{start}.{name}"] = float(middle)
+    tips = Starts.on(results, BENCH).of("linear", "deflection_mm")
+    return found | {"bench.tip_sd_mm": float(np.nanstd(tips, ddof=1))}

@@ -1,6 +1,7 @@
 """Where the refinement starts, and where it ends."""
 
 import numpy as np
+from matplotlib.ticker import FixedFormatter
 
 from chapters.ch05_flexible_mirror.s2_method.results import BOTH, SAME, Starts
 from chapters.shared.mirror_bench import BENCH, BENCHES
@@ -45,11 +46,11 @@ def ext_linear_start(results):
         drawn,
         columns(("seed", "start", "start_mm", "end_mm", "cost_mm2", "steps"), rows),
         "The linear estimate is a start, and hardly more: refined from it, from the "
-        "true surface and from the mirror as it was, 5 mm of deflection come out alike. "
-        "Left: deflection of the start (hollow) and after the refinement (filled), one "
-        "line for each seed, at the bench's noise; dotted: the true 5 mm. Right: by how "
-        "much the final sum of squared distances differs from that of the true "
-        "surface's run.",
+        "true surface and from the mirror as it was, a deflection comes out alike. "
+        "Left: deflection at the start (hollow) and after the refinement (filled), a "
+        "line for each seed, at the bench's noise; dotted: the true 5 mm. Right: by "
+        "how much the final sum of squared distances differs from that of the run "
+        "from the true surface.",
     )
 
 
@@ -72,7 +73,7 @@ def _draw_ways(axes, starts):
             for seed, values in enumerate(zip(from_mm, to_mm, cost, steps, strict=True))
         ]
     axes.axhline(STAGES_MM[1], color=INK, linestyle=":", marker="")
-    axes.set_xticks(range(len(NAMES)), NAMES.values())
+    axes.set_xticks(range(len(NAMES)))
+    axes.xaxis.set_major_formatter(FixedFormatter(list(NAMES.values())))
     axes.set_ylabel("Deflection at the load (mm)")
-    axes.set_xlabel("Start of the refinement")
     return rows
