@@ -12,8 +12,9 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials import placements, starts
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
+from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
-from tests.made_results import of_columns
+from tests.made_results import ROOT, of_columns
 
 SEEDS = 60
 EVERY = (*BENCHES, *SWEPT)
@@ -177,3 +178,7 @@ def test_the_numbers_are_those_of_the_ledger():
     assert made["s5_rep_hyst_pct"].value == pytest.approx(
         100 * made["s5_rep_hyst_mm"].value / 15
     )
+
+
+def test_exercises_are_judged_rightly():
+    assert misjudged(ROOT, "ch05_flexible_mirror/s3_3_repeatability") == []

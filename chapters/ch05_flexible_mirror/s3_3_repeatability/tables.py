@@ -7,6 +7,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     BACK,
     JUDGED,
     PLACED,
+    SCALE,
     STARTED,
     STEP_MM,
     STEPS,
@@ -21,7 +22,6 @@ from repro.run.columns import columns
 from repro.run.experiment import numbers, table
 from repro.run.outcomes import Measured, Table, Value
 
-SCALE = 10  # of the vectors of Fig. 5.13
 SET = "the steps of the rig are these: put in, not found"
 # What the ledger's ids call the places of the loop -> what the trials do.
 PLACES = {"stage0_primary": "start", "stage3": "step3", "stage0_after6": "step6"}

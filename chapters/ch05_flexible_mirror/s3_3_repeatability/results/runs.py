@@ -17,6 +17,7 @@ THERE, BACK = STEPS[:OUT], STEPS[OUT:]
 EQUIVALENT = tuple(zip(THERE, reversed(BACK), strict=True))
 STEP_MM = STAGES_MM[1] - STAGES_MM[0]
 WHOLE_MM = STAGES_MM[-1] - STAGES_MM[0]
+SCALE = 10  # of the vectors of Fig. 5.13
 
 
 class LoopRuns(Case):
