@@ -57,6 +57,7 @@ def name_values(open_results):
     of_b = Runs(results, geometry="B")
     value("b.linear.1", middle(linear_ratios(of_b)[0]))
     value("b.refused", refusals(of_b))
+    value("b.seeds", of_b.seeds)
     for geometry, short in (("A", ""), ("B", "b.")):
         value(f"{short}formula", by_formula(geometry))
         value(f"{short}camera", camera_mm(geometry))
