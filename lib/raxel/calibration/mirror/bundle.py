@@ -112,11 +112,12 @@ class StageBundle(NamedTuple):
 
     def among_corners(self, stage, pixels):
         """Which pixels (N, 2) lie within the hull of a stage's corners, (N,) bool."""
-        from scipy.spatial import Delaunay
+        from scipy.spatial import ConvexHull
 
         p = normalised(self.cameras[stage].viewer, np.asarray(pixels, float))
-        within = Delaunay(self.corners[stage]).find_simplex(np.nan_to_num(p, nan=1e9))
-        return within >= 0
+        sides = ConvexHull(self.corners[stage]).equations
+        with np.errstate(invalid="ignore"):
+            return np.all(p @ sides[:, :2].T + sides[:, 2] <= ROUNDING, axis=1)
 
 
 def bundle_stages(
