@@ -48,7 +48,7 @@ def main(folders):
             print(f"\nthree grids of {rays} rays, one core, best of three")
             print("\n".join(calibrators_table(bench_calibrators(rays))))
         _bench_adjusters()
-        print("\na mirror that bends, median of 25")
+        print("\na mirror that bends, best of five")
         print("\n".join(mirrors_table(*bench_mirrors())))
     return failed
 

@@ -45,7 +45,7 @@ def trust_figure(results):
                     (geometry, surface, label), look=look, label=label, bars=True,
                 )  # fmt: skip
             panel.set_title(f"{geometry}, {surface}")
-            panel.set_ylim(bottom=0)
+        row[0].set_ylim(bottom=0)
         row[0].set_ylabel("Mean ray angle (degrees)")
     for panel in axes[1]:
         panel.set_xticks(list(STAGES))

@@ -85,10 +85,16 @@ def coverage_table(results):
         columns(("Rig", "Mirror", "Prediction", "Rays", *stages, "Wanted"), rows),
         "Mean squared error of the rays over what was predicted: 1 where a prediction "
         "is right, more where it promises too much. Means over "
-        f"{runs.trials_per_condition} seeds with 95 % intervals. *Bundle*: of all "
+        f"{runs.trials_per_condition} seeds with 95 % intervals, without the "
+        f"{refused_splines(own)} splines that were refused. *Bundle*: of all "
         "stages together. *Stage*: of each stage by itself, which knows nothing of "
         "what it was handed on.",
     )
+
+
+def refused_splines(own):
+    """How many seeds of the mirrors that are splines were refused."""
+    return sum(text is not None for text in own.select().texts("refused"))
 
 
 PARTS = {"among": "among the corners", "whole": "all"}

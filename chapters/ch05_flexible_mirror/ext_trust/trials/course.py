@@ -14,7 +14,7 @@ from chapters.ch05_flexible_mirror.ext_trust.trials.scene import (
     drawn_scene,
 )
 from chapters.shared.mirror_rigs import STAGES_MM
-from chapters.shared.mirror_runs import deflected, lattice
+from chapters.shared.mirror_runs import deflected, lattice, outline
 from chapters.shared.mirror_scores import (
     back_projection,
     lengths,
@@ -23,6 +23,7 @@ from chapters.shared.mirror_scores import (
 )
 from raxel.calibration import BoardView, StageView, bundle_stages
 from raxel.calibration.mirror.clamp import Clamp, clamped
+from raxel.calibration.mirror.update import update_mirror
 from raxel.cameras import SplineMirrorCamera
 from raxel.errors import CalibrationError
 
@@ -46,8 +47,9 @@ def trust_trial(condition, rng):
 
 
 def course(scene, method):
-    """Three steps out, all stages together, three steps back, and all at a stroke;
-    `refused` and `single_refused` say where it ended, if early."""
+    """Three steps out, all stages together, three steps back, and all at a stroke, by
+    common corners and by all; `refused`, `single_refused` and `single_all_refused` say
+    where it ended, if early."""
     out = {}
     try:
         stages = steps_out(scene, method)
@@ -57,21 +59,23 @@ def course(scene, method):
         out["loop_mm"] = loop_error(scene, method, stages[-1].camera)
     except CalibrationError as refusal:
         out["refused"] = str(refusal)
-    try:
-        out["single_percent"] = single_step(scene, method)
-    except CalibrationError as refusal:
-        out["single_refused"] = str(refusal)
+    for name, all_after in (("single", False), ("single_all", True)):
+        try:
+            out[f"{name}_percent"] = single_step(scene, method, all_after)
+        except CalibrationError as refusal:
+            out[f"{name}_refused"] = str(refusal)
     return out
 
 
 def own_space_trial(condition, rng):
     """Coverage of the rays where the mirror *is* one of the splines.
 
-    What is found, without a prior, is made to keep the clamp and taken for the truth;
-    corners are drawn from it, and all is found again.
+    What is found is made to keep the clamp and taken for the truth; corners are drawn
+    from it, and all is found again, without a prior, which is true of none of them.
     """
     scene = drawn_scene(condition["geometry"], 0.0, rng)
-    found = bundled(scene, METHOD, steps_out(scene, METHOD))
+    method = METHOD._replace(prior_sd=PRIORS["prior"])
+    found = bundled(scene, method, steps_out(scene, method))
     held = scene.first.clamp
     clamp = Clamp(held.points, held.values, held.slopes)
     true = [found.cameras[0], *(on_clamp(c, clamp) for c in found.cameras[1:])]
@@ -81,7 +85,10 @@ def own_space_trial(condition, rng):
          for after, pixels in enumerate(pair)]
         for k, pair in enumerate(scene.pictures)
     ]  # fmt: skip
-    again = bundle_stages(true, stage_views(scene, pictures), T, clamp=clamp)
+    try:
+        again = bundle_stages(true, stage_views(scene, pictures), T, clamp=clamp)
+    except CalibrationError as refusal:
+        return {"refused": str(refusal)}
     return {
         f"stage{k}": of_rays(again, k, true[k], lattice(scene.cameras[k], COMPARED_PX))
         for k in range(1, STEPS + 1)
@@ -229,8 +236,16 @@ def loop_error(scene, method, camera):
     return abs(heights[1] - heights[0])
 
 
-def single_step(scene, method):
-    """Percent of 15 mm by which one step from stage 0 to stage 3 was found wrong."""
-    pictures = scene.stay[0], scene.stay[-1]
-    stage = one_step(scene, method, scene.first.camera, pictures, STEPS)
+def single_step(scene, method, all_after):
+    """Percent of 15 mm by which one step from stage 0 to stage 3 was found wrong; by
+    the corners that both pictures show, or by all of the second one."""
+    stage = update_mirror(
+        scene.first.camera,
+        scene.stay[0],
+        scene.stay[-1],
+        scene.points,
+        scene.first.clamp,
+        method.settings._replace(all_after=all_after),
+        outline=outline(scene.cameras[-1]),
+    )
     return deflection_error(scene, STEPS, stage.camera)
