@@ -10,6 +10,8 @@ from chapters.ch05_flexible_mirror.ext_trust.results import (
     SURFACES,
     WAYS,
     angles,
+    not_refused,
+    refusals,
 )
 from chapters.ch05_flexible_mirror.ext_trust.trials.scene import PRIORS
 from chapters.ch05_flexible_mirror.ext_trust.trials.sweeps import PRIORS_MM, REACHES
@@ -109,42 +111,47 @@ def coverage_figure(results):
 def support_figure(results):
     """Error at the free edge and residual, as corners there are taken away."""
     result, rows = results[SUPPORT_RUNS], []
-    drawn, axes = new_figure(1, 2, height_in=4.2)
+    drawn, axes = new_figure(2, 2, height_in=5.4, sharex="col", sharey="row")
     places = np.arange(len(REACHES))
-    for number, (geometry, way) in enumerate((g, w) for g in "AB" for w in PRIORS):
+    for column, geometry in zip(axes.T, "AB", strict=True):
         trials = result.select(geometry=geometry)
-        label = f"{geometry}, {WAYS[way]}"
-        look = series(number)
-        for panel, name in zip(axes, ("edge_deg", "residual_mm"), strict=True):
-            found = [
-                median_interval(trials.column(f"reach{k}.{way}.{name}"), worst=np.nan)
-                for k in range(len(REACHES))
-            ]
-            rows += plot_estimates(
-                panel, places, found, (geometry, way, name), look=look, label=label
-            )
-    counts = [
-        int(np.median(result.select().column(f"reach{k}.prior.features")))
-        for k in range(len(REACHES))
-    ]
-    for panel in axes:
+        for panel, name in zip(column, ("edge_deg", "residual_mm"), strict=True):
+            for number, way in enumerate(PRIORS):
+                found = [not_refused(trials, k, way, name) for k in range(len(REACHES))]
+                rows += plot_estimates(
+                    panel, places + 0.1 * number, found, (geometry, way, name),
+                    look=series(number), label=WAYS[way], bars=True,
+                )  # fmt: skip
+        counts = [_corners(trials, k) for k in range(len(REACHES))]
         said = ["all", *(f"{reach:g}" for reach in REACHES[1:])]
-        ticks = [f"{s}\n{n}" for s, n in zip(said, counts, strict=True)]
-        panel.set_xticks(places, ticks)
-        panel.set_xlabel("Reach of the corners; below: their number (1)")
-    axes[0].set(yscale="log", ylabel="Ray error at the free edge (degrees)")
-    axes[1].set(ylabel="Residual (mm)", ylim=(0, None))
-    legend_below(drawn, axes[0], ncols=2)
+        column[0].set(title=geometry, yscale="log")
+        column[1].set_xticks(
+            places, [f"{s}\n({n})" for s, n in zip(said, counts, strict=True)]
+        )
+        column[1].set_xlabel("Reach of the corners (1)")
+    axes[0, 0].set_ylabel("Ray error at the edge (degrees)")
+    axes[1, 0].set_ylabel("Residual (mm)")
+    axes[1, 0].set_ylim(bottom=0)
+    legend_below(drawn, axes[0, 0], ncols=2)
+    refused = "; ".join(
+        f"{geometry}: {', '.join(map(str, refusals(result, geometry)))}"
+        for geometry in "AB"
+    )
     return Drawing(
         drawn,
         columns(("geometry", "way", "what", "place", "median", "low", "high"), rows),
         "What happens where no corner reaches the free edge: rays there are wrong by "
-        "degrees (left, logarithmic), and the residual says nothing (right). Reach: "
-        "share of the knot interval next to the free edge in which corners are kept; "
-        "below it how many these are. Stage 1; medians over "
-        f"{result.trials_per_condition} seeds with 95 % intervals. Where a curve ends, "
-        "the stage is refused.",
+        "degrees (above, logarithmic), and the residual says nothing (below). Reach: "
+        "share of the knot interval next to the free edge in which corners are kept, "
+        "in brackets how many these are. Stage 1, with the prior and without; medians "
+        f"of the seeds that were not refused, of {result.trials_per_condition}, with "
+        f"95 % intervals. Refused without the prior, from left to right: {refused}.",
     )
+
+
+def _corners(trials, k):
+    """Median number of corners in the interval next to the free edge."""
+    return int(np.nanmedian(trials.column(f"reach{k}.prior.features")))
 
 
 @figure(

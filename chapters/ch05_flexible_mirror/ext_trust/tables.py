@@ -1,5 +1,7 @@
 """Targets beside what was measured, and predicted beside true errors."""
 
+import numpy as np
+
 from chapters.ch05_flexible_mirror.ext_trust.results import (
     ASTRAY_DEG,
     OWN_SPACE,
@@ -50,7 +52,8 @@ def targets(results):
         "bound. Seeds that were refused count as the worst; no number: most were. "
         "Deflections are from stage 0 on, in percent of the true one; rays are "
         "compared over the whole mirror. A seed has gone astray where it was refused "
-        f"at a stage, or a mean ray is off by more than {ASTRAY_DEG:g} degree.",
+        f"at a stage, or a mean ray is off by more than {ASTRAY_DEG:g} degree. All "
+        "corners after: added when the row above had been missed, and no aim.",
     )
 
 
@@ -103,5 +106,5 @@ PARTS = {"among": "among the corners", "whole": "all"}
 def _row(trials, geometry, mirror, kind, part, prefix, wanted):
     tail = f".{part}" if part else ""
     cells = [coverage(trials, f"{prefix}stage{k}{tail}")[:3] for k in STAGES]
-    cells = [Measured(*cell) for cell in cells]
+    cells = [Measured(*cell) if np.isfinite(cell[0]) else None for cell in cells]
     return geometry, mirror, kind, PARTS.get(part, "all"), *cells, wanted
