@@ -10,8 +10,9 @@ from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_bench import SWEPT as ENDS
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.calibration.mirror.curves import DistanceCurve, HeightCurve
+from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
-from tests.made_results import of_columns
+from tests.made_results import ROOT, of_columns
 
 SEEDS = 40
 ANGLE = 0.02
@@ -188,3 +189,7 @@ def test_seeds_that_were_refused_count_against_a_claim():
     missing = np.where(np.arange(SEEDS) < 8, np.nan, TRUE["final"])
     found = judged(claims.judge_final_good, TRUE | {"final": missing})
     assert {r.verdict for r in found} <= {"differs", "undecided"}
+
+
+def test_exercises_are_judged_rightly():
+    assert misjudged(ROOT, "ch05_flexible_mirror/s3_2_reduced_model") == []
