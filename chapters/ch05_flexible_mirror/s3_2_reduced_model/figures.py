@@ -1,6 +1,7 @@
 """Fig. 5.6, Fig. 5.7, and how far the curves of all seeds lie from the scan."""
 
 import numpy as np
+from matplotlib.ticker import FixedFormatter
 
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import FRAMES, RUNS
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.run import PUBLISHED_WAY
@@ -122,7 +123,8 @@ def ext_reduced_errors(results):
             ]
         names = [frame.replace(" ", "\n", 1) for frame in frames]
         panel.set(title=bench, yscale="log")
-        panel.set_xticks(range(len(frames)), names)
+        panel.set_xticks(range(len(frames)))
+        panel.xaxis.set_major_formatter(FixedFormatter(names))
     panels[0].set_ylabel("Mean distance from the true mirror (mm)")
     legend_below(drawn, panels[0], ncols=3)
     return Drawing(
