@@ -1,0 +1,156 @@
+"""`raxel calibrate`, `evaluate` and `show` of a mirror set, rendered and read back."""
+
+import shutil
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror_scores import ray_angles
+from raxel.calibration.mirror.from_pictures import _platter, _steps, mirror_views
+from raxel.cameras import load_camera
+from raxel.cli import main
+from raxel.errors import InputError
+from raxel.files import read_json
+from raxel.sets import PatternPlan
+from raxel.sets.mirror_set import load_mirror_set
+from raxel.show.cameras import mirrors
+from tests import mirror_sets, rendered_mirror_sets
+
+PATTERNS = PatternPlan(gray_bits=(2, 2), phase_steps=4, phase_periods=(4.0, 4.0))
+
+
+@pytest.fixture(scope="module")
+def rig():
+    """Twelve pictures of the monitor for each view."""
+    rig = mirror_rig("A", small=True)
+    return replace(rig, monitor=replace(rig.monitor, patterns=PATTERNS))
+
+
+@pytest.fixture(scope="module")
+def folder(rig, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("mirror") / "set"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rendered_mirror_sets, "VIEWER_VIEWS", 5)
+        rendered_mirror_sets.write_mirror_set(rig, folder, 3, (0.0, 5.0))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def calibrated(folder):
+    """(folder of the results, lines that were printed)"""
+    results = folder.parent / "results"
+    results.mkdir()
+    out, fit = results / "mirror.npz", results / "fit.json"
+    assert main(["calibrate", str(folder), "--out", str(out), "--json", str(fit)]) == 0
+    return results
+
+
+def test_the_cameras_come_near_the_truth(rig, folder, calibrated):
+    names = sorted(path.name for path in calibrated.iterdir())
+    assert names == ["fit.json", "mirror-0.npz", "mirror-1.npz", "mirror.npz"]
+    for stage in range(2):
+        found = load_camera(calibrated / f"mirror-{stage}.npz")
+        true = load_camera(folder / "truth" / f"stage-{stage}.npz")
+        u, v = np.meshgrid(np.arange(0, 768, 12.0), np.arange(0, 576, 12.0))
+        pixels = np.column_stack([u.ravel(), v.ravel()])
+        angles = ray_angles(found, true, pixels)
+        assert np.isfinite(angles).sum() > 800
+        assert np.nanmean(angles) < 0.1
+    last = load_camera(calibrated / "mirror.npz")
+    np.testing.assert_array_equal(last.coefficients, found.coefficients)
+    clamped, away = true.T_viewer_mirror[:3, 3], rig.deflection_direction()
+    ours, theirs = (
+        (camera.rays(pixels).origins - clamped) @ away for camera in (found, true)
+    )
+    bent = np.isfinite(ours) & (theirs > 2.5)
+    assert bent.sum() > 50
+    assert np.mean(ours[bent]) == pytest.approx(np.mean(theirs[bent]), rel=0.04)
+
+
+def test_the_result_says_how_far_it_can_be_trusted(calibrated):
+    fit = read_json(calibrated / "fit.json")
+    (motion,) = fit["primary"]["grids"]
+    assert motion["distance_mm"] == pytest.approx(100, abs=4 * motion["distance_sd_mm"])
+    assert motion["distance_sd_mm"] < 0.5
+    first, second = fit["stages"]
+    assert "deflection_mm" not in first
+    assert second["deflection_mm"] == 5.0
+    assert sum(second["support"]["along_u"]) == second["corners"] == 140
+    assert 0 < second["residual_mm"]["mean"] < 0.2
+    sure = second["predicted_ray_error_deg"]
+    assert 0.003 < sure["median"] < sure["largest"] < 0.5
+    assert np.array(second["T_camera_grid"]).shape == (4, 4)
+
+
+def test_its_boards_are_scored_by_the_stage_that_the_camera_is_of(
+    folder, calibrated, capsys
+):
+    camera, scores = str(calibrated / "mirror-1.npz"), str(calibrated / "scores.json")
+    assert main(["evaluate", camera, str(folder), "--json", scores]) == 0
+    told = capsys.readouterr().out
+    assert "stage 1 (by the name of mirror-1.npz)" in told
+    found = read_json(scores)
+    (image,) = found["images"]
+    assert image["file"] == "s1-else.png"
+    assert found["stage"] == 1
+    assert 0.01 < found["back_projection_mm"]["rms"] < 1.0
+    assert image["back_projection_mm"]["corners"] >= 100
+    assert found["rms_px"] < 1.0
+    for arguments, fault in (
+        ([str(calibrated / "mirror-0.npz")], "no photograph to score stage 0"),
+        ([camera, "--stage", "2"], "stage 2 (by --stage) is not among them"),
+        ([camera, "--corners", "c.json"], "--corners: found with"),
+    ):
+        assert main(["evaluate", arguments[0], str(folder), *arguments[1:]]) == 2
+        assert fault in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_a_spline_mirror_is_drawn_where_it_is(calibrated):
+    camera = load_camera(calibrated / "mirror-1.npz")
+    (surface,) = mirrors(camera)
+    points = np.asarray(surface.points).reshape(-1, 3)
+    p = points[:, :2] / points[:, 2:]
+    assert np.isfinite(points).all()
+    np.testing.assert_allclose(camera.mirror.points(p), points, atol=1e-6)
+
+
+def test_what_a_mirror_set_has_no_use_for_is_refused_in_a_line(
+    folder, tmp_path, capsys
+):
+    out = str(tmp_path / "mirror.npz")
+    own = str(folder / "mirror.yaml")
+    for arguments, fault in (
+        (["--out", out, "--model", "zhang"], "--model: found zhang with"),
+        (["--out", out, "--report", "r"], "--report: found with"),
+        (["--out", own], "the command reads this file"),
+        (["--out", out, "--json", str(tmp_path / "mirror-1.npz")], "names the file of"),
+    ):
+        assert main(["calibrate", str(folder), *arguments]) == 2
+        assert fault in capsys.readouterr().err.splitlines()[-1]
+    assert main(["show", str(folder), "--out", str(tmp_path / "m.html")]) == 2
+    assert "run raxel calibrate" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_pictures_without_boards_are_refused_by_name(tmp_path):
+    mirror_sets.write_mirror_set(tmp_path)
+    grey = load_mirror_set(tmp_path)
+    with pytest.raises(InputError, match=r"viewer.*board found in 0 of 4 images"):
+        mirror_views(grey)
+    with pytest.raises(InputError, match=r"stages.*view0.png: no board found"):
+        _steps(grey, None)
+
+
+def test_a_platter_that_shows_no_grid_is_refused_by_name(folder, tmp_path):
+    changed = shutil.copytree(folder, tmp_path / "changed")
+    dark = np.full((576, 768), 90, np.uint8)
+    for path in (changed / "platter" / "far").glob("*.png"):
+        cv2.imwrite(str(path), dark)
+    with pytest.raises(InputError, match=r"platter.*far: no grid seen"):
+        _platter(load_mirror_set(changed), None)
+    cv2.imwrite(str(changed / "plate" / "near.png"), dark)
+    with pytest.raises(InputError, match=r"plate.*near.png: no board found"):
+        _platter(load_mirror_set(changed), None)
