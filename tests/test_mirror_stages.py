@@ -152,6 +152,13 @@ def test_a_clamp_beside_the_mirror_across_it_or_at_its_other_end_is_refused(x, t
         calibrate_mirror(good()._replace(clamp=clamp))
 
 
+def test_a_line_before_a_hidden_clamp_stands_in_for_it():
+    clamp = good().clamp._replace(points=edge(4.0), hidden_mm=4.0)
+    views = good()._replace(clamp=clamp, steps=good().steps[:1])
+    found = calibrate_mirror(views)
+    assert np.mean(ray_angles(found.cameras[1], 5.0)) < 0.05
+
+
 def test_clamp_points_on_no_line_are_refused():
     points = edge(0.1) + 40 * np.random.default_rng(1).standard_normal((9, 2))
     clamp = good().clamp._replace(points=points)

@@ -14,8 +14,9 @@ NEAREST_MM = 10.0
 # and by how many mm another.
 OTHERS, OTHER_MM = 0.5, 1.0
 # How far the clamp's line may lie outside what sees the monitor, and how much of that
-# may lie beyond the line: shares of its extent along u, and of its pixels.
-OUTSIDE, BEYOND = 0.1, 0.02
+# may lie beyond the line, and beyond one that stands in for a hidden clamp: shares of
+# its extent along u, and of its pixels.
+OUTSIDE, BEYOND, BEYOND_HIDDEN = 0.1, 0.02, 0.15
 # Mean angles that residuals of a stage stand for. Smooth sheets leave 0.015 degrees. Of
 # a board that was moved the shape takes up most: 6 mm, 260 mm before the mirror, leave
 # 0.015 to 0.06, and a millimetre cannot be told from a bend.
@@ -56,8 +57,9 @@ def check_two_pictures(points, grids):
             )
 
 
-def check_beside(line, viewer, grids):
-    """Refuse a ClampLine that lies away from the mirror, or across it."""
+def check_beside(line, viewer, grids, hidden=False):
+    """Refuse a ClampLine that lies away from the mirror, or across it; hidden: whether
+    it stands in for a clamp that cannot be seen."""
     pixels = np.concatenate([view.pixels for view in grids])
     p = normalised(viewer, pixels[np.isfinite(pixels[:, 0])])
     axis = np.array([np.cos(line.angle), np.sin(line.angle)])
@@ -72,7 +74,7 @@ def check_beside(line, viewer, grids):
             "of the mirror, and let the monitor fill the mirror"
         )
     beyond = np.mean(off < 0)
-    if beyond > BEYOND:
+    if beyond > (BEYOND_HIDDEN if hidden else BEYOND):
         raise InputError(
             f"clamp: {100 * beyond:.0f} % of the pixels that see the monitor lie "
             "beyond its line; pick it where the mirror is held, at the mirror's edge"

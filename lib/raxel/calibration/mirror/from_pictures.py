@@ -37,11 +37,13 @@ def mirror_views(mirror_set, say=None):
     the pictures' size.
     """
     viewer, flags = _viewer(mirror_set, say)
-    grids = tuple(_grid(mirror_set.grids, seen) for seen in _decoded(mirror_set, say))
+    image_set = mirror_set.grids
+    decoded = list(decode_grids(image_set, image_set.views, say))
+    grids = tuple(_grid(image_set, seen) for seen in decoded)
     platter, left_out = _platter(mirror_set, say)
     steps, doubts = _steps(mirror_set, say)
     clamp = clamp_picks(mirror_set, viewer)
-    flags = (*flags, *left_out, *doubts)
+    flags = (*flags, *_warnings(decoded), *left_out, *doubts)
     thickness = mirror_set.thickness_mm
     return MirrorViews(viewer, grids, platter, thickness, clamp, steps, flags)
 
@@ -155,9 +157,9 @@ def _first(missed):
     return f" ({missed[0][0]}: {missed[0][1]})" if missed else ""
 
 
-def _decoded(mirror_set, say):
-    image_set = mirror_set.grids
-    return decode_grids(image_set, image_set.views, say)
+def _warnings(decoded):
+    """What the decoder says of SeenGrids, each once."""
+    return dict.fromkeys(text for seen in decoded for text in seen.warnings)
 
 
 def _grid(image_set, seen):
@@ -177,8 +179,9 @@ def _grid(image_set, seen):
 def _platter(mirror_set, say):
     """(PlatterPictures, flags), without those that show no board or no grid."""
     boards, missed = _found(mirror_set.plate, say)
-    by_name, flags = {view.name: view for view in boards}, []
+    by_name = {view.name: view for view in boards}
     grids = list(decode_grids(mirror_set.platter, mirror_set.platter.views, say))
+    flags = list(_warnings(grids))
     why_not = dict(missed)
     pictures = []
     for position, name in enumerate(v.label for v in mirror_set.grids.views):

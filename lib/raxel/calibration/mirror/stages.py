@@ -166,7 +166,8 @@ def _line(views):
         offset_sd=max(found.offset_sd, sd / np.sqrt(len(picks))),
         angle_sd=max(found.angle_sd, sd / np.sqrt(np.sum(reach**2))),
     )
-    check_beside(line, views.viewer, views.grids)
+    hidden = views.clamp.hidden_mm > 0
+    check_beside(line, views.viewer, views.grids, hidden)
     return line
 
 
