@@ -41,8 +41,9 @@ from tests.bent_mirror_scenes import (
 
 SETTINGS = MirrorSettings(prior_sd=0.1)
 SD_PX = 0.2
-# Deflections of seven shapes, mm; a grid stands elsewhere before each deflection.
-SHAPES = np.linspace(0, 15, 7)
+# Deflections of seven shapes, mm; a grid stands elsewhere before each deflection. With
+# more, corners do not reach the free edge, and without a prior the solver runs away.
+SHAPES = np.linspace(0, 9, 7)
 # Milliseconds that the issue of chapter 5 asks for, on one core.
 WANTED = {
     "stage, nothing known": 10.0,
@@ -153,9 +154,7 @@ class SevenShapes:
 
     def bundle(self):
         """StageBundle, as the library finds it."""
-        return bundle_stages(
-            self.starts, self.views, self.poses, clamp=self.clamp, prior_sd=0.1
-        )
+        return bundle_stages(self.starts, self.views, self.poses, clamp=self.clamp)
 
     def plain(self):
         """The solution (P,) of the general solver."""
@@ -221,3 +220,7 @@ def _least_ms(work, repeats):
         work()
         taken.append(time.process_time() - start)
     return 1000 * min(taken)
+
+
+if __name__ == "__main__":
+    print("\n".join(mirrors_table(*bench_mirrors())))

@@ -167,9 +167,11 @@ def prior_figure(results):
         trials = result.select(geometry=geometry, **SURFACES[surface])
         found = [median_interval(trials.column(f"{p}.angle_deg")) for p in PRIORS_MM]
         label = f"{geometry}, {surface}"
+        apart = np.multiply(x, 1.06 ** (number - 1.5))
         rows += plot_estimates(
-            axes, x, found, (geometry, surface), look=series(number), label=label
-        )
+            axes, apart, found, (geometry, surface), look=series(number), label=label,
+            bars=True,
+        )  # fmt: skip
     axes.axvline(PRIORS["prior"], label="chosen", **GUIDE)
     axes.set(xscale="log", xlabel="Standard deviation of the prior (mm)")
     axes.set_ylabel("Mean ray angle, stage 3 (degrees)")
