@@ -316,6 +316,7 @@ def numbers_of_the_text(results):
     """What the text states of the primary stage."""
     runs = Runs(results)
     miss = of_runs(runs, runs.column("miss_mm"), "mm", SOLVED)
+    viewer = mirror_rig("A").viewer
     return {
         "s5_3_3_pos_n": Value(np.median(runs.column("points")), unit="count"),
         "s5_3_3_pos_mean": miss,
@@ -328,4 +329,5 @@ def numbers_of_the_text(results):
         "s5_3_3_ang_sd": of_runs(runs, runs.of(0, "measured_sd_deg"), "deg"),
         "s5_3_3_depth": Value(DYNAMIC_MM, unit="mm"),
         "s5_3_3_step": Value(STEP_MM, unit="mm"),
+        "s5_3_3_mp": Value(viewer.width * viewer.height / 1e6, unit="Mpixel"),
     }
