@@ -85,6 +85,7 @@ def quoted(runs):
     ):
         found[f"linear.{stage}"] = middle(ratios)
         found[f"off.{stage}"] = middle(off)
+    found["linear.most"] = float(np.nanmax(linear_ratios(runs)))
     found["worst"] = middle(np.abs(deflection_errors(runs)).max(axis=0))
     found["left"] = middle(runs.of(LAST, "back_mm") / runs.of(LAST, "stale_mm"))
     found["growth"] = found["angle.3"] / found["angle.0"]
