@@ -26,7 +26,7 @@ PANELS = {
     "step6": "(c) stage 0, six steps",
     "single": "(d) stage 0, three and one",
 }
-MARGIN_MM = 50.0
+MARGIN_MM = 10.0
 ROUNDING = 1e-9
 BENCH_LOOKS = {"bench": series(0), "laboratory": series(1)}
 
@@ -35,8 +35,8 @@ BENCH_LOOKS = {"bench": series(0), "laboratory": series(1)}
 def fig_5_13(results):
     """Vectors from the corners of a board to where their rays meet it, times ten."""
     runs = LoopRuns(results)
-    drawn, axes = new_figure(2, 2, height_in=6.6, sharex=True, sharey=True)
-    rows, gaps = [], []
+    drawn, axes = new_figure(2, 2, height_in=4.4, sharex=True, sharey=True)
+    rows, gaps, ends = [], [], []
     for panel, (place, title) in zip(axes.flat, PANELS.items(), strict=True):
         board, errors, seed = runs.drawn(place)
         known = np.isfinite(errors).all(axis=1)
@@ -49,9 +49,10 @@ def fig_5_13(results):
         mean = np.linalg.norm(off, axis=1).mean()
         panel.set_title(f"{title}: {mean:.2f} mm", fontsize=9.5)
         panel.set_aspect("equal")
+        ends += [*corners, *(corners + SCALE * off)]
         gaps.append(abs(mean - runs.of(place, "back_mm")[seed]))
         rows += [(place, *four) for four in np.column_stack([corners, off])]
-    low, high = board.min(axis=0) - MARGIN_MM, board.max(axis=0) + MARGIN_MM
+    low, high = np.min(ends, axis=0) - MARGIN_MM, np.max(ends, axis=0) + MARGIN_MM
     axes[0, 0].set(xlim=(low[0], high[0]), ylim=(high[1], low[1]))
     for panel in axes[-1]:
         panel.set_xlabel("Board, x (mm)")
@@ -134,6 +135,7 @@ def ext_placement_starts(results):
             (label, seed, float(mm)) for seed, row in enumerate(found) for mm in row
         ]
     left.set(xlabel="Seed (1)", ylabel="First step, as found (mm)")
+    left.set_xticks(range(0, placed.trials_per_condition, 2))
     left.axhline(5, color=INK, lw=0.8, ls="--")
     for number, (step, mm) in enumerate(STEPS_MM.items()):
         starts, ends = (
@@ -158,5 +160,5 @@ def ext_placement_starts(results):
         "On the bench. Left: a step of 5 mm as found from five places of the board, "
         "with the same mirror, primary calibration and errors of the corners in every "
         "seed. Right: what refinement ends at, against the deflection that it starts "
-        "from. Dashed: the true deflection.",
+        "from; the markers of one seed lie in a row. Dashed: the true deflection.",
     )

@@ -261,8 +261,8 @@ def _plan(results, run, geometry, benches, seeds):
 # {glue:text}`common.single:.0f` in the single one. Fewer corners cost
 # {glue:text}`residual.single:.2f` in place of {glue:text}`residual.end:.2f` mm of
 # residual, hardly anything. What the thesis saw can be a pose that one stroke
-# makes worse, or the scatter of one run: in Fig. 5.13 the seeds' own ranges are
-# wider than the difference.
+# makes worse, or the scatter of one run: single seeds, such as that of Fig. 5.13,
+# differ by more than the two ways do.
 #
 # **A small residual is no proof.** After the last step it is
 # {glue:text}`residual.end:.2f` mm, after the first
@@ -278,9 +278,9 @@ def _plan(results, run, geometry, benches, seeds):
 # corners that an interval of its spline had.
 #
 # **The linear estimate** finds {glue:text}`linear:.2f` of a step on geometry A and
-# {glue:text}`b.linear:.2f` on B. The thesis's rig, whose distances are not
-# printed, has about 0.6. B was chosen to resemble it, so that its ratios are
-# *set*.
+# {glue:text}`b.linear:.2f` of the first one on B. The thesis's rig, whose
+# distances are not printed, has about 0.6. B was chosen to resemble it, so that
+# its ratios are *set*.
 #
 # **Six steps are no long run.** The loop goes through the same four shapes, and a
 # convex mirror spreads rays more: errors at stage 3 and at stage 0 are not like

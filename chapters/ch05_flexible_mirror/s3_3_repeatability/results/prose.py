@@ -18,7 +18,7 @@ from chapters.shared.mirror_bench import BENCH
 from repro.judge.statistics import with_worst
 from repro.page.reader import value
 
-CASES = {"": {}, "lab.": {"bench": "laboratory"}, "b.": {"geometry": "B"}}
+CASES = {"": {}, "lab.": {"bench": "laboratory"}}
 
 
 def name_values(open_results):
@@ -27,6 +27,11 @@ def name_values(open_results):
     for prefix, case in CASES.items():
         for name, number in _of_loops(LoopRuns(results, **case)).items():
             value(prefix + name, number)
+    other = LoopRuns(results, geometry="B")
+    # On B few seeds, if any, come through: only the first step has a median.
+    value("b.refused", other.refused()[0])
+    value("b.seeds", other.seeds)
+    value("b.linear", median(other.of("step1", "linear_mm")) / STEP_MM)
     for name, number in _of_one_step(results[PLACED], results[STARTED]).items():
         value(name, number)
 
