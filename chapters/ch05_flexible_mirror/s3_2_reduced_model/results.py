@@ -12,6 +12,7 @@ from chapters.shared.mirror_sweep import READINGS as BENCH_READINGS
 from repro.page.reader import value
 from repro.run.readings import Case
 
+TIMES = 3.0  # the final error: from there on the prose counts linear errors as poor
 RUNS, SWEPT, OTHER = "fig_5_7_runs", "fig_5_7_swept", "fig_5_7_other"
 # The options of each question, as trials call them; each but the primary one is a way
 # of its own to calibrate.
@@ -80,6 +81,16 @@ def quoted(results):
         for stage in ("before", "final"):
             found = results[RUNS].column(f"{BENCH}.{way}.{stage}.camera_mm")
             out[f"{way}.{stage}"] = _middle(found)
+    for end in ("half the factor", "half the aberration"):
+        found = results[SWEPT].column(f"{end}.{PUBLISHED_WAY}.final.angle_deg")
+        out[f"{end.replace(' ', '_')}.angle"] = _middle(found)
+    for frame in FRAMES["scan_frame"].values():
+        linear, final = (
+            results[RUNS].column(f"{BENCH}.{PUBLISHED_WAY}.{stage}.{frame}")
+            for stage in ("linear", "final")
+        )
+        out[f"ratio.{frame}"] = _middle(linear / final)
+        out[f"poor.{frame}"] = 100 * float(np.mean(linear >= TIMES * final))
     return out
 
 
