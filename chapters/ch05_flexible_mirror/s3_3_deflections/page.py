@@ -249,9 +249,9 @@ def _plan(results, geometry, benches, seeds):
 # put 0.86 mm between the thesis's rays, or its grid was read with less noise for
 # reference. Claims that turn with the factor are left undecided.
 #
-# **Refused seeds count as failures.** That alone leaves open whether the linear
-# estimate is too small in 95 % of the runs: of those that went on, the largest
-# found {glue:text}`linear.most:.2f` of a deflection on the bench and
+# **Refused seeds count as failures**, also where the linear estimate is asked to
+# be too small in 95 % of the runs. It is in all that went on: the largest found
+# {glue:text}`linear.most:.2f` of a deflection on the bench and
 # {glue:text}`lab.linear.most:.2f` in the laboratory, where
 # {glue:text}`lab.refused` seeds were refused.
 #
