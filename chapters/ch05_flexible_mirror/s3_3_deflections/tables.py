@@ -272,11 +272,11 @@ def numbers_of_table_5_3(results):
     }
     runs = Runs(results)
     return _with("t5_3_", _by_stage(runs, measures, STAGES)) | {
-        "t5_3_points": Value(compared(runs), unit="count")
+        "t5_3_points": Value(pixels_compared(runs), unit="count")
     }
 
 
-def compared(runs):
+def pixels_compared(runs):
     """Pixels whose rays are compared at stage 0."""
     return len(runs.drawn(0, "off_deg"))
 
@@ -292,16 +292,15 @@ def numbers_of_table_5_4(results):
     board = mirror_rig("A").board
     seen, common = runs.at("corners", STAGES), runs.at("common")
     # From edge to edge of its squares.
-    found |= {
-        "gw": Value((board.rows + 1) * board.pitch_mm, unit="mm"),
-        "gh": Value((board.columns + 1) * board.pitch_mm, unit="mm"),
-        "bpmin": Value(np.nanmin(seen), unit="count"),
-        "bpmax": Value(np.nanmax(seen), unit="count"),
-        "resmin": Value(np.nanmin(common), unit="count"),
-        "resmax": Value(np.nanmax(common), unit="count"),
-        "depth": Value(BACK_PROJECTION_MM, unit="mm"),
+    return _with("t5_4_", found) | {
+        "t5_4_gw": Value((board.rows + 1) * board.pitch_mm, unit="mm"),
+        "t5_4_gh": Value((board.columns + 1) * board.pitch_mm, unit="mm"),
+        "t5_4_bpmin": Value(np.nanmin(seen), unit="count"),
+        "t5_4_bpmax": Value(np.nanmax(seen), unit="count"),
+        "t5_4_resmin": Value(np.nanmin(common), unit="count"),
+        "t5_4_resmax": Value(np.nanmax(common), unit="count"),
+        "t5_4_depth": Value(BACK_PROJECTION_MM, unit="mm"),
     }
-    return _with("t5_4_", found)
 
 
 @numbers("fig_5_12", needs=NEEDS, evidence="rendered")
@@ -324,7 +323,7 @@ def numbers_of_the_text(results):
         "s5_3_3_ag_t": of_runs(runs, runs.of(0, "shift_mm"), "mm"),
         "s5_3_3_ag_r": of_runs(runs, runs.of(0, "turn_deg"), "deg"),
         "s5_3_3_ag_nom": Value(SHIFT_MM, unit="mm"),
-        "s5_3_3_pix": Value(compared(runs), unit="count"),
+        "s5_3_3_pix": Value(pixels_compared(runs), unit="count"),
         "s5_3_3_ang_mean": of_runs(runs, runs.of(0, "measured_deg"), "deg"),
         "s5_3_3_ang_sd": of_runs(runs, runs.of(0, "measured_sd_deg"), "deg"),
         "s5_3_3_depth": Value(DYNAMIC_MM, unit="mm"),

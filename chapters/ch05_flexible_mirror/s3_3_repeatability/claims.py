@@ -88,14 +88,14 @@ def judge_single_step(results, options):
 def judge_single_back_projection(results, options):
     """wins(staged < single) in back-projection at stage 0, as the thesis has it."""
 
-    def compared(bench, name):
+    def wins_of(bench, name):
         runs = LoopRuns(results, options, bench)
         staged, single = runs.of(f"step{BACK[-1]}", name), runs.of("single", name)
         return runs, wins([(staged, single)])[0]
 
     def reading_at(bench):
-        runs, found = compared(bench, "back_mm")
-        true = compared(bench, "back_true_mm")[1]
+        runs, found = wins_of(bench, "back_mm")
+        true = wins_of(bench, "back_true_mm")[1]
         return Reading.of(
             found.decision,
             found.ratio,
@@ -105,7 +105,7 @@ def judge_single_back_projection(results, options):
         )
 
     def on_side(bench):
-        return compared(bench, "back_mm")[1].ratio.value > 1
+        return wins_of(bench, "back_mm")[1].ratio.value > 1
 
     return over_the_sweep(_case(options), reading_at, on_side)
 
@@ -138,17 +138,17 @@ def judge_accumulation(results, options):
 def judge_increase(results, options):
     """Back-projection at stage 0 after six steps over that of the primary stage."""
 
-    def compared(bench, name):
+    def wins_of(bench, name):
         runs = LoopRuns(results, options, bench)
         start, end = runs.of("start", name), runs.of(f"step{STEPS[-1]}", name)
         return runs, wins([(start, end)])[0]
 
     def reading_at(bench):
-        runs, found = compared(bench, "back_mm")
+        runs, found = wins_of(bench, "back_mm")
         decision = found.ratio.above(1.0)
         if decision == HOLDS and not found.p < SIGNIFICANCE:
             decision = UNDECIDED
-        true = compared(bench, "back_true_mm")[1]
+        true = wins_of(bench, "back_true_mm")[1]
         return Reading.of(
             decision,
             found.ratio,
@@ -158,7 +158,7 @@ def judge_increase(results, options):
         )
 
     def on_side(bench):
-        return compared(bench, "back_mm")[1].ratio.value > 1
+        return wins_of(bench, "back_mm")[1].ratio.value > 1
 
     return over_the_sweep(_case(options), reading_at, on_side)
 

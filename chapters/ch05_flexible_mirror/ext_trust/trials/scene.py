@@ -70,7 +70,7 @@ class GaussianErrors(NamedTuple):
         return self.decoded_mm
 
 
-class Scene(NamedTuple):
+class TrustScene(NamedTuple):
     """rig: MirrorRig; cameras: the true ones of stages 0 to 3; first: Primary;
     separation: mm and degrees by which the monitor's motion was found wrong; pictures:
     pixels (182, 2) of the board of step k before and after it; stay: of one board at
@@ -92,7 +92,7 @@ class Scene(NamedTuple):
 
 
 def drawn_scene(geometry, aberration_um, rng):
-    """The Scene of a geometry, "A" or "B"."""
+    """The TrustScene of a geometry, "A" or "B"."""
     rig, errors = mirror_rig(geometry), GaussianErrors()
     seed = int(rng.integers(2**32))
     cameras = rig.stages(aberration_um=aberration_um, seed=seed)
@@ -110,7 +110,7 @@ def drawn_scene(geometry, aberration_um, rng):
     for camera, deflection in zip(cameras[1:], STAGES_MM[1:], strict=True):
         T = rig.board_pose(rng, BACK_PROJECTION_MM, (deflection,))
         scored.append((seen_board(rig, camera, T, errors, rng), T))
-    return Scene(rig, cameras, first, separation, pictures, stay, scored)
+    return TrustScene(rig, cameras, first, separation, pictures, stay, scored)
 
 
 def separation_errors(rig, viewer, errors, rng):
