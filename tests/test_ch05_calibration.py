@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from chapters.ch05_flexible_mirror.s3_3_calibration import claims
 from chapters.ch05_flexible_mirror.s3_3_calibration.claims import (
     judge_displacement,
     judge_field_of_view,
@@ -46,6 +47,13 @@ def test_features_move_farther_with_every_deflection(last, verdict):
     moved = [np.array([2.0, 7.0, last]) for _ in range(4)]
     found = of_columns(({"geometry": "A"}, {"moved_px": moved}))
     assert judge_displacement({"fig_5_10_moved": found}).verdict == verdict
+
+
+def test_the_functions_of_fig_5_9_are_21_and_sum_to_one(monkeypatch):
+    assert claims.judge_basis({}).verdict == "reproduced"
+    fewer = claims.PUBLISHED._replace(shape=(6, 3))
+    monkeypatch.setattr(claims, "PUBLISHED", fewer)
+    assert claims.judge_basis({}).verdict == "differs"
 
 
 def test_the_level_at_which_a_median_is_the_target():

@@ -146,3 +146,9 @@ def test_the_line_through_picks_is_nearer_to_the_clamp_than_the_picks():
         for name in ("picked", "refined")
     )
     assert refined < picked
+
+
+def test_a_flat_mirror_is_central_and_a_bent_one_is_not(monkeypatch):
+    assert claims.judge_centre({}).verdict == "reproduced"
+    monkeypatch.setattr(claims, "STAGES_MM", (0.0, 1e-6))
+    assert claims.judge_centre({}).verdict == "differs"

@@ -12,6 +12,9 @@ from chapters.ch05_flexible_mirror.s1_model.results import (
 )
 from chapters.ch05_flexible_mirror.s1_model.trials.edges import VALUES
 from chapters.ch05_flexible_mirror.s1_model.trials.plane import ANCHORS
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from chapters.shared.mirror_runs import lattice
+from raxel.cameras import centrality
 from repro.judge.statistics import median_interval, with_worst
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
@@ -21,6 +24,7 @@ EXACT, EXACT_MM = 1e-9, 1e-6
 SAME_POINT_MM, ANOTHER_SHAPE_MM = 1e-4, 0.1
 WORSE = 1e3
 RAISED = 3.0
+NOT_CENTRAL_MM, CENTRE_PX = 0.1, 64
 INVERSE, PROPORTIONAL = (-1.1, -0.9), (0.95, 1.05)
 
 
@@ -190,4 +194,21 @@ def judge_edges(results, options):
         f"that with points refined to a line; medians {np.nanmedian(picked):.3f} and "
         f"{np.nanmedian(refined):.3f} mm over {len(picked)} trials, {refused} of which "
         "are refused as picked",
+    )
+
+
+@claim("c5_noncentral", needs=(), evidence="analytic")
+def judge_centre(results):
+    """The scene rays of a bent mirror pass their best common point at over 0.1 mm."""
+    rig = mirror_rig("A")
+    flat, off = (
+        centrality(camera.rays(lattice(camera, CENTRE_PX)))
+        for camera in map(rig.camera, STAGES_MM[:2])
+    )
+    return Reading.of(
+        off > NOT_CENTRAL_MM,
+        off,
+        "mm",
+        "RMS distance of the scene rays from their best common point, geometry A, "
+        f"deflected by {STAGES_MM[1]:g} mm; flat {flat:.0e} mm",
     )

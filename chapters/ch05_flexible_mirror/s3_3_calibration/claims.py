@@ -9,11 +9,13 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.results import (
     moved_px,
 )
 from chapters.shared.mirror_runs import PUBLISHED
+from raxel.geometry.spline_grid import spline_grid
 from repro.judge.statistics import median_interval
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
 DOUBLE = (1.6, 2.4)
+FUNCTIONS, POINTS, UNITY = 21, 10_000, 1e-12
 
 
 @claim(
@@ -46,6 +48,21 @@ def judge_displacement(results):
         "least growth of the mean way from one deflection to the next, over "
         f"{len(moved)} places of the board on geometry A; up to "
         f"{moved[:, -1].max():.0f} px at 15 mm",
+    )
+
+
+@claim("c5_basis21", needs=(), evidence="analytic")
+def judge_basis(results):
+    """7 x 3 quadratic functions are 21, and sum to one everywhere."""
+    grid = spline_grid(np.array([[0.0, 0.0], [5.0, 1.0]]), PUBLISHED.shape)
+    points = np.random.default_rng(0).uniform([0, 0], [5, 1], (POINTS, 2))
+    off = np.abs(grid.rows(points)[0].sum(axis=1) - 1).max()
+    return Reading.of(
+        grid.size == FUNCTIONS and off < UNITY,
+        float(off),
+        "1",
+        f"largest distance of the sum from 1 at {POINTS} points; {grid.size} functions "
+        f"of degree {grid.degree[0]}",
     )
 
 
