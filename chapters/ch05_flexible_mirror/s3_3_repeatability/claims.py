@@ -11,6 +11,9 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     STEPS,
     LoopRuns,
 )
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.losses import (
+    DEFLECTIONS_MM,
+)
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import STEPS_MM
 from chapters.shared.mirror_sweep import (
     READINGS,
@@ -281,3 +284,21 @@ def judge_starts(results, options):
         return all(f.value <= predicates.MOST_SD for f in found_at(bench).values())
 
     return over_the_sweep(_case(options), reading_at, on_side)
+
+
+@claim("c5_feature_loss", needs=("exp_c5_feature_loss",), evidence="synthetic")
+def judge_lost_features(results):
+    """The mean number of common corners falls with every deflection."""
+    common = np.array(results["exp_c5_feature_loss"].arrays("common"))
+    mean = common.mean(axis=0)
+    least = -np.diff(mean).max()
+    numbers = ", ".join(f"{count:.0f}" for count in mean)
+    return Reading.of(
+        bool(least > 0),
+        float(least),
+        "count",
+        "least loss from one deflection to the next, of means over "
+        f"{len(common)} places of the board: {numbers} common corners after "
+        + ", ".join(f"{mm:g}" for mm in DEFLECTIONS_MM)
+        + " mm",
+    )

@@ -14,6 +14,10 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.exercises import (
     turned_rays_task,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.results.prose import name_values
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.losses import (
+    DEFLECTIONS_MM,
+    losses_trial,
+)
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.placements import (
     placements_trial,
 )
@@ -189,6 +193,21 @@ def other(effort, results):
 def placed(effort, results):
     """The first step, with the board elsewhere and all else the same."""
     return _plan(results, placements_trial, "A", BENCHES | SWEPT, PLACED[effort])
+
+
+@experiment(
+    "exp_c5_feature_loss",
+    artefact="fig_5_13",
+    inputs=(
+        "data/rigs/flexible-mirror-a.yaml",
+        "data/rigs/flexible-mirror-a-monitor.yaml",
+    ),
+)
+def lost(effort):
+    """Corners that both pictures show, over the deflection."""
+    seeds = {"quick": 3, "full": 100}[effort]
+    settings = {"deflections_mm": DEFLECTIONS_MM}
+    return Plan(losses_trial, [{"geometry": "A"}], seeds, settings)
 
 
 @experiment(
