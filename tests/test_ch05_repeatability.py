@@ -187,6 +187,6 @@ def test_exercises_are_judged_rightly():
 @pytest.mark.parametrize(("last", "verdict"), [(80, "reproduced"), (101, "differs")])
 def test_a_larger_deflection_leaves_fewer_common_corners(last, verdict):
     common = [np.array([110, 108, 106, 103, 100, last + k]) for k in (-1, 0, 1)]
-    found = of_columns(({"geometry": "A"}, {"common": common}))
+    found = of_columns(({"geometry": "A"}, {"back": common, "out": common}))
     reading = claims.judge_lost_features({"exp_c5_feature_loss": found})
     assert reading.verdict == verdict

@@ -288,17 +288,18 @@ def judge_starts(results, options):
 
 @claim("c5_feature_loss", needs=("exp_c5_feature_loss",), evidence="synthetic")
 def judge_lost_features(results):
-    """The mean number of common corners falls with every deflection."""
-    common = np.array(results["exp_c5_feature_loss"].arrays("common"))
-    mean = common.mean(axis=0)
-    least = -np.diff(mean).max()
-    numbers = ", ".join(f"{count:.0f}" for count in mean)
+    """Going back, the mean number of common corners falls with every deflection."""
+    found = results["exp_c5_feature_loss"]
+    back, out = (np.mean(found.arrays(way), axis=0) for way in ("back", "out"))
+    least = -np.diff(back).max()
+    numbers = ", ".join(f"{count:.0f}" for count in back)
     return Reading.of(
         bool(least > 0),
         float(least),
         "count",
-        "least loss from one deflection to the next, of means over "
-        f"{len(common)} places of the board: {numbers} common corners after "
+        "least loss from one deflection to the next on the way back from stage 3, of "
+        f"means over {found.trials_per_condition} places of the board: {numbers} "
+        "common corners after "
         + ", ".join(f"{mm:g}" for mm in DEFLECTIONS_MM)
-        + " mm",
+        + f" mm; out from stage 0, where the view widens, {out[0]:.0f} to {out[-1]:.0f}",
     )

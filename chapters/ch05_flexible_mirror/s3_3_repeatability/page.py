@@ -204,7 +204,7 @@ def placed(effort, results):
     ),
 )
 def lost(effort):
-    """Corners that both pictures show, over the deflection."""
+    """Corners that both pictures show, over the deflection, back and out."""
     seeds = {"quick": 3, "full": 100}[effort]
     settings = {"deflections_mm": DEFLECTIONS_MM}
     return Plan(losses_trial, [{"geometry": "A"}], seeds, settings)

@@ -2,17 +2,25 @@
 
 import numpy as np
 
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 
-# Deflections from stage 0, mm.
-DEFLECTIONS_MM = (2.5, 5.0, 7.5, 10.0, 15.0, 20.0)
+# How far the mirror goes, mm: back from stage 3, as in the thesis's large deflection,
+# and out from stage 0.
+DEFLECTIONS_MM = (2.5, 5.0, 7.5, 10.0, 12.5, 15.0)
 
 
 def losses_trial(condition, rng):
     """Corners (deflections,) that are seen before and after, of a board held by hand
-    where the mirror of stage 0 shows it."""
+    where the mirror shows it before the deflection: `back` and `out`."""
     rig = mirror_rig(condition["geometry"])
-    T = rig.board_pose(rng)
-    _, before = rig.corners(rig.camera(0.0), T)
-    after = [rig.corners(rig.camera(mm), T)[1] for mm in DEFLECTIONS_MM]
-    return {"common": np.array([np.count_nonzero(before & seen) for seen in after])}
+    ways = {
+        "back": (STAGES_MM[-1], [STAGES_MM[-1] - mm for mm in DEFLECTIONS_MM]),
+        "out": (STAGES_MM[0], [STAGES_MM[0] + mm for mm in DEFLECTIONS_MM]),
+    }
+    found = {}
+    for way, (start, ends) in ways.items():
+        T = rig.board_pose(rng, deflections=(start,))
+        _, before = rig.corners(rig.camera(start), T)
+        after = [rig.corners(rig.camera(end), T)[1] for end in ends]
+        found[way] = np.array([np.count_nonzero(before & seen) for seen in after])
+    return found
