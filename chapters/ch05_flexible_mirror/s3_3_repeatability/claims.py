@@ -301,5 +301,5 @@ def judge_lost_features(results):
         f"means over {found.trials_per_condition} places of the board: {numbers} "
         "common corners after "
         + ", ".join(f"{mm:g}" for mm in DEFLECTIONS_MM)
-        + f" mm; out from stage 0, where the view widens, {out[0]:.0f} to {out[-1]:.0f}",
+        + f" mm; out, where the view widens, {out[0]:.0f} to {out[-1]:.0f}",
     )
