@@ -23,7 +23,8 @@ def rounded(
 ) -> str:
     """A number with unit and interval, to two digits of the interval's width.
 
-    A low end that is far smaller than the width keeps two digits of its own.
+    A low end that is far smaller than the width keeps two digits of its own; an end
+    that is infinite is told as "no bound".
     """
     unit = "" if unit in UNSPOKEN else unit
     if isinstance(number, str):
@@ -33,6 +34,11 @@ def rounded(
     low, high = interval
     if isinstance(low, str) or isinstance(high, str):
         return f"{significant(number, 3)} {unit}".strip() + f" ({low} to {high})"
+    if math.isinf(low) or math.isinf(high):
+        ends = " to ".join(_bounded(end) for end in (low, high))
+        if math.isinf(number):
+            return f"{_bounded(number)} ({ends})"
+        return f"{_bounded(number)} {unit}".strip() + f" ({ends})"
     half = (high - low) / 2
     if half <= 0:
         return f"{significant(number, 4)} {unit}".strip()
@@ -44,6 +50,12 @@ def rounded(
     far_smaller = TINY * half <= low < half / 10
     start = significant(low, 2) if far_smaller else f"{low:.{places}f}"
     return f"{text} ({start} to {high:.{places}f})"
+
+
+def _bounded(number: float) -> str:
+    """A number to three digits, or that there is no bound: trials that failed count as
+    the worst."""
+    return "no bound" if math.isinf(number) else significant(number, 3)
 
 
 def significant(number: float, digits: int) -> str:
