@@ -7,11 +7,12 @@ from raxel.calibration.mirror.clamp import clamp_of_camera
 from raxel.calibration.mirror.clamp_line import FixedLine
 from raxel.calibration.mirror.prior import bending_prior, bending_rows, plane_through
 from raxel.calibration.mirror.ray_points import RayPoints
-from raxel.calibration.mirror.refine import ray_sd, refine_shape
+from raxel.calibration.mirror.refine import camera_of_shape, ray_sd, refine_shape
 from raxel.calibration.mirror.sightings import normalised
 from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
+from raxel.geometry.spline_grid import spline_grid
 from tests.bent_mirror_scenes import (
     GRID,
     T_VIEWER_MIRROR,
@@ -168,3 +169,13 @@ def test_the_covariance_predicts_the_scatter():
                     found.covariance)  # fmt: skip
         squares.append(np.mean(np.sum(off**2, axis=1) / (2 * sd**2)))
     assert 0.6 < np.mean(squares) < 1.4
+
+
+def test_a_shape_that_is_in_part_behind_the_viewer_is_refused_as_a_calibration():
+    """The spline itself refuses its coefficients as input, which nobody gave."""
+    grid = spline_grid(np.array([[-0.1, -0.1], [0.1, 0.1]]))
+    shape = np.full(grid.size, 1 / 400)
+    assert camera_of_shape(VIEWER, grid, shape, "inverse depth").viewer is VIEWER
+    shape[-1] = -1 / 400
+    with pytest.raises(CalibrationError, match=r"mirror shape: .*before the viewer"):
+        camera_of_shape(VIEWER, grid, shape, "inverse depth")

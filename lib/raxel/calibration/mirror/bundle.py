@@ -30,11 +30,10 @@ from raxel.calibration.mirror.bundle_system import (
 from raxel.calibration.mirror.clamp import clamped, soft_clamp
 from raxel.calibration.mirror.prior import PriorRows, bending_prior, plane_through
 from raxel.calibration.mirror.ray_points import RayPoints
-from raxel.calibration.mirror.refine import ray_sd
+from raxel.calibration.mirror.refine import camera_of_shape, ray_sd
 from raxel.calibration.mirror.sightings import FEWEST, LEAST_SD_PX, normalised, sighting
 from raxel.calibration.mirror.support import clamped_end, need_support, support_of
 from raxel.calibration.pose.three_point import placed_points
-from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.damped import descend
 
@@ -304,7 +303,7 @@ def _result(cameras, problem, state, costs, converged, widening, flags):
     outward = _outward(problem, state)
     coefficients = problem.coefficients(state)
     found = tuple(
-        SplineMirrorCamera.on_grid(camera.viewer, camera.grid, c, camera.quantity)
+        camera_of_shape(camera.viewer, camera.grid, c, camera.quantity)
         for camera, c in zip(cameras, coefficients, strict=True)
     )
     in_px = tuple(

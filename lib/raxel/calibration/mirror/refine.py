@@ -12,7 +12,8 @@ import numpy as np
 
 from raxel.calibration.mirror.clamp import TRUNCATION, clamped, soft_clamp
 from raxel.calibration.mirror.ray_points import RayPoints
-from raxel.errors import CalibrationError
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
+from raxel.errors import CalibrationError, InputError
 from raxel.geometry.damped import descend, gauss_newton
 
 ITERATIONS, AT_REST = 50, 1e-7
@@ -114,6 +115,21 @@ def refine_shape(
     return ShapeFit(
         c, costs, rays.residuals(c, points), converged, sd, covariance, float(share)
     )
+
+
+def camera_of_shape(viewer, grid, coefficients, quantity):
+    """The SplineMirrorCamera of a shape that was found.
+
+    Raises CalibrationError where part of the mirror lies behind the viewer, as between
+    features, or beyond them, where nothing holds a spline.
+    """
+    try:
+        return SplineMirrorCamera.on_grid(viewer, grid, coefficients, quantity)
+    except InputError as fault:
+        raise CalibrationError(
+            f"mirror shape: {fault}; use fewer knots, a smaller deflection, features "
+            "that reach the mirror's edges, or a prior"
+        ) from fault
 
 
 def ray_sd(p, grid, quantity, coefficients, covariance):

@@ -15,7 +15,12 @@ from raxel.calibration.mirror.clamp import TRUNCATION
 from raxel.calibration.mirror.linear import reflection_normals, shape_with_clamp
 from raxel.calibration.mirror.matches import wrong_matches
 from raxel.calibration.mirror.prior import bending_prior, plane_through
-from raxel.calibration.mirror.refine import ShapeFit, ray_sd, refine_shape
+from raxel.calibration.mirror.refine import (
+    ShapeFit,
+    camera_of_shape,
+    ray_sd,
+    refine_shape,
+)
 from raxel.calibration.mirror.sightings import magnification, normalised
 from raxel.calibration.mirror.support import (
     Support,
@@ -241,7 +246,7 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     support = support_of(grid, p[used])
     flags = need_support(support, clamp_at, prior is not None)
     flags += _open_edges(grid, quantity, fit)
-    camera = SplineMirrorCamera.on_grid(viewer, grid, fit.coefficients, quantity)
+    camera = camera_of_shape(viewer, grid, fit.coefficients, quantity)
     mirror_points = camera.mirror.points(p[used])
     residuals = np.full(len(p), np.nan)
     residuals[used] = np.linalg.norm(fit.residuals, axis=1)
@@ -251,7 +256,7 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
         flags.append(f"{np.count_nonzero(far)} matches far off the others were kept")
     return MirrorUpdate(
         camera,
-        SplineMirrorCamera.on_grid(viewer, grid, start, quantity),
+        camera_of_shape(viewer, grid, start, quantity),
         fit, residuals, *_beyond_noise(fit, points[used] - mirror_points), used, wrong,
         support, None, tuple(flags),
     )  # fmt: skip
