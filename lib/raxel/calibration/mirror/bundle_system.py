@@ -120,6 +120,7 @@ class BundleProblem(NamedTuple):
 
 
 def moved(state, step):
+    """The State after a step: free unknowns of all stages, then six for each pose."""
     free, start = [], 0
     for own in state.free:
         free.append(own + step[start : start + len(own)])
@@ -131,6 +132,7 @@ def moved(state, step):
 
 
 def inverse_of(normal):
+    """Inverse of a normal matrix (K, K); CalibrationError where unknowns are open."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
     if not values[0] > OPEN * values[-1]:
