@@ -120,3 +120,12 @@ def test_sines_alone_do_not_tell_it():
     found = decode(scene.images, scene.patterns, scene.grid)
     assert (found.blur_px, found.margin_px) == (None, 6)
     assert found.mask.mean() > 0.3
+
+
+def test_where_one_square_of_the_code_is_all_that_is_lit_no_blur_is_known():
+    """A mirror that shows the camera next to nothing of the monitor."""
+    scene = drawn(size=(64, 48), share=0.75, noise=1.0, seed=1)
+    images = np.broadcast_to(scene.images[:, 24:25, 32:33], scene.images.shape).copy()
+    found = decode(images, scene.patterns, scene.grid)
+    assert found.blur_px is None
+    assert found.margin_px >= 6

@@ -75,6 +75,8 @@ def measured_blur(stack, noise):
     lit &= contrast > MIN_SHARE * np.quantile(contrast[lit], 0.9)
     usual, dark = np.median(contrast[lit]), np.median(dark[lit])
     edges = _edges(apart, lit, step)
+    if not len(edges.bit):
+        return None
     spread, edge = _spread(stack, pairs, edges, MIN_SHARE * usual)
     parts = (spread[edges.area[edge] == k] for k in range(AREAS * AREAS))
     medians = [np.median(own) for own in parts if len(own) >= MIN_PIXELS]
