@@ -39,6 +39,17 @@ def test_quick_rows_show_values_and_say_quick():
     assert by_id(book, effort="quick")["fig_2_1"]["verdict"] == "not yet"
 
 
+@pytest.mark.parametrize("effort", ["quick", "full"])
+def test_a_number_that_half_of_the_trials_fail_at_has_no_ratio(effort):
+    """Infinity is written as a word; the row says what it stands for."""
+    entry = number(value=7.85, source="real")
+    row = of_number(entry, value("inf", ["inf", "inf"]), effort=effort)
+    assert (row["regenerated"], row["ratio"]) == ("inf", None)
+    assert ("half of the trials" in row["reason"]) == (effort == "full")
+    row = of_number(entry, value(3.925, [3, 4]))
+    assert (row["verdict"], row["ratio"]) == ("counterpart", 0.5)
+
+
 def test_not_yet_is_for_listed_chapters_only():
     book = small(numbers={"n": number()}, claims={"c": claim("fig_2_1")})
     assert {r["verdict"] for r in by_id(book).values()} == {"not yet"}

@@ -124,15 +124,20 @@ def _bound(entry: Mapping, value: Mapping) -> Decision:
 
 def _counterpart(entry: Mapping, value: Mapping) -> Decision:
     regenerated = as_number(value["value"])
+    if regenerated is not None and math.isinf(regenerated):
+        return "counterpart", "half of the trials or more failed"
     if entry["value"] == 0 and regenerated is not None:
         return "counterpart", f"no ratio to a published 0; difference {regenerated:.3g}"
     return "counterpart", ""
 
 
 def ratio(entry: Mapping, value: Mapping) -> float | None:
-    """Regenerated over published; None where one is no number, or published is 0."""
+    """Regenerated over published; None where one is no finite number, or published is
+    0."""
     regenerated = as_number(value["value"])
-    if regenerated is None or isinstance(entry["value"], str) or not entry["value"]:
+    if regenerated is None or math.isinf(regenerated):
+        return None
+    if isinstance(entry["value"], str) or not entry["value"]:
         return None
     return regenerated / entry["value"]
 
