@@ -26,8 +26,8 @@ from repro.page.reader import compared, open_results, show, show_code, show_tabl
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
-SEEDS = {"quick": 3, "full": 100}
-FEWER = {"quick": 2, "full": 20}
+SEEDS = {"quick": 2, "full": 100}
+FEWER = {"quick": 1, "full": 20}
 
 # %% tags=["active-ipynb"]
 # show("fig_5_7")

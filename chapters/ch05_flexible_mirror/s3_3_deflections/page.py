@@ -120,8 +120,8 @@ from repro.run.outcomes import Plan
 
 
 # %%
-SEEDS = {"quick": 3, "full": 100}
-FEWER = {"quick": 2, "full": 20}
+SEEDS = {"quick": 2, "full": 100}
+FEWER = {"quick": 1, "full": 20}
 
 
 @experiment(

@@ -131,9 +131,9 @@ from repro.run.outcomes import Plan
 
 # %%
 SEEDS = {"quick": 3, "full": 100}
-FEWER = {"quick": 2, "full": 20}
-PLACED = {"quick": 2, "full": 15}
-STARTED = {"quick": 2, "full": 12}
+FEWER = {"quick": 1, "full": 20}
+PLACED = {"quick": 1, "full": 15}
+STARTED = {"quick": 1, "full": 12}
 
 
 # %%

@@ -50,7 +50,7 @@ SWEEPS = {
               8000.0),
     "bend": (5.0, 10.0, 16.7, 25.0, 35.0, 45.0, 53.0),
 }  # fmt: skip
-TRIALS = {"quick": 5, "full": 100}
+TRIALS = {"quick": 3, "full": 100}
 # The set-up of the primary readings, and what one of them changes.
 BASE = {"pitch": "d200", "rows": 1, "sense": 1, "grid": "fills"}
 OTHERS = ({"pitch": "olympus"}, {"pitch": "film"}, {"rows": ROWS}, {"sense": -1},
