@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from raxel.calibration.mirror.clamp import clamp_of_camera
+from raxel.calibration.mirror.edges import turns_if_even
 from raxel.calibration.mirror.matches import wrong_matches
+from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import ray_sd
 from raxel.calibration.mirror.sightings import normalised
 from raxel.calibration.mirror.support import need_support, support_of, supported_grid
@@ -225,6 +227,64 @@ def test_a_shape_that_is_open_somewhere_is_refused_though_features_count():
     kept = np.where((u < 0.02) | (np.arange(182) == order[-1]), 1.0, np.nan)
     with pytest.raises(CalibrationError, match=r"uncertain by|coefficients open"):
         update_mirror(FLAT, BEFORE, AFTER * kept[:, None], GRID, CLAMP, outline=OUTLINE)
+
+
+def to_the_edge(reach, rng):
+    """update_mirror as the thesis has it: distances, and the clamp's position alone.
+
+    Corners reach into a share of the last knot interval, and lie aside by 0.5 px,
+    neighbours alike.
+    """
+    flat = spline_like(bent(0.0), 0.0, quantity="distance")
+    clamp = clamp_of_camera(flat, edge_pixels(), slope=False)
+    aside = 0.5 * np.sin(GRID @ [[0.03, -0.03], [0.02, -0.02]])
+    u = flat.grid.turned(np.nan_to_num(normalised(VIEWER, AFTER), nan=9.0))[:, 0]
+    breaks = spline_like(bent(5.0), 5.0).grid.breaks[0]
+    kept = u <= breaks[-2] + reach * (breaks[-1] - breaks[-2])
+    after = np.where(kept[:, None], shaken(AFTER, rng), np.nan)
+    before = shaken(BEFORE, rng) + aside
+    return update_mirror(flat, before, after, GRID, clamp, outline=OUTLINE)
+
+
+def test_an_end_that_swings_though_residuals_are_small_is_named_and_refused(
+    monkeypatch,
+):
+    whole = to_the_edge(1.0, np.random.default_rng(7))
+    assert not any("as evenly as" in flag for flag in whole.flags)
+    assert angles_deg(whole.camera, 5.0).mean() < 0.1
+    with pytest.raises(CalibrationError, match="the last knot interval along u: rays"):
+        to_the_edge(0.3, np.random.default_rng(7))
+    monkeypatch.setattr("raxel.calibration.mirror.edges.SWINGING_DEG", 20.0)
+    wrong = to_the_edge(0.3, np.random.default_rng(7))
+    assert any("last knot interval along u: rays" in flag for flag in wrong.flags)
+    # What it would have been: no residual tells, and the end is degrees off.
+    assert np.nanmean(wrong.residuals) < 1.1 * np.nanmean(whole.residuals)
+    assert angles_deg(wrong.camera, 5.0).max() > 4
+
+
+def test_an_end_turns_by_what_it_is_off_and_only_where_nothing_holds_it():
+    """A spline that swings at its free end by 0.002 of its inverse depth."""
+    camera = spline_like(bent(5.0), 5.0)
+    grid, even = camera.grid, camera.rays(visible_pixels(5.0)).origins
+    even = even[np.isfinite(even[:, 0])]
+    c = camera.coefficients.copy()
+    c[-1] *= 1.002
+    v = np.linspace(*grid.breaks[1][[0, -1]], 5)
+    ends = grid.unturned(np.column_stack([np.full(5, grid.breaks[0][-1]), v]))
+    rays = RayPoints(ends, grid, "inverse depth")
+    swung, true = (rays.surface(C.ravel("F"))[1] for C in (c, camera.coefficients))
+    off = np.degrees(np.linalg.norm(swung - true, axis=1)).mean()
+    assert off > 3
+    free = np.zeros(grid.shape)
+    free[-1] = 1.0
+    for known, share in ((1.0, 1.0), (1e-8, 0.0)):
+        covariance = known * np.diag((0.1 * free * c).ravel("F") ** 2)
+        turns = turns_if_even(
+            grid, "inverse depth", c.ravel("F"), covariance, even
+        )  # fmt: skip
+        assert turns[("u", -1, "last")] == pytest.approx(share * off, rel=0.2, abs=0.1)
+        assert turns[("u", 0, "first")] < 0.1
+        assert len(turns) == 2
 
 
 def test_the_pose_of_the_grid_is_in_the_covariance():

@@ -12,6 +12,7 @@ import numpy as np
 
 from raxel.calibration.mirror.bundle import FIRM
 from raxel.calibration.mirror.clamp import TRUNCATION
+from raxel.calibration.mirror.edges import swinging_ends, uncertain_knots
 from raxel.calibration.mirror.linear import reflection_normals, shape_with_clamp
 from raxel.calibration.mirror.matches import wrong_matches
 from raxel.calibration.mirror.prior import bending_prior, plane_through
@@ -52,8 +53,6 @@ SUSPECT_MM = 0.1
 # A misfit moves neighbouring features alike and averages out less than noise: chosen on
 # eight seeds of geometry A, even and uneven by 10 um, that judge nothing.
 ALIKE = 1.5
-# Standard deviations of rays at the knots, degrees: flagged, and refused.
-UNCERTAIN_DEG, OPEN_DEG = 0.3, 5.0
 
 
 class MirrorSettings(NamedTuple):
@@ -245,9 +244,13 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
         used, c = used & ~wrong, fit.coefficients
     support = support_of(grid, p[used])
     flags = need_support(support, clamp_at, prior is not None)
-    flags += _open_edges(grid, quantity, fit)
+    flags += uncertain_knots(grid, quantity, fit.coefficients, fit.covariance)
     camera = camera_of_shape(viewer, grid, fit.coefficients, quantity)
     mirror_points = camera.mirror.points(p[used])
+    misfit, widening = _beyond_noise(fit, points[used] - mirror_points)
+    flags += swinging_ends(
+        grid, quantity, fit.coefficients, widening * fit.covariance, mirror_points
+    )
     residuals = np.full(len(p), np.nan)
     residuals[used] = np.linalg.norm(fit.residuals, axis=1)
     if not fit.converged:
@@ -257,7 +260,7 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     return MirrorUpdate(
         camera,
         camera_of_shape(viewer, grid, start, quantity),
-        fit, residuals, *_beyond_noise(fit, points[used] - mirror_points), used, wrong,
+        fit, residuals, misfit, widening, used, wrong,
         support, None, tuple(flags),
     )  # fmt: skip
 
@@ -273,24 +276,6 @@ def _beyond_noise(fit, reach):
         return 0.0, 1.0
     angles = np.mean(squares / np.sum(reach**2, axis=1)) / 2
     return float(np.sqrt((1 - 1 / variance) * angles)), 1 + ALIKE * (variance - 1)
-
-
-def _open_edges(grid, quantity, fit):
-    """Flags where rays are uncertain; CalibrationError where they are anything."""
-    u, v = np.meshgrid(*grid.breaks)
-    places = grid.unturned(np.column_stack([u.ravel(), v.ravel()]))
-    sd = np.degrees(ray_sd(places, grid, quantity, fit.coefficients, fit.covariance))
-    worst = np.argmax(sd)
-    text = (
-        f"rays next to knot {worst % len(grid.breaks[0])} along u, "
-        f"{worst // len(grid.breaks[0])} along v, are uncertain by {sd[worst]:.2g} "
-        "degrees"
-    )
-    if not sd[worst] < OPEN_DEG:
-        raise CalibrationError(
-            f"mirror shape: {text}; give features there, fewer knots, or a prior"
-        )
-    return [text] if sd[worst] > UNCERTAIN_DEG else []
 
 
 def _linear(p, directions, used, grid, quantity, clamp, prior, settings):

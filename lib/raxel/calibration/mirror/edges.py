@@ -1,0 +1,97 @@
+"""How much of a shape next to the outermost knots is a guess.
+
+Two questions that need no truth. How uncertain are rays at the knots, by the
+covariance? And how would they turn at the ends if the mirror bent there as evenly as a
+sheet does? Residuals answer neither: beyond the last feature a spline goes on as the
+misfit of that feature says, multiplied, and fits all the same.
+"""
+
+import numpy as np
+
+from raxel.calibration.mirror.prior import bending_prior, plane_through
+from raxel.calibration.mirror.ray_points import RayPoints
+from raxel.calibration.mirror.refine import ray_sd
+from raxel.calibration.mirror.support import ENDS
+from raxel.errors import CalibrationError
+
+# Standard deviations of rays at the knots, degrees: flagged, and refused.
+UNCERTAIN_DEG, OPEN_DEG = 0.3, 5.0
+# By how much rays at an end turn where a prior of EVEN_MM is put upon the shape, mean
+# over ALONG places, degrees: flagged, and refused. Chosen on seeds that judge nothing,
+# geometries A and B on both benches. There each of the 17 ends whose rays were 1.5
+# degrees off or more, on average, is flagged, and each of the 14 beyond 2 refused.
+UNEVEN_DEG, SWINGING_DEG = 3.0, 5.0
+EVEN_MM, ALONG = 0.1, 5
+
+
+def uncertain_knots(grid, quantity, coefficients, covariance):
+    """Flags (list of text) where rays next to a knot are uncertain.
+
+    Raises CalibrationError where they are anything.
+    """
+    u, v = np.meshgrid(*grid.breaks)
+    places = grid.unturned(np.column_stack([u.ravel(), v.ravel()]))
+    sd = np.degrees(ray_sd(places, grid, quantity, coefficients, covariance))
+    worst = np.argmax(sd)
+    text = (
+        f"rays next to knot {worst % len(grid.breaks[0])} along u, "
+        f"{worst // len(grid.breaks[0])} along v, are uncertain by {sd[worst]:.2g} "
+        "degrees"
+    )
+    if not sd[worst] < OPEN_DEG:
+        raise CalibrationError(
+            f"mirror shape: {text}; give features there, fewer knots, or a prior"
+        )
+    return [text] if sd[worst] > UNCERTAIN_DEG else []
+
+
+def swinging_ends(grid, quantity, coefficients, covariance, mirror_points):
+    """Flags (list of text) for outermost knot intervals that bend as no sheet does.
+
+    covariance: (K, K), widened by the misfit; mirror_points: (N, 3) mm, of the
+    features. Raises CalibrationError where an end is a guess.
+    """
+    turns = turns_if_even(grid, quantity, coefficients, covariance, mirror_points)
+    flags = []
+    for (axis, _, place), turn in turns.items():
+        text = (
+            f"the {place} knot interval along {axis}: rays would turn by {turn:.2g} "
+            "degrees if the mirror bent there as evenly as a sheet"
+        )
+        if not turn < SWINGING_DEG:
+            raise CalibrationError(
+                f"mirror shape: {text}; give features that reach the edge, fewer "
+                "knots, or a prior, and see that board, viewer and clamp stayed"
+            )
+        if turn > UNEVEN_DEG:
+            flags.append(f"{text}; few features")
+    return flags
+
+
+def turns_if_even(grid, quantity, coefficients, covariance, mirror_points):
+    """{one of ENDS: degrees} by which rays at that end turn with the prior of EVEN_MM.
+
+    Arguments as `swinging_ends`. Along an axis of one interval there is no such end.
+    """
+    prior = bending_prior(grid, quantity, plane_through(mirror_points), EVEN_MM)
+    # What a shape of this covariance becomes when the prior's equations join it.
+    towards = covariance @ prior.rows.T
+    normal = prior.rows @ towards + prior.sd**2 * np.eye(len(prior.rows))
+    step = towards @ np.linalg.solve(normal, prior.values - prior.rows @ coefficients)
+    ends = [end for end in ENDS if len(grid.breaks["uv".index(end[0])]) > 2]
+    if not ends:
+        return {}
+    places = grid.unturned(np.concatenate([_along(grid, end) for end in ends]))
+    change = RayPoints(places, grid, quantity).direction_jacobian(coefficients) @ step
+    angles = np.degrees(np.linalg.norm(change, axis=1)).reshape(len(ends), ALONG)
+    return dict(zip(ends, angles.mean(axis=1), strict=True))
+
+
+def _along(grid, end):
+    """ALONG places (n, 2) of the knots' box, turned, along one of its ends."""
+    axis, place = "uv".index(end[0]), end[1]
+    other = grid.breaks[1 - axis]
+    found = np.empty((ALONG, 2))
+    found[:, axis] = grid.breaks[axis][place]
+    found[:, 1 - axis] = np.linspace(other[0], other[-1], ALONG)
+    return found
