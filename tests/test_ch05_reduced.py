@@ -5,14 +5,19 @@ import pytest
 
 from chapters.ch05_flexible_mirror.s3_2_reduced_model import claims
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import FRAMES, RUNS, SWEPT
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials import plane, run, scan
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials import (
+    plane,
+    run,
+    scan,
+    sensitivity,
+)
 from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_bench import SWEPT as ENDS
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.calibration.mirror.curves import DistanceCurve, HeightCurve
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
-from tests.made_results import ROOT, of_columns
+from tests.made_results import ROOT, as_planned, of_columns
 
 SEEDS = 40
 ANGLE = 0.02
@@ -189,6 +194,44 @@ def test_seeds_that_were_refused_count_against_a_claim():
     missing = np.where(np.arange(SEEDS) < 8, np.nan, TRUE["final"])
     found = judged(claims.judge_final_good, TRUE | {"final": missing})
     assert {r.verdict for r in found} <= {"differs", "undecided"}
+
+
+def grown(slope, refused=0, floor_mm=0.01):
+    """Results in which the final error grows so with the error put in."""
+    count = 30
+    factors = 1 + 0.2 * np.random.default_rng(4).standard_normal(count)
+
+    def of(condition):
+        injected = np.array(sensitivity.INJECTED_MM)
+        levels = floor_mm + slope * factors[:, None] * injected
+        levels[:refused, 1:] = np.nan
+        return {"final_mm": list(levels), "before_mm": [injected] * count}
+
+    return {"exp_c5_primary_sensitivity": as_planned("exp_c5_primary_sensitivity", of)}
+
+
+@pytest.mark.parametrize(
+    ("slope", "verdict"),
+    [(1.0, "reproduced"), (0.7, "reproduced"), (0.5, "undecided"), (0.3, "differs")],
+)
+def test_an_error_before_has_to_come_through_by_half(slope, verdict):
+    (found,) = readings_of(claims.judge_primary_sensitivity, grown(slope))
+    assert found.verdict == verdict
+    assert found.regenerated == pytest.approx(slope, rel=0.15)
+    # One refused seed in ten is the worst at its level, and turns nothing.
+    (few,) = readings_of(claims.judge_primary_sensitivity, grown(slope, refused=3))
+    assert few.verdict in (verdict, "undecided")
+
+
+def test_an_injected_error_has_its_size_and_none_is_none():
+    condition = {"geometry": "A", "kind": "all"}
+    found = sensitivity.sensitivity_trial(condition, np.random.default_rng(2))
+    sizes = np.array(sensitivity.INJECTED_MM)
+    # The curve next to the mirror is itself a little off, of a higher order.
+    assert 0 < found["before_mm"][0] < 0.01
+    np.testing.assert_allclose(found["before_mm"][1:], sizes[1:], rtol=0.02)
+    assert 0 < found["final_mm"][0] < 0.05
+    assert found["final_mm"][-1] > 5 * found["final_mm"][0]
 
 
 def test_exercises_are_judged_rightly():

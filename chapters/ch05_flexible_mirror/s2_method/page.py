@@ -13,12 +13,16 @@ from chapters.ch05_flexible_mirror.s2_method.exercises import (
     shift_task,
     start_task,
 )
-from chapters.ch05_flexible_mirror.s2_method.results import name_values
+from chapters.ch05_flexible_mirror.s2_method.results import UNEVEN_UM, name_values
 from chapters.ch05_flexible_mirror.s2_method.trials.pictures import platter_trial
 from chapters.ch05_flexible_mirror.s2_method.trials.run import watched_trial
 from chapters.ch05_flexible_mirror.s2_method.trials.starts import (
     one_deflection,
     starts_trial,
+)
+from chapters.ch05_flexible_mirror.s2_method.trials.static_grids import (
+    PITCH_MM,
+    static_trial,
 )
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
@@ -30,7 +34,7 @@ from raxel.calibration.pose.non_central import pose_from_non_central_rays
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
 # show("fig_5_4")
@@ -196,6 +200,10 @@ from repro.run.outcomes import Plan
 
 
 # %%
+GEOMETRY_A = (
+    "data/rigs/flexible-mirror-a.yaml",
+    "data/rigs/flexible-mirror-a-monitor.yaml",
+)
 SEEDS = {"quick": 2, "full": 100}
 FEWER = {"quick": 1, "full": 20}
 
@@ -203,10 +211,7 @@ FEWER = {"quick": 1, "full": 20}
 @experiment(
     "exp_c5_linear_enough",
     artefact="sec_5_2_2",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def starts(effort, results):
@@ -217,10 +222,7 @@ def starts(effort, results):
 @experiment(
     "exp_c5_linear_enough_swept",
     artefact="sec_5_2_2",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def starts_swept(effort, results):
@@ -249,18 +251,20 @@ def pictured(effort):
 
 
 @experiment(
-    "fig_5_4_run",
-    artefact="fig_5_4",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
-    needs=("sec_5_3_3_errors",),
+    "fig_5_4_run", artefact="fig_5_4", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def watched(effort, results):
     """One run, with the stages of the code counted."""
     errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A")
     return Plan(partial(watched_trial, errors=errors), [{"seed": 0}], 1)
+
+
+@experiment("exp_c5_static_grid_bias", artefact="sec_5_2_1", inputs=GEOMETRY_A)
+def static_grids(effort):
+    """The mirror's first surface, from each pixel's point and from squares."""
+    conditions = crossed(geometry=["A"], aberration_um=[0.0, UNEVEN_UM])
+    mirrors = {"quick": 2, "full": 50}[effort]
+    return Plan(static_trial, conditions, mirrors, {"pitch_mm": PITCH_MM})
 
 
 # %% tags=["active-ipynb"]

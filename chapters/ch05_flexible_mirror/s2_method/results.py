@@ -4,12 +4,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from chapters.shared.mirror_bench import ABERRATION_UM, BENCH, BENCHES, SWEPT
 from repro.page.reader import value
 
 BOTH = ("exp_c5_linear_enough", "exp_c5_linear_enough_swept")
 STARTS, STARTS_SWEPT = BOTH
 RUN = "fig_5_4_run"
+STATIC, LOOPS = "exp_c5_static_grid_bias", "table_5_5_runs"
+# Of the mirrors whose primary calibration is tried with static grids.
+UNEVEN_UM = ABERRATION_UM
+# Of Table 5.5: the steps from stage 3 back to stage 0, after the last of which the
+# single step from stage 3 ends as well.
+BACK = ("step4", "step5", "step6")
 SAME = 0.01
 
 
@@ -99,6 +105,38 @@ class Ran(NamedTuple):
         """What the boxes of the flowchart say."""
         steps = " + ".join(f"{n}" for n in self.steps) or "no"
         return self.numbers | {"steps": steps}
+
+
+class StepSizes(NamedTuple):
+    """Three steps of 5 mm and one of 15 mm, from stage 3 to stage 0, on one bench."""
+
+    result: object
+    bench: str
+
+    def common(self, way):
+        """Corners (seeds,) that both pictures of a step show; none where refused.
+
+        way: "staged", the mean of the three steps, or "single".
+        """
+        places = BACK if way == "staged" else ("single",)
+        found = [self._of(place, "common") for place in places]
+        return np.mean(np.nan_to_num(found, nan=0.0), axis=0)
+
+    def back(self, way):
+        """Back-projection errors (seeds,) mm at stage 0, NaN where it was refused."""
+        return self._of(BACK[-1] if way == "staged" else "single", "back_mm")
+
+    def _of(self, place, name):
+        return self.result.column(f"{self.bench}.{place}.{name}")
+
+
+def surfaces(results, aberration_um, points, stage="linear"):
+    """Errors (trials,) mm of the surface before any deflection.
+
+    points: "pixel", each pixel's own, or "grid", interpolated; stage: "linear", as
+    published, or "refined".
+    """
+    return results[STATIC].column(f"{points}.{stage}_mm", aberration_um=aberration_um)
 
 
 def name_values(open_results):

@@ -1,15 +1,19 @@
 """The claims about Fig. 5.7, tested as the ledger words them, and its numbers."""
 
+import numpy as np
+
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import (
     PRIMARY,
     RUNS,
     ReducedCase,
+    final_over_injected,
+    medians_by_kind,
 )
 from chapters.shared.mirror_bench import BENCH
 from chapters.shared.mirror_sweep import counterpart_over_the_sweep
 from repro.judge.statistics import median_and_range
 from repro.run.experiment import claim, numbers
-from repro.run.outcomes import Value
+from repro.run.outcomes import Reading, Value
 
 SEEDS = ("fig_5_7_runs", "fig_5_7_swept")
 QUESTIONS = (
@@ -20,6 +24,7 @@ QUESTIONS = (
     "scan_frame",
 )
 POOR, SIMILAR = 3.0, (0.5, 2.0)
+LEAST_SLOPE = 0.5
 
 
 @claim("c5_red_final_good", needs=SEEDS, evidence="rendered", readings=QUESTIONS)
@@ -52,6 +57,36 @@ def judge_primary_limits(results, options):
         return (ratio >= SIMILAR[0]) & (ratio <= SIMILAR[1]), ratio, "x", reason
 
     return counterpart_over_the_sweep(case, found_at)
+
+
+@claim(
+    "c5_primary_sensitivity",
+    needs=("exp_c5_primary_sensitivity",),
+    evidence="synthetic",
+)
+def judge_primary_sensitivity(results):
+    """Slope of the final error over the error put into the primary surface.
+
+    Fixed before the run: exact corners, clamp and viewing rays; an error along the
+    mirror of four parts of equal weight (shift, tilt, bend, and one of third order),
+    drawn once for all levels; its size the mean distance between the curves with and
+    without it, 0 to 0.8 mm; the final error the mean distance from the true mirror
+    after a deflection of 7.98 mm; a straight line through the medians of the levels.
+    """
+    result = results["exp_c5_primary_sensitivity"]
+    slope = final_over_injected(result, "all")
+    ends = ", ".join(f"{mm:.3g}" for mm in medians_by_kind(result, "all")[[0, -1]])
+    others = ", ".join(
+        f"{kind} {final_over_injected(result, kind).value:.2f}"
+        for kind in ("shift", "tilt", "bend")
+    )
+    return Reading.of(
+        slope.above(np.nextafter(LEAST_SLOPE, 0)),
+        slope,
+        "1",
+        f"mm of final error for each mm; medians {ends} mm without and with most; "
+        f"slopes of one part alone: {others}",
+    )
 
 
 def _medians(**found):

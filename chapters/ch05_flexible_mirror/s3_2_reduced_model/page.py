@@ -19,12 +19,17 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.plane import (
     distances_next_to,
 )
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.scan import aligned
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.sensitivity import (
+    INJECTED_MM,
+    KINDS,
+    sensitivity_trial,
+)
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run.outcomes import Plan, crossed
 
 SEEDS = {"quick": 2, "full": 100}
 FEWER = {"quick": 1, "full": 20}
@@ -193,6 +198,23 @@ def curves(effort, results):
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(run.curves_trial, errors=errors)
     return Plan(trial, [{"geometry": "A"}], 1, run.SETTINGS)
+
+
+@experiment(
+    "exp_c5_primary_sensitivity",
+    artefact="fig_5_7",
+    inputs=(
+        "data/rigs/flexible-mirror-a.yaml",
+        "data/rigs/flexible-mirror-a-monitor.yaml",
+    ),
+)
+def sensitivity(effort):
+    """Errors of a known size put into the curve before, and what becomes of them."""
+    seeds = {"quick": 2, "full": 30}[effort]
+    settings = run.SETTINGS | {"injected_mm": INJECTED_MM}
+    return Plan(
+        sensitivity_trial, crossed(geometry=["A"], kind=list(KINDS)), seeds, settings
+    )
 
 
 @experiment(

@@ -6,14 +6,20 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.run import (
     OTHER_WAYS,
     PUBLISHED_WAY,
 )
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.sensitivity import (
+    INJECTED_MM,
+    KINDS,
+)
 from chapters.shared.mirror_bench import BENCH, BENCHES
 from chapters.shared.mirror_bench import SWEPT as ENDS
 from chapters.shared.mirror_sweep import READINGS as BENCH_READINGS
+from repro.judge.statistics import trend, with_worst
 from repro.page.reader import value
 from repro.run.readings import Case
 
 TIMES = 3.0  # the final error: from there on the prose counts linear errors as poor
 RUNS, SWEPT, OTHER = "fig_5_7_runs", "fig_5_7_swept", "fig_5_7_other"
+SENSITIVITY = "exp_c5_primary_sensitivity"
 # The options of each question, as trials call them; each but the primary one is a way
 # of its own to calibrate.
 WAYS = {
@@ -60,11 +66,33 @@ class ReducedCase(Case):
 PRIMARY = ReducedCase()
 
 
+def finals(result, kind):
+    """Final errors (seeds, levels) mm with errors of a kind put in before; nan where
+    refused."""
+    return np.array(result.arrays("final_mm", kind=kind))
+
+
+def medians_by_kind(result, kind):
+    """Median final error of each level, mm; a refused seed is the worst."""
+    return np.median(with_worst(finals(result, kind)), axis=0)
+
+
+def final_over_injected(result, kind):
+    """Slope of the median final error over the error put in, Estimate."""
+    levels = list(finals(result, kind).T)
+    return trend(
+        np.array(INJECTED_MM), levels, lambda x, y: float(np.polyfit(x, y, 1)[0])
+    )
+
+
 def name_values(open_results):
     """Name the numbers of the prose."""
     results = {name: open_results(name) for name in (RUNS, SWEPT, OTHER)}
     for name, number in quoted(results).items():
         value(name, number)
+    for kind in KINDS:
+        slope = final_over_injected(open_results(SENSITIVITY), kind).value
+        value(f"sensitivity.{kind}", slope)
     pictures = open_results("fig_5_6_pictures")
     for depth in ("280", "1000", "5000"):
         value(f"moved.{depth}", float(pictures.column(f"moved.{depth}")[0]))

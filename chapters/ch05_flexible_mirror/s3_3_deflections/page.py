@@ -18,6 +18,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.trials.run import (
     deflections_trial,
     of_deflection,
 )
+from chapters.ch05_flexible_mirror.s3_3_deflections.trials.tip import tip_trial
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from repro.page.exercise import check
@@ -173,6 +174,41 @@ def _plan(results, geometry, benches, seeds):
     trial = partial(deflections_trial, errors=errors, benches=benches)
     settings = {name: bench._asdict() for name, bench in benches.items()}
     return Plan(trial, [{"geometry": geometry}], seeds, settings)
+
+
+@experiment(
+    "exp_c5_extrapolated_tip",
+    artefact="table_5_1",
+    inputs=(
+        "data/rigs/flexible-mirror-a.yaml",
+        "data/rigs/flexible-mirror-a-monitor.yaml",
+    ),
+    needs=("sec_5_3_3_errors",),
+)
+def tips(effort, results):
+    """How far the mirror went at the load and among the corners, on both benches."""
+    return _tip_plan(results, BENCHES, SEEDS[effort])
+
+
+@experiment(
+    "exp_c5_extrapolated_tip_swept",
+    artefact="table_5_1",
+    inputs=(
+        "data/rigs/flexible-mirror-a.yaml",
+        "data/rigs/flexible-mirror-a-monitor.yaml",
+    ),
+    needs=("sec_5_3_3_errors",),
+)
+def tips_swept(effort, results):
+    """The same from half to twice each of the bench's numbers."""
+    return _tip_plan(results, SWEPT, FEWER[effort])
+
+
+def _tip_plan(results, benches, seeds):
+    errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
+    trial = partial(tip_trial, errors=errors, benches=benches)
+    settings = {name: bench._asdict() for name, bench in benches.items()}
+    return Plan(trial, [{"geometry": "A"}], seeds, settings)
 
 
 # %% [markdown]

@@ -11,6 +11,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
 from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
     DEFLECTED,
     JUDGED,
+    RESOLUTION_MM,
     SCALES,
     SHIFT_MM,
     STAGES,
@@ -26,6 +27,10 @@ from repro.run.outcomes import Measured, Table, Value
 NEEDS = ("table_5_1_runs",)
 SOLVED = (
     "the bench was solved from this number: it is near the printed one by construction"
+)
+EXACT = (
+    "deflections are put into the rig exactly; all are multiples of what the thesis's "
+    "stages resolve"
 )
 MEDIANS = (
     "Medians over the seeds that came so far, with 95 % intervals; how many did, is in "
@@ -328,5 +333,6 @@ def numbers_of_the_text(results):
         "s5_3_3_ang_sd": of_runs(runs, runs.of(0, "measured_sd_deg"), "deg"),
         "s5_3_3_depth": Value(DYNAMIC_MM, unit="mm"),
         "s5_3_3_step": Value(STEP_MM, unit="mm"),
+        "s5_3_3_stage_res": Value(RESOLUTION_MM, unit="mm", put_in=EXACT),
         "s5_3_3_mp": Value(viewer.width * viewer.height / 1e6, unit="Mpixel"),
     }

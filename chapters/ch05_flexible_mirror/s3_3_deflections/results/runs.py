@@ -9,9 +9,12 @@ from repro.run.readings import Case
 
 RUNS, SWEPT_RUNS, OTHER = "table_5_1_runs", "table_5_1_swept", "table_5_1_other"
 JUDGED = ("table_5_1_runs", "table_5_1_swept")
+TIPS, TIPS_SWEPT = "exp_c5_extrapolated_tip", "exp_c5_extrapolated_tip_swept"
 STAGES, DEFLECTED = (0, 1, 2, 3), (1, 2, 3)
 LAST = DEFLECTED[-1]
 STEP_MM = STAGES_MM[1] - STAGES_MM[0]
+# Of the translation stages that deflect the mirror.
+RESOLUTION_MM = 0.01
 SHIFT_MM = 100.0  # of the monitor, on its stage
 # In Fig. 5.12, before calibration and after.
 SCALES = (5, 30)

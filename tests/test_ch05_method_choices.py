@@ -1,0 +1,102 @@
+"""Section 5.2: static grids and sizes of steps, as they are judged."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s2_method import claims
+from chapters.ch05_flexible_mirror.s2_method.results import LOOPS, STATIC, StepSizes
+from chapters.ch05_flexible_mirror.s2_method.trials import static_grids
+from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror_runs import true_points
+from tests.judged_claims import readings_of
+from tests.made_results import as_planned, of_columns
+
+SEEDS, STEPS = 60, ("step4", "step5", "step6")
+
+
+def scattered(value, seed, relative=0.02):
+    return value * (1 + relative * np.random.default_rng(seed).standard_normal(SEEDS))
+
+
+def loops(**changed):
+    """Runs of Table 5.5 in which three steps are better than one, but for changes."""
+    values = {}
+    for bench in BENCHES:
+        for place in STEPS:
+            values[f"{bench}.{place}.common"] = scattered(120.0, 1)
+        values[f"{bench}.single.common"] = scattered(90.0, 2)
+        values[f"{bench}.step6.back_mm"] = scattered(0.5, 3)
+        values[f"{bench}.single.back_mm"] = scattered(0.8, 4)
+    for name, value in changed.items():
+        values[name.replace("__", ".")] = value
+    return {LOOPS: of_columns(({"geometry": "A"}, values))}
+
+
+def step_verdict(**changed):
+    (found,) = readings_of(claims.judge_step_sizes, loops(**changed))
+    return found.verdict
+
+
+def test_small_steps_have_to_be_better_in_both_ways():
+    assert step_verdict() == "reproduced"
+    assert step_verdict(laboratory__single__back_mm=scattered(0.4, 4)) == "differs"
+    assert step_verdict(laboratory__single__common=scattered(130.0, 2)) == "differs"
+    # Alike on the whole: neither is better.
+    same = {"laboratory__single__back_mm": scattered(0.5, 9, 0.2)}
+    assert step_verdict(**same) == "undecided"
+    # The bench is told, and decides nothing.
+    assert step_verdict(bench__single__back_mm=scattered(0.1, 4)) == "reproduced"
+
+
+def test_a_step_that_was_refused_shows_no_corners_and_is_the_worst():
+    lost = scattered(0.8, 4)
+    lost[:40] = np.nan
+    found = loops(laboratory__single__common=lost, laboratory__single__back_mm=lost)
+    steps = StepSizes(found[LOOPS], "laboratory")
+    assert np.count_nonzero(steps.common("single") == 0) == 40
+    assert np.isnan(steps.back("single")).sum() == 40
+    ended = np.full(SEEDS, np.nan)
+    assert step_verdict(laboratory__step6__back_mm=ended) == "differs"
+
+
+def surfaces(grid_mm, pixel_mm):
+    count = 50
+    rng = np.random.default_rng(1)
+    values = {"grid.refined_mm": 0.02, "pixel.refined_mm": 0.02}
+    both = rng.uniform(0.5, 1.5, count)
+    values["grid.linear_mm"] = grid_mm * both
+    values["pixel.linear_mm"] = pixel_mm * both
+    return {STATIC: as_planned(STATIC, values)}
+
+
+@pytest.mark.parametrize(
+    ("grid_mm", "verdict"),
+    [(0.03, "reproduced"), (0.0201, "reproduced"), (0.019, "differs")],
+)
+def test_a_surface_from_squares_has_to_be_the_worse_one(grid_mm, verdict):
+    (found,) = readings_of(claims.judge_static_grids, surfaces(grid_mm, 0.02))
+    assert found.verdict == verdict
+    assert found.regenerated == pytest.approx(grid_mm / 0.02)
+
+
+def test_squares_of_a_flat_mirror_say_what_each_pixel_sees():
+    rig = mirror_rig("A")
+    camera = rig.camera(0.0)
+    (T, _) = rig.monitor_poses()
+    pixels = static_grids.lattice(camera, 128)
+    exact = true_points(rig, camera, pixels, T)
+    board = static_grids.chessboard(camera, T, exact)
+    read = static_grids.between_corners(board, pixels)
+    known = np.isfinite(read[:, 0])
+    assert known.mean() > 0.7
+    # What is left is the lens's distortion within a square.
+    np.testing.assert_allclose(read[known], exact[known], atol=0.02)
+
+
+def test_exact_points_give_the_surface_but_for_what_no_spline_can_follow():
+    found = static_grids.static_trial(
+        {"geometry": "A", "aberration_um": 0.0}, np.random.default_rng(3)
+    )
+    assert found["pixel"]["off_mm"] == 0 < found["grid"]["off_mm"] < 0.02
+    assert max(found["pixel"][f"{n}_mm"] for n in ("linear", "refined")) < 0.02

@@ -1,0 +1,138 @@
+"""Section 5.3.3: what a deflection is off by at its tip, and how rays turn there."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s3_3_deflections import claims
+from chapters.ch05_flexible_mirror.s3_3_deflections.results import runs, tips
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.curvature import ray_turns
+from chapters.ch05_flexible_mirror.s3_3_deflections.trials import tip
+from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from tests.judged_claims import readings_of
+from tests.made_results import of_columns
+
+SEEDS, FEWER = 100, 20
+
+
+def of_bench(bench, seeds, times, refused=0):
+    """Columns of a bench whose tip scatters so many times as much as the rest."""
+    rng = np.random.default_rng(6)
+    at_load = times * 0.02 * rng.standard_normal(seeds)
+    among = 0.02 * rng.standard_normal((seeds, 400))
+    found = {
+        "tip_mm": at_load,
+        "mean_mm": among.mean(axis=1),
+        "square_mm2": np.mean(among**2, axis=1),
+    }
+    found |= {f"surface.{name}": value for name, value in found.items()}
+    found["beyond_mm"] = np.full(seeds, 12.0)
+    for value in found.values():
+        value[:refused] = np.nan
+    return {f"{bench}.{name}": value for name, value in found.items()}
+
+
+def made(times, swept=None, refused=0):
+    results = {}
+    for name, benches, seeds, here in (
+        (runs.TIPS, BENCHES, SEEDS, times),
+        (runs.TIPS_SWEPT, SWEPT, FEWER, times if swept is None else swept),
+    ):
+        columns = {}
+        for bench in benches:
+            columns |= of_bench(bench, seeds, here, refused)
+        results[name] = of_columns(({"geometry": "A"}, columns))
+    return results
+
+
+@pytest.mark.parametrize(
+    ("times", "verdict"), [(4.0, "reproduced"), (2.0, "undecided"), (1.0, "differs")]
+)
+def test_the_tip_has_to_scatter_twice_as_much_as_the_rest(times, verdict):
+    found = readings_of(claims.judge_tip, made(times))
+    assert [r.verdict for r in found] == [verdict] * 2
+    assert found[0].regenerated == pytest.approx(times, rel=0.2)
+
+
+def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
+    found = readings_of(claims.judge_tip, made(4.0, swept=1.0))
+    assert [r.verdict for r in found] == ["undecided", "reproduced"]
+
+
+def test_refused_seeds_have_no_value_and_are_counted():
+    found = tips.Tips.on(made(4.0, refused=7), "bench")
+    assert found.refused == 7
+    assert np.isfinite(found.ratio()).all()
+    (first, _) = readings_of(claims.judge_tip, made(4.0, refused=7))
+    assert "7 of 100 seeds refused" in first.reason
+
+
+def test_moments_of_seeds_are_the_scatter_of_all_their_places():
+    errors = np.random.default_rng(1).normal(0.3, 0.1, (30, 50))
+    found = tips.among_sd(errors.mean(axis=1), np.mean(errors**2, axis=1))
+    assert found == pytest.approx(errors.std())
+
+
+class Shifted(NamedTuple):
+    """A found camera whose mirror is the true one's tangent plane moved along z."""
+
+    mirror: object
+
+
+def test_a_mirror_moved_along_the_push_is_found_so_far_beyond():
+    rig = mirror_rig("A")
+    true = rig.camera(5.0)
+    along = rig.deflection_direction()
+    places = np.array([[40.0, -20.0], [100.0, 0.0], [150.0, 30.0]])
+    points = tip.on_mirror(true, places)
+    n = along + np.array([0.1, 0.0, 0.0])
+
+    class Plane:
+        """The plane through a point at right angles to n."""
+
+        def points(self, p):
+            ways = np.column_stack([p, np.ones(len(p))])
+            return ways * ((n @ (points[1] + 0.7 * along)) / (ways @ n))[:, None]
+
+        def normals(self, at):
+            return np.broadcast_to(n, at.shape)
+
+    found = tip.beyond(rig, Shifted(Plane()), points)
+    assert found[1] == pytest.approx(0.7)
+    np.testing.assert_allclose(
+        (points + found[:, None] * along) @ n, n @ (points[1] + 0.7 * along)
+    )
+
+
+def test_places_lie_among_the_corners_alone():
+    corners = np.array([[20.0, -30.0], [120.0, -30.0], [120.0, 30.0], [20.0, 30.0]])
+    found = tip.places_among(corners, mirror_rig("A").camera(5.0))
+    assert len(found) > 50
+    assert found[:, 0].min() >= 20
+    assert found[:, 0].max() <= 120
+    assert np.abs(found[:, 1]).max() <= 30
+
+
+def test_rays_turn_by_twice_the_curvature_and_the_test_of_it_can_fail(monkeypatch):
+    (found,) = readings_of(claims.judge_curvature, {})
+    assert found.verdict == "reproduced"
+    assert found.regenerated < 5
+    turns = ray_turns(mirror_rig("A").camera(15.0))
+    np.testing.assert_allclose(turns.over_twice(turns.mirror), 1, atol=1e-3)
+    monkeypatch.setattr(
+        claims, "ray_turns", lambda camera: turns._replace(mirror=1.1 * turns.mirror)
+    )
+    (other,) = readings_of(claims.judge_curvature, {})
+    assert other.verdict == "differs"
+
+
+def test_the_flat_mirror_turns_no_ray_whose_viewing_ray_is_kept():
+    turns = ray_turns(mirror_rig("A").camera(0.0))
+    assert np.abs(turns.mirror).max() < 1e-9 < turns.whole.min()
+
+
+def test_the_deflections_put_in_are_multiples_of_what_the_stages_resolve():
+    steps = np.array(STAGES_MM) / runs.RESOLUTION_MM
+    np.testing.assert_allclose(steps, np.rint(steps), atol=1e-9)
