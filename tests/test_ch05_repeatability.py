@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_repeatability import claims, tables
+from chapters.ch05_flexible_mirror.s3_3_repeatability import tables
+from chapters.ch05_flexible_mirror.s3_3_repeatability.claims import loop as claims
 from chapters.ch05_flexible_mirror.s3_3_repeatability.results import predicates
 from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     EQUIVALENT,

@@ -4,6 +4,7 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_3_repeatability.results import predicates
 from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
+    PANELS,
     PLACED,
     SCALE,
     STARTED,
@@ -20,12 +21,6 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
-PANELS = {
-    "start": "(a) stage 0, before",
-    "step3": "(b) stage 3, three steps",
-    "step6": "(c) stage 0, six steps",
-    "single": "(d) stage 0, three and one",
-}
 MARGIN_MM = 10.0
 ROUNDING = 1e-9
 BENCH_LOOKS = {"bench": series(0), "laboratory": series(1)}

@@ -14,9 +14,16 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.exercises import (
     turned_rays_task,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.results.prose import name_values
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.conditioning import (
+    conditioning_trial,
+)
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.losses import (
     DEFLECTIONS_MM,
     losses_trial,
+)
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.metric import (
+    ARMS,
+    metric_trial,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.placements import (
     placements_trial,
@@ -26,7 +33,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import (
     travelled,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import starts_trial
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
@@ -130,10 +137,14 @@ from repro.run.outcomes import Plan
 # ([how they differ](s3_3_calibration.ipynb)).
 
 # %%
+RIG = ("data/rigs/flexible-mirror-a.yaml", "data/rigs/flexible-mirror-a-monitor.yaml")
 SEEDS = {"quick": 3, "full": 100}
 FEWER = {"quick": 1, "full": 20}
 PLACED = {"quick": 1, "full": 15}
 STARTED = {"quick": 1, "full": 12}
+CONDITIONED = {"quick": 1, "full": 36}
+HARDLY_ANY = {"quick": 1, "full": 6}
+ABLATED = {"quick": 1, "full": 24}
 
 
 # %%
@@ -141,10 +152,7 @@ STARTED = {"quick": 1, "full": 12}
     "table_5_5_runs",
     artefact="table_5_5",
     shards={"full": 2},
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
+    inputs=RIG,
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
@@ -156,10 +164,7 @@ def runs(effort, results):
     "table_5_5_swept",
     artefact="table_5_5",
     shards={"full": 2},
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
+    inputs=RIG,
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
@@ -182,27 +187,14 @@ def other(effort, results):
 
 
 @experiment(
-    "exp_c5_dense_grid",
-    artefact="table_5_5",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
-    needs=("sec_5_3_3_errors",),
+    "exp_c5_dense_grid", artefact="table_5_5", inputs=RIG, needs=("sec_5_3_3_errors",)
 )
 def placed(effort, results):
     """The first step, with the board elsewhere and all else the same."""
     return _plan(results, placements_trial, "A", BENCHES | SWEPT, PLACED[effort])
 
 
-@experiment(
-    "exp_c5_feature_loss",
-    artefact="fig_5_13",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
-)
+@experiment("exp_c5_feature_loss", artefact="fig_5_13", inputs=RIG)
 def lost(effort):
     """Corners that both pictures show, over the deflection, back and out."""
     seeds = {"quick": 3, "full": 100}[effort]
@@ -211,12 +203,45 @@ def lost(effort):
 
 
 @experiment(
+    "exp_c5_concave_conditioning",
+    artefact="fig_5_13",
+    inputs=RIG,
+    needs=("sec_5_3_3_errors",),
+)
+def conditioned(effort, results):
+    """Covered mirror and condition of each step of the loop, on both benches."""
+    return _plan(results, conditioning_trial, "A", BENCHES, CONDITIONED[effort])
+
+
+@experiment(
+    "exp_c5_concave_conditioning_swept",
+    artefact="fig_5_13",
+    inputs=RIG,
+    needs=("sec_5_3_3_errors",),
+)
+def conditioned_swept(effort, results):
+    """The same, from half to twice each of the bench's numbers."""
+    return _plan(results, conditioning_trial, "A", SWEPT, HARDLY_ANY[effort])
+
+
+@experiment(
+    "exp_c5_metric_fit_helps",
+    artefact="fig_5_13",
+    inputs=RIG,
+    needs=("sec_5_3_3_errors",),
+)
+def ablated(effort, results):
+    """The loop with the board's known metric, and without it."""
+    errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
+    trial = partial(metric_trial, errors=errors)
+    settings = {"arms": list(ARMS), **BENCHES[BENCH]._asdict()}
+    return Plan(trial, [{"geometry": "A"}], ABLATED[effort], settings)
+
+
+@experiment(
     "exp_c5_not_sensitive_init",
     artefact="table_5_5",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
+    inputs=RIG,
     needs=("sec_5_3_3_errors",),
 )
 def started(effort, results):

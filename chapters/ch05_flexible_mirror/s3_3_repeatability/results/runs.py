@@ -18,6 +18,12 @@ EQUIVALENT = tuple(zip(THERE, reversed(BACK), strict=True))
 STEP_MM = STAGES_MM[1] - STAGES_MM[0]
 WHOLE_MM = STAGES_MM[-1] - STAGES_MM[0]
 SCALE = 10  # of the vectors of Fig. 5.13
+PANELS = {
+    "start": "(a) stage 0, before",
+    "step3": "(b) stage 3, three steps",
+    "step6": "(c) stage 0, six steps",
+    "single": "(d) stage 0, three and one",
+}
 
 
 class LoopRuns(Case):

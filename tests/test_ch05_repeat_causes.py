@@ -1,0 +1,210 @@
+"""Section 5.3.3, there and back: why errors grow or do not, and claims about it."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s3_3_repeatability.claims import vectors as claims
+from chapters.ch05_flexible_mirror.s3_3_repeatability.results import causes
+from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
+    PANELS,
+    LoopRuns,
+)
+from chapters.ch05_flexible_mirror.s3_3_repeatability.results.vectors import (
+    edge_ratios,
+    next_to_clamp,
+    way_to_clamp,
+)
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials import conditioning, metric
+from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_rigs import mirror_rig
+from raxel.geometry import transform
+from raxel.geometry.planes import on_plane
+from tests.judged_claims import readings_of
+from tests.made_results import of_columns
+
+SEEDS = 40
+BOTH = ("reproduced", "reproduced")
+
+
+def verdicts(judge, results):
+    return tuple(reading.verdict for reading in readings_of(judge, results))
+
+
+def vectors_made(benches, edge=0.5, lost=0, worse=()):
+    """Loops whose vectors are 1 mm long, and `edge` mm next to the clamp; twice that in
+    the panels `worse`; lost: seeds without the single step."""
+    board = mirror_rig("A").board.points()
+    near = next_to_clamp(board, np.ones(len(board), bool), way_to_clamp())
+    values = {}
+    for bench in benches:
+        values[f"{bench}.board_mm"] = [board] * SEEDS
+        for place in PANELS:
+            own = np.zeros((len(board), 2))
+            own[:, 1] = 1.0
+            own[near, 1] = 2 * edge if place in worse else edge
+            gone = lost if place == "single" else 0
+            values[f"{bench}.{place}.back_mm"] = [np.nan] * gone + [1.0] * (
+                SEEDS - gone
+            )
+            values[f"{bench}.{place}.own"] = [None] * gone + [own] * (SEEDS - gone)
+        values[f"{bench}.refused"] = [None] * SEEDS
+        values[f"{bench}.single_refused"] = ["no"] * lost + [None] * (SEEDS - lost)
+    return of_columns(({"geometry": "A"}, values))
+
+
+def loops(at=(), **made):
+    usual = {k: v for k, v in made.items() if k != "worse"}
+    return {
+        "table_5_5_runs": vectors_made(BENCHES, **made),
+        "table_5_5_swept": vectors_made(
+            SWEPT, **usual, worse=at or made.get("worse", ())
+        ),
+    }
+
+
+def test_the_edge_next_to_the_clamp_is_judged_in_all_panels():
+    judge = claims.judge_fixed_edge
+    assert verdicts(judge, loops()) == BOTH
+    assert verdicts(judge, loops(edge=1.1)) == ("differs", "differs")
+    assert verdicts(judge, loops(edge=0.6, worse=("step3",))) == ("differs", "differs")
+    assert verdicts(judge, loops(edge=0.6, at=("start",))) == (
+        "undecided",
+        "reproduced",
+    )
+
+
+def test_the_edge_is_every_row_s_outermost_corner_that_is_seen():
+    board = mirror_rig("A").board.points()
+    seen = np.ones(len(board), bool)
+    columns = np.unique(board[:, 0])
+    seen[board[:, 0] == columns[0]] = False
+    edge = next_to_clamp(board, seen, -1)
+    assert len(edge) == len(np.unique(board[:, 1]))
+    np.testing.assert_allclose(board[edge, 0], columns[1])
+    runs = LoopRuns(loops())
+    share = len(edge) / len(board)
+    np.testing.assert_allclose(
+        edge_ratios(runs, "start"), 0.5 / (1 - share + 0.5 * share)
+    )
+
+
+def test_the_board_s_edge_on_the_clamp_s_side_is_the_one_that_the_mirror_shows_there():
+    rig = mirror_rig("A")
+    T = rig.board_pose(np.random.default_rng(5), 400.0, (15.0,))
+    camera, board = rig.camera(15.0), rig.board.points()
+    pixels, seen = rig.corners(camera, T)
+    edge = next_to_clamp(board, seen, way_to_clamp())
+    clamp = rig.clamp_pixels(camera).mean(axis=0)
+    far = np.linalg.norm(pixels - clamp, axis=1)
+    assert far[edge].mean() < 0.6 * far[seen].mean()
+
+
+def seen_made(covered=1.2, reciprocal=2.0, lost=0, at=None):
+    """Both experiments: steps back over steps out; at: {bench: another ratio}."""
+    rng = np.random.default_rng(3)
+    found = {}
+    for name, benches in zip(causes.CONDITIONED, (BENCHES, SWEPT), strict=True):
+        values = {}
+        for bench in benches:
+            ratio = (at or {}).get(bench, covered)
+            for step in range(1, 7):
+                for what, size, more in (
+                    ("covered", 0.6, ratio),
+                    ("reciprocal", 0.02, reciprocal),
+                ):
+                    trials = size * (more if step > 3 else 1)
+                    trials = trials * (1 + 0.01 * rng.standard_normal(SEEDS))
+                    if step > 3:
+                        trials[:lost] = np.nan
+                    values[f"{bench}.step{step}.{what}"] = trials
+        found[name] = of_columns(({"geometry": "A"}, values))
+    return found
+
+
+def test_both_what_is_covered_and_the_condition_have_to_be_better():
+    judge = claims.judge_conditioning
+    assert verdicts(judge, seen_made()) == BOTH
+    for worse in ({"covered": 0.9}, {"reciprocal": 0.9}, {"lost": 20}):
+        assert verdicts(judge, seen_made(**worse)) == ("differs", "differs")
+    turned = seen_made(at={"twice the factor": 0.8})
+    assert verdicts(judge, turned) == ("undecided", "reproduced")
+
+
+def grown(without=0.3, with_metric=0.1, lost=0, spread=0.05):
+    """Back-projection errors that grow by so much with each step."""
+    rng = np.random.default_rng(4)
+    values = {}
+    for arm, rate in (("metric", with_metric), ("without", without)):
+        slopes = rate + spread * rng.standard_normal(SEEDS)
+        for step in range(1, 7):
+            for name in ("back_mm", "angle_deg"):
+                trials = 1 + slopes * step
+                if arm == "without" and step > 2:
+                    trials[:lost] = np.nan
+                values[f"{arm}.step{step}.{name}"] = trials
+        gone = lost if arm == "without" else 0
+        values[f"{arm}.refused"] = ["step 3: no"] * gone + [None] * (SEEDS - gone)
+    return {causes.METRIC: of_columns(({"geometry": "A"}, values))}
+
+
+@pytest.mark.parametrize(
+    ("made", "verdict"),
+    [
+        ({}, "reproduced"),
+        ({"without": 0.1, "with_metric": 0.3}, "differs"),
+        ({"without": 0.11, "spread": 0.1}, "undecided"),
+        ({"lost": 30}, "reproduced"),
+    ],
+)
+def test_growth_without_the_metric_is_held_against_that_with_it(made, verdict):
+    reading = claims.judge_metric(grown(**made))
+    assert reading.verdict == verdict
+    assert f"without {made.get('lost', 0)}, with 0" in reading.reason
+
+
+def test_rates_are_slopes_and_refusals_the_worst():
+    errors = 2 + 0.25 * np.arange(6)[:, None] + np.zeros((6, 2))
+    np.testing.assert_allclose(causes.rates(errors), 0.25)
+    result = grown(lost=3)[causes.METRIC]
+    found = causes.without_less_metric(result)
+    assert np.isposinf(found[:3]).all()
+    assert np.isfinite(found[3:]).all()
+    both = causes.while_both_go_on(result)
+    np.testing.assert_allclose(both[3:], found[3:])
+    np.testing.assert_allclose(both, 0.2, atol=0.4)
+
+
+def test_without_the_metric_each_corner_stays_on_its_own_ray():
+    rig = mirror_rig("A")
+    camera, board = rig.camera(5.0), rig.board.points()
+    T = rig.board_pose(np.random.default_rng(6), deflections=(5.0,))
+    pixels, seen = rig.corners(camera, T)
+    pixels[~seen] = np.nan
+    off = pixels + np.random.default_rng(7).normal(0, 5.0, pixels.shape)
+    true = transform(T, on_plane(board))
+    for arm in metric.ARMS:
+        found = metric.scene_points(camera, pixels, board, arm)
+        np.testing.assert_allclose(found[seen], true[seen], atol=1e-5)
+        assert np.isnan(found[~seen]).all()
+    rays = camera.rays(off)
+    bent = metric.scene_points(camera, off, board, "without")
+    known = np.isfinite(bent[:, 0])
+    way = (bent - rays.origins)[known]
+    along = np.sum(way * rays.directions[known], axis=1)
+    np.testing.assert_allclose(np.linalg.norm(way, axis=1), along, rtol=1e-9)
+    stiff = metric.scene_points(camera, off, board, "metric")[known]
+    pairs = np.linalg.norm(np.diff(stiff, axis=0), axis=1)
+    np.testing.assert_allclose(
+        pairs, np.linalg.norm(np.diff(board[known], axis=0), axis=1), rtol=1e-9
+    )
+
+
+def test_the_covered_share_is_of_the_sheet():
+    rig = mirror_rig("A")
+    camera = rig.camera(5.0)
+    rim = np.array([[0.25, -0.5], [0.75, -0.5], [0.75, 0.5], [0.25, 0.5]])
+    mirror = camera.mirror
+    x, y = (rim * [mirror.end, mirror.half_width]).T
+    points = np.column_stack([x, y, mirror.height(x, y)[0]])
+    pixels = camera.viewer.project(transform(camera.T_viewer_mirror, points)).pixels
+    assert conditioning.covered_share(camera, pixels) == pytest.approx(0.25, rel=1e-3)
