@@ -12,7 +12,7 @@ from pathlib import Path, PureWindowsPath
 from raxel.documents import field_name, read_yaml, validate
 from raxel.errors import InputError
 from raxel.sets.image_set import load_set
-from raxel.sets.model import ActiveGrid, Charuco, ImageSet
+from raxel.sets.model import ActiveGrid, ImageSet
 
 DESCRIPTION = "mirror.yaml"
 SCHEMA = Path(__file__).with_name("mirror_set.schema.json")
@@ -211,9 +211,6 @@ def _target_faults(mirror_set):
     if mirror_set.grids.target != mirror_set.platter.target:
         fault = "its target is not that of primary.grids; show one monitor in both"
         yield ("primary", "platter"), fault
-    if isinstance(mirror_set.stages.target, Charuco):
-        fault = "its target is a ChArUco board, whose markers a mirror turns round"
-        yield ("stages", "set"), f"{fault}; give a chessboard"
 
 
 def _position_faults(mirror_set):

@@ -19,12 +19,16 @@ from raxel.errors import CalibrationError, InputError
 from raxel.features.boards import detect_boards
 from raxel.features.grids import decode_grids
 from raxel.sets.image_files import read_image
-from raxel.sets.model import ImageSet
+from raxel.sets.model import Charuco, ImageSet
 
 FEWEST_BOARDS = 3  # of the viewer, by Zhang's method
 PICKS = 15  # along the clamp's edge
 # Standard deviations of a pick that the edge may lie from the line through the picks.
 ASTRAY = 3.0
+WHOLE_BOARD = (
+    "; photograph the whole board in the mirror, or use a smaller deflection, or a "
+    "ChArUco board, of which a part is enough"
+)
 # Two pictures of a board lie nearer in one order than in any other by this much.
 CLEARLY = 0.7
 
@@ -214,16 +218,17 @@ def _steps(mirror_set, say):
     names = [name for step in mirror_set.steps for name in (step.before, step.after)]
     wanted = [labels[name] for name in dict.fromkeys(names)]
     views, missed = _found(mirror_set.stages, say, wanted)
+    numbered = isinstance(mirror_set.stages.target, Charuco)
     if missed:
         raise InputError(
             f"{mirror_set.stages.description}: {missed[0][0]}: no board found: "
-            f"{missed[0][1]}; photograph the whole board in the mirror, or use a "
-            "smaller deflection"
+            f"{missed[0][1]}" + ("" if numbered else WHOLE_BOARD)
         )
     of, steps, flags = {view.name: view for view in views}, [], []
     for k, step in enumerate(mirror_set.steps, 1):
-        before = of[step.before]
-        of[step.after], clear = ordered_like(before, of[step.after])
+        before, clear = of[step.before], True
+        if not numbered:
+            of[step.after], clear = ordered_like(before, of[step.after])
         if not clear:
             flags.append(
                 f"step {k}: the board moved so far in the picture that it may be "
