@@ -6,7 +6,8 @@ import pytest
 from raxel.calibration import rays_from_known_motion
 from raxel.calibration.mirror.planar_start import _image, _jacobian, calibrate_flat
 from raxel.calibration.mirror.platter import grid_poses_in_platter
-from raxel.calibration.mirror.primary import calibrate_primary, mirror_points
+from raxel.calibration.mirror.primary import calibrate_primary
+from raxel.calibration.mirror.primary_start import mirror_points
 from raxel.calibration.mirror.sightings import sighting
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import intersect_rays_plane
@@ -95,6 +96,64 @@ def test_a_bent_sheet_is_found_with_the_platter_and_noise():
     motion = found.motions[0]
     assert abs(motion.distance - 100) < 0.05
     assert np.degrees(motion.angle) < 0.02
+
+
+def wrongly_decoded(view, share, where, rng):
+    """A DenseView of which a share of all points is 20 mm off: each its own way, or
+    all alike along one border of the mirror."""
+    location = view.location.copy()
+    rows, columns = np.nonzero(np.isfinite(location[..., 0]))
+    angle = rng.uniform(0, 2 * np.pi, len(rows))
+    order = rng.permutation(len(rows))
+    if where == "border":
+        angle[:], order = 0.4, np.argsort(-columns, kind="stable")
+    chosen = order[: int(share * len(rows))]
+    off = 20 * np.column_stack([np.cos(angle), np.sin(angle)])
+    location[rows[chosen], columns[chosen]] += off[chosen]
+    return view._replace(location=location)
+
+
+@pytest.mark.parametrize(
+    ("where", "share"), [("anywhere", 0.05), ("border", 0.05), ("anywhere", 0.2)]
+)
+@pytest.mark.parametrize("grids", [[0], [0, 1]])
+def test_wrongly_decoded_points_are_left_out_and_counted(where, share, grids):
+    true = flexible_camera(viewer=small())
+    rng = np.random.default_rng(4)
+    views = lit_views(true, GRIDS, rng, 0.005)
+    right = calibrate_primary(true.viewer, views, GRIDS)
+    assert right.flags == ()
+    for k in grids:
+        views[k] = wrongly_decoded(views[k], share, where, rng)
+    found = calibrate_primary(true.viewer, views, GRIDS)
+    was, now = (
+        np.mean(angles_deg(one.camera, true, right.pixels)) for one in (right, found)
+    )
+    assert now < 1.2 * was < 0.03
+    assert found.residuals.max() < 1
+    (flag,) = found.flags
+    out, of = (int(flag.split()[k]) for k in (0, 2))
+    assert 0.6 * share < out / of * 2 / len(grids) < 1.2 * share
+
+
+def test_a_corner_that_was_matched_wrongly_is_left_out_of_static_boards():
+    true = spline_camera()
+    views = [view(true, T, BOARD, *CELLS) for T in BOARDS]
+    k = np.flatnonzero(np.isfinite(views[0].pixels[:, 0]))[20]
+    views[0].pixels[k] += [150.0, 0.0]
+    found = calibrate_primary(VIEWER, views, BOARDS, span=true.grid.corners)
+    np.testing.assert_allclose(found.camera.coefficients, true.coefficients, rtol=1e-7)
+    assert "left out as wrong" in found.flags[0]
+
+
+def test_points_of_which_a_third_fits_no_others_are_refused():
+    true, rng = flexible_camera(viewer=small()), np.random.default_rng(4)
+    views = [
+        wrongly_decoded(view, 0.35, "anywhere", rng)
+        for view in lit_views(true, GRIDS, rng, 0.005)
+    ]
+    with pytest.raises(CalibrationError, match="do not fit the others"):
+        calibrate_primary(true.viewer, views, GRIDS)
 
 
 def test_errors_of_the_poses_are_in_the_covariance():

@@ -120,7 +120,7 @@ def test_wrong_points_of_the_monitor_are_left_out_and_told():
     found = calibrate_mirror(
         good()._replace(grids=(near._replace(location=location), far))
     )
-    assert any("points of the monitor left out" in flag for flag in found.flags)
+    assert any("points of the grids left out" in flag for flag in found.flags)
     assert np.mean(ray_angles(found.cameras[0], 0.0)) < 0.04
 
 

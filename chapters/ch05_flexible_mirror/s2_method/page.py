@@ -28,7 +28,7 @@ from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from raxel.calibration.mirror.linear import shape_with_clamp
 from raxel.calibration.mirror.platter import reflected_pose, reflection
-from raxel.calibration.mirror.primary import mirror_points
+from raxel.calibration.mirror.primary_start import mirror_points
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
 from repro.page.exercise import check

@@ -33,7 +33,7 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.trials.views import (
     pictures_trial,
 )
 from chapters.shared.mirror_errors import MirrorErrors
-from raxel.calibration.mirror.primary import mirror_points
+from raxel.calibration.mirror.primary_start import mirror_points
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment

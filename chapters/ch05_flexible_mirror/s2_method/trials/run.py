@@ -24,7 +24,7 @@ STAGES = {
     "platter": MIRROR + "platter.grid_poses_in_platter",
     "line": MIRROR + "clamp_line.clamp_line",
     "rays": "raxel.calibration.generic.known_motion.rays_from_known_motion",
-    "points": MIRROR + "primary.mirror_points",
+    "points": MIRROR + "primary_start.mirror_points",
     "shape": MIRROR + "linear.shape_up_to_scale",
     "scale": MIRROR + "linear.scaled_to_points",
     "first": MIRROR + "primary._refined",
@@ -34,7 +34,7 @@ STAGES = {
     "knots": MIRROR + "update._knots",
     "linear": MIRROR + "linear.shape_with_clamp",
     "refine": MIRROR + "refine.refine_shape",
-    "open": MIRROR + "update._open_edges",
+    "open": MIRROR + "edges.edge_flags",
 }
 REFUSED = "refused"
 

@@ -24,6 +24,19 @@ UNEVEN_DEG, SWINGING_DEG = 3.0, 5.0
 EVEN_MM, ALONG = 0.1, 5
 
 
+def edge_flags(grid, quantity, fit, widening, mirror_points):
+    """Flags (list of text) for what is a guess of a ShapeFit, next to knots and ends.
+
+    widening: of its covariance, by the misfit; mirror_points: (N, 3) mm, of the
+    features. Raises CalibrationError, naming the place, where it is anything.
+    """
+    c, covariance = fit.coefficients, fit.covariance
+    flags = uncertain_knots(grid, quantity, c, covariance)
+    return flags + swinging_ends(
+        grid, quantity, c, widening * covariance, mirror_points
+    )
+
+
 def uncertain_knots(grid, quantity, coefficients, covariance):
     """Flags (list of text) where rays next to a knot are uncertain.
 
@@ -48,8 +61,8 @@ def uncertain_knots(grid, quantity, coefficients, covariance):
 def swinging_ends(grid, quantity, coefficients, covariance, mirror_points):
     """Flags (list of text) for outermost knot intervals that bend as no sheet does.
 
-    covariance: (K, K), widened by the misfit; mirror_points: (N, 3) mm, of the
-    features. Raises CalibrationError where an end is a guess.
+    covariance: (K, K), widened by the misfit; mirror_points: (N, 3) mm. Raises
+    CalibrationError where an end is a guess.
     """
     turns = turns_if_even(grid, quantity, coefficients, covariance, mirror_points)
     flags = []

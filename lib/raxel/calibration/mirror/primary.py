@@ -13,32 +13,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.generic.known_motion import rays_from_known_motion
-from raxel.calibration.mirror.linear import (
-    reflection_normals,
-    scaled_to_points,
-    shape_up_to_scale,
-)
 from raxel.calibration.mirror.platter import PlatterPoses, grid_motion
+from raxel.calibration.mirror.primary_start import robust_start
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.sightings import normalised
-from raxel.calibration.mirror.support import need_support, support_of
 from raxel.calibration.pose.three_point import motion_of_points, placed_points
 from raxel.calibration.views.interpolation import interpolated_view
 from raxel.calibration.views.samples import sample_boards
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.damped import descend, gauss_newton
-from raxel.geometry.spline_grid import spline_grid
 
-# Sine of the angle between viewing ray and scene ray below which they fix no point.
-GRAZING = 0.02
 SAMPLES = 1000  # pixels, about, that see all positions, as many as in the thesis
 STEPS, AT_REST, ROUNDING_MM = 50, 1e-10, 1e-10
 # Of the largest: a combination of coefficients that the points leave open.
 OPEN = 1e-14
-# mm, mean: rays of one mirror pass each other more closely than this.
-LARGEST_MISS = 20.0
 
 
 class PrimaryCalibration(NamedTuple):
@@ -50,7 +39,8 @@ class PrimaryCalibration(NamedTuple):
     the poses where it is known; costs: of the refinement, mm^2, from the start on;
     converged. motions: GridMotions from the first grid to each other, at the middle of
     what the pixels see of the first; NaN standard deviations where those of the poses
-    are not known. flags: knot intervals of which the points say little, a text each.
+    are not known. flags: knot intervals of which the points say little, and how many
+    points were left out as wrong, a text each.
     """
 
     camera: SplineMirrorCamera
@@ -63,50 +53,6 @@ class PrimaryCalibration(NamedTuple):
     converged: bool
     motions: tuple
     flags: tuple
-
-
-class MirrorPoints(NamedTuple):
-    """Where viewing rays and scene rays come nearest to each other.
-
-    points (N, 3): amid the shortest line between both; misses (N,) mm: distance of the
-    point from either ray, half of that line (the thesis's ray-point distance of 5.3.3);
-    directions (N, 3): of the scene rays, unit, away from the mirror; valid (N,) bool:
-    elsewhere the others are NaN.
-    """
-
-    points: np.ndarray
-    misses: np.ndarray
-    directions: np.ndarray
-    valid: np.ndarray
-
-
-def mirror_points(viewing, rays):
-    """MirrorPoints of N pixels.
-
-    viewing: (N, 3) unit directions of viewing rays, from the origin; rays:
-    KnownMotionRays, whose sense does not matter: their origins, on a grid, lie ahead of
-    the mirror. Not valid where a ray is missing, both are nearly parallel, or the point
-    lies behind the camera.
-    """
-    o, d = rays.origins, rays.directions
-    cosine = np.sum(viewing * d, axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        square = 1 - cosine**2
-        # Least |a v - o - b d|: two equations for a and b.
-        along_v, along_d = np.sum(viewing * o, axis=1), np.sum(d * o, axis=1)
-        a = (along_v - cosine * along_d) / square
-        b = (cosine * along_v - along_d) / square
-        valid = rays.valid & (square > GRAZING**2) & (a > 0) & np.isfinite(a)
-    keep = valid[:, None]
-    first, second = a[:, None] * viewing, o + b[:, None] * d
-    # The grid's point is ahead of the mirror's: b < 0 if the ray runs away from it.
-    away = -np.sign(b)[:, None] * d
-    return MirrorPoints(
-        np.where(keep, (first + second) / 2, np.nan),
-        np.where(valid, np.linalg.norm(first - second, axis=1) / 2, np.nan),
-        np.where(keep, away, np.nan),
-        valid,
-    )
 
 
 def calibrate_primary(
@@ -168,37 +114,27 @@ def primary_from_points(
     `calibrate_primary`.
     """
     T, pose_covariance = _poses(poses)
-    known = np.isfinite(points).all(axis=2)
-    if sighted is None:
-        sighted = [(pixels[k], grid[k]) for k, grid in zip(known, points, strict=True)]
-    sighted = [_in_picture(viewer, *grid) for grid in sighted]
-    common = known.sum(axis=0) >= 2
-    pixels, points = pixels[common], points[:, common]
-    rays = rays_from_known_motion(points, T)
-    p = normalised(viewer, pixels)
-    along = np.column_stack([p, np.ones(len(p))])
-    unit = along / np.linalg.norm(along, axis=1, keepdims=True)
-    mirror = mirror_points(unit, rays)
-    _check_meeting(mirror)
-    spanned = [p[mirror.valid], *(image for image, _ in sighted)]
-    spanned += [] if span is None else [span]
-    grid = spline_grid(np.concatenate(spanned), shape, degree, angle)
-    flags = need_support(support_of(grid, np.concatenate(spanned[: 1 + len(sighted)])))
-    good = mirror.valid
-    normals = reflection_normals(unit[good], mirror.directions[good])
-    start = shape_up_to_scale(p[good], normals, grid, quantity)
-    start = scaled_to_points(start, grid, quantity, mirror.points[good])
-    refined = _refined(grid, quantity, start, sighted, T, pose_covariance)
-    middle = np.nanmean(points[0, good], axis=0)
+    viewing = normalised(viewer, np.asarray(pixels, float))
+    seen = [(viewing, xy) for xy in np.asarray(points, float)]
+    if sighted is not None:
+        sighted = [
+            (normalised(viewer, np.asarray(at, float)), np.asarray(xy, float))
+            for at, xy in sighted
+        ]
+    spline = shape, degree, angle, quantity
+    start, sighted, flags = robust_start(seen, sighted, T, spline, span)
+    grid, c = start.grid, start.coefficients
+    refined = _refined(grid, quantity, c, sighted, T, pose_covariance)
+    middle = np.nanmean(start.points[0, start.mirror.valid], axis=0)
     motions = [grid_motion(T, pose_covariance, 0, k, middle) for k in range(1, len(T))]
     return PrimaryCalibration(
         SplineMirrorCamera.on_grid(viewer, grid, refined.coefficients, quantity),
-        SplineMirrorCamera.on_grid(viewer, grid, start, quantity),
-        pixels,
-        mirror,
+        SplineMirrorCamera.on_grid(viewer, grid, c, quantity),
+        np.asarray(pixels)[start.common],
+        start.mirror,
         *refined[1:],
         tuple(motions),
-        tuple(flags),
+        (*start.flags, *flags),
     )
 
 
@@ -278,13 +214,6 @@ def _refining_points(view, seen, k):
     return view.pixels, view.points
 
 
-def _in_picture(viewer, pixels, points):
-    """Normalised image points (M, 2) and points (M, 2), without those not found."""
-    image = normalised(viewer, np.asarray(pixels, float))
-    found = np.isfinite(image).all(axis=1)
-    return image[found], np.asarray(points, float)[found]
-
-
 def _check_views(views, T):
     if len(views) < 2 or T.shape != (len(views), 4, 4):
         raise InputError(
@@ -296,19 +225,4 @@ def _check_views(views, T):
         raise InputError(
             "primary calibration: some views show the grid as in a mirror and some do "
             "not; give views of one kind, in the mirror"
-        )
-
-
-def _check_meeting(mirror):
-    if np.count_nonzero(mirror.valid) < np.count_nonzero(~mirror.valid):
-        raise CalibrationError(
-            f"primary calibration: {np.count_nonzero(~mirror.valid)} of "
-            f"{len(mirror.valid)} scene rays meet no viewing ray before the camera; "
-            "check the grids' poses, and that these are the pictures in the mirror"
-        )
-    miss = np.mean(mirror.misses[mirror.valid])
-    if miss > LARGEST_MISS:
-        raise CalibrationError(
-            f"primary calibration: scene rays pass viewing rays by {miss:.0f} mm on "
-            "average; check the grids' poses and which pose belongs to which view"
         )

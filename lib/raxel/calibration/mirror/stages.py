@@ -36,9 +36,6 @@ SETTINGS = MirrorSettings(fixed_shape=False)
 LINE_POINTS = 9
 # Where nobody states the deflections: the end moves by this share of the length.
 DEFLECTED = 0.1
-# Points of the monitor beyond this many medians are wrong; more than this share is not
-# left out in silence.
-FAR, ROUNDS, MOST_WRONG = 10.0, 4, 0.25
 SAMPLES = 1000  # pixels for each grid, about, as in the thesis
 
 
@@ -129,7 +126,7 @@ def calibrate_mirror(views, quantity="inverse depth", settings=SETTINGS, say=Non
     line = _line(views)
     say("first shape of the mirror")
     spline = {"shape": settings.shape, "degree": settings.degree, "quantity": quantity}
-    primary, wrong = _primary(views, poses, line, spline)
+    primary = _primary(views, poses, line, spline)
     clamp = _held(primary.camera, line, views)
     updates = _updated(primary.camera, views.steps, clamp, settings, say)
     say("all stages at once")
@@ -139,7 +136,7 @@ def calibrate_mirror(views, quantity="inverse depth", settings=SETTINGS, say=Non
         cameras, shown, T_camera_grid, clamp=clamp,
         first_covariance=primary.covariance, prior_sd=settings.prior_sd,
     )  # fmt: skip
-    flags = [*views.flags, *wrong, *(f"first shape: {text}" for text in primary.flags)]
+    flags = [*views.flags, *(f"first shape: {text}" for text in primary.flags)]
     for k, update in enumerate(updates, 1):
         flags += [f"stage {k}: {text}" for text in update.flags]
     flags += [text for text in bundle.flags if text not in flags]
@@ -172,34 +169,16 @@ def _line(views):
 
 
 def _primary(views, poses, line, spline):
-    """(PrimaryCalibration, flags) of pixels spread over the grids, without those that
-    were decoded wrongly, as at the mirror's border."""
+    """PrimaryCalibration of pixels spread over the grids."""
     viewer, grids = views.viewer, views.grids
     samples = SAMPLES * len(grids)
     seen = sample_boards(grids, viewer.width, viewer.height, samples)
     points = np.where(seen.seen[..., None], seen.points, np.nan)
     check_two_pictures(points, grids)
-    pixels, known = seen.pixels.astype(float), np.count_nonzero(seen.seen)
-    span = line.points(LINE_POINTS)
-    for _ in range(ROUNDS):
-        found = primary_from_points(
-            viewer, pixels, points, poses, angle=line.angle, span=span, **spline
-        )
-        # By the linear stage, which a few wrong points hardly turn.
-        placed = zip(points, poses.T_camera_grid, strict=True)
-        off = np.stack([_by_rays(found.linear, pixels, *grid)[0] for grid in placed])
-        far = off > FAR * np.nanmedian(off)
-        if not far.any():
-            break
-        points[far] = np.nan
-    left = np.count_nonzero(np.isfinite(points[..., 0]))
-    if left < (1 - MOST_WRONG) * known:
-        raise CalibrationError(
-            f"primary calibration: {known - left} of {known} points of the monitor do "
-            "not fit the others; photograph its patterns anew, with nothing moved"
-        )
-    flags = [f"first shape: {known - left} of {known} points of the monitor left out"]
-    return found, flags if left < known else []
+    return primary_from_points(
+        viewer, seen.pixels.astype(float), points, poses, angle=line.angle,
+        span=line.points(LINE_POINTS), **spline,
+    )  # fmt: skip
 
 
 def _by_rays(camera, pixels, points, T_camera_grid):

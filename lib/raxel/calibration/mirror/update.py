@@ -12,7 +12,7 @@ import numpy as np
 
 from raxel.calibration.mirror.bundle import FIRM
 from raxel.calibration.mirror.clamp import TRUNCATION
-from raxel.calibration.mirror.edges import swinging_ends, uncertain_knots
+from raxel.calibration.mirror.edges import edge_flags
 from raxel.calibration.mirror.linear import reflection_normals, shape_with_clamp
 from raxel.calibration.mirror.matches import wrong_matches
 from raxel.calibration.mirror.prior import bending_prior, plane_through
@@ -244,13 +244,10 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
         used, c = used & ~wrong, fit.coefficients
     support = support_of(grid, p[used])
     flags = need_support(support, clamp_at, prior is not None)
-    flags += uncertain_knots(grid, quantity, fit.coefficients, fit.covariance)
     camera = camera_of_shape(viewer, grid, fit.coefficients, quantity)
     mirror_points = camera.mirror.points(p[used])
     misfit, widening = _beyond_noise(fit, points[used] - mirror_points)
-    flags += swinging_ends(
-        grid, quantity, fit.coefficients, widening * fit.covariance, mirror_points
-    )
+    flags += edge_flags(grid, quantity, fit, widening, mirror_points)
     residuals = np.full(len(p), np.nan)
     residuals[used] = np.linalg.norm(fit.residuals, axis=1)
     if not fit.converged:
