@@ -1,0 +1,52 @@
+"""What relief leaves at stage 0, and what of it more functions take away."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.ext_orders.trials.relief import SHAPES
+from chapters.ch05_flexible_mirror.ext_orders.trials.shapes import name_of
+from repro.judge.statistics import OVER_TRIALS, bootstrap, median_interval, with_worst
+
+RELIEF = "exp_c5_high_order"
+FEW, MANY = SHAPES[0], SHAPES[-1]
+median = OVER_TRIALS["median"]
+
+
+class ReliefRuns(NamedTuple):
+    """The trials before a smooth mirror and before one with relief."""
+
+    trials: object
+
+    @classmethod
+    def of(cls, results):
+        """From the Results, by name."""
+        return cls(results[RELIEF].select(geometry="A"))
+
+    def values(self, mirror, shape, name):
+        """A measure (seeds,), infinite where refused."""
+        return with_worst(self.trials.column(f"{mirror}.{name_of(shape)}.{name}"))
+
+    def estimate(self, mirror, shape, name):
+        """Estimate of its median."""
+        return median_interval(self.values(mirror, shape, name))
+
+    def rise(self, name="back_mm"):
+        """Relief over smooth with the fewest functions, ratio of medians, Estimate."""
+        pair = (self.values(mirror, FEW, name) for mirror in ("relief", "smooth"))
+        return bootstrap(lambda a, b: median(a) / median(b), *pair, paired=True)
+
+    def removed(self, name="back_mm"):
+        """How much of the rise the most functions take away, percent, Estimate."""
+        four = (
+            self.values(mirror, shape, name)
+            for shape in (FEW, MANY)
+            for mirror in ("relief", "smooth")
+        )
+        with np.errstate(invalid="ignore"):
+            return bootstrap(_removed, *four, paired=True)
+
+
+def _removed(rough, smooth, rough_left, smooth_left):
+    left = median(rough_left) - median(smooth_left)
+    return 100 * (1 - left / (median(rough) - median(smooth)))
