@@ -77,7 +77,22 @@ def test_coverage_is_a_mean_of_seeds_in_the_row_of_its_prediction():
         for part in ("among", "whole")
     }
     own = as_planned("ext_mirror_own_space", parts)
-    found = {"ext_mirror_trust_runs": result, "ext_mirror_own_space": own}
+    sure = as_planned(
+        "ext_mirror_known_viewer",
+        {
+            f"stage{k}.{part}.coverage": np.full(8, k / 2)
+            for k in results.STAGES
+            for part in ("among", "whole")
+        },
+    )
+    found = {
+        "ext_mirror_trust_runs": result,
+        "ext_mirror_own_space": own,
+        "ext_mirror_known_viewer": sure,
+    }
+    named = results.of_coverage(result, own, sure)
+    assert named["B.known_viewer"].startswith("0.5")
+    assert named["known_viewer.seeds"] == 8
     columns = coverage_table(found).columns
     names = (columns[k] for k in ("Rig", "Mirror", "Prediction", "Rays"))
     at = list(zip(*names, strict=True)).index(
@@ -86,6 +101,18 @@ def test_coverage_is_a_mean_of_seeds_in_the_row_of_its_prediction():
     assert columns["Stage 2 (1)"][at].value == pytest.approx(2.0)
     assert columns["Stage 1 (1)"][at].value == 1.0
     assert columns["Stage 1 (1)"][0].value == 1.0
+    assert columns["Mirror"][-1] == "smooth, viewer exact"
+    assert [columns[f"Stage {k} (1)"][-1].value for k in results.STAGES] == [
+        0.5, 1.0, 1.5
+    ]  # fmt: skip
+
+
+def test_an_exact_viewer_has_errors_in_the_platter_and_the_mirror_all_the_same():
+    pixels, rng = np.zeros((50, 2)), np.random.default_rng(0)
+    sure = scene.SureViewer()
+    assert np.all(sure.corners(pixels, rng) == 0)
+    assert np.std(sure.plate_corners(pixels, rng)) > 0.5 * scene.CORNER_PX
+    assert np.std(sure.in_mirror(pixels, rng)) > 0.5 * scene.DECODED_MM
 
 
 def test_the_prior_is_chosen_by_medians_in_which_refused_seeds_are_worst():

@@ -15,6 +15,7 @@ from chapters.ch05_flexible_mirror.ext_trust.exercises import (
 from chapters.ch05_flexible_mirror.ext_trust.results import name_values
 from chapters.ch05_flexible_mirror.ext_trust.trials.course import (
     bundled,
+    known_viewer_trial,
     own_space_trial,
     trust_trial,
 )
@@ -65,6 +66,9 @@ SURFACES = {"geometry": ("A", "B"), "aberration_um": (0.0, 10.0)}
 #   by physics, which none of them is, it is {glue:text}`A.smooth.among3` and
 #   {glue:text}`B.smooth.among3` times among the corners, and over the whole
 #   mirror {glue:text}`A.smooth.whole3` and {glue:text}`B.smooth.whole3`.
+# - Where it promises too much, at stage 1 of the smooth B
+#   ({glue:text}`B.smooth.among1`), it is the viewer. With one that is exactly
+#   known it is {glue:text}`B.known_viewer`.
 # - A stage by itself knows less well how good it is. With its own misfit
 #   counted, squared errors at stage 1 are {glue:text}`A.smooth.stage1` (A) and
 #   {glue:text}`B.smooth.stage1` (B) times the prediction on a smooth mirror,
@@ -156,6 +160,15 @@ def own_space(effort):
 
 # %%
 @experiment(
+    "ext_mirror_known_viewer", artefact="ext_mirror_coverage_table", inputs=RIGS
+)
+def known_viewer(effort):
+    """The bundle's prediction where the viewer is exact, on geometry B."""
+    return Plan(known_viewer_trial, crossed(geometry=("B",)), FEWER[effort], SETTINGS)
+
+
+# %%
+@experiment(
     "ext_mirror_support_runs", artefact="ext_mirror_support_figure", inputs=RIGS
 )
 def support_runs(effort):
@@ -238,6 +251,15 @@ def prior_runs(effort):
 # sheet, and less so one that is uneven. More corners do not help there; the
 # misfit term says so. It is told from residuals among the corners, so it
 # knows nothing of what lies beyond them.
+#
+# **The viewer** is taken to be as its own calibration found it, from twelve
+# boards. Its error turns the first shape, which is held fixed or known to a
+# covariance that does not count it, and all others after that. On B, where
+# the mirror is near and what noise leaves at stage 1 is small, that is what
+# the prediction misses: with an exact viewer coverage at stage 1 is
+# {glue:text}`B.known_viewer` ({glue:text}`known_viewer.seeds` seeds) instead of
+# {glue:text}`B.smooth.among1`. No misfit shows it, since all pictures have it
+# alike; more boards for the viewer make it smaller.
 #
 # **What a stage cannot know.** Its prediction counts noise, pose and its own
 # misfit, and takes the shape before to be true. How much neighbouring corners

@@ -17,6 +17,7 @@ from repro.page.reader import value
 from repro.page.wording import rounded
 
 RUNS, OWN_SPACE = "ext_mirror_trust_runs", "ext_mirror_own_space"
+KNOWN_VIEWER = "ext_mirror_known_viewer"
 PRIOR_RUNS, SUPPORT_RUNS = "ext_mirror_prior_runs", "ext_mirror_support_runs"
 SMOOTH, UNEVEN = {"aberration_um": 0.0}, {"aberration_um": 10.0}
 SURFACES = {"smooth": SMOOTH, "uneven by 10 um": UNEVEN}
@@ -154,7 +155,7 @@ def typical_angle(result, name):
 def name_values(open_results):
     """Name the numbers of the prose."""
     quoted = of_runs(open_results(RUNS)) | of_coverage(
-        open_results(RUNS), open_results(OWN_SPACE)
+        open_results(RUNS), open_results(OWN_SPACE), open_results(KNOWN_VIEWER)
     )
     quoted |= of_prior(open_results(PRIOR_RUNS))
     quoted |= of_support(open_results(SUPPORT_RUNS))
@@ -212,9 +213,12 @@ SHORT = {
 }
 
 
-def of_coverage(runs, own_space):
+def of_coverage(runs, own_space, known_viewer):
     """Name -> coverage, for sentences."""
-    found = {}
+    found = {
+        "B.known_viewer": in_words(coverage(known_viewer.select(), "stage1.among")),
+        "known_viewer.seeds": known_viewer.trials_per_condition,
+    }
     for geometry in "AB":
         own = own_space.select(geometry=geometry)
         found[f"{geometry}.own_space"] = in_words(coverage(own, "stage3.among"))

@@ -4,6 +4,7 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.ext_trust.results import (
     ASTRAY_DEG,
+    KNOWN_VIEWER,
     OWN_SPACE,
     RUNS,
     STAGES,
@@ -64,7 +65,7 @@ def seeds(result):
 
 @table(
     "ext_mirror_coverage_table",
-    needs=("ext_mirror_trust_runs", "ext_mirror_own_space"),
+    needs=("ext_mirror_trust_runs", "ext_mirror_own_space", "ext_mirror_known_viewer"),
     evidence="synthetic",
 )
 def coverage_table(results):
@@ -83,6 +84,11 @@ def coverage_table(results):
                 for part in PARTS
             ]
             rows.append(_row(trials, geometry, name, "stage", None, "prior.", PHYSICAL))
+    sure = results[KNOWN_VIEWER]
+    rows += [
+        _row(sure.select(), "B", "smooth, viewer exact", "bundle", part, "", PHYSICAL)
+        for part in PARTS
+    ]
     stages = [f"Stage {k} (1)" for k in STAGES]
     return Table(
         columns(("Rig", "Mirror", "Prediction", "Rays", *stages, "Wanted"), rows),
@@ -91,7 +97,9 @@ def coverage_table(results):
         f"{runs.trials_per_condition} seeds with 95 % intervals, without the "
         f"{refused_splines(own)} splines that were refused. *Bundle*: of all "
         "stages together. *Stage*: of each stage by itself, which knows nothing of "
-        "what it was handed on.",
+        "what it was handed on. *Viewer exact*: "
+        f"{sure.trials_per_condition} seeds in which the viewer's own calibration has "
+        "no error.",
     )
 
 

@@ -11,6 +11,7 @@ from chapters.ch05_flexible_mirror.ext_trust.trials.scene import (
     PRIORS,
     STEPS,
     GaussianErrors,
+    SureViewer,
     drawn_scene,
 )
 from chapters.shared.mirror_rigs import STAGES_MM
@@ -91,6 +92,23 @@ def own_space_trial(condition, rng):
         return {"refused": str(refusal)}
     return {
         f"stage{k}": of_rays(again, k, true[k], lattice(scene.cameras[k], COMPARED_PX))
+        for k in range(1, STEPS + 1)
+    }
+
+
+def known_viewer_trial(condition, rng):
+    """Coverage of the bundle's rays where the viewer has no error that no prediction
+    knows of; with the prior."""
+    scene = drawn_scene(condition["geometry"], 0.0, rng, SureViewer())
+    method = METHOD._replace(prior_sd=PRIORS["prior"])
+    try:
+        bundle = bundled(scene, method, steps_out(scene, method))
+    except CalibrationError as refusal:
+        return {"refused": str(refusal)}
+    return {
+        f"stage{k}": of_rays(
+            bundle, k, scene.cameras[k], lattice(scene.cameras[k], COMPARED_PX)
+        )
         for k in range(1, STEPS + 1)
     }
 

@@ -70,6 +70,14 @@ class GaussianErrors(NamedTuple):
         return self.decoded_mm
 
 
+class SureViewer(GaussianErrors):
+    """The same but for boards that the viewer sees directly, so that it is exact."""
+
+    def corners(self, pixels, rng):
+        """Pixels (N, 2) of corners, as they are."""
+        return pixels
+
+
 class TrustScene(NamedTuple):
     """rig: MirrorRig; cameras: the true ones of stages 0 to 3; first: Primary;
     separation: mm and degrees by which the monitor's motion was found wrong; pictures:
@@ -91,12 +99,13 @@ class TrustScene(NamedTuple):
         return self.rig.board.points()
 
 
-def drawn_scene(geometry, aberration_um, rng):
-    """The TrustScene of a geometry, "A" or "B"."""
+def drawn_scene(geometry, aberration_um, rng, at_first=None):
+    """The TrustScene of a geometry, "A" or "B"; at_first: the errors of the primary
+    stage, where they are others."""
     rig, errors = mirror_rig(geometry), GaussianErrors()
     seed = int(rng.integers(2**32))
     cameras = rig.stages(aberration_um=aberration_um, seed=seed)
-    first = primary(rig, cameras[0], METHOD, errors, rng)
+    first = primary(rig, cameras[0], METHOD, at_first or errors, rng)
     separation = separation_errors(rig, first.camera.viewer, errors, rng)
     pictures = []
     for k in range(STEPS):
