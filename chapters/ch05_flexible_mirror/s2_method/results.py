@@ -139,6 +139,34 @@ def surfaces(results, aberration_um, points, stage="linear"):
     return results[STATIC].column(f"{points}.{stage}_mm", aberration_um=aberration_um)
 
 
+def of_static_grids(results):
+    """Name -> number: medians of the surfaces' errors, um, and of the points', mm."""
+    found = {
+        f"static.{case}.{points}.{stage}": 1000
+        * float(np.median(surfaces(results, um, points, stage)))
+        for case, um in (("uneven", UNEVEN_UM), ("even", 0.0))
+        for points in ("pixel", "grid")
+        for stage in ("linear", "refined")
+    }
+    off = results[STATIC].column("grid.off_mm", aberration_um=UNEVEN_UM)
+    return found | {"static.off": float(np.median(off))}
+
+
+def of_step_sizes(steps):
+    """Name -> number: medians over the seeds in which neither way was refused."""
+    both = [steps.back(way) for way in ("staged", "single")]
+    known = np.isfinite(both).all(axis=0)
+    found = {"steps.seeds": int(np.count_nonzero(known))}
+    for way, back in zip(("staged", "single"), both, strict=True):
+        found[f"steps.{way}.back"] = float(np.median(back[known]))
+        found[f"steps.{way}.common"] = float(np.median(steps.common(way)[known]))
+    return found
+
+
+def _with(prefix, found):
+    return {f"{prefix}{name}": number for name, number in found.items()}
+
+
 def name_values(open_results):
     """Name the numbers of the prose."""
     for name, number in quoted(open_results).items():
@@ -147,7 +175,7 @@ def name_values(open_results):
 
 def quoted(open_results):
     """Name -> number, of what the prose quotes: medians over the seeds."""
-    results = {name: open_results(name) for name in BOTH}
+    results = {name: open_results(name) for name in (*BOTH, STATIC, LOOPS)}
     ran = Ran.of(open_results(RUN))
     found = {"run.accepted": ran.accepted, "run.most_steps": max(ran.steps, default=0)}
     found |= {f"run.{n}": ran.numbers[n] for n in ("boards", "pixels", "coefficients")}
@@ -165,4 +193,7 @@ def quoted(open_results):
                 middle = np.nanmedian(starts.of(start, name))
                 found[f"{bench}.{start}.{name}"] = float(middle)
     tips = Starts.on(results, BENCH).of("linear", "deflection_mm")
+    found |= of_static_grids(results)
+    for bench in BENCHES:
+        found |= _with(f"{bench}.", of_step_sizes(StepSizes(results[LOOPS], bench)))
     return found | {"bench.tip_sd_mm": float(np.nanstd(tips, ddof=1))}

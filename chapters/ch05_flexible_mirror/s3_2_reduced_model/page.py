@@ -64,6 +64,10 @@ FEWER = {"quick": 1, "full": 20}
 # - That the final error is about the primary one is true in the camera's frame:
 #   one mistake about where things are is in both. Where the scans were made to
 #   fit the curve before bending, the final error is the larger one.
+# - An error put into the primary surface, and nowhere else, comes out in full:
+#   {glue:text}`sensitivity.all:.1f` mm for each mm, a shift
+#   {glue:text}`sensitivity.shift:.2f`, a tilt {glue:text}`sensitivity.tilt:.2f`,
+#   a bend {glue:text}`sensitivity.bend:.1f`.
 # - Rays are {glue:text}`A.bench.final.angle_deg:.2f` degrees off the true ones
 #   on the bench, before bending as after, and
 #   {glue:text}`A.laboratory.final.angle_deg:.2f` in the laboratory.
@@ -125,6 +129,11 @@ FEWER = {"quick": 1, "full": 20}
 # distances at right angles to it, from clamp to free edge. How the scan came
 # into the camera's frame is not stated: that is a reading, as are the kind of
 # the cubic, what the curve before is made from, and the corners taken.
+
+# **An error put in.** Viewing rays, corners and clamp are exact, and the mirror is
+# even. To the curve before, a change along the mirror is added that has a known
+# mean size: a shift, a tilt, a bend, or these with one of third order, each drawn
+# from a normal distribution. Everything after that is as above.
 
 # %% tags=["active-ipynb"]
 # show_code(run.calibrated)
@@ -245,6 +254,9 @@ def pictures(effort):
 # %% tags=["active-ipynb"]
 # show("ext_reduced_errors")
 
+# %% tags=["active-ipynb"]
+# show("ext_primary_sensitivity")
+
 # %% [markdown]
 # ## Reading and limits
 #
@@ -268,6 +280,12 @@ def pictures(effort):
 # the scans aligned {glue:text}`A.bench.before.alone_mm:.3f` mm are left on the
 # bench of {glue:text}`A.bench.before.camera_mm:.2f` mm. The rest is where the
 # platter puts the monitor.
+#
+# **How it comes through.** A shifted curve puts board and clamp aside alike, and the
+# curve after follows both. A tilted one turns all rays by twice its angle, and the
+# board with them. A bent one shows a flat board that no pose makes flat: what is
+# left goes into the curve after, and more of it than was put in. Nothing in the
+# dynamic stage takes an error back: it has only its own rays to place the board by.
 #
 # **What the first curve is made from** counts a great deal. From the points
 # alone, without the normals, the curves before and after are

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.curvature import ray_turns
 from chapters.ch05_flexible_mirror.s3_3_deflections.results.geometry import (
     by_formula,
     camera_mm,
@@ -23,8 +24,17 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
     RUNS,
     SHIFT_MM,
     STAGES,
+    TIPS,
+    TIPS_SWEPT,
     Runs,
 )
+from chapters.ch05_flexible_mirror.s3_3_deflections.results.tips import (
+    Tips,
+    among_sd,
+    tip_sd,
+)
+from chapters.shared.mirror_bench import BENCH, SWEPT
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
@@ -65,6 +75,27 @@ def name_values(open_results):
     value("depth.high", depth_for(0.65))
     value("ratio.low", depth_for(0.54) / camera_mm())
     value("ratio.high", depth_for(0.65) / camera_mm())
+    name_tip_values(open_results)
+
+
+def name_tip_values(open_results):
+    """Name the numbers about the tip, and about turns of rays at stage 3."""
+    results = {name: open_results(name) for name in (TIPS, TIPS_SWEPT)}
+    tips = Tips.on(results, BENCH)
+    tip, mean, square = tips.moments()
+    value("tip.load", 1000 * float(tip_sd(tip)))
+    value("tip.among", 1000 * float(among_sd(mean, square)))
+    value("tip.beyond", middle(tips.of("beyond_mm")))
+    value("tip.ratio", tips.ratio().value)
+    value("tip.surface", tips.ratio(of_surface=True).value)
+    value("lab.tip.ratio", Tips.on(results, "laboratory").ratio().value)
+    ends = [Tips.on(results, end).ratio().value for end in SWEPT]
+    value("tip.least", min(ends))
+    value("tip.most", max(ends))
+    turns = ray_turns(mirror_rig("A").camera(STAGES_MM[-1]))
+    whole = turns.over_twice(turns.whole)
+    value("turn.least", float(whole.min()))
+    value("turn.most", float(whole.max()))
 
 
 def refusals(runs):
