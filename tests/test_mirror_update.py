@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.edges import turns_if_even
+from raxel.calibration.mirror.edges import EVEN_MM, turns_if_even
 from raxel.calibration.mirror.matches import wrong_matches
+from raxel.calibration.mirror.prior import bending_prior, plane_through
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import ray_sd
 from raxel.calibration.mirror.sightings import normalised
@@ -275,12 +276,13 @@ def test_an_end_turns_by_what_it_is_off_and_only_where_nothing_holds_it():
     swung, true = (rays.surface(C.ravel("F"))[1] for C in (c, camera.coefficients))
     off = np.degrees(np.linalg.norm(swung - true, axis=1)).mean()
     assert off > 3
+    evenly = bending_prior(grid, "inverse depth", plane_through(even), EVEN_MM)
     free = np.zeros(grid.shape)
     free[-1] = 1.0
     for known, share in ((1.0, 1.0), (1e-8, 0.0)):
         covariance = known * np.diag((0.1 * free * c).ravel("F") ** 2)
         turns = turns_if_even(
-            grid, "inverse depth", c.ravel("F"), covariance, even
+            grid, "inverse depth", c.ravel("F"), covariance, evenly
         )  # fmt: skip
         assert turns[("u", -1, "last")] == pytest.approx(share * off, rel=0.2, abs=0.1)
         assert turns[("u", 0, "first")] < 0.1

@@ -92,6 +92,13 @@ class SplineGrid:
         (f, f_u), (g, g_v) = self._bases(points, 1)
         return (_products(f, g), *self._gradient(_products(f_u, g), _products(f, g_v)))
 
+    def values(self, points, coefficients):
+        """The spline's values (N,) of coefficients (Kf * Kg,) at points (N, 2), NaN
+        outside the box."""
+        (f,), (g,) = self._bases(points, 0)
+        C = np.reshape(coefficients, self.shape, order="F")
+        return np.einsum("ni,ij,nj->n", f, C, g)
+
     def second_rows(self, points):
         """Second derivatives by x, x; x, y; y, y of the basis functions, as `rows`."""
         (f, f_u, f_uu), (g, g_v, g_vv) = self._bases(points, 2)
@@ -109,11 +116,17 @@ class SplineGrid:
     def _knots(self):
         return self.knots_u, self.knots_v
 
-    def _inside(self, uv):
+    @cached_property
+    def _box(self):
+        """Lowest and highest (u, v), with what rounding takes."""
         low, high = np.array([(knots[0], knots[-1]) for knots in self._knots]).T
         slack = ON_EDGE * (high - low)
+        return low - slack, high + slack
+
+    def _inside(self, uv):
+        low, high = self._box
         with np.errstate(invalid="ignore"):
-            return np.all((uv >= low - slack) & (uv <= high + slack), axis=1)
+            return ((uv >= low) & (uv <= high)).all(axis=1)
 
     def _bases(self, points, order):
         uv = self.turned(points)

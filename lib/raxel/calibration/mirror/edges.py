@@ -8,7 +8,6 @@ misfit of that feature says, multiplied, and fits all the same.
 
 import numpy as np
 
-from raxel.calibration.mirror.prior import bending_prior, plane_through
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import ray_sd
 from raxel.calibration.mirror.support import ENDS
@@ -24,17 +23,15 @@ UNEVEN_DEG, SWINGING_DEG = 3.0, 5.0
 EVEN_MM, ALONG = 0.1, 5
 
 
-def edge_flags(grid, quantity, fit, widening, mirror_points):
+def edge_flags(grid, quantity, fit, widening, evenly):
     """Flags (list of text) for what is a guess of a ShapeFit, next to knots and ends.
 
-    widening: of its covariance, by the misfit; mirror_points: (N, 3) mm, of the
-    features. Raises CalibrationError, naming the place, where it is anything.
+    widening: of its covariance, by the misfit; evenly: PriorRows of a mirror that bends
+    so. Raises CalibrationError, naming the place, where it is anything.
     """
     c, covariance = fit.coefficients, fit.covariance
     flags = uncertain_knots(grid, quantity, c, covariance)
-    return flags + swinging_ends(
-        grid, quantity, c, widening * covariance, mirror_points
-    )
+    return flags + swinging_ends(grid, quantity, c, widening * covariance, evenly)
 
 
 def uncertain_knots(grid, quantity, coefficients, covariance):
@@ -58,13 +55,13 @@ def uncertain_knots(grid, quantity, coefficients, covariance):
     return [text] if sd[worst] > UNCERTAIN_DEG else []
 
 
-def swinging_ends(grid, quantity, coefficients, covariance, mirror_points):
+def swinging_ends(grid, quantity, coefficients, covariance, evenly):
     """Flags (list of text) for outermost knot intervals that bend as no sheet does.
 
-    covariance: (K, K), widened by the misfit; mirror_points: (N, 3) mm. Raises
+    covariance: (K, K), widened by the misfit; evenly: as `edge_flags` has it. Raises
     CalibrationError where an end is a guess.
     """
-    turns = turns_if_even(grid, quantity, coefficients, covariance, mirror_points)
+    turns = turns_if_even(grid, quantity, coefficients, covariance, evenly)
     flags = []
     for (axis, _, place), turn in turns.items():
         text = (
@@ -81,16 +78,15 @@ def swinging_ends(grid, quantity, coefficients, covariance, mirror_points):
     return flags
 
 
-def turns_if_even(grid, quantity, coefficients, covariance, mirror_points):
-    """{one of ENDS: degrees} by which rays at that end turn with the prior of EVEN_MM.
+def turns_if_even(grid, quantity, coefficients, covariance, evenly):
+    """{one of ENDS: degrees} by which rays at that end turn if a prior joins the shape.
 
     Arguments as `swinging_ends`. Along an axis of one interval there is no such end.
     """
-    prior = bending_prior(grid, quantity, plane_through(mirror_points), EVEN_MM)
-    # What a shape of this covariance becomes when the prior's equations join it.
-    towards = covariance @ prior.rows.T
-    normal = prior.rows @ towards + prior.sd**2 * np.eye(len(prior.rows))
-    step = towards @ np.linalg.solve(normal, prior.values - prior.rows @ coefficients)
+    towards = covariance @ evenly.rows.T
+    normal = evenly.rows @ towards + evenly.sd**2 * np.eye(len(evenly.rows))
+    gap = evenly.values - evenly.rows @ coefficients
+    step = towards @ np.linalg.solve(normal, gap)
     ends = [end for end in ENDS if len(grid.breaks["uv".index(end[0])]) > 2]
     if not ends:
         return {}

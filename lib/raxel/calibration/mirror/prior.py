@@ -8,6 +8,7 @@ biases the deflection, so the prior's size is part of every result. That it help
 beams says nothing of a mirror that is none.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -41,12 +42,14 @@ def bending_prior(grid, quantity, plane, sd):
     return PriorRows(mm * rows, mm * (rows @ flat), float(sd), mm)
 
 
+@lru_cache(maxsize=8)
 def bending_rows(grid):
     """Rows (R, K): change of second derivative between neighbouring knot intervals,
     times the square of the narrowest interval's width.
 
     Taken from middle to middle of the intervals along one axis, at the Greville places
-    of the other. Along an axis of one interval, the second derivative itself.
+    of the other. Along an axis of one interval, the second derivative itself. Kept for
+    the same SplineGrid, which a stage asks twice.
     """
     f_changes, f = _along(grid.knots_u, grid.degree[0], grid.breaks[0])
     g_changes, g = _along(grid.knots_v, grid.degree[1], grid.breaks[1])

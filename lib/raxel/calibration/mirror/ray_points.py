@@ -75,17 +75,15 @@ class RayPoints:
 
         One-sided where the other side lies outside the box.
         """
-        found = []
-        for shift in STEP * np.eye(2):
-            ends = [self.p + shift, self.p - shift]
-            ends = [np.where(self.grid.inside(e)[:, None], e, self.p) for e in ends]
-            up, down = (
-                RayPoints(e, self.grid, self.quantity).residuals(c, points)
-                for e in ends
-            )
-            width = np.linalg.norm(ends[0] - ends[1], axis=1)
-            found.append((up - down) / width[:, None])
-        return np.stack(found, axis=2)
+        shifts = STEP * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+        ends = (self.p + shifts[:, None]).reshape(-1, 2)
+        stay = np.tile(self.p, (4, 1))
+        ends = np.where(self.grid.inside(ends)[:, None], ends, stay)
+        off = RayPoints(ends, self.grid, self.quantity)
+        off = off.residuals(c, np.tile(points, (4, 1))).reshape(2, 2, -1, 3)
+        ends = ends.reshape(2, 2, -1, 2)
+        width = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=2)
+        return np.moveaxis((off[:, 0] - off[:, 1]) / width[:, :, None], 0, 2)
 
     def _parts(self, scene, q):
         a = _dot(scene, q)

@@ -12,7 +12,7 @@ import numpy as np
 
 from raxel.calibration.mirror.bundle import FIRM
 from raxel.calibration.mirror.clamp import TRUNCATION
-from raxel.calibration.mirror.edges import edge_flags
+from raxel.calibration.mirror.edges import EVEN_MM, edge_flags
 from raxel.calibration.mirror.linear import reflection_normals, shape_with_clamp
 from raxel.calibration.mirror.matches import wrong_matches
 from raxel.calibration.mirror.prior import bending_prior, plane_through
@@ -247,7 +247,9 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     camera = camera_of_shape(viewer, grid, fit.coefficients, quantity)
     mirror_points = camera.mirror.points(p[used])
     misfit, widening = _beyond_noise(fit, points[used] - mirror_points)
-    flags += edge_flags(grid, quantity, fit, widening, mirror_points)
+    plane = plane_through(mirror_points)
+    evenly = bending_prior(grid, quantity, plane, EVEN_MM)
+    flags += edge_flags(grid, quantity, fit, widening, evenly)
     residuals = np.full(len(p), np.nan)
     residuals[used] = np.linalg.norm(fit.residuals, axis=1)
     if not fit.converged:

@@ -69,7 +69,7 @@ class SplineMirror:
         u, v = (np.linspace(b[0], b[-1], LOOKS) for b in self.grid.breaks)
         u, v = np.meshgrid(u, v)
         p = self.grid.unturned(np.column_stack([u.ravel(), v.ravel()]))
-        q = self.grid.rows(p)[0] @ self.coefficients
+        q = self.grid.values(p, self.coefficients)
         if not (q > 0).all():
             raise InputError(
                 f"field 'coefficients': the {self.quantity} falls to {q.min():.3g}; "
@@ -79,7 +79,10 @@ class SplineMirror:
 
     def points(self, p):
         """Mirror points (N, 3) on viewing rays p (N, 2); NaN outside the box."""
-        return self._depth(p, 0)[0][:, None] * _homogeneous(p)
+        w, q = _homogeneous(p), self.grid.values(p, self.coefficients)
+        if self.quantity == "inverse depth":
+            return w / q[:, None]
+        return w * (q / np.linalg.norm(w, axis=1))[:, None]
 
     def chart(self, points):
         """Chart coordinates (N, 2), about the box's middle, of points (N, 3)."""
@@ -97,7 +100,7 @@ class SplineMirror:
         (N, 3, 2, 2).
         """
         p = self._middle + self._half * chart
-        s, s_i, s_ij = self._depth(p, 2)
+        s, s_i, s_ij = self._depth(p)
         w, along = _homogeneous(p), np.eye(3)[:, :2]
         first = w[:, :, None] * s_i[:, None, :] + s[:, None, None] * along
         across = along[:, :, None] * s_i[:, None, None, :]
@@ -137,15 +140,13 @@ class SplineMirror:
         B, B_x, B_y = (value[:, None] for value in values)
         return normal_rows(p, (B, B_x, B_y), self.quantity)[:, :, 0]
 
-    def _depth(self, p, order):
-        """S_z (N,), and for order 2 its derivatives (N, 2) and (N, 2, 2) by p."""
+    def _depth(self, p):
+        """S_z (N,), and its derivatives (N, 2) and (N, 2, 2) by p."""
         c = self.coefficients
         q, q_x, q_y = (part @ c for part in self.grid.rows(p))
         inverse = self.quantity == "inverse depth"
         h, h_i, h_ij = _one_over_length(p)
         depth = 1 / q if inverse else h * q
-        if order == 0:
-            return (depth,)
         q_i = np.column_stack([q_x, q_y])
         xx, xy, yy = (part @ c for part in self.grid.second_rows(p))
         q_ij = np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2)
