@@ -266,15 +266,16 @@ def test_the_routes_take_a_lesson_each():
     for route in routes:
         steps = [p.split()[0] for p in route.split("# - **")[1:] if " min.**" in p]
         taken.append(sum(int(minutes) for minutes in steps))
-    assert taken == [50] * 8 + [75] * 2
+    assert taken == [50] * 8 + [75] * 2 + [50]
 
 
 def test_every_route_leads_to_pages_with_exercises():
     text = Path(for_teachers.__file__).read_text("utf-8")
     found = {route.letter: route.pages for route in answers.routes(text)}
-    assert "".join(found) == "ABCDEFGHIJ"
+    assert "".join(found) == "ABCDEFGHIJK"
     assert found["D"][-2:] == ["guides/choose_a_method", "guides/benchmarks"]
     assert found["I"][1] == "appendix_a/phase_and_harmonics"
+    assert found["K"][2] == "ch05_flexible_mirror/ext_trust"
     for letter, pages in found.items():
         paths = [ROOT / "chapters" / page / "page.py" for page in pages]
         assert all(path.is_file() for path in paths), letter

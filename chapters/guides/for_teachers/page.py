@@ -1,11 +1,12 @@
 # %% [markdown]
-# # For teachers: chapters 1 to 4 in class
+# # For teachers: chapters 1 to 5 in class
 #
-# Ten routes through the first four chapters, with pages, exercises,
+# Eleven routes through the first five chapters, with pages, exercises,
 # commands, questions to ask and wrong answers to expect. Each route stands
 # alone, and takes 50 minutes, I and J 75. A to D make a short course on
 # cameras and their calibration, E to H one on finding the corners that a
-# calibration needs; I does without corners, and J with a single centre.
+# calibration needs; I does without corners, J with a single centre, and K
+# bends a mirror.
 
 # %%
 from chapters.guides.for_teachers.exercises.on_pages import (
@@ -66,8 +67,8 @@ READS_PAGES = True
 # seconds. Do this at least a day before: the first run sets up everything,
 # which takes a few minutes more and needs a network, and so does the first
 # `make lab`. The quick report has all pages and few trials, so it shows
-# values and gives no verdicts. For the verdicts, with which routes C, H, I
-# and J end, use `make report` ({glue:text}`report_time`,
+# values and gives no verdicts. For the verdicts, with which routes C, H, I, J
+# and K end, use `make report` ({glue:text}`report_time`,
 # `report/site/index.html`), `make notebooks` and `make archive`.
 #
 # Either report is read from the disk, and the archive is one file of it to
@@ -86,7 +87,8 @@ READS_PAGES = True
 # Students should know vectors and matrices, what a projection is, and a
 # little Python. For routes B, C and F: least squares. For route H: what a
 # significance test is. For route I: sines, and what a Fourier series is. For
-# route J: homographies, and routes B and C.
+# route J: homographies, and routes B and C. For route K: derivatives, and the
+# law of reflection.
 #
 # ## Route A: rays instead of formulas
 #
@@ -367,9 +369,43 @@ READS_PAGES = True
 # is made smaller, too. "p is large, so the camera is central": no departure
 # larger than the bound was there to be seen.
 #
+# ## Route K: bend a mirror
+#
+# *Aim.* Predict from one slope how far a view widens, check it against a rig
+# whose truth is known, and say what the prediction left out.
+#
+# You need a plastic mirror of a hand's size or more, a ruler, and a telephone.
+#
+# - **5 min.** Hold one edge of the mirror to the table, push the other, and look
+#   at the telephone's picture. What comes into view, at which edge of it?
+# - **10 min.** On paper: draw the sheet's slope, from the clamp to the load and
+#   beyond. How far does the ray at the load turn?
+#   [5.1](../ch05_flexible_mirror/s1_model.ipynb), with its second exercise
+# - **12 min.** Predict: the fan of rays at 15 mm, in pairs, from the first two
+#   exercises. Then the figure.
+#   [5.3.3](../ch05_flexible_mirror/s3_3_calibration.ipynb), Fig. 5.10
+# - **13 min.** Check: the same at 5 mm against the rig, with the first two
+#   exercises. Groups name what the prediction left out, and look it up in the
+#   code below the exercise.
+#   [How far to trust it](../ch05_flexible_mirror/ext_trust.ipynb)
+# - **5 min.** The mirror was bent: what is left of its calibration, and what is
+#   needed anew? [5.2](../ch05_flexible_mirror/s2_method.ipynb), Fig. 5.4
+# - **5 min.** The scoreboard: "twice the field of view", on two geometries. Why
+#   does it hang on the rig?
+#
+# *Ask.* Which rays do not turn at all when the mirror is bent? Pushed from the
+# other side, hollow: what becomes of the fan, and when does it turn inside out?
+# Twice the deflection: twice the widening? Where would you push to get the
+# widest view from a push of 5 mm, and what breaks first?
+#
+# *Expect.* The mirror's angle in the place of the ray's, which is twice that. The
+# mean slope, deflection over length, in the place of that at the load. "Beyond
+# the load it is bent most": there it is straight. "The view is twice as wide, so
+# the picture holds twice as much": each pixel then has half of the room.
+#
 # ## Exercises and how long they run
 #
-# The pages of chapters 1 to 4 and of Appendix A have
+# The pages of chapters 1 to 5 and of Appendix A have
 # {glue:text}`exercises` exercises that check their answers, on
 # {glue:text}`pages` pages. *Longest check* is the time to compute the right
 # answer, measured when this page was built, without the start of the

@@ -12,7 +12,7 @@ from repro.page.notebook import read_page
 from repro.page.questions import Exercise, exercises_of, task_of
 from repro.page.reader import Missing, Shown, checkout, names_on_page, pipe_table
 
-CHAPTERS = ("ch01_*", "ch02_*", "ch03_*", "ch04_*", "appendix_a")
+CHAPTERS = ("ch01_*", "ch02_*", "ch03_*", "ch04_*", "ch05_*", "appendix_a")
 
 
 class ExercisePage(NamedTuple):
