@@ -150,7 +150,7 @@ def test_a_platter_that_shows_no_grid_is_refused_by_name(folder, tmp_path):
     for path in (changed / "platter" / "far").glob("*.png"):
         cv2.imwrite(str(path), dark)
     with pytest.raises(InputError, match=r"platter.*far: no grid seen"):
-        _platter(load_mirror_set(changed), None)
+        _platter(load_mirror_set(changed), mirror_rig("A", small=True).viewer, None)
     cv2.imwrite(str(changed / "plate" / "near.png"), dark)
     with pytest.raises(InputError, match=r"plate.*near.png: no board found"):
-        _platter(load_mirror_set(changed), None)
+        _platter(load_mirror_set(changed), mirror_rig("A", small=True).viewer, None)

@@ -1,13 +1,19 @@
 """The views of a mirror set, read out of its pictures: what `calibrate_mirror` takes.
 
-Boards are found by the library's detector and active grids decoded. What is not found
-is refused by the picture's name; a photograph of the platter too many, or of the
-viewer's boards, is left out and named.
+Boards are found by the library's detector and active grids decoded. Of a step's board
+the mirror may show a part only. What is not found is refused by the picture's name; a
+photograph of the platter too many, or of the viewer's boards, is left out and named.
 """
 
 import numpy as np
 
 from raxel.calibration.mirror.clamp_line import FEWEST, clamp_line, edge_picks
+from raxel.calibration.mirror.flat_views import flat_view
+from raxel.calibration.mirror.partial_boards import (
+    labelled_like,
+    lattice_of,
+    on_one_lattice,
+)
 from raxel.calibration.mirror.platter import PlatterPicture
 from raxel.calibration.mirror.sightings import magnification, normalised
 from raxel.calibration.mirror.stages import ClampPicks, MirrorViews, StepViews
@@ -25,10 +31,6 @@ FEWEST_BOARDS = 3  # of the viewer, by Zhang's method
 PICKS = 15  # along the clamp's edge
 # Standard deviations of a pick that the edge may lie from the line through the picks.
 ASTRAY = 3.0
-WHOLE_BOARD = (
-    "; photograph the whole board in the mirror, or use a smaller deflection, or a "
-    "ChArUco board, of which a part is enough"
-)
 # Two pictures of a board lie nearer in one order than in any other by this much.
 CLEARLY = 0.7
 
@@ -44,7 +46,7 @@ def mirror_views(mirror_set, say=None):
     image_set = mirror_set.grids
     decoded = list(decode_grids(image_set, image_set.views, say))
     grids = tuple(_grid(image_set, seen) for seen in decoded)
-    platter, left_out = _platter(mirror_set, say)
+    platter, left_out = _platter(mirror_set, viewer, say)
     steps, doubts = _steps(mirror_set, say)
     clamp = clamp_picks(mirror_set, viewer)
     flags = (*flags, *_warnings(decoded), *left_out, *doubts)
@@ -180,7 +182,7 @@ def _grid(image_set, seen):
     )
 
 
-def _platter(mirror_set, say):
+def _platter(mirror_set, viewer, say):
     """(PlatterPictures, flags), without those that show no board or no grid."""
     boards, missed = _found(mirror_set.plate, say)
     by_name = {view.name: view for view in boards}
@@ -193,7 +195,7 @@ def _platter(mirror_set, say):
         for k in mirror_set.platter_views(name):
             plate = mirror_set.plate.views[k].label
             try:
-                grid = _grid(mirror_set.platter, grids[k])
+                grid = flat_view(viewer, _grid(mirror_set.platter, grids[k]))
                 if plate in why_not:
                     raise InputError(
                         f"{mirror_set.plate.description}: {plate}: no board found: "
@@ -217,13 +219,14 @@ def _steps(mirror_set, say):
     labels = {view.label: view for view in mirror_set.stages.views}
     names = [name for step in mirror_set.steps for name in (step.before, step.after)]
     wanted = [labels[name] for name in dict.fromkeys(names)]
-    views, missed = _found(mirror_set.stages, say, wanted)
+    boards = detect_boards(mirror_set.stages, views=wanted, say=say)
     numbered = isinstance(mirror_set.stages.target, Charuco)
-    if missed:
-        raise InputError(
-            f"{mirror_set.stages.description}: {missed[0][0]}: no board found: "
-            f"{missed[0][1]}" + ("" if numbered else WHOLE_BOARD)
-        )
+    missed = [board for board in boards if not board.detection.found]
+    if missed and not numbered:
+        return _steps_in_part(mirror_set, boards)
+    for board in missed:
+        raise InputError(_without_board(mirror_set, board))
+    views = board_views(mirror_set.stages, boards)
     of, steps, flags = {view.name: view for view in views}, [], []
     for k, step in enumerate(mirror_set.steps, 1):
         before, clear = of[step.before], True
@@ -236,3 +239,36 @@ def _steps(mirror_set, say):
             )
         steps.append(StepViews(before, of[step.after], step.deflection_mm))
     return tuple(steps), tuple(flags)
+
+
+def _steps_in_part(mirror_set, boards):
+    """The same where not every picture shows the whole board."""
+    of = {}
+    for board in boards:
+        lattice = lattice_of(board.detection)
+        if lattice is None:
+            raise InputError(_without_board(mirror_set, board))
+        of[board.view.label] = lattice
+    clamp, flags = np.array(mirror_set.clamp.points), []
+    for k, step in enumerate(mirror_set.steps, 1):
+        pair = f"step {k} ({step.before}, {step.after})"
+        of[step.after] = labelled_like(of[step.before], of[step.after], clamp, pair)
+        counts = [len(of[name].corners) for name in (step.before, step.after)]
+        flags.append(
+            f"step {k}: a part of the board is seen, {counts[0]} corners before and "
+            f"{counts[1]} after"
+        )
+    views = on_one_lattice(list(of.values()), mirror_set.stages.target, list(of))
+    of = dict(zip(of, views, strict=True))
+    steps = [
+        StepViews(of[step.before], of[step.after], step.deflection_mm)
+        for step in mirror_set.steps
+    ]
+    return tuple(steps), tuple(flags)
+
+
+def _without_board(mirror_set, board):
+    return (
+        f"{mirror_set.stages.description}: {board.view.label}: no board found: "
+        f"{board.detection.reason}; photograph the board in the mirror anew"
+    )
