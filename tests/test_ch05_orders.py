@@ -2,15 +2,24 @@
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
 
+from chapters.ch05_flexible_mirror.ext_orders import tables
 from chapters.ch05_flexible_mirror.ext_orders.claims.knots import (
     judge_high_order,
     judge_knot_tradeoff,
 )
+from chapters.ch05_flexible_mirror.ext_orders.figures.orders import orders_figure
 from chapters.ch05_flexible_mirror.ext_orders.results.knots import KNOTS, Knots
+from chapters.ch05_flexible_mirror.ext_orders.results.orders import (
+    ORDERS,
+    courses,
+    quoted,
+)
 from chapters.ch05_flexible_mirror.ext_orders.results.relief import RELIEF, ReliefRuns
-from chapters.ch05_flexible_mirror.ext_orders.trials import knots, relief
+from chapters.ch05_flexible_mirror.ext_orders.trials import knots, orders, relief
 from chapters.ch05_flexible_mirror.ext_orders.trials.shapes import name_of
+from raxel.calibration.mirror.whiteness import BOUND
 from tests.made_results import of_columns
 
 SEEDS = 20
@@ -89,3 +98,55 @@ def test_what_is_taken_away_is_told_of_the_rise():
     # The rise is 2, and 1.0 of it is left: 1.5 less the smooth mirror's 0.5.
     assert found.removed().value == pytest.approx(50, rel=1e-3)
     assert found.rise().value == pytest.approx(3, rel=1e-3)
+
+
+def ordered(white=2, least_at=2, published=True):
+    """Courses of three orders in every case and stage; rays are best at `least_at`."""
+    sizes = np.array([[4, 3, 2], [5, 4, 3], [6, 5, 4]], float)
+    values = {}
+    for stage in orders.STAGES:
+        angles = 0.1 + 0.1 * np.abs(np.arange(3) - least_at)
+        rows = np.column_stack(
+            [sizes, [0.9, 0.2, 0.1], [90.0, 20.0, 0.5], [0.9, 0.1, 0.3], angles]
+        )
+        values[f"{stage}.rows"] = [rows] * 4
+        values[f"{stage}.white"] = [white] * 4
+        if published:
+            last = np.array([7, 3, 2, 0.15, 60.0, 0.15, 0.25])
+            values[f"{stage}.published"] = [last] * 4
+    conditions = [{"case": case, "most": 56} for case in orders.CASES]
+    return {ORDERS: of_columns(*((c, values) for c in conditions))}
+
+
+def test_the_order_that_is_taken_is_the_first_white_one_or_the_last():
+    (one, *_) = courses(ordered(white=1), "smooth", "primary")
+    assert one.chosen("size") == 20
+    assert one.chosen("angle_deg") == pytest.approx(0.2)
+    assert one.least("angle_deg") == pytest.approx(0.1)
+    assert one.with_least("kept_mm", "angle_deg") == pytest.approx(0.2)
+    (last, *_) = courses(ordered(white=-1), "bench", "stage")
+    assert last.chosen("size") == 30
+    assert quoted(ordered(white=-1))["bench.stage.white"] == 0
+    assert quoted(ordered(white=1))["uneven.stage.white"] == 4
+
+
+def test_table_and_figures_show_what_the_runs_have():
+    for made in (ordered(), ordered(published=False)):
+        table = tables.orders_table(made)
+        assert len(table.columns["White"]) == 6
+        assert set(table.columns["White"]) == {"4 of 4"}
+        for stage in ("ext_orders_primary", "ext_orders_stage"):
+            drawing = orders_figure(made, stage)
+            plt.close(drawing.figure)
+            assert sum(drawing.data["chosen"]) == 3 * 4 * 4
+
+
+def test_a_run_stops_counting_where_its_own_rule_would_stop():
+    """What the runs call the first white order is what `raised_until_white` takes."""
+    errors = {"A": orders.white_errors(np.random.default_rng(1))}
+    condition = {"geometry": "A", "case": "smooth", "most": 30}
+    found = orders.orders_trial(condition, np.random.default_rng(0), errors)
+    rows, white = found["primary"]["rows"], found["primary"]["white"]
+    assert np.all(rows[:, 0] * rows[:, 1] <= 30)
+    excess = rows[:, orders.NAMES.index("excess")]
+    assert white == (np.argmax(excess < BOUND) if np.any(excess < BOUND) else -1)

@@ -8,10 +8,15 @@
 # %%
 from functools import partial
 
-from chapters.ch05_flexible_mirror.ext_orders.trials.knots import (
+import numpy as np
+
+from chapters.ch05_flexible_mirror.ext_orders.trials.knots import STEPS_MM, knots_trial
+from chapters.ch05_flexible_mirror.ext_orders.trials.orders import (
     CORNER_PX,
-    STEPS_MM,
-    knots_trial,
+    DECODED_MM,
+    KEPT_OUT,
+    MOST,
+    orders_trial,
 )
 from chapters.ch05_flexible_mirror.ext_orders.trials.relief import (
     RELIEFS_UM,
@@ -58,6 +63,25 @@ def relief(effort, results):
     settings = {"reliefs_um": RELIEFS_UM}
     seeds = {"quick": 1, "full": 16}[effort]
     return Plan(_on_errors(relief_trial, results), [GEOMETRY], seeds, settings)
+
+
+@experiment(
+    "ext_orders_runs",
+    artefact="ext_orders",
+    shards={"full": 2},
+    inputs=RIG,
+    needs=("sec_5_3_3_errors",),
+)
+def orders(effort, results):
+    """Orders raised step by step, beyond where residuals are white."""
+    least = {"quick": 16, "full": np.inf}[effort]
+    conditions = [
+        GEOMETRY | {"case": case, "most": min(most, least)}
+        for case, most in MOST.items()
+    ]
+    settings = {"corner_px": CORNER_PX, "decoded_mm": DECODED_MM, "kept_out": KEPT_OUT}
+    seeds = {"quick": 1, "full": 4}[effort]
+    return Plan(_on_errors(orders_trial, results), conditions, seeds, settings)
 
 
 def _on_errors(trial, results):
