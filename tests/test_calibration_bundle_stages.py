@@ -140,7 +140,7 @@ def test_the_jacobian_equals_differences():
     state = State([s.free(c.coefficients.ravel("F")) for s, c in pairs], T)
     seen = _sightings(tuple(starts), views, T)
     empty = [(np.zeros((0, c.grid.size)), np.zeros(0)) for c in starts]
-    problem = BundleProblem(seen, spaces, empty, _whitening(seen, spaces, state, 1.0))
+    problem = BundleProblem(seen, spaces, empty, _whitening(seen, spaces, state, np.ones(len(cameras))))
     begins, size = problem.layout(state)
     view, whiten = problem.seen[3], problem.whiten[3]
     by_shape, by_pose = problem.jacobians(view, whiten, state)
@@ -225,7 +225,10 @@ def test_a_sheet_by_physics_is_met_and_its_misfit_told():
 
 
 def test_misfit_does_not_carry_the_first_shape_away():
-    """60 um of unevenness: corners at 0.2 px claim more than a spline can follow."""
+    """60 um of unevenness: corners at 0.2 px claim more than a spline can follow.
+
+    With the variance of all stages at the first one too it is 0.72 deviations.
+    """
     true = [flexible_camera(d, aberration=0.06, seed=5) for d in DEFLECTIONS]
     starts = [spline_camera(deflection=d) for d in DEFLECTIONS]
     c = starts[0].coefficients
@@ -234,7 +237,7 @@ def test_misfit_does_not_carry_the_first_shape_away():
     found = bundle_stages(starts, views, poses(), first_covariance=covariance)
     carried = (found.cameras[0].coefficients - c) / (1e-5 * np.mean(c))
     assert found.variance > 100
-    assert np.abs(carried).max() < 3
+    assert np.abs(carried).max() < 0.4
 
 
 def test_a_stage_without_its_grid_before_is_said_to_be_less_certain():

@@ -146,9 +146,10 @@ def bundle_stages(
         for space, camera in zip(spaces, cameras, strict=True)
     ]
     state = State(free, T)
-    problem, state, costs, converged = _settled(seen, spaces, further, state, 1.0)
+    widening = np.ones(len(cameras))
+    problem, state, costs, converged = _settled(seen, spaces, further, state, widening)
     widening = _widening(problem, state)
-    if widening != 1.0:
+    if np.any(widening != 1.0):
         problem, state, costs, converged = _settled(
             seen, spaces, further, state, widening
         )
@@ -177,13 +178,27 @@ def _settled(seen, spaces, further, state, widening):
 
 
 def _widening(problem, state):
-    """By what the variance of corners is multiplied: to their own where it is not
-    known, and by that of the misfit, of which several corners have one alike."""
-    variance, freedom = _variance(problem, problem.residuals(state)[0], state)
+    """(n,): by what the variance of corners is multiplied, stage by stage: to their own
+    where it is not known, and by that of the misfit, of which several have one alike.
+
+    The corners of the first shape stand against the monitor's thousand points, and with
+    a misfit they would turn it. What K functions leave has about K independent values,
+    however many corners show it, and so much do these count there.
+    """
+    views = problem.residuals(state)[0]
+    variance, freedom = _variance(problem, views, state)
+    every = np.ones(len(problem.spaces))
     if problem.seen[0].unknown_sd:
-        return max(variance, LEAST_SD_PX**2)
-    chance = FIRM * np.sqrt(2 / freedom)
-    return 1 + ALIKE * (variance - 1) if variance > 1 + chance else 1.0
+        return every * max(variance, LEAST_SD_PX**2)
+    if variance <= 1 + FIRM * np.sqrt(2 / freedom):
+        return every
+    widening = every + ALIKE * (variance - 1)
+    first = [o for v, o in zip(problem.seen, views, strict=True) if v.stage == 0]
+    if problem.spaces[0].directions.shape[1] and first:
+        own = np.concatenate(first)
+        beyond = max(np.mean(own**2) - 1, 0.0)
+        widening[0] = 1 + beyond * own.size / len(problem.spaces[0].directions)
+    return widening
 
 
 def _variance(problem, views, state):
@@ -289,7 +304,7 @@ def _whitening(seen, spaces, state, widening):
             )
         placed = placed_points(view.points, state.T[view.grid])
         shift = view.rays.picture_jacobian(c, placed)
-        sd = view.sd * np.sqrt(widening)
+        sd = view.sd * np.sqrt(widening[view.stage])
         found.append(np.linalg.pinv(shift) / sd[:, None, None])
     return found
 
@@ -298,7 +313,10 @@ def _result(cameras, problem, state, costs, converged, widening, flags):
     views, rows = problem.residuals(state)
     inverse = inverse_of(problem.equations(state, views, rows)[0])
     # From the widened standard deviations to the corners' own.
-    views = [off * np.sqrt(widening) for off in views]
+    views = [
+        off * np.sqrt(widening[view.stage])
+        for view, off in zip(problem.seen, views, strict=True)
+    ]
     variance, freedom = _variance(problem, views, state)
     outward = _outward(problem, state)
     coefficients = problem.coefficients(state)
