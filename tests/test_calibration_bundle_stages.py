@@ -140,7 +140,9 @@ def test_the_jacobian_equals_differences():
     state = State([s.free(c.coefficients.ravel("F")) for s, c in pairs], T)
     seen = _sightings(tuple(starts), views, T)
     empty = [(np.zeros((0, c.grid.size)), np.zeros(0)) for c in starts]
-    problem = BundleProblem(seen, spaces, empty, _whitening(seen, spaces, state, np.ones(len(cameras))))
+    problem = BundleProblem(
+        seen, spaces, empty, _whitening(seen, spaces, state, np.ones(len(cameras)))
+    )
     begins, size = problem.layout(state)
     view, whiten = problem.seen[3], problem.whiten[3]
     by_shape, by_pose = problem.jacobians(view, whiten, state)
