@@ -70,7 +70,7 @@ from raxel.calibration.mirror.primary import (
     calibrate_primary,
     primary_from_points,
 )
-from raxel.calibration.mirror.track import MirrorTracker
+from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
 from raxel.calibration.mirror.update import (
     MirrorSettings,
     MirrorUpdate,
@@ -121,6 +121,7 @@ __all__ = [
     "ClampLine",
     "ConsistentResult",
     "DenseView",
+    "FilmTracker",
     "FixedLine",
     "FreeCentreResult",
     "FreeLines",

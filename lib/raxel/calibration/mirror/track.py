@@ -2,7 +2,8 @@
 
 Between two pictures of a film a mirror bends little: the shape before is the start, the
 grid's pose and the knots stay, and what does not change is laid out once. Each picture
-is fitted for itself, so that no error grows from one to the next.
+is fitted for itself, so that no error grows from one to the next. Corners come from
+whoever finds them, or out of the pictures, from where they were.
 """
 
 from typing import NamedTuple
@@ -13,10 +14,11 @@ from raxel.calibration.mirror.clamp import clamped, soft_clamp
 from raxel.calibration.mirror.prior import bending_prior, plane_through
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import residual_sd, stacked
-from raxel.calibration.mirror.sightings import magnification, normalised
+from raxel.calibration.mirror.sightings import FEWEST, magnification, normalised
 from raxel.calibration.mirror.support import clamped_end, need_support, support_of
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
+from raxel.features.film import FilmCorners, next_corners
 from raxel.geometry.damped import damped_step
 
 # A picture that moves less is settled, as a share of the standard deviations.
@@ -72,6 +74,11 @@ class MirrorTracker:
             raise CalibrationError(
                 "mirror in motion: most features lie outside the knots; lay the knots "
                 "anew by a stage of calibration"
+            )
+        if np.count_nonzero(used) < FEWEST:
+            raise CalibrationError(
+                f"mirror in motion: {np.count_nonzero(used)} features are seen; "
+                f"{FEWEST} or more are needed, found anew in the whole picture"
             )
         support = support_of(camera.grid, p[used])
         flags = need_support(support, self._clamp_at, len(self._rows) > 0)
@@ -132,3 +139,36 @@ class MirrorTracker:
             if settled:
                 break
         return c, np.linalg.norm(rays.residuals(c, points), axis=1), settled
+
+
+class FollowedPicture(NamedTuple):
+    """corners: FilmCorners of the picture; shape: what they make of the mirror."""
+
+    corners: FilmCorners
+    shape: Followed
+
+
+class FilmTracker:
+    """Pictures in, shapes out: a MirrorTracker that finds its corners itself.
+
+    tracker: MirrorTracker whose scene points are the corners of one chessboard, row by
+    row; picture (H, W) uint8 and corners (rows * columns, 2) px, NaN for those not
+    seen: where the film begins, the mirror as the tracker has it.
+    """
+
+    def __init__(self, tracker, picture, corners, columns, rows):
+        self.tracker, self.picture = tracker, picture
+        self.corners, self._size = np.array(corners, float), (columns, rows)
+
+    def follow(self, picture):
+        """FollowedPicture of the next picture (H, W) uint8, not more than half a square
+        from the one before.
+
+        Raises InputError for a picture that does not fit, CalibrationError as
+        `MirrorTracker.follow`, and the film then stays at the picture before: for all
+        corners lost, begin anew with corners that are found in the whole picture.
+        """
+        found = next_corners(self.picture, picture, self.corners, *self._size)
+        shape = self.tracker.follow(found.corners)
+        self.picture, self.corners = picture, found.corners
+        return FollowedPicture(found, shape)

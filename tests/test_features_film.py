@@ -1,0 +1,162 @@
+"""Corners from one picture of a film to the next, and the mirror's shapes from them."""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+
+from chapters.shared.mirror_scores import load_height
+from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
+from raxel.calibration.mirror.update import MirrorSettings
+from raxel.errors import CalibrationError, InputError
+from raxel.features.film import carried_on, next_corners
+from raxel.features.lattice import spacing
+from tests.film_scenes import film_scene
+
+BENT_MM = 1.2  # corners move by 0.4 of a square
+
+
+@lru_cache
+def film():
+    """(MirrorScene, its Frames flat and bent)."""
+    scene = film_scene(384)
+    return scene, scene.frame(0.0), scene.frame(BENT_MM)
+
+
+def off_px(found, true):
+    """Distances (n,) of the corners found from the true ones, which must be seen."""
+    there = np.isfinite(found.corners[:, 0])
+    off = np.linalg.norm(found.corners - true, axis=1)[there]
+    assert np.isfinite(off).all()
+    return off
+
+
+def square(frame, size):
+    """px of a square of the board, the median."""
+    apart = spacing(frame.true, *size)
+    return np.median(apart[np.isfinite(frame.true[:, 0])])
+
+
+def shifted(frame, shift):
+    picture = cv2.warpAffine(
+        frame.picture,
+        np.column_stack([np.eye(2), shift]),
+        frame.picture.shape[::-1],
+        flags=cv2.INTER_CUBIC,
+        borderValue=20,
+    )
+    return picture, frame.true + shift
+
+
+def test_corners_are_followed_within_their_stated_error():
+    scene, flat, bent = film()
+    seen = np.isfinite(flat.true[:, 0]) & np.isfinite(bent.true[:, 0])
+    moved = np.linalg.norm(bent.true - flat.true, axis=1)[seen]
+    assert moved.max() > 0.35 * square(flat, scene.size)
+    found = next_corners(flat.picture, bent.picture, flat.true, *scene.size)
+    off = off_px(found, bent.true)
+    sd = found.sd[np.isfinite(found.sd)]
+    assert len(off) == len(sd) > 0.85 * seen.sum()
+    assert off.max() < 0.05
+    assert np.mean(off**2 / (2 * sd**2)) < 1
+    assert np.max(off / sd) < 4
+    assert np.median(sd) < 0.05
+    assert not (found.lost & found.regained).any()
+
+
+def test_no_corner_becomes_its_neighbour_at_steps_of_half_a_square():
+    scene, flat, _ = film()
+    first = next_corners(flat.picture, flat.picture, flat.true, *scene.size)
+    step = square(flat, scene.size)
+    for angle in np.arange(8) * np.pi / 4 + 0.1:
+        shift = 0.5 * step * np.array([np.cos(angle), np.sin(angle)])
+        picture, true = shifted(flat, shift)
+        found = next_corners(flat.picture, picture, flat.true, *scene.size)
+        assert off_px(found, true).max() < 0.2
+        both = np.isfinite(first.corners[:, 0]) & np.isfinite(found.corners[:, 0])
+        assert both.sum() > 0.8 * np.isfinite(first.corners[:, 0]).sum()
+    # By a whole square, each would lie on the place of its neighbour.
+    picture, true = shifted(flat, [step, 0.0])
+    found = next_corners(flat.picture, picture, flat.true, *scene.size)
+    assert not np.isfinite(found.corners).any()
+    assert found.lost.sum() == np.isfinite(flat.true[:, 0]).sum()
+
+
+def test_flow_that_leads_to_the_neighbours_is_not_believed(monkeypatch):
+    """After half a square to the left, half a square to the right looks no worse."""
+    scene, flat, _ = film()
+    step = square(flat, scene.size)
+    picture, true = shifted(flat, [-0.5 * step, 0.0])
+    wrong = np.roll(true.reshape(13, 14, 2), 1, axis=1).reshape(-1, 2)
+    wrong[::14] = np.nan
+    known = np.isfinite(wrong[:, 0]) & np.isfinite(flat.true[:, 0])
+    assert np.all(np.linalg.norm(wrong - flat.true, axis=1)[known] < 0.6 * step)
+    monkeypatch.setattr("raxel.features.film._flown", lambda *given: wrong)
+    found = next_corners(flat.picture, picture, flat.true, *scene.size)
+    assert not np.isfinite(found.corners).any()
+
+
+def test_a_covered_rim_is_lost_and_comes_back():
+    scene, flat, bent = film()
+    start = next_corners(bent.picture, flat.picture, bent.true, *scene.size).corners
+    column = np.arange(len(start)) % scene.size[0]
+    known = np.isfinite(start[:, 0])
+    rim = known & (column >= column[known].max() - 1)
+    low, high = start[rim].min(axis=0) - 10, start[rim].max(axis=0) + 10
+    covered = bent.picture.copy()
+    (u, v), (right, bottom) = np.maximum(low, 0).astype(int), high.astype(int)
+    covered[v:bottom, u:right] = 90
+    without = next_corners(flat.picture, covered, start, *scene.size)
+    assert without.lost[rim].all()
+    off = off_px(without, bent.true)
+    assert off.max() < 0.05
+    assert len(off) > 0.6 * known.sum()
+    back = next_corners(covered, flat.picture, without.corners, *scene.size)
+    assert back.regained[rim].sum() > 0.8 * rim.sum()
+    assert off_px(back, flat.true).max() < 0.05
+
+
+def test_a_lattice_is_carried_on_by_its_parabolas():
+    i, j = np.indices((5, 6))
+    curved = np.stack([10 * j + 0.3 * i**2, 9 * i + 0.2 * j**2 + j], axis=2)
+    seen = curved.reshape(-1, 2).copy()
+    seen[5::6] = np.nan
+    found = carried_on(seen, 6, 5)
+    np.testing.assert_allclose(found[5::6], curved[:, 5], atol=1e-9)
+    assert np.isnan(carried_on(np.full((30, 2), np.nan), 6, 5)).all()
+
+
+def test_pictures_in_shapes_out_without_drift():
+    scene, flat, bent = film()
+    camera = scene.spline()
+    settings = MirrorSettings(prior_sd=0.1)
+    tracker = MirrorTracker(camera, scene.scene_points, scene.clamp(camera), settings)
+    following = FilmTracker(tracker, flat.picture, flat.true, *scene.size)
+    for frame, deflection in ((bent, BENT_MM), (flat, 0.0)) * 2:
+        found = following.follow(frame.picture)
+        assert found.shape.settled
+        assert np.nanmean(found.shape.residuals) < 0.05
+        true = scene.rig.camera(deflection)
+        height = load_height(scene.rig, tracker.camera_now(), true)
+        assert abs(height - deflection) < 0.01
+    with pytest.raises(CalibrationError, match="0 features are seen"):
+        following.follow(np.full_like(flat.picture, 128))
+    # The film stays where it was.
+    assert np.isfinite(following.follow(bent.picture).corners.corners).any()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"after": np.zeros((10, 10), np.uint8)}, "alike in size"),
+        ({"after": np.zeros((288, 384))}, "uint8"),
+        ({"corners": np.zeros((5, 2))}, "NaN where one was not seen"),
+        ({"corners": np.full((182, 2), np.nan)}, "0 corners before"),
+    ],
+)
+def test_what_is_no_film_is_refused(change, told):
+    picture = np.zeros((288, 384), np.uint8)
+    given = {"before": picture, "after": picture, "corners": np.zeros((182, 2))}
+    with pytest.raises(InputError, match=told):
+        next_corners(**given | change, columns=14, rows=13)
