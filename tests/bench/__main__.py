@@ -52,7 +52,9 @@ def main(folders):
             print("\n".join(calibrators_table(bench_calibrators(rays))))
         _bench_adjusters()
         print("\na mirror that bends, best of five")
-        _bench_mirrors()
+        _bench_apart("mirrors")
+        print("\na film of a mirror that bends, best of five")
+        _bench_apart("films")
     return failed
 
 
@@ -74,9 +76,10 @@ def _bench_adjusters():
         print("\n".join(adjusted_table(bench_adjusters(rays, rng, plainly))))
 
 
-def _bench_mirrors():
+def _bench_apart(name):
+    """A benchmark of one core, in a process of its own."""
     sys.stdout.flush()
-    command = [sys.executable, "-m", "tests.bench.mirrors"]
+    command = [sys.executable, "-m", f"tests.bench.{name}"]
     subprocess.run(command, env=os.environ | ONE_CORE, check=True)
 
 
