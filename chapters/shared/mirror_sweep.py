@@ -20,6 +20,37 @@ from repro.run.readings import Case, counterpart
 READINGS = {"mirror_bench": {BENCH: BENCH, "laboratory": "laboratory"}}
 
 
+class BenchRuns(Case):
+    """Every seed on one bench: the one of the reading, or an end of a sweep.
+
+    EXPERIMENTS: those of a kind of run, on geometry A, on A from half to twice the
+    bench's numbers, and on B. Where a seed was refused, it has no values from there on:
+    nan.
+    """
+
+    EXPERIMENTS: tuple[str, str, str]
+
+    def __init__(self, results, options=None, bench=None, geometry="A"):
+        super().__init__(READINGS, options)
+        runs, swept, other = self.EXPERIMENTS
+        self.bench = bench or self["mirror_bench"]
+        name = swept if self.bench in SWEPT else runs
+        self.result = results[name if geometry == "A" else other]
+
+    @property
+    def seeds(self):
+        """How many were run."""
+        return self.result.trials_per_condition
+
+    @classmethod
+    def judged_by_seed(cls, results, options, predicate) -> Reading:
+        """The Reading of a predicate of such runs, over the sweeps of the bench."""
+        return counterpart_over_the_sweep(
+            Case(READINGS, options),
+            lambda bench: predicate(cls(results, options, bench)),
+        )
+
+
 def over_the_sweep(case: Case, reading_at, side_at) -> Reading:
     """The Reading of a claim in one case, undecided where the bench's numbers do.
 

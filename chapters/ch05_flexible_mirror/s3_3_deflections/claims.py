@@ -18,11 +18,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.tips import (
 )
 from chapters.shared.mirror_bench import ABERRATION_UM
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import (
-    READINGS,
-    counterpart_over_the_sweep,
-    over_the_sweep,
-)
+from chapters.shared.mirror_sweep import READINGS, over_the_sweep
 from repro.judge.statistics import (
     OVER_TRIALS,
     all_of,
@@ -42,53 +38,46 @@ TIMES = 2.0  # the SD among the corners
 MOST_OFF_TWICE = 0.05  # of twice the curvature
 
 
-def _by_seed(results, options, predicate):
-    """The Reading of a predicate of `Runs`, over the sweeps of the bench."""
-    return counterpart_over_the_sweep(
-        Case(READINGS, options), lambda bench: predicate(Runs(results, options, bench))
-    )
-
-
 @claim("c5_pose_reflection", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_pose_reflection(results, options):
     """The shift within 1.5 mm and the turn within 0.4 degrees at stages 0 to 3."""
-    return _by_seed(results, options, predicates.pose_reflection)
+    return Runs.judged_by_seed(results, options, predicates.pose_reflection)
 
 
 @claim("c5_deflection_8pct", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_deflections(results, options):
     """Final deflections within 10 % at every stage."""
-    return _by_seed(results, options, predicates.deflections_found)
+    return Runs.judged_by_seed(results, options, predicates.deflections_found)
 
 
 @claim("c5_linear_err_range", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_linear_range(results, options):
     """Linear estimates 25 to 50 % below the final ones at every stage."""
-    return _by_seed(results, options, predicates.linear_below_final)
+    return Runs.judged_by_seed(results, options, predicates.linear_below_final)
 
 
 @claim("c5_angles_not_worse", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_angles(results, options):
     """Mean angle to measured rays at stage 3 over that at stage 0."""
-    return _by_seed(results, options, predicates.angles_not_worse)
+    return Runs.judged_by_seed(results, options, predicates.angles_not_worse)
 
 
 @claim("c5_angles_spatial", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_angles_by_place(results, options):
     """Clamped strip < whole mirror < free strips, at every stage."""
-    return _by_seed(results, options, predicates.angles_spatial)
+    return Runs.judged_by_seed(results, options, predicates.angles_spatial)
 
 
 @claim("c5_dynamic_removes", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_removed(results, options):
     """Back-projection after calibration over that before, at stage 3."""
-    return _by_seed(results, options, predicates.dynamic_removes)
+    return Runs.judged_by_seed(results, options, predicates.dynamic_removes)
 
 
 @claim("c5_edge_residuals", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_edges(results, options):
     """The largest tenth of errors lies at free edges, by a chi-squared test."""
-    return _by_seed(results, options, predicates.edge_residuals)
+    return Runs.judged_by_seed(results, options, predicates.edge_residuals)
 
 
 @claim("c5_linear_underestimates", needs=JUDGED, evidence="rendered", readings=BENCHES)

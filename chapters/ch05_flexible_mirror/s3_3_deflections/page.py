@@ -279,8 +279,8 @@ def _tip_plan(results, benches, seeds):
 #
 # **Curvature.** A mirror that turns by an angle turns the scene ray by twice that,
 # so that on 1 mm of it the ray turns by twice the curvature. With the viewing ray
-# that belongs to each place it turns by more, {glue:text}`turn.least:.1f` to
-# {glue:text}`turn.most:.1f` times that on geometry A: a flat mirror, too, shows
+# that belongs to each place it turns by more, {glue:text}`curved.least:.1f` to
+# {glue:text}`curved.most:.1f` times that on geometry A: a flat mirror, too, shows
 # another direction at another place.
 #
 # **Constant, or hidden?** On the bench back-projection and residual are nearly

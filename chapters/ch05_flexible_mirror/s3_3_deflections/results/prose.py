@@ -94,8 +94,8 @@ def name_tip_values(open_results):
     value("tip.most", max(ends))
     turns = ray_turns(mirror_rig("A").camera(STAGES_MM[-1]))
     whole = turns.over_twice(turns.whole)
-    value("turn.least", float(whole.min()))
-    value("turn.most", float(whole.max()))
+    value("curved.least", float(whole.min()))
+    value("curved.most", float(whole.max()))
 
 
 def refusals(runs):

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from chapters.shared.mirror_bench import SWEPT
 from chapters.shared.mirror_rigs import STAGES_MM
-from chapters.shared.mirror_sweep import READINGS
-from repro.run.readings import Case
+from chapters.shared.mirror_sweep import BenchRuns
 
 RUNS, SWEPT_RUNS, OTHER = "table_5_1_runs", "table_5_1_swept", "table_5_1_other"
 JUDGED = ("table_5_1_runs", "table_5_1_swept")
@@ -23,22 +21,10 @@ SCALES = (5, 30)
 STRIP = 0.2
 
 
-class Runs(Case):
-    """Every seed on one bench: the one of the reading, or an end of a sweep.
+class Runs(BenchRuns):
+    """Three deflections."""
 
-    Where a seed was refused at a stage, it has no values from that stage on: nan.
-    """
-
-    def __init__(self, results, options=None, bench=None, geometry="A"):
-        super().__init__(READINGS, options)
-        self.bench = bench or self["mirror_bench"]
-        name = SWEPT_RUNS if self.bench in SWEPT else RUNS
-        self.result = results[name if geometry == "A" else OTHER]
-
-    @property
-    def seeds(self):
-        """How many were run."""
-        return self.result.trials_per_condition
+    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
 
     def column(self, name):
         """A value (seeds,) that a run has once."""

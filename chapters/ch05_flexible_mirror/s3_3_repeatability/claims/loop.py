@@ -15,11 +15,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.losses import (
     DEFLECTIONS_MM,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import STEPS_MM
-from chapters.shared.mirror_sweep import (
-    READINGS,
-    counterpart_over_the_sweep,
-    over_the_sweep,
-)
+from chapters.shared.mirror_sweep import READINGS, over_the_sweep
 from repro.judge.statistics import (
     HOLDS,
     SIGNIFICANCE,
@@ -39,13 +35,6 @@ def _case(options):
     return Case(READINGS, options)
 
 
-def _by_seed(results, options, predicate):
-    """The Reading of a predicate of `LoopRuns`, over the sweeps of the bench."""
-    return counterpart_over_the_sweep(
-        _case(options), lambda bench: predicate(LoopRuns(results, options, bench))
-    )
-
-
 def _refused(runs):
     loop, single = runs.refused()
     return (
@@ -57,13 +46,13 @@ def _refused(runs):
 @claim("c5_convex_concave", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_equivalent_steps(results, options):
     """Each step out and the one that undoes it, within 6 %."""
-    return _by_seed(results, options, predicates.steps_agree)
+    return LoopRuns.judged_by_seed(results, options, predicates.steps_agree)
 
 
 @claim("c5_hysteresis", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_loop(results, options):
     """The sums of steps out and back, within 0.3 mm."""
-    return _by_seed(results, options, predicates.loop_closes)
+    return LoopRuns.judged_by_seed(results, options, predicates.loop_closes)
 
 
 @claim("c5_single_equals_staged", needs=JUDGED, evidence="rendered", readings=BENCHES)

@@ -3,10 +3,8 @@
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import LOOP, OUT
-from chapters.shared.mirror_bench import SWEPT
 from chapters.shared.mirror_rigs import STAGES_MM
-from chapters.shared.mirror_sweep import READINGS
-from repro.run.readings import Case
+from chapters.shared.mirror_sweep import BenchRuns
 
 RUNS, SWEPT_RUNS, OTHER = "table_5_5_runs", "table_5_5_swept", "table_5_5_other"
 JUDGED = ("table_5_5_runs", "table_5_5_swept")
@@ -26,22 +24,10 @@ PANELS = {
 }
 
 
-class LoopRuns(Case):
-    """Every seed on one bench: the one of the reading, or an end of a sweep.
+class LoopRuns(BenchRuns):
+    """The way there and back, and the single step back."""
 
-    Where a seed was refused at a step, it has no values from that step on: nan.
-    """
-
-    def __init__(self, results, options=None, bench=None, geometry="A"):
-        super().__init__(READINGS, options)
-        self.bench = bench or self["mirror_bench"]
-        name = SWEPT_RUNS if self.bench in SWEPT else RUNS
-        self.result = results[name if geometry == "A" else OTHER]
-
-    @property
-    def seeds(self):
-        """How many were run."""
-        return self.result.trials_per_condition
+    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
 
     def of(self, place, name):
         """A value (seeds,): place is "start", "step1" to "step6", or "single"."""
