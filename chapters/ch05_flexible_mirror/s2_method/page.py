@@ -26,6 +26,7 @@ from chapters.ch05_flexible_mirror.s2_method.trials.static_grids import (
 )
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
+from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
 from raxel.calibration.mirror.linear import shape_with_clamp
 from raxel.calibration.mirror.platter import reflected_pose, reflection
 from raxel.calibration.mirror.primary_start import mirror_points
@@ -222,10 +223,6 @@ from repro.run.outcomes import Plan, crossed
 
 
 # %%
-GEOMETRY_A = (
-    "data/rigs/flexible-mirror-a.yaml",
-    "data/rigs/flexible-mirror-a-monitor.yaml",
-)
 SEEDS = {"quick": 2, "full": 100}
 FEWER = {"quick": 1, "full": 20}
 
@@ -259,14 +256,7 @@ def _plan(results, benches, seeds):
     return Plan(trial, [{"geometry": "A"}], seeds, settings)
 
 
-@experiment(
-    "fig_5_3_platter",
-    artefact="fig_5_3",
-    inputs=(
-        "data/rigs/flexible-mirror-a-small.yaml",
-        "data/rigs/flexible-mirror-a-monitor-small.yaml",
-    ),
-)
+@experiment("fig_5_3_platter", artefact="fig_5_3", inputs=SMALL_A)
 def pictured(effort):
     """One picture of the platter."""
     return Plan(platter_trial, [{}], 1)

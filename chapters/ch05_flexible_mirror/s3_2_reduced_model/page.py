@@ -26,6 +26,7 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.sensitivity import 
 )
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
+from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -147,10 +148,7 @@ FEWER = {"quick": 1, "full": 20}
     "fig_5_7_runs",
     artefact="fig_5_7",
     shards={"full": 2},
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
@@ -159,13 +157,7 @@ def runs(effort, results):
 
 
 @experiment(
-    "fig_5_7_swept",
-    artefact="fig_5_7",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
-    needs=("sec_5_3_3_errors",),
+    "fig_5_7_swept", artefact="fig_5_7", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
@@ -173,13 +165,7 @@ def swept(effort, results):
 
 
 @experiment(
-    "fig_5_7_other",
-    artefact="fig_5_7",
-    inputs=(
-        "data/rigs/flexible-mirror-b.yaml",
-        "data/rigs/flexible-mirror-b-monitor.yaml",
-    ),
-    needs=("sec_5_3_3_errors",),
+    "fig_5_7_other", artefact="fig_5_7", inputs=GEOMETRY_B, needs=("sec_5_3_3_errors",)
 )
 def other(effort, results):
     """Geometry B, on both benches."""
@@ -194,13 +180,7 @@ def _plan(results, geometry, benches, seeds, ways=()):
 
 
 @experiment(
-    "fig_5_7_curves",
-    artefact="fig_5_7",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
-    needs=("sec_5_3_3_errors",),
+    "fig_5_7_curves", artefact="fig_5_7", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def curves(effort, results):
     """The curves of one seed on the bench, for a drawing."""
@@ -209,14 +189,7 @@ def curves(effort, results):
     return Plan(trial, [{"geometry": "A"}], 1, run.SETTINGS)
 
 
-@experiment(
-    "exp_c5_primary_sensitivity",
-    artefact="fig_5_7",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
-)
+@experiment("exp_c5_primary_sensitivity", artefact="fig_5_7", inputs=GEOMETRY_A)
 def sensitivity(effort):
     """Errors of a known size put into the curve before, and what becomes of them."""
     seeds = {"quick": 2, "full": 30}[effort]
@@ -226,14 +199,7 @@ def sensitivity(effort):
     )
 
 
-@experiment(
-    "fig_5_6_pictures",
-    artefact="fig_5_6",
-    inputs=(
-        "data/rigs/flexible-mirror-a-small.yaml",
-        "data/rigs/flexible-mirror-a-monitor-small.yaml",
-    ),
-)
+@experiment("fig_5_6_pictures", artefact="fig_5_6", inputs=SMALL_A)
 def pictures(effort):
     """Fig. 5.6: a chessboard 5 m away, in an even mirror and in an uneven one."""
     return Plan(picture.picture_trial, [{"geometry": "A"}], 1, picture.SETTINGS)

@@ -33,6 +33,7 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.trials.views import (
     pictures_trial,
 )
 from chapters.shared.mirror_errors import MirrorErrors
+from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
 from raxel.calibration.mirror.primary_start import mirror_points
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
@@ -166,10 +167,7 @@ def picture_errors(effort):
     "bench_mirror",
     artefact="ext_mirror_bench",
     shards={"full": 2},
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def bench(effort, results):
@@ -186,14 +184,7 @@ def bench(effort, results):
 
 
 # %%
-@experiment(
-    "fig_5_10_pictures",
-    artefact="fig_5_10",
-    inputs=(
-        "data/rigs/flexible-mirror-a-small.yaml",
-        "data/rigs/flexible-mirror-a-monitor-small.yaml",
-    ),
-)
+@experiment("fig_5_10_pictures", artefact="fig_5_10", inputs=SMALL_A)
 def pictures(effort):
     """The room in the mirror."""
     stages = {"quick": [0, 3], "full": [0, 1, 2, 3]}[effort]
@@ -216,14 +207,7 @@ def fans(effort):
     return Plan(fan_trial, crossed(geometry=GEOMETRIES), seeds, {})
 
 
-@experiment(
-    "fig_5_10_moved",
-    artefact="fig_5_10",
-    inputs=(
-        "data/rigs/flexible-mirror-a.yaml",
-        "data/rigs/flexible-mirror-a-monitor.yaml",
-    ),
-)
+@experiment("fig_5_10_moved", artefact="fig_5_10", inputs=GEOMETRY_A)
 def moved(effort):
     """How far corners move in the picture."""
     seeds = {"quick": 3, "full": 20}[effort]

@@ -21,6 +21,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.trials.run import (
 from chapters.ch05_flexible_mirror.s3_3_deflections.trials.tip import tip_trial
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
+from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -131,10 +132,6 @@ from repro.run.outcomes import Plan
 # %%
 SEEDS = {"quick": 2, "full": 100}
 FEWER = {"quick": 1, "full": 20}
-GEOMETRY_A = (
-    "data/rigs/flexible-mirror-a.yaml",
-    "data/rigs/flexible-mirror-a-monitor.yaml",
-)
 
 
 @experiment(
@@ -164,10 +161,7 @@ def swept(effort, results):
 @experiment(
     "table_5_1_other",
     artefact="table_5_1",
-    inputs=(
-        "data/rigs/flexible-mirror-b.yaml",
-        "data/rigs/flexible-mirror-b-monitor.yaml",
-    ),
+    inputs=GEOMETRY_B,
     needs=("sec_5_3_3_errors",),
 )
 def other(effort, results):

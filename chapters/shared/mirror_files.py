@@ -1,0 +1,18 @@
+"""The files of the two rigs of chapter 5, for experiments to name as their inputs.
+
+The same files as in `mirror_rigs`, as literals: the marks of experiments are read
+without being run.
+"""
+
+GEOMETRY_A = (
+    "data/rigs/flexible-mirror-a.yaml",
+    "data/rigs/flexible-mirror-a-monitor.yaml",
+)
+GEOMETRY_B = (
+    "data/rigs/flexible-mirror-b.yaml",
+    "data/rigs/flexible-mirror-b-monitor.yaml",
+)
+SMALL_A = (
+    "data/rigs/flexible-mirror-a-small.yaml",
+    "data/rigs/flexible-mirror-a-monitor-small.yaml",
+)
