@@ -37,7 +37,7 @@ CASES = {
     "bench": BENCHES[BENCH],
 }
 # Coefficients up to which orders are raised: where relief and no noise hides it, more.
-MOST = {"smooth": 56, "uneven": 120, "bench": 80}
+MOST = {"smooth": 42, "uneven": 100, "bench": 64}
 KEPT_OUT = 5  # one feature of so many
 COMPARED_PX = 168
 POOL = 4000  # deviates that white errors are drawn from

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_3_repeatability.results import predicates
+from chapters.ch05_flexible_mirror.s3_3_repeatability.results import causes, predicates
 from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     BACK,
     OTHER,
+    PANELS,
     PLACED,
     RUNS,
     STARTED,
@@ -13,6 +14,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     THERE,
     LoopRuns,
 )
+from chapters.ch05_flexible_mirror.s3_3_repeatability.results.vectors import edge_ratios
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import STEPS_MM
 from chapters.shared.mirror_bench import BENCH
 from repro.judge.statistics import with_worst
@@ -32,6 +34,8 @@ def name_values(open_results):
     value("b.refused", other.refused()[0])
     value("b.seeds", other.seeds)
     value("b.linear", median(other.of("step1", "linear_mm")) / STEP_MM)
+    for name, number in _of_causes(open_results, LoopRuns(results)).items():
+        value(name, number)
     for name, number in _of_one_step(results[PLACED], results[STARTED]).items():
         value(name, number)
 
@@ -95,3 +99,32 @@ def _of_one_step(placed, started):
         for which in ("least", "most")
     }
     return sd | starts | ends
+
+
+def _of_causes(open_results, runs):
+    """What steps have to see, the known metric, and the board's edge, by name."""
+    seen, _ = causes.CONDITIONED
+    results = {seen: open_results(seen)}
+    found = {"seen.seeds": results[seen].trials_per_condition}
+    for name in causes.MEASURES:
+        steps = causes.of_steps(results, BENCH, name)
+        for way, which in (("out", THERE), ("back", BACK)):
+            means = steps[np.subtract(which, 1)].mean(axis=0)
+            found[f"{name}.{way}"] = np.nanmedian(means)
+        ratios = causes.back_over_out(results, BENCH, name)
+        found[f"{name}.larger"] = np.count_nonzero(ratios > 1)
+    found["seen.whole"] = np.count_nonzero(np.isfinite(ratios))
+    ablated = open_results(causes.METRIC)
+    found["metric.seeds"] = ablated.trials_per_condition
+    found["metric.steps_mm"] = _median_of(causes.while_both_go_on(ablated))
+    for arm in causes.ARMS:
+        found[f"metric.{arm}.refused"] = causes.refused(ablated, arm)
+    for place in PANELS:
+        ratios = edge_ratios(runs, place)
+        known = ratios[np.isfinite(ratios)]
+        found[f"edge.{place}"] = 100 * np.mean(known < 1) if len(known) else np.nan
+    return found
+
+
+def _median_of(values):
+    return float(np.median(values)) if len(values) else np.nan

@@ -38,13 +38,13 @@ class SplineOrder(NamedTuple):
         return self.shape[0] * self.shape[1]
 
     def raised(self):
-        """The Orders with more knots along u, along v, and with a degree more over the
-        same knots. One knot more; of many, a fourth."""
+        """The Orders with more knots along u, with more along v, and with a degree more
+        over the same knots. One knot more can be worse than none, where it moves the
+        others off what they followed: so two more are tried as well, of many a fourth.
+        """
         (f, g), (k, m) = self.shape, self.degree
-        found = [
-            SplineOrder((f + max(1, f // MANY), g), (k, m)),
-            SplineOrder((f, g + max(1, g // MANY)), (k, m)),
-        ]
+        found = [SplineOrder((f + more, g), (k, m)) for more in (1, max(2, f // MANY))]
+        found += [SplineOrder((f, g + more), (k, m)) for more in (1, max(2, g // MANY))]
         if max(k, m) < HIGHEST_DEGREE:
             found.append(SplineOrder((f + 1, g + 1), (k + 1, m + 1)))
         return found
@@ -85,8 +85,9 @@ def raised_until_white(calibrate, least=None, most=MOST_COEFFICIENTS):
     calibrate: of a SplineOrder gives (calibration, FittedPoints), such as
     `primary_by_order` and `stage_by_order` make; most: coefficients. Where no higher
     order can be calibrated, or `most` is reached, the residuals stay what they are, and
-    `white` is False: then more features are needed, or the noise itself is not white.
-    Raises CalibrationError where even the least order is refused.
+    `white` is False: then more features are needed, or the noise itself is not white,
+    and the last order may be worse than one before. Raises CalibrationError where even
+    the least order is refused.
     """
     steps = []
     for step in rising(calibrate, least):
