@@ -10,7 +10,8 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.claims import (
 )
 from chapters.ch05_flexible_mirror.s3_3_calibration.trials.bench import solved
 from chapters.shared.mirror_errors import PHASES, pool_of
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
+from chapters.shared.mirror_rigs import FILES, SMALL_FILES, mirror_rig
 from chapters.shared.mirror_runs import lattice, outline, px_per_mm
 from chapters.shared.mirror_scores import (
     angles_between,
@@ -106,3 +107,8 @@ def test_angles_and_scales():
     np.testing.assert_allclose(found, [90, np.degrees(np.arctan(1e-3))], rtol=1e-9)
     points = np.random.default_rng(0).uniform(0, 50, (400, 2))
     assert px_per_mm(4 * points @ [[0, 1], [-1, 0]], points) == pytest.approx(4)
+
+
+def test_experiments_name_the_files_that_the_rigs_are_read_from():
+    assert (FILES["A"], FILES["B"]) == (GEOMETRY_A, GEOMETRY_B)
+    assert SMALL_FILES["A"] == SMALL_A
