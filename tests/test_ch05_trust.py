@@ -5,7 +5,8 @@ import pytest
 
 from chapters.ch05_flexible_mirror.ext_trust import results
 from chapters.ch05_flexible_mirror.ext_trust.tables import coverage_table, targets
-from chapters.ch05_flexible_mirror.ext_trust.trials import course, lesson, scene, sweeps
+from chapters.ch05_flexible_mirror.ext_trust.trials import course, lesson, sweeps
+from chapters.shared.gaussian_errors import GaussianErrors
 from chapters.shared.mirror_rigs import mirror_rig
 from chapters.shared.mirror_runs import lattice
 from raxel.calibration.mirror.clamp import clamp_of_camera
@@ -171,7 +172,7 @@ def test_corners_are_told_by_their_place_next_to_the_free_edge():
 
 
 def test_errors_of_the_scene_are_as_large_as_stated():
-    errors, rng = scene.GaussianErrors(), np.random.default_rng(0)
+    errors, rng = GaussianErrors(), np.random.default_rng(0)
     assert np.std(errors.corners(np.zeros((5000, 2)), rng)) == pytest.approx(
         errors.plate_sd_px, rel=0.03
     )

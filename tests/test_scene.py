@@ -51,8 +51,9 @@ def test_without_opengl_the_page_says_what_mends_it(without_opengl):
 
 
 CHAPTER = """
+import numpy as np
 from repro.run.experiment import figure
-from repro.run.outcomes import Drawing
+from repro.run.outcomes import Drawing, Film, Panel
 from raxel.show import Points, Scene
 from repro.page.style import figure as new_figure
 
@@ -62,6 +63,7 @@ def fig_9_9(results):
     drawn, axes = new_figure()
     axes.set(xlabel="Place (mm)", ylabel="Place (mm)")
     scene = Scene([Points([[0, 0, 0]], "k")], (0, 0, -5), (0, 0, 1))
+    film = Film([Panel("", "", [np.zeros((4, 4, 3), np.uint8)])], ["black"])
     return Drawing(drawn, {"x": [0]}, "One $x$.", scene=SCENE)
 """
 
@@ -70,6 +72,7 @@ def fig_9_9(results):
     ("mark", "scene", "good"),
     [
         (", scene=True", "scene", True),
+        (", scene=True", "film", True),
         ("", "None", True),
         (", scene=True", "None", False),
         ("", "scene", False),
@@ -89,7 +92,8 @@ def test_a_marked_figure_leaves_its_scene(tmp_path, monkeypatch, mark, scene, go
         return
     draw.draw(tmp_path, "figure", "fig_9_9", tmp_path, out)
     about = json.loads(out.read_text())
-    assert about["scene"] is bool(mark)
+    opened = {"scene": "3-D", "film": "film"}.get(scene, "")
+    assert about["scene"] == opened
     assert about["lines"] is True
     assert about["source"] == ["ch09_try/s9_scene/page.py", "fig_9_9"]
     assert out.with_suffix(".html").is_file() is bool(mark)

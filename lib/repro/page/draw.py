@@ -9,7 +9,7 @@ from repro.judge.ledger import load
 from repro.page.wording import label, plain
 from repro.run import discover, jobs, results
 from repro.run.columns import csv_text, in_numbers, measured
-from repro.run.outcomes import Check, Drawing, Table
+from repro.run.outcomes import Check, Drawing, Film, Table
 
 
 def draw(
@@ -17,9 +17,9 @@ def draw(
 ) -> None:
     """Draw a figure (svg, png, csv) or write a table (csv), and describe it (json).
 
-    A figure marked with a scene leaves that too (html). ``sets`` are the image sets of
-    the build, for what shows all of them. What is marked with published numbers gets
-    them here, when its results are computed, and nowhere else.
+    A figure marked with a scene leaves that or its film too (html). ``sets`` are the
+    image sets of the build, for what shows all of them. What is marked with published
+    numbers gets them here, when its results are computed, and nowhere else.
     """
     found = jobs.producer(root, kind, name)
     read = jobs.results_of(root, found, name, sets)
@@ -47,7 +47,7 @@ def draw(
             "results": read,
             "check": _check(made),
             "lines": lines,
-            "scene": bool(found.details.get("scene")),
+            "scene": _opened(made),
             "texts": list(getattr(made, "texts", ())),
             "measured": measured(made.columns) if isinstance(made, Table) else [],
             "printed": dict(getattr(made, "printed", {})),
@@ -58,6 +58,7 @@ def draw(
 
 def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
     """Write the figure's scene where its mark promises one; drop an old one if not."""
+    from repro.page.film import film_page
     from repro.page.space import scene_page
 
     promised = found.details.get("scene", False)
@@ -70,7 +71,16 @@ def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
         out.unlink(missing_ok=True)
     else:
         title = f"{label(found.id)} {plain(made.caption)}".strip()
-        results.write_atomic(out, scene_page(made.scene, title))
+        page = film_page if isinstance(made.scene, Film) else scene_page
+        results.write_atomic(out, page(made.scene, title))
+
+
+def _opened(made: Drawing | Table) -> str:
+    """What a reader of the page can open below a figure: "3-D", "film", or nothing."""
+    scene = getattr(made, "scene", None)
+    if scene is None:
+        return ""
+    return "film" if isinstance(scene, Film) else "3-D"
 
 
 def _check(made: Drawing | Table) -> dict | None:

@@ -29,6 +29,9 @@ from repro.run.discover import page_module, result_ids
 from repro.run.results import Result, opened
 from repro.run.sets_of_report import name_of
 
+# What can be opened below a figure, as a link says it.
+OPENED = {"3-D": "3-D scene", "film": "film"}
+
 
 class Missing(FileNotFoundError):
     """A file that a page shows and nobody has made; the message names the command."""
@@ -124,7 +127,7 @@ def show(artefact: str) -> Shown:
     caption = about["caption"]
     alt = f"{label(artefact)} {plain(caption)}".strip()
     links = _links(name, about, ("svg", "png", "csv"))
-    scene = f"{_up()}figures/{name}.html"
+    scene, opens = f"{_up()}figures/{name}.html", about.get("scene")
     markdown = "\n".join(
         [
             part("anchor", artefact) + "\n",
@@ -140,7 +143,7 @@ def show(artefact: str) -> Shown:
             links,
             "::::",
             "",
-            *([part("turnable", scene, alt), ""] if about.get("scene") else []),
+            *([part("opened", scene, alt, opens), ""] if opens else []),
             mark(name),
         ]
     )
@@ -341,7 +344,7 @@ def _links(name: str, about: dict, endings: tuple[str, ...]) -> str:
     up = _up()
     scene, behind = [], []
     if about.get("scene"):
-        scene.append((f"{up}figures/{name}.html", "3-D scene"))
+        scene.append((f"{up}figures/{name}.html", OPENED[about["scene"]]))
     for result in result_ids(about["results"]):
         said = result.removesuffix(name[name.find("@") :] if "@" in name else "")
         said = said.replace("@", " of ")

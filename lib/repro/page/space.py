@@ -7,7 +7,9 @@ what is missing and the command that mends it.
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -48,6 +50,19 @@ def scene_figure(scene: Scene, height_in: float) -> Figure:
     axes.set_position([0.0, 0.0, 1.0, 1.0])
     draw_scene(axes, scene)
     return drawn
+
+
+def scene_frames(scenes: Sequence[Scene], size: tuple[int, int]) -> list[np.ndarray]:
+    """Pictures of scenes, for a film: (height, width, 3) uint8 of ``size``, px.
+
+    Without OpenGL they are white; the page's own figure says what is missing.
+    """
+    if not available().works:
+        return [np.full((size[1], size[0], 3), 255, np.uint8) for _ in scenes]
+    return [
+        cv2.resize(picture_array(scene, size), size, interpolation=cv2.INTER_AREA)
+        for scene in scenes
+    ]
 
 
 def scene_page(scene: Scene, title: str) -> str:

@@ -110,10 +110,11 @@ def figure(
 ) -> Callable[[Producer], Producer]:
     """Mark ``function(results) -> Drawing`` as the producer of a figure.
 
-    With ``scene`` the drawing brings a `raxel.show.Scene`; the page offers it. With
-    ``published``, ids of numbers of the ledger, it is called as ``function(results,
-    published)``, with {id: printed value}. That is for drawing alone: all results are
-    there by then, and no experiment, claim or number can ask for it.
+    With ``scene`` the drawing brings a `raxel.show.Scene` or a `Film`; the page offers
+    it. With ``published``, ids of numbers of the ledger, it is called as
+    ``function(results, published)``, with {id: printed value}. That is for drawing
+    alone: all results are there by then, and no experiment, claim or number can ask for
+    it.
     """
     return _mark(
         "figure",

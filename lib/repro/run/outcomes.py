@@ -147,18 +147,43 @@ class Check:
 
 
 @dataclass(frozen=True)
+class Panel:
+    """A part of a film: its title, what is seen in words, and its frames.
+
+    ``pictures``: (height, width, 3) uint8, all of one size.
+    """
+
+    title: str
+    says: str
+    pictures: Sequence[np.ndarray]
+
+
+@dataclass(frozen=True)
+class Film:
+    """Panels side by side, on a narrow screen below each other, to be played.
+
+    ``labels``: a few words for each frame; ``per_second``: frames.
+    """
+
+    panels: Sequence[Panel]
+    labels: Sequence[str]
+    per_second: float = 8.0
+
+
+@dataclass(frozen=True)
 class Drawing:
     """A figure, the data behind it (column name -> values), and its own check.
 
-    ``scene`` is the same thing to turn around, for a figure marked with ``scene=True``;
-    the figure remains what the page shows first, and on paper.
+    ``scene`` is the same thing to turn around, or a film of it to play, for a figure
+    marked with ``scene=True``; the figure remains what the page shows first, and on
+    paper.
     """
 
     figure: Figure
     data: Mapping[str, Sequence]
     caption: str
     check: Check | None = None
-    scene: Scene | None = None
+    scene: Scene | Film | None = None
 
 
 @dataclass(frozen=True)

@@ -161,7 +161,7 @@ def _artefact(
     drawn = (base / f"{name}.png").is_file()
     head, cells = ([], []) if drawn else preview(base / f"{name}.csv")
     endings = ("svg", "png", "csv") if drawn else ("csv",)
-    scene = [(f"figures/{name}.html", "3-D")] if about.get("scene") else []
+    scene = [(f"figures/{name}.html", about["scene"])] if about.get("scene") else []
     return Artefact(
         name=name,
         label=label(identifier),

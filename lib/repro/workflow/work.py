@@ -21,7 +21,11 @@ from repro.run.sets_of_report import sets_of_report, target_kind
 from repro.workflow.rendering import RenderedSets
 
 GUIDE = "data/recorded/README.md"
-VIEWER = ("lib/raxel/show/page.html", "lib/raxel/show/page.js")
+VIEWER = (
+    "lib/raxel/show/page.html",
+    "lib/raxel/show/page.js",
+    "lib/repro/page/templates/film.html.jinja",
+)
 ERRATA = "data/published/errata.md"
 LEDGER = ("artefacts", "numbers", "claims", "settings", "contents")
 

@@ -1,5 +1,5 @@
 "use strict";
-// A 3-D scene is loaded when its reader opens it, and dressed in the page's theme.
+// A 3-D scene or film is loaded when its reader opens it, and dressed in the page's theme.
 
 (() => {
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
@@ -22,6 +22,13 @@
     // A browser may bring a page back with the fold open.
     load(fold);
   }
+  // A film says how high it is, in the width that it has.
+  window.addEventListener("message", (told) => {
+    const height = Number(told.data?.raxelHeight);
+    for (const frame of frames())
+      if (height > 0 && frame.contentWindow === told.source)
+        frame.style.height = `${Math.ceil(height) + 2}px`;
+  });
   dark.addEventListener("change", tell);
   new MutationObserver(tell).observe(document.body, {
     attributes: true,

@@ -6,14 +6,13 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.ext_trust.trials.lesson import field_of_view
 from chapters.ch05_flexible_mirror.ext_trust.trials.scene import (
-    CORNER_PX,
     METHOD,
     PRIORS,
     STEPS,
-    GaussianErrors,
     SureViewer,
     drawn_scene,
 )
+from chapters.shared.gaussian_errors import CORNER_PX, GaussianErrors
 from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_runs import deflected, lattice, outline
 from chapters.shared.mirror_scores import (

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.shared.gaussian_errors import CORNER_PX, DECODED_MM, GaussianErrors
 from chapters.shared.mirror_rigs import (
     BACK_PROJECTION_MM,
     DYNAMIC_MM,
@@ -23,8 +24,6 @@ from chapters.shared.mirror_runs import (
 from raxel.geometry import inverse_pose, transform
 from raxel.geometry.planes import on_plane
 
-# Standard deviations of a corner, px, and of a decoded point, mm, along each axis.
-CORNER_PX, DECODED_MM = 0.2, 0.01
 STEPS = len(STAGES_MM) - 1
 # Inverse depth, the clamp's position and slope; no prior.
 METHOD = MirrorMethod("inverse depth", slope=True)
@@ -39,35 +38,6 @@ SETTINGS = {
     "grid_mm": DYNAMIC_MM,
     "prior_mm": PRIORS["prior"],
 }
-
-
-class GaussianErrors(NamedTuple):
-    """Independent errors, for a rig in place of `MirrorErrors`."""
-
-    corner_px: float = CORNER_PX
-    decoded_mm: float = DECODED_MM
-
-    def corners(self, pixels, rng):
-        """Pixels (N, 2) of corners in the mirror with errors."""
-        return pixels + rng.normal(0, self.corner_px, pixels.shape)
-
-    plate_corners = corners
-
-    def in_mirror(self, points, rng):
-        """Points (N, 2) mm of the monitor, decoded in the flexible mirror."""
-        return points + rng.normal(0, self.decoded_mm, points.shape)
-
-    in_platter = in_mirror
-
-    @property
-    def plate_sd_px(self):
-        """Standard deviation of a corner of the platter's board along an axis, px."""
-        return self.corner_px
-
-    @property
-    def platter_sd_mm(self):
-        """Standard deviation of a point decoded in the platter along an axis, mm."""
-        return self.decoded_mm
 
 
 class SureViewer(GaussianErrors):

@@ -1,0 +1,55 @@
+"""A film on a page: every frame is in it, and it asks for as many labels as frames."""
+
+import base64
+import io
+import json
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from repro.page import film, style
+from repro.page.film import film_page, pictured
+from repro.run.outcomes import Film, Panel
+
+GREYS = (0, 120, 250)
+
+
+def made(labels=("a", "b <i>", "c")):
+    frames = [np.full((6, 8, 3), grey, np.uint8) for grey in GREYS]
+    return Film([Panel("One", "Gets lighter.", frames)], labels)
+
+
+def test_every_frame_is_on_the_page_with_its_label():
+    page = film_page(made(), "Film & title")
+    assert "<title>Film &amp; title</title>" in page
+    found = re.search(r'id="words">(.*?)</script>', page, re.S)[1]
+    words = json.loads(found)
+    assert words["labels"] == ["a", "b <i>", "c"]
+    assert "<i>" not in found
+    for address, grey in zip(words["frames"][0], GREYS, strict=True):
+        data = base64.b64decode(address.removeprefix("data:image/webp;base64,"))
+        shown = np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+        assert shown.shape == (6, 8, 3)
+        assert np.abs(shown.astype(int) - grey).max() <= 3
+    # Paper and a browser without scripts have the first frame.
+    assert f'<img src="{words["frames"][0][0]}"' in page
+    assert 'alt="Gets lighter."' in page
+    assert page == film_page(made(), "Film & title")
+
+
+def test_labels_and_frames_are_as_many_and_the_page_is_small(monkeypatch):
+    with pytest.raises(ValueError, match=r"\[2, 3\] frames and labels"):
+        film_page(made(labels=("a", "b")), "")
+    monkeypatch.setattr(film, "LARGEST_BYTES", 1000)
+    with pytest.raises(ValueError, match="1000 at most"):
+        film_page(made(), "")
+
+
+def test_a_figure_becomes_a_frame():
+    drawn, axes = style.figure(height_in=1.0)
+    axes.set(xlabel="Place (mm)", ylabel="Place (mm)")
+    picture = pictured(drawn, 50)
+    assert picture.shape == (50, round(50 * style.WIDTH_IN), 3)
+    assert picture.min() < 100 < picture.max() == 255
