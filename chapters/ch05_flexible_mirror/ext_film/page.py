@@ -50,10 +50,12 @@ SEEDS = {"quick": 1, "full": 12}
 #   the shapes before had put them, though they moved by up to
 #   {glue:text}`step_px` px from one picture to the next.
 # - Up to {glue:text}`below_mm` mm the deflection of the film is found to
-#   {glue:text}`error.below` µm. At {glue:text}`peak_mm` mm it is
-#   {glue:text}`error.peak` µm off, because the free edge then looks past the
-#   board: in {glue:text}`carried` frames no corner at all lies in a knot
-#   interval, and a prior carries it there. The calibration says so.
+#   {glue:text}`error.below` µm, beyond that to {glue:text}`error.most` µm,
+#   and rays get {glue:text}`angle.peak` degrees off at the peak: the free edge
+#   then looks past the board. In the knot interval next to it
+#   {glue:text}`at_edge.first` corners are tracked at first, and
+#   {glue:text}`at_edge.peak` at the peak; the calibration says where there are
+#   too few.
 # - It does not drift. Flat again, the deflection is
 #   {glue:text}`tracked.loop` µm off, the median of {glue:text}`seeds` seeds,
 #   and rays are {glue:text}`tracked.angle.last` degrees off, as they were
@@ -144,7 +146,9 @@ def film_seeds(effort):
 # **The ends of the film** are the same mirror, and tracking finds them the
 # same to a fraction of a micrometre. That says how little is handed on, and
 # nothing of how good the first shape was: its rays are
-# {glue:text}`angle.first` degrees off in the rendered film, before and after.
+# {glue:text}`angle.first` degrees off in the rendered film, before and after,
+# and at the load it stands {glue:text}`first_um` µm beside the true sheet.
+# Deflections are told from there, profiles from the true sheet.
 #
 # **The middle of the film** is worse for a reason that more pictures do not
 # cure. A convex mirror sees more the further it bends, and then more than the

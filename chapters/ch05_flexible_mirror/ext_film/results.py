@@ -13,7 +13,7 @@ WAYS = {
     "tracked": "each picture by itself (tracked)",
     "handed_on": "each from the one before (stages)",
 }
-UM = 1000.0
+UM, FIRST = 1000.0, "first_mm"
 # Below this deflection, mm, corners reach the free edge.
 BELOW_MM = 10.0
 
@@ -21,9 +21,10 @@ BELOW_MM = 10.0
 class Frames(NamedTuple):
     """The film of the rendered pictures, a row for each of n frames.
 
-    true_mm, found_mm, angle_deg, residual_mm (n,); used (n,) corners; carried (n,)
-    bool: whether the prior carries an interval; off_px (n,); picture (n, h, w) uint8;
-    corners (n, N, 2) px of the whole picture; mirror, directions (n, a, b, 3); profile
+    true_mm, found_mm, angle_deg, residual_mm (n,); used (n,) corners; at_edge (n,)
+    of them in the knot interval next to the free edge; off_px (n,); first_mm: how much
+    too high the first shape stands at the load; picture (n, h, w) uint8; corners
+    (n, N, 2) px of the whole picture; mirror, directions (n, a, b, 3); profile
     (n, b, 2) mm; T_camera_board (4, 4).
     """
 
@@ -32,8 +33,9 @@ class Frames(NamedTuple):
     angle_deg: np.ndarray
     residual_mm: np.ndarray
     used: np.ndarray
-    carried: np.ndarray
+    at_edge: np.ndarray
     off_px: np.ndarray
+    first_mm: float
     picture: np.ndarray
     corners: np.ndarray
     mirror: np.ndarray
@@ -44,7 +46,8 @@ class Frames(NamedTuple):
     @classmethod
     def of(cls, result):
         """Those of the film's only trial."""
-        return cls(*(result.arrays(name)[0] for name in cls._fields))
+        found = {name: result.arrays(name)[0] for name in cls._fields if name != FIRST}
+        return cls(**found, first_mm=float(result.column(FIRST)[0]))
 
     @property
     def error_um(self):
@@ -105,11 +108,13 @@ def of_film(frames):
         "error.peak": f"{error[peak]:.2g}",
         "error.most": f"{error.max():.2g}",
         "error.below": f"{below.max():.2g}",
-        "carried": int(np.count_nonzero(frames.carried > 0.5)),
+        "at_edge.first": int(frames.at_edge[0]),
+        "at_edge.peak": int(frames.at_edge[peak]),
         "loop": f"{error[-1]:.1g}",
         "angle.first": f"{frames.angle_deg[0]:.2g}",
         "angle.peak": f"{frames.angle_deg[peak]:.2g}",
         "angle.last": f"{frames.angle_deg[-1]:.2g}",
+        "first_um": f"{UM * np.abs(frames.first_mm):.2g}",
         "residual.peak": f"{frames.residual_mm[peak]:.2g}",
     }
 

@@ -50,6 +50,7 @@ from raxel.calibration.mirror.clamp_line import (
     edge_picks,
     fixed_line,
 )
+from raxel.calibration.mirror.lookup import BoundaryTable
 from raxel.calibration.mirror.orders import (
     OrderSearch,
     OrderStep,
@@ -113,6 +114,7 @@ from raxel.calibration.views.interpolation import interpolated_view
 __all__ = [
     "AngularPose",
     "BoardView",
+    "BoundaryTable",
     "BundleResult",
     "CentralCalibration",
     "CentralTest",

@@ -14,6 +14,8 @@ from chapters.ch05_flexible_mirror.ext_film.trials.scene import (
 from chapters.shared.mirror_pictures import board_picture
 from chapters.shared.mirror_runs import lattice, outline, seen_board
 from chapters.shared.mirror_scores import load_height, ray_angles
+from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.support import clamped_end
 from raxel.calibration.mirror.track import MirrorTracker
 from raxel.calibration.mirror.update import update_mirror
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
@@ -52,7 +54,7 @@ def film_trial(condition, rng):
             | {
                 "residual_mm": np.nanmean(found.residuals),
                 "used": np.count_nonzero(found.used),
-                "carried": any("the prior" in flag for flag in found.flags),
+                "at_edge": at_edge(film, pixels[found.used]),
                 "off_px": off_px(film, camera, pixels),
                 "picture": whole_picture(film.rig, picture),
                 "corners": np.where(found.used[:, None], pixels, np.nan),
@@ -130,6 +132,15 @@ def scored(film, true, found):
     }
 
 
+def at_edge(film, pixels):
+    """How many of pixels (N, 2) lie in the knot interval next to the free edge."""
+    grid, viewer = film.first.grid, film.first.viewer
+    interval = grid.intervals(normalised(viewer, pixels))[:, 0]
+    clamped = clamped_end(grid, film.clamp)[1]
+    free = len(grid.breaks[0]) - 2 if clamped == 0 else 0
+    return np.count_nonzero(interval == free)
+
+
 def off_px(film, camera, pixels):
     """Root mean square of the corners' errors along an axis, px."""
     true, seen = film.rig.corners(camera, film.T_camera_board)
@@ -165,10 +176,12 @@ def shape(true, found):
 
 
 def stacked(film, frames):
-    """{name: array over the film}; deflections are told from the first shape on."""
+    """{name: array over the film}; deflections are told from the first shape on, which
+    stands first_mm too high."""
     found = {name: np.stack([frame[name] for frame in frames]) for name in frames[0]}
     start = load_height(film.rig, film.first, film.cameras[0])
     return found | {
         "true_mm": film.deflections,
         "found_mm": found.pop("height_mm") - start,
+        "first_mm": start,
     }

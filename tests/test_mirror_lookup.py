@@ -1,0 +1,105 @@
+"""A mirror's shape by its boundary: exact on entries, near between, told beyond."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.mirror.lookup import BoundaryTable, described
+from raxel.calibration.mirror.sightings import normalised
+from raxel.cameras import SplineMirrorCamera
+from raxel.errors import InputError
+from raxel.geometry.poses import transform
+from raxel.geometry.spline_grid import spline_grid
+from tests.bent_mirror_scenes import (
+    T_VIEWER_MIRROR,
+    VIEWER,
+    bent,
+    force_pixel,
+    heights_at,
+    spline_like,
+    visible_pixels,
+)
+
+ENTRIES = (0.0, 2.0, 4.0, 6.0)
+SHARES = np.linspace(-1, 1, 40)
+
+
+def edges(deflection, lifted=0.0):
+    """Edges (4, 40, 2) px of the sheet; lifted: mm by which a corner is raised."""
+    sheet, found = bent(deflection).mirror, []
+    x, y, ones = 79.9 * SHARES, 49.9 * SHARES, np.ones(40)
+    for across, along in ((x, -49.9 * ones), (x, 49.9 * ones), (-79.9 * ones, y),
+                          (79.9 * ones, y)):  # fmt: skip
+        places = np.column_stack([across, along]) / sheet.radius
+        points = sheet.point(places)[0]
+        points[:, 2] += lifted * np.clip(across / 80, 0, 1) * along / 50
+        found.append(VIEWER.project(transform(T_VIEWER_MIRROR, points)).pixels)
+    return np.stack(found)
+
+
+@pytest.fixture(scope="module")
+def cameras():
+    """Splines of the entries on the same knots, over all that the sheet covers."""
+    box = np.concatenate([visible_pixels(d, 60, 40) for d in ENTRIES])
+    grid = spline_grid(normalised(VIEWER, box), (7, 3))
+    found = []
+    for deflection in ENTRIES:
+        points = bent(deflection).rays(visible_pixels(deflection, 60, 40)).origins
+        points = points[np.isfinite(points[:, 0])]
+        found.append(SplineMirrorCamera.fitted(VIEWER, grid, points, "inverse depth"))
+    return found
+
+
+@pytest.fixture(scope="module")
+def table(cameras):
+    return BoundaryTable([edges(d) for d in ENTRIES], cameras)
+
+
+def found_height(found, deflection):
+    return heights_at(found.camera, force_pixel(deflection))[0]
+
+
+def test_an_entry_is_found_again_exactly(table, cameras):
+    for number, deflection in enumerate(ENTRIES):
+        found = table.look_up(edges(deflection))
+        assert found.place == pytest.approx(number, abs=1e-9)
+        assert found.off_px < 1e-9
+        assert found.flags == ()
+        np.testing.assert_allclose(
+            found.camera.coefficients, cameras[number].coefficients, rtol=1e-12
+        )
+
+
+def test_between_entries_a_shape_is_near_and_with_noise_nearly_so(table):
+    rng = np.random.default_rng(0)
+    for deflection in (1.0, 2.7, 5.0):
+        exact = table.look_up(edges(deflection))
+        assert exact.off_px < 0.2
+        assert found_height(exact, deflection) == pytest.approx(deflection, abs=0.02)
+        traced = edges(deflection)
+        traced = table.look_up(traced + rng.normal(0, 0.5, traced.shape))
+        assert traced.flags == ()
+        assert found_height(traced, deflection) == pytest.approx(deflection, abs=0.08)
+
+
+@pytest.mark.parametrize(("deflection", "lifted"), [(8.0, 0.0), (4.0, 3.0)])
+def test_what_the_table_lacks_is_told(table, deflection, lifted):
+    found = table.look_up(edges(deflection, lifted))
+    assert found.off_px > 1.5
+    assert "shape that the table lacks" in found.flags[0]
+    assert 0 <= found.place <= len(ENTRIES) - 1
+
+
+def test_points_along_an_edge_do_not_matter_and_bad_boundaries_are_refused(table):
+    few, many = described(edges(3.0)[:, ::3]), described(edges(3.0)[:, :40])
+    assert np.abs(few[:17] - many[:17])[0].max() < 1e-9
+    for wrong in (edges(3.0)[:3], np.full((4, 5, 2), np.nan), np.zeros((4, 1, 2))):
+        with pytest.raises(InputError, match="give four edges"):
+            table.look_up(wrong)
+
+
+def test_entries_need_the_same_knots_and_a_neighbour(cameras):
+    other = spline_like(bent(2.0), 2.0)
+    with pytest.raises(InputError, match="camera 1 has other knots"):
+        BoundaryTable([edges(0.0), edges(2.0)], [cameras[0], other])
+    with pytest.raises(InputError, match="found 1 boundaries and 1 cameras"):
+        BoundaryTable([edges(0.0)], cameras[:1])
