@@ -1,7 +1,9 @@
 """`raxel calibrate`, `evaluate` and `show` of a mirror set, rendered and read back."""
 
+import re
 import shutil
 from dataclasses import replace
+from html import escape
 
 import cv2
 import numpy as np
@@ -43,8 +45,10 @@ def calibrated(folder):
     """(folder of the results, lines that were printed)"""
     results = folder.parent / "results"
     results.mkdir()
-    out, fit = results / "mirror.npz", results / "fit.json"
-    assert main(["calibrate", str(folder), "--out", str(out), "--json", str(fit)]) == 0
+    out, fit = str(results / "mirror.npz"), str(results / "fit.json")
+    report = str(folder.parent / "report")
+    files = ["--out", out, "--json", fit, "--report", report]
+    assert main(["calibrate", str(folder), *files]) == 0
     return results
 
 
@@ -83,6 +87,27 @@ def test_the_result_says_how_far_it_can_be_trusted(calibrated):
     sure = second["predicted_ray_error_deg"]
     assert 0.003 < sure["median"] < sure["largest"] < 0.5
     assert np.array(second["T_camera_grid"]).shape == (4, 4)
+
+
+def test_the_report_shows_shapes_residuals_and_what_was_flagged(folder, calibrated):
+    report, fit = folder.parent / "report", read_json(calibrated / "fit.json")
+    page = (report / "index.html").read_text("utf-8")
+    names = {path.name for path in report.iterdir()} - {"index.html"}
+    shapes = {"profiles.png", "shape-000.jpg", "shape-001.jpg"}
+    assert names == shapes | {"residuals-001.jpg", "residuals-002.jpg"}
+    for name in names:
+        assert f'src="{name}"' in page
+        assert cv2.imread(str(report / name)).shape[1] == 960
+    for text in fit["warnings"]:
+        assert escape(text) in page
+    stage = fit["stages"][1]
+    counts = ", ".join(map(str, stage["support"]["along_u"]))
+    assert f"Corners for each knot interval: {counts} along" in page
+    assert f"{stage['residual_mm']['mean']:.3f}" in page
+    # Corners end some 128 mm from the clamp, where a beam moves by 3.9 of the 5 mm.
+    row = page.split("<td>1</td>")[1].split("</tr>")[0]
+    moved = float(re.findall(r'number">([-\d.]+)<', row)[1])
+    assert 3.7 < abs(moved) < 4.2
 
 
 def test_its_boards_are_scored_by_the_stage_that_the_camera_is_of(
@@ -124,7 +149,9 @@ def test_what_a_mirror_set_has_no_use_for_is_refused_in_a_line(
     own = str(folder / "mirror.yaml")
     for arguments, fault in (
         (["--out", out, "--model", "zhang"], "--model: found zhang with"),
-        (["--out", out, "--report", "r"], "--report: found with"),
+        (["--out", out, "--report", str(folder / "r")], "sets are only read"),
+        (["--out", out, "--report", str(tmp_path)], "whose place the report takes"),
+        (["--out", out, "--report", str(folder.parent / "results")], "other files"),
         (["--out", own], "the command reads this file"),
         (["--out", out, "--json", str(tmp_path / "mirror-1.npz")], "names the file of"),
     ):

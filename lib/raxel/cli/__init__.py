@@ -29,7 +29,7 @@
 
 `check`, `calibrate` and `evaluate` take the folder of a mirror set, too: of a camera
 that looks into a mirror which bends. A camera is written for each stage, and scored by
-the boards of `--stage N`.
+the boards of `--stage N`; `--report` shows the shapes and what they rest on.
 
 `--corners` takes corners that `raxel corners --json` wrote; without it they are found
 by the detector, `raxel`, `opencv` or `opencv-sb`, or by `celect`, which needs each

@@ -1,5 +1,6 @@
-"""`raxel calibrate MIRRORSET --out mirror.npz --json F`"""
+"""`raxel calibrate MIRRORSET --out mirror.npz --json F --report FOLDER`"""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,11 @@ from raxel.cli.scores import known
 from raxel.cli.warnings import print_warnings
 from raxel.errors import InputError
 from raxel.files import check_can_be_written, together, write_json
+from raxel.report import check_report, new_report, write_mirror_report
 from raxel.sets import ImageSet, load_mirror_set
 
 # Options of `raxel calibrate` that a mirror set has no use for.
-NOT_OF_A_MIRROR = "report", "corners", "points", "detector"
+NOT_OF_A_MIRROR = "corners", "points", "detector"
 SPREAD = 21  # places along either side of a mirror at which its rays are looked at
 
 
@@ -33,6 +35,8 @@ def calibrate_mirror_set(options, say):
             f"{options.json}: --json names the file of a camera; give another name"
         )
     check_mirror_written(written, mirror_set)
+    if options.report:
+        _check_report(options.report, mirror_set, written)
     views = mirror_views(mirror_set, say)
     try:
         found = calibrate_mirror(views, say=say)
@@ -42,7 +46,12 @@ def calibrate_mirror_set(options, say):
     for line in _lines(mirror_set, result):
         print(line)
     print_warnings(result["warnings"])
-    with together() as place:
+    report = new_report(options.report) if options.report else nullcontext()
+    with report as folder, together() as place:
+        # Drawn first, and put in its place when all else is written.
+        if folder:
+            say(f"drawing the report of {len(found.cameras)} stages")
+            write_mirror_report(folder, mirror_set, found, result)
         for path, camera in zip(outputs, found.cameras, strict=True):
             camera.save(place(path))
         found.cameras[-1].save(place(options.out))
@@ -62,6 +71,14 @@ def check_mirror_written(written, mirror_set, read=()):
     if not isinstance(mirror_set.viewer, ImageSet):
         own.append(mirror_set.viewer)
     check_written(written, list(mirror_set.image_sets.values()), own)
+
+
+def _check_report(folder, mirror_set, written):
+    """As `check_report`, for the mirror set's folder and all of its image sets."""
+    viewer = mirror_set.viewer
+    others = [*written, *([] if isinstance(viewer, ImageSet) else [viewer])]
+    for one in (mirror_set, *mirror_set.image_sets.values()):
+        check_report(folder, one, others)
 
 
 def _check_options(options, mirror_set):

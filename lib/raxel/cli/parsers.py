@@ -78,7 +78,8 @@ def _add_calibrate(commands):
     parser.add_argument(
         "--report",
         metavar="FOLDER",
-        help="write pictures of corners, residuals and coverage here, and a page",
+        help="write pictures of corners, residuals and coverage here, and a page; of a "
+        "mirror set, its shapes and residuals",
     )
     _add_corners_file(parser)
     _add_points_folder(parser)

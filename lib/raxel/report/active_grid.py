@@ -113,7 +113,7 @@ def _places(decoded, photograph, extent):
             interpolation=cv2.INTER_NEAREST,
         )  # fmt: skip
         if np.isfinite(place).any():
-            canvas.picture[_lines(place, extent[axis] / LINES)] = mark
+            canvas.picture[level_lines(place, extent[axis] / LINES)] = mark
             step = f"{extent[axis] / LINES:.3g} {decoded.unit}"
             lines.append((mark, f"{'xy'[axis]}, every {step}"))
     told = [((255, 255, 255), f"decoded: {_share(counts, 0)}")]
@@ -125,8 +125,9 @@ def _share(counts, status):
     return f"{share:.1f} %" if share >= 0.05 else f"{counts[status]} px"
 
 
-def _lines(place, step):
-    """Where a place and the next one, right or below, lie in different parts."""
+def level_lines(place, step):
+    """Where a value (h, w) and the next one, right or below, lie in different parts,
+    each `step` wide."""
     with np.errstate(invalid="ignore"):
         part = np.floor(place / step)
     line = np.zeros(place.shape, bool)

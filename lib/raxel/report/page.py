@@ -18,6 +18,7 @@ body { color: var(--ink); background: var(--paper); max-width: 62rem;
 table { border-collapse: collapse; margin: 1rem 0; }
 th, td { border-bottom: 1px solid var(--line); padding: .25rem .8rem .25rem 0;
   text-align: left; vertical-align: top; overflow-wrap: anywhere; }
+th { overflow-wrap: break-word; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
 img { max-width: 100%; height: auto; background: #fff; }
 figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
@@ -54,13 +55,10 @@ def page(image_set, result, photographs):
     parts = [
         f"<h1>{title}</h1>",
         f"<p>{escape(image_set.camera or 'The camera is not described.')}</p>",
-        *(
-            f'<p class="warning">warning: {escape(text)}</p>'
-            for text in result["warnings"]
-        ),
-        _pairs(_numbers(image_set, result)),
+        *warnings(result["warnings"]),
+        pairs(_numbers(image_set, result)),
         "<h2>Residuals in the image</h2>",
-        _figure(
+        figure(
             "residuals.png",
             f"Found {words.point} less where the camera sees it, for all "
             f"{words.target}s, each in its colour. Arrows of different {words.target}s "
@@ -68,7 +66,7 @@ def page(image_set, result, photographs):
             "ways show noise.",
         ),
         "<h2>Coverage</h2>",
-        _figure(
+        figure(
             "coverage.png",
             f"How many {words.target}s cover each part of the image. Where none is, a "
             "formula is a guess and a table has no ray.",
@@ -77,6 +75,11 @@ def page(image_set, result, photographs):
         _table(photographs, words),
         *(_photograph(p, words) for p in photographs if p.score is not None),
     ]
+    return document(title, parts)
+
+
+def document(title, parts):
+    """The whole file of a page; title and parts (list of text) are HTML."""
     body = "\n".join(parts)
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -107,15 +110,15 @@ def _numbers(image_set, result):
         ("vertical", "Field of view, middle column"),
         ("from_axis", "Largest angle from the axis"),
     ):
-        yield what, _told(angles[name], ".2f", " deg")
+        yield what, told(angles[name], ".2f", " deg")
     share = camera["share_of_image_under_boards"]
     target, point = words_of(image_set.target)[:2]
     yield f"{target.capitalize()}s cover", f"{100 * share:.1f} % of the image"
     for key, form in NUMBERS:
         name, unit = key.split("_")
-        yield (f"{NAMES[name]}, fitted {target}s", _told(result[key], form, f" {unit}"))
-    yield f"Single {point}s scatter by", _told(misfit["scatter_px"], ".3f", " px")
-    yield f"Stated of single {point}s", _told(misfit["stated_sd_px"], ".3f", " px")
+        yield (f"{NAMES[name]}, fitted {target}s", told(result[key], form, f" {unit}"))
+    yield f"Single {point}s scatter by", told(misfit["scatter_px"], ".3f", " px")
+    yield f"Stated of single {point}s", told(misfit["stated_sd_px"], ".3f", " px")
     if "chosen_because" in result:
         yield "Chosen", result["chosen_because"]
     for model, found in result.get("cross_validation", {}).items():
@@ -126,13 +129,19 @@ def _numbers(image_set, result):
         own = found["own"]
         yield (
             what,
-            f"{_told(own['rms_px'], '.3f', ' px')} RMS, "
-            f"{_told(own['mean_deg'], '.4f', ' deg')} mean",
+            f"{told(own['rms_px'], '.3f', ' px')} RMS, "
+            f"{told(own['mean_deg'], '.4f', ' deg')} mean",
         )
 
 
-def _pairs(pairs):
-    rows = (f"<tr><th>{escape(a)}</th><td>{escape(b)}</td></tr>" for a, b in pairs)
+def warnings(texts):
+    """A paragraph (text) for each warning."""
+    return [f'<p class="warning">warning: {escape(text)}</p>' for text in texts]
+
+
+def pairs(named):
+    """A table of (what, value in words)."""
+    rows = (f"<tr><th>{escape(a)}</th><td>{escape(b)}</td></tr>" for a, b in named)
     return "<table>\n" + "\n".join(rows) + "\n</table>"
 
 
@@ -149,9 +158,8 @@ def _row(photograph):
         why = escape(photograph.reason or "not found")
         return f'<tr><td>{name}</td><td colspan="5">{why}</td></tr>'
     cells = [score.n_corners, score.n_without_ray]
-    cells += [_told(getattr(score, key), form, "") for key, form in NUMBERS]
-    told = "".join(f'<td class="number">{cell}</td>' for cell in cells)
-    return f"<tr><td>{name}</td>{told}</tr>"
+    cells += [told(getattr(score, key), form, "") for key, form in NUMBERS]
+    return f"<tr><td>{name}</td>{numbers(cells)}</tr>"
 
 
 def _photograph(photograph, words):
@@ -162,19 +170,26 @@ def _photograph(photograph, words):
     return "\n".join(
         [
             f"<h3>{name}</h3>",
-            _figure(photograph.seen, f"{found}{note}"),
-            _figure(photograph.residuals, f"{residuals}, {scale}."),
+            figure(photograph.seen, f"{found}{note}"),
+            figure(photograph.residuals, f"{residuals}, {scale}."),
         ]
     )
 
 
-def _figure(name, caption):
+def numbers(cells):
+    """Cells of a row with numbers in words."""
+    return "".join(f'<td class="number">{cell}</td>' for cell in cells)
+
+
+def figure(name, caption):
+    """A picture beside the page, with its caption."""
     return (
         f'<figure><img src="{name}" alt="{escape(caption)}" loading="lazy">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
     )
 
 
-def _told(number, form, unit):
+def told(number, form, unit):
+    """A number in words, such as told(0.12, ".3f", " px")."""
     known = number is not None and math.isfinite(number)
     return f"{number:{form}}{unit}" if known else "unknown"
