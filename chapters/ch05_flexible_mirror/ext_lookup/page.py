@@ -129,6 +129,12 @@ def lookup_runs(effort):
 # show_table("ext_mirror_lookup_table")
 
 # %% [markdown]
+# *Flagged* is to be read differently for the two. The table flags a boundary
+# that none of its shapes has. The update flags outer knot intervals into which
+# few corners reach, and that is so nearly always, whether harm comes of it or
+# not: such a flag says where to look, and no more.
+
+# %% [markdown]
 # ## Reading and limits
 #
 # **Why the boundary tells so much.** A clamped sheet that one load bends has
