@@ -6,7 +6,8 @@ import pytest
 from chapters.ch05_flexible_mirror.ext_trust import results
 from chapters.ch05_flexible_mirror.ext_trust.tables import coverage_table, targets
 from chapters.ch05_flexible_mirror.ext_trust.trials import course, lesson, sweeps
-from chapters.shared.gaussian_errors import GaussianErrors
+from chapters.ch05_flexible_mirror.ext_trust.trials.scene import SureViewer
+from chapters.shared.gaussian_errors import CORNER_PX, DECODED_MM, GaussianErrors
 from chapters.shared.mirror_rigs import mirror_rig
 from chapters.shared.mirror_runs import lattice
 from raxel.calibration.mirror.clamp import clamp_of_camera
@@ -110,10 +111,10 @@ def test_coverage_is_a_mean_of_seeds_in_the_row_of_its_prediction():
 
 def test_an_exact_viewer_has_errors_in_the_platter_and_the_mirror_all_the_same():
     pixels, rng = np.zeros((50, 2)), np.random.default_rng(0)
-    sure = scene.SureViewer()
+    sure = SureViewer()
     assert np.all(sure.corners(pixels, rng) == 0)
-    assert np.std(sure.plate_corners(pixels, rng)) > 0.5 * scene.CORNER_PX
-    assert np.std(sure.in_mirror(pixels, rng)) > 0.5 * scene.DECODED_MM
+    assert np.std(sure.plate_corners(pixels, rng)) > 0.5 * CORNER_PX
+    assert np.std(sure.in_mirror(pixels, rng)) > 0.5 * DECODED_MM
 
 
 def test_the_prior_is_chosen_by_medians_in_which_refused_seeds_are_worst():
