@@ -3,7 +3,7 @@
 import numpy as np
 
 PITCH_PX, LOAD_MM, ARM_MM, FOCAL_PX, DEPTH_MM = 54.0, 150.0, 260.0, 1900.0, 630.0
-STEPS, PEAK_MM = 12, 15.0
+STEPS, PEAK_MM = 16, 15.0
 
 
 def moves_task():
@@ -26,17 +26,12 @@ def moves_task():
 
 
 def neighbour_task():
-    """A corner that is looked for more than half a square away is taken for its
-    neighbour."""
+    """Half a square, over what a corner moves for each mm."""
     px_per_mm = moves_task()["expected"]()
     return {
         "expected": lambda: PITCH_PX / 2 / px_per_mm,
-        "hint": "which corner is the nearest one to where one is looked for?",
-        "slips": {
-            "Half a square is enough to take a neighbour for it.": lambda: (
-                PITCH_PX / px_per_mm
-            )
-        },
+        "hint": "how far does a corner move for each mm?",
+        "slips": {"That is a whole square.": lambda: PITCH_PX / px_per_mm},
     }
 
 

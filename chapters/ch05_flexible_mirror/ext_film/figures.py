@@ -25,7 +25,7 @@ from repro.run.outcomes import Drawing, Film, Panel
 TRUE, FOUND, CORNER = INK, series(1)["color"], "#00b3ff"
 LATER = {"color": "#c8ccd2", "lw": 1.2, "marker": ""}
 # Of the film's own pictures: inches and dots per inch; pixels of the one in space.
-FRAME_IN, FRAME_DPI, SPACE_PX = (4.2, 3.0), 110, (560, 400)
+FRAME_IN, FRAME_DPI, SPACE_PX = (4.2, 3.0), 92, (480, 344)
 NOTE = (
     "Viewing rays run from the camera to the mirror as it was found, scene rays from "
     "there to the board."

@@ -31,9 +31,9 @@ RIGS = (
 # Steps out, as many back, and how far the load goes.
 FILMS = {
     "quick": [{"steps": 1, "peak_mm": 0.5}],
-    "full": [{"steps": 12, "peak_mm": 15.0}],
+    "full": [{"steps": 16, "peak_mm": 15.0}],
 }
-SEEDS = {"quick": 1, "full": 12}
+SEEDS = {"quick": 1, "full": 8}
 
 # %% tags=["active-ipynb"]
 # show("ext_mirror_film")
@@ -46,9 +46,9 @@ SEEDS = {"quick": 1, "full": 12}
 #
 # - It keeps up. Through {glue:text}`frames` rendered pictures, out to
 #   {glue:text}`peak_mm` mm and back, between {glue:text}`corners.least` and
-#   {glue:text}`corners.most` corners were found in each picture next to where
-#   the shapes before had put them, though they moved by up to
-#   {glue:text}`step_px` px from one picture to the next.
+#   {glue:text}`corners.most` corners were found in each picture from those of
+#   the picture before, though they moved by up to {glue:text}`step_px` px from
+#   one to the next.
 # - Up to {glue:text}`below_mm` mm the deflection of the film is found to
 #   {glue:text}`error.below` µm, beyond that to {glue:text}`error.most` µm,
 #   and rays get {glue:text}`angle.peak` degrees off at the peak: the free edge
@@ -98,9 +98,11 @@ SEEDS = {"quick": 1, "full": 12}
 # measurement: each shape is fitted to its own picture. What all pictures share
 # is the board's pose, and with it the error of that pose.
 #
-# **Where to look.** The shape is taken to go on changing as it did between the
-# two pictures before. The camera that this gives puts every point $X_i$ into
-# the next picture, and the corner is looked for there.
+# **The corners.** Optical flow says about where each corner of the picture
+# before has gone, and the saddle points of the grey values where exactly.
+# Corners that come into view are looked for where the lattice, carried on, has
+# them. A corner counts only if the four squares around it are dark and bright
+# as they were, so that it is not taken for a direct neighbour.
 
 # %% tags=["active-ipynb"]
 # show_code(tracker_of)
@@ -155,18 +157,16 @@ def film_seeds(effort):
 # board. The residual says little of it: {glue:text}`residual.peak` mm where
 # rays are {glue:text}`angle.peak` degrees off. A larger board would help.
 #
-# **Speed of the mirror.** A corner that is looked for more than half a square
-# away is taken for its neighbour. A load that turns round abruptly leaves the
-# extrapolated shape ahead by two of its steps: this film turns gently. What is
-# lost does not come back by itself; matches that disagree are left out, and
-# counted among the flags, so whoever sees many of them has to start anew.
+# **Speed of the mirror.** Corners may move by half a square from one picture to
+# the next. This film, which starts and turns gently, keeps to it. Whoever moves
+# the mirror faster has to take pictures faster.
 #
 # **The board must stay.** Its pose is found once. If it is pushed, all shapes
 # from then on are wrong, with small residuals where the push can be taken for
 # a bend.
 #
-# **Time.** `make bench` has the seconds of one picture, without the search for
-# corners.
+# **Time.** `make bench` has the seconds of one picture, with the search for
+# corners and without.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -188,14 +188,15 @@ def film_seeds(effort):
 # check(None, **moves_task())
 
 # %% [markdown]
-# **2.** Squares are 54 px wide in the picture. How many mm may the expected
-# deflection be off, before a corner there is taken for its neighbour?
+# **2.** Squares are 54 px wide in the picture. By how many mm may the load move
+# from one picture to the next, before a corner there moves by more than half a
+# square?
 
 # %% tags=["active-ipynb"]
 # check(None, **neighbour_task())
 
 # %% [markdown]
-# **3.** The load goes out to 15 mm in 12 steps, as 15 sin² of an angle that
+# **3.** The load goes out to 15 mm in 16 steps, as 15 sin² of an angle that
 # grows evenly to 90 degrees. How many mm does it move at most from one picture
 # to the next?
 

@@ -16,10 +16,9 @@ from chapters.shared.mirror_runs import lattice, outline, seen_board
 from chapters.shared.mirror_scores import load_height, ray_angles
 from raxel.calibration.mirror.sightings import normalised
 from raxel.calibration.mirror.support import clamped_end
-from raxel.calibration.mirror.track import MirrorTracker
+from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
 from raxel.calibration.mirror.update import update_mirror
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
-from raxel.cameras import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, transform
 from raxel.geometry.planes import on_plane
@@ -34,34 +33,38 @@ def film_trial(condition, rng):
     """Every picture rendered, its corners found from those before, its shape tracked.
 
     In the first picture corners are looked for where they truly are, as if picked by
-    hand; in all others where the shapes of the two pictures before put them.
+    hand; in all others where optical flow takes those of the picture before.
     """
     film = drawn_film(**condition, rng=rng)
-    pictures = [
-        board_picture(film.rig, camera, film.T_camera_board, rng)
-        for camera in film.cameras
+    rig, board = film.rig, film.rig.board
+    taken = [
+        board_picture(rig, camera, film.T_camera_board, rng) for camera in film.cameras
     ]
-    picked, seen = film.rig.corners(film.cameras[0], film.T_camera_board)
-    first = pictures[0].corners(np.where(seen[:, None], picked, np.nan))
-    tracker, earlier, frames = tracker_of(film, first), None, []
-    for picture, camera in zip(pictures, film.cameras, strict=True):
-        near = first if earlier is None else expected(tracker, earlier)
-        earlier = tracker.coefficients
-        pixels = picture.corners(near)
-        found = tracker.follow(pixels)
-        frames.append(
-            scored(film, camera, tracker.camera_now())
-            | {
-                "residual_mm": np.nanmean(found.residuals),
-                "used": np.count_nonzero(found.used),
-                "at_edge": at_edge(film, pixels[found.used]),
-                "off_px": off_px(film, camera, pixels),
-                "picture": whole_picture(film.rig, picture),
-                "corners": np.where(found.used[:, None], pixels, np.nan),
-                **shape(camera, tracker.camera_now()),
-            }
-        )
+    picked, seen = rig.corners(film.cameras[0], film.T_camera_board)
+    first = taken[0].corners(np.where(seen[:, None], picked, np.nan))
+    pictures = [whole_picture(rig, one) for one in taken]
+    tracker = tracker_of(film, first)
+    following = FilmTracker(tracker, pictures[0], first, board.columns, board.rows)
+    frames = [frame(film, 0, tracker, pictures[0], first, tracker.follow(first))]
+    for k in range(1, len(pictures)):
+        corners, shape = following.follow(pictures[k])
+        frames.append(frame(film, k, tracker, pictures[k], corners.corners, shape))
     return stacked(film, frames) | {"T_camera_board": film.T_camera_board}
+
+
+def frame(film, k, tracker, picture, corners, followed):
+    """What is kept of picture k: its scores, and what is to be drawn."""
+    camera, found = film.cameras[k], tracker.camera_now()
+    return {
+        **scored(film, camera, found),
+        "residual_mm": np.nanmean(followed.residuals),
+        "used": np.count_nonzero(followed.used),
+        "at_edge": at_edge(film, corners[followed.used]),
+        "off_px": off_px(film, camera, corners),
+        "picture": smaller(picture),
+        "corners": np.where(followed.used[:, None], corners, np.nan),
+        **shape(camera, found),
+    }
 
 
 def seeds_trial(condition, rng):
@@ -112,17 +115,6 @@ def tracker_of(film, pixels):
     return MirrorTracker(film.first, placed, film.clamp, METHOD)
 
 
-def expected(tracker, earlier):
-    """Pixels (N, 2) at which corners are to be looked for: the shape goes on to change
-    as it did from `earlier` (K,), the coefficients one picture before the last."""
-    camera = tracker.camera
-    ahead = SplineMirrorCamera.on_grid(
-        camera.viewer, camera.grid, 2 * tracker.coefficients - earlier, camera.quantity
-    )
-    pixels, valid = ahead.project(tracker.points)
-    return np.where(valid[:, None], pixels, np.nan)
-
-
 def scored(film, true, found):
     """Height of the load (mm) and mean ray angle (degrees) of a found camera."""
     pixels = lattice(true, COMPARED_PX)
@@ -147,12 +139,17 @@ def off_px(film, camera, pixels):
     return np.sqrt(np.nanmean((pixels[seen] - true[seen]) ** 2))
 
 
-def whole_picture(rig, picture):
-    """The camera's whole picture at half its size, of the mirror's window."""
+def whole_picture(rig, taken):
+    """The camera's whole picture of a MirroredBoard; beside the mirror it is dark."""
     whole = np.zeros((rig.viewer.height, rig.viewer.width), np.uint8)
-    (height, width), window = picture.picture.shape, picture.window
-    whole[window.v : window.v + height, window.u : window.u + width] = picture.picture
-    return cv2.resize(whole, None, fx=KEPT, fy=KEPT, interpolation=cv2.INTER_AREA)
+    (height, width), window = taken.picture.shape, taken.window
+    whole[window.v : window.v + height, window.u : window.u + width] = taken.picture
+    return whole
+
+
+def smaller(picture):
+    """A picture at half its size."""
+    return cv2.resize(picture, None, fx=KEPT, fy=KEPT, interpolation=cv2.INTER_AREA)
 
 
 def shape(true, found):
