@@ -113,9 +113,22 @@ def test_seeds_that_were_refused_count_against_a_claim():
         assert (bench == "reproduced") is (judge is claims.judge_constant), judge
     found = runs.Runs(results)
     assert sum(reason is not None for reason in found.refused()) == LOST
-    means = found.each(3, ("off_deg", "sheet"), lambda off, sheet: off.mean())
+    (means,) = found.each(3, ("off_deg", "sheet"), lambda off, sheet: [off.mean()], 1)
     assert np.isnan(means).tolist() == [True] * LOST + [False] * (SEEDS - LOST)
     np.testing.assert_array_equal(found.drawn(3, "sheet"), SHEET)
+
+
+def test_a_bench_on_which_every_seed_was_refused_is_false_of_each_claim_by_seed():
+    results = made(seeds=2)
+    columns = of_bench("laboratory", 2, {}) | of_bench("bench", 2, {})
+    columns = {n: v for n, v in columns.items() if "bench.stage3" not in n}
+    columns |= {"bench.stage3.angle_deg": [None] * 2, "bench.refused": ["stage 3"] * 2}
+    columns |= {f"bench.stage3.{name}": [None] * 2 for name in TRUE}
+    results[runs.RUNS] = of_columns(({"geometry": "A"}, columns))
+    for judge in BY_PLACE:
+        bench, laboratory = readings_of(judge, results)
+        assert "true in 0 of 2 seeds" in bench.reason
+        assert laboratory.verdict == "reproduced"
 
 
 def test_strips_are_along_one_clamped_and_three_free_edges():

@@ -94,7 +94,9 @@ def angles_by_place(runs):
 
     (3, stages, seeds), degrees, to the true rays.
     """
-    stages = [runs.each(stage, ("off_deg", "sheet"), strip_means) for stage in STAGES]
+    stages = [
+        runs.each(stage, ("off_deg", "sheet"), strip_means, 3) for stage in STAGES
+    ]
     return np.stack(stages, axis=1)
 
 
@@ -150,7 +152,7 @@ def edge_excess(own, sheet):
 
 def edge_residuals(runs):
     """The largest tenth of the errors of stage 3 lies at free edges more often."""
-    excess, p = runs.each(LAST, ("own", "seen_at"), edge_excess)
+    excess, p = runs.each(LAST, ("own", "seen_at"), edge_excess, 2)
     return (
         (excess > 1) & (p < SIGNIFICANT),
         excess,

@@ -42,18 +42,19 @@ class Runs(BenchRuns):
         """Why each seed (seeds,) ended early, None where it did not."""
         return self.result.texts(f"{self.bench}.refused")
 
-    def each(self, stage, names, measure):
-        """What measure(*arrays of these names) gives, a row of numbers, at one stage.
+    def each(self, stage, names, measure, count):
+        """What measure(*arrays of these names) gives, `count` numbers, at one stage.
 
-        Returns (numbers, seeds), nan where a seed was refused.
+        Returns (count, seeds), nan where a seed was refused.
         """
         every = [
             self.result.arrays(f"{self.bench}.stage{stage}.{name}") for name in names
         ]
-        rows = np.array([measure(*arrays) for arrays in zip(*every, strict=True)])
+        rows = [measure(*arrays) for arrays in zip(*every, strict=True)]
         known = np.isfinite(self.of(stage, "angle_deg"))
-        found = np.full((*rows.shape[1:], self.seeds), np.nan)
-        found[..., known] = rows.T
+        found = np.full((count, self.seeds), np.nan)
+        # Where all seeds were refused there is no row.
+        found[:, known] = np.reshape(rows, (-1, count)).T
         return found
 
     def drawn(self, stage, name, which=0):
