@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from chapters.ch05_flexible_mirror.s3_3_rendered import results
+from chapters.ch05_flexible_mirror.s3_3_rendered.tables import targets
 from chapters.ch05_flexible_mirror.s3_3_rendered.trials.pictures import (
     MirrorRun,
     lit_outline,
@@ -17,6 +19,8 @@ from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.calibration.mirror.platter import PlatterPoses
 from raxel.geometry import pose, rotation_from_vector
+from tests.exercise_answers import misjudged
+from tests.made_results import ROOT, as_planned
 
 
 @pytest.fixture(scope="module")
@@ -72,3 +76,51 @@ def test_kept_corners_stay_on_their_squares():
     assert small.picture.shape == (240, 480)
     assert small.corners[0, 0] == pytest.approx(239.5)
     assert small.picture[50, 239] < 100 < small.picture[50, 240]
+
+
+def rendered(**changed):
+    """A Result in which every aim is met by half, but for what is changed."""
+    values = {
+        f"aimed.{name}": aim.bound / 2 for aim in results.AIMS for name in aim.names
+    }
+    return as_planned(results.RENDERED, values | changed)
+
+
+def table_of(result, rig="A"):
+    seeds = np.full(20, 0.01)
+    many = {name: seeds for aim in results.AIMS for name in aim.drawn}
+    found = {results.RENDERED: result, results.AIMED: as_planned(results.AIMED, many)}
+    columns = targets(found).columns
+    return dict(zip(columns["Error"], columns[rig], strict=True)), columns
+
+
+def test_aims_are_met_and_missed_and_a_refused_run_has_missed_them():
+    found, columns = table_of(rendered())
+    assert set(found.values()) == {"met"}
+    assert columns["A, bench"][0].value == pytest.approx(0.5)
+    assert columns["A, laboratory"][0] == pytest.approx(0.5)
+    found, _ = table_of(rendered(**{"aimed.stage2.residual_mm": 0.5}), "B")
+    assert found["Residual, worst stage (mm)"] == "not met"
+    assert found["Grid separation (mm)"] == "met"
+    ended = {f"aimed.stage3.{name}": np.nan for name in ("angle_deg", "residual_mm")}
+    found, columns = table_of(rendered(**ended))
+    assert found["Mean ray angle, stage 3 (degrees)"] == "not met"
+    assert found["Residual, worst stage (mm)"] == "not met"
+    assert columns["A, laboratory"][5] is None
+
+
+def test_a_run_is_refused_as_a_whole_or_by_one_way():
+    def values(condition):
+        whole = condition["geometry"] == "B"
+        return {"refused": "no board"} if whole else {"aimed.refused": "stage 2: open"}
+
+    result = as_planned(results.RENDERED, values)
+    of = {rig: result.select(geometry=rig, bench="bench") for rig in "AB"}
+    assert results.refusals(of["A"]) == {"published": 0, "aimed": 3, "own": 0}
+    assert set(results.refusals(of["B"]).values()) == {1}
+    assert results.runs_of(result, "A", "laboratory").conditions[0]["run"] == 0
+    assert results.runs_of(result, "C", "laboratory") is None
+
+
+def test_exercises_tell_right_from_wrong():
+    assert misjudged(ROOT, "ch05_flexible_mirror/s3_3_rendered") == []

@@ -272,8 +272,9 @@ def prior_runs(effort):
 # **Limits.** Errors are independent and Gaussian, and no picture is rendered:
 # nothing here says what wrong matches, blur or a biased corner do. The
 # factors by which misfit counts were chosen on sheets of the same kind in
-# other poses. Pictures of a platter and an active grid with the errors of
-# rendered ones are in 5.3.3.
+# other poses. Where the mirror's edges are, is known exactly. The same from
+# [rendered pictures](s3_3_rendered.ipynb), with nothing drawn, is held against
+# twice these targets.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -120,11 +120,12 @@ FEWER = {"quick": 1, "full": 20}
 # ## Experiment
 #
 # The camera is not stated; geometry A of 5.3.3 stands in for it, and B beside
-# it. Corners and decoded points have the errors that rendered pictures have.
-# As in 5.3.3 there are two benches: the laboratory as it is, and one with
-# decoding errors and an unevenness like the thesis's. Both numbers are taken
-# from there as they are. Every seed draws the boards, the monitor's places,
-# the platter's, the waves of the mirror and all errors.
+# it. Corners and decoded points have the errors that rendered pictures have;
+# which corners the mirror shows is known exactly. As in 5.3.3 there are two
+# benches: the laboratory as it is, and one with decoding errors and an
+# unevenness like the thesis's. Both numbers are taken from there as they are.
+# Every seed draws the boards, the monitor's places, the platter's, the waves of
+# the mirror and all errors.
 #
 # The true mirror's middle line stands in for the scan. Errors are mean
 # distances at right angles to it, from clamp to free edge. How the scan came

@@ -314,7 +314,9 @@ def _tip_plan(results, benches, seeds):
 # the median, {glue:text}`b.lab.angle.3`° in the laboratory.
 #
 # **Limits.** Corners and decoded points are redrawn with errors from rendered
-# pictures, they are not found again in pictures of every seed. The clamp's line
+# pictures, they are not found again in pictures of every seed. Which corners the
+# mirror shows, which is which, and where its edges are, these runs know exactly;
+# [runs from pictures](s3_3_rendered.ipynb) do not, and are few. The clamp's line
 # is picked by hand to half a pixel. The waves are the same at all stages, as the
 # sheet carries them along.
 

@@ -13,6 +13,7 @@ from chapters.ch05_flexible_mirror.s3_3_rendered.exercises import (
     turn_task,
 )
 from chapters.ch05_flexible_mirror.s3_3_rendered.results import name_values
+from chapters.ch05_flexible_mirror.s3_3_rendered.trials.pictures import RunSizes
 from chapters.ch05_flexible_mirror.s3_3_rendered.trials.run import (
     by_stages,
     rendered_trial,
@@ -67,7 +68,7 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Three ways** to calibrate the same pictures: *as published* (distances along
 # viewing rays, the clamp's position held); *as aimed at* in
-# [trust](../ext_trust.ipynb) (inverse depth, position and slope of the clamp, a prior
+# [trust](ext_trust.ipynb) (inverse depth, position and slope of the clamp, a prior
 # on bending of 0.1 mm), stage by stage and all stages together; and *as a reader's
 # own set*, what `raxel calibrate` does: as many knots as the corners carry, and all
 # stages together.
@@ -80,8 +81,8 @@ from repro.run.outcomes import Plan
 #
 # A camera of 3072 x 2304 pixels sees a chessboard directly in eight pictures, and is
 # calibrated by Zhang's method. The monitor in two places is decoded in the mirror,
-# and in a platter, whose own board is found in a picture; bands of 24 rows are
-# rendered of it. Then the mirror is pushed three times by 5 mm, with a board before
+# and in a platter, whose own board is found in a picture; of either, 36 bands of 16
+# rows are rendered. Then the mirror is pushed three times by 5 mm, with a board before
 # it, each time in another place, and photographed before and after. Only the part of
 # the picture that the mirror fills is rendered. All boards are found by the detector.
 # The mirror's edges are those of what is lit in the picture. One thing is picked by a
@@ -100,10 +101,7 @@ RUNS = (
     {"geometry": "B", "bench": "laboratory", "run": 0},
 )
 # At quick size one step in small pictures, and fewer of them.
-SIZES = {
-    "quick": {"steps": 1, "boards": 4, "small": True},
-    "full": {"steps": 3, "boards": 8, "small": False},
-}
+SIZES = {"quick": RunSizes(1, 4, 9, True), "full": RunSizes(3, 8, 36, False)}
 
 
 @experiment(
@@ -122,8 +120,9 @@ SIZES = {
 def rendered(effort):
     """Pictures of every kind, rendered, read and calibrated."""
     runs = RUNS if effort == "full" else RUNS[:1]
-    settings = SIZES[effort] | {k: bench._asdict() for k, bench in BENCHES.items()}
-    return Plan(partial(rendered_trial, **SIZES[effort]), list(runs), 1, settings)
+    sizes = SIZES[effort]
+    settings = sizes._asdict() | {k: bench._asdict() for k, bench in BENCHES.items()}
+    return Plan(partial(rendered_trial, sizes=sizes), list(runs), 1, settings)
 
 
 # %% [markdown]

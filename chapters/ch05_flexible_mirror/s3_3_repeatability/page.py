@@ -139,7 +139,9 @@ from repro.run.outcomes import Plan
 # of 5 mm are *set*, as the thesis's were; everything else is found. Errors of
 # corners and decoded points are those of rendered pictures, drawn again, on the
 # *bench* and in the laboratory
-# ([how they differ](s3_3_calibration.ipynb)).
+# ([how they differ](s3_3_calibration.ipynb)). Which corners the mirror shows, and
+# where its edges are, is known exactly, as it is not in
+# [pictures](s3_3_rendered.ipynb).
 
 # %%
 RIG = ("data/rigs/flexible-mirror-a.yaml", "data/rigs/flexible-mirror-a-monitor.yaml")

@@ -39,7 +39,8 @@ from raxel.geometry.planes import on_plane
 from raxel.lab.board_photograph import photograph_board
 from raxel.lab.monitor_views import photograph_patterns, points_seen
 from raxel.lab.target_poses import outline_of
-from raxel.lab.windowed import bands, mirror_window, window_around, windowed
+from raxel.lab.windowed import bands as bands_of
+from raxel.lab.windowed import mirror_window, window_around, windowed
 from raxel.sets import Chessboard
 from raxel.sets.patterns import BLACK, WHITE
 
@@ -47,9 +48,9 @@ from raxel.sets.patterns import BLACK, WHITE
 # middle distance, how far that varies, and how it is tilted.
 VIEWER_BOARD, VIEWER_SHARE = Chessboard(10, 7, 10.0), 0.4
 VIEWER_NEARER, VIEWER_TILT, TRIES = 0.2, np.radians((20, 40)), 500
-# Bands of a window, and rows of each, that are rendered of the monitor: at full size a
-# tenth of the mirror and a sixth of the platter.
-BANDS, BAND_PX = 9, 24
+# Rows of a band of a window that is rendered of the monitor. Of each band the middle
+# row counts, where all windows of the decoder are whole, and so many places along it.
+BAND_PX, PLACES = 16, 40
 # What is lit in a picture of the mirror: brighter than this share of its white. Black
 # squares are; what lies beside the mirror is not.
 LIT, OUTLINE_STEP = 0.15, 40
@@ -65,6 +66,17 @@ class MirrorRun(NamedTuple):
     cameras: list
     places: np.ndarray
     boards: list
+
+
+class RunSizes(NamedTuple):
+    """steps: of deflection; boards: pictures that the viewer is calibrated from; bands:
+    of the mirror and of the platter that show the monitor; small: with the small
+    pictures of the rigs."""
+
+    steps: int
+    boards: int
+    bands: int
+    small: bool
 
 
 class ShownBoard(NamedTuple):
@@ -95,13 +107,13 @@ def drawn_scene(rig, bench, steps, rng):
     return MirrorRun(rig, bench, cameras, rig.monitor_poses(rng), boards)
 
 
-def read_pictures(scene, boards, rng):
-    """ReadPictures of a MirrorRun; boards: of how many pictures for the viewer. Raises
-    CalibrationError where a picture shows no board."""
+def read_pictures(scene, sizes, rng):
+    """ReadPictures of a MirrorRun with RunSizes. Raises CalibrationError where a
+    picture shows no board."""
     rig, camera = scene.rig, scene.cameras[0]
-    viewer = calibrated_viewer(rig, boards, rng)
+    viewer = calibrated_viewer(rig, sizes.boards, rng)
     grids = [
-        decoded(scene, camera, mirror_window(camera), k, rng)
+        decoded(scene, camera, mirror_window(camera), sizes.bands, k, rng)
         for k in range(len(scene.places))
     ]
     picks = rig.clamp_pixels(camera, CLAMP_PICKS, rng, CLAMP_SD_PX)
@@ -112,10 +124,9 @@ def read_pictures(scene, boards, rng):
         outlines.append(outline)
         shown.append(seen)
     platter = rig.platter(rng)
-    views = MirrorViews(
-        viewer, tuple(grids), platter_pictures(scene, viewer, platter, rng),
-        platter.thickness_mm, ClampPicks(picks, CLAMP_SD_PX), tuple(steps),
-    )  # fmt: skip
+    seen_flat = platter_pictures(scene, viewer, platter, sizes.bands, rng)
+    clamp, thickness = ClampPicks(picks, CLAMP_SD_PX), platter.thickness_mm
+    views = MirrorViews(viewer, tuple(grids), seen_flat, thickness, clamp, tuple(steps))
     return ReadPictures(views, outlines, shown)
 
 
@@ -161,17 +172,18 @@ def whole_board(picture, window, board, name):
     return BoardView(corners, board.points(*size), *size, name, found.sd)
 
 
-def decoded(scene, camera, window, place, rng):
+def decoded(scene, camera, window, count, place, rng):
     """DenseView of the monitor in a place, by a camera that sees it in a mirror.
 
-    The window's bands are rendered and decoded, one after another. The bench's noise:
-    errors and standard deviations times its factor, where a pixel's own ray meets the
-    monitor; what was decoded elsewhere is left as it is.
+    So many bands of the window are rendered and decoded one after another. The bench's
+    noise: errors and standard deviations times its factor, where a pixel's own ray
+    meets the monitor; what was decoded elsewhere is left as it is.
     """
     rig, T, factor = scene.rig, scene.places[place], scene.bench.factor
     location = np.full((camera.height, camera.width, 2), np.nan, np.float32)
     sigma, seed = location.copy(), int(rng.integers(2**32))
-    for part, band in enumerate(bands(window, BANDS, BAND_PX)):
+    parts = bands_of(window, count, BAND_PX)
+    for part, band in enumerate(parts):
         taken = windowed(replace(rig.monitor, camera=camera), band)
         pictures = dict(photograph_patterns(taken, T, [seed, part]))
         levels = {"white": pictures.pop(WHITE), "black": pictures.pop(BLACK)}
@@ -181,10 +193,24 @@ def decoded(scene, camera, window, place, rng):
         more = np.where(np.isfinite(true), (factor - 1) * (found.location - true), 0)
         location[band.place] = found.location + more
         sigma[band.place] = factor * found.sigma
-    return dense_view(location, sigma, name=f"monitor {place}")
+    view = dense_view(location, sigma, name=f"monitor {place}")
+    rows = [band.v + BAND_PX // 2 for band in parts]
+    return thinned(view, rows, max(1, window.width // PLACES))
 
 
-def platter_pictures(scene, viewer, platter, rng):
+def thinned(view, rows, step):
+    """The DenseView with every step-th pixel of some rows alone."""
+    location = np.full_like(view.location, np.nan)
+    location[rows, ::step] = view.location[rows, ::step]
+    v, u = np.nonzero(np.isfinite(location[..., 0]))
+    return view._replace(
+        pixels=np.column_stack([u, v]).astype(float),
+        points=location[v, u].astype(float),
+        columns=len(u), rows=1, sd=None, location=location,
+    )  # fmt: skip
+
+
+def platter_pictures(scene, viewer, platter, bands, rng):
     """PlatterPictures of the monitor in its places. The platter stays, so its board is
     photographed once."""
     rig = scene.rig
@@ -196,7 +222,7 @@ def platter_pictures(scene, viewer, platter, rng):
     board = whole_board(picture, window, platter.board, "platter")
     camera, window = platter_camera(rig, platter), platter_window(rig, platter)
     grids = [
-        flat_view(viewer, decoded(scene, camera, window, k, rng))
+        flat_view(viewer, decoded(scene, camera, window, bands, k, rng))
         for k in range(len(scene.places))
     ]
     return tuple(PlatterPicture(board, grid, 0, k) for k, grid in enumerate(grids))

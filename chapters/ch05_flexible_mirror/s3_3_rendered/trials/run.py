@@ -39,17 +39,16 @@ COMPARED_PX = 96
 FALSE_PX = 2.0  # what is found farther than this from all true corners is none
 
 
-def rendered_trial(condition, rng, steps, boards, small=False):
+def rendered_trial(condition, rng, sizes):
     """Every measure of one run; `refused`, of the run or of a way, says where it ended,
     if early. The first run of a rig and bench keeps pictures.
 
-    steps: of deflection; boards: pictures that the viewer is calibrated from; small:
-    with the small pictures of the rigs.
+    sizes: RunSizes.
     """
-    rig = mirror_rig(condition["geometry"], small=small)
-    scene = drawn_scene(rig, BENCHES[condition["bench"]], steps, rng)
+    rig = mirror_rig(condition["geometry"], small=sizes.small)
+    scene = drawn_scene(rig, BENCHES[condition["bench"]], sizes.steps, rng)
     try:
-        read = read_pictures(scene, boards, rng)
+        read = read_pictures(scene, sizes, rng)
     except InputError as refusal:
         return {"refused": str(refusal)}
     held_out = scoring_boards(scene, rng)
