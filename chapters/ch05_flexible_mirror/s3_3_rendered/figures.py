@@ -21,6 +21,7 @@ from repro.run.outcomes import Drawing
 FOUND = {"marker": "o", "ms": 3.2, "mfc": "none", "ls": "", "color": "#d62728"}
 WHEN = ("before", "after")
 DRAWN = {"published": series(0), "aimed": series(1)}
+TICKS_DEG = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 WORDS = {"published": "as published", "aimed": "as aimed at"}
 
 
@@ -75,6 +76,10 @@ def rays_figure(results):
                 rows += _of_runs(panel, result, way, geometry, bench, look)
         row[0].set_yscale("log")
         row[0].set_ylabel("Mean ray angle (degrees)")
+        ends = row[0].get_ylim()
+        row[0].set_yticks(TICKS_DEG, [f"{tick:g}" for tick in TICKS_DEG])
+        row[0].minorticks_off()
+        row[0].set_ylim(ends)
     for panel in axes[1]:
         panel.set_xticks(list(STAGES))
         panel.set_xlabel("Stage, 5 mm each (1)")

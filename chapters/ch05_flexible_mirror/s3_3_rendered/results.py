@@ -133,8 +133,27 @@ def drawn_value(results, way, geometry, bench, stage, name):
 
 def name_values(open_results):
     """Name the numbers of the prose."""
-    for name, number in of_rendered(open_results(RENDERED)).items():
+    quoted = of_rendered(open_results(RENDERED)) | of_drawn(
+        {name: open_results(name) for name in DRAWN}
+    )
+    for name, number in quoted.items():
         value(name, number)
+
+
+def of_drawn(results):
+    """Name -> medians of the runs with drawn errors that prose quotes."""
+    found = {}
+    for geometry in "AB":
+        for bench in (BENCH, LABORATORY):
+            for way in ("published", "aimed", "aimed.bundle"):
+                for stage in STAGES:
+                    many = drawn_value(
+                        results, way, geometry, bench, stage, "angle_deg"
+                    )
+                    if many is not None:
+                        place = f"drawn.{geometry}.{bench}.{way}.stage{stage}"
+                        found[f"{place}.angle_deg"] = of_seeds_in_words(many)
+    return found
 
 
 def of_rendered(result):
