@@ -24,6 +24,23 @@ WAYS = {
     "aimed.bundle": "as aimed at, all stages at once",
     "own": "as a reader's own set",
 }
+# Of each rig and bench, in the prose.
+QUOTED = (
+    "published.stage1.angle_deg",
+    "published.stage3.angle_deg",
+    "published.stage3.residual_mm",
+    "published.stage3.back_own_mm",
+    "published.stage3.back_true_mm",
+    "aimed.stage1.angle_deg",
+    "aimed.stage3.angle_deg",
+    "aimed.stage3.deflection_percent",
+    "aimed.bundle.stage3.angle_deg",
+    "aimed.stage0.miss_mm",
+    "aimed.stage0.separation_mm",
+    "aimed.stage0.separation_deg",
+    "own.stage3.angle_deg",
+    "own.stage3.reach_percent",
+)
 CALLED = {
     "angle_deg": "angle_deg",
     "residual_mm": "residual_mm",
@@ -140,82 +157,63 @@ def name_values(open_results):
         value(name, number)
 
 
-def of_drawn(results):
-    """Name -> medians of the runs with drawn errors that prose quotes."""
-    found = {}
-    for geometry in "AB":
-        for bench in (BENCH, LABORATORY):
-            for way in ("published", "aimed", "aimed.bundle"):
-                for stage in STAGES:
-                    many = drawn_value(
-                        results, way, geometry, bench, stage, "angle_deg"
-                    )
-                    if many is not None:
-                        place = f"drawn.{geometry}.{bench}.{way}.stage{stage}"
-                        found[f"{place}.angle_deg"] = of_seeds_in_words(many)
-    return found
-
-
 def of_rendered(result):
-    """Name -> what prose quotes of the rendered runs."""
+    """Name -> what prose quotes of the rendered runs: medians, and ranges where there
+    are several."""
     every = result.select()
     found = {
         "runs": len(result.conditions) * result.trials_per_condition,
         "corner_px": in_words(every.column("corner_px")),
-        "corners": _total(every.column("corners")),
-        "false": _total(every.column("false")),
-        "lost": _total(every.column("lost")),
+        "corners": int(np.nansum(every.column("corners"))),
+        "false": int(np.nansum(every.column("false"))),
+        "lost": int(np.nansum(every.column("lost"))),
+        "refused": sum(max(refusals(trials).values()) for *_, trials in cases(result)),
         "aims": len(AIMS),
     }
     for geometry in "AB":
         for bench in (BENCH, LABORATORY):
             trials = runs_of(result, geometry, bench)
-            found |= _of_case(trials, f"{geometry}.{bench}")
+            found[f"{geometry}.{bench}.met"] = met(trials)
+            for name in QUOTED:
+                values = trials.column(name) if trials else np.zeros(0)
+                found[f"{geometry}.{bench}.{name}"] = in_words(values)
     return found
 
 
-def _of_case(trials, prefix):
-    found = {f"{prefix}.{name}": "(no number)" for name in _quoted()}
+def met(trials):
+    """How many aims the median of some runs meets; a word where there is no run."""
     if trials is None:
-        return found | {f"{prefix}.met": 0, f"{prefix}.runs": 0}
-    for name in _quoted():
-        found[f"{prefix}.{name}"] = in_words(trials.column(name))
-    for way, count in refusals(trials).items():
-        found[f"{prefix}.{way}.refused"] = count
-    met = [np.median(measured(trials, aim)) < aim.bound for aim in AIMS]
-    return found | {f"{prefix}.met": sum(met), f"{prefix}.runs": len(trials.conditions)}
+        return "(no number)"
+    return sum(bool(np.median(measured(trials, aim)) < aim.bound) for aim in AIMS)
 
 
-def _quoted():
-    names = ("angle_deg", "residual_mm", "back_own_mm", "back_true_mm")
-    staged = [
-        f"{way}.stage{k}.{name}" for way in WAYS for k in (0, *STAGES) for name in names
-    ]
-    deflected = [
-        f"{way}.stage{k}.deflection_percent"
+def of_drawn(results):
+    """Name -> medians of ray angles with drawn errors, with intervals."""
+    return {
+        f"drawn.{geometry}.{bench}.{way}.stage{stage}": in_words_of_many(
+            drawn_value(results, way, geometry, bench, stage, "angle_deg")
+        )
+        for geometry in "AB"
+        for bench in (BENCH, LABORATORY)
         for way in ("published", "aimed", "aimed.bundle")
-        for k in STAGES
-    ]
-    reached = [f"own.stage{k}.reach_percent" for k in STAGES]
-    first = [
-        f"aimed.stage0.{name}"
-        for name in ("miss_mm", "separation_mm", "separation_deg")
-    ]
-    return staged + deflected + reached + first
-
-
-def _total(values):
-    return int(np.nansum(values))
+        for stage in (1, 3)
+    }
 
 
 def in_words(values):
-    """The median of some runs, as a number for a sentence."""
+    """The median of some runs, and their range where they are several, for a sentence;
+    those that were refused before do not count."""
     known = values[np.isfinite(values)]
-    return rounded(float(np.median(known)), None) if len(known) else "(no number)"
+    if not len(known):
+        return "(no number)"
+    ends = (float(known.min()), float(known.max())) if len(known) > 1 else None
+    return rounded(float(np.median(known)), ends)
 
 
-def of_seeds_in_words(values):
+def in_words_of_many(values):
     """The median of many seeds with its interval, for a sentence."""
+    if values is None:
+        return "(no number)"
     found = median_interval(values)
     if not np.isfinite(found.value):
         return "(no number)"
