@@ -169,10 +169,11 @@ def rendered(effort):
 #
 # **What drawn errors leave out.** The bench's factor was solved, with drawn errors,
 # so that mirror points lie 0.86 mm from their rays in the mean, as the thesis's did.
-# From pictures it is {glue:text}`A.bench.aimed.stage0.miss_mm` mm. The monitor's places, found in the
-# platter, are {glue:text}`A.bench.aimed.stage0.separation_deg`° wrong in their turn on
-# the bench and {glue:text}`A.laboratory.aimed.stage0.separation_deg`° in the
-# laboratory. What is wrong there turns all rays alike, at all stages.
+# From pictures it is {glue:text}`A.bench.aimed.stage0.miss_mm` mm. The monitor's
+# places, found in the platter, are
+# {glue:text}`A.bench.aimed.stage0.separation_deg`° wrong in their turn on the bench
+# and {glue:text}`A.laboratory.aimed.stage0.separation_deg`° in the laboratory. What is
+# wrong there turns all rays alike, at all stages.
 #
 # **A reader's own set** has as many knots as the corners carry, so its rays end
 # where the corners do: {glue:text}`A.laboratory.own.stage3.reach_percent` % of the
