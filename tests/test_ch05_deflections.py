@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s3_3_deflections import claims
-from chapters.ch05_flexible_mirror.s3_3_deflections.results import geometry, runs
+from chapters.ch05_flexible_mirror.s3_3_deflections.results import geometry, prose, runs
 from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
     edge_excess,
 )
 from chapters.shared.mirror_bench import BENCHES, SWEPT
+from raxel.errors import CalibrationError
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
 from tests.made_results import ROOT, of_columns
+from tests.test_mirror_update import to_the_edge
 
 SEEDS, ENOUGH, LOST = 40, 80, 5
 
@@ -94,6 +96,16 @@ def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
         # An end of the sweep at which it is false leaves the bench's verdict open.
         bench, laboratory = readings_of(judge, made({}, other, **size))
         assert (bench.verdict, laboratory.verdict) == ("undecided", "reproduced")
+
+
+def test_seeds_are_counted_in_whose_refusal_the_library_says_that_an_end_swings():
+    with pytest.raises(CalibrationError, match=prose.SWINGS) as fault:
+        to_the_edge(0.3, np.random.default_rng(7))
+    columns = of_bench("bench", 3, {})
+    columns["bench.refused"] = [f"stage 1: {fault.value}", "stage 2: none", None]
+    found = runs.Runs({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
+    assert prose.swings(found) == 1
+    assert prose.refusals(found) == 2
 
 
 def test_seeds_that_were_refused_count_against_a_claim():

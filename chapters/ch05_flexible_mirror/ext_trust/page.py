@@ -125,7 +125,11 @@ SURFACES = {"geometry": ("A", "B"), "aberration_um": (0.0, 10.0)}
 #
 # **Support.** Corners per knot interval are counted. An outermost interval
 # without any is refused, unless the clamp or a prior carries it; one that
-# corners reach into by less than 60 % is flagged.
+# corners reach into by less than 60 % is flagged. And the prior is put upon
+# the finished shape, weighed by its covariance with the misfit: where rays at
+# an end then turn by more than 3 degrees, nothing but the misfit of the last
+# corners has made the shape there, and it is flagged; from 5 degrees on it is
+# refused.
 
 # %% [markdown]
 # ## Experiment

@@ -188,8 +188,9 @@ from repro.run.outcomes import Plan, crossed
 #   derivative, and uses the position alone. Both can be held, in the linear
 #   stage and in the refinement.
 # - **Support.** A knot interval at an end that holds no corner is refused,
-#   and so is a shape whose rays next to a knot could be anything. Neither the
-#   residual nor the cost shows such a shape.
+#   and so is a shape whose rays next to a knot could be anything, or would turn
+#   by degrees at an end if the mirror bent there as evenly as a sheet. Neither
+#   the residual nor the cost shows such a shape.
 # - **Order and matches.** Pictures before and after that were exchanged are
 #   found out, and wrong matches left out, up to a quarter of all.
 #

@@ -55,8 +55,8 @@ from repro.run.outcomes import Plan
 #   {glue:text}`apart.share:.0f` % stay within 6 %, and
 #   {glue:text}`open.share:.0f` % close within 0.3 mm. But
 #   {glue:text}`refused` of {glue:text}`seeds` do not come through: at some
-#   step no common corner lies in a knot interval at an end of the mirror, and the
-#   shape there would be a guess. In the laboratory it is
+#   step common corners do not reach far enough into a knot interval at an end of
+#   the mirror, and the shape there would be a guess. In the laboratory it is
 #   {glue:text}`lab.refused`, so that noise is not the reason.
 # - One step of 15 mm gives {glue:text}`single.mm:.2f` mm where three gave
 #   {glue:text}`staged.mm:.2f` mm; in a seed they differ by

@@ -39,6 +39,8 @@ from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
+# What a refusal says of an end that swings.
+SWINGS = "rays would turn"
 MEASURES = {
     "angle": "angle_deg",
     "measured": "measured_deg",
@@ -67,6 +69,7 @@ def name_values(open_results):
     of_b = Runs(results, geometry="B")
     value("b.linear.1", middle(linear_ratios(of_b)[0]))
     value("b.refused", refusals(of_b))
+    value("b.swinging", swings(of_b))
     value("b.seeds", of_b.seeds)
     for geometry, short in (("A", ""), ("B", "b.")):
         value(f"{short}formula", by_formula(geometry))
@@ -103,6 +106,11 @@ def refusals(runs):
     return sum(reason is not None for reason in runs.refused())
 
 
+def swings(runs):
+    """How many seeds ended since the spline would swing at an end of the mirror."""
+    return sum(SWINGS in (reason or "") for reason in runs.refused())
+
+
 def quoted(runs):
     """{name: number} of one bench and geometry."""
     found = {
@@ -129,5 +137,6 @@ def quoted(runs):
     )
     found["turn.most"] = middle(runs.at("turn_deg", STAGES).max(axis=0))
     found["refused"] = refusals(runs)
+    found["swinging"] = swings(runs)
     found["seeds"] = runs.seeds
     return found
