@@ -62,10 +62,12 @@ SEEDS = {"quick": 1, "full": 8}
 #   before ({glue:text}`tracked.angle.first`).
 # - Handed on from picture to picture, as stages are, errors come back with
 #   the mirror: {glue:text}`handed_on.loop` µm and
-#   {glue:text}`handed_on.angle.last` degrees. In its favour: at
-#   {glue:text}`peak_mm` mm it is {glue:text}`handed_on.angle.peak` degrees off,
-#   where tracking is {glue:text}`tracked.angle.peak`, since it lays its knots
-#   anew over what is seen.
+#   {glue:text}`handed_on.angle.last` degrees. At {glue:text}`peak_mm` mm it is
+#   {glue:text}`handed_on.angle.peak` degrees off, and tracking
+#   {glue:text}`tracked.angle.peak`: there it gains from laying its knots anew
+#   over what is seen, where tracking keeps those of the flat mirror. Refused on
+#   the way were {glue:text}`handed_on.refused` of {glue:text}`seeds` seeds
+#   handed on, and {glue:text}`tracked.refused` tracked.
 
 # %% tags=["active-ipynb"]
 # show("ext_mirror_film_space")
@@ -91,7 +93,7 @@ SEEDS = {"quick": 1, "full": 8}
 # there. The coefficients are those for which the points $X_i$ lie nearest to
 # these rays, each weighed by the noise of its corner; clamp and a prior on
 # bending are as in [How far can an updated calibration be
-# trusted?](#ext_mirror_trust_figure). The picture before gives the start, and
+# trusted?](ext_trust.ipynb). The picture before gives the start, and
 # some steps of Gauss and Newton are enough.
 #
 # **Why it does not drift.** The pictures before give a place to start, and no

@@ -111,7 +111,7 @@ SEEDS = {"quick": 1, "full": 12}
 # The update starts from the table's first entry and goes on in steps of 2.5 to
 # 5.5 mm, from a board 260 mm from the mirror, placed anew each time: inverse
 # depth, the clamp's position and slope, and the prior of [How far can an
-# updated calibration be trusted?](#ext_mirror_trust_figure). A twisted sheet
+# updated calibration be trusted?](ext_trust.ipynb). A twisted sheet
 # has rulings that run obliquely by 3 or 8 degrees, where the rig's have 1.
 
 

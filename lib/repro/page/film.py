@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from repro.page.templates import render
 from repro.run.outcomes import Film
 
-QUALITY = 64
+QUALITY = 58
 LARGEST_BYTES = 1_500_000
 
 

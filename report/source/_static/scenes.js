@@ -27,7 +27,7 @@
     const height = Number(told.data?.raxelHeight);
     for (const frame of frames())
       if (height > 0 && frame.contentWindow === told.source)
-        frame.style.height = `${Math.ceil(height) + 2}px`;
+        frame.style.height = `${Math.ceil(height) + 24}px`;
   });
   dark.addEventListener("change", tell);
   new MutationObserver(tell).observe(document.body, {
