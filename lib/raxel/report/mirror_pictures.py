@@ -43,6 +43,17 @@ def profiles(calibration):
     return tuple(np.stack(one) for one in zip(*found, strict=True))
 
 
+def heights(calibration, stage, pixels):
+    """Heights (N,), mm, of what pixels (N, 2) see of a stage's mirror, over the plane
+    of the first shape, towards the viewer; NaN beside the knots."""
+    camera, (n, k) = calibration.cameras[stage], _first_plane(calibration.cameras[0])
+    p = normalised(camera.viewer, pixels)
+    found = np.full(len(p), np.nan)
+    inside = camera.grid.inside(p)
+    found[inside] = camera.mirror.points(p[inside]) @ n - k
+    return found
+
+
 def profile_picture(along, height):
     """The profiles (n, PLACES), mm, of all stages in one chart."""
     canvas = Canvas(*CHART)
@@ -80,7 +91,7 @@ def shape_picture(image, calibration, stage):
     shape's plane, the knots, and how many corners of boards lie between them."""
     camera = calibration.cameras[stage]
     canvas = Canvas(image.shape[1], image.shape[0], image, PALE)
-    height = _heights(canvas, camera, *_first_plane(calibration.cameras[0]))
+    height = _shown_heights(canvas, calibration, stage)
     legend = [(KNOT, "knots, with the corners between them")]
     known = height[np.isfinite(height)]
     if len(known):
@@ -114,19 +125,14 @@ def _pixels(camera, uv):
     return camera.viewer.project(np.column_stack([p, np.ones(len(p))])).pixels
 
 
-def _heights(canvas, camera, n, k):
-    """Heights (h, w), mm, over a plane n . X = k of what a canvas shows; NaN beside
-    the knots."""
+def _shown_heights(canvas, calibration, stage):
+    """Heights (h, w), mm, of what a canvas shows; NaN beside the knots."""
     import cv2
 
     h, w = canvas.picture.shape[:2]
     x, y = np.meshgrid(np.arange(0, w, COARSER), np.arange(0, h, COARSER))
     pixels = (np.column_stack([x.ravel(), y.ravel()]) + 0.5) / canvas.scale - 0.5
-    p = normalised(camera.viewer, pixels)
-    height = np.full(len(p), np.nan)
-    inside = camera.grid.inside(p)
-    height[inside] = camera.mirror.points(p[inside]) @ n - k
-    height = height.reshape(x.shape)
+    height = heights(calibration, stage, pixels).reshape(x.shape)
     return cv2.resize(height, (w, h), interpolation=cv2.INTER_LINEAR)
 
 

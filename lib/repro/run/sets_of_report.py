@@ -7,10 +7,14 @@ from pathlib import Path
 
 from raxel.documents import read_yaml
 from raxel.errors import InputError
-from raxel.sets import load_set
+from raxel.sets import ImageSet, load_mirror_set, load_set
+from raxel.sets.mirror_set import is_mirror_set
+from repro.run.discover import MIRROR
 
 # Names of files that a chapter of pages has already.
 TAKEN = ("index", "set")
+# What describes a set in its folder; a mirror set holds image sets in folders below.
+DESCRIPTIONS = ("set.yaml", "mirror.yaml")
 
 
 def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
@@ -27,8 +31,7 @@ def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
     if not recorded:
         return found
     given = Path(recorded)
-    folders = [given] if (given / "set.yaml").is_file() else []
-    for folder in folders or sorted(path.parent for path in given.glob("*/set.yaml")):
+    for folder in folders_of_sets(given):
         name = name_of(folder)
         if name in found and Path(found[name]).resolve() != folder.resolve():
             raise ValueError(
@@ -39,8 +42,21 @@ def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
     return found
 
 
+def folders_of_sets(given: Path) -> list[Path]:
+    """A folder that is a set, or those of the sets in it; empty for neither."""
+    if any((given / name).is_file() for name in DESCRIPTIONS):
+        return [given]
+    found = {path.parent for name in DESCRIPTIONS for path in given.glob(f"*/{name}")}
+    return sorted(found)
+
+
 def target_kind(folder: Path) -> str:
-    """The kind of a set's target, as its set.yaml names it; empty where it cannot."""
+    """The kind of a set's target, as its set.yaml names it; empty where it cannot.
+
+    A mirror set has a kind of its own, MIRROR.
+    """
+    if is_mirror_set(folder):
+        return MIRROR
     try:
         return str(read_yaml(folder / "set.yaml")["target"]["kind"])
     except (InputError, KeyError, TypeError):
@@ -56,10 +72,10 @@ def _looked_at(root: Path) -> list[tuple[str, Path, str]]:
     """Name, folder and fault (empty for none) of the sets that are there."""
     found: list[tuple[str, Path, str]] = []
     folders: dict[str, Path] = {}
-    for description in sorted(root.glob("data/recorded/*/set.yaml")):
-        folder, name = description.parent, name_of(description.parent)
+    for folder in folders_of_sets(root / "data" / "recorded"):
+        name = name_of(folder)
         try:
-            load_set(folder)
+            load_mirror_set(folder) if is_mirror_set(folder) else load_set(folder)
             fault = ""
         except InputError as error:
             if _not_arrived(folder):
@@ -93,8 +109,11 @@ def name_of(folder: Path) -> str:
 def set_files(folder: Path) -> dict[str, Path]:
     """Name in the folder -> path of set.yaml and of every file that the set names.
 
-    Where it names a folder (the truth of a rendered set), all files in that.
+    Where it names a folder (the truth of a rendered set), all files in that. Of a
+    mirror set, its description and all of its image sets.
     """
+    if is_mirror_set(folder):
+        return _mirror_files(folder)
     image_set = load_set(folder)
     named = {name for view in image_set.views for name in view.files}
     named |= {image_set.description.name, image_set.reference, image_set.truth} - {None}
@@ -102,3 +121,14 @@ def set_files(folder: Path) -> dict[str, Path]:
     for path in (folder / name for name in named):
         files |= {p for p in [path, *path.rglob("*")] if p.is_file()}
     return {path.relative_to(folder).as_posix(): path for path in sorted(files)}
+
+
+def _mirror_files(folder: Path) -> dict[str, Path]:
+    mirror_set = load_mirror_set(folder)
+    files = {mirror_set.description.name: mirror_set.description}
+    for field, image_set in mirror_set.image_sets.items():
+        own = set_files(image_set.folder)
+        files |= {f"{field}/{name}": path for name, path in own.items()}
+    if not isinstance(mirror_set.viewer, ImageSet):
+        files["viewer"] = mirror_set.viewer
+    return files
