@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.mirror_bench import ABERRATION_UM, BENCH, BENCHES, SWEPT
+from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
 BOTH = ("exp_c5_linear_enough", "exp_c5_linear_enough_swept")
@@ -153,13 +154,18 @@ def of_static_grids(results):
 
 
 def of_step_sizes(steps):
-    """Name -> number: medians over the seeds in which neither way was refused."""
+    """Name -> number: medians over the seeds in which neither way was refused, and
+    how many seeds each way has lost."""
     both = [steps.back(way) for way in ("staged", "single")]
     known = np.isfinite(both).all(axis=0)
     found = {"steps.seeds": int(np.count_nonzero(known))}
     for way, back in zip(("staged", "single"), both, strict=True):
-        found[f"steps.{way}.back"] = float(np.median(back[known]))
-        found[f"steps.{way}.common"] = float(np.median(steps.common(way)[known]))
+        found[f"steps.{way}.back"] = median_and_range(back[known]).value
+        found[f"steps.{way}.common"] = median_and_range(steps.common(way)[known]).value
+        found[f"steps.{way}.lost"] = int(np.count_nonzero(np.isnan(back)))
+    over = 100 * (both[1] / both[0] - 1)
+    found["steps.more"] = median_and_range(over).value
+    found["steps.better"] = float(100 * np.sum(over > 0) / max(known.sum(), 1))
     return found
 
 
