@@ -111,9 +111,8 @@ def ordered(white=2, least_at=2, published=True):
         )
         values[f"{stage}.rows"] = [rows] * 4
         values[f"{stage}.white"] = [white] * 4
-        if published:
-            last = np.array([7, 3, 2, 0.15, 60.0, 0.15, 0.25])
-            values[f"{stage}.published"] = [last] * 4
+        last = np.array([7, 3, 2, 0.15, 60.0, 0.15, 0.25])
+        values[f"{stage}.published"] = [last if published else np.nan * last] * 4
     conditions = [{"case": case, "most": 56} for case in orders.CASES]
     return {ORDERS: of_columns(*((c, values) for c in conditions))}
 

@@ -29,6 +29,7 @@ from chapters.ch05_flexible_mirror.ext_orders.trials.relief import (
     relief_trial,
 )
 from chapters.shared.mirror_errors import MirrorErrors
+from chapters.shared.mirror_files import GEOMETRY_A
 from raxel.calibration.mirror.orders import rising
 from raxel.calibration.mirror.whiteness import whiteness
 from repro.page.exercise import check
@@ -143,14 +144,13 @@ from repro.run.outcomes import Plan
 # relief, errors of the laboratory.
 
 # %%
-RIG = ("data/rigs/flexible-mirror-a.yaml", "data/rigs/flexible-mirror-a-monitor.yaml")
 GEOMETRY = {"geometry": "A"}
 
 
 @experiment(
     "exp_c5_knot_tradeoff",
     artefact="sec_5_2_2",
-    inputs=RIG,
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def knots(effort, results):
@@ -161,7 +161,10 @@ def knots(effort, results):
 
 
 @experiment(
-    "exp_c5_high_order", artefact="fig_5_13", inputs=RIG, needs=("sec_5_3_3_errors",)
+    "exp_c5_high_order",
+    artefact="fig_5_13",
+    inputs=GEOMETRY_A,
+    needs=("sec_5_3_3_errors",),
 )
 def relief(effort, results):
     """Stage 0 before a smooth mirror and before one with relief."""
@@ -174,7 +177,7 @@ def relief(effort, results):
     "ext_orders_runs",
     artefact="ext_orders",
     shards={"full": 2},
-    inputs=RIG,
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def orders(effort, results):

@@ -35,6 +35,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import (
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import starts_trial
 from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
+from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -144,7 +145,6 @@ from repro.run.outcomes import Plan
 # [pictures](s3_3_rendered.ipynb).
 
 # %%
-RIG = ("data/rigs/flexible-mirror-a.yaml", "data/rigs/flexible-mirror-a-monitor.yaml")
 SEEDS = {"quick": 3, "full": 100}
 FEWER = {"quick": 1, "full": 20}
 PLACED = {"quick": 1, "full": 15}
@@ -159,7 +159,7 @@ ABLATED = {"quick": 1, "full": 24}
     "table_5_5_runs",
     artefact="table_5_5",
     shards={"full": 2},
-    inputs=RIG,
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
@@ -171,7 +171,7 @@ def runs(effort, results):
     "table_5_5_swept",
     artefact="table_5_5",
     shards={"full": 2},
-    inputs=RIG,
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
@@ -182,10 +182,7 @@ def swept(effort, results):
 @experiment(
     "table_5_5_other",
     artefact="table_5_5",
-    inputs=(
-        "data/rigs/flexible-mirror-b.yaml",
-        "data/rigs/flexible-mirror-b-monitor.yaml",
-    ),
+    inputs=GEOMETRY_B,
     needs=("sec_5_3_3_errors",),
 )
 def other(effort, results):
@@ -194,14 +191,17 @@ def other(effort, results):
 
 
 @experiment(
-    "exp_c5_dense_grid", artefact="table_5_5", inputs=RIG, needs=("sec_5_3_3_errors",)
+    "exp_c5_dense_grid",
+    artefact="table_5_5",
+    inputs=GEOMETRY_A,
+    needs=("sec_5_3_3_errors",),
 )
 def placed(effort, results):
     """The first step, with the board elsewhere and all else the same."""
     return _plan(results, placements_trial, "A", BENCHES | SWEPT, PLACED[effort])
 
 
-@experiment("exp_c5_feature_loss", artefact="fig_5_13", inputs=RIG)
+@experiment("exp_c5_feature_loss", artefact="fig_5_13", inputs=GEOMETRY_A)
 def lost(effort):
     """Corners that both pictures show, over the deflection, back and out."""
     seeds = {"quick": 3, "full": 100}[effort]
@@ -212,7 +212,7 @@ def lost(effort):
 @experiment(
     "exp_c5_concave_conditioning",
     artefact="fig_5_13",
-    inputs=RIG,
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def conditioned(effort, results):
@@ -223,7 +223,7 @@ def conditioned(effort, results):
 @experiment(
     "exp_c5_concave_conditioning_swept",
     artefact="fig_5_13",
-    inputs=RIG,
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def conditioned_swept(effort, results):
@@ -234,7 +234,7 @@ def conditioned_swept(effort, results):
 @experiment(
     "exp_c5_metric_fit_helps",
     artefact="fig_5_13",
-    inputs=RIG,
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def ablated(effort, results):
@@ -248,7 +248,7 @@ def ablated(effort, results):
 @experiment(
     "exp_c5_not_sensitive_init",
     artefact="table_5_5",
-    inputs=RIG,
+    inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def started(effort, results):

@@ -19,10 +19,11 @@ KINDS = {
 }
 PANELS = {
     "Residual (mm)": {"residual_mm": "fitted", "kept_mm": "kept out"},
-    "Excess of neighbours (1)": {"excess": "excess"},
-    "Rays off (deg)": {"angle_deg": "rays"},
+    "Excess of neighbours (1)": {"excess": None},
+    "Rays off (deg)": {"angle_deg": None},
 }
 LINEAR = 5.0  # below it the axis of the excess is linear
+TICKS = (-10, 0, 10, 100)
 PUBLISHED_SIZE = 21
 
 
@@ -46,6 +47,7 @@ def orders_figure(results, identifier):
         column[0].set_yscale("log")
         column[2].set_yscale("log")
         column[1].set_yscale("symlog", linthresh=LINEAR)
+        column[1].set_yticks(TICKS, [f"{tick:g}" for tick in TICKS])
         column[1].axhline(BOUND, color=INK, ls=":", marker="", label="bound")
         column[2].set_xlabel("Coefficients (1)")
     _legend(drawn, axes[0, 0], axes[1, 0])

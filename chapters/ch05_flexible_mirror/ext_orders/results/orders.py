@@ -18,11 +18,11 @@ WORDS = {
 class Course(NamedTuple):
     """The orders that one seed went through: rows (steps, NAMES); white: which step is
     the first with white residuals, -1 for none; published: the row of 7 x 3 quadratic
-    functions, None where it is refused."""
+    functions, NaN where it is refused."""
 
     rows: np.ndarray
     white: int
-    published: np.ndarray | None
+    published: np.ndarray
 
     def values(self, name):
         """A column (steps,) of NAMES; or `size`, the number of coefficients."""
@@ -49,20 +49,16 @@ def courses(results, case, stage):
     trials = results[ORDERS].select(case=case)
     white = trials.column(f"{stage}.white")
     got = np.flatnonzero(np.isfinite(white))
-    rows = trials.arrays(f"{stage}.rows")
-    found = [Course(one, int(white[k]), None) for k, one in zip(got, rows, strict=True)]
-    published = trials.arrays(f"{stage}.published")
-    if len(published) != len(found):
-        return found
+    arrays = (trials.arrays(f"{stage}.{name}") for name in ("rows", "published"))
     return [
-        one._replace(published=row) for one, row in zip(found, published, strict=True)
+        Course(rows, int(white[k]), published)
+        for k, rows, published in zip(got, *arrays, strict=True)
     ]
 
 
 def published_of(found, name):
-    """A column of the published order's rows, of the courses that have one."""
-    return [one.published[NAMES.index(name)] for one in found
-            if one.published is not None]  # fmt: skip
+    """A column (courses,) of the published order's rows."""
+    return np.array([one.published[NAMES.index(name)] for one in found])
 
 
 def quoted(results):

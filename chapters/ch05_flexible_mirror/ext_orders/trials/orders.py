@@ -5,6 +5,7 @@ A fifth of the features is kept out of all fits and tells the kept-out error.
 
 import numpy as np
 
+from chapters.ch05_flexible_mirror.ext_orders.trials.knots import CORNER_PX
 from chapters.shared.mirror_bench import BENCH, BENCHES, Bench
 from chapters.shared.mirror_errors import PHASES, DecodingPool, MirrorErrors
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
@@ -28,8 +29,8 @@ from raxel.errors import CalibrationError
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 
-# White noise, as in the trust of updates, and the bench's own errors.
-CORNER_PX, DECODED_MM = 0.2, 0.01
+# Standard deviation of a decoded point along each axis, where noise is white.
+DECODED_MM = 0.01
 WHITE = Bench(aberration_um=0.0)
 CASES = {
     "smooth": WHITE,
@@ -50,7 +51,8 @@ STAGES = ("primary", "stage")
 def orders_trial(condition, rng, errors):
     """Rows (steps, NAMES) of the primary stage and of one of 5 mm after it; `white`:
     number of the first step whose residuals are white, -1 where there is none;
-    `published`: the row of 7 x 3 quadratic functions."""
+    `published`: the row of 7 x 3 quadratic functions, NaN where
+    it is refused."""
     case = condition["case"]
     bench, seed = CASES[case], int(rng.integers(2**32))
     rig = mirror_rig(condition["geometry"])
@@ -132,7 +134,7 @@ def followed(calibrate, most, kept, true):
     try:
         published, fitted = calibrate(order)
     except CalibrationError:
-        return found, camera
+        return found | {"published": np.full(len(NAMES), np.nan)}, camera
     last = row(order, published, fitted.variance, whiteness(fitted).excess)
     return found | {"published": np.array(last)}, camera
 
