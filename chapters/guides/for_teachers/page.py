@@ -389,7 +389,8 @@ READS_PAGES = True
 #   code below the exercise.
 #   [How far to trust it](../ch05_flexible_mirror/ext_trust.ipynb)
 # - **5 min.** The mirror was bent: what is left of its calibration, and what is
-#   needed anew? [5.2](../ch05_flexible_mirror/s2_method.ipynb), Fig. 5.4
+#   needed anew? [5.2](../ch05_flexible_mirror/s2_method.ipynb), Fig. 5.4, and
+#   what it looks like [in a film](../ch05_flexible_mirror/ext_film.ipynb)
 # - **5 min.** The scoreboard: "twice the field of view", on two geometries. Why
 #   does it hang on the rig?
 #
