@@ -57,6 +57,9 @@ class Trials:
 
     trials_per_condition = 3
 
+    def texts(self, name):
+        return [None, None, "too far" if name.startswith("handed_on") else None]
+
     def arrays(self, name):
         rising = np.array([0.0, 1.0, 0.002])
         if name.startswith("handed_on"):
@@ -69,6 +72,15 @@ def test_the_loop_counts_seeds_that_were_refused_as_the_worst():
     handed_on = film.loops_um(Trials(), "handed_on")
     assert handed_on[:2] == pytest.approx([2, 4])
     assert np.isinf(handed_on[2])
+
+
+def test_a_way_that_is_refused_in_all_seeds_has_no_numbers():
+    nothing = as_planned(
+        "ext_mirror_film_seeds", {"tracked.refused": ["too far"] * SEEDS}
+    )
+    quoted = film.of_seeds(nothing, "tracked")
+    assert quoted["tracked.refused"] == SEEDS
+    assert quoted["tracked.angle.peak"] == quoted["tracked.loop"] == "(no number)"
 
 
 @pytest.mark.parametrize("page", ["ext_film", "ext_lookup"])

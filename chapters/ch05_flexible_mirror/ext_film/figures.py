@@ -172,6 +172,8 @@ def drift_figure(results):
     drawn, axes = new_figure(1, 2, height_in=3.6, sharex=True)
     for shift, (way, label) in enumerate(WAYS.items()):
         true = courses(result, way, "true_mm")
+        if not len(true):
+            continue
         measured = (
             UM * np.abs(courses(result, way, "found_mm") - true),
             courses(result, way, "angle_deg"),

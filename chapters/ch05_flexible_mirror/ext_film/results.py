@@ -62,6 +62,8 @@ class Frames(NamedTuple):
 
 def courses(result, way, name):
     """A measure over the film, (seeds, n), of the seeds that no picture refused."""
+    if refusals(result, way) == result.trials_per_condition:
+        return np.empty((0, 0))
     found = result.arrays(f"{way}.{name}")
     return np.array([own for own in found if own is not None and np.size(own)])
 
@@ -126,8 +128,12 @@ def of_seeds(result, way):
         f"{way}.refused": refusals(result, way),
     }
     angles = courses(result, way, "angle_deg")
-    for name, frame in (("first", 0), ("peak", angles.shape[1] // 2), ("last", -1)):
-        found[f"{way}.angle.{name}"] = in_words(median_interval(angles[:, frame]))
+    for name, share in (("first", 0), ("peak", 0.5), ("last", 1)):
+        told = "(no number)"
+        if len(angles):
+            frame = round(share * (angles.shape[1] - 1))
+            told = in_words(median_interval(angles[:, frame]))
+        found[f"{way}.angle.{name}"] = told
     return found
 
 
