@@ -199,7 +199,7 @@ def judge_curvature(results):
     Fixed: geometry A, an even mirror and one as uneven as the bench's; the viewing
     ray's direction is kept, so that the turn is the mirror's alone; places on the
     middle line that are curved by a tenth of the most or more. What the turn is with
-    each place's own viewing ray is told.
+    each place's own viewing ray is told. Both had been seen when this was fixed.
     """
     turns = [
         ray_turns(mirror_rig("A").camera(STAGES_MM[-1], uneven, 0))
