@@ -54,8 +54,9 @@ from repro.run.outcomes import Plan
 #   tried, which only the truth knows, has {glue:text}`smooth.primary.best:.4f`°,
 #   and 7 x 3 quadratic functions as published
 #   {glue:text}`smooth.primary.published:.4f`°.
-# - Relief goes on long. Before a mirror that is uneven by 21 µm
-#   {glue:text}`uneven.primary.white` of {glue:text}`seeds` searches end: with
+# - Relief goes on long. Before a mirror that is uneven by
+#   {glue:text}`relief_um:g` µm {glue:text}`uneven.primary.white` of
+#   {glue:text}`seeds` searches end: with
 #   {glue:text}`uneven.primary.size:.0f` coefficients neighbours still agree by
 #   {glue:text}`uneven.primary.excess:.0f` standard deviations too much. But the
 #   rays come down to {glue:text}`uneven.primary.angle:.3f`°, from
@@ -71,7 +72,9 @@ from repro.run.outcomes import Plan
 #   searches end white, at the bench {glue:text}`bench.stage.white`. Who then
 #   takes the last order that corners support has rays
 #   {glue:text}`uneven.stage.angle:.3f`° off, as published
-#   {glue:text}`uneven.stage.published:.3f`°. Before a smooth mirror it is
+#   {glue:text}`uneven.stage.published:.3f`°, and at the bench
+#   {glue:text}`bench.stage.angle:.3f`° against
+#   {glue:text}`bench.stage.published:.3f`°. Before a smooth mirror it is
 #   {glue:text}`smooth.stage.angle:.3f`° against
 #   {glue:text}`smooth.stage.published:.3f`°.
 # - More knots tolerate less: a step of {glue:text}`5x3.step:g` mm with 5 x 3
@@ -134,11 +137,12 @@ from repro.run.outcomes import Plan
 # ## Experiment
 #
 # Geometry A, splines of distance as published. **Orders:** the primary stage
-# from some 900 pixels that see a monitor in two places, then a step of 5 mm from
+# from pixels that see a monitor in two places, then a step of 5 mm from
 # a chessboard, starting with the camera of the order that was taken. The search
 # is followed beyond the place where it would stop. A fifth of all features is
-# kept out of the fits. Smooth and uneven by 21 µm with white noise of 0.2 px
-# and 0.01 mm; and uneven with the errors of [the bench](s3_3_calibration.ipynb).
+# kept out of the fits. Smooth and uneven by {glue:text}`relief_um:g` µm with white
+# noise of 0.2 px and 0.01 mm; and uneven with the errors of
+# [the bench](s3_3_calibration.ipynb).
 # **Steps:** one of 0.5 to 15 mm from a flat smooth mirror, with four numbers of
 # knots, corners with 0.2 px. **Relief:** stage 0 with and without the bench's
 # relief, errors of the laboratory.
@@ -239,7 +243,7 @@ def _on_errors(trial, results):
 # - **The noise has to be white.** Decoding errors that follow the monitor's
 #   patterns are correlated from pixel to pixel, this way or that. If they
 #   disagree, as between the pixels here, they hide a misfit; if they agreed, the
-#   search would go on for ever. Pixels farther apart than the pattern, or the
+#   search would never end. Pixels farther apart than the pattern, or the
 #   correction of its bias first, would help.
 # - **Least kept-out error** is the usual other rule. It comes near the best order
 #   too (table), but it asks for features that are then missing in the fit.

@@ -5,6 +5,7 @@ from chapters.ch05_flexible_mirror.ext_orders.results.orders import ORDERS, quot
 from chapters.ch05_flexible_mirror.ext_orders.results.relief import RELIEF, ReliefRuns
 from chapters.ch05_flexible_mirror.ext_orders.trials.knots import SHAPES
 from chapters.ch05_flexible_mirror.ext_orders.trials.shapes import name_of
+from chapters.shared.mirror_bench import ABERRATION_UM
 from repro.page.reader import value
 
 
@@ -13,6 +14,7 @@ def name_values(open_results):
     results = {name: open_results(name) for name in (KNOTS, RELIEF, ORDERS)}
     for name, number in quoted(results).items():
         value(name, number)
+    value("relief_um", ABERRATION_UM)
     knots, relief = Knots.of(results), ReliefRuns.of(results)
     for shape in SHAPES:
         value(f"{name_of(shape)}.step", knots.largest_step(shape))
