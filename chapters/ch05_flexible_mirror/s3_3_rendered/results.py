@@ -174,6 +174,8 @@ def of_rendered(result):
         for bench in (BENCH, LABORATORY):
             trials = runs_of(result, geometry, bench)
             found[f"{geometry}.{bench}.met"] = met(trials)
+            lost = refusals(trials)["published"] if trials else "(no number)"
+            found[f"{geometry}.{bench}.refused"] = lost
             for name in QUOTED:
                 values = trials.column(name) if trials else np.zeros(0)
                 found[f"{geometry}.{bench}.{name}"] = in_words(values)
