@@ -31,9 +31,9 @@ def edge_trial(condition, rng):
     rig = mirror_rig("A")
     first, second = (rig.camera(mm) for mm in STAGES_MM[:2])
     fixed = rig.clamp_pixels(first, CLAMP_PICKS)
-    before = nearest_spline(rig, first, fixed)
     picks = fixed + PICK_SD_PX * rng.standard_normal(fixed.shape)
     onto_edge = fixed + ON_EDGE_SD_PX * rng.standard_normal(fixed.shape)
+    before = nearest_spline(rig, first, np.concatenate([fixed, picks, onto_edge]))
     line = clamp_line(rig.viewer, onto_edge).points(CLAMP_PICKS)
     places = {"picked": normalised(rig.viewer, picks), "refined": line}
     T = rig.board_pose(rng, deflections=STAGES_MM[:2])
@@ -69,9 +69,10 @@ def travelled(rig, before, true, pictures, held):
     return load_height(rig, found.camera, true)
 
 
-def nearest_spline(rig, true, fixed):
-    """The published spline that is nearest to a true mirror, over all its picture."""
-    edges = np.concatenate([outline(true), fixed])
+def nearest_spline(rig, true, picks):
+    """The published spline that is nearest to a true mirror, over all its picture and
+    the pixels (N, 2) that are picked along its clamp."""
+    edges = np.concatenate([outline(true), picks])
     grid = spline_grid(normalised(rig.viewer, edges), PUBLISHED.shape)
     points = true.rays(lattice(true, FITTED_PX)).origins
     return SplineMirrorCamera.fitted(rig.viewer, grid, points, PUBLISHED.quantity)
