@@ -1,0 +1,319 @@
+"""Conics through points of a plane, of every kind, and the ellipse among them.
+
+A conic is the six numbers of Q(x, y) = c0 x^2 + c1 x y + c2 y^2 + c3 x + c4 y + c5 = 0,
+of length 1, with c0 + c2 >= 0: inside an ellipse Q is negative.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.geometry.homography import normalising
+from raxel.multiview.fits.orthogonal import agreeing, checked_points, least_distances
+
+OPEN = 1e-9  # fifth singular value over the first of points that determine no conic
+ROUNDING = 1e-10  # share below which a sum's value is rounding
+STEPS, SETTLED = 30, 1e-13
+
+
+class ConicFit(NamedTuple):
+    """coefficients: (6,) of Q, as above; covariance: (6, 6), singular along them.
+
+    kind: see `kind_of_conic`. residuals: (N,) distances of all points, in their unit,
+    signed as Q; sigma: see `Settled`; inliers: (N,) bool.
+    """
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    kind: str
+    residuals: np.ndarray
+    sigma: float
+    inliers: np.ndarray
+
+    def ellipse(self):
+        """The `Ellipse` that it is; InputError where it is none."""
+        return ellipse_of_conic(self.coefficients, self.covariance)
+
+
+class Ellipse(NamedTuple):
+    """centre (2,), semi_axes (2,), longer first, angle: radians, from x to the longer.
+
+    covariance: (5, 5) of these five in turn; the angle's is inf for a circle.
+    """
+
+    centre: np.ndarray
+    semi_axes: np.ndarray
+    angle: float
+    covariance: np.ndarray
+
+
+def algebraic_conic(points):
+    """Coefficients (6,) of the conic with the least sum of squares of Q.
+
+    points: (N, 2), N >= 5, any unit; the sum is taken after they are moved to mean zero
+    and root mean square distance sqrt(2), with coefficients of length 1. Drawn towards
+    small ellipses by errors, and a measure of distortion rather than an estimate: so
+    does the thesis use it (5.3.4). Raises InputError for fewer than five points, values
+    that are not finite, and points that leave it open, as four on a line do.
+    """
+    points = checked_points("conic", points, 2, 5)
+    T = _normalising(points)
+    return _in_frame(_algebraic(_moved(T, points)), T)[0]
+
+
+def fit_conic(points, sigma=None):
+    """The conic, of any kind, of least squared distances from points.
+
+    points: (N, 2), N >= 5, any unit; sigma: standard deviations of the distances, a
+    number or (N,), or None: equal, and measured by what is left. It begins with
+    `algebraic_conic`. Returns ConicFit. Raises InputError as that.
+    """
+    points = checked_points("conic", points, 2, 5)
+    T = _normalising(points)
+    fit = _settled(_moved(T, points), None, _scaled(sigma, T))
+    return _as_fit(fit, T, points, np.ones(len(points), bool))
+
+
+def fit_conic_ransac(points, rng, threshold, sigma=None):
+    """As `fit_conic`, where some points are wrong.
+
+    rng: numpy Generator; threshold: largest distance of a right point; sigma: one
+    number or None. Samples of five points; seven or more must agree.
+    """
+    points = checked_points("conic", points, 2, 7)
+    T = _normalising(points)
+    fit, right = agreeing(
+        "conic",
+        _moved(T, points),
+        lambda samples: np.linalg.svd(_monomials(samples))[2][:, 5],
+        _first_order_distances,
+        lambda some, start: _settled(some, start, _scaled(sigma, T)),
+        5,
+        rng,
+        threshold * T[0, 0],
+    )
+    return _as_fit(fit, T, points, right)
+
+
+def conic_distances(coefficients, points):
+    """Signed distances (N,) of points (N, 2) from a conic (6,), and the nearest points.
+
+    Newton's method from the first-order distance. What it finds is a foot of the
+    point's normal, for points near the conic the nearest; where it finds none, as from
+    the middle of a circle, the first-order distance Q / |grad Q| is given. Returns
+    (distances (N,), feet (N, 2)).
+    """
+    start = points - _newton_shift(coefficients, points)
+    feet = start.copy()
+    _, H = _gradient(coefficients, points)
+    last = np.full(len(points), np.inf)
+    for _ in range(STEPS):
+        g, _ = _gradient(coefficients, feet)
+        e = feet - points
+        # Q = 0, and the way from the point is along the gradient.
+        on, along = value(coefficients, feet), g[:, 0] * e[:, 1] - g[:, 1] * e[:, 0]
+        by_x = H[0, 0] * e[:, 1] - H[1, 0] * e[:, 0] - g[:, 1]
+        by_y = H[0, 1] * e[:, 1] - H[1, 1] * e[:, 0] + g[:, 0]
+        det = g[:, 0] * by_y - g[:, 1] * by_x
+        det = np.where(np.abs(det) > 1e-300, det, np.nan)
+        step = (
+            np.column_stack([by_y * on - g[:, 1] * along, g[:, 0] * along - by_x * on])
+            / det[:, None]
+        )
+        going = np.isfinite(step).all(axis=1)
+        feet[going] -= step[going]
+        last = np.where(going, np.abs(step).max(axis=1), np.inf)
+        if not np.any(last > SETTLED * (1 + np.abs(feet).max(axis=1))):
+            break
+    lost = ~(last < 1e-9 * (1 + np.abs(feet).max(axis=1)))
+    feet[lost] = start[lost]
+    away = np.hypot(*(feet - points).T)
+    return np.sign(value(coefficients, points)) * away, feet
+
+
+def value(coefficients, points):
+    """Q (..., N) at points (..., N, 2)."""
+    return (_monomials(points) @ np.asarray(coefficients)[..., None])[..., 0]
+
+
+def kind_of_conic(coefficients):
+    """'ellipse', 'parabola', 'hyperbola', 'lines', or 'nothing' without real points.
+
+    A parabola is exact but for rounding: no points with errors make one. 'lines' are
+    two that cross, or that are parallel or one; a single point is 'nothing'.
+    """
+    A, b, c5 = _parts(coefficients)
+    bends, axes = np.linalg.eigh(A)
+    flat = int(np.argmin(np.abs(bends)))
+    steep = bends[1 - flat]
+    if np.abs(bends[flat]) <= ROUNDING * np.abs(steep):
+        along, across = b @ axes[:, flat], b @ axes[:, 1 - flat]
+        if np.abs(along) > ROUNDING * np.linalg.norm(b):
+            return "parabola"
+        return "lines" if across**2 >= steep * c5 else "nothing"
+    centre = -np.linalg.solve(A, b)
+    # Q at the centre, and the size of what it is the sum of.
+    k, size = c5 + b @ centre, np.abs(c5) + np.abs(b) @ np.abs(centre)
+    same_side = bends[0] * bends[1] > 0
+    if np.abs(k) <= ROUNDING * size:
+        return "nothing" if same_side else "lines"
+    if not same_side:
+        return "hyperbola"
+    return "ellipse" if k * steep < 0 else "nothing"
+
+
+def ellipse_of_conic(coefficients, covariance=None):
+    """The `Ellipse` of six coefficients, with the covariance (6, 6) carried along.
+
+    Without one the ellipse's is NaN. Raises InputError for a conic of another kind.
+    """
+    kind = kind_of_conic(coefficients)
+    if kind != "ellipse":
+        raise InputError(
+            f"conic: found {kind} where an ellipse is needed; give points of more of "
+            "its outline, or with smaller errors"
+        )
+    A, b, c5 = _parts(coefficients)
+    centre = -np.linalg.solve(A, b)
+    bends, axes = np.linalg.eigh(A)
+    if bends[1] < 0:
+        A, bends, axes = -A, -bends[::-1], axes[:, ::-1]
+    # Q at the centre is -k: the semi-axes are the roots of k over the bends.
+    k = abs(c5 + b @ centre)
+    semi = np.sqrt(k / bends)
+    angle = float(np.arctan2(axes[1, 0], axes[0, 0]) % np.pi)
+    if covariance is None:
+        return Ellipse(centre, semi, angle, np.full((5, 5), np.nan))
+    J = _ellipse_jacobian(coefficients, centre, semi, bends, axes, k)
+    open_angle = not np.isfinite(J[4]).all()
+    J[4] = 0 if open_angle else J[4]
+    spread = J @ covariance @ J.T
+    if open_angle:
+        spread[4, 4] = np.inf
+    return Ellipse(centre, semi, angle, spread)
+
+
+def _ellipse_jacobian(coefficients, centre, semi, bends, axes, k):
+    """Derivatives (5, 6) of centre, semi-axes and angle by the coefficients."""
+    sign = np.sign(coefficients[0] + coefficients[2])
+    A = sign * _parts(coefficients)[0]
+    # Changes of the quadratic part (6, 2, 2) and the linear one (6, 2).
+    d_A = sign * np.array([_parts(row)[0] for row in np.eye(6)])
+    d_b = sign * np.eye(6)[:, 3:5] / 2
+    d_centre = -np.linalg.solve(A, (d_A @ centre + d_b).T)
+    d_k = -sign * _monomials(centre[None])[0]
+    d_bends = np.einsum("ik,nij,jk->kn", axes, d_A, axes)
+    d_semi = semi[:, None] / 2 * (d_k / k - d_bends / bends[:, None])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        d_angle = axes[:, 1] @ d_A @ axes[:, 0] / (bends[0] - bends[1])
+    # The second axis is the first one turned to the left, or to the right.
+    hand = np.sign(np.linalg.det(axes))
+    return np.vstack([d_centre, d_semi, hand * d_angle])
+
+
+def _parts(coefficients):
+    """A (2, 2), b (2,), c of Q = x^T A x + 2 b^T x + c."""
+    c0, c1, c2, c3, c4, c5 = coefficients
+    return np.array([[c0, c1 / 2], [c1 / 2, c2]]), np.array([c3, c4]) / 2, c5
+
+
+def _monomials(points):
+    x, y = points[..., 0], points[..., 1]
+    return np.stack([x * x, x * y, y * y, x, y, np.ones_like(x)], axis=-1)
+
+
+def _gradient(coefficients, points):
+    """Gradients (..., N, 2) of Q, and its second derivatives (..., 2, 2)."""
+    c = np.asarray(coefficients)
+    H = np.stack([2 * c[..., 0], c[..., 1], c[..., 1], 2 * c[..., 2]], axis=-1)
+    H = H.reshape(*c.shape[:-1], 2, 2)
+    return points @ H + c[..., None, 3:5], H
+
+
+def _newton_shift(coefficients, points):
+    g, _ = _gradient(coefficients, points)
+    size = np.maximum(np.sum(g**2, axis=-1, keepdims=True), 1e-300)
+    return g * (value(coefficients, points)[..., None] / size)
+
+
+def _first_order_distances(conics, points):
+    """Q / |grad Q| (m, N) of points (N, 2) and conics (m, 6) (Sampson's distance)."""
+    g, _ = _gradient(conics, points)
+    size = np.maximum(np.linalg.norm(g, axis=-1), 1e-150)
+    return (_monomials(points) @ conics.T).T / size
+
+
+def _algebraic(points):
+    """Coefficients (6,) for points that have been normalised."""
+    _, values, Vt = np.linalg.svd(np.linalg.qr(_monomials(points), mode="r"))
+    if len(values) > 4 and not values[4] > OPEN * values[0]:
+        raise InputError(
+            "conic: the points leave it open; four of five lie on a line, or they are "
+            "repeated"
+        )
+    return Vt[5]
+
+
+def _settled(points, start, sigma):
+    start = _algebraic(points) if start is None else start
+    return least_distances("conic", _system, _stepped, start, points, sigma)
+
+
+def _system(coefficients, points):
+    """Distances and their derivatives (N, 5) by a step along the sphere."""
+    distances, feet = conic_distances(coefficients, points)
+    g, _ = _gradient(coefficients, feet)
+    # A change of Q moves the conic by -dQ / |grad Q| at the foot.
+    size = np.maximum(np.linalg.norm(g, axis=1, keepdims=True), 1e-300)
+    return distances, _monomials(feet) / size @ _tangents(coefficients)
+
+
+def _stepped(coefficients, step):
+    moved = coefficients + _tangents(coefficients) @ step
+    return moved / np.linalg.norm(moved)
+
+
+def _tangents(coefficients):
+    return np.linalg.svd(coefficients[None])[2][1:].T
+
+
+def _normalising(points):
+    try:
+        return normalising(points)
+    except InputError:
+        raise InputError(
+            "conic: all points are the same; give points of a curve"
+        ) from None
+
+
+def _moved(T, points):
+    return T[0, 0] * points + T[:2, 2]
+
+
+def _scaled(sigma, T):
+    return None if sigma is None else np.asarray(sigma, float) * T[0, 0]
+
+
+def _in_frame(coefficients, T):
+    """A conic (6,) of normalised points in their own frame, and its Jacobian (6, 6)."""
+    s, (u, v) = T[0, 0], T[:2, 2]
+    carried = np.zeros((6, 6))
+    # Q(s x + u, s y + v), monomial by monomial.
+    carried[0, 0] = carried[1, 1] = carried[2, 2] = s * s
+    carried[3] = [2 * s * u, s * v, 0, s, 0, 0]
+    carried[4] = [0, s * u, 2 * s * v, 0, s, 0]
+    carried[5] = [u * u, u * v, v * v, u, v, 1]
+    c = carried @ coefficients
+    size = np.linalg.norm(c) * (-1 if c[0] + c[2] < 0 else 1)
+    c = c / size
+    return c, (np.eye(6) - np.outer(c, c)) @ carried / size
+
+
+def _as_fit(fit, T, points, right):
+    c, carried = _in_frame(fit.parameters, T)
+    J = carried @ _tangents(fit.parameters)
+    distances, _ = conic_distances(c, points)
+    covariance = J @ fit.covariance @ J.T
+    kind, sigma = kind_of_conic(fit.parameters), fit.sigma / T[0, 0]
+    return ConicFit(c, covariance, kind, distances, sigma, right)

@@ -1,0 +1,247 @@
+"""Cylinders of unknown axis and radius through points in space.
+
+Directions of the axis are tried all over the half sphere: seen along the right one, the
+points lie on a circle. That needs no normals and bears arcs of 60 degrees. The best are
+refined to the least squared distances.
+The search is that of Eberly 2003, "Fitting 3D data with a cylinder" (geometrictools),
+with circles in place of his quadratic form.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.geometry.poses import pose, tangent_bases
+from raxel.multiview.fits.circles import algebraic_circles
+from raxel.multiview.fits.orthogonal import agreeing, checked_points, least_distances
+from raxel.multiview.fits.planes import FLAT
+
+FEWEST = 7  # points, for five numbers: through five there are up to six cylinders
+DIRECTIONS, COARSE = 600, 150  # tried on all points, and on each sample
+SEARCHED = 300  # points that judge directions
+STARTS, APART = 6, np.cos(np.radians(12))  # that are refined; between their axes
+STEPS, DAMPING = 12, 1e-6
+SURE = 3.0  # standard deviations of the radius that it has to be long
+WIDEST = 1e4  # radius over extent
+
+
+class CylinderFit(NamedTuple):
+    """The cylinder of `radius` about the z axis of T_frame_cylinder (4, 4).
+
+    The frame's origin is the place on the axis abeam of the points' mean; the largest
+    coordinate of z is positive. covariance: (5, 5) of turns about x and y, radians, of
+    shifts along x and y, and of the radius, in the cylinder's frame. residuals: (N,)
+    distances of all points, positive outside; sigma: see `Settled`; inliers: (N,) bool.
+    """
+
+    T_frame_cylinder: np.ndarray
+    radius: float
+    covariance: np.ndarray
+    residuals: np.ndarray
+    sigma: float
+    inliers: np.ndarray
+
+    @property
+    def axis(self):
+        """Unit direction (3,)."""
+        return self.T_frame_cylinder[:3, 2]
+
+
+def fit_cylinder(points, sigma=None):
+    """The cylinder of least squared distances from points.
+
+    points: (N, 3), N >= 7, any unit; sigma: standard deviations of the distances, a
+    number or (N,), or None: equal, and measured by what is left. Returns CylinderFit.
+    Raises InputError for fewer than seven points, values that are not finite, points on
+    a plane, also within their scatter: their radius is not three standard deviations.
+    """
+    points = checked_points("cylinder", points, 3, FEWEST)
+    _refuse_flat(points)
+    step = -(-len(points) // SEARCHED)
+    starts = _refined(_by_direction(points[::step])[None], points[None])[0]
+    gaps = np.sum(cylinder_distances(starts, points) ** 2, axis=1)
+    start = starts[np.argmin(np.where(np.isfinite(gaps), gaps, np.inf))]
+    fit = _settled(points, start, sigma)
+    return _as_fit(fit, points, np.ones(len(points), bool))
+
+
+def fit_cylinder_ransac(points, rng, threshold, sigma=None):
+    """As `fit_cylinder`, where some points are wrong.
+
+    rng: numpy Generator; threshold: largest distance of a right point; sigma: one
+    number or None. Samples of seven points; nine or more must agree.
+    """
+    points = checked_points("cylinder", points, 3, FEWEST + 2)
+    _refuse_flat(points)
+    fit, right = agreeing(
+        "cylinder",
+        points,
+        _of_samples,
+        cylinder_distances,
+        lambda some, start: _settled(some, start, sigma),
+        FEWEST,
+        rng,
+        threshold,
+    )
+    return _as_fit(fit, points, right)
+
+
+def cylinder_distances(cylinders, points):
+    """Signed distances (m, N) of points (N, 3) from cylinders (m, 7): a point of the
+    axis, its unit direction, the radius."""
+    off = points - cylinders[:, None, :3]
+    along = np.einsum("mni,mi->mn", off, cylinders[:, 3:6])
+    off -= along[..., None] * cylinders[:, None, 3:6]
+    return np.linalg.norm(off, axis=2) - cylinders[:, 6:]
+
+
+def cylinder_system(cylinders, points):
+    """Distances (..., N) and their derivatives (..., N, 5) by a step as `turned_axis`.
+
+    cylinders: (..., 7); points: (..., N, 3).
+    """
+    axis = cylinders[..., None, 3:6]
+    off = points - cylinders[..., None, :3]
+    along = np.sum(off * axis, axis=-1)
+    off = off - along[..., None] * axis
+    apart = np.linalg.norm(off, axis=-1)
+    outward = off / np.maximum(apart, 1e-300)[..., None]
+    by_shift = -outward @ _bases(cylinders)
+    # A turn about x moves the axis along -y, one about y along x.
+    by_turn = along[..., None] * by_shift[..., ::-1] * [-1.0, 1.0]
+    by_radius = np.full((*apart.shape, 1), -1.0)
+    jacobian = np.concatenate([by_turn, by_shift, by_radius], axis=-1)
+    return apart - cylinders[..., 6:], jacobian
+
+
+def turned_axis(cylinders, step):
+    """Cylinders (..., 7) after steps (..., 5): turns about x and y of `tangent_bases`
+    of the axis, shifts along these, and the radius."""
+    basis = _bases(cylinders)
+    tilt = np.stack([step[..., 1], -step[..., 0]], axis=-1)
+    axis = cylinders[..., 3:6] + (basis @ tilt[..., None])[..., 0]
+    axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    point = cylinders[..., :3] + (basis @ step[..., 2:4, None])[..., 0]
+    return np.concatenate([point, axis, cylinders[..., 6:] + step[..., 4:]], axis=-1)
+
+
+def _bases(cylinders):
+    axes = cylinders[..., 3:6]
+    return tangent_bases(axes.reshape(-1, 3)).reshape(*axes.shape, 2)
+
+
+def _by_direction(points):
+    """Up to STARTS cylinders (k, 7) whose axes are apart, those of the best circles."""
+    cylinders, gaps = _circles_along(points[None], _half_sphere(DIRECTIONS))
+    order = np.argsort(gaps[0], kind="stable")
+    chosen = []
+    for i in order[np.isfinite(gaps[0][order])]:
+        axis = cylinders[0, i, 3:6]
+        if all(abs(axis @ other[3:6]) < APART for other in chosen):
+            chosen.append(cylinders[0, i])
+        if len(chosen) == STARTS:
+            break
+    if not chosen:
+        raise InputError("cylinder: the points lie on one line, seen from all sides")
+    return np.array(chosen)
+
+
+def _of_samples(samples):
+    """Cylinders (m, 7) near samples (k, n, 3) of points, m <= k."""
+    cylinders, gaps = _circles_along(samples, _half_sphere(COARSE))
+    gaps = np.where(np.isfinite(gaps), gaps, np.inf)
+    best = np.take_along_axis(cylinders, np.argmin(gaps, axis=1)[:, None, None], axis=1)
+    best = best[np.isfinite(gaps).any(axis=1)]
+    found = _refined(best, samples[np.isfinite(gaps).any(axis=1)])[:, 0]
+    return found[np.isfinite(found).all(axis=1)]
+
+
+def _circles_along(samples, axes):
+    """Samples (k, n, 3) of points seen along axes (m, 3): the circle of each.
+
+    Returns cylinders (k, m, 7), their points abeam of the sample's mean, and mean
+    squared distances (k, m); NaN where points lie on a line.
+    """
+    middle = samples.mean(axis=1)
+    bases = tangent_bases(axes)
+    seen = np.einsum("kni,mij->kmnj", samples - middle[:, None], bases)
+    circles = algebraic_circles(seen)
+    off = seen - circles[:, :, None, :2]
+    gaps = np.hypot(off[..., 0], off[..., 1]) - circles[..., 2:]
+    point = middle[:, None] + np.einsum("mij,kmj->kmi", bases, circles[..., :2])
+    axis = np.broadcast_to(axes, (*gaps.shape[:2], 3))
+    cylinders = np.concatenate([point, axis, circles[..., 2:]], axis=-1)
+    return cylinders, np.mean(gaps**2, axis=2)
+
+
+def _refined(cylinders, points):
+    """Cylinders (k, s, 7) after STEPS of Gauss and Newton on points (k, n, 3) each.
+
+    cylinders: (k, 7), one a sample, or (k, s, 7). Those that leave are not finite.
+    """
+    if cylinders.ndim == 2:
+        cylinders = cylinders[:, None]
+    points = points[:, None]
+    with np.errstate(all="ignore"):
+        for _ in range(STEPS):
+            distances, J = cylinder_system(cylinders, points)
+            normal = np.swapaxes(J, -1, -2) @ J
+            gradient = (np.swapaxes(J, -1, -2) @ distances[..., None])[..., 0]
+            scale = np.sqrt(np.einsum("...ii->...i", normal))
+            scale = np.where(scale > 0, scale, 1.0)
+            normal = normal / (scale[..., :, None] * scale[..., None, :])
+            normal = np.nan_to_num(normal) + DAMPING * np.eye(5)
+            step = np.linalg.solve(normal, np.nan_to_num(gradient / scale)[..., None])
+            cylinders = turned_axis(cylinders, -step[..., 0] / scale)
+    return cylinders
+
+
+def _half_sphere(count):
+    """Directions (count, 3), even over half of a sphere (Fibonacci's spiral)."""
+    z = (np.arange(count) + 0.5) / count
+    turn = np.pi * (3 - np.sqrt(5)) * np.arange(count)
+    level = np.sqrt(1 - z**2)
+    return np.column_stack([level * np.cos(turn), level * np.sin(turn), z])
+
+
+def _settled(points, start, sigma):
+    middle = points.mean(axis=0)
+    axis = start[3:6]
+    abeam = start[:3] + axis * (axis @ (middle - start[:3]))
+    start = np.concatenate([abeam, start[3:]])
+    fit = least_distances(
+        "cylinder", cylinder_system, turned_axis, start, points, sigma
+    )
+    radius, sd = abs(fit.parameters[6]), np.sqrt(fit.covariance[4, 4])
+    extent = np.ptp(points, axis=0).max()
+    if radius > WIDEST * extent or not radius > SURE * sd:
+        raise InputError(
+            f"cylinder: found radius {radius:.3g} +- {sd:.2g}"
+            "; the points may as well lie on a plane; give more of its arc"
+        )
+    return fit
+
+
+def _as_fit(fit, points, right):
+    cylinder = fit.parameters
+    basis, axis = _bases(cylinder), cylinder[3:6]
+    covariance = fit.covariance
+    if axis[np.argmax(np.abs(axis))] < 0:
+        # Half a turn about x: y and z change their signs.
+        axis, basis = -axis, basis * [1, -1]
+        flip = np.array([1, -1, 1, -1, 1])
+        covariance = covariance * np.outer(flip, flip)
+    T = pose(np.column_stack([basis, axis]), cylinder[:3])
+    residuals = cylinder_distances(cylinder[None], points)[0]
+    radius = float(cylinder[6])
+    return CylinderFit(T, radius, covariance, residuals, fit.sigma, right)
+
+
+def _refuse_flat(points):
+    values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if not values[2] > FLAT * values[0]:
+        raise InputError(
+            "cylinder: the points lie on one plane, which leaves the radius open; give "
+            "points of more of its arc"
+        )

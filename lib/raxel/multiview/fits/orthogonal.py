@@ -1,0 +1,164 @@
+"""What fits of curves and surfaces share: least orthogonal distances, and wrong points.
+
+A shape is a vector of parameters that a step of fewer numbers moves, so that the length
+of a direction or of a conic's coefficients is no unknown. The sum of squared orthogonal
+distances is the likelihood of points with isotropic Gaussian errors, up to the bend of
+the shape over such an error.
+Source: Gander, Golub, Strebel 1994, doi:10.1007/BF01934268 (geometric against algebraic
+fits).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.geometry.consensus import best_hypothesis
+from raxel.geometry.damped import descend, gauss_newton
+
+ITERATIONS, AT_REST = 100, 1e-13
+ROUNDING = 1e-15  # of the points' extent: distances of exact points
+OPEN = 1e-12  # least eigenvalue, diagonal 1, of equations that determine a shape
+BATCH, REFITS = 64, 20
+
+
+class Settled(NamedTuple):
+    """A shape of least squared distances.
+
+    parameters: (P,); residuals: (N,) signed distances; covariance: (m, m) of the step
+    that moves the shape; sigma: standard deviation of a distance (of one of weight 1
+    where standard deviations were given), NaN where there are no more points than
+    unknowns.
+    """
+
+    parameters: np.ndarray
+    residuals: np.ndarray
+    covariance: np.ndarray
+    sigma: float
+
+
+def least_distances(shape, system, move, start, points, sigma):
+    """Settle a shape on points; returns `Settled`.
+
+    shape: its name, for errors; system: parameters, points -> signed distances (N,) and
+    their derivatives (N, m) by the step; move: parameters, step (m,) -> parameters;
+    start: (P,); points: (N, d); sigma: as `weights_of`. Raises InputError where the
+    points leave the shape open.
+    """
+    weight = weights_of(shape, sigma, len(points))
+
+    def evaluate(parameters):
+        distances, jacobian = system(parameters, points)
+        return gauss_newton(weight * distances, lambda: weight[:, None] * jacobian)
+
+    extent = np.ptp(points, axis=0).max()
+    least = len(points) * (ROUNDING * extent * weight.max()) ** 2
+    parameters, costs, _ = descend(
+        evaluate, move, start, iterations=ITERATIONS, tolerance=AT_REST, rounding=least
+    )
+    distances, jacobian = system(parameters, points)
+    inverse = _inverse_normal(shape, weight[:, None] * jacobian)
+    return Settled(
+        parameters, distances, *spread(inverse, costs[-1], len(points), sigma)
+    )
+
+
+def spread(inverse, cost, count, sigma):
+    """(covariance (m, m), sigma) from the inverse normal matrix and what is left.
+
+    cost: sum of weighted squares of `count` distances. Where standard deviations are
+    given the covariance is theirs; else it is that of the scatter.
+    """
+    spare = count - len(inverse)
+    scatter = np.sqrt(cost / spare) if spare > 0 else np.nan
+    return inverse * (1.0 if sigma is not None else scatter**2), float(scatter)
+
+
+def weights_of(shape, sigma, count):
+    """One over the standard deviations (count,) of the points' distances.
+
+    sigma: a number, (count,), or None: equal and unknown. Raises InputError where they
+    do not fit.
+    """
+    given = np.ones(count) if sigma is None else np.asarray(sigma, float)
+    if given.shape not in ((), (count,)) or not (
+        np.isfinite(given).all() and (given > 0).all()
+    ):
+        raise InputError(
+            f"{shape}: sigma {given.shape} must be one positive number or {count}"
+        )
+    return np.broadcast_to(1 / given, (count,))
+
+
+def agreeing(shape, points, minimal, distances, refit, size, rng, threshold):
+    """The shape that most points agree with: (last refit, inliers (N,)).
+
+    minimal: samples (k, size, d) -> parameters (m, P), m <= k, of those that have one;
+    distances: parameters (m, P), points (N, d) -> (m, N); refit: points, parameters to
+    start from -> a `Settled`; rng: numpy Generator; threshold: largest distance of a
+    right point. The best sample (least truncated squared distance) is followed by fits
+    to its inliers until they no longer change. Raises InputError where no sample gives
+    a shape or fewer points agree than two more than a sample.
+    See `raxel.geometry.consensus` for the sources.
+    """
+    if not threshold > 0:
+        raise InputError(f"{shape}: found threshold {threshold}; give a positive one")
+
+    def propose(count):
+        picks = np.argsort(rng.random((count, len(points))), axis=1)[:, :size]
+        return minimal(points[picks])
+
+    best = best_hypothesis(
+        propose,
+        lambda hypotheses: distances(hypotheses, points) ** 2,
+        threshold**2,
+        sample_size=size,
+        confidence=0.999,
+        most_trials=5000,
+        batch=BATCH,
+    )
+    if best is None:
+        raise InputError(f"{shape}: no {size} of the points determine one")
+    right, fit = None, None
+    for _ in range(REFITS):
+        now = np.abs(distances(best[None], points)[0]) < threshold
+        if np.array_equal(now, right):
+            break
+        if np.count_nonzero(now) < size + 2:
+            raise InputError(
+                f"{shape}: {np.count_nonzero(now)} of {len(points)} points lie within "
+                f"{threshold:g} of one; {size + 2} or more must agree"
+            )
+        right = now
+        fit = refit(points[right], best)
+        best = fit.parameters
+    return fit, right
+
+
+def checked_points(shape, points, dimension, fewest):
+    """Points (N, dimension) as floats; InputError for others, or for too few."""
+    points = np.asarray(points, float)
+    if points.ndim != 2 or points.shape[1] != dimension:
+        raise InputError(
+            f"{shape}: found points {points.shape}; give an array (N, {dimension})"
+        )
+    bad = np.count_nonzero(~np.isfinite(points).all(axis=1))
+    if bad:
+        raise InputError(
+            f"{shape}: {bad} of {len(points)} points are not finite; remove them"
+        )
+    if len(points) < fewest:
+        raise InputError(f"{shape}: {len(points)} points; {fewest} or more are needed")
+    return points
+
+
+def _inverse_normal(shape, jacobian):
+    normal = jacobian.T @ jacobian
+    scale = np.sqrt(np.diag(normal))
+    if scale.min() > 0:
+        values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+        if values[0] > OPEN:
+            return (vectors / values) @ vectors.T / np.outer(scale, scale)
+    raise InputError(
+        f"{shape}: the points leave it open; spread them over more of the shape"
+    )

@@ -1,0 +1,118 @@
+"""Planes through points in space: total least squares."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.geometry.poses import pose
+from raxel.multiview.fits.orthogonal import (
+    Settled,
+    agreeing,
+    checked_points,
+    spread,
+    weights_of,
+)
+
+FLAT = 1e-9  # of the extent: points nearer to a line than this lie on it
+
+
+class PlaneFit(NamedTuple):
+    """The plane z = 0 of T_frame_plane (4, 4), in the frame of the points.
+
+    Its origin is the points' mean, x the direction in which they spread most, z the
+    normal, away from the frame's origin. covariance: (3, 3) of turns about x and y,
+    radians, and of the shift along z; the plane's frame. residuals: (N,) distances of
+    all points, positive on the side of z; sigma: see `Settled`; inliers: (N,) bool.
+    """
+
+    T_frame_plane: np.ndarray
+    covariance: np.ndarray
+    residuals: np.ndarray
+    sigma: float
+    inliers: np.ndarray
+
+    @property
+    def normal(self):
+        """Unit (3,)."""
+        return self.T_frame_plane[:3, 2]
+
+
+def fit_plane(points, sigma=None):
+    """The plane of least squared distances, in closed form.
+
+    points: (N, 3), N >= 3, any unit; sigma: standard deviations of the distances, a
+    number or (N,), or None: equal, and measured by what is left. Returns PlaneFit.
+    Raises InputError for fewer than three points, values that are not finite, and
+    points on one line.
+    Source: Pearson 1901, doi:10.1080/14786440109462720.
+    """
+    points = checked_points("plane", points, 3, 3)
+    return _as_fit(_settled(points, sigma), points, np.ones(len(points), bool))
+
+
+def fit_plane_ransac(points, rng, threshold, sigma=None):
+    """As `fit_plane`, where some points are wrong.
+
+    rng: numpy Generator; threshold: largest distance of a right point; sigma: one
+    number or None. Samples of three points; five or more must agree.
+    """
+    points = checked_points("plane", points, 3, 5)
+    fit, right = agreeing(
+        "plane",
+        points,
+        _of_three,
+        plane_distances,
+        lambda some, _: _settled(some, sigma),
+        3,
+        rng,
+        threshold,
+    )
+    return _as_fit(fit, points, right)
+
+
+def plane_distances(planes, points):
+    """Signed distances (m, N) of points (N, 3) from planes (m, 6): a point of each and
+    its unit normal."""
+    return np.einsum(
+        "mni,mi->mn", points - planes[:, None, :3], planes[:, 3:], optimize=True
+    )
+
+
+def _settled(points, sigma):
+    weight = weights_of("plane", sigma, len(points)) ** 2
+    middle = weight @ points / weight.sum()
+    off = points - middle
+    extents, axes = np.linalg.svd(off * np.sqrt(weight)[:, None], full_matrices=False)[
+        1:
+    ]
+    if not extents[1] > FLAT * extents[0]:
+        raise InputError("plane: the points lie on one line; give points beside it")
+    normal = axes[2]
+    distances = off @ normal
+    # In the frame of the axes a turn (a, b) and a shift s change the distances by
+    # b x - a y - s, and x and y are uncorrelated.
+    inverse = np.diag(1 / np.array([extents[1] ** 2, extents[0] ** 2, weight.sum()]))
+    covariance, scatter = spread(inverse, weight @ distances**2, len(points), sigma)
+    return Settled(np.concatenate([middle, normal]), distances, covariance, scatter)
+
+
+def _as_fit(fit, points, right):
+    middle, normal = fit.parameters[:3], fit.parameters[3:]
+    normal = normal * (-1 if normal @ middle < 0 else 1)
+    off = points[right] - middle
+    x = np.linalg.eigh(off.T @ off)[1][:, 2]
+    x = x - normal * (normal @ x)
+    x *= np.sign(x[np.argmax(np.abs(x))]) / np.linalg.norm(x)
+    T = pose(np.column_stack([x, np.cross(normal, x), normal]), middle)
+    residuals = (points - middle) @ normal
+    return PlaneFit(T, fit.covariance, residuals, fit.sigma, right)
+
+
+def _of_three(samples):
+    """Planes (m, 6) through samples (k, 3, 3) that are no line."""
+    one, two = samples[:, 1] - samples[:, 0], samples[:, 2] - samples[:, 0]
+    normal = np.cross(one, two)
+    size = np.linalg.norm(normal, axis=1)
+    good = size > FLAT * np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
+    return np.hstack([samples[good, 0], normal[good] / size[good, None]])

@@ -1,0 +1,283 @@
+"""Planes, circles, conics and cylinders: exact, unmoved by motions, honest in doubt."""
+
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
+from raxel.geometry.planes import on_plane
+from raxel.multiview.fits.circles import (
+    fit_circle,
+    fit_circle_in_space,
+    fit_circle_ransac,
+)
+from raxel.multiview.fits.conics import (
+    _stepped,
+    _system,
+    algebraic_conic,
+    conic_distances,
+    ellipse_of_conic,
+    fit_conic,
+    fit_conic_ransac,
+    kind_of_conic,
+    value,
+)
+from raxel.multiview.fits.cylinders import (
+    cylinder_system,
+    fit_cylinder,
+    fit_cylinder_ransac,
+    turned_axis,
+)
+from raxel.multiview.fits.planes import fit_plane, fit_plane_ransac
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(53)
+
+
+MOVED = pose(rotation_from_vector([0.4, -0.8, 0.3]), [60.0, -30, 400])
+TURN = np.array([[np.cos(0.4), -np.sin(0.4)], [np.sin(0.4), np.cos(0.4)]])
+
+
+def flat_points(rng, count=40):
+    return on_plane(rng.uniform([-60, -30], [60, 30], (count, 2)))
+
+
+def arc(degrees, count, radius=87.21, centre=(0.0, 0.0)):
+    angle = np.radians(np.linspace(0, degrees, count, endpoint=False))
+    return radius * np.column_stack([np.cos(angle), np.sin(angle)]) + centre
+
+
+def ellipse_points(count=60, degrees=360):
+    return arc(degrees, count, 1.0) * [300, 120] @ TURN.T + [1900, 1100]
+
+
+def mantle(rng, degrees, count=40, radius=62.98):
+    angle = np.radians(rng.uniform(-degrees / 2, degrees / 2, count))
+    along = rng.uniform(-50, 50, count)
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), along])
+
+
+def test_exact_points_give_the_shape_back(rng):
+    plane = fit_plane(transform(MOVED, flat_points(rng)))
+    assert abs(plane.normal @ MOVED[:3, 2]) == pytest.approx(1, abs=1e-12)
+    assert plane.normal @ MOVED[:3, 3] > 0
+    circle = fit_circle(arc(100, 30, centre=(300, -40)))
+    np.testing.assert_allclose(circle.centre, [300, -40], atol=1e-9)
+    assert circle.radius == pytest.approx(87.21, abs=1e-9)
+    in_space = fit_circle_in_space(transform(MOVED, on_plane(arc(200, 30))))
+    np.testing.assert_allclose(in_space.T_frame_circle[:3, 3], MOVED[:3, 3], atol=1e-9)
+    assert in_space.radius == pytest.approx(87.21, abs=1e-9)
+    ellipse = fit_conic(ellipse_points()).ellipse()
+    np.testing.assert_allclose(ellipse.centre, [1900, 1100], atol=1e-8)
+    np.testing.assert_allclose(ellipse.semi_axes, [300, 120], atol=1e-8)
+    assert ellipse.angle == pytest.approx(0.4, abs=1e-10)
+
+
+@pytest.mark.parametrize("degrees", [60, 150, 360])
+def test_a_cylinder_is_found_from_an_arc_without_a_start(rng, degrees):
+    fit = fit_cylinder(transform(MOVED, mantle(rng, degrees)))
+    assert fit.radius == pytest.approx(62.98, abs=1e-8)
+    assert abs(fit.axis @ MOVED[:3, 2]) == pytest.approx(1, abs=1e-12)
+    off = transform(inverse_pose(MOVED), fit.T_frame_cylinder[:3, 3])
+    np.testing.assert_allclose(off[:2], 0, atol=1e-8)
+
+
+def test_a_rigid_motion_moves_the_shape_and_leaves_what_is_left(rng):
+    points = mantle(rng, 120) + 0.3 * rng.normal(size=(40, 3))
+    still, moved = fit_cylinder(points), fit_cylinder(transform(MOVED, points))
+    np.testing.assert_allclose(moved.residuals, still.residuals, atol=1e-7)
+    assert abs(moved.axis @ MOVED[:3, :3] @ still.axis) == pytest.approx(1, abs=1e-12)
+    points = flat_points(rng) + 0.3 * rng.normal(size=(40, 3))
+    still, moved = fit_plane(points), fit_plane(transform(MOVED, points))
+    np.testing.assert_allclose(
+        np.abs(moved.residuals), np.abs(still.residuals), atol=1e-10
+    )
+    points = ellipse_points(degrees=200) + rng.normal(size=(60, 2))
+    still = fit_conic(points)
+    moved = fit_conic(points @ TURN.T + [-2500, 300])
+    np.testing.assert_allclose(moved.residuals, still.residuals, atol=1e-7)
+    semi = [fit.ellipse().semi_axes for fit in (still, moved)]
+    np.testing.assert_allclose(*semi, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "kind"),
+    [
+        ([1, 0, 4, -2, 0, -3], "ellipse"),
+        ([1, 0, 4, -2, 0, 30], "nothing"),
+        ([1, 0, -4, -2, 0, 30], "hyperbola"),
+        ([0, 1, 0, 0, 0, -1], "hyperbola"),
+        ([1, 2, 1, 3, -3, 0], "parabola"),
+        ([1, 0, -4, 0, 0, 0], "lines"),
+        ([1, 2, 1, 0, 0, -1], "lines"),
+        ([1, 0, 1, 0, 0, 0], "nothing"),
+    ],
+)
+def test_conics_have_their_kinds_wherever_they_lie(coefficients, kind):
+    c = np.array(coefficients, float)
+    assert kind_of_conic(c) == kind
+    # Moved by (1500, 1000): Q(x - u, y - v).
+    u, v = 1500.0, 1000.0
+    c[5] += c[0] * u * u + c[1] * u * v + c[2] * v * v - c[3] * u - c[4] * v
+    c[3:5] -= [2 * c[0] * u + c[1] * v, c[1] * u + 2 * c[2] * v]
+    assert kind_of_conic(-3 * c) == kind
+
+
+def test_hyperbolas_and_parabolas_are_fitted_too():
+    t = np.linspace(-1, 1.5, 30)
+    for points, kind in [
+        (np.column_stack([np.cosh(t), 2 * np.sinh(t)]), "hyperbola"),
+        (np.column_stack([t, t**2]), "parabola"),
+    ]:
+        fit = fit_conic(100 * points)
+        assert fit.kind == kind
+        assert np.abs(fit.residuals).max() < 1e-10
+        with pytest.raises(InputError, match=f"found {kind} where an ellipse"):
+            fit.ellipse()
+
+
+def test_the_feet_of_points_are_the_nearest_of_the_conic(rng):
+    fit = fit_conic(ellipse_points())
+    points = ellipse_points(40) + rng.normal(0, 10, (40, 2))
+    distances, feet = conic_distances(fit.coefficients, points)
+    outline = ellipse_points(200_000)
+    for k in range(0, 40, 8):
+        nearest = np.hypot(*(outline - points[k]).T).min()
+        assert abs(distances[k]) == pytest.approx(nearest, abs=1e-4)
+    assert np.abs(value(fit.coefficients, feet)).max() < 1e-14
+    outside = np.sum(((points - [1900, 1100]) @ TURN / [300, 120]) ** 2, axis=1) > 1
+    np.testing.assert_array_equal(distances > 0, outside)
+
+
+def test_derivatives_agree_with_differences(rng):
+    cylinder = np.array([3.0, -2, 1, 0.6, 0, 0.8, 40])
+    points = rng.uniform(-60, 60, (12, 3))
+    conic = algebraic_conic(arc(300, 12, 1.0) * [1.3, 0.8])
+    flat = arc(300, 12, 1.0) * [1.3, 0.8] + 0.05 * rng.normal(size=(12, 2))
+    for system, move, shape, places, size in [
+        (cylinder_system, turned_axis, cylinder, points, 5),
+        (_system, _stepped, conic, flat, 5),
+    ]:
+        found = system(shape, places)[1]
+        for k, step in enumerate(1e-6 * np.eye(size)):
+            ahead, back = (system(move(shape, s * step), places)[0] for s in (1, -1))
+            np.testing.assert_allclose(found[:, k], (ahead - back) / 2e-6, atol=1e-6)
+
+
+def squares_over_unknowns(fit, points, sd, rng, draws):
+    """Mean squared error over what the covariance says, per unknown; it should be 1."""
+    found = []
+    for _ in range(draws):
+        error, covariance = fit(points + sd * rng.normal(size=points.shape))
+        found.append(error @ np.linalg.solve(covariance, error) / len(error))
+    return np.mean(found)
+
+
+def plane_error(points):
+    fit = fit_plane(points, 0.5)
+    n = MOVED[:3, 2] @ fit.T_frame_plane[:3, :3]
+    n = n * np.sign(n[2])
+    shift = (MOVED[:3, 3] - fit.T_frame_plane[:3, 3]) @ fit.normal
+    return np.array([-n[1], n[0], shift]), fit.covariance
+
+
+def circle_error(points):
+    fit = fit_circle(points, 0.5)
+    return np.array([*fit.centre, fit.radius - 87.21]), fit.covariance
+
+
+def ellipse_error(points):
+    fit = fit_conic(points, 0.5).ellipse()
+    error = [*(fit.centre - [1900, 1100]), *(fit.semi_axes - [300, 120])]
+    return np.array([*error, fit.angle - 0.4]), fit.covariance
+
+
+def cylinder_error(points):
+    fit = fit_cylinder(points, 0.5)
+    T = inverse_pose(fit.T_frame_cylinder) @ MOVED
+    z = T[:3, 2] * np.sign(T[2, 2])
+    off = T[:2, 3] - z[:2] / z[2] * T[2, 3]
+    return np.array([-z[1], z[0], *off, 62.98 - fit.radius]), fit.covariance
+
+
+@pytest.mark.parametrize("shape", ["plane", "circle", "ellipse", "cylinder"])
+def test_errors_are_as_large_as_the_covariance_says(rng, shape):
+    made = {
+        "plane": (plane_error, transform(MOVED, flat_points(rng)), 3, 200),
+        "circle": (circle_error, arc(150, 40), 3, 200),
+        "ellipse": (ellipse_error, ellipse_points(degrees=250), 5, 100),
+        "cylinder": (cylinder_error, transform(MOVED, mantle(rng, 150)), 5, 40),
+    }
+    fit, points, unknowns, draws = made[shape]
+    found = squares_over_unknowns(fit, points, 0.5, rng, draws)
+    assert found == pytest.approx(1, abs=4 * np.sqrt(2 / unknowns / draws))
+
+
+def test_the_scatter_gives_the_standard_deviation(rng):
+    points = arc(360, 400) + 0.5 * rng.normal(size=(400, 2))
+    measured, given = fit_circle(points), fit_circle(points, 0.5)
+    assert measured.sigma == pytest.approx(0.5, rel=0.15)
+    assert given.sigma == pytest.approx(1.0, rel=0.15)
+    share = measured.covariance / given.covariance
+    np.testing.assert_allclose(share, (measured.sigma / 0.5) ** 2, rtol=1e-6)
+    exact = fit_circle(arc(200, 3))
+    assert np.isnan(exact.sigma)
+
+
+@pytest.mark.parametrize("shape", ["plane", "circle", "conic", "cylinder"])
+def test_wrong_points_are_left_out(rng, shape):
+    made = {
+        "plane": (fit_plane_ransac, transform(MOVED, flat_points(rng, 60))),
+        "circle": (fit_circle_ransac, arc(200, 60)),
+        "conic": (fit_conic_ransac, ellipse_points(60, 300)),
+        "cylinder": (fit_cylinder_ransac, transform(MOVED, mantle(rng, 120, 60))),
+    }
+    fit, points = made[shape]
+    points = points + 0.1 * rng.normal(size=points.shape)
+    wrong = np.arange(60) < 15
+    points[wrong] += rng.choice([-1, 1], (15, points.shape[1])) * rng.uniform(
+        8, 40, (15, points.shape[1])
+    )
+    found = fit(points, rng, 0.6)
+    assert np.count_nonzero(found.inliers[~wrong]) == 45
+    assert np.count_nonzero(found.inliers[wrong]) <= 3
+    assert np.sqrt(np.mean(found.residuals[~wrong] ** 2)) < 0.15
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: fit_plane(np.eye(3)[:2]), "2 points; 3 or more"),
+        (lambda: fit_plane(np.outer(np.arange(5.0), [1, 2, 3])), "on one line"),
+        (lambda: fit_circle(np.outer(np.arange(5.0), [1, 2])), "on one line"),
+        (lambda: fit_circle(np.full((4, 2), np.nan)), "4 of 4 points are not finite"),
+        (lambda: fit_circle(arc(200, 9), np.zeros(9)), "one positive number or 9"),
+        (lambda: fit_circle(np.eye(3)), r"give an array \(N, 2\)"),
+        (lambda: fit_conic(arc(200, 4)), "4 points; 5 or more"),
+        (lambda: fit_conic(np.outer(np.arange(6.0), [1, 1])), "leave it open"),
+        (lambda: fit_conic(np.ones((6, 2))), "all points are the same"),
+        (lambda: ellipse_of_conic([1, 0, -1, 0, 0, 5]), "found hyperbola"),
+        (lambda: fit_cylinder(np.eye(3)), "3 points; 7 or more"),
+        (
+            lambda: fit_cylinder(transform(MOVED, on_plane(arc(360, 20)))),
+            "on one plane, which leaves the radius open",
+        ),
+    ],
+)
+def test_points_that_are_no_such_shape_are_refused_in_a_line(made, said):
+    with pytest.raises(InputError, match=said) as refused:
+        made()
+    assert "\n" not in str(refused.value)
+
+
+def test_a_cylinder_that_may_as_well_be_a_plane_is_refused(rng):
+    points = mantle(rng, 10) + 0.5 * rng.normal(size=(40, 3))
+    with pytest.raises(InputError, match="may as well lie on a plane"):
+        fit_cylinder(points)
+
+
+def test_points_without_a_shape_are_refused(rng):
+    with pytest.raises(InputError, match="or more must agree"):
+        fit_circle_ransac(rng.uniform(-100, 100, (12, 2)), rng, 1e-3)
