@@ -1,0 +1,168 @@
+"""Where edges lie to a fraction of a pixel, given about where and across what.
+
+Near a place the grey values are those of one straight edge that lens and pixels have
+smoothed: low + (high - low) Phi((t - p) / s), t the distance along the edge's normal,
+Phi the normal distribution's. It is fitted to the pixels themselves; nothing is
+interpolated. p is where the smoothed gradient is steepest.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtr
+
+from raxel.errors import InputError
+
+STEPS, FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 30, 1e-3, 1e-9, 1e6
+STILL_PX = 1e-6
+FIRST_BLUR, LEAST_BLUR = 0.7, 0.05  # px
+CONTRAST = 6.0  # standard deviations of what is left, that an edge is high
+ROUNDING = 1e-4  # of the greys: a smaller step is none
+
+
+class EdgePoints(NamedTuple):
+    """pixels: (N, 2), NaN where no edge was found; sigma: (N,) px along the normal.
+
+    blur: (N,) px, standard deviation of the smoothing; found: (N,) bool.
+    """
+
+    pixels: np.ndarray
+    sigma: np.ndarray
+    blur: np.ndarray
+    found: np.ndarray
+
+
+def edge_points(picture, places, normals, half_across=4.0, half_along=1.5):
+    """Edges near places of a picture, each along its normal.
+
+    picture: (H, W) grey values, proportional to light: a gamma moves edges, of a dark
+    line both by as much towards its middle. places: (N, 2) px; normals: (N, 2), of any
+    length, across the edges; half_across, a number or (N,), half_along: px, of the
+    window about each place, with the normal and across it: only one edge, nearly
+    straight, should be in it. An edge of either sense is found; it has to lie within
+    half_across of its place, and to be CONTRAST times as high as what is left has
+    standard deviations. Places that are not finite have none. Neighbours whose windows
+    overlap share their errors.
+    Raises InputError for a picture of another shape, or for windows under a pixel.
+    """
+    picture = np.asarray(picture, float)
+    if picture.ndim != 2:
+        raise InputError(f"edges: found a picture {picture.shape}; give (H, W) greys")
+    places, normals = np.asarray(places, float), np.asarray(normals, float)
+    half_across = np.broadcast_to(np.asarray(half_across, float), len(places))
+    if not ((half_across >= 1.5).all() and half_along >= 0.5):
+        raise InputError(
+            f"edges: found a window of +-{half_across.min():.3g} x {half_along} px; "
+            "give 1.5 or more across the edge and 0.5 or more along it"
+        )
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    count = len(places)
+    pixels = np.full((count, 2), np.nan)
+    sigma, blur = np.full(count, np.nan), np.full(count, np.nan)
+    reach = int(np.ceil(np.hypot(half_across.max(initial=0), half_along)))
+    rows = np.flatnonzero(_inside(picture.shape, places, normals, reach))
+    if len(rows):
+        window = _windows(
+            picture, places[rows], normals[rows], reach, half_across[rows], half_along
+        )
+        edge, spread, settled = _fitted(*window)
+        good = settled & (np.abs(edge[:, 0]) < half_across[rows])
+        at, edge = rows[good], edge[good]
+        pixels[at] = places[at] + edge[:, :1] * normals[at]
+        sigma[at], blur[at] = spread[good], np.exp(edge[:, 1])
+    return EdgePoints(pixels, sigma, blur, np.isfinite(sigma))
+
+
+def _inside(shape, places, normals, reach):
+    height, width = shape
+    with np.errstate(invalid="ignore"):
+        low, high = places >= reach, places <= np.array([width, height]) - 1 - reach
+    finite = np.isfinite(places).all(axis=1) & np.isfinite(normals).all(axis=1)
+    return finite & low.all(axis=1) & high.all(axis=1)
+
+
+def _windows(picture, places, normals, reach, half_across, half_along):
+    """Greys, distances along the normal, and what counts: (N, S) each."""
+    v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
+    middle = np.rint(places).astype(int)
+    columns, rows = middle[:, :1] + u, middle[:, 1:] + v
+    off = np.stack([columns, rows], axis=2) - places[:, None]
+    t = np.einsum("nsi,ni->ns", off, normals)
+    along = off[..., 0] * -normals[:, 1:] + off[..., 1] * normals[:, :1]
+    counts = (np.abs(t) <= half_across[:, None]) & (np.abs(along) <= half_along)
+    return picture[rows, columns], t, counts
+
+
+def _fitted(greys, t, counts):
+    """Levenberg's method on each window: edges (N, 4) of place, log blur, low, high;
+    the standard deviation of each place; which have settled on an edge."""
+    edge, damping = _start(greys, t, counts), np.full(len(t), FIRST_DAMPING)
+    left, J = _residuals(edge, greys, t, counts)
+    cost = np.sum(left**2, axis=1)
+    moved = np.full(len(t), np.inf)
+    for _ in range(STEPS):
+        normal = np.einsum("nsi,nsj->nij", J, J)
+        gradient = np.einsum("nsi,ns->ni", J, left)
+        scale = np.square(_scale(normal))
+        damped = normal + (damping[:, None] * scale)[:, :, None] * np.eye(4)
+        step = -np.linalg.solve(damped, gradient[..., None])[..., 0]
+        step[:, :2] = np.clip(step[:, :2], -1, 1)
+        trial = edge + step
+        trial_left, trial_J = _residuals(trial, greys, t, counts)
+        trial_cost = np.sum(trial_left**2, axis=1)
+        better = trial_cost <= cost
+        edge[better], cost[better] = trial[better], trial_cost[better]
+        left[better], J[better] = trial_left[better], trial_J[better]
+        moved[better] = np.abs(step[better, :2]).max(axis=1)
+        damping = np.where(better, damping / 10, damping * 10)
+        damping = np.clip(damping, LEAST_DAMPING, LARGEST_DAMPING)
+        if np.all(moved < STILL_PX):
+            break
+    spare = np.maximum(counts.sum(axis=1) - 4, 1)
+    scatter = np.sqrt(cost / spare)
+    normal = np.einsum("nsi,nsj->nij", J, J)
+    scale = _scale(normal)
+    share = np.linalg.inv(
+        normal / (scale[:, :, None] * scale[:, None]) + 1e-12 * np.eye(4)
+    )
+    spread = scatter * np.sqrt(np.maximum(share[:, 0, 0], 0)) / scale[:, 0]
+    high = np.abs(edge[:, 3] - edge[:, 2])
+    widest = np.abs(np.where(counts, t, 0)).max(axis=1) / 2
+    least = np.maximum(CONTRAST * scatter, ROUNDING * np.abs(greys).max(axis=1))
+    settled = (high > least) & (np.exp(edge[:, 1]) < widest)
+    return edge, spread, settled & (moved < 1e-2)
+
+
+def _scale(normal):
+    """Roots (N, 4) of the diagonals of matrices, 1 where they are zero."""
+    scale = np.sqrt(np.einsum("nii->ni", normal))
+    return np.where(scale > 0, scale, 1.0)
+
+
+def _start(greys, t, counts):
+    """Edges (N, 4): the mean greys of both ends, and a place in between."""
+    far = np.where(counts, t, 0)
+    reach = np.abs(far).max(axis=1, keepdims=True)
+    low, high = (
+        np.sum(greys * side, axis=1) / np.maximum(side.sum(axis=1), 1)
+        for side in (counts & (t < -reach / 2), counts & (t > reach / 2))
+    )
+    # Of a step from low to high the sum tells how much is high.
+    total = counts.sum(axis=1)
+    step = np.where(np.abs(high - low) > 0, high - low, 1.0)
+    share = (np.sum(greys * counts, axis=1) / total - low) / step
+    place = reach[:, 0] * np.clip(1 - 2 * share, -0.8, 0.8)
+    return np.column_stack([place, np.full(len(t), np.log(FIRST_BLUR)), low, high])
+
+
+def _residuals(edge, greys, t, counts):
+    """Model less greys (N, S), 0 where nothing counts, and derivatives (N, S, 4)."""
+    place, low, high = edge[:, :1], edge[:, 2:3], edge[:, 3:]
+    blur = np.maximum(np.exp(edge[:, 1:2]), LEAST_BLUR)
+    z = (t - place) / blur
+    share, bell = ndtr(z), np.exp(-z * z / 2) / np.sqrt(2 * np.pi)
+    left = low + (high - low) * share - greys
+    slope = -(high - low) * bell
+    J = np.stack([slope / blur, slope * z, 1 - share, share], axis=2)
+    return left * counts, J * counts[..., None]

@@ -1,0 +1,167 @@
+"""What a general camera's pixels see of a plane whose pose is known (5.3.4).
+
+No model of the scene but its plane is needed to take all distortion out, whatever the
+camera. Its rays are met with the plane; points, a circle and whole pictures follow.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras.core.base import pixel_grid
+from raxel.cameras.core.centrality import closest_point
+from raxel.errors import InputError
+from raxel.geometry.planes import intersect_rays_plane, on_plane
+from raxel.geometry.poses import pose, tangent_bases, transform
+from raxel.multiview.fits.circles import CircleFit, fit_circle
+from raxel.multiview.plane_view import remap_to_plane
+
+STEP_PX = 0.5  # to either side, for how points move with pixels
+STEP_TURN = 1e-4  # radians along a circle, for its tangent
+ROWS_AT_ONCE = 1 << 17  # pixels
+
+
+class PlanePoints(NamedTuple):
+    """points: (N, 2) in the plane's frame, NaN where not valid; valid: (N,) bool.
+
+    per_px: (N, 2, 2) derivatives of the points by their pixels.
+    """
+
+    points: np.ndarray
+    valid: np.ndarray
+    per_px: np.ndarray
+
+
+class CircleOnPlane(NamedTuple):
+    """A circle of a plane, measured in a picture.
+
+    fit: the `CircleFit` to points (n, 2) in the plane's frame; used: (N,) bool, the
+    pixels that they come from.
+    """
+
+    fit: CircleFit
+    points: np.ndarray
+    used: np.ndarray
+
+
+def points_on_plane(camera, pixels, T_camera_plane):
+    """Where pixels (N, 2) see the plane z = 0 of T_camera_plane (4, 4): `PlanePoints`.
+
+    camera: any Camera. Not valid are pixels without a ray, or whose ray, or that of a
+    neighbour half a pixel off, does not meet the plane ahead of its origin.
+    """
+    pixels = np.asarray(pixels, float)
+    steps = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1.0]])
+    rays = camera.rays((pixels + steps[:, None]).reshape(-1, 2))
+    hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane).points
+    middle, right, left, below, above = hits.reshape(5, -1, 2)
+    per_px = np.stack([right - left, below - above], axis=2) / (2 * STEP_PX)
+    valid = np.isfinite(middle).all(axis=1) & np.isfinite(per_px).all(axis=(1, 2))
+    return PlanePoints(np.where(valid[:, None], middle, np.nan), valid, per_px)
+
+
+def circle_outline(camera, T_camera_plane, centre, radius, count=360):
+    """Where a camera shows a circle of a plane: places to look for its edge.
+
+    centre: (2,), radius: in the plane's frame. Returns pixels (count, 2), unit normals
+    (count, 2) of the outline there, away from the circle's inside, and scale (count,),
+    px across the outline per length on the plane; NaN where the camera does not show
+    the circle, or beyond its picture. The camera may be one that is roughly known.
+    """
+    angles = 2 * np.pi * np.arange(count) / count
+
+    def shown(angle, r):
+        around = r * np.column_stack([np.cos(angle), np.sin(angle)]) + centre
+        return camera.project(transform(T_camera_plane, on_plane(around))).pixels
+
+    pixels = shown(angles, radius)
+    along = shown(angles + STEP_TURN, radius) - shown(angles - STEP_TURN, radius)
+    outward = shown(angles, radius * (1 + STEP_TURN)) - pixels
+    normals = np.column_stack([-along[:, 1], along[:, 0]])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normals *= np.sign(np.sum(normals * outward, axis=1))[:, None]
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    seen = camera.in_image(pixels) & np.isfinite(normals).all(axis=1)
+    gone = np.where(seen, 1.0, np.nan)
+    scale = np.sum(normals * outward, axis=1) / (STEP_TURN * radius)
+    return pixels * gone[:, None], normals * gone[:, None], scale * gone
+
+
+def measured_circle(camera, pixels, T_camera_plane, sigma_px=None):
+    """The circle through points of its edge, carried along rays to their plane (5.3.4).
+
+    pixels: (N, 2) of the edge, such as `raxel.features.edge_points` finds; those that
+    are not finite or do not see the plane are left out. T_camera_plane: (4, 4), known,
+    or estimated from corners. sigma_px: standard deviation of the edge's place, a
+    number or (N,), None where equal on the plane and unknown; each is carried to the
+    plane by the camera's own scale there. Returns CircleOnPlane. Raises InputError as
+    `fit_circle`.
+
+    The thesis calls this a double evaluation: the pose came from the same camera.
+    The residuals and the radius cannot show rays that are wrong in the same way at
+    corners and circle.
+    """
+    seen = points_on_plane(camera, pixels, T_camera_plane)
+    points = seen.points[seen.valid]
+    fit = fit_circle(points)
+    if sigma_px is not None:
+        off = points - fit.centre
+        outward = off / np.linalg.norm(off, axis=1, keepdims=True)
+        per_px = np.einsum("ni,nij->nj", outward, seen.per_px[seen.valid])
+        spread = np.broadcast_to(sigma_px, len(seen.valid))[seen.valid]
+        fit = fit_circle(points, spread * np.linalg.norm(per_px, axis=1))
+    return CircleOnPlane(fit, points, seen.valid)
+
+
+def random_plane(rng, rays, distance, tilt):
+    """T_camera_plane (4, 4) of a plane drawn before a camera, to meet its rays with.
+
+    rng: numpy Generator; rays: Rays, of which those valid count; distance: along their
+    mean direction, from the point nearest to them all or, where that is none, as for
+    parallel rays, from one near their origins; tilt: radians, largest angle between the
+    plane's normal and that direction, all directions within it alike.
+
+    For the thesis's single evaluation: no pose is estimated, and the points where rays
+    meet the plane lie on a conic, whatever the plane, if the camera is *central*. For
+    one that is not, they do so only on the circle's own plane: what is left on another
+    one is the camera's own parallax as well as its error.
+    """
+    mean = rays.directions[rays.valid].mean(axis=0)
+    mean = mean / np.linalg.norm(mean)
+    cosine = rng.uniform(np.cos(tilt), 1)
+    turn, sine = rng.uniform(0, 2 * np.pi), np.sqrt(1 - cosine**2)
+    basis = tangent_bases(mean[None])[0]
+    normal = cosine * mean + sine * basis @ [np.cos(turn), np.sin(turn)]
+    across = tangent_bases(normal[None])[0]
+    return pose(
+        np.column_stack([across, normal]), closest_point(rays) + distance * mean
+    )
+
+
+def plane_picture(camera, image, T_camera_plane, corner, size, per_px):
+    """A camera's picture laid out on a plane: its distortion is gone (Fig. 5.18).
+
+    image: (H, W) or (H, W, C), whole, of the camera; corner: (2,) the upper left of
+    what is wanted and size: (width, height), in the plane's frame, mm; per_px: mm per
+    pixel of the new picture, whose pixel (u, v) has its centre at corner +
+    per_px (u + 1/2, v + 1/2). Returns picture and seen as `remap_to_plane`. Raises
+    InputError as that, and for an image that is not the camera's.
+    """
+    image = np.asarray(image)
+    if image.shape[:2] != (camera.height, camera.width):
+        raise InputError(
+            f"image: found {image.shape[1]} x {image.shape[0]} px; the camera's has "
+            f"{camera.width} x {camera.height}"
+        )
+    location = np.empty((camera.height, camera.width, 2))
+    rows = max(1, ROWS_AT_ONCE // camera.width)
+    for top in range(0, camera.height, rows):
+        count = min(rows, camera.height - top)
+        rays = camera.rays(pixel_grid(camera.width, count) + [0, top])
+        hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane)
+        location[top : top + count] = hits.points.reshape(count, -1, 2) - corner
+    # What is far outside would cost time and is not in the picture.
+    margin = np.max(size)
+    far = (location < -margin) | (location > np.asarray(size) + margin)
+    location[far.any(axis=2)] = np.nan
+    return remap_to_plane(image, location, None, None, size, per_px)

@@ -1,0 +1,165 @@
+"""What pixels see of a plane: exact, and as good as a photograph of a ring."""
+
+import numpy as np
+import pytest
+
+from raxel.cameras import PerspectiveCamera
+from raxel.errors import InputError
+from raxel.features.edge_points import edge_points
+from raxel.geometry.planes import intersect_rays_plane
+from raxel.lab.render import render
+from raxel.lab.ringed_board import Ring, RingedChessboard, ringed_board_scene
+from raxel.lab.textures import ChessboardTexture
+from raxel.multiview.fits.conics import fit_conic
+from raxel.multiview.plane_points import (
+    circle_outline,
+    measured_circle,
+    plane_picture,
+    points_on_plane,
+    random_plane,
+)
+from raxel.sets import Chessboard
+from tests.mirror_scenes import BOARD, VIEWER, board_pose, flexible_camera, posed, small
+
+CENTRE = BOARD.mean(axis=0)
+RING = Ring(tuple(CENTRE), 87.21, line=12.0, margin=9.0)
+T_BOARD = board_pose([3, 4, 2], (-60, 0, -20))
+CAMERA = flexible_camera(15.0)
+SMALL = flexible_camera(15.0, viewer=small(12))
+
+
+def test_a_circle_seen_in_a_bent_mirror_is_exact_on_its_plane_alone():
+    pixels, _, _ = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 90)
+    seen = np.isfinite(pixels).all(axis=1)
+    assert seen.mean() > 0.5
+    found = measured_circle(CAMERA, pixels, T_BOARD)
+    np.testing.assert_array_equal(found.used, seen)
+    assert abs(found.fit.radius - 87.21) < 1e-6
+    np.testing.assert_allclose(found.fit.centre, CENTRE, atol=1e-6)
+    # In the picture it is no conic.
+    assert np.abs(fit_conic(pixels[seen]).residuals).max() > 1
+
+
+def test_a_flat_mirror_and_a_lens_without_distortion_make_a_conic_of_it():
+    viewer = PerspectiveCamera(VIEWER.K, [], VIEWER.width, VIEWER.height)
+    camera = flexible_camera(0.0, viewer=viewer)
+    pixels, _, _ = circle_outline(camera, T_BOARD, CENTRE, 87.21, 90)
+    fit = fit_conic(pixels[np.isfinite(pixels).all(axis=1)])
+    assert fit.kind == "ellipse"
+    assert np.abs(fit.residuals).max() < 1e-6
+
+
+def test_points_move_with_their_pixels_as_is_said():
+    pixels, normals, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 24)
+    kept = np.isfinite(scale)
+    pixels, normals, scale = pixels[kept], normals[kept], scale[kept]
+    found = points_on_plane(CAMERA, pixels, T_BOARD)
+    ahead = points_on_plane(CAMERA, pixels + 0.1 * normals, T_BOARD).points
+    moved = np.einsum("nij,nj->ni", found.per_px, 0.1 * normals)
+    np.testing.assert_allclose(ahead - found.points, moved, atol=1e-5)
+    # A step of 0.1 px across the outline leaves the circle by as much as scale says.
+    apart = np.linalg.norm(ahead - CENTRE, axis=1) - 87.21
+    np.testing.assert_allclose(apart * scale, 0.1, rtol=1e-2)
+    beside = points_on_plane(CAMERA, np.array([[0.0, 0.0], [np.nan, 5]]), T_BOARD)
+    assert not beside.valid.any()
+    assert np.isnan(beside.points).all()
+
+
+def test_a_random_plane_serves_central_cameras_only():
+    rng = np.random.default_rng(5)
+    pinhole = PerspectiveCamera(
+        [[900, 0, 320.0], [0, 900, 240], [0, 0, 1]], [], 640, 480
+    )
+    T = posed([20, -30, 5], [-80, -70, 500])
+    for camera, T_board, central in [(pinhole, T, True), (CAMERA, T_BOARD, False)]:
+        pixels, _, _ = circle_outline(camera, T_board, CENTRE, 60.0, 60)
+        pixels = pixels[np.isfinite(pixels).all(axis=1)]
+        rays = camera.rays(pixels)
+        T_plane = random_plane(rng, rays, 400.0, np.radians(25))
+        normal, mean = T_plane[:3, 2], rays.directions.mean(axis=0)
+        assert normal @ mean / np.linalg.norm(mean) >= np.cos(np.radians(25))
+        hits = intersect_rays_plane(rays.origins, rays.directions, T_plane)
+        left = np.abs(fit_conic(hits.points[hits.valid]).residuals).max()
+        assert (left < 1e-8) == central
+        assert left < 5
+
+
+@pytest.fixture(scope="module")
+def photograph():
+    scene = ringed_board_scene(Chessboard(14, 13, 18.0), RING, T_BOARD)
+    return render(SMALL, np.eye(4), scene)
+
+
+def test_a_ring_is_measured_in_a_picture_to_a_fraction_of_a_pixel(photograph):
+    radii = []
+    for radius in RING.edges:
+        places, normals, scale = circle_outline(SMALL, T_BOARD, CENTRE, radius, 120)
+        half = np.nan_to_num(0.8 * RING.margin * scale, nan=2.0)
+        edges = edge_points(photograph, places, normals, np.maximum(half, 1.5))
+        assert edges.found.mean() > 0.5
+        found = measured_circle(SMALL, edges.pixels, T_BOARD, edges.sigma)
+        px = 1 / np.nanmedian(scale)
+        assert np.median(np.abs(found.fit.residuals)) < 0.02 * px
+        radii.append(found.fit.radius)
+    # A pixel is some 1.5 mm.
+    np.testing.assert_allclose(radii, RING.edges, atol=0.03)
+    assert np.mean(radii) == pytest.approx(87.21, abs=0.01)
+
+
+def test_a_picture_laid_out_on_the_plane_is_the_board(photograph):
+    size, per_px = np.array([120.0, 150.0]), 1.0
+    corner = CENTRE - size / 2
+    picture, seen = plane_picture(SMALL, photograph, T_BOARD, corner, size, per_px)
+    assert picture.shape == (150, 120)
+    assert seen.mean() > 0.6
+    v, u = np.nonzero(seen)
+    places = corner + per_px * (np.column_stack([u, v]) + 0.5)
+    texture = RingedChessboard(ChessboardTexture(14, 13, 18.0, 18.0), RING)
+    truth = texture.radiance(places, None)
+    # Far from lines the board's own greys, which edges would betray a shift of.
+    close = np.abs(picture[v, u] - truth) < 0.02
+    assert close.mean() > 0.7
+    edge = (np.abs((places + 4) % 18 - 4) < 3).any(axis=1)
+    apart = np.linalg.norm(places - CENTRE, axis=1)
+    edge |= np.abs(apart[:, None] - texture.radii).min(axis=1) < 3
+    assert close[~edge].mean() > 0.99
+
+
+def test_a_picture_of_another_size_is_refused(photograph):
+    with pytest.raises(InputError, match="256 x 100 px; the camera's has 256 x 192"):
+        plane_picture(SMALL, photograph[:100], T_BOARD, CENTRE, (9, 9), 1.0)
+
+
+def test_means_over_footprints_are_those_of_their_places():
+    rng = np.random.default_rng(6)
+    texture = RingedChessboard(ChessboardTexture(14, 13, 18.0, 18.0), RING)
+    uv = rng.uniform(-20, 250, (4000, 2))
+    across, down = rng.uniform(-0.8, 0.8, (2, 4000, 2))
+    means = texture.average(uv, across, down, None)
+    steps = (np.arange(12) + 0.5) / 12 - 0.5
+    places = [uv + a * across + b * down for a in steps for b in steps]
+    truth = np.mean([texture.radiance(place, None) for place in places], axis=0)
+    known = np.isfinite(means)
+    assert known.mean() > 0.95
+    # 144 places tell an edge's share to some hundredths.
+    np.testing.assert_allclose(means[known], truth[known], atol=0.06)
+    on_edge = np.ptp([texture.radiance(p, None) for p in places], axis=0) > 0
+    assert np.count_nonzero(known & on_edge) > 50
+
+
+def test_a_ring_without_room_is_refused():
+    board = ChessboardTexture(14, 13, 18.0, 9.0)
+    for ring in (Ring((0, 0), 4.0, 4.0, 3.0), Ring((0, 0), 40.0, 0.0)):
+        with pytest.raises(InputError, match="ring: found radius"):
+            RingedChessboard(board, ring)
+
+
+def test_a_ring_in_colour_keeps_its_colours():
+    board = ChessboardTexture(4, 3, 18.0, 9.0, (0.1, 0.0, 0.0), (0.9, 0.8, 0.7))
+    texture = RingedChessboard(board, Ring((30.0, 20.0), 15.0, 2.0, 2.0))
+    uv = np.array([[45.0, 20.0], [47, 20], [30, 20]])
+    small_side = np.full((3, 2), 0.01)
+    found = texture.average(uv, small_side * [1, 0], small_side * [0, 1], None)
+    truth = texture.radiance(uv, None)
+    np.testing.assert_allclose(found, truth, atol=1e-6)
+    np.testing.assert_allclose(truth[0], [0.1, 0, 0], atol=1e-6)
