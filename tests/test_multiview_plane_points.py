@@ -8,7 +8,7 @@ from raxel.errors import InputError
 from raxel.features.edge_points import edge_points
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.lab.render import render
-from raxel.lab.ringed_board import Ring, RingedChessboard, ringed_board_scene
+from raxel.lab.ringed_board import BoardRing, RingedChessboard, ringed_board_scene
 from raxel.lab.textures import ChessboardTexture
 from raxel.multiview.fits.conics import fit_conic
 from raxel.multiview.plane_points import (
@@ -22,7 +22,7 @@ from raxel.sets import Chessboard
 from tests.mirror_scenes import BOARD, VIEWER, board_pose, flexible_camera, posed, small
 
 CENTRE = BOARD.mean(axis=0)
-RING = Ring(tuple(CENTRE), 87.21, line=12.0, margin=9.0)
+RING = BoardRing(tuple(CENTRE), 87.21, line=12.0, margin=9.0)
 T_BOARD = board_pose([3, 4, 2], (-60, 0, -20))
 CAMERA = flexible_camera(15.0)
 SMALL = flexible_camera(15.0, viewer=small(12))
@@ -149,14 +149,14 @@ def test_means_over_footprints_are_those_of_their_places():
 
 def test_a_ring_without_room_is_refused():
     board = ChessboardTexture(14, 13, 18.0, 9.0)
-    for ring in (Ring((0, 0), 4.0, 4.0, 3.0), Ring((0, 0), 40.0, 0.0)):
+    for ring in (BoardRing((0, 0), 4.0, 4.0, 3.0), BoardRing((0, 0), 40.0, 0.0)):
         with pytest.raises(InputError, match="ring: found radius"):
             RingedChessboard(board, ring)
 
 
 def test_a_ring_in_colour_keeps_its_colours():
     board = ChessboardTexture(4, 3, 18.0, 9.0, (0.1, 0.0, 0.0), (0.9, 0.8, 0.7))
-    texture = RingedChessboard(board, Ring((30.0, 20.0), 15.0, 2.0, 2.0))
+    texture = RingedChessboard(board, BoardRing((30.0, 20.0), 15.0, 2.0, 2.0))
     uv = np.array([[45.0, 20.0], [47, 20], [30, 20]])
     small_side = np.full((3, 2), 0.01)
     found = texture.average(uv, small_side * [1, 0], small_side * [0, 1], None)

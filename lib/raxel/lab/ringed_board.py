@@ -16,7 +16,7 @@ from raxel.lab.textures import (
 )
 
 
-class Ring(NamedTuple):
+class BoardRing(NamedTuple):
     """A circular line in the plane of a board, mm, in the board's frame.
 
     centre: (2,); radius: of the line's middle; line: its width; margin: width of the
@@ -35,8 +35,11 @@ class Ring(NamedTuple):
 
 
 class RingedChessboard(RegionTexture):
-    """A `ChessboardTexture` with a dark `Ring` on white over it, in the board's black
-    and white. Raises InputError for a ring without a width, or one that is no ring."""
+    """A `ChessboardTexture` with a dark `BoardRing` on white over it.
+
+    Both greys are the board's. Raises InputError for a ring without a width, or whose
+    widths leave no room inside.
+    """
 
     averages = True
 
@@ -98,7 +101,7 @@ def ringed_board_scene(
     background=0.4,
     light=None,
 ):
-    """As `raxel.lab.board_scene`, with a `Ring` over the board."""
+    """As `raxel.lab.board_scene`, with a `BoardRing` over the board."""
     pitch = float(chessboard.pitch_mm or 1)
     border = pitch if border_mm is None else border_mm
     board = ChessboardTexture(
