@@ -204,72 +204,8 @@ class Relief(_Curved):
         self.pitch_mm = _positive("relief", "pitch_mm", pitch_mm)
 
     def _hit(self, o, d):
-        count = d.shape[1]
-        o = np.broadcast_to(o, d.shape)
-        # In units of the pitch, where cells are unit squares.
-        o = np.stack([o[0] / self.pitch_mm, o[1] / self.pitch_mm, o[2]])
-        d = np.stack([d[0] / self.pitch_mm, d[1] / self.pitch_mm, d[2]])
-        enter, leave = self._slab(o, d)
-        distance = np.full(count, np.inf)
-        cosine = np.zeros(count)
-        rays = np.flatnonzero(enter < leave)
-        now = enter[rays]
-        while rays.size:
-            after, root, slant = self._in_cell(o[:, rays], d[:, rays], now, leave[rays])
-            found = np.isfinite(root)
-            distance[rays[found]] = root[found]
-            cosine[rays[found]] = slant[found]
-            on = ~found & (after < leave[rays])
-            rays, now = rays[on], after[on]
-        x, y = (o[:2] + distance * d[:2]) * self.pitch_mm
-        return _as_hit(np.isfinite(distance), distance, x, y, cosine)
-
-    def _slab(self, o, d):
-        """Distances at which rays enter and leave the box around the relief."""
-        rows, columns = self.heights.shape
-        # A little room above and below, so that a flat relief has an inside too.
-        room = 1e-6 * max(self.pitch_mm, np.ptp(self.heights))
-        low = np.array([0, 0, self.heights.min() - room])[:, None]
-        high = np.array([columns - 1, rows - 1, self.heights.max() + room])[:, None]
-        one, two = (low - o) / d, (high - o) / d
-        enter = np.fmin(one, two).max(axis=0)
-        leave = np.fmax(one, two).min(axis=0)
-        return np.maximum(enter, 0.0), leave
-
-    def _in_cell(self, o, d, now, leave):
-        """(next crossing of a grid line, first root before it or inf, cosine there)."""
-        rows, columns = self.heights.shape
-        # A step beyond the line decides which cell the ray is in.
-        ahead = now + 1e-9 / np.maximum(np.abs(d[:2]).max(axis=0), 1e-12)
-        x, y = o[:2] + ahead * d[:2]
-        i = np.clip(np.floor(x), 0, columns - 2).astype(int)
-        j = np.clip(np.floor(y), 0, rows - 2).astype(int)
-        across = np.where(d[0] > 0, i + 1 - o[0], i - o[0]) / d[0]
-        down = np.where(d[1] > 0, j + 1 - o[1], j - o[1]) / d[1]
-        after = np.maximum(np.fmin(np.fmin(across, down), leave), ahead)
-        h = self.heights
-        h00, h01, h10 = h[j, i], h[j, i + 1], h[j + 1, i]
-        bx, by, bxy = h01 - h00, h10 - h00, h[j + 1, i + 1] - h01 - h10 + h00
-        # Height of the ray over the patch, from `now` on: a t^2 + b t + c.
-        px, py, pz = o + now * d
-        px, py = px - i, py - j
-        a = -bxy * d[0] * d[1]
-        b = d[2] - bx * d[0] - by * d[1] - bxy * (px * d[1] + py * d[0])
-        c = pz - h00 - bx * px - by * py - bxy * px * py
-        q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4 * a * c), b))
-        pair = now + np.stack([q / a, c / q])
-        # A root on the line belongs to either cell; rounding may put it outside both.
-        slack = 1e-9 * (after - now)
-        pair = np.where((pair >= now - slack) & (pair <= after + slack), pair, np.inf)
-        root = pair.min(axis=0)
-        px, py, _ = o + np.where(np.isfinite(root), root, now) * d
-        slope_x, slope_y = bx + bxy * (py - j), by + bxy * (px - i)
-        normal = np.stack(
-            [-slope_x / self.pitch_mm, -slope_y / self.pitch_mm, np.ones_like(root)]
-        )
-        unit = d * np.array([self.pitch_mm, self.pitch_mm, 1.0])[:, None]
-        slant = (normal * unit).sum(axis=0) / np.linalg.norm(normal, axis=0)
-        return after, root, slant
+        o = np.ascontiguousarray(o.T)
+        return Hit(*_relief_hits(o, d.T.copy(), self.heights, self.pitch_mm))
 
     @property
     def outline(self):
@@ -321,6 +257,104 @@ def _plane_hits(origins, directions, T, low, high):
             uv[n, c] = place
         distance[n], cosine[n] = far if on else np.inf, slant
     return distance, uv, cosine
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _relief_hits(origins, directions, heights, pitch):
+    """(distance (N,), uv (N, 2), cosine (N,)) of rays in the frame of a height field.
+
+    origins: (N, 3) or (1, 3).
+    """
+    count = len(directions)
+    rows, columns = heights.shape
+    distance, cosine = np.full(count, np.inf), np.zeros(count)
+    uv = np.zeros((count, 2))
+    # A little room above and below, so that a flat relief has an inside too.
+    lowest, highest = heights.min(), heights.max()
+    room = 1e-6 * max(pitch, highest - lowest)
+    for n in range(count):
+        # In units of the pitch, where cells are unit squares.
+        o, d = origins[n if len(origins) > 1 else 0], directions[n]
+        ox, oy, oz = o[0] / pitch, o[1] / pitch, o[2]
+        dx, dy, dz = d[0] / pitch, d[1] / pitch, d[2]
+        now, leave = 0.0, np.inf
+        now, leave = _between(ox, dx, 0.0, columns - 1.0, now, leave)
+        now, leave = _between(oy, dy, 0.0, rows - 1.0, now, leave)
+        now, leave = _between(oz, dz, lowest - room, highest + room, now, leave)
+        while now < leave:
+            # A step beyond the line decides which cell the ray is in.
+            ahead = now + 1e-9 / max(abs(dx), abs(dy), 1e-12)
+            i = min(max(int(np.floor(ox + ahead * dx)), 0), columns - 2)
+            j = min(max(int(np.floor(oy + ahead * dy)), 0), rows - 2)
+            after = min(_crossing(ox, dx, i), _crossing(oy, dy, j), leave)
+            after = max(after, ahead)
+            root = _root_in_cell(
+                (ox - i, oy - j, oz),
+                (dx, dy, dz),
+                heights[j : j + 2, i : i + 2],
+                now,
+                after,
+            )
+            if root < np.inf:
+                distance[n] = root
+                uv[n, 0], uv[n, 1] = o[0] + root * d[0], o[1] + root * d[1]
+                px, py = ox + root * dx - i, oy + root * dy - j
+                cosine[n] = _slant(d, heights[j : j + 2, i : i + 2], px, py, pitch)
+                break
+            now = after
+    return distance, uv, cosine
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _between(o, d, low, high, enter, leave):
+    """The part of enter to leave of a ray on which low <= o + t d <= high."""
+    if d == 0:
+        return (enter, leave) if low <= o <= high else (np.inf, leave)
+    one, two = (low - o) / d, (high - o) / d
+    if not one <= two:
+        one, two = two, one
+    # A ray of NaN has no part.
+    if not one <= two:
+        return np.inf, leave
+    return max(enter, one), min(leave, two)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _crossing(o, d, cell):
+    """Where a ray leaves the cell from `cell` to one more."""
+    if d == 0:
+        return np.inf
+    return ((cell + 1 if d > 0 else cell) - o) / d
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _root_in_cell(o, d, h, now, after):
+    """First t from now to after where o + t d meets the bilinear patch h (2, 2)."""
+    bx, by = h[0, 1] - h[0, 0], h[1, 0] - h[0, 0]
+    bxy = h[1, 1] - h[0, 1] - h[1, 0] + h[0, 0]
+    # Height of the ray over the patch, from `now` on: a t^2 + b t + c.
+    px, py, pz = o[0] + now * d[0], o[1] + now * d[1], o[2] + now * d[2]
+    a = -bxy * d[0] * d[1]
+    b = d[2] - bx * d[0] - by * d[1] - bxy * (px * d[1] + py * d[0])
+    c = pz - h[0, 0] - bx * px - by * py - bxy * px * py
+    q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4 * a * c), b))
+    # A root on the line belongs to either cell; rounding may put it outside both.
+    slack = 1e-9 * (after - now)
+    first = np.inf
+    for t in (now + q / a, now + c / q):
+        if now - slack <= t <= after + slack:
+            first = min(first, t)
+    return first
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _slant(d, h, px, py, pitch):
+    """Cosine between a ray and the patch's normal at (px, py) of its cell."""
+    bx, by = h[0, 1] - h[0, 0], h[1, 0] - h[0, 0]
+    bxy = h[1, 1] - h[0, 1] - h[1, 0] + h[0, 0]
+    across, down = -(bx + bxy * py) / pitch, -(by + bxy * px) / pitch
+    along = across * d[0] + down * d[1] + d[2]
+    return along / np.sqrt(across**2 + down**2 + 1)
 
 
 def _as_hit(seen, distance, u, v, cosine):

@@ -1,0 +1,66 @@
+"""The relief bust: its surface is its formula, and rays of every direction meet it."""
+
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.lab.bust import TALL, Bust, heights
+from raxel.lab.surfaces import Relief
+
+BUST = Bust(160.0, 20.0)
+T = pose(rotation_from_vector([0.2, -0.4, 0.1]), [10.0, -5, 400])
+
+
+def test_the_relief_stands_out_of_its_plate_towards_who_looks():
+    x, y = np.meshgrid(np.linspace(-1, 1, 81), np.linspace(-TALL, TALL, 109))
+    high = heights(x, y)
+    assert high.min() == 0
+    assert 0.9 < high.max() < 1.3
+    np.testing.assert_allclose(high, high[:, ::-1], atol=1e-12)
+    names, points = BUST.landmarks()
+    assert len(set(names)) == len(points) > 15
+    assert (points[:, 2] < 0).all()
+    nose = points[names.index("tip of the nose")]
+    assert nose[2] == points[:, 2].min()
+    assert (np.abs(points[:, :2]) < np.array(BUST.size) / 2).all()
+
+
+def test_rays_meet_the_surface_of_the_formula():
+    points = BUST.landmarks()[1]
+    surface, _ = BUST.part(T)
+    away = transform(T, points)
+    distance = np.linalg.norm(away, axis=1)
+    hit = surface.hit(np.zeros((1, 3)), away / distance[:, None])
+    # The forms bend by some hundredths of a mm between heights half a mm apart.
+    front = hit.distance < distance - 0.5
+    assert front.mean() < 0.2
+    np.testing.assert_allclose(hit.distance[~front], distance[~front], atol=0.05)
+    places = hit.uv[~front] - np.array(BUST.size) / 2
+    np.testing.assert_allclose(places, points[~front, :2], atol=0.05)
+
+
+def test_a_ray_in_a_plane_of_the_axes_meets_a_relief_beside_its_lines():
+    relief = Relief(np.eye(4), np.full((4, 4), 2.0) + np.diag([0, 1.0, 1.0, 0]), 10.0)
+    hit = relief.hit(np.array([[-5.0, 13.7, 2.5]]), np.array([[1.0, 0, 0]]))
+    x, y, z = hit.uv[0, 0] / 10, 1.37, 2.5
+    i, fx, fy = int(x), x % 1, y - 1
+    h = relief.heights[1:3, i : i + 2]
+    over = (h[0] * (1 - fy) + h[1] * fy) @ [1 - fx, fx]
+    assert over == pytest.approx(z, abs=1e-9)
+    assert np.isinf(relief.hit(np.array([[np.nan] * 3]), np.eye(3)[:1]).distance).all()
+
+
+def test_paint_and_lamp_keep_both_eyes_apart_from_the_skin():
+    _, texture = BUST.part(T)
+    places = np.array([[-0.24, -0.185], [0.24, -0.185], [0.0, -0.5]]) * 80
+    seen = texture.radiance(places + np.array(BUST.size) / 2, None)
+    assert seen.shape == (3, 3)
+    assert (seen[:2].mean(axis=1) < 0.1).all()
+    assert seen[2].mean() > 0.3
+    assert texture.array.max() <= 1
+
+
+def test_a_bust_without_size_is_refused():
+    with pytest.raises(InputError, match=r"found width 160.0 and relief 0"):
+        Bust(160.0, 0)
