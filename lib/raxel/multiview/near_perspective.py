@@ -1,0 +1,162 @@
+"""A nearly perspective view by a camera that has no centre (5.3.4, Fig. 5.19).
+
+Its rays meet in no point, so what a pinhole would have seen depends on where things
+are. A guess of the scene, a plane or a range for every pixel, says where the view's own
+rays end; there the camera is asked which pixel looks. Where the guess is right the view
+is exact; elsewhere it keeps part of the distortion, the caustic one.
+Source: Swaminathan, Grossberg, Nayar 2003, doi:10.1109/CVPR.2003.1211522 (scene
+geometry that is only assumed).
+"""
+
+import numpy as np
+
+from raxel.cameras.core.base import pixel_grid
+from raxel.cameras.core.centrality import closest_point
+from raxel.errors import InputError
+from raxel.geometry.planes import intersect_rays_plane, on_plane
+from raxel.geometry.poses import inverse_pose, rotate, transform
+from raxel.multiview.perspective_view import BLOCK, NOWHERE, PerspectiveView
+
+GRID = 61  # rays each way that a view is chosen by
+FEWEST = 3  # of them that meet the plane
+
+
+def view_of_plane(camera, T_camera_plane, per_px, corner=None, size=None):
+    """The pinhole nearest to a camera's rays, looking at a part of a plane.
+
+    camera: any Camera; T_camera_plane: (4, 4), whose x and y axes become right and down
+    in the picture; per_px: length on the plane, at the view's middle, of a pixel;
+    corner (2,), size (2,): the part in the plane's frame, all that the camera sees of
+    it if not given. The pinhole is the point nearest to the rays that meet this part,
+    behind a mirror; it looks at the part's middle, and the picture holds all of it.
+    Returns PerspectiveView. Raises InputError where hardly a ray meets the part.
+    """
+    steps = np.array([camera.width, camera.height]) - 1
+    rays = camera.rays(pixel_grid(GRID, GRID) * steps / (GRID - 1))
+    hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane)
+    met = hits.valid & rays.valid
+    if corner is not None:
+        low, high = np.asarray(corner), np.asarray(corner) + size
+        inside = (hits.points >= low) & (hits.points <= high)
+        met = met & inside.all(axis=1)
+    if np.count_nonzero(met) < FEWEST:
+        raise InputError(
+            f"near-perspective view: {np.count_nonzero(met)} of {GRID**2} rays meet the"
+            " wanted part of the plane; does the camera see it?"
+        )
+    if corner is None:
+        low, high = hits.points[met].min(axis=0), hits.points[met].max(axis=0)
+    centre = closest_point(rays._replace(valid=met))
+    middle = transform(T_camera_plane, on_plane((low + high)[None] / 2))[0]
+    R = _facing(middle - centre, T_camera_plane[:3, 1])
+    focal = np.linalg.norm(middle - centre) / per_px
+    x, y = np.stack([low, [high[0], low[1]], high, [low[0], high[1]]]).T
+    ring = transform(T_camera_plane, on_plane(np.column_stack([x, y])))
+    seen = (ring - centre) @ R
+    places = focal * seen[:, :2] / seen[:, 2:]
+    first, last = np.floor(places.min(axis=0)), np.ceil(places.max(axis=0))
+    K = np.array([[focal, 0, -first[0]], [0, focal, -first[1]], [0, 0, 1]])
+    width, height = (last - first).astype(int) + 1
+    return PerspectiveView(K, R, centre, int(width), int(height))
+
+
+def view_pixels(view, points):
+    """Where a PerspectiveView shows points (N, 3) of the camera frame: (N, 2) px.
+
+    NaN for points behind it.
+    """
+    seen = (np.asarray(points, float) - view.centre) @ view.R_camera_view @ view.K.T
+    ahead = np.where(seen[:, 2:] > 0, seen[:, 2:], np.nan)
+    return seen[:, :2] / ahead
+
+
+def plane_ranges(view, T_camera_plane):
+    """How far along its ray each pixel of a view meets a plane: (height, width).
+
+    NaN where it does not.
+    """
+    ranges = np.full(view.height * view.width, np.nan)
+    for rows, pixels in _blocks(view):
+        hits = intersect_rays_plane(
+            view.centre, view.directions(pixels), T_camera_plane
+        )
+        ranges[rows] = np.where(hits.valid, hits.range, np.nan)
+    return ranges.reshape(view.height, view.width)
+
+
+def depth_ranges(view, depth):
+    """How far along its ray each pixel of a view ends at a depth map (height, width).
+
+    depth: along the view's axis from its centre, as depth maps have it. Raises
+    InputError for a map of another size.
+    """
+    depth = np.asarray(depth, float)
+    if depth.shape != (view.height, view.width):
+        raise InputError(
+            f"depth map: found {depth.shape[::-1]} px; the view has {view.width} x "
+            f"{view.height}"
+        )
+    ranges = np.empty(depth.size)
+    for rows, pixels in _blocks(view):
+        cosine = view.directions(pixels) @ view.R_camera_view[:, 2]
+        ranges[rows] = depth.ravel()[rows] / cosine
+    return ranges.reshape(depth.shape)
+
+
+def sources_at(camera, view, ranges):
+    """Where each pixel of a view comes from, (height, width, 2) float32 px.
+
+    ranges: (height, width), of the assumed scene along the view's rays from its centre.
+    The position is far outside the image where no range is known or the camera does not
+    show that point. For `raxel.multiview.perspective_view.resample`.
+    """
+    ranges = np.asarray(ranges, float)
+    sources = np.full((view.height * view.width, 2), NOWHERE, np.float32)
+    for rows, pixels in _blocks(view):
+        reach = ranges.ravel()[rows]
+        known = np.isfinite(reach)
+        points = view.centre + reach[known, None] * view.directions(pixels[known])
+        shown, valid = camera.project(points)
+        block = sources[rows]
+        block[known] = np.where(valid[:, None], shown, NOWHERE)
+    return sources.reshape(view.height, view.width, 2)
+
+
+def shown_in_view(camera, view, pixels, T_camera_plane):
+    """Where what the camera sees at pixels (N, 2) lands in a view over a plane: (N, 2).
+
+    The view that `sources_at` makes of `plane_ranges`, asked the other way round; NaN
+    where a ray does not meet the plane.
+    """
+    rays = camera.rays(pixels)
+    hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane)
+    return view_pixels(view, transform(T_camera_plane, on_plane(hits.points)))
+
+
+def facing_plane(T_camera_plane, viewpoint, offset):
+    """The plane moved by `offset` towards a viewpoint (3,), along its normal (4, 4).
+
+    A relief is best assumed at its mean height above the plate that holds it.
+    """
+    side = transform(inverse_pose(T_camera_plane), np.asarray(viewpoint)[None])[0, 2]
+    moved = np.array(T_camera_plane, float)
+    normal = rotate(moved, np.array([[0.0, 0.0, np.sign(side)]]))[0]
+    moved[:3, 3] += offset * normal
+    return moved
+
+
+def _facing(ahead, down):
+    """R_camera_view (3, 3): z along `ahead`, y as nearly along `down` as can be."""
+    z = ahead / np.linalg.norm(ahead)
+    y = down - z * (z @ down)
+    y /= np.linalg.norm(y)
+    return np.column_stack([np.cross(y, z), y, z])
+
+
+def _blocks(view):
+    """(slice of the view's pixels, those pixels (n, 2)), some rows at a time."""
+    height = max(1, BLOCK // view.width)
+    for top in range(0, view.height, height):
+        count = min(height, view.height - top)
+        rows = slice(top * view.width, (top + count) * view.width)
+        yield rows, pixel_grid(view.width, count) + [0, top]

@@ -1,0 +1,137 @@
+"""Near-perspective views: exact where the guess of the scene is, better elsewhere."""
+
+import numpy as np
+import pytest
+
+from raxel.cameras import PerspectiveCamera
+from raxel.cameras.core.centrality import closest_point
+from raxel.errors import InputError
+from raxel.evaluation.distortion import distortion_residual
+from raxel.geometry import inverse_pose, pose, transform
+from raxel.geometry.planes import on_plane
+from raxel.lab.bust import Bust
+from raxel.lab.render import render
+from raxel.multiview.near_perspective import (
+    depth_ranges,
+    facing_plane,
+    plane_ranges,
+    shown_in_view,
+    sources_at,
+    view_of_plane,
+    view_pixels,
+)
+from raxel.multiview.perspective_view import resample
+from raxel.multiview.pinhole_fit import nearest_pinhole
+from tests.mirror_scenes import BOARD, board_pose, flexible_camera, posed, small
+
+CAMERA = flexible_camera(12.0)
+SMALL = flexible_camera(12.0, viewer=small(12))
+# A relief of a twentieth of its distance from the mirror.
+BUST = Bust(130.0, 20.0)
+# Half a turn puts its face to the mirror.
+T_BUST = (
+    board_pose([3, 4, 2], (-120, 0, -40))
+    @ pose(np.eye(3), [*BOARD.mean(axis=0), 0.0])
+    @ posed([0, 180, 0], [0, 0, 0])
+)
+CORNER, SIZE = -np.array(BUST.size) / 2, np.array(BUST.size)
+
+
+def rms(residual):
+    return np.sqrt(np.mean(np.sum(np.square(residual), axis=-1)))
+
+
+@pytest.fixture(scope="module")
+def view():
+    return view_of_plane(SMALL, T_BUST, 1.0, CORNER, SIZE)
+
+
+def test_the_view_holds_what_is_wanted_upright_at_the_wanted_scale(view):
+    ring = CORNER + SIZE * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    places = view_pixels(view, transform(T_BUST, on_plane(ring)))
+    assert (places >= 0).all()
+    assert (places <= [view.width - 1, view.height - 1]).all()
+    sides = np.diff(places, axis=0)
+    assert sides[0, 0] > 0.7 * SIZE[0]
+    assert sides[1, 1] > 0.7 * SIZE[1]
+    middle = transform(T_BUST, np.array([[-0.5, 0, 0], [0.5, 0, 0], [0, 0.5, 0]]))
+    step = view_pixels(view, middle)
+    assert np.hypot(*(step[1] - step[0])) == pytest.approx(1, abs=0.15)
+    behind = view.centre - view.R_camera_view[:, 2]
+    assert np.isnan(view_pixels(view, behind[None])).all()
+
+
+def test_on_the_assumed_plane_the_view_is_perspective(view):
+    rng = np.random.default_rng(3)
+    points = transform(T_BUST, on_plane(CORNER + SIZE * rng.uniform(0, 1, (60, 2))))
+    pixels, valid = SMALL.project(points)
+    shown = shown_in_view(SMALL, view, pixels[valid], T_BUST)
+    np.testing.assert_allclose(shown, view_pixels(view, points[valid]), atol=1e-6)
+    assert valid.mean() > 0.5
+
+
+def test_sources_are_the_pixels_that_see_the_assumed_scene(view):
+    ranges = plane_ranges(view, T_BUST)
+    sources = sources_at(SMALL, view, ranges)
+    rows, columns = np.array([[20, 70, 100], [30, 60, 90]])
+    rays = view.directions(np.column_stack([columns, rows]).astype(float))
+    ends = view.centre + ranges[rows, columns, None] * rays
+    on = transform(inverse_pose(T_BUST), ends)
+    np.testing.assert_allclose(on[:, 2], 0, atol=1e-9)
+    truth = SMALL.project(ends)
+    assert truth.valid.all()
+    np.testing.assert_allclose(sources[rows, columns], truth.pixels, atol=1e-4)
+    # The same plane as a depth map.
+    pixels = np.mgrid[: view.height, : view.width][::-1].reshape(2, -1).T.astype(float)
+    axis = view.R_camera_view[:, 2]
+    depth = ranges * (view.directions(pixels) @ axis).reshape(ranges.shape)
+    np.testing.assert_allclose(depth_ranges(view, depth), ranges, rtol=1e-12)
+    nowhere = sources_at(SMALL, view, np.full(ranges.shape, np.nan))
+    assert (nowhere < -1).all()
+
+
+def test_a_plane_leaves_a_small_part_of_a_reliefs_distortion():
+    points = transform(T_BUST, BUST.landmarks()[1])
+    pixels, valid = CAMERA.project(points)
+    points, pixels = points[valid], pixels[valid]
+    assert len(points) > 15
+    rays = CAMERA.rays(pixels)
+    plane = facing_plane(T_BUST, closest_point(rays), 0.3 * BUST.relief)
+    off = transform(inverse_pose(T_BUST), plane[None, :3, 3])[0]
+    np.testing.assert_allclose(off, [0, 0, -0.3 * BUST.relief], atol=1e-9)
+    view = view_of_plane(CAMERA, plane, 0.1, CORNER, SIZE)
+    truth = view_pixels(view, points)
+    near = shown_in_view(CAMERA, view, pixels, plane)
+    # The same homography's freedom for both; scales are alike.
+    raw = rms(distortion_residual(pixels, truth)) / np.ptp(pixels)
+    left = rms(distortion_residual(near, truth)) / np.ptp(near)
+    assert left < 0.2 * raw
+    assert nearest_pinhole(points, near).rms < 0.2 * nearest_pinhole(points, pixels).rms
+
+
+def test_with_the_true_relief_the_view_is_what_a_pinhole_photographs(view):
+    scene = BUST.scene(T_BUST, pitch=1.0, px_mm=1.0)
+    picture = render(SMALL, np.eye(4), scene)
+    pixels = np.mgrid[: view.height, : view.width][::-1].reshape(2, -1).T.astype(float)
+    (relief,) = scene.surfaces
+    ranges = relief.hit(view.centre[None], view.directions(pixels)).distance
+    ranges = np.where(np.isfinite(ranges), ranges, np.nan)
+    sources = sources_at(SMALL, view, ranges.reshape(view.height, view.width))
+    made = resample(picture, sources)
+    pinhole = PerspectiveCamera(view.K, [], view.width, view.height)
+    truth = render(pinhole, pose(view.R_camera_view, view.centre), scene)
+    seen = (sources > 3).all(axis=2) & (made > 0)
+    assert seen.mean() > 0.5
+    # Both blur, each by its own pixels; a shift by one is worse than that.
+    exact, shifted = (
+        np.abs(made - p)[seen].mean() for p in (truth, np.roll(truth, 1, axis=1))
+    )
+    assert exact < 0.01
+    assert exact < 0.6 * shifted
+
+
+def test_what_the_camera_does_not_see_is_refused(view):
+    with pytest.raises(InputError, match="rays meet the wanted part"):
+        view_of_plane(SMALL, T_BUST, 1.0, np.array([900.0, 900]), SIZE)
+    with pytest.raises(InputError, match="depth map: found"):
+        depth_ranges(view, np.ones((3, 3)))
