@@ -1,0 +1,118 @@
+"""Rays that are known to within something: how far each may turn and shift.
+
+What noise in the image does to a ray depends on the camera. In a central one the ray
+turns about the centre; before a bent mirror it turns about a point of the caustic that
+is another one in each direction. Both are a covariance of origin and direction.
+Frame: the camera's; mm, radians.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras.core.base import Rays
+from raxel.cameras.core.centrality import closest_point
+from raxel.errors import CalibrationError
+
+STEP_PX = 0.25  # over which a camera's rays are differenced
+UNIT = 1e-6  # by which a unit direction may be off
+
+
+class NoisyRays(NamedTuple):
+    """origins (N, 3), mm; directions (N, 3), unit; covariance (N, 6, 6) of (origin,
+    direction), mm and radians. Only what is across the ray counts: an origin may slide
+    along it, taking its covariance with it, and nothing changes."""
+
+    origins: np.ndarray
+    directions: np.ndarray
+    covariance: np.ndarray
+
+    def of(self, which):
+        """Those that an index or a mask (N,) selects."""
+        return NoisyRays(*(field[which] for field in self))
+
+    def moved(self, shift):
+        """The rays in a frame whose origin is at `shift` (3,), with the same axes."""
+        return self._replace(origins=self.origins - shift)
+
+    def pivots(self):
+        """(points (N, 3), sd (N,)): where each ray is best known, and its turn there.
+
+        The noise that comes nearest to the ray's own while it turns alike to all sides
+        about one point of it. sd: radians, along one axis.
+        """
+        C = self.covariance
+        turn = np.trace(C[:, 3:, 3:], axis1=1, axis2=2)
+        along = -np.trace(C[:, :3, 3:], axis1=1, axis2=2) / turn
+        return self.origins + along[:, None] * self.directions, np.sqrt(turn / 2)
+
+
+def angular_rays(rays, sd=1.0, *, about=None):
+    """NoisyRays of rays that turn alike to all sides, as those of a central camera.
+
+    rays: anything with origins (N, 3) and unit directions (N, 3), such as the `Rays`
+    of a camera; sd: radians, (N,) or one, of each of a direction's two components.
+    Where it is not known, leave it: residuals are then radians. about: (3,), each ray
+    turns about its own point next to this one; default: the point next to all rays.
+    Raises CalibrationError for rays that are not finite or directions not unit.
+    """
+    o, d = checked_rays(rays)
+    if about is None:
+        about = closest_point(Rays(o, d, np.ones(len(o), bool)))
+    back = np.einsum("ni,ni->n", o - np.asarray(about, float), d)[:, None, None]
+    sd = np.broadcast_to(np.asarray(sd, float), len(o))
+    if not np.all(sd > 0):
+        raise CalibrationError("rays: standard deviations must be above zero")
+    across = sd[:, None, None] ** 2 * (np.eye(3) - d[:, :, None] * d[:, None, :])
+    C = np.block([[back**2 * across, back * across], [back * across, across]])
+    return NoisyRays(o, d, C)
+
+
+def rays_of_pixels(camera, pixels, sd_px=1.0):
+    """NoisyRays (N,) that a camera has for pixels (N, 2) with noise.
+
+    sd_px: one, or (N,), of each coordinate, px. The noise goes through the camera:
+    origin and direction move together as the pixel does. Raises CalibrationError for
+    pixels without a ray, a quarter of a pixel around them included: leave them out.
+    """
+    pixels = np.asarray(pixels, float)
+    steps = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+    rays = camera.rays((pixels + steps[:, None]).reshape(-1, 2))
+    lines = np.concatenate([rays.origins, rays.directions], axis=1)
+    middle, *sides = lines.reshape(5, -1, 6)
+    seen = rays.valid.reshape(5, -1).all(axis=0)
+    if not seen.all():
+        raise CalibrationError(
+            f"rays: {np.count_nonzero(~seen)} of {len(pixels)} pixels, or places a"
+            " quarter of a pixel beside them, have no ray; leave these out"
+        )
+    by_u, by_v = sides[0] - sides[1], sides[2] - sides[3]
+    J = np.stack([by_u, by_v], axis=2) / (2 * STEP_PX)
+    J = J * np.broadcast_to(np.asarray(sd_px, float), len(pixels))[:, None, None]
+    return NoisyRays(middle[:, :3], middle[:, 3:], J @ np.swapaxes(J, 1, 2))
+
+
+def with_noise(rays):
+    """Rays as they are if they know their noise, else as `angular_rays` of 1 radian."""
+    if hasattr(rays, "covariance"):
+        checked_rays(rays)
+        return rays
+    return angular_rays(rays)
+
+
+def checked_rays(rays):
+    """(origins, directions), (N, 3); CalibrationError where they are not finite."""
+    o, d = np.asarray(rays.origins, float), np.asarray(rays.directions, float)
+    if o.ndim != 2 or o.shape[1] != 3 or o.shape != d.shape:
+        raise CalibrationError(
+            f"rays: found origins {o.shape} and directions {d.shape}; give two equal"
+            " arrays (N, 3)"
+        )
+    bad = np.count_nonzero(~np.isfinite(o + d).all(axis=1))
+    if bad:
+        raise CalibrationError(
+            f"rays: {bad} of {len(o)} are not finite; leave pixels without a ray out"
+        )
+    if len(d) and np.abs(np.linalg.norm(d, axis=1) - 1).max() > UNIT:
+        raise CalibrationError("rays: directions are not of length 1; normalise them")
+    return o, d

@@ -1,0 +1,78 @@
+"""Plücker vectors of rays: the stated order, their transform, lines that meet."""
+
+import numpy as np
+import pytest
+
+from raxel.geometry.line_motion import (
+    generalised_essential,
+    line_transform,
+    other_order,
+    pluecker_of_rays,
+    side_products,
+)
+from raxel.geometry.lines import pluecker_matrix_of_rays, pluecker_vector
+from raxel.geometry.poses import (
+    cross_matrix,
+    inverse_pose,
+    pose,
+    rotate,
+    rotation_from_vector,
+    transform,
+)
+from tests.ray_scenes import unit
+
+T = pose(rotation_from_vector([0.3, -0.8, 0.5]), [20.0, -7.0, 11.0])
+
+
+@pytest.fixture
+def rays():
+    rng = np.random.default_rng(0)
+    return 50 * rng.standard_normal((40, 3)), unit(rng.standard_normal((40, 3)))
+
+
+def test_the_order_is_that_of_the_thesis(rays):
+    o, d = rays
+    L = pluecker_of_rays(o, d)
+    by_matrix = pluecker_vector(pluecker_matrix_of_rays(o, d)) / 2
+    np.testing.assert_allclose(L, by_matrix, atol=1e-12)
+    np.testing.assert_allclose(other_order(L)[:, 3:], np.cross(o, d), atol=1e-12)
+    np.testing.assert_array_equal(other_order(other_order(L)), L)
+    # Any point of the line will do.
+    slid = pluecker_of_rays(o + 13 * d, d)
+    np.testing.assert_allclose(slid, L, atol=1e-12)
+
+
+def test_a_motion_moves_the_vectors_as_it_moves_the_rays(rays):
+    o, d = rays
+    moved = pluecker_of_rays(transform(T, o), rotate(T, d))
+    L = pluecker_of_rays(o, d)
+    np.testing.assert_allclose(L @ line_transform(T).T, moved, atol=1e-12)
+    back = line_transform(inverse_pose(T)) @ line_transform(T)
+    np.testing.assert_allclose(back, np.eye(6), atol=1e-13)
+    both = line_transform(T @ T)
+    np.testing.assert_allclose(both, line_transform(T) @ line_transform(T), atol=1e-12)
+
+
+def test_lines_that_meet_satisfy_5_30_and_the_mixed_signs_do_not(rays):
+    o, d = rays
+    X = o + 300 * d
+    p = np.roll(o, 1, axis=0)
+    L_1, L_2 = (pluecker_of_rays(o, d), pluecker_of_rays(p, unit(transform(T, X) - p)))
+    assert np.abs(side_products(L_1, L_2, T)).max() < 1e-11
+    usual = generalised_essential(T)
+    usual[:3, 3:] *= -1
+    usual[3:, :3] *= -1
+    in_usual = np.einsum("ni,ij,nj->n", other_order(L_2), usual, other_order(L_1))
+    np.testing.assert_allclose(in_usual, side_products(L_1, L_2, T), atol=1e-10)
+    mixed = np.einsum("ni,ij,nj->n", L_2, usual, L_1)
+    assert np.abs(mixed).max() > 1
+    E = cross_matrix(T[:3, 3]) @ T[:3, :3]
+    np.testing.assert_array_equal(usual[:3, :3], E)
+
+
+def test_the_product_is_the_distance_times_the_sine():
+    L_1 = pluecker_of_rays([[0.0, 0, 0]], [[1.0, 0, 0]])
+    L_2 = pluecker_of_rays([[4.0, 0, 3]], [[0, np.sin(0.2), np.cos(0.2)]])
+    L_3 = pluecker_of_rays([[4.0, 9, 3]], [[np.cos(0.2), np.sin(0.2), 0]])
+    assert side_products(L_1, L_2, np.eye(4))[0] == pytest.approx(0, abs=1) is not None
+    assert abs(side_products(L_1, L_3, np.eye(4))[0]) == pytest.approx(3 * np.sin(0.2))

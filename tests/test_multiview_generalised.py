@@ -1,0 +1,281 @@
+"""Motion of a general camera from matched rays: linear, robust, refined, observable."""
+
+import numpy as np
+import pytest
+
+from raxel.cameras import PerspectiveCamera
+from raxel.cameras.core.base import Rays
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import pose, rotation_from_vector, vector_from_rotation
+from raxel.multiview.epipolar import epipolar_angles
+from raxel.multiview.generalised_linear import generalised_equations, generalised_pose
+from raxel.multiview.generalised_motion import refine_generalised_pose
+from raxel.multiview.generalised_robust import generalised_pose_ransac
+from raxel.multiview.motion_information import motion_information
+from raxel.multiview.noisy_rays import NoisyRays, angular_rays, rays_of_pixels
+from raxel.multiview.ray_gaps import gap_system, gaps, matched_rays, moved_motion
+from tests.ray_scenes import (
+    ACROSS,
+    BENT,
+    SD_PX,
+    T_MIRROR,
+    VIEWER,
+    by_rig,
+    in_mirror,
+    jittered,
+    off,
+    unit,
+    wrong_pairs,
+)
+
+T_RIG = pose(rotation_from_vector([0.4, -0.2, 0.6]), [150.0, -80.0, 220.0])
+
+
+def mirror_rays(seed, count=60, sd=SD_PX, noise=True, T=T_MIRROR):
+    """NoisyRays of the bent mirror before and after a motion, and a generator."""
+    rng = np.random.default_rng(seed)
+    _, pixels = in_mirror(rng, count, [T])
+    if noise:
+        pixels = [jittered(rng, x, sd) for x in pixels]
+    return *(rays_of_pixels(BENT, x, sd) for x in pixels), rng
+
+
+def length_of(A, B, T):
+    return np.linalg.norm(matched_rays(A, B).about_centre(T)[1])
+
+
+def test_exact_rays_of_a_bent_mirror_give_the_motion_and_its_length():
+    A, B, rng = mirror_rays(0, noise=False)
+    for start in (generalised_pose(A, B), generalised_pose_ransac(A, B, rng, 1e-3)):
+        assert np.abs(start.T_2_1 - T_MIRROR).max() < 1e-6
+        assert start.ahead == 1.0
+    assert generalised_pose(A, B).margin > 1e6
+    found = refine_generalised_pose(A, B, generalised_pose(A, B))
+    assert np.abs(found.T_2_1 - T_MIRROR).max() < 1e-9
+    assert found.scale_told
+    assert found.baseline == pytest.approx(length_of(A, B, T_MIRROR), rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        {"crossing": False},
+        {"crossing": True},
+        {"cameras": 2},
+        {"cameras": 2, "crossing": False},
+    ],
+    ids=["locally central", "crossing", "two cameras", "both"],
+)
+def test_exact_rays_of_a_rig_give_the_motion_linearly(scene):
+    _, A, B = by_rig(np.random.default_rng(1), 80, T_RIG, sd=0.0, **scene)
+    found = generalised_pose(A, B)
+    assert np.abs(found.T_2_1 - T_RIG).max() < 1e-6
+    assert found.margin > 1e6
+
+
+def test_left_free_the_entries_of_r_are_ambiguous_in_a_rig():
+    """What the single system of eighteen columns would trip over."""
+    _, A, B = by_rig(np.random.default_rng(1), 80, T_RIG, sd=0.0, crossing=False)
+    A_E, A_R = generalised_equations(matched_rays(A, B))
+    s = np.linalg.svd(np.hstack([A_E, A_R / 100]), compute_uv=False)
+    assert s[16] < 1e-9 * s[0] < s[15]
+    assert np.abs(A_R @ np.eye(3).ravel()).max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_three_in_ten_wrong_pairs_are_left_out(seed):
+    A, B, rng = mirror_rays(seed, 150)
+    B, wrong = wrong_pairs(rng, B, 0.3)
+    found = generalised_pose_ransac(A, B, rng, 3.5)
+    assert found.inliers[~wrong].mean() > 0.97
+    assert found.inliers[wrong].mean() < 0.05
+    told = motion_information(T_MIRROR, A.of(~wrong), B.of(~wrong))
+    turn, aside, length = off(found.T_2_1, T_MIRROR, found.centre)
+    assert turn < 4 * told.rotation_sd
+    assert aside < 4 * told.direction_sd
+    assert abs(length - 1) < 4 * told.scale_sd
+    assert found.rms == pytest.approx(1, abs=0.25)
+
+
+@pytest.mark.parametrize("scene", [{}, {"flat": True}, {"depth": (5000, 20000)}])
+def test_wrong_pairs_of_a_rig_flat_scenes_and_far_ones(scene):
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        _, A, B = by_rig(rng, 150, T_RIG, **scene)
+        B, wrong = wrong_pairs(rng, B, 0.3)
+        found = generalised_pose_ransac(A, B, rng, 3.5)
+        assert found.inliers[~wrong].mean() > 0.97
+        best = refine_generalised_pose(A.of(found.inliers), B.of(found.inliers), T_RIG)
+        assert found.rms <= 1.001 * best.rms
+
+
+def test_with_the_length_known_a_short_step_is_found_by_few_points():
+    """25 mm and 25 points at 0.2 px of a picture four times as large (5.3.5)."""
+    T = pose(np.eye(3), 25 * ACROSS)
+    turns, sides, told = [], [], []
+    for seed in range(12):
+        A, B, rng = mirror_rays(seed, 25, T=T)
+        found = generalised_pose_ransac(A, B, rng, 3.5, length=25.0)
+        turn, aside, length = off(found.T_2_1, T, found.centre)
+        assert length == pytest.approx(length_of(A, B, T) ** -1 * 25, rel=1e-9)
+        assert found.scale_sd < 1e-6
+        turns.append(turn)
+        sides.append(aside)
+        told.append(motion_information(T, A, B).with_length)
+    expected = np.mean(told, axis=0)
+    assert 0.5 < np.sqrt(np.mean(np.square(turns))) / expected[0] < 1.6
+    assert 0.5 < np.sqrt(np.mean(np.square(sides))) / expected[1] < 1.6
+
+
+def test_jacobian_equals_differences():
+    A, B, _ = mirror_rays(2)
+    pairs = matched_rays(A, B)
+    R, u = pairs.about_centre(T_MIRROR)
+    state = moved_motion((R, u), np.array([2e-3, -1e-3, 3e-3, 1.0, 2, -1]))
+    _, J = gap_system(*state, pairs)
+    for k, h in enumerate([1e-6] * 3 + [1e-4] * 3):
+        step = np.zeros(6)
+        step[k] = h
+        above, below = (gaps(*moved_motion(state, s), pairs) for s in (step, -step))
+        numeric = (above - below) / (2 * h)
+        assert np.abs(numeric - J[:, k]).max() < 1e-7 * np.abs(J[:, k]).max()
+
+
+def test_a_central_camera_has_the_angles_of_epipolar_geometry():
+    _, A, B = by_rig(np.random.default_rng(4), 30, T_RIG, sd=0.01, beside=False)
+    plain = (Rays(x.origins, x.directions, None) for x in (A, B))
+    pairs = matched_rays(*plain, about=np.zeros(3))
+    step = pose(T_RIG[:3, :3], unit(T_RIG[:3, 3]))
+    ours = gaps(T_RIG[:3, :3], T_RIG[:3, 3], pairs)
+    theirs = epipolar_angles(step, A.directions, B.directions)
+    np.testing.assert_allclose(np.abs(ours), np.abs(theirs), rtol=1e-9, atol=1e-14)
+
+
+def test_the_noise_of_pixels_makes_gaps_of_one():
+    A, B, _ = mirror_rays(3, 400)
+    pairs = matched_rays(A, B)
+    r = gaps(*pairs.about_centre(T_MIRROR), pairs)
+    assert np.sqrt(np.mean(r**2)) == pytest.approx(1, abs=0.12)
+    # The pivots of a bent mirror's rays lie behind it, on its caustic.
+    pivots, sd = A.pivots()
+    behind = np.einsum("ni,ni->n", pivots - A.origins, A.directions)
+    assert behind.max() < -50
+    assert np.all((sd > 0.5 * SD_PX / 1900) & (sd < 4 * SD_PX / 1900))
+
+
+def test_an_origin_may_slide_along_its_ray():
+    A, B, _ = mirror_rays(4, 30)
+    slide = np.eye(6)
+    slide[:3, 3:] = 70 * np.eye(3)
+    slid = NoisyRays(
+        A.origins + 70 * A.directions, A.directions, slide @ A.covariance @ slide.T
+    )
+    about = {"about": np.array([200.0, 0, 480])}
+    one, other = matched_rays(A, B, **about), matched_rays(slid, B, **about)
+    state = one.about_centre(T_MIRROR)
+    # The pivot's noise is first order; so is the slide.
+    np.testing.assert_allclose(gaps(*state, one), gaps(*state, other), rtol=1e-5)
+
+
+def test_errors_are_as_covariance_and_information_say():
+    inside, found, told = [], [], []
+    for seed in range(40):
+        A, B, _ = mirror_rays(seed, 40)
+        best = refine_generalised_pose(A, B, T_MIRROR)
+        true = best._replace(T_2_1=T_MIRROR).shift
+        w = vector_from_rotation(best.T_2_1[:3, :3] @ T_MIRROR[:3, :3].T)
+        error = np.concatenate([w, best.shift - true])
+        inside.append(error @ np.linalg.solve(best.covariance, error))
+        turn, aside, length = off(best.T_2_1, T_MIRROR, best.centre)
+        found.append([turn, aside, np.log(length)])
+        known = motion_information(T_MIRROR, A, B)
+        told.append([known.rotation_sd, known.direction_sd, known.scale_sd])
+    # Chi square with six degrees, divided by a variance of 34.
+    assert np.mean(inside) == pytest.approx(6.4, abs=1.9)
+    assert np.mean(np.array(inside) < 14.1) > 0.85
+    ratio = np.sqrt(
+        np.mean(np.square(found), axis=0) / np.mean(np.square(told), axis=0)
+    )
+    assert np.all((ratio > 0.75) & (ratio < 1.3))
+
+
+def test_the_nearer_to_central_the_less_the_length_is_told():
+    information = []
+    for radius in (100.0, 10.0, 1.0, 0.0):
+        _, A, B = by_rig(np.random.default_rng(6), 100, T_RIG, radius=radius)
+        information.append(motion_information(T_RIG, A, B))
+    scale = [x.scale_sd for x in information]
+    assert scale[1] == pytest.approx(10 * scale[0], rel=0.3)
+    assert scale[2] == pytest.approx(10 * scale[1], rel=0.3)
+    assert scale[3] > 1e4
+    assert [x.scale_told for x in information] == [True, True, True, False]
+    values, vectors = information[3].eigenvalues()
+    assert values[0] < 1e-9 * values[1]
+    assert abs(vectors[5, 0]) > 0.999
+    # Rotation and direction hardly depend on it.
+    assert information[3].rotation_sd == pytest.approx(
+        information[1].with_length[0], rel=0.2
+    )
+    assert "not told" in str(information[3])
+    assert "told: to" in str(information[0])
+
+
+def test_given_the_length_a_central_camera_is_a_case_like_others():
+    rng = np.random.default_rng(7)
+    _, A, B = by_rig(rng, 60, T_RIG, sd=0.0, beside=False)
+    length = length_of(A, B, T_RIG)
+    for found in (
+        generalised_pose(A, B, length=length),
+        generalised_pose_ransac(A, B, rng, 10.0, length=length),
+    ):
+        assert np.abs(found.T_2_1 - T_RIG).max() < 1e-6
+
+
+def test_what_leaves_the_motion_open_is_refused_in_one_line():
+    rng = np.random.default_rng(8)
+    _, A, B = by_rig(rng, 60, T_RIG)
+    _, one, two = by_rig(rng, 60, T_RIG, beside=False)
+    _, still, turned = by_rig(rng, 60, pose(T_RIG[:3, :3], np.zeros(3)), beside=False)
+    same, _, _ = mirror_rays(9, 40)
+    few = A.of(slice(5)), B.of(slice(5))
+    nan = A._replace(origins=np.where(np.arange(60)[:, None] == 3, np.nan, A.origins))
+    long = A._replace(directions=1.1 * A.directions)
+    refused = [
+        ("one point.*give its length", lambda: generalised_pose(one, two)),
+        ("one point.*give its len", lambda: generalised_pose_ransac(one, two, rng, 3)),
+        ("one point.*give its", lambda: refine_generalised_pose(one, two, T_RIG)),
+        ("found length -1", lambda: generalised_pose(A, B, length=-1.0)),
+        ("did not move", lambda: generalised_pose(same, same)),
+        (
+            "rotation alone",
+            lambda: generalised_pose_ransac(still, turned, rng, 3.5, length=1.0),
+        ),
+        ("rotation alone", lambda: generalised_pose_ransac(same, same, rng, 3.5)),
+        ("5 pairs of rays; 8", lambda: generalised_pose(*few)),
+        ("5 pairs of rays; 6", lambda: refine_generalised_pose(*few, T_RIG)),
+        ("60 rays and 59 rays", lambda: generalised_pose(A, B.of(slice(59)))),
+        ("1 of 60 are not finite", lambda: generalised_pose(nan, B)),
+        ("not of length 1", lambda: generalised_pose(long, B)),
+        ("centre does not move", lambda: motion_information(np.eye(4), A, B)),
+        ("must be above zero", lambda: angular_rays(A, 0.0)),
+        ("2 of 2 pixels", lambda: rays_of_pixels(BENT, [[0, 0], [-5, 3]])),
+    ]  # fmt: skip
+    for words, call in refused:
+        with pytest.raises(CalibrationError, match=words) as refusal:
+            call()
+        assert "\n" not in str(refusal.value)
+    mixed, _ = wrong_pairs(rng, B, 1.0)
+    with pytest.raises(CalibrationError, match="with any motion"):
+        generalised_pose_ransac(A, mixed, rng, 1e-3, most_trials=64)
+
+
+def test_rays_of_a_perspective_camera_turn_about_its_centre():
+    rays = rays_of_pixels(VIEWER, np.random.default_rng(10).uniform(50, 500, (40, 2)))
+    pivots, sd = rays.pivots()
+    assert np.abs(pivots).max() < 1e-9
+    assert np.abs(sd * 1900 - 1).max() < 0.1
+    pinhole = PerspectiveCamera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], [], 640, 480)
+    middle = rays_of_pixels(pinhole, [[320.0, 240.0]], 2.0)
+    expected = np.zeros((6, 6))
+    expected[3, 3] = expected[4, 4] = (2 / 500) ** 2
+    np.testing.assert_allclose(middle.covariance[0], expected, atol=1e-9)
