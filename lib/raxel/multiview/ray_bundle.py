@@ -1,0 +1,291 @@
+"""Ray bundle adjustment: poses of a general camera and points of the scene together.
+
+Several pictures of a rigid scene; what is minimised is how far each ray misses its
+point, in standard deviations of the ray (`ray_points`). The points follow the poses:
+for every trial of poses each point is put where it fits best, and the poses' normal
+matrix has the points eliminated (Schur complement).
+
+Gauge: the world is the first view's frame, whose pose stays. A general camera's rays
+tell the scale; where they do not, or it is known, the distance between the first view
+and another is held. Frame: the camera's, the same in all views; mm, radians.
+Source: Ramalingam, Lodha, Sturm 2006, doi:10.1016/j.cviu.2006.06.006; Triggs et al.
+2000, doi:10.1007/3-540-44480-7_21 (elimination, gauge).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras.core.base import Rays
+from raxel.cameras.core.centrality import centrality, closest_point
+from raxel.errors import CalibrationError
+from raxel.geometry.damped import descend
+from raxel.geometry.poses import inverse_pose, pose, tangent_bases
+from raxel.multiview.motion_information import inverse_information
+from raxel.multiview.noisy_rays import with_noise
+from raxel.multiview.ray_gaps import ONE_POINT
+from raxel.multiview.ray_points import (
+    PlacedPoints,
+    PointSystem,
+    RayTracks,
+    RayView,
+    euclidean,
+    moved_poses,
+    settled_points,
+)
+from raxel.multiview.triangulation import OPEN, inverses
+
+FIRST_STEPS, FOLLOWING_STEPS, MOST = 30, 4, 60
+AT_REST, ROUNDING = 1e-10, 1e-22
+FEWEST = 5  # points in each view
+
+
+class RayBundle(NamedTuple):
+    """What `bundle_rays` finds.
+
+    T_view_world (V, 4, 4), the first as given; points (N, 3), mm, NaN where not used;
+    used (N,): points that were in it; open_points (N,): used ones that are uncertain by
+    more than a third of their distance from the nearest view. rms: of all residuals,
+    standard deviations of the rays; costs: sums of squares of residuals from the start
+    on; variance: the last one over the degrees of freedom, 1 where the rays' noise
+    is as stated. covariance (6 V, 6 V) of (w, v) of each view: it turns by w, frame of
+    the view, about `centre` (3,), which is displaced by v; point_covariance (N, 3, 3),
+    mm^2. spread: mm, RMS distance of the rays from the centre; rays: counted.
+    """
+
+    T_view_world: np.ndarray
+    points: np.ndarray
+    used: np.ndarray
+    open_points: np.ndarray
+    rms: float
+    costs: np.ndarray
+    converged: bool
+    variance: float
+    covariance: np.ndarray
+    point_covariance: np.ndarray
+    centre: np.ndarray
+    spread: float
+    rays: int
+
+    def shift(self, view):
+        """u (3,): where the rays' centre of the first view is seen from the centre of
+        another, frame of that view, mm."""
+        T = self.T_view_world[view] @ inverse_pose(self.T_view_world[0])
+        return T[:3, :3] @ self.centre + T[:3, 3] - self.centre
+
+    def scale_sd(self, view):
+        """Share of the distance from the first view to another by which that distance
+        is uncertain; 0 for one that was held."""
+        u, own = self.shift(view), slice(6 * view + 3, 6 * view + 6)
+        variance = u @ self.covariance[own, own] @ u
+        return float(np.sqrt(max(variance, 0.0)) / (u @ u))
+
+    def rotation_sd(self, view):
+        """Radians: root of the summed variances of a view's three turns."""
+        own = slice(6 * view, 6 * view + 3)
+        return float(np.sqrt(np.trace(self.covariance[own, own])))
+
+
+def bundle_rays(views, T_view_world, *, points=None, held=None, stated=True, most=MOST):
+    """RayBundle of V views from start poses.
+
+    views: RayViews (V), V >= 2; T_view_world: (V, 4, 4), starts, mm; points: (N, 3),
+    starts, mm, else nearest to their rays' lines. held: number of a view whose rays'
+    centre keeps its distance from that of the first, as the start has it: for rays that
+    do not tell the scale. stated: whether the rays know the size of their noise; else
+    covariances are told by the scatter of the residuals. Points with fewer than two
+    rays are left out; those that the start puts behind a ray start at infinity.
+
+    Raises CalibrationError for numbers that do not fit, too few points, and rays
+    through one point with nothing held.
+    """
+    T = np.array(T_view_world, float)
+    centre, spread = _centre(views)
+    _check(len(views), T, spread, held)
+    seen, used, h = _start(views, T, points, centre)
+    problem = _Poses(seen, held, PlacedPoints(*seen.poses(T), h))
+    state, costs, converged = descend(
+        problem.evaluate,
+        problem.move,
+        settled_points(seen, problem.start, FIRST_STEPS)[0],
+        iterations=most,
+        tolerance=AT_REST,
+        rounding=ROUNDING * len(h),
+    )
+    return _described(problem, state, costs, converged, used, spread, stated)
+
+
+class _Poses:
+    """The views' poses as unknowns, points eliminated, gauge fixed.
+
+    start: PlacedPoints. Steps are (w, v) of all views, about the rays' centre; those
+    that may be taken are D y, D (6 V, p) by `free`.
+    """
+
+    def __init__(self, seen, held, start):
+        self.seen, self.held, self.start = seen, held, start
+        if held is not None:
+            self.length = np.linalg.norm(self._apart(start))
+
+    def evaluate(self, state):
+        """Cost and equations, as `descend` wants them."""
+        system = PointSystem(self.seen, state)
+        return system.cost.sum(), lambda: self._reduced(system)[:2]
+
+    def move(self, state, step):
+        """The state after a step (p,), its points settled anew."""
+        steps = (self.free(state) @ step).reshape(-1, 6)
+        moved = moved_poses(state, steps)
+        if self.held is not None:
+            moved = self._stretched(moved)
+        return settled_points(self.seen, moved, FOLLOWING_STEPS)[0]
+
+    def free(self, state):
+        """D (6 V, p) at a state: the first view stays, and so does what is held."""
+        D = np.eye(6 * len(state.R))[:, 6:]
+        if self.held is None:
+            return D
+        # No step of the held view along its way from the first.
+        u = self._apart(state)
+        across = tangent_bases((u / np.linalg.norm(u))[None])[0]
+        first = 6 * (self.held - 1) + 3
+        rows = slice(6 * self.held + 3, 6 * self.held + 6)
+        D[rows, first : first + 2] = across
+        return np.delete(D, first + 2, axis=1)
+
+    def _apart(self, state):
+        """(3,): the centre of the first view's rays in the held view's frame."""
+        R = state.R[self.held] @ state.R[0].T
+        return state.t[self.held] - R @ state.t[0]
+
+    def _stretched(self, state):
+        u = self._apart(state)
+        t = state.t.copy()
+        t[self.held] += u * (self.length / np.linalg.norm(u) - 1)
+        return state._replace(t=t)
+
+    def _reduced(self, system):
+        """(normal (p, p), gradient (p,), coupling (6 V, N, 3), inverses (N, 3, 3)):
+        poses with the points eliminated, and what that took."""
+        by_place = system.by_place()
+        A, B = system.by_poses(by_place), system.by_points(by_place)
+        views, count = A.shape[:2]
+        inverse = inverses(np.einsum("vnki,vnkj->nij", B, B))
+        e = system.residuals
+        coupling = np.einsum("vnki,vnkj->vinj", A, B).reshape(6 * views, count, 3)
+        taken = np.einsum("pnj,njk->pnk", coupling, inverse)
+        flat = coupling.reshape(6 * views, -1)
+        normal = -taken.reshape(6 * views, -1) @ flat.T
+        own = np.einsum("vnki,vnkj->vij", A, A)
+        for v in range(views):
+            normal[6 * v : 6 * v + 6, 6 * v : 6 * v + 6] += own[v]
+        gradient = np.einsum("vnki,vnk->vi", A, e).ravel()
+        by_points = np.einsum("vnki,vnk->ni", B, e)
+        gradient -= taken.reshape(6 * views, -1) @ by_points.ravel()
+        D = self.free(system.state)
+        return D.T @ normal @ D, D.T @ gradient, coupling, inverse
+
+    def covariances(self, state):
+        """(6 V, 6 V) of the steps and (N, 3, 3) of the points, units of inside."""
+        system = PointSystem(self.seen, state)
+        normal, _, coupling, inverse = self._reduced(system)
+        D = self.free(state)
+        poses = D @ inverse_information(normal) @ D.T
+        taken = np.einsum("pnj,njk->npk", coupling, inverse)
+        points = inverse + np.einsum("npi,pq,nqj->nij", taken, poses, taken)
+        X, by_step = euclidean(state.h)
+        return poses, by_step @ points @ np.swapaxes(by_step, 1, 2), X
+
+
+def _described(problem, state, costs, converged, used, spread, stated):
+    seen = problem.seen
+    covariance, of_points, X = problem.covariances(state)
+    rays = int(seen.mask.sum())
+    freedom = 2 * rays - 3 * len(X) - problem.free(state).shape[1]
+    variance = float(costs[-1] / max(freedom, 1))
+    scale = 1.0 if stated else variance
+    unit = np.tile(np.repeat([1.0, seen.metre], 3), len(state.R))
+    points = np.full((len(used), 3), np.nan)
+    point_covariance = np.full((len(used), 3, 3), np.nan)
+    points[used] = seen.metre * X
+    point_covariance[used] = scale * seen.metre**2 * of_points
+    away = np.einsum("vij,nj->vni", state.R, X) + state.t[:, None]
+    near = np.where(seen.mask, np.linalg.norm(away, axis=2), np.inf).min(axis=0)
+    largest = np.sqrt(np.linalg.eigvalsh(scale * of_points)[:, 2])
+    open_points = np.zeros(len(used), bool)
+    open_points[used] = (state.h[:, 3] <= 0) | ~(largest < OPEN * near)
+    t = seen.metre * state.t + seen.centre
+    return RayBundle(
+        pose(state.R, t),
+        points,
+        used,
+        open_points,
+        float(np.sqrt(costs[-1] / (2 * rays))),
+        costs,
+        converged,
+        variance,
+        scale * unit[:, None] * covariance * unit,
+        point_covariance,
+        seen.centre,
+        spread,
+        rays,
+    )
+
+
+def _start(views, T, points, centre):
+    """(RayTracks, used (N,), h (n, 4)): what is adjusted, and the points' starts."""
+    seen = RayTracks(views)
+    R, t = seen.poses(T)
+    middle = seen.midpoints(R, t) if points is None else np.asarray(points, float)
+    if middle.shape != (seen.mask.shape[1], 3):
+        raise CalibrationError(
+            f"bundle: found points {middle.shape}, rays see {seen.mask.shape[1]} points"
+        )
+    used = seen.mask.sum(axis=0) >= 2
+    number = np.cumsum(used) - 1
+    kept = [_only(view, used, number) for view in views]
+    counts = [len(view.points) for view in kept]
+    if min(counts) < FEWEST:
+        raise CalibrationError(
+            f"bundle: view {int(np.argmin(counts))} sees {min(counts)} points that"
+            f" another one sees as well; {FEWEST} or more are needed"
+        )
+    middle = middle[used]
+    reach = np.linalg.norm(middle[np.isfinite(middle[:, 0])], axis=1)
+    metre = np.median(reach) if len(reach) else 1.0
+    seen = RayTracks(kept, used.sum(), metre, centre)
+    return seen, used, seen.starts(*seen.poses(T), middle)
+
+
+def _only(view, used, number):
+    rays = with_noise(view.rays)
+    index = np.arange(len(rays.origins)) if view.points is None else view.points
+    index = np.asarray(index)
+    return RayView(rays.of(used[index]), number[index[used[index]]])
+
+
+def _centre(views):
+    """(centre (3,), spread): of the rays of all views, in the camera's frame."""
+    rays = [with_noise(view.rays) for view in views]
+    o, d = (np.concatenate([getattr(r, f) for r in rays]) for f in Rays._fields[:2])
+    both = Rays(o, d, np.ones(len(o), bool))
+    spread, centre = centrality(both), closest_point(both)
+    reach = np.abs(o).max() + np.abs(centre).max()
+    return centre, spread if spread > ONE_POINT * reach else 0.0
+
+
+def _check(count, T, spread, held):
+    if count < 2 or T.shape != (count, 4, 4):
+        raise CalibrationError(
+            f"bundle: {count} views and poses {T.shape}; give two or more views and a"
+            " pose (4, 4) for each"
+        )
+    if held is not None and not 0 < held < count:
+        raise CalibrationError(
+            f"bundle: view {held} is to be held; give one from 1 to {count - 1}"
+        )
+    if held is None and not spread:
+        raise CalibrationError(
+            "bundle: all rays pass through one point, so nothing tells the scale; name"
+            " a view whose distance from the first is held"
+        )

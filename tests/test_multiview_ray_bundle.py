@@ -1,0 +1,264 @@
+"""Points from rays, and poses with points: derivatives, recovery, coverage."""
+
+import numpy as np
+import pytest
+
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import (
+    inverse_pose,
+    pose,
+    rotation_from_vector,
+    vector_from_rotation,
+)
+from raxel.multiview.generalised_motion import refine_generalised_pose
+from raxel.multiview.noisy_rays import rays_of_pixels
+from raxel.multiview.ray_bundle import bundle_rays
+from raxel.multiview.ray_points import (
+    PlacedPoints,
+    PointSystem,
+    RayTracks,
+    RayView,
+    moved_points,
+    moved_poses,
+)
+from raxel.multiview.triangulation import triangulate
+from tests.ray_scenes import ACROSS, BENT, SD_PX, by_rig, in_mirror, jittered
+
+TURN = np.array([0.3, 1.0, 0.2])
+STAGE = np.array(
+    [pose(rotation_from_vector(0.01 * k * TURN), 25 * k * ACROSS) for k in range(4)]
+)
+ROUGH = rotation_from_vector([3e-3, -2e-3, 2e-3])
+
+
+def on_stage(seed, count=60, noise=True):
+    """Points (count, 3), and RayViews of the bent mirror at the stage's four places;
+    the last view sees two thirds of them, out of order."""
+    rng = np.random.default_rng(seed)
+    X, pixels = in_mirror(rng, count, STAGE[1:])
+    if noise:
+        pixels = [jittered(rng, x) for x in pixels]
+    views = [RayView(rays_of_pixels(BENT, x, SD_PX)) for x in pixels]
+    some = rng.permutation(count)[: 2 * count // 3]
+    views[-1] = RayView(views[-1].rays.of(some), some)
+    return X, views
+
+
+def rough(Ts):
+    """Starts: turned, and some mm off."""
+    moved = [pose(ROUGH @ T[:3, :3], T[:3, 3] + [2.0, -1, 1]) for T in Ts[1:]]
+    return np.array([Ts[0], *moved])
+
+
+def steps_of(found, true):
+    """(w, v) (6 V,) of poses (V, 4, 4) about a bundle's centre."""
+    off = []
+    for T, T_0 in zip(found.T_view_world, true, strict=True):
+        turn = T[:3, :3] @ T_0[:3, :3].T
+        shift = T[:3, 3] - found.centre - turn @ (T_0[:3, 3] - found.centre)
+        off += [vector_from_rotation(turn), shift]
+    return np.concatenate(off)
+
+
+def mahalanobis(error, covariance):
+    return np.einsum("ni,nij,nj->n", error, np.linalg.inv(covariance), error)
+
+
+def test_derivatives_equal_differences():
+    X, views = on_stage(0)
+    seen = RayTracks(views, metre=500.0, centre=(200.0, 0, 480))
+    state = PlacedPoints(*seen.poses(rough(STAGE)), seen.homogeneous(X))
+    system, h = PointSystem(seen, state), 1e-6
+
+    def differences(move, k, count):
+        step = np.zeros((count, 3 if count == len(X) else 6))
+        step[:, k] = h
+        sides = (PointSystem(seen, move(s)).residuals for s in (step, -step))
+        return np.subtract(*sides) / (2 * h)
+
+    def of_points(step):
+        return state._replace(h=moved_points(state.h, step))
+
+    by_points, by_poses = system.by_points(), system.by_poses()
+    for k in range(3):
+        numeric = differences(of_points, k, len(X))
+        assert (
+            np.abs(numeric - by_points[..., k]).max() < 1e-7 * np.abs(by_points).max()
+        )
+    for k in range(6):
+        numeric = differences(lambda step: moved_poses(state, step), k, len(views))
+        assert np.abs(numeric - by_poses[..., k]).max() < 1e-7 * np.abs(by_poses).max()
+
+
+@pytest.mark.parametrize("linear", [True, False])
+def test_exact_rays_give_the_points(linear):
+    X, views = on_stage(1, noise=False)
+    found = triangulate(views, STAGE, linear=linear)
+    assert found.valid.all()
+    assert np.abs(found.points - X).max() < 1e-8
+    assert str(found) == "60 of 60 points"
+    assert np.all((found.angle > 0.02) & (found.angle < 0.5))
+
+
+def test_the_covariance_of_points_covers_both_ways():
+    for linear, least in ((True, 0.93), (False, 0.935)):
+        inside, variances = [], []
+        for seed in range(12):
+            X, views = on_stage(seed)
+            found = triangulate(views, STAGE, linear=linear)
+            inside.append(mahalanobis(found.points - X, found.covariance))
+            variances.append(found.variance)
+        assert np.mean(inside) == pytest.approx(3, abs=0.3)
+        assert least < np.mean(np.concatenate(inside) < 7.815) < 0.97
+        assert np.mean(variances) == pytest.approx(1, abs=0.15)
+
+
+def test_noise_that_is_not_stated_is_told_by_the_scatter():
+    _, views = on_stage(2, 200)
+    stated = triangulate(views, STAGE)
+    wrong = [v._replace(rays=v.rays._replace(covariance=9 * v.rays.covariance))
+             for v in views]  # fmt: skip
+    told = triangulate(wrong, STAGE, stated=False)
+    np.testing.assert_allclose(told.points, stated.points, atol=1e-5)
+    ratio = told.covariance / stated.covariance
+    np.testing.assert_allclose(ratio, stated.variance, rtol=1e-4)
+    assert stated.variance == pytest.approx(1, abs=0.15)
+    assert np.median(stated.rms) < 1
+
+
+def test_points_that_cannot_be_placed_are_flagged():
+    rng = np.random.default_rng(3)
+    _, pixels = in_mirror(rng, 50, STAGE[1:2])
+    one, two = (rays_of_pixels(BENT, x, SD_PX) for x in pixels)
+    half = RayView(two.of(slice(25)), np.arange(25))
+    found = triangulate([RayView(one), half], STAGE[:2])
+    assert (found.reason == "fewer than two rays").sum() == 25
+    assert np.isnan(found.points[25:]).all()
+    assert np.isfinite(found.points[:25]).all()
+    assert str(found) == "25 of 50 points; left out: 25 fewer than two rays"
+
+    still = triangulate([RayView(one), RayView(one)], STAGE[[0, 0]])
+    assert set(still.reason) == {"parallel rays"}
+    assert not still.valid.any()
+    assert np.isinf(still.distance_sd).all()
+    # A tenth of a millimetre of baseline does not carry these distances.
+    near = pose(np.eye(3), 0.1 * ACROSS)
+    _, pixels = in_mirror(rng, 50, [near])
+    views = [RayView(rays_of_pixels(BENT, jittered(rng, x), SD_PX)) for x in pixels]
+    for linear in (True, False):
+        found = triangulate(views, [np.eye(4), near], linear=linear)
+        assert set(found.reason) <= {"open distance", "behind a ray"}
+        assert (found.reason == "open distance").mean() > 0.3
+
+    far = pose(np.eye(3), 25 * ACROSS)
+    _, pixels = in_mirror(rng, 50, [far])
+    views = [RayView(rays_of_pixels(BENT, x, SD_PX)) for x in pixels]
+    for linear in (True, False):
+        found = triangulate(views, [np.eye(4), inverse_pose(far)], linear=linear)
+        assert set(found.reason) == {"behind a ray"}
+
+
+def test_a_point_at_infinity_is_none_of_the_points():
+    rng = np.random.default_rng(4)
+    X, pixels = in_mirror(rng, 40, STAGE[1:2], near=3e5, far=9e5)
+    views = [RayView(rays_of_pixels(BENT, jittered(rng, x), SD_PX)) for x in pixels]
+    found = triangulate(views, STAGE[:2])
+    assert (found.reason != "").all()
+    both = bundle_rays(views, STAGE[:2], held=1)
+    # Their directions still hold the rotation, and they stay in the fit.
+    assert both.open_points.mean() > 0.9
+    assert both.rotation_sd(1) < 1e-3
+    assert len(X) == both.used.sum()
+
+
+@pytest.mark.parametrize("held", [None, 3])
+def test_exact_rays_give_poses_and_points_from_a_rough_start(held):
+    X, views = on_stage(5, noise=False)
+    start = rough(STAGE)
+    if held:
+        # What is held is right at the start.
+        start[held] = STAGE[held]
+    found = bundle_rays(views, start, held=held)
+    assert found.converged
+    assert np.abs(found.T_view_world - STAGE).max() < 1e-7
+    assert np.abs(found.points - X).max() < 1e-5
+    assert found.used.all()
+    assert not found.open_points.any()
+    assert found.rays == 220
+    assert len(found.costs) < 10
+
+
+@pytest.mark.parametrize("held", [None, 3])
+def test_the_covariance_of_poses_covers(held):
+    poses, points = [], []
+    for seed in range(25):
+        X, views = on_stage(seed, 40)
+        found = bundle_rays(views, STAGE, held=held)
+        error = steps_of(found, STAGE)[6:]
+        covariance = found.covariance[6:, 6:]
+        size = np.sqrt(np.diag(covariance))
+        inverse = np.linalg.pinv(covariance / np.outer(size, size), rcond=1e-12)
+        poses.append((error / size) @ inverse @ (error / size))
+        points.append(mahalanobis(found.points - X, found.point_covariance))
+        if held:
+            assert found.scale_sd(held) < 1e-6
+    freedom = 17 if held else 18
+    assert np.mean(poses) == pytest.approx(freedom, abs=4)
+    assert np.mean(points) == pytest.approx(3, abs=0.6)
+
+
+def test_two_views_agree_with_the_motion_of_pairs():
+    _, views = on_stage(6)
+    bundle = bundle_rays(views[:2], STAGE[:2])
+    pairs = refine_generalised_pose(views[0].rays, views[1].rays, STAGE[1])
+    sd = np.sqrt(np.diag(bundle.covariance)[6:])
+    apart = steps_of(bundle, [STAGE[0], pairs.T_2_1])[6:]
+    assert np.all(np.abs(apart) < 0.02 * sd)
+    assert bundle.scale_sd(1) == pytest.approx(pairs.scale_sd / pairs.rms, rel=0.1)
+    # Each pair has one equation more than its point has numbers.
+    assert bundle.variance * 54 == pytest.approx(60 * pairs.rms**2, rel=1e-3)
+
+
+def test_more_views_tell_the_length_better():
+    _, views = on_stage(7)
+    two, all_four = bundle_rays(views[:2], STAGE[:2]), bundle_rays(views, STAGE)
+    assert all_four.scale_sd(1) < 0.5 * two.scale_sd(1)
+    assert all_four.rotation_sd(1) < two.rotation_sd(1)
+    assert np.linalg.norm(all_four.shift(1)) == pytest.approx(25, rel=0.2)
+
+
+def test_a_central_rig_needs_a_length_and_keeps_it():
+    T = pose(rotation_from_vector([0.2, -0.1, 0.3]), [120.0, 40, -90])
+    X, A, B = by_rig(np.random.default_rng(8), 60, T, sd=1e-4, beside=False)
+    views = [RayView(A), RayView(B)]
+    with pytest.raises(CalibrationError, match="name a view whose distance"):
+        bundle_rays(views, [np.eye(4), T])
+    found = bundle_rays(views, rough([np.eye(4), T]), held=1)
+    length = np.linalg.norm(rough([np.eye(4), T])[1][:3, 3])
+    assert np.linalg.norm(found.T_view_world[1][:3, 3]) == pytest.approx(length)
+    scaled = np.linalg.norm(T[:3, 3]) / length * found.points
+    close = np.linalg.norm(X, axis=1) < 1500
+    assert np.abs(scaled - X)[close].max() < 20
+
+
+def test_what_does_not_fit_is_refused_in_one_line():
+    X, views = on_stage(9, 20)
+    few = [RayView(v.rays.of(slice(4)), np.arange(4)) for v in views]
+    alone = [*views[:3], RayView(views[3].rays, np.arange(20, 20 + 13))]
+    twice = RayView(views[0].rays, np.zeros(20, int))
+    refused = [
+        ("4 views and poses", lambda: triangulate(views, STAGE[:3])),
+        ("along two rays", lambda: triangulate([twice, *views[1:]], STAGE)),
+        ("numbers .* of 20 rays", lambda: triangulate(
+            [RayView(views[0].rays, [1, 2])], STAGE[:1])),
+        ("1 views", lambda: bundle_rays(views[:1], STAGE[:1])),
+        ("sees 4 points", lambda: bundle_rays(few, STAGE)),
+        ("view 3 sees 0 points", lambda: bundle_rays(alone, STAGE)),
+        ("view 7 is to be held", lambda: bundle_rays(views, STAGE, held=7)),
+        ("found points", lambda: bundle_rays(views, STAGE, points=X[:5])),
+        ("not finite", lambda: bundle_rays(views, np.nan * STAGE)),
+    ]  # fmt: skip
+    for words, call in refused:
+        with pytest.raises(CalibrationError, match=words) as refusal:
+            call()
+        assert "\n" not in str(refusal.value)
