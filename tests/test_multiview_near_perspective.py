@@ -18,6 +18,7 @@ from raxel.multiview.near_perspective import (
     shown_in_view,
     sources_at,
     view_of_plane,
+    view_over_plane,
     view_pixels,
 )
 from raxel.multiview.perspective_view import resample
@@ -122,6 +123,10 @@ def test_with_the_true_relief_the_view_is_what_a_pinhole_photographs(view):
     truth = render(pinhole, pose(view.R_camera_view, view.centre), scene)
     seen = (sources > 3).all(axis=2) & (made > 0)
     assert seen.mean() > 0.5
+    # By rays, over the plate, it differs as little.
+    laid, there = view_over_plane(SMALL, picture, view, T_BUST)
+    assert (there & seen).sum() > 0.95 * seen.sum()
+    assert np.abs(laid - truth)[seen & there].mean() < 0.01
     # Both blur, each by its own pixels; a shift by one is worse than that.
     exact, shifted = (
         np.abs(made - p)[seen].mean() for p in (truth, np.roll(truth, 1, axis=1))

@@ -6,6 +6,7 @@ import pytest
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import InputError
 from raxel.features.edge_points import edge_points
+from raxel.geometry import pose, rotation_from_vector
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.lab.render import render
 from raxel.lab.ringed_board import BoardRing, RingedChessboard, ringed_board_scene
@@ -63,6 +64,22 @@ def test_points_move_with_their_pixels_as_is_said():
     beside = points_on_plane(CAMERA, np.array([[0.0, 0.0], [np.nan, 5]]), T_BOARD)
     assert not beside.valid.any()
     assert np.isnan(beside.points).all()
+
+
+def test_the_radius_errs_as_much_as_edges_and_pose_say():
+    rng = np.random.default_rng(11)
+    pixels, _, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 40)
+    pixels = pixels[np.isfinite(scale)]
+    deviations = np.array([2e-4, 2e-4, 1e-4, 0.05, 0.05, 0.02])
+    squares = []
+    for _ in range(100):
+        w, s = np.split(deviations * rng.normal(size=6), 2)
+        T = T_BOARD @ pose(rotation_from_vector(w), s)
+        edge = pixels + 0.2 * rng.normal(size=pixels.shape)
+        found = measured_circle(CAMERA, edge, T, 0.2, np.diag(deviations**2)).fit
+        error = np.array([*(found.centre - CENTRE), found.radius - 87.21])
+        squares.append(error @ np.linalg.solve(found.covariance, error) / 3)
+    assert np.mean(squares) == pytest.approx(1, abs=4 * np.sqrt(2 / 3 / 100))
 
 
 def test_a_random_plane_serves_central_cameras_only():

@@ -16,6 +16,8 @@ from raxel.errors import InputError
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import inverse_pose, rotate, transform
 from raxel.multiview.perspective_view import BLOCK, NOWHERE, PerspectiveView
+from raxel.multiview.plane_points import plane_locations
+from raxel.multiview.plane_view import remap_to_plane
 
 GRID = 61  # rays each way that a view is chosen by
 FEWEST = 3  # of them that meet the plane
@@ -120,6 +122,25 @@ def sources_at(camera, view, ranges):
         block = sources[rows]
         block[known] = np.where(valid[:, None], shown, NOWHERE)
     return sources.reshape(view.height, view.width, 2)
+
+
+def view_over_plane(camera, image, view, T_camera_plane):
+    """A camera's image as the view shows it, the scene assumed on a plane (Fig. 5.19).
+
+    The picture of `sources_at` and `plane_ranges`, by the camera's rays alone: for
+    cameras that find rays of pixels faster than pixels of points, as mirrors do. image:
+    (H, W) or (H, W, C), whole. Returns picture (height, width[, C]) and seen, as
+    `raxel.multiview.plane_view.remap_to_plane`. Raises InputError as that, and for an
+    image that is not the camera's.
+    """
+    on = plane_locations(camera, image, T_camera_plane)
+    points = transform(T_camera_plane, on_plane(on.reshape(-1, 2)))
+    places = view_pixels(view, points).reshape(on.shape)
+    size = view.width, view.height
+    far = (np.abs(places) > 2 * max(size)).any(axis=2)
+    places[far] = np.nan
+    # There a pixel's centre is half a pixel from its border.
+    return remap_to_plane(image, places + 0.5, None, None, size, 1.0)
 
 
 def shown_in_view(camera, view, pixels, T_camera_plane):

@@ -12,13 +12,20 @@ from raxel.cameras.core.base import pixel_grid
 from raxel.cameras.core.centrality import closest_point
 from raxel.errors import InputError
 from raxel.geometry.planes import intersect_rays_plane, on_plane
-from raxel.geometry.poses import pose, tangent_bases, transform
+from raxel.geometry.poses import (
+    cross_matrix,
+    inverse_pose,
+    pose,
+    rotate,
+    tangent_bases,
+    transform,
+)
 from raxel.multiview.fits.circles import CircleFit, fit_circle
 from raxel.multiview.plane_view import remap_to_plane
 
 STEP_PX = 0.5  # to either side, for how points move with pixels
 STEP_TURN = 1e-4  # radians along a circle, for its tangent
-ROWS_AT_ONCE = 1 << 17  # pixels
+PIXELS_AT_ONCE = 1 << 17
 
 
 class PlanePoints(NamedTuple):
@@ -87,30 +94,72 @@ def circle_outline(camera, T_camera_plane, centre, radius, count=360):
     return pixels * gone[:, None], normals * gone[:, None], scale * gone
 
 
-def measured_circle(camera, pixels, T_camera_plane, sigma_px=None):
+def measured_circle(
+    camera, pixels, T_camera_plane, sigma_px=None, pose_covariance=None
+):
     """The circle through points of its edge, carried along rays to their plane (5.3.4).
 
     pixels: (N, 2) of the edge, such as `raxel.features.edge_points` finds; those that
     are not finite or do not see the plane are left out. T_camera_plane: (4, 4), known,
     or estimated from corners. sigma_px: standard deviation of the edge's place, a
     number or (N,), None where equal on the plane and unknown; each is carried to the
-    plane by the camera's own scale there. Returns CircleOnPlane. Raises InputError as
-    `fit_circle`.
+    plane by the camera's own scale there. pose_covariance: (6, 6) of (w, s), the error
+    of the pose as R exp([w]x), t + R s; None: the circle's covariance is that of a
+    plane that is known. Returns CircleOnPlane. Raises InputError as `fit_circle`.
 
-    The thesis calls this a double evaluation: the pose came from the same camera.
-    The residuals and the radius cannot show rays that are wrong in the same way at
-    corners and circle.
+    The thesis calls this a double evaluation: the pose came from the same camera. The
+    residuals and the radius cannot show rays that are wrong in the same way at corners
+    and circle.
     """
     seen = points_on_plane(camera, pixels, T_camera_plane)
     points = seen.points[seen.valid]
     fit = fit_circle(points)
+    spread = np.ones(len(points))
     if sigma_px is not None:
-        off = points - fit.centre
-        outward = off / np.linalg.norm(off, axis=1, keepdims=True)
+        outward = (points - fit.centre) / _lengths(points - fit.centre)
         per_px = np.einsum("ni,nij->nj", outward, seen.per_px[seen.valid])
-        spread = np.broadcast_to(sigma_px, len(seen.valid))[seen.valid]
-        fit = fit_circle(points, spread * np.linalg.norm(per_px, axis=1))
+        of_edge = np.broadcast_to(sigma_px, len(seen.valid))[seen.valid]
+        spread = of_edge * _lengths(per_px)[:, 0]
+        fit = fit_circle(points, spread)
+    if pose_covariance is not None:
+        rays = camera.rays(np.asarray(pixels, float)[seen.valid])
+        by_pose = _moved_by_pose(
+            points, rotate(inverse_pose(T_camera_plane), rays.directions)
+        )
+        J = _circle_by_pose(fit.centre, points, by_pose, spread)
+        covariance = fit.covariance + J @ np.asarray(pose_covariance) @ J.T
+        fit = fit._replace(covariance=covariance)
     return CircleOnPlane(fit, points, seen.valid)
+
+
+def _moved_by_pose(points, directions):
+    """How points (N, 2) where rays meet a plane move with its pose: (N, 2, 6).
+
+    directions: (N, 3) of the rays in the plane's frame; columns: w, s.
+    """
+    # In the plane's moved frame the old point is at X - s - w x X, and the ray leads
+    # from there back to z = 0.
+    moved = np.concatenate(
+        [
+            cross_matrix(on_plane(points)),
+            np.broadcast_to(-np.eye(3), (len(points), 3, 3)),
+        ],
+        axis=2,
+    )
+    slope = directions[:, :2] / directions[:, 2:]
+    return moved[:, :2] - slope[:, :, None] * moved[:, 2:]
+
+
+def _circle_by_pose(centre, points, by_pose, spread):
+    """How centre and radius move with the pose (3, 6), points weighted as fitted."""
+    outward = (points - centre) / _lengths(points - centre)
+    A = np.column_stack([outward, np.ones(len(points))]) / spread[:, None]
+    apart = np.einsum("ni,nij->nj", outward, by_pose) / spread[:, None]
+    return np.linalg.lstsq(A, apart, rcond=None)[0]
+
+
+def _lengths(vectors):
+    return np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def random_plane(rng, rays, distance, tilt):
@@ -147,21 +196,34 @@ def plane_picture(camera, image, T_camera_plane, corner, size, per_px):
     per_px (u + 1/2, v + 1/2). Returns picture and seen as `remap_to_plane`. Raises
     InputError as that, and for an image that is not the camera's.
     """
-    image = np.asarray(image)
-    if image.shape[:2] != (camera.height, camera.width):
+    location = plane_locations(camera, image, T_camera_plane) - corner
+    return remap_to_plane(image, _near(location, size), None, None, size, per_px)
+
+
+def plane_locations(camera, image, T_camera_plane):
+    """The place on a plane that each pixel of a camera's image sees: (H, W, 2).
+
+    NaN where none. Raises InputError for an image that is not of the camera's size.
+    """
+    shape = np.shape(image)[:2]
+    if shape != (camera.height, camera.width):
         raise InputError(
-            f"image: found {image.shape[1]} x {image.shape[0]} px; the camera's has "
+            f"image: found {shape[1]} x {shape[0]} px; the camera's has "
             f"{camera.width} x {camera.height}"
         )
-    location = np.empty((camera.height, camera.width, 2))
-    rows = max(1, ROWS_AT_ONCE // camera.width)
+    location = np.empty((*shape, 2))
+    rows = max(1, PIXELS_AT_ONCE // camera.width)
     for top in range(0, camera.height, rows):
         count = min(rows, camera.height - top)
         rays = camera.rays(pixel_grid(camera.width, count) + [0, top])
         hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane)
-        location[top : top + count] = hits.points.reshape(count, -1, 2) - corner
-    # What is far outside would cost time and is not in the picture.
+        location[top : top + count] = hits.points.reshape(count, -1, 2)
+    return location
+
+
+def _near(location, size):
+    """Locations, NaN where they are far outside a picture of this size."""
     margin = np.max(size)
-    far = (location < -margin) | (location > np.asarray(size) + margin)
-    location[far.any(axis=2)] = np.nan
-    return remap_to_plane(image, location, None, None, size, per_px)
+    with np.errstate(invalid="ignore"):
+        far = (location < -margin) | (location > np.asarray(size) + margin)
+    return np.where(far.any(axis=2, keepdims=True), np.nan, location)
