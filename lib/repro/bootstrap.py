@@ -98,9 +98,9 @@ def add(what, pins, done):
 def add_peers():
     """Add what `make bench` compares with; without it, it compares with the others."""
     try:
-        add("decoders to compare with", BENCH, BENCH_DONE)
+        add("fringes and PoseLib to compare with", BENCH, BENCH_DONE)
     except SetUpError as error:
-        say(f"no fringes to compare with: {error}")
+        say(f"no fringes and no PoseLib to compare with: {error}")
 
 
 def compile_loops():

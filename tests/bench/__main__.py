@@ -2,7 +2,7 @@
 
 Sets of boards are for the detectors, those of active grids for the decoder; without
 any, the photographs of the repository and a drawn grid are taken, and the linear stage
-of CGSP and the consistent adjustment compute from drawn rays.
+of CGSP, the consistent adjustment and motions without a centre compute from drawn rays.
 """
 
 import os
@@ -55,6 +55,7 @@ def main(folders):
         _bench_apart("mirrors")
         print("\na film of a mirror that bends, best of five")
         _bench_apart("films")
+        _bench_apart("motions")
     return failed
 
 
