@@ -135,6 +135,18 @@ def test_with_the_true_relief_the_view_is_what_a_pinhole_photographs(view):
     assert exact < 0.6 * shifted
 
 
+def test_a_picture_of_the_views_own_pixels_comes_back_as_them(view):
+    pixels = np.mgrid[: SMALL.height, : SMALL.width][::-1].reshape(2, -1).T
+    own = shown_in_view(SMALL, view, pixels.astype(float), T_BUST)
+    image = np.nan_to_num(own).reshape(SMALL.height, SMALL.width, 2)
+    picture, seen = view_over_plane(SMALL, image, view, T_BUST)
+    v, u = np.nonzero(seen)
+    inside = (u > 2) & (v > 2) & (u < view.width - 3) & (v < view.height - 3)
+    v, u = v[inside], u[inside]
+    assert len(u) > 0.5 * seen.size
+    np.testing.assert_allclose(picture[v, u], np.column_stack([u, v]), atol=0.02)
+
+
 def test_what_the_camera_does_not_see_is_refused(view):
     with pytest.raises(InputError, match="rays meet the wanted part"):
         view_of_plane(SMALL, T_BUST, 1.0, np.array([900.0, 900]), SIZE)

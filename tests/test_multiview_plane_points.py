@@ -13,6 +13,7 @@ from raxel.lab.ringed_board import BoardRing, RingedChessboard, ringed_board_sce
 from raxel.lab.textures import ChessboardTexture
 from raxel.multiview.fits.conics import fit_conic
 from raxel.multiview.plane_points import (
+    _moved_by_pose,
     circle_outline,
     measured_circle,
     plane_picture,
@@ -64,6 +65,19 @@ def test_points_move_with_their_pixels_as_is_said():
     beside = points_on_plane(CAMERA, np.array([[0.0, 0.0], [np.nan, 5]]), T_BOARD)
     assert not beside.valid.any()
     assert np.isnan(beside.points).all()
+
+
+def test_points_move_with_the_pose_as_is_said():
+    pixels, _, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 24)
+    pixels = pixels[np.isfinite(scale)]
+    rays = CAMERA.rays(pixels)
+    directions = rays.directions @ T_BOARD[:3, :3]
+    points = points_on_plane(CAMERA, pixels, T_BOARD).points
+    by_pose = _moved_by_pose(points, directions)
+    for k, step in enumerate(1e-5 * np.eye(6)):
+        T = T_BOARD @ pose(rotation_from_vector(step[:3]), step[3:])
+        slope = (points_on_plane(CAMERA, pixels, T).points - points) / 1e-5
+        np.testing.assert_allclose(by_pose[:, :, k], slope, rtol=1e-3, atol=1e-2)
 
 
 def test_the_radius_errs_as_much_as_edges_and_pose_say():

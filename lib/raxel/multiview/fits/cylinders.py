@@ -209,7 +209,8 @@ def _settled(points, start, sigma):
     middle = points.mean(axis=0)
     axis = start[3:6]
     abeam = start[:3] + axis * (axis @ (middle - start[:3]))
-    start = np.concatenate([abeam, start[3:]])
+    axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
+    start = np.concatenate([abeam, axis, start[6:]])
     fit = least_distances(
         "cylinder", cylinder_system, turned_axis, start, points, sigma
     )
@@ -226,16 +227,10 @@ def _settled(points, start, sigma):
 def _as_fit(fit, points, right):
     cylinder = fit.parameters
     basis, axis = _bases(cylinder), cylinder[3:6]
-    covariance = fit.covariance
-    if axis[np.argmax(np.abs(axis))] < 0:
-        # Half a turn about x: y and z change their signs.
-        axis, basis = -axis, basis * [1, -1]
-        flip = np.array([1, -1, 1, -1, 1])
-        covariance = covariance * np.outer(flip, flip)
     T = pose(np.column_stack([basis, axis]), cylinder[:3])
     residuals = cylinder_distances(cylinder[None], points)[0]
     radius = float(cylinder[6])
-    return CylinderFit(T, radius, covariance, residuals, fit.sigma, right)
+    return CylinderFit(T, radius, fit.covariance, residuals, fit.sigma, right)
 
 
 def _refuse_flat(points):
