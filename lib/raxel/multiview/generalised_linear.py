@@ -25,7 +25,8 @@ import numpy as np
 from raxel.errors import CalibrationError
 from raxel.multiview.epipolar import essential_matrix, motion_of_essential
 from raxel.multiview.generalised_motion import described, need_length, to_length
-from raxel.multiview.ray_gaps import along_sphere, gaps, matched_rays, share_ahead
+from raxel.multiview.motion_samples import SPREADS, squared_gaps, turning_pairs
+from raxel.multiview.ray_gaps import along_sphere, gaps, matched_rays
 
 FEWEST_CENTRAL, FEWEST_LINEAR = 8, 17
 # Singular values of exact pairs below this share of the largest are zero.
@@ -46,8 +47,8 @@ def generalised_pose(rays_1, rays_2, *, length=None):
     """
     pairs = matched_rays(rays_1, rays_2, fewest=FEWEST_CENTRAL)
     need_length(pairs, length)
-    found = linear_motions(pairs, length)
-    R, u, margin = min(found, key=lambda motion: _rank(motion, pairs))
+    found, turning = linear_motions(pairs, length), turning_pairs(pairs)
+    R, u, margin = min(found, key=lambda motion: _rank(motion, pairs, turning))
     everything = np.ones(len(pairs.rays_1.origins), bool)
     steps = np.eye(6) if length is None else along_sphere(u)
     return described(pairs, everything, R, u, margin, steps)
@@ -85,16 +86,17 @@ def generalised_equations(pairs):
 
 
 def shifts_of(R, axis, pairs, length=None):
-    """Shifts [u, ...] that go with a rotation: least squares where the length is open,
-    and both ways along the axis (3,) of E, as long as is known of it."""
+    """Shifts [u, ...] that go with a rotation: both ways along the axis (3,) of E, and,
+    where the length is open, of several, and by least squares, which noise makes too
+    short."""
     (p_1, d_1, _), (p_2, d_2, _) = pairs.rays_1, pairs.rays_2
     n = np.cross(d_1 @ R.T, d_2)
     gap = np.einsum("ni,ni->n", n, p_1 @ R.T - p_2)
     u = -np.linalg.lstsq(n, gap, rcond=None)[0]
     if length is not None:
         return [to_length(u, length), length * axis, -length * axis]
-    far = max(np.linalg.norm(u), pairs.spread)
-    return [u, far * axis, -far * axis]
+    lengths = [np.linalg.norm(u), *(times * pairs.spread for times in SPREADS)]
+    return [u, *(far * way for far in lengths for way in (axis, -axis))]
 
 
 def _seventeen(pairs):
@@ -144,10 +146,13 @@ def _on_axis(pairs):
     return np.cross(along, moment) / (along @ along)
 
 
-def _rank(motion, pairs):
+def _rank(motion, pairs, turning):
+    """Least for the motion to take: half of the points ahead of the rays' pivots, and
+    then small gaps."""
     R, u, _ = motion
+    ahead = np.isfinite(squared_gaps(R[None], u[None], turning, 0.0))
     residuals = gaps(R, u, pairs)
-    return share_ahead(R, u, pairs) <= 0.5, residuals @ residuals
+    return np.mean(ahead) <= 0.5, residuals @ residuals
 
 
 def _products(a, b):

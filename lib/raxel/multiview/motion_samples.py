@@ -29,17 +29,14 @@ PARALLEL = 3.0
 
 class TurningPairs(NamedTuple):
     """Pairs whose rays turn about points: p, d (3, ..., n) of either view with sd
-    (..., n), radians; back (..., n): mm, how far pivots lie behind the rays' origins.
-    """
+    (..., n), radians."""
 
     p_1: np.ndarray
     d_1: np.ndarray
     sd_1: np.ndarray
-    back_1: np.ndarray
     p_2: np.ndarray
     d_2: np.ndarray
     sd_2: np.ndarray
-    back_2: np.ndarray
 
     def of(self, picks):
         """Samples: picks (m, k) of pairs."""
@@ -51,8 +48,7 @@ def turning_pairs(pairs):
     fields = []
     for rays in (pairs.rays_1, pairs.rays_2):
         p, sd = rays.pivots()
-        back = np.einsum("ni,ni->n", rays.origins - p, rays.directions)
-        fields += [p.T[:, None], rays.directions.T[:, None], sd[None], back[None]]
+        fields += [p.T[:, None], rays.directions.T[:, None], sd[None]]
     return TurningPairs(*fields)
 
 
@@ -120,17 +116,19 @@ def settled(R, u, samples, length=None, steps=STEPS):
 
 
 def squared_gaps(R, u, pairs, threshold):
-    """Squared `gaps` (m, N) of motions and all pairs; infinite where a point is behind.
+    """Squared `gaps` (m, N) of motions and all pairs; infinite where a point is behind
+    a pivot.
 
-    Rays that are parallel to within `threshold` standard deviations meet nowhere that
-    could be told from infinity, so they are asked nothing.
+    Not behind an origin: a mirror is far ahead of its rays' pivots, and a length that
+    is hardly told may put points in between. Rays that are parallel to within
+    `threshold` standard deviations meet nowhere that could be told from infinity, so
+    they are asked nothing.
     """
     (q, b, n), g, variance, _ = _linearised(R, u, pairs, jacobian=False)
     cosine, sine = _dot(q, pairs.d_2), _dot(n, n)
     qb, db = _dot(q, b), _dot(pairs.d_2, b)
     room = PARALLEL**2 * threshold**2 * (pairs.sd_1**2 + pairs.sd_2**2)
-    behind = cosine * db - qb <= pairs.back_1 * sine
-    behind |= db - cosine * qb <= pairs.back_2 * sine
+    behind = (cosine * db - qb <= 0) | (db - cosine * qb <= 0)
     squared = np.where(behind & (sine > room), np.inf, g**2 / variance)
     return np.where(np.isfinite(squared), squared, np.inf)
 

@@ -38,6 +38,7 @@ from raxel.multiview.triangulation import OPEN, inverses
 FIRST_STEPS, FOLLOWING_STEPS, MOST = 30, 4, 60
 AT_REST, ROUNDING = 1e-10, 1e-22
 FEWEST = 5  # points in each view
+MANY = 0.5  # share of points at infinity that are too many
 
 
 class RayBundle(NamedTuple):
@@ -96,8 +97,9 @@ def bundle_rays(views, T_view_world, *, points=None, held=None, stated=True, mos
     covariances are told by the scatter of the residuals. Points with fewer than two
     rays are left out; those that the start puts behind a ray start at infinity.
 
-    Raises CalibrationError for numbers that do not fit, too few points, and rays
-    through one point with nothing held.
+    Raises CalibrationError for numbers that do not fit, too few points, rays through
+    one point with nothing held, and a scale that grew beyond all bounds, since the rays
+    hardly tell it.
     """
     T = np.array(T_view_world, float)
     centre, spread = _centre(views)
@@ -112,6 +114,11 @@ def bundle_rays(views, T_view_world, *, points=None, held=None, stated=True, mos
         tolerance=AT_REST,
         rounding=ROUNDING * len(h),
     )
+    if held is None and np.mean(state.h[:, 3] <= 0) > MANY:
+        raise CalibrationError(
+            "bundle: the rays do not tell the scale, which grew beyond all bounds; name"
+            " a view whose distance from the first is held"
+        )
     return _described(problem, state, costs, converged, used, spread, stated)
 
 
