@@ -141,8 +141,8 @@ def test_points_that_cannot_be_placed_are_flagged():
     assert set(still.reason) == {"parallel rays"}
     assert not still.valid.any()
     assert np.isinf(still.distance_sd).all()
-    # A tenth of a millimetre of baseline does not carry these distances.
-    near = pose(np.eye(3), 0.1 * ACROSS)
+    # Two hundredths of a millimetre of baseline do not carry these distances.
+    near = pose(np.eye(3), 0.02 * ACROSS)
     _, pixels = in_mirror(rng, 50, [near])
     views = [RayView(rays_of_pixels(BENT, jittered(rng, x), SD_PX)) for x in pixels]
     for linear in (True, False):

@@ -25,7 +25,7 @@ import numpy as np
 from raxel.errors import CalibrationError
 from raxel.multiview.epipolar import essential_matrix, motion_of_essential
 from raxel.multiview.generalised_motion import described, need_length, to_length
-from raxel.multiview.motion_samples import SPREADS, squared_gaps, turning_pairs
+from raxel.multiview.motion_samples import squared_gaps, turning_pairs
 from raxel.multiview.ray_gaps import along_sphere, gaps, matched_rays
 
 FEWEST_CENTRAL, FEWEST_LINEAR = 8, 17
@@ -86,17 +86,16 @@ def generalised_equations(pairs):
 
 
 def shifts_of(R, axis, pairs, length=None):
-    """Shifts [u, ...] that go with a rotation: both ways along the axis (3,) of E, and,
-    where the length is open, of several, and by least squares, which noise makes too
-    short."""
+    """Shifts [u, ...] that go with a rotation: least squares where the length is open,
+    which noise makes too short, and both ways along the axis (3,) of E."""
     (p_1, d_1, _), (p_2, d_2, _) = pairs.rays_1, pairs.rays_2
     n = np.cross(d_1 @ R.T, d_2)
     gap = np.einsum("ni,ni->n", n, p_1 @ R.T - p_2)
     u = -np.linalg.lstsq(n, gap, rcond=None)[0]
     if length is not None:
         return [to_length(u, length), length * axis, -length * axis]
-    lengths = [np.linalg.norm(u), *(times * pairs.spread for times in SPREADS)]
-    return [u, *(far * way for far in lengths for way in (axis, -axis))]
+    far = max(np.linalg.norm(u), pairs.spread)
+    return [u, far * axis, -far * axis]
 
 
 def _seventeen(pairs):

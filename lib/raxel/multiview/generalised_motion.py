@@ -76,7 +76,7 @@ class GeneralisedPose(NamedTuple):
 
     @property
     def scale_told(self):
-        """Whether the length is known to better than half of itself."""
+        """Whether the length is known to better than a third of itself."""
         return self.scale_sd < TOLD
 
 

@@ -21,8 +21,9 @@ from raxel.multiview.ray_gaps import ONE_POINT, gap_system, matched_rays
 # Eigenvalues below this share of the largest are zero: standard deviations are then
 # as large as can be told.
 LEAST_SHARE = 1e-15
-# Lengths are told where they are known to this share.
-TOLD = 0.5
+# Lengths are told where they are known to this share, three standard deviations of one
+# over the length: noise shifts that alike, whatever the length.
+TOLD = 1 / 3
 
 
 class MotionInformation(NamedTuple):
@@ -57,7 +58,7 @@ class MotionInformation(NamedTuple):
 
     @property
     def scale_told(self):
-        """Whether the rays tell the length to better than half of itself."""
+        """Whether the rays tell the length to better than a third of itself."""
         return self.scale_sd < TOLD
 
     @property

@@ -35,14 +35,28 @@ class NoisyRays(NamedTuple):
         """The rays in a frame whose origin is at `shift` (3,), with the same axes."""
         return self._replace(origins=self.origins - shift)
 
+    def slid(self, along):
+        """The same rays with their origins moved by (N,) mm along them."""
+        slide = np.broadcast_to(np.eye(6), (len(along), 6, 6)).copy()
+        slide[:, [0, 1, 2], [3, 4, 5]] = along[:, None]
+        C = slide @ self.covariance @ np.swapaxes(slide, 1, 2)
+        o = self.origins + along[:, None] * self.directions
+        return self._replace(origins=o, covariance=C)
+
     def pivots(self):
         """(points (N, 3), sd (N,)): where each ray is best known, and its turn there.
 
         The noise that comes nearest to the ray's own while it turns alike to all sides
-        about one point of it. sd: radians, along one axis.
+        about one point of it. sd: radians, along one axis. Raises CalibrationError for
+        rays that noise shifts but does not turn, as in an orthographic camera.
         """
         C = self.covariance
         turn = np.trace(C[:, 3:, 3:], axis1=1, axis2=2)
+        if not np.all(turn > 0):
+            raise CalibrationError(
+                f"rays: noise does not turn {np.count_nonzero(~(turn > 0))} of"
+                f" {len(turn)}, as in an orthographic camera; give angular_rays"
+            )
         along = -np.trace(C[:, :3, 3:], axis1=1, axis2=2) / turn
         return self.origins + along[:, None] * self.directions, np.sqrt(turn / 2)
 

@@ -46,12 +46,12 @@ class RayBundle(NamedTuple):
 
     T_view_world (V, 4, 4), the first as given; points (N, 3), mm, NaN where not used;
     used (N,): points that were in it; open_points (N,): used ones that are uncertain by
-    more than a third of their distance from the nearest view. rms: of all residuals,
-    standard deviations of the rays; costs: sums of squares of residuals from the start
-    on; variance: the last one over the degrees of freedom, 1 where the rays' noise
-    is as stated. covariance (6 V, 6 V) of (w, v) of each view: it turns by w, frame of
-    the view, about `centre` (3,), which is displaced by v; point_covariance (N, 3, 3),
-    mm^2. spread: mm, RMS distance of the rays from the centre; rays: counted.
+    more than a third of their distance from the rays' centre in the nearest view. rms:
+    of all residuals, standard deviations of the rays; costs: sums of squares of
+    residuals from the start on; variance: the last one over the degrees of freedom, 1
+    where the rays' noise is as stated. covariance (6 V, 6 V) of (w, v) of each view: it
+    turns by w, frame of the view, about `centre` (3,), which is displaced by v;
+    point_covariance (N, 3, 3), mm^2. spread: mm, RMS distance of the rays from the centre; rays: counted.
     """
 
     T_view_world: np.ndarray

@@ -48,6 +48,8 @@ class PlacedPoints(NamedTuple):
 class RayTracks:
     """The rays of V views as arrays (V, N, ...), with `mask` where a point is seen.
 
+    They start at their pivots, `back` (V, N) behind their origins: a mirror is far
+    ahead of these, and a scale that is hardly told may put points in between.
     views: RayViews; count: N, else one more than the largest point's number; metre:
     mm; centre (3,): the views' origin inside. Raises CalibrationError for numbers that
     do not fit.
@@ -68,12 +70,16 @@ class RayTracks:
         self.d = np.broadcast_to([0.0, 0.0, 1.0], self.o.shape).copy()
         self.C = np.broadcast_to(np.eye(6), (*self.mask.shape, 6, 6)).copy()
         unit = np.repeat([1 / self.metre, 1.0], 3)
+        self.back = np.zeros(self.mask.shape)
         for v, (rays, index) in enumerate(listed):
             if len(np.unique(index)) < len(index):
                 raise CalibrationError(
                     f"points: view {v} sees a point along two rays; give it one"
                 )
             self.mask[v, index] = True
+            pivots, _ = rays.pivots()
+            back = np.einsum("ni,ni->n", rays.origins - pivots, rays.directions)
+            self.back[v, index], rays = back / self.metre, rays.slid(-back)
             self.o[v, index] = (rays.origins - self.centre) / self.metre
             self.d[v, index] = rays.directions
             self.C[v, index] = unit[:, None] * rays.covariance * unit

@@ -38,8 +38,8 @@ class Triangulation(NamedTuple):
     (N,): why not, "" where valid; covariance (N, 3, 3), mm^2; rms (N,): of a point's
     residuals, in standard deviations of the rays, 1 where noise is as stated; angle
     (N,): the largest between two of its rays, radians; distance_sd (N,): share of the
-    distance from the nearest view, by which it is uncertain; variance: squares of all
-    residuals over their degrees of freedom."""
+    distance from its nearest ray's pivot by which it is uncertain; variance: squares of
+    all residuals over their degrees of freedom."""
 
     points: np.ndarray
     valid: np.ndarray
@@ -104,7 +104,8 @@ def largest_angles(seen, R):
 
 def _described(seen, system, parallel, angle, linear, stated):
     h, rays = system.state.h, seen.mask.sum(axis=0)
-    behind, fit = system.behind | (h[:, 3] < 0), rays >= 2
+    short = np.any(seen.mask & (seen.back * system.r >= 1), axis=0)
+    behind, fit = system.behind | short | (h[:, 3] < 0), rays >= 2
     usable = fit & ~parallel & ~behind
     freedom = np.sum(2 * rays[usable] - 3)
     variance = float(system.cost[usable].sum() / freedom) if freedom else np.nan
@@ -162,8 +163,8 @@ def inverses(normal):
 
 
 def _distance_sd(seen, state, X, covariance):
-    """(N,): standard deviation of a point's distance from the nearest view that sees
-    it, over that distance."""
+    """(N,): standard deviation of a point's distance from the nearest pivot of its
+    rays, over that distance."""
     centres = -np.einsum("vji,vj->vi", state.R, state.t)
     origins = np.einsum("vji,vnj->vni", state.R, seen.o) + centres[:, None]
     away = X - origins
