@@ -142,10 +142,10 @@ def test_the_feet_of_points_are_the_nearest_of_the_conic(rng):
     fit = fit_conic(ellipse_points())
     points = ellipse_points(40) + rng.normal(0, 10, (40, 2))
     distances, feet = conic_distances(fit.coefficients, points)
-    outline = ellipse_points(200_000)
+    outline = ellipse_points(60_000)
     for k in range(0, 40, 8):
         nearest = np.hypot(*(outline - points[k]).T).min()
-        assert abs(distances[k]) == pytest.approx(nearest, abs=1e-4)
+        assert abs(distances[k]) == pytest.approx(nearest, abs=1e-3)
     assert np.abs(value(fit.coefficients, feet)).max() < 1e-14
     outside = np.sum(((points - [1900, 1100]) @ TURN / [300, 120]) ** 2, axis=1) > 1
     np.testing.assert_array_equal(distances > 0, outside)
@@ -179,7 +179,9 @@ def plane_error(points):
     fit = fit_plane(points, 0.5)
     n = MOVED[:3, 2] @ fit.T_frame_plane[:3, :3]
     n = n * np.sign(n[2])
-    shift = (MOVED[:3, 3] - fit.T_frame_plane[:3, 3]) @ fit.normal
+    # Of the true plane, abeam of the origin of the fitted one.
+    off = transform(inverse_pose(fit.T_frame_plane), MOVED[None, :3, 3])[0]
+    shift = off @ n
     return np.array([-n[1], n[0], shift]), fit.covariance
 
 
