@@ -340,7 +340,7 @@ def test_help_names_all_commands_without_loading_numpy():
 
 
 def test_the_reference_lists_every_command_with_its_options():
-    listed = re.findall(r"(?ms)^- `raxel (\w+) (.+?)`", cli.__doc__)
+    listed = re.findall(r"(?ms)^- `raxel ([\w-]+) (.+?)`", cli.__doc__)
     commands = cli.parser()._subparsers._group_actions[0].choices
     assert {name for name, _ in listed} == set(commands)
     for name, arguments in listed:

@@ -153,7 +153,11 @@ def test_what_a_mirror_set_has_no_use_for_is_refused_in_a_line(
         (["--out", out, "--report", str(tmp_path)], "whose place the report takes"),
         (["--out", out, "--report", str(folder.parent / "results")], "other files"),
         (["--out", own], "the command reads this file"),
-        (["--out", out, "--json", str(tmp_path / "mirror-1.npz")], "names the file of"),
+        (
+            ["--out", out, "--json", str(tmp_path / "mirror-1.npz")],
+            "--json names the file of",
+        ),
+        (["--out", out, "--rays", out], "--rays names the file of another result"),
     ):
         assert main(["calibrate", str(folder), *arguments]) == 2
         assert fault in capsys.readouterr().err.splitlines()[-1]

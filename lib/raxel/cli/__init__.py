@@ -4,16 +4,16 @@
 - `raxel corners SET [--json FILE] [--detector NAME]` finds the chessboard's corners;
   where it finds none at all, a FILE that is there is kept.
 - `raxel calibrate SET --out CAMERA [--model MODEL] [--json FILE]
-  [--report FOLDER] [--corners FILE] [--points FOLDER] [--detector NAME]` fits a camera
-  to a set of chessboards or of active grids.
+  [--report FOLDER] [--corners FILE] [--points FOLDER] [--detector NAME]
+  [--rays RESULT]` fits a camera to a set of chessboards or of active grids.
 - `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--points FOLDER]
   [--detector NAME] [--stage N]` scores a camera; only the targets' poses are fitted.
 - `raxel undistort CAMERA SET --out FOLDER` writes the images as a pinhole would see
   them: new files, or in place of those of an earlier undistort, never of others. CAMERA
   may be a view's file of points from `raxel decode`: then no camera is needed, and the
   images are laid out on the plane that the active grid lay in.
-- `raxel render RIG --out SET [--seed N]` photographs a rig's target in the virtual
-  laboratory.
+- `raxel render RIG --out SET [--seed N] [--noise LEVEL]` photographs a rig's target in
+  the virtual laboratory; where RIG describes a mirror set, all of that.
 - `raxel patterns --width W --height H --out FOLDER [--cells N] [--steps N]
   [--size-mm W H] [--chessboard COLUMNS ROWS] [--poses N]` draws what an active grid's
   monitor shows, with a set.yaml for the photographs.
@@ -24,6 +24,9 @@
   or a page to turn (.html); without it the page opens in the browser.
 - `raxel score SET [--corners FILE] [--points FOLDER] [--camera CAMERA] [--json FILE]`
   compares results with the truth of a rendered set.
+- `raxel score-mirror RESULT SET [--json FILE]` compares what was found of a mirror that
+  bends with the truth of a rendered mirror set. RESULT has the rays of every stage;
+  `calibrate` of a mirror set writes it with `--rays`, and any other program may.
 - `raxel bench SET [SET ...] [--json FILE]` runs the detectors that need no clicks side
   by side: counts of right and wrong boards, times as ratios.
 

@@ -5,6 +5,7 @@ A command is imported when it runs, so that help and mistakes cost no time.
 
 import argparse
 
+from raxel.cli import mirror_parsers
 from raxel.cli.terminal import on_one_line
 
 DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb", "celect")
@@ -42,6 +43,7 @@ def parser():
     _add_decode(commands)
     _add_show(commands)
     _add_score(commands)
+    mirror_parsers.add_score_mirror(commands)
     _add_bench(commands)
     return parser
 
@@ -84,6 +86,7 @@ def _add_calibrate(commands):
     _add_corners_file(parser)
     _add_points_folder(parser)
     _add_detector(parser)
+    mirror_parsers.add_rays(parser)
 
 
 def _add_evaluate(commands):
@@ -144,6 +147,7 @@ def _add_render(commands):
         default=0,
         help="of poses and noise; the same seed gives the same bytes (default 0)",
     )
+    mirror_parsers.add_noise(parser)
     parser.set_defaults(command=_render)
 
 
@@ -328,6 +332,7 @@ def _calibrate(options, say):
     else:
         from raxel.cli.calibrate import calibrate
 
+        mirror_parsers.check_no_rays(options)
     calibrate(options, say)
 
 

@@ -1,0 +1,63 @@
+"""`raxel score-mirror RESULT.npz SET --json F`"""
+
+from raxel.cli.mirror import check_mirror_written
+from raxel.evaluation.mirror_benchmark import score_mirror_file
+from raxel.files import check_can_be_written, write_json
+from raxel.sets import load_mirror_set
+
+
+def score_mirror_set(options, say):
+    """Score a result file against the truth of a rendered mirror set."""
+    if options.json:
+        check_can_be_written(options.json)
+    mirror_set = load_mirror_set(options.set)
+    check_mirror_written([options.json], mirror_set, [options.result])
+    say(f"result {options.result}")
+    scores = score_mirror_file(mirror_set, options.result)
+    if options.json:
+        write_json(options.json, scores)
+    for line in _lines(scores):
+        print(line)
+
+
+def _lines(scores):
+    """The scores, for people."""
+    name = scores["set"]
+    if scores["viewer_rms_deg"] is not None:
+        yield (
+            f"{name}: viewer: axes turned by {scores['turned_deg']:.3f} deg, which is "
+            f"taken out; its rays rms {scores['viewer_rms_deg']:.4f} deg"
+        )
+    for stage in scores["stages"]:
+        yield f"{name}: stage {stage['stage']}: {_line(stage)}"
+        for load in stage["deflections"] if stage["stage"] else ():
+            found = load["found_mm"]
+            told = "none" if found is None else f"{found:.3f}"
+            yield (
+                f"{name}: stage {stage['stage']}: deflected at {load['load_mm']:g} mm "
+                f"by {load['true_mm']:.3f} mm, found {told}"
+            )
+    whole = scores["all"]
+    seconds = scores["seconds"]
+    took = "" if seconds is None else f"; {seconds:.3g} s as stated"
+    yield f"{name}: all stages: {_line(whole)}{took}"
+
+
+def _line(scored):
+    rays, height = scored["rays"], scored["height"]
+    return (
+        f"rays {_percent(rays['share_with_ray'])}, {_percent(rays['share_right'])} "
+        f"right, {_told(rays, 'deg')}, aside {_told(rays, 'mm')}; height "
+        f"{_percent(height['share_covered'])}, {_told(height, 'mm')}"
+    )
+
+
+def _told(scored, unit):
+    rms, median = scored[f"rms_{unit}"], scored[f"median_{unit}"]
+    if rms is None:
+        return "none"
+    return f"rms {rms:.4g}, median {median:.4g} {unit}"
+
+
+def _percent(share):
+    return "none" if share is None else f"{100 * share:.1f} %"

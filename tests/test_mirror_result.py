@@ -1,0 +1,188 @@
+"""Result files of mirror sets that are wrong in one way each, and the command."""
+
+import numpy as np
+import pytest
+
+from raxel.cli import main
+from raxel.errors import InputError
+from raxel.evaluation.mirror_result import read_mirror_result, write_mirror_result
+from raxel.files import read_json
+from tests.scored_mirrors import true_mirror, true_result, write_scored_set
+
+ROWS = 40
+LINES = np.arange(ROWS)
+
+
+@pytest.fixture(scope="module")
+def mirror_set(tmp_path_factory):
+    return write_scored_set(tmp_path_factory.mktemp("scored") / "set")
+
+
+@pytest.fixture(scope="module")
+def result(mirror_set, tmp_path_factory):
+    path = tmp_path_factory.mktemp("results") / "truth.npz"
+    write_mirror_result(path, true_result(mirror_set))
+    return path
+
+
+def fields(**changed):
+    """The fields of a result of one stage; None takes one out."""
+    along = np.column_stack([LINES, LINES, LINES]).astype(float)
+    given = {
+        "raxel_mirror_result": 1,
+        "set": "bent",
+        "size": [320, 240],
+        "unit": "mm",
+        "frame": "viewer",
+        "stages": 1,
+        "stage0.pixels": 4.0 * along[:, :2],
+        "stage0.origins": along,
+        "stage0.directions": np.tile([0.0, 0.6, 0.8], (ROWS, 1)),
+        "stage0.points": along,
+        "seconds": 2.5,
+        "method": "by hand",
+    }
+    given |= {name.replace("__", "."): value for name, value in changed.items()}
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def with_row(values, row, k=7):
+    changed = np.array(values, float)
+    changed[k] = row
+    return changed
+
+
+SOUND = fields()
+NOT_UNIT = with_row(SOUND["stage0.directions"], [0, 0, 3.2])
+FAULTS = {
+    "another file": ({"raxel_mirror_result": None}, "raxel_mirror_result': missing"),
+    "a later version": ({"raxel_mirror_result": 2}, "found 2; give 1 of this format"),
+    "metres": ({"unit": "m"}, "'unit': found 'm'; give 'mm' for all lengths"),
+    "no unit": ({"unit": None}, "'unit': missing; give it as"),
+    "a frame": ({"frame": "mirror"}, "'frame': found 'mirror'; give 'viewer' with its"),
+    "no stages": ({"stages": 0}, "found 0; give a whole number, 1 to 1001"),
+    "a stage and a half": ({"stages": 1.5}, "found 1.5; give a whole number"),
+    "a missing stage": ({"stages": 2}, "'stage1': missing; give its pixels, origins"),
+    "no pixels": ({"stage0__pixels": None}, "'stage0.pixels': missing"),
+    "no directions": ({"stage0__directions": None}, "'stage0.directions': missing"),
+    "fewer origins": (
+        {"stage0__origins": np.zeros((3, 3))},
+        "'stage0.origins': shape (3, 3) found; (40, 3) needed",
+    ),
+    "flat points": (
+        {"stage0__points": np.zeros(12)},
+        "'stage0.points': shape (12,) found; (N, 3) needed",
+    ),
+    "NaN": (
+        {"stage0__origins": with_row(SOUND["stage0.origins"], np.nan)},
+        "found 1 of 40 rows with numbers that are not finite; leave such",
+    ),
+    "infinity": (
+        {"stage0__points": with_row(SOUND["stage0.points"], np.inf)},
+        "'stage0.points': found 1 of 40 rows",
+    ),
+    "complex": (
+        {"stage0__points": np.zeros((5, 3), complex)},
+        "numbers of at most 64 bit",
+    ),
+    "texts": ({"stage0__points": [["a", "b", "c"]]}, "found <U1; numbers are needed"),
+    "far away": (
+        {"stage0__origins": with_row(SOUND["stage0.origins"], [0, 0, 2e6])},
+        "found 2e+06 mm; nothing is so far",
+    ),
+    "not unit": ({"stage0__directions": NOT_UNIT}, "found one 3.2 long; give unit"),
+    "beyond all numbers": (
+        {"stage0__directions": 1e300 * NOT_UNIT},
+        "long; give unit vectors",
+    ),
+    "outside": (
+        {"stage0__pixels": with_row(SOUND["stage0.pixels"], [320, 0])},
+        "found [320.0, 0.0] outside a picture of 320 x 240 px; give (column, row)",
+    ),
+    "twice": (
+        {"stage0__pixels": with_row(SOUND["stage0.pixels"], [0, 0])},
+        "'stage0.pixels': found a pixel twice",
+    ),
+    "no seconds": (
+        {"seconds": -1.0},
+        "'seconds': found -1.0; give a number, 0 or more",
+    ),
+    "endless": ({"seconds": np.inf}, "'seconds': found inf; give a finite number"),
+    "two lines": ({"method": "a\nb"}, "'method': found 'a b'; give a text of one line"),
+    "long": ({"method": "a" * 101}, "or a short text, are needed"),
+    "no name": ({"set": 3}, "'set': found '3'; give a text of one line"),
+    "two names": ({"set": ["a", "b"]}, "'set': found no single number or text"),
+    "no size": ({"size": [320.5, 240]}, "give the width and height in pixels"),
+    "no picture": ({"size": [3.2e5, 240]}, "no picture is so large"),
+    "half a viewer": (
+        {"viewer__pixels": np.zeros((1, 2))},
+        "'viewer.directions': missing",
+    ),
+}
+
+
+def test_a_sound_file_is_read(tmp_path):
+    path = tmp_path / "result.npz"
+    np.savez(path, **SOUND)
+    found = read_mirror_result(path)
+    assert (found.set, found.size, found.seconds) == ("bent", (320, 240), 2.5)
+    assert (found.method, found.viewer) == ("by hand", None)
+    np.testing.assert_array_equal(found.stages[0].rays.pixels, SOUND["stage0.pixels"])
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_what_is_wrong_is_said_in_a_line(name, tmp_path):
+    changes, fault = FAULTS[name]
+    path = tmp_path / "result.npz"
+    np.savez(path, **fields(**changes))
+    with pytest.raises(InputError) as refused:
+        read_mirror_result(path)
+    line = str(refused.value)
+    assert line.startswith(f"{path}: field '")
+    assert fault in line
+    assert line.isprintable()
+
+
+def test_the_command_prints_and_writes_scores(mirror_set, result, tmp_path, capsys):
+    scores = tmp_path / "scores.json"
+    command = ["score-mirror", str(result), str(mirror_set.folder)]
+    assert main([*command, "--json", str(scores)]) == 0
+    viewer, *stages, whole = capsys.readouterr().out.splitlines()
+    assert viewer.startswith("bent: viewer: axes turned by 0.000 deg")
+    assert stages[2] == ("bent: stage 1: deflected at 80 mm by 3.000 mm, found 3.000")
+    assert whole.startswith("bent: all stages: rays 100.0 %, 100.0 % right, rms")
+    assert whole.endswith("; 1.5 s as stated")
+    assert read_json(scores)["all"]["rays"]["share_with_ray"] == 1
+
+
+def test_the_command_refuses_in_a_line(mirror_set, result, tmp_path, capsys):
+    folder = str(mirror_set.folder)
+    camera = tmp_path / "mirror-1.npz"
+    true_mirror((0, 0)).save(camera)
+    bare = write_scored_set(tmp_path / "bare").folder
+    (bare / "truth" / "stage-2.npz").unlink()
+    for arguments, fault in (
+        ([str(camera), folder], "mirror-1.npz: field 'raxel_mirror_result': missing"),
+        ([str(tmp_path / "no.npz"), folder], "no such result file of a mirror set"),
+        ([str(result), str(tmp_path)], "no mirror.yaml in it; not a mirror set"),
+        ([str(result), str(bare)], "stage-2.npz: no such camera file"),
+        ([str(result), folder, "--json", str(result)], "the command reads this file"),
+        ([str(result), folder, "--json", f"{folder}/mirror.yaml"], "the command reads"),
+    ):
+        assert main(["score-mirror", *arguments]) == 2
+        (line,) = capsys.readouterr().err.splitlines()[-1:]
+        assert fault in line
+    assert (
+        main(
+            [
+                "calibrate",
+                str(mirror_set.stages.folder),
+                "--out",
+                "c.npz",
+                "--rays",
+                "r.npz",
+            ]
+        )
+        == 2
+    )
+    assert "--rays: found with" in capsys.readouterr().err
