@@ -45,16 +45,22 @@ def calibrated(folder):
     """(folder of the results, lines that were printed)"""
     results = folder.parent / "results"
     results.mkdir()
-    out, fit = str(results / "mirror.npz"), str(results / "fit.json")
-    report = str(folder.parent / "report")
-    files = ["--out", out, "--json", fit, "--report", report]
-    assert main(["calibrate", str(folder), *files]) == 0
+    out, fit, rays = (results / name for name in ("mirror.npz", "fit.json", "rays.npz"))
+    report = folder.parent / "report"
+    files = ["--out", out, "--json", fit, "--rays", rays, "--report", report]
+    assert main(["calibrate", str(folder), *map(str, files)]) == 0
     return results
 
 
 def test_the_cameras_come_near_the_truth(rig, folder, calibrated):
     names = sorted(path.name for path in calibrated.iterdir())
-    assert names == ["fit.json", "mirror-0.npz", "mirror-1.npz", "mirror.npz"]
+    assert names == [
+        "fit.json",
+        "mirror-0.npz",
+        "mirror-1.npz",
+        "mirror.npz",
+        "rays.npz",
+    ]
     for stage in range(2):
         found = load_camera(calibrated / f"mirror-{stage}.npz")
         true = load_camera(folder / "truth" / f"stage-{stage}.npz")
@@ -131,6 +137,22 @@ def test_its_boards_are_scored_by_the_stage_that_the_camera_is_of(
     ):
         assert main(["evaluate", arguments[0], str(folder), *arguments[1:]]) == 2
         assert fault in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_its_rays_enter_the_benchmark(folder, calibrated):
+    scores = str(calibrated.parent / "scores.json")
+    rays = str(calibrated / "rays.npz")
+    assert main(["score-mirror", rays, str(folder), "--json", scores]) == 0
+    found = read_json(scores)
+    assert found["method"] == "raxel calibrate"
+    assert found["seconds"] > 0.1
+    assert found["viewer_rms_deg"] < 0.01
+    for stage in found["stages"]:
+        assert stage["rays"]["share_with_ray"] > 0.6
+        assert stage["rays"]["rms_deg"] < 0.12
+        assert stage["height"]["rms_mm"] < 0.2
+    (load,) = found["stages"][1]["deflections"]
+    assert load["found_mm"] == pytest.approx(load["true_mm"], rel=0.05)
 
 
 def test_a_spline_mirror_is_drawn_where_it_is(calibrated):

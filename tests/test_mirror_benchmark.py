@@ -65,8 +65,10 @@ def test_the_truth_has_no_errors(mirror_set, truth):
     assert scores["all"]["deflection_rms_mm"] < 1e-9
     assert [stage["stage"] for stage in scores["stages"]] == [0, 1, 2]
     for stage, set_to in zip(scores["stages"], STAGES, strict=True):
-        found = [load["found_mm"] for load in stage["deflections"]]
-        np.testing.assert_allclose(found, set_to, atol=1e-9)
+        for load, moved in zip(stage["deflections"], set_to, strict=True):
+            assert load["read_at_mm"] == 0.75 * load["load_mm"]
+            assert load["found_mm"] == pytest.approx(load["true_mm"], abs=1e-9)
+            assert 0.4 * moved <= load["true_mm"] <= moved
     pixels = [stage["rays"]["pixels"] for stage in scores["stages"]]
     assert scores["all"]["rays"]["pixels"] == sum(pixels) > 1000
 
@@ -113,12 +115,13 @@ def test_known_errors_of_the_shape_have_their_sizes(mirror_set, truth):
     even = 0.02 * camera.mirror.end * np.array([1 / 2, 1 / np.sqrt(3)])
     covered = stage["height"]["mean_mm"], stage["height"]["rms_mm"]
     np.testing.assert_allclose(covered, even, rtol=0.05)
-    for load, place in zip(
-        stage["deflections"], camera.mirror.profile.places, strict=True
-    ):
-        assert load["error_mm"] == pytest.approx(0.02 * place, rel=1e-6)
+    errors = []
+    for load in stage["deflections"]:
+        # The bent sheet has come back a little towards the clamp.
+        errors.append(load["error_mm"])
+        assert 0.99 < errors[-1] / (0.02 * load["read_at_mm"]) < 1
     assert scores["stages"][1]["deflections"][0]["error_mm"] == pytest.approx(0)
-    expected = 0.02 * np.sqrt(np.mean(camera.mirror.profile.places**2) / 2)
+    expected = np.sqrt(np.mean(np.square(errors)) / 2)
     assert scores["all"]["deflection_rms_mm"] == pytest.approx(expected)
 
 

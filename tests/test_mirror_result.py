@@ -1,5 +1,7 @@
 """Result files of mirror sets that are wrong in one way each, and the command."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -149,7 +151,9 @@ def test_the_command_prints_and_writes_scores(mirror_set, result, tmp_path, caps
     assert main([*command, "--json", str(scores)]) == 0
     viewer, *stages, whole = capsys.readouterr().out.splitlines()
     assert viewer.startswith("bent: viewer: axes turned by 0.000 deg")
-    assert stages[2] == ("bent: stage 1: deflected at 80 mm by 3.000 mm, found 3.000")
+    assert stages[2].startswith("bent: stage 1: deflected at 60 mm by ")
+    true, found = re.findall(r"\d\.\d{3}", stages[2])
+    assert true == found
     assert whole.startswith("bent: all stages: rays 100.0 %, 100.0 % right, rms")
     assert whole.endswith("; 1.5 s as stated")
     assert read_json(scores)["all"]["rays"]["share_with_ray"] == 1

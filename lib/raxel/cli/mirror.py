@@ -35,13 +35,13 @@ def calibrate_mirror_set(options, say):
     check_mirror_written(written, mirror_set)
     if options.report:
         _check_report(options.report, mirror_set, written)
-    began = time.perf_counter()
+    began = time.process_time()
     views = mirror_views(mirror_set, say)
     try:
         found = calibrate_mirror(views, say=say)
     except InputError as fault:
         raise type(fault)(f"{mirror_set.description}: {fault}") from fault
-    took = time.perf_counter() - began
+    took = time.process_time() - began
     result = _result(mirror_set, views, found, outputs)
     for line in _lines(mirror_set, result):
         print(line)

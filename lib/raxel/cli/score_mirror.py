@@ -33,9 +33,10 @@ def _lines(scores):
         for load in stage["deflections"] if stage["stage"] else ():
             found = load["found_mm"]
             told = "none" if found is None else f"{found:.3f}"
+            place, true = load["read_at_mm"], load["true_mm"]
             yield (
-                f"{name}: stage {stage['stage']}: deflected at {load['load_mm']:g} mm "
-                f"by {load['true_mm']:.3f} mm, found {told}"
+                f"{name}: stage {stage['stage']}: deflected at {place:g} mm by "
+                f"{true:.3f} mm, found {told}"
             )
     whole = scores["all"]
     seconds = scores["seconds"]

@@ -41,9 +41,11 @@ STEP_PX = 8
 FEWEST_RAYS, FEWEST_POINTS = 30, 30
 # A ray is right within this.
 RIGHT_DEG = 0.1
-# Cells of the mirror's face, and how far from a load its deflection is read, mm.
-CELL_MM, AT_LOAD_MM = 5.0, 12.0
-FEWEST_AT_LOAD = 6
+# Cells of the mirror's face, mm. A deflection is read from the points within NEAR_MM of
+# a place of the sheet's middle line that is this share of the way to the load: boards
+# that are seen before and after a step seldom reach a load near the free edge.
+CELL_MM, NEAR_MM, FEWEST_NEAR = 5.0, 10.0, 6
+READ_AT, LINE_NODES = 0.75, 4097
 # Axes of two calibrations of one viewer do not differ by more, degrees.
 MOST_TURN = 5.0
 
@@ -54,8 +56,9 @@ class StageScores(NamedTuple):
     scored: how many pixels truly have a ray; angles (n,) degrees, aside (n,) mm: of
     those answered; cells: how many the mirror's face has; heights (m,) and rms (m,)
     mm: mean error of the points in each cell that has any, and their RMS, positive
-    away from the light; beside: points that lie over no cell; deflections (k, 2):
-    true and found at each load, mm, since stage 0, NaN where there are no points.
+    away from the light; beside: points that lie over no cell; read (k, 3): for each
+    load where it is read along the sheet, the true height there and the found one, mm,
+    NaN where there are no points.
     """
 
     scored: int
@@ -65,7 +68,7 @@ class StageScores(NamedTuple):
     heights: np.ndarray
     rms: np.ndarray
     beside: int
-    deflections: np.ndarray
+    read: np.ndarray
 
 
 def scored_pixels(size):
@@ -101,14 +104,11 @@ def score_mirror(mirror_set, result):
     cameras = true_cameras(mirror_set)
     _check_same(mirror_set, result)
     R, turned, viewer = _turn(cameras[0], result.viewer)
-    stages, at_loads = [], None
+    stages = []
     for k, (answer, camera) in enumerate(zip(result.stages, cameras, strict=True)):
         answer = _in_frame(_scored_only(f"stage{k}", answer), R)
         _check(f"stage{k}", answer, camera)
-        scores, off = stage_scores(answer, camera, mirror_set.size)
-        at_loads = off if k == 0 else at_loads
-        deflections = _deflections(camera, cameras[0], off, at_loads)
-        stages.append(scores._replace(deflections=deflections))
+        stages.append(stage_scores(answer, camera, mirror_set.size))
     loads = cameras[0].mirror.profile.loads
     return {
         "set": mirror_set.name,
@@ -117,7 +117,8 @@ def score_mirror(mirror_set, result):
         "turned_deg": turned,
         "viewer_rms_deg": viewer,
         "stages": [
-            {"stage": k} | _stage_fields(one, loads) for k, one in enumerate(stages)
+            {"stage": k} | _stage_fields(one, stages[0], loads)
+            for k, one in enumerate(stages)
         ],
         "all": _all_fields(stages),
     }
@@ -226,15 +227,13 @@ def _check(stage, answer, camera):
 
 
 def stage_scores(answer, camera, size):
-    """(StageScores without deflections, errors (k,) mm at the loads) of a StageAnswer.
+    """StageScores of a StageAnswer.
 
     answer: with pixels of `scored_pixels` alone; camera: the true one of the stage;
     size: (width, height) px.
     """
-    scored, angles, aside = _ray_errors(answer.rays, camera, size)
-    cells, heights, rms, outside, off = _height_errors(answer.points, camera)
-    none = np.empty((0, 2))
-    return (StageScores(scored, angles, aside, cells, heights, rms, outside, none), off)
+    rays = _ray_errors(answer.rays, camera, size)
+    return StageScores(*rays, *_height_errors(answer.points, camera))
 
 
 def _ray_errors(rays, camera, size):
@@ -255,19 +254,19 @@ def _ray_errors(rays, camera, size):
 
 
 def _height_errors(points, camera):
-    """(cells, mean (m,) and RMS (m,) mm of cells with points, points beside, mm (k,))
+    """(cells, mean (m,) and RMS (m,) mm of cells with points, points beside, read)
 
     Cells are those of the sheet laid flat, ahead of its holder. Heights are those over
     the sheet before it bends, along the mirror's z axis, which is the way in which a
-    load moves it; the last is the error at each load.
+    load moves it. The last is as in StageScores.
     """
     mirror = camera.mirror
     size = mirror.size - [mirror.holder, 0]
     counts = np.ceil(size / CELL_MM).astype(int)
     cells = int(counts.prod())
-    nothing = np.full(len(mirror.profile.places), np.nan)
+    read = _reading_places(mirror)
     if points is None or not len(points):
-        return cells, np.empty(0), np.empty(0), 0, nothing
+        return cells, np.empty(0), np.empty(0), 0, read
     place = transform(inverse_pose(camera.T_viewer_mirror), points)
     over = mirror.carries(place)
     x, y, z = place[over].T
@@ -278,34 +277,41 @@ def _height_errors(points, camera):
     filled = n > 0
     mean = np.bincount(cell, error, cells)[filled] / n[filled]
     square = np.bincount(cell, error**2, cells)[filled] / n[filled]
-    at_loads = [_error_at(x - load, y, error) for load in mirror.profile.places]
-    outside = int(np.count_nonzero(~over))
-    return cells, mean, np.sqrt(square), outside, np.array(at_loads)
+    for row in read:
+        row[2] = row[1] + _error_at(_across(mirror, row[0]) - x, y, error)
+    return cells, mean, np.sqrt(square), int(np.count_nonzero(~over)), read
+
+
+def _reading_places(mirror):
+    """(k, 3) mm: where deflections are read along the sheet, true heights, NaN."""
+    along = READ_AT * mirror.profile.loads
+    height = mirror.height(_across(mirror, along), np.zeros(len(along)))[0]
+    return np.column_stack([along, height, np.full(len(along), np.nan)])
+
+
+def _across(mirror, along):
+    """x of places `along` the sheet's middle line, mm from the clamp."""
+    x = np.linspace(0, mirror.end, LINE_NODES)
+    return np.interp(along, mirror.flat(x, np.zeros(LINE_NODES))[0], x)
 
 
 def _error_at(x, y, error):
     """The error (n,) at x = y = 0, by a plane through those near it; NaN if too few."""
-    near = np.hypot(x, y) <= AT_LOAD_MM
-    if np.count_nonzero(near) < FEWEST_AT_LOAD:
+    near = np.hypot(x, y) <= NEAR_MM
+    if np.count_nonzero(near) < FEWEST_NEAR:
         return np.nan
     rows = np.column_stack([np.ones(near.sum()), x[near], y[near]])
     return np.linalg.lstsq(rows, error[near], rcond=None)[0][0]
 
 
-def _deflections(camera, first, off, off_first):
-    """(k, 2) mm, since stage 0: true at each load, and found."""
-    true = camera.deflections - first.deflections
-    return np.column_stack([true, true + off - off_first])
-
-
-def _stage_fields(one, loads):
+def _stage_fields(one, first, loads):
     """The scores of a stage by name, None where there is no answer.
 
     rays: pixels that are scored, share_with_ray, share_right (within RIGHT_DEG, of all
     that are scored), deg (angles) and mm (how far a ray passes the place on the mirror
     where the pixel's true ray begins), each rms, median and max. height: cells,
     share_covered, beside, mean_mm (signed), rms_mm, median_mm (of the cells' RMS),
-    max_mm. deflections: at each load load_mm, true_mm, found_mm, error_mm.
+    max_mm. deflections: for each load load_mm, read_at_mm, true_mm, found_mm, error_mm.
     """
     return {
         "rays": _ray_fields(one.scored, one.angles, one.aside),
@@ -313,18 +319,26 @@ def _stage_fields(one, loads):
         "deflections": [
             {
                 "load_mm": float(load),
+                "read_at_mm": float(place),
                 "true_mm": float(true),
                 "found_mm": _known(found),
                 "error_mm": _known(found - true),
             }
-            for load, (true, found) in zip(loads, one.deflections, strict=True)
+            for load, (place, true, found) in zip(
+                loads, _moved(one, first), strict=True
+            )
         ],
     }
 
 
+def _moved(one, first):
+    """What was read at a stage, (k, 3), its heights those since the first stage."""
+    return one.read - first.read * [0, 1, 1]
+
+
 def _all_fields(stages):
-    """The same over all stages; deflection_rms_mm over the loads of stages 1, 2, ...,
-    None where one of them is not known."""
+    """The same over all stages; deflection_rms_mm over all readings of stages 1, 2,
+    ..., None where one of them is not known."""
     names = "angles", "aside", "heights", "rms"
     angles, aside, heights, rms = (
         np.concatenate([getattr(stage, name) for stage in stages]) for name in names
@@ -333,11 +347,11 @@ def _all_fields(stages):
         sum(getattr(stage, name) for stage in stages)
         for name in ("scored", "cells", "beside")
     )
-    moved = np.concatenate([s.deflections for s in stages[1:]])
+    _, true, found = np.concatenate([_moved(s, stages[0]) for s in stages[1:]]).T
     return {
         "rays": _ray_fields(scored, angles, aside),
         "height": _height_fields(cells, heights, rms, outside),
-        "deflection_rms_mm": _known(np.sqrt(np.mean(np.diff(moved, axis=1) ** 2))),
+        "deflection_rms_mm": _known(np.sqrt(np.mean((found - true) ** 2))),
     }
 
 

@@ -1,0 +1,224 @@
+"""Mirror rigs, and the mirror sets that are rendered of them."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from raxel.cameras import load_camera
+from raxel.cli import main
+from raxel.errors import InputError
+from raxel.evaluation.mirror_benchmark import score_mirror, scored_pixels
+from raxel.evaluation.mirror_result import sampled_result
+from raxel.files import read_json
+from raxel.geometry import transform
+from raxel.geometry.planes import on_plane
+from raxel.lab import target_poses
+from raxel.lab.mirror_set_rig import is_mirror_set_rig, load_mirror_set_rig
+from raxel.lab.render_mirror_set import render_mirror_set
+from raxel.sets import read_image
+from raxel.sets.mirror_set import load_mirror_set
+from tests.test_lab_rig import ORIGINS, quantities
+from tests.tiny_mirror_rig import RIGS, SETS, tiny_rig
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return tiny_rig()
+
+
+@pytest.fixture(scope="module")
+def rendered(rig, tmp_path_factory):
+    return render_mirror_set(rig, tmp_path_factory.mktemp("tiny") / "set", 3)
+
+
+def contents(folder):
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_the_benchmarks_rigs_are_complete(name):
+    path = RIGS / f"{name}.yaml"
+    assert is_mirror_set_rig(path)
+    rig = load_mirror_set_rig(path)
+    assert rig.name == f"mirror-{name}"
+    assert list(rig.light) == ["low", "middle", "high"]
+    assert list(rig.light.values()) == sorted(rig.light.values(), reverse=True)
+    assert len(rig.cameras(0)) == len(rig.stages) == 4
+    for file in (path, *(getattr(rig, key).path for key in ("viewer", "plate"))):
+        leaves = list(quantities(yaml.safe_load(file.read_text("utf-8"))))
+        assert len(leaves) >= 7
+        for quantity in leaves:
+            assert quantity["origin"] in ORIGINS
+            assert len(quantity["reason"]) > 5
+
+
+def test_it_is_read_and_has_its_truth(rig, rendered):
+    assert rendered.name == "mirror-clean-low-3"
+    assert rendered.size == (128, 96)
+    (step,) = rendered.steps
+    assert step.deflection_mm == 5.0
+    assert rendered.thickness_mm == 0.381
+    labels = [view.label for view in rendered.grids.views]
+    assert labels == [view.label for view in rendered.platter.views] == ["near", "far"]
+    for k, deflections in enumerate(rig.stages):
+        camera = load_camera(rendered.folder / "truth" / f"stage-{k}.npz")
+        assert tuple(camera.deflections) == deflections
+    poses = read_json(rendered.folder / "truth" / "poses.json")["T_camera_target"]
+    assert sorted(poses) == ["s1-after.png", "s1-before.png"]
+    board = on_plane(rendered.stages.target.points())
+    pixels, valid = camera.project(transform(np.array(poses[step.after]), board))
+    assert (valid & camera.in_image(pixels)).all()
+
+
+def test_the_platter_lies_dark_beside_its_board(rig, rendered):
+    plate = rig.plate
+    T = plate.draw_poses(np.random.default_rng([3, 3]), 1)[0]
+    picture = read_image(rendered.plate, rendered.plate.views[0])
+    centre = np.array(rig.ring.centre_mm)
+    middle = (rig.ring.radius_mm + rig.ring.hub_mm) / 2
+    angle = np.linspace(0, 2 * np.pi, 8)
+    ring = centre + middle * np.column_stack([np.cos(angle), np.sin(angle)])
+    paper = plate.extent[0] + [2.0, 2.0]
+    at = [
+        np.rint(plate.camera.project(transform(T, on_plane(p))).pixels).astype(int)
+        for p in (ring, paper[None])
+    ]
+    silver, white = (picture[p[:, 1], p[:, 0]] for p in at)
+    assert silver.max() < 40
+    assert white.min() > 150
+
+
+def test_the_truth_scores_without_errors(rendered):
+    cameras = [
+        load_camera(rendered.folder / "truth" / f"stage-{k}.npz") for k in range(2)
+    ]
+    result = sampled_result(rendered, cameras, scored_pixels(rendered.size))
+    scores = score_mirror(rendered, result)
+    assert scores["all"]["rays"]["share_right"] == 1
+    assert scores["all"]["height"]["max_mm"] < 1e-9
+    assert 2 < scores["stages"][1]["deflections"][0]["true_mm"] < 5
+
+
+def test_the_seed_and_the_level_make_the_bytes(rig, rendered, tmp_path):
+    render_mirror_set(rig, tmp_path / "again", 3)
+    first, again = contents(rendered.folder), contents(tmp_path / "again")
+    assert first == again
+    darker = render_mirror_set(rig, tmp_path / "high", 3, "high")
+    assert darker.name == "mirror-clean-high-3"
+    truth = {name for name in first if name.startswith("truth/")}
+    high = contents(darker.folder)
+    assert {name for name in first if first[name] != high[name]} >= {
+        name for name in first if name.endswith(".png")
+    }
+    assert all(first[name] == high[name] for name in truth)
+    black = [read_image(one.grids, "near/black.png") for one in (rendered, darker)]
+    # Beside the mirror all is dark; gamma lifts the noise there.
+    assert black[1][:5].mean() > 1.5 * black[0][:5].mean()
+
+
+def test_its_calibration_opens_no_truth(rendered, tmp_path):
+    bare = shutil.copytree(rendered.folder, tmp_path / "bare")
+    for folder in bare.rglob("truth"):
+        shutil.rmtree(folder)
+    assert load_mirror_set(bare).name == rendered.name
+    assert main(["check", str(bare)]) == 0
+
+
+def test_what_is_different_about_each_set():
+    clean, aberrated, twisted, two = (tiny_rig(name, 4) for name in SETS)
+    assert clean.changes == {}
+    assert aberrated.changes == {"aberration": 0.021}
+    assert twisted.changes == {"rulings": pytest.approx(np.radians(20))}
+    assert two.changes == {"loads": [80, 150]}
+    waves = [
+        one.cameras(seed)[1].mirror for one, seed in ((aberrated, 1), (aberrated, 2))
+    ]
+    x, y = np.array([100.0]), np.array([20.0])
+    assert waves[0].height(x, y)[0] != waves[1].height(x, y)[0]
+    mirror = twisted.cameras(0)[3].mirror
+    ends = mirror.height(np.full(2, mirror.end), np.array([-50.0, 50.0]))[0]
+    assert np.ptp(ends) == pytest.approx(15 / 9, rel=0.1)
+    assert two.cameras(0)[3].deflections.tolist() == [3, 10]
+
+
+def changed(tmp_path, change):
+    """The clean rig's file beside those that it names, changed as data."""
+    folder = tmp_path / "rigs" / "mirror-sets"
+    shutil.copytree(RIGS.parent, folder.parent)
+    path = folder / "clean.yaml"
+    data = yaml.safe_load(path.read_text("utf-8"))
+    change(data)
+    path.write_text(yaml.safe_dump(data), "utf-8")
+    return path
+
+
+def mended(name, **fields):
+    return lambda data: data[name].update(fields)
+
+
+FAULTS = {
+    "misspelt": (
+        lambda d: d.update(stagse=1),
+        "stagse: unknown key; did you mean stag",
+    ),
+    "one stage": (mended("stages", value=[[0]]), "stages.value: found a list of 1"),
+    "two loads": (
+        mended("stages", value=[[0, 0], [1, 2]]),
+        "stages: give 1 deflections for each stage, one for each load",
+    ),
+    "too far": (mended("stages", value=[[0], [140]]), "stages: field 'deflections'"),
+    "wrong unit": (mended("stages", unit="cm"), "stages.unit: found 'cm'; give mm"),
+    "no rig": (lambda d: d.update(steps="nowhere.yaml"), "nowhere.yaml: no such file"),
+    "no mirror": (lambda d: d.update(steps="viewer.yaml"), "steps: its camera is not"),
+    "another camera": (
+        lambda d: d.update(viewer="../kodak-boards-small.yaml"),
+        "viewer: its camera is not the viewer of grids",
+    ),
+    "a board for a grid": (
+        lambda d: d.update(grids="steps.yaml"),
+        "grids: its target is a board",
+    ),
+    "many poses": (lambda d: d.update(plate="viewer.yaml"), "plate: found 12 poses"),
+    "a level twice": (
+        lambda d: d["noise"].append(d["noise"][0]),
+        "noise: found a name twice",
+    ),
+    "all hub": (
+        lambda d: d["platter"]["hub"].update(value=30),
+        "platter.hub: found no less than its radius",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_mirror_rig_that_is_wrong_is_refused_in_a_line(name, tmp_path):
+    change, fault = FAULTS[name]
+    path = changed(tmp_path, change)
+    with pytest.raises(InputError) as refused:
+        load_mirror_set_rig(path)
+    assert fault in str(refused.value)
+    assert str(refused.value).isprintable()
+
+
+def test_orders_that_cannot_be_carried_out(rig, tmp_path, capsys, monkeypatch):
+    out = tmp_path / "set"
+    with pytest.raises(InputError, match=r"no level 'hihg'; did you mean high\?"):
+        render_mirror_set(rig, out, 0, "hihg")
+    (tmp_path / "there").mkdir()
+    with pytest.raises(InputError, match="exists already"):
+        render_mirror_set(rig, tmp_path / "there", 0)
+    monkeypatch.setattr(target_poses, "TRIES_FOR_ONE", 20)
+    small = replace(rig.steps, poses=replace(rig.steps.poses, subtense=(1.5, 1.6)))
+    with pytest.raises(InputError, match="not seen whole in the mirror"):
+        render_mirror_set(replace(rig, steps=small), out, 0)
+    ordinary = str(RIGS / "viewer.yaml")
+    assert main(["render", ordinary, "--out", str(out), "--noise", "low"]) == 2
+    assert "--noise: found with" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["there"]
