@@ -51,7 +51,8 @@ class RayBundle(NamedTuple):
     residuals from the start on; variance: the last one over the degrees of freedom, 1
     where the rays' noise is as stated. covariance (6 V, 6 V) of (w, v) of each view: it
     turns by w, frame of the view, about `centre` (3,), which is displaced by v;
-    point_covariance (N, 3, 3), mm^2. spread: mm, RMS distance of the rays from the centre; rays: counted.
+    point_covariance (N, 3, 3), mm^2. spread: mm, RMS distance of the rays from the
+    centre; rays: counted.
     """
 
     T_view_world: np.ndarray
