@@ -12,6 +12,7 @@ from raxel.multiview.generalised_linear import generalised_equations, generalise
 from raxel.multiview.generalised_motion import refine_generalised_pose
 from raxel.multiview.generalised_robust import generalised_pose_ransac
 from raxel.multiview.motion_information import motion_information
+from raxel.multiview.motion_samples import squared_gaps, turning_pairs
 from raxel.multiview.noisy_rays import NoisyRays, angular_rays, rays_of_pixels
 from raxel.multiview.ray_gaps import gap_system, gaps, matched_rays, moved_motion
 from tests.ray_scenes import (
@@ -229,6 +230,19 @@ def test_given_the_length_a_central_camera_is_a_case_like_others():
         generalised_pose_ransac(A, B, rng, 10.0, length=length),
     ):
         assert np.abs(found.T_2_1 - T_RIG).max() < 1e-6
+
+
+def test_the_twin_of_a_motion_puts_points_behind():
+    _, A, B = by_rig(np.random.default_rng(12), 40, T_RIG, sd=0.0, beside=False)
+    pairs = matched_rays(A, B, about=np.zeros(3))
+    R, u = pairs.about_centre(T_RIG)
+    twin = (2 * np.outer(unit(u), unit(u)) - np.eye(3)) @ R
+    motions = np.stack([R, twin, R]), np.stack([u, u, -u])
+    for motion in zip(*motions, strict=True):
+        assert np.abs(gaps(*motion, pairs)).max() < 1e-3
+    squared = squared_gaps(*motions, turning_pairs(pairs), 1.0)
+    assert np.isfinite(squared[0]).all()
+    assert np.isinf(squared[1:]).all()
 
 
 def test_what_leaves_the_motion_open_is_refused_in_one_line():

@@ -8,7 +8,10 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
-PANELS = {"length_percent": "Length off (%)", "turn_deg": "Rotation off (degrees)"}
+PANELS = {
+    "length_percent": "Length off (% of the one found)",
+    "turn_deg": "Rotation off (degrees)",
+}
 FORETOLD = {"color": INK, "linestyle": ":", "marker": ""}
 
 
@@ -35,9 +38,10 @@ def ext_ray_motion_told(results):
         panel.plot(DEFLECTIONS_MM, told, label="foretold", **FORETOLD)
         rows += [(name, "foretold", d, x, x, x) for d, x in
                  zip(DEFLECTIONS_MM, told, strict=True)]  # fmt: skip
-        panel.set(xlabel="Deflection (mm)", ylabel=label, xscale="log", yscale="log")
+        panel.set(xlabel="Deflection (mm)", ylabel=label, xscale="log")
         panel.set_xticks(DEFLECTIONS_MM, [f"{d:g}" for d in DEFLECTIONS_MM])
         panel.minorticks_off()
+        panel.set_ylim(bottom=0)
         panel.legend()
     return Drawing(
         drawn,

@@ -91,12 +91,14 @@ def _told(told):
 
 
 def _errors(T_2_1, T, centre):
+    """Rotation, direction, and length as a share of the one found: noise shifts one
+    over the length alike, whatever it is, and one without end is 100 % off."""
     u, v = (P[:3, 3] - centre + P[:3, :3] @ centre for P in (T_2_1, T))
     lengths = np.linalg.norm(u), np.linalg.norm(v)
     return {
         "turn_deg": np.degrees(angle_between_rotations(T_2_1[:3, :3], T[:3, :3])),
         "aside_deg": np.degrees(np.arccos(np.clip(u @ v / np.prod(lengths), -1, 1))),
-        "length_percent": 100 * (lengths[0] / lengths[1] - 1),
+        "length_percent": 100 * (1 - lengths[1] / lengths[0]),
     }
 
 
