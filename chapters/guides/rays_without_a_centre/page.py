@@ -55,7 +55,7 @@ def ext_ray_motion_steps(effort):
 # - **The more the mirror bends, the better the length is told.** At
 #   {glue:text}`deflection.least` mm of deflection the rays pass
 #   {glue:text}`spread.least` mm from one point, and the standard deviation
-#   of the length of a {glue:text}`step_mm` mm step is
+#   of the length of a {glue:text}`step_mm:.0f` mm step is
 #   {glue:text}`told.least` % of it. At {glue:text}`deflection.most` mm they
 #   pass {glue:text}`spread.most` mm from it, and it is
 #   {glue:text}`told.most` %.
@@ -170,7 +170,7 @@ def ext_ray_motion_steps(effort):
 #
 # ## The scene of this page
 #
-# {glue:text}`pairs` points, {glue:text}`step_mm` mm aside, the camera of the
+# {glue:text}`pairs` points, {glue:text}`step_mm:.0f` mm aside, the camera of the
 # rig {glue:text}`rig` with its mirror bent; three in ten pairs are wrong. The
 # camera is the true one: errors of a calibration come on top.
 
