@@ -20,10 +20,11 @@ from raxel.multiview.motion_samples import (
     squared_gaps,
     turning_pairs,
 )
-from raxel.multiview.ray_gaps import gaps, matched_rays
+from raxel.multiview.ray_gaps import depths_of_pairs, gaps, matched_rays
 
 BATCH, ROUNDS = 64, 20
 HELD_STEPS, FREED_STEPS = 12, 6
+FEW = 0.05  # share of pairs that meet before their origins
 
 
 def generalised_pose_ransac(
@@ -77,16 +78,32 @@ def generalised_pose_ransac(
 
 def _with_its_inliers(pairs, turning, R, u, length, threshold):
     """GeneralisedPose after fits to inliers until they no longer change."""
-    right = None
+    right, told = None, False
     for _ in range(ROUNDS):
         ahead = np.isfinite(squared_gaps(R[None], u[None], turning, threshold)[0])
         now = ahead & (np.abs(gaps(R, u, pairs)) < threshold)
+        short = _before_origins(R, u, pairs)
+        # Where the length is told, few such points are wrong pairs; many would be right
+        # ones of a length that is too short.
+        if told and short[now].sum() < FEW * now.sum():
+            now &= ~short
         if np.array_equal(now, right):
             break
         right = _need_right(now)
         found = adjusted(pairs, right, R, u, length)
+        told = found.scale_told
         R, u = pairs.about_centre(found.T_2_1)
     return found
+
+
+def _before_origins(R, u, pairs):
+    """Which pairs (N,) meet between the pivot and the origin of a ray."""
+    depths = depths_of_pairs(R, u, pairs)
+    back = [
+        np.einsum("ni,ni->n", rays.origins - rays.pivots()[0], rays.directions)
+        for rays in (pairs.rays_1, pairs.rays_2)
+    ]
+    return np.any((depths < 0) & (depths > -np.stack(back, axis=1)), axis=1)
 
 
 def _from_other_shifts(best, turning, right, length):
