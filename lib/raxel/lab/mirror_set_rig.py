@@ -40,7 +40,8 @@ class MirrorSetRig:
     viewer, grids, plate, steps: Rigs; ring: the PlatterRing on the plate's board;
     changes: arguments of the FlexibleMirrorCamera by name, instead of those of grids;
     stages: (k + 1, loads) mm; picks, pick_sd_px: of the clamp; light: name of a level
-    of noise -> share of the rigs' light, the first being the default.
+    of noise -> share of the rigs' light that pictures of boards have, and those of
+    the monitor's patterns; the first is the default.
     """
 
     path: Path
@@ -76,16 +77,16 @@ class MirrorSetRig:
             advice = did_you_mean(level, self.light)
             advice = advice or f"known are {', '.join(self.light)}"
             raise InputError(f"{self.path}: noise: no level {level!r}; {advice}")
-        share = self.light[level]
+        boards, patterns = self.light[level]
         rigs = {}
         for name in RIGS:
-            rig = getattr(self, name)
+            rig, share = getattr(self, name), patterns if name == "grids" else boards
             electrons = {
                 field: share * getattr(rig.sensor, field)
                 for field in ("white_e", "full_well_e")
             }
             rigs[name] = replace(rig, sensor=replace(rig.sensor, **electrons))
-        return replace(self, light={level: share}, **rigs)
+        return replace(self, light={level: (1.0, 1.0)}, **rigs)
 
     def clamp_pixels(self, camera, rng):
         """Pixels (n, 2) along the edge where the sheet comes out of its holder, picked
@@ -156,7 +157,7 @@ def load_mirror_set_rig(path):
         stages=tuple(tuple(map(float, one)) for one in data["stages"]["value"]),
         picks=int(data["clamp"]["points"]["value"]),
         pick_sd_px=float(data["clamp"]["sd"]["value"]),
-        light={one["name"]: float(one["light"]["value"]) for one in data["noise"]},
+        light={one["name"]: _shares(one) for one in data["noise"]},
         **rigs,
     )
     for field, fault in _faults(rig, data):
@@ -170,6 +171,10 @@ def _ring(data):
     return PlatterRing(
         centre, *(float(values[name]) for name in ("radius", "hub", "thickness"))
     )
+
+
+def _shares(level):
+    return tuple(float(level[name]["value"]) for name in ("light", "monitor"))
 
 
 def _changes(data):
