@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.mirror.sightings import normalised
 from raxel.features.detector import as_8_bit
 from raxel.report.canvas import encoded
 from raxel.report.folder import PAGE
@@ -44,7 +45,8 @@ def write_mirror_report(folder, mirror_set, found, result):
         image = as_8_bit(read_image(mirror_set.stages, photographs[name]))
         of_stage.setdefault(shown.stage, image)
         views.append(ShownView(shown.stage, name, f"residuals-{number:03}.jpg"))
-        drawn = residual_picture(image, shown.view.pixels, residuals, scale)
+        pixels = _counted(found.cameras[shown.stage], shown.view.pixels)
+        drawn = residual_picture(image, pixels, residuals, scale)
         (folder / views[-1].residuals).write_bytes(encoded(drawn, ".jpg"))
     for stage, image in of_stage.items():
         drawn = shape_picture(image, found, stage)
@@ -56,6 +58,12 @@ def write_mirror_report(folder, mirror_set, found, result):
     moved = height[:, -1] - before
     text = _page(mirror_set, result, views, moved)
     (folder / PAGE).write_text(text, "utf-8")
+
+
+def _counted(camera, pixels):
+    """Those of pixels (N, 2) that count in the bundle: found, and between the knots."""
+    with np.errstate(invalid="ignore"):
+        return pixels[camera.grid.inside(normalised(camera.viewer, pixels))]
 
 
 def _page(mirror_set, result, views, moved):
