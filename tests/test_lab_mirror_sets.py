@@ -78,6 +78,25 @@ def test_it_is_read_and_has_its_truth(rig, rendered):
     assert (valid & camera.in_image(pixels)).all()
 
 
+def test_boards_are_seen_before_and_after(rig):
+    pair = rig.cameras(0)
+    board = on_plane(rig.steps.target.points())
+    for seed in range(4):
+        T = rig.step_pose(np.random.default_rng(seed), *pair)
+        for camera in pair:
+            pixels, valid = camera.project(transform(T, board))
+            assert (valid & camera.in_image(pixels)).all()
+
+
+def test_patterns_keep_more_light_than_boards(rig):
+    high = rig.darker("high")
+    for name in ("viewer", "plate", "steps", "grids"):
+        share = 0.25 if name == "grids" else 0.0156
+        dark, light = (getattr(one, name).sensor for one in (high, rig))
+        assert dark.white_e == pytest.approx(share * light.white_e)
+        assert dark.read_noise_e == light.read_noise_e
+
+
 def test_the_platter_lies_dark_beside_its_board(rig, rendered):
     plate = rig.plate
     T = plate.draw_poses(np.random.default_rng([3, 3]), 1)[0]

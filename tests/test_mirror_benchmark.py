@@ -148,6 +148,7 @@ def test_the_choice_of_the_viewers_axes_costs_nothing(mirror_set, truth):
     assert scores["turned_deg"] == pytest.approx(np.sqrt(0.14), rel=1e-6)
     assert scores["viewer_rms_deg"] < 1e-9
     assert scores["all"]["rays"]["max_deg"] < 1e-9
+    assert scores["all"]["rays"]["max_mm"] < 1e-9
     assert scores["all"]["height"]["max_mm"] < 1e-9
     bare = moved(pose(R, np.zeros(3)), truth)._replace(viewer=None)
     scores = score_mirror(mirror_set, bare)
@@ -162,6 +163,7 @@ def test_stages_may_be_left_open_and_pixels_left_out(mirror_set, truth):
     scores = score_mirror(mirror_set, result)
     shares = [stage["rays"]["share_with_ray"] for stage in scores["stages"]]
     assert shares == pytest.approx([0.5, 0.5, 0], abs=0.01)
+    assert scores["stages"][0]["rays"]["share_right"] == shares[0]
     last = scores["stages"][2]
     assert last["rays"]["share_right"] == last["height"]["share_covered"] == 0
     assert last["rays"]["rms_deg"] is last["height"]["rms_mm"] is None
@@ -265,6 +267,16 @@ def test_what_is_told_otherwise_than_asked_for_is_refused(name, mirror_set, trut
         score_mirror(mirror_set, changed(truth, change))
     assert fault in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_poor_result_is_scored(mirror_set, truth):
+    R = rotation_from_vector(np.radians([0.0, 4.0, 0.0]))
+
+    def change(pixels, origins, directions, points):
+        return pixels, origins, directions @ R.T, points
+
+    rays = score_mirror(mirror_set, changed(truth, change))["all"]["rays"]
+    assert 2 < rays["median_deg"] <= 4
 
 
 def test_rows_and_columns_exchanged_are_refused(mirror_set, truth):

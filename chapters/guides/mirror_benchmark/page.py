@@ -133,12 +133,12 @@ from repro.page.reader import show_code, value
 #   leaving hard pixels out.
 # - **Height.** How far the mirror's points lie from the true sheet, along the
 #   way in which a load moves it, positive away from the camera. The sheet is
-#   divided into cells of {glue:text}`cell_mm` mm. Each counts once, however many
+#   divided into cells of {glue:text}`cell_mm:.0f` mm. Each counts once, however many
 #   points are in it; *covered* is the share of cells that have any.
 # - **Deflection.** By how much the sheet has moved since stage 0, from the
-#   points within {glue:text}`near_mm` mm of a place on its middle line,
-#   {glue:text}`read_at_percent` % of the way from the clamp to the load. At the load
-#   itself few methods have an answer: a board that is seen whole before and
+#   points within {glue:text}`near_mm:.0f` mm of a place on its middle line,
+#   {glue:text}`read_at_percent:.0f` % of the way from the clamp to the load. At
+#   the load itself few methods have an answer: a board that is seen whole before and
 #   after a step seldom reaches it.
 # - **Time.** As the entrant states it. No machine checks it.
 #
