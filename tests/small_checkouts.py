@@ -173,9 +173,9 @@ def small_checkout(root):
     caption = "Residual against noise $\\sigma$."
     style.save_drawing(Drawing(drawn, {"noise_px": [0, 1]}, caption), base / "fig_2_3")
     about = {"caption": caption, "evidence": "synthetic", "results": {"sweep": "sweep"}}
-    about |= {"source": ["ch02_sample/s5_page/page.py", "half_of"], "scene": False}
+    about |= {"source": ["ch02_sample/s5_page/page.py", "half_of"], "scene": ""}
     about |= {"lines": True}
-    write_json(base / "fig_2_3.json", about | {"scene": True})
+    write_json(base / "fig_2_3.json", about | {"scene": "3-D"})
     scene = '<!doctype html><html lang="en"><title>Fig. 2.3</title></html>'
     write_atomic(base / "fig_2_3.html", scene)
     columns = {"i": ["1", "2"], "V_i": ["$|a|$", "0"], "residual": [1.23456, 2.0]}
@@ -230,12 +230,12 @@ def small_checkout(root):
 
 def odd_page(root, base):
     """A page, a table and a figure for every name of ODD; returns the page's file."""
-    about = {"evidence": "photograph", "results": {}, "scene": True, "lines": False}
+    about = {"evidence": "photograph", "results": {}, "scene": "3-D", "lines": False}
     about |= {"source": ["ch02_sample/s6_odd/page.py", "names"]}
     columns = {"name": ODD, "number": [1.0] * len(ODD)}
     texts = {"caption": "; ".join(map(literal, ODD)), "texts": ["name"]}
     write_atomic(base / "ext_odd_names.csv", csv_text(columns))
-    write_json(base / "ext_odd_names.json", about | texts | {"scene": False})
+    write_json(base / "ext_odd_names.json", about | texts | {"scene": ""})
     cells = []
     for number, name in enumerate(ODD):
         stem = base / f"ext_odd_{number}"

@@ -7,8 +7,9 @@ from chapters.ch05_flexible_mirror.ext_film import results as film
 from chapters.ch05_flexible_mirror.ext_lookup import results as lookup
 from chapters.ch05_flexible_mirror.ext_lookup.tables import lookup_table
 from chapters.ch05_flexible_mirror.ext_lookup.trials.compared import CASES
+from repro.run.outcomes import Plan
 from tests.exercise_answers import misjudged
-from tests.made_results import ROOT, as_planned
+from tests.made_results import ROOT, as_planned, written
 
 SEEDS = 12
 
@@ -52,24 +53,23 @@ def test_a_seed_that_is_refused_is_the_worst_and_counts_as_told():
     assert last[-1] == "14 of 24"
 
 
-class Trials:
-    """Some seeds of the film, one of them refused by the way that hands on."""
+def of_ways():
+    """Three seeds of the film, the last refused by the way that hands on."""
+    rising = np.array([0.0, 1.0, 0.002])
+    seeds = iter([1, 2, 3])
 
-    trials_per_condition = 3
+    def trial(condition, rng):
+        seed = next(seeds)
+        found = {"tracked": {"found_mm": seed * rising}}
+        handed_on = {"refused": "too far"} if seed == 3 else {"found_mm": seed * rising}
+        return found | {"handed_on": handed_on}
 
-    def texts(self, name):
-        return [None, None, "too far" if name.startswith("handed_on") else None]
-
-    def arrays(self, name):
-        rising = np.array([0.0, 1.0, 0.002])
-        if name.startswith("handed_on"):
-            return [rising, 2 * rising]
-        return [rising, 2 * rising, 3 * rising]
+    return written(Plan(trial, [{}], 3))
 
 
 def test_the_loop_counts_seeds_that_were_refused_as_the_worst():
-    assert film.loops_um(Trials(), "tracked") == pytest.approx([2, 4, 6])
-    handed_on = film.loops_um(Trials(), "handed_on")
+    assert film.loops_um(of_ways(), "tracked") == pytest.approx([2, 4, 6])
+    handed_on = film.loops_um(of_ways(), "handed_on")
     assert handed_on[:2] == pytest.approx([2, 4])
     assert np.isinf(handed_on[2])
 

@@ -11,6 +11,7 @@ from repro.page.style import check_axes
 from repro.run import sets_of_report
 from repro.run.discover import MIRROR, Producer
 from tests import mirror_sets
+from tests.made_results import of_columns
 
 SENTENCES = (notes.title, notes.origin, results.about, results.found, results.flagged)
 ALONG = np.linspace(0, 120.0, 81)
@@ -21,20 +22,9 @@ SETTINGS = {
 }  # fmt: skip
 
 
-class Trials:
-    """The only trial of a study: numbers, texts and arrays by their names."""
-
-    def __init__(self, values):
-        self.values, self.settings = values, SETTINGS
-
-    def column(self, name):
-        return np.array([self.values[name]], float)
-
-    def texts(self, name):
-        return [self.values[name]]
-
-    def arrays(self, name):
-        return [self.values[name]]
+def of_set(values):
+    """The Result of a study of one set."""
+    return of_columns(({}, {n: [one] for n, one in values.items()}), settings=SETTINGS)
 
 
 def calibrated():
@@ -54,10 +44,10 @@ def calibrated():
             "residuals": np.array([[0.1, 0], [0, -0.2], [np.nan] * 2]),
         }  # fmt: skip
         values |= {f"stage{stage}.{name}": one for name, one in own.items()}
-    return Trials(values)
+    return of_set(values)
 
 
-@pytest.mark.parametrize("result", [calibrated(), Trials({"reason": "no board found"})])
+@pytest.mark.parametrize("result", [calibrated(), of_set({"reason": "no board found"})])
 def test_every_sentence_figure_and_table_stands(result):
     study = results.MirrorStudy(result)
     for sentence in SENTENCES:
@@ -76,7 +66,7 @@ def test_the_end_of_a_profile_is_compared_where_it_is():
     moved = study.moved_mm(1)
     assert moved == pytest.approx(-exercises.end_task()["expected"]())
     assert "no board found" in results.found(
-        results.MirrorStudy(Trials({"reason": "no board found"}))
+        results.MirrorStudy(of_set({"reason": "no board found"}))
     )
     assert "few features" in results.flagged(study)
 

@@ -137,6 +137,9 @@ def test_a_reading_of_an_estimate_has_its_interval_and_of_a_number_none():
     assert (made.verdict, made.regenerated, made.interval) == ("reproduced", 2, (1, 3))
     assert (made.unit, made.reason, made.reading) == ("mm", "because", {})
     assert Reading.of(UNDECIDED, 2.0).interval is None
+    # Of a ratio of two samples that mostly failed there is none, and no interval.
+    made = Reading.of(UNDECIDED, Estimate(np.nan, 0.0, np.inf))
+    assert (made.regenerated, made.interval) == ("no number", None)
 
 
 def test_medians_for_cells_and_numbers_have_the_interval_of_the_statistics():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from itertools import product
-from math import isfinite
+from math import isfinite, isnan
 from typing import TYPE_CHECKING, Any
 
 from repro.judge.seeds import decision_of_seeds, few_seeds
@@ -27,6 +27,8 @@ NOT_COMPARABLE = "not comparable"
 """A decision too: what a claim compares with cannot be had; the reason says why."""
 
 VERDICTS = ("reproduced", "differs", "undecided", NOT_COMPARABLE)
+# What a reading says where so many trials failed that two failures are compared.
+NO_NUMBER = "no number"
 DECISIONS = dict(
     zip(("holds", "fails", "undecided", NOT_COMPARABLE), VERDICTS, strict=True)
 )
@@ -89,6 +91,8 @@ class Reading:
             decision = HOLDS if decision else FAILS
         if not isinstance(found, Estimate):
             return cls(DECISIONS[decision], found, unit=unit, reason=reason)
+        if isnan(found.value):
+            return cls(DECISIONS[decision], NO_NUMBER, unit=unit, reason=reason)
         ends = found.low, found.high
         return cls(DECISIONS[decision], found.value, {}, ends, unit, reason)
 
