@@ -80,12 +80,12 @@ def said(found, bound):
 
 
 def of_runs(found):
-    """The median of runs and their range, one number for a single run; None where
-    there is none or half of them ended early."""
+    """The median of runs and their range, one number for a single run, to three
+    digits; None where there is none or half of them ended early."""
     if found is None or not np.isfinite(np.median(found)):
         return None
     if len(found) == 1:
-        return float(found[0])
+        return float(f"{found[0]:.3g}")
     return Measured.of_seeds(found)
 
 

@@ -145,7 +145,7 @@ from repro.run.outcomes import Plan
 # [pictures](s3_3_rendered.ipynb).
 
 # %%
-SEEDS = {"quick": 3, "full": 100}
+SEEDS = {"quick": 5, "full": 100}
 FEWER = {"quick": 1, "full": 20}
 PLACED = {"quick": 1, "full": 15}
 STARTED = {"quick": 1, "full": 12}
