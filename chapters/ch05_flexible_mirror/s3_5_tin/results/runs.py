@@ -1,0 +1,44 @@
+"""The runs of the tin at corner level: which result, which bench, which way."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import ANGLES_DEG, FACES, PAIRS
+from chapters.shared.mirror_sweep import BenchRuns
+
+RUNS, SWEPT_RUNS, OTHER = "table_5_8_runs", "table_5_8_swept", "table_5_8_other"
+JUDGED = ("table_5_8_runs", "table_5_8_swept")
+PICTURES = "fig_5_22_pictures"
+MATCHED = "bench.on_tin"
+# The thesis's own way is the first calibrated one.
+WAYS = {
+    "true": "true mirror",
+    "published": "as published",
+    "bundle": "all stages at once",
+}
+PUBLISHED = "published"
+
+
+class TinRuns(BenchRuns):
+    """A tin seen twice."""
+
+    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
+
+    def of(self, name, way=PUBLISHED):
+        """A value (seeds,) of a way, nan where a seed was refused."""
+        return self.result.column(f"{self.bench}.{way}.{name}")
+
+    def angles(self, way=PUBLISHED):
+        """Angles (3, seeds), degrees, of PAIRS."""
+        return np.array([self.of(f"angle.{pair}", way) for pair in PAIRS])
+
+    def off(self, way=PUBLISHED):
+        """Errors (3, seeds) of the angles, degrees."""
+        return self.angles(way) - ANGLES_DEG[:, None]
+
+    def normality(self, way=PUBLISHED, name="qq"):
+        """Correlations (3, seeds) with a normal law, of each face."""
+        return np.array([self.of(f"{name}.{face}", way) for face in FACES])
+
+    def refused(self, way=PUBLISHED):
+        """Why each seed (seeds,) has no tin, None where it has."""
+        return self.result.texts(f"{self.bench}.{way}.refused")

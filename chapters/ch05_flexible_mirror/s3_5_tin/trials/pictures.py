@@ -1,0 +1,196 @@
+"""The tin photographed in the bent mirror, its features matched, and its model.
+
+Two pictures are rendered through the laboratory. Features are found and matched by
+SIFT; matches whose rays miss each other are left out. On which face a match lies is
+said by the truth, as a person would say it by looking; so is that it lies on the tin.
+"""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from scipy.ndimage import zoom
+
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import (
+    bent_mirror,
+    calibrations,
+)
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import (
+    ray_pairs,
+    tin_of,
+    tin_through,
+    usual,
+)
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import motion_of
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import (
+    FACES,
+    faces,
+    tin_scene,
+    two_places,
+)
+from chapters.shared.mirror_pictures import scene_picture
+from chapters.shared.mirror_rigs import mirror_rig
+from raxel.errors import InputError
+from raxel.features.sift import match_features
+from raxel.geometry import intersect_rays_plane, transform
+from raxel.geometry.planes import on_plane
+from raxel.lab.windowed import mirror_window
+from raxel.multiview.ray_gaps import gaps, matched_rays
+
+# A match is off by so many px along an axis, as found in pictures of other seeds; rays
+# of right matches miss each other by no more than so many standard deviations, what the
+# calibration is off by included.
+FEATURE_PX, MOST_GAP = 0.3, 12.0
+# And robust deviations by which a point may stand out of its face.
+FAR = 6.0
+# Places across and down each face that are projected into the picture, and by how much
+# finer its texture is: in between, pixels are interpolated.
+COARSE, FINER = 24, 8
+
+
+class TinPictures(NamedTuple):
+    """pictures: two (h, w) uint8; first: (2,) the pixel of the camera's whole picture
+    that is their first; T_camera_tin: (2, 4, 4), true; matches: FeatureMatches, pixels
+    of the whole picture; face (n,): 0 to 2, -1 beside the tin; off (n, 2): px by which
+    a match's second end is beside where the first one's place truly is, NaN beside."""
+
+    pictures: list
+    first: np.ndarray
+    T_camera_tin: np.ndarray
+    matches: object
+    face: np.ndarray
+    off: np.ndarray
+
+
+def taken_pictures(rig, camera, rng):
+    """TinPictures by a true camera of a rig."""
+    T = two_places(camera, rng)
+    eye = np.eye(4)
+    pictures = [scene_picture(rig, camera, tin_scene(one), eye, rng) for one in T]
+    window = mirror_window(rig.camera(0.0))
+    first = np.array([window.u, window.v], float)
+    found = match_features(*pictures)
+    found = found._replace(pixels=found.pixels + first)
+    return TinPictures(pictures, first, T, found, *truth_of(camera, T, found.pixels))
+
+
+def truth_of(camera, T_camera_tin, pixels):
+    """(face (n,), off (n, 2)) of TinPictures, of matches (2, n, 2)."""
+    rays = camera.rays(pixels[0])
+    face, nearest = np.full(len(rays.origins), -1), np.inf
+    points = np.full(rays.origins.shape, np.nan)
+    for k, one in enumerate(faces()):
+        T = T_camera_tin[0] @ one.T_tin_face
+        met = intersect_rays_plane(rays.origins, rays.directions, T).points
+        there = transform(T, on_plane(met))
+        distance = np.linalg.norm(there - rays.origins, axis=1)
+        with np.errstate(invalid="ignore"):
+            on = np.all((met >= one.low) & (met <= one.high), axis=1)
+            on &= rays.valid & (distance < nearest)
+        nearest = np.where(on, distance, nearest)
+        face[on] = k
+        points[on] = transform(T_camera_tin[1] @ one.T_tin_face, on_plane(met[on]))
+    off = np.full((len(face), 2), np.nan)
+    on = face >= 0
+    off[on] = pixels[1][on] - camera.project(points[on]).pixels
+    return face, off
+
+
+def pictures_trial(condition, rng, errors, benches, small):
+    """The tin from pictures on each of some benches, by each way; the first keeps what
+    is drawn of it."""
+    rig = mirror_rig(condition["geometry"], small=small)
+    of_rig, seed = errors[condition["geometry"]], int(rng.integers(2**32))
+    out = {}
+    for name, bench in benches.items():
+        given = of_rig._replace(factor=bench.factor)
+        if small:
+            given = given._replace(corner=given.corner / 4, plate=given.plate / 4)
+        drawn = np.random.default_rng(seed)
+        bent = bent_mirror(rig, bench, given, drawn)
+        try:
+            taken = taken_pictures(rig, bent.true, drawn)
+        except InputError as said:
+            out[name] = {"refused": str(said)}
+            continue
+        out[name] = of_matches(taken)
+        for way, (camera, refusal) in calibrations(bent, seed).items():
+            try:
+                if camera is None:
+                    raise InputError(refusal)
+                out[name][way] = model(camera, taken)
+            except InputError as said:
+                out[name][way] = {"refused": str(said)}
+    return out
+
+
+def of_matches(taken):
+    """How good matches are: of all those on the tin, and of the right ones among them
+    (within 3 px), along an axis and for one end of two."""
+    off = taken.off[taken.face >= 0]
+    right = np.linalg.norm(off, axis=1) < 3
+    return {
+        "features": int(min(taken.matches.features)),
+        "matches": len(taken.face),
+        "on_tin": len(off),
+        "wrong": int(np.count_nonzero(~right)),
+        "match_px": float(np.sqrt(np.mean(off[right] ** 2) / 2)),
+        "picture": taken.pictures[0],
+    }
+
+
+def model(camera, taken):
+    """Scores of the tin that a camera finds, and its textured faces."""
+    pixels, face = taken.matches.pixels, taken.face
+    on = face >= 0
+    rays, known = ray_pairs(camera, pixels[:, on], FEATURE_PX)
+    face, off = face[on][known], taken.off[on][known]
+    T = motion_of(taken.T_camera_tin)
+    pairs = matched_rays(*rays)
+    right = np.abs(gaps(*pairs.about_centre(T), pairs)) < MOST_GAP
+    found = tin_of([r.of(right) for r in rays], face[right], T)
+    # A wrong match whose rays meet all the same stands far out of its face.
+    near = np.zeros(len(found.points), bool)
+    for k in range(3):
+        near[found.face == k] = usual(found.distances[found.face == k], FAR)
+    kept = np.zeros(len(right), bool)
+    kept[np.flatnonzero(right)[found.used][near]] = True
+    found = tin_through(found.points[near], found.face[near])
+    wrong = np.linalg.norm(off, axis=1) >= 3
+    out = found.scores()
+    out |= {
+        "left_out": int(np.count_nonzero(~kept)),
+        "wrong_kept": int(np.count_nonzero(wrong & kept)),
+        "distances": found.distances,
+        "face": found.face,
+    }
+    for k, name in enumerate(FACES):
+        sheet, texture = textured(camera, taken, found, k)
+        out |= {f"sheet.{name}": sheet, f"texture.{name}": texture}
+    return out
+
+
+def textured(camera, taken, found, k):
+    """(sheet (2, 2, 3) mm, texture (h, w) uint8) of face k.
+
+    The rectangle on its plane that holds its points, laid along the edges in which the
+    planes meet; each place of it has the colour that the calibrated camera sees there.
+    """
+    plane, other = found.planes[k], found.planes[(k + 1) % 3]
+    points = found.points[found.face == k]
+    middle, normal = points.mean(axis=0), plane.normal
+    x = np.cross(normal, other.normal)
+    x /= np.linalg.norm(x)
+    axes = np.stack([x, np.cross(normal, x)])
+    within = (points - middle) @ axes.T
+    low, high = within.min(axis=0), within.max(axis=0)
+    share = np.linspace(0, 1, COARSE)
+    u, v = np.meshgrid(*(low + share[:, None] * (high - low)).T)
+    places = middle + u.reshape(-1, 1) * axes[0] + v.reshape(-1, 1) * axes[1]
+    seen = camera.project(places)
+    at = np.where(seen.valid[:, None], seen.pixels - taken.first, np.nan)
+    fine = [zoom(at[:, i].reshape(COARSE, COARSE), FINER, order=1) for i in (0, 1)]
+    maps = [np.nan_to_num(one, nan=-1.0).astype(np.float32) for one in fine]
+    texture = cv2.remap(taken.pictures[0], *maps, cv2.INTER_LINEAR)
+    corners = places.reshape(COARSE, COARSE, 3)[[0, 0, -1, -1], [0, -1, 0, -1]]
+    return corners.reshape(2, 2, 3), texture

@@ -1,0 +1,116 @@
+"""The tin at corner level: calibrated in two ways, and with the true mirror.
+
+Matches are where the true camera has them, with Gaussian noise; no feature is looked
+for. All ways see the same boards and the same matches.
+"""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import SETTINGS as STAGES
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import (
+    bent_mirror,
+    calibrations,
+)
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import ray_pairs, tin_of
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import (
+    ANGLES_DEG,
+    DISTANCE_MM,
+    SHIFT_MM,
+    tin_points,
+    two_places,
+)
+from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror_runs import lattice
+from chapters.shared.mirror_scores import ray_angles
+from raxel.errors import InputError
+from raxel.geometry import pose, transform
+from raxel.multiview.generalised_robust import generalised_pose_ransac
+
+# Matches that the thesis has, and px by which each end of one is off along an axis.
+MATCHES, MATCH_PX = 460, 0.2
+# px between the pixels whose rays are compared.
+COMPARED_PX = 96
+# What of the motion is found from the same matches: all of it, or all but its length.
+MOTIONS = {"free": None, "length": SHIFT_MM}
+# Ways whose motion is found as well, and standard deviations by which rays of a match
+# may miss each other in it: what a calibration is off by is more than what pixels are.
+MOVED_WAYS, MOST_GAP = ("true", "bundle"), 12.0
+SETTINGS = STAGES | {
+    "matches": MATCHES,
+    "match_px": MATCH_PX,
+    "shift_mm": SHIFT_MM,
+    "tin_mm": DISTANCE_MM,
+    "angles_deg": list(map(float, ANGLES_DEG)),
+}
+
+
+def tin_trial(condition, rng, errors, benches):
+    """Every measure of one seed, for each of some benches, drawn alike for all.
+
+    errors: {geometry: MirrorErrors}; benches: {name: Bench}.
+    """
+    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
+    of_rig = errors[condition["geometry"]]
+    return {
+        name: of_bench(rig, bench, of_rig._replace(factor=bench.factor), seed)
+        for name, bench in benches.items()
+    }
+
+
+def of_bench(rig, bench, errors, seed):
+    """{way: scores}; `refused` of a way says why it has none."""
+    rng = np.random.default_rng(seed)
+    bent = bent_mirror(rig, bench, errors, rng)
+    T = two_places(bent.true, rng)
+    points, face = tin_points(rng, MATCHES)
+    pixels = np.stack([bent.true.project(transform(one, points)).pixels for one in T])
+    pixels += rng.normal(0, MATCH_PX, pixels.shape)
+    out = {}
+    for way, (camera, refusal) in calibrations(bent, seed).items():
+        out[way] = {"refused": refusal}
+        if camera is None:
+            continue
+        try:
+            out[way] = scored(camera, pixels, face, motion_of(T))
+            if way in MOVED_WAYS:
+                out[way] |= by_own_motion(camera, pixels, face, rng)
+        except InputError as said:
+            out[way] = {"refused": str(said)}
+            continue
+        rays = lattice(bent.true, COMPARED_PX)
+        out[way]["ray_deg"] = float(np.nanmean(ray_angles(camera, bent.true, rays)))
+    return out
+
+
+def motion_of(T_camera_tin):
+    """T_second_first (4, 4) of a camera in whose frame a tin moves so: known, from the
+    stage that carries the camera."""
+    shift = T_camera_tin[1][:3, 3] - T_camera_tin[0][:3, 3]
+    return pose(np.eye(3), shift)
+
+
+def scored(camera, pixels, face, T_second_first):
+    """Scores of the tin found from matches (2, N, 2), by a known motion."""
+    rays, known = ray_pairs(camera, pixels, MATCH_PX)
+    found = tin_of(rays, face[known], T_second_first)
+    return found.scores() | {"distances": found.distances, "face": found.face}
+
+
+def by_own_motion(camera, pixels, face, rng):
+    """The same by the motions of MOTIONS, found from the matches themselves."""
+    rays, known = ray_pairs(camera, pixels, MATCH_PX)
+    out = {}
+    for name, length in MOTIONS.items():
+        try:
+            motion = generalised_pose_ransac(*rays, rng, MOST_GAP, length=length)
+            tin = tin_of(rays, face[known], motion.T_2_1)
+        except InputError as said:
+            out[name] = {"refused": str(said)}
+            continue
+        turn = (np.trace(motion.T_2_1[:3, :3]) - 1) / 2
+        out[name] = {
+            "off_deg": float(np.abs(tin.angles - ANGLES_DEG).max()),
+            "shift_mm": float(np.linalg.norm(motion.T_2_1[:3, 3])),
+            "turn_deg": float(np.degrees(np.arccos(np.clip(turn, -1, 1)))),
+        }
+    return out

@@ -1,0 +1,93 @@
+"""Places in two pictures that look alike: SIFT features, matched by the ratio test.
+
+A match counts where its descriptor is clearly nearer than the second nearest, and both
+ways round. What still is wrong has to be told by geometry; see `raxel.multiview`.
+Source: Lowe 2004, doi:10.1023/B:VISI.0000029664.99615.94; features by OpenCV.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+
+RATIO = 0.75  # of the distances of the nearest and the second nearest descriptor
+APART_PX = 0.5  # matches nearer than this to a better one, in both pictures, are one
+
+
+class FeatureMatches(NamedTuple):
+    """pixels (2, n, 2): matched places in both pictures, pixel centres at integers;
+    ratio (n,): of the distances of the nearest and the second nearest descriptor, the
+    most certain first; features (2,): found in each picture."""
+
+    pixels: np.ndarray
+    ratio: np.ndarray
+    features: tuple
+
+
+def match_features(first, second, *, ratio=RATIO, fewest=8):
+    """FeatureMatches of two grey pictures (h, w) uint8.
+
+    Raises InputError for pictures that are none, and for fewer than `fewest` matches.
+    """
+    import cv2
+
+    found = [_features(first, "first"), _features(second, "second")]
+    places, descriptors = zip(*found, strict=True)
+    counts = tuple(map(len, places))
+    pairs, shares = np.empty((0, 2), int), np.empty(0)
+    if min(counts) > 1:
+        there, back = (
+            _nearest(cv2.BFMatcher(), *order)
+            for order in (descriptors, descriptors[::-1])
+        )
+        at = np.arange(counts[0])
+        both = (there.share < ratio) & (back.index[there.index] == at)
+        pairs = np.column_stack([at, there.index])[both]
+        shares = there.share[both]
+    order = np.argsort(shares, kind="stable")
+    pixels = np.stack([p[i] for p, i in zip(places, pairs[order].T, strict=True)])
+    single = _single(pixels)
+    if np.count_nonzero(single) < fewest:
+        raise InputError(
+            f"features: {np.count_nonzero(single)} matches of {counts[0]} and "
+            f"{counts[1]} features, {fewest} are needed; give pictures with more "
+            "texture, or nearer to each other"
+        )
+    return FeatureMatches(pixels[:, single], shares[order][single], counts)
+
+
+class _Neighbours(NamedTuple):
+    index: np.ndarray
+    share: np.ndarray
+
+
+def _features(image, name):
+    import cv2
+
+    image = np.asarray(image)
+    if image.ndim != 2 or image.dtype != np.uint8 or image.size == 0:
+        raise InputError(
+            f"features: the {name} picture is {image.shape} {image.dtype}; give a grey "
+            "one (h, w) uint8"
+        )
+    points, descriptors = cv2.SIFT_create().detectAndCompute(image, None)
+    return np.array([p.pt for p in points]).reshape(-1, 2), descriptors
+
+
+def _nearest(matcher, query, train):
+    """The nearest of `train` to each of `query`, and by which share nearer than the
+    second."""
+    pairs = matcher.knnMatch(query, train, k=2)
+    index = np.array([best.trainIdx for best, _ in pairs])
+    far = np.array([[best.distance, second.distance] for best, second in pairs])
+    return _Neighbours(index, far[:, 0] / np.maximum(far[:, 1], 1e-12))
+
+
+def _single(pixels):
+    """Which matches (2, n, 2) are not the same places as a more certain one, (n,)."""
+    cells = np.rint(pixels.transpose(1, 0, 2).reshape(-1, 4) / (2 * APART_PX))
+    first = np.unique(cells, axis=0, return_index=True)[1]
+    single = np.zeros(len(cells), bool)
+    single[first] = True
+    return single

@@ -1,0 +1,113 @@
+"""Section 5.3.5, the tin: its geometry, its planes, and claims that can fail."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s3_5_tin import claims
+from chapters.ch05_flexible_mirror.s3_5_tin.results import runs
+from chapters.ch05_flexible_mirror.s3_5_tin.trials import faces, tin
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import motion_of, scored
+from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_rigs import mirror_rig
+from raxel.errors import InputError
+from raxel.geometry import transform
+from tests.judged_claims import readings_of
+from tests.made_results import of_columns
+
+SEEDS = 40
+
+
+def made(off=(0.1, -0.2, 0.3), normal=0.996, refused=0, swept=None):
+    """Results of both experiments, angles off by so much, some seeds refused."""
+    results = {}
+    for name, benches, change in (
+        (runs.RUNS, BENCHES, None),
+        (runs.SWEPT_RUNS, SWEPT, swept),
+    ):
+        columns = {}
+        for bench in benches:
+            for way in runs.WAYS:
+                there = change if change is not None else off
+                values = dict(zip(tin.PAIRS, tin.ANGLES_DEG + there, strict=True))
+                found = {f"angle.{pair}": a for pair, a in values.items()}
+                found |= {f"qq.{face}": normal for face in tin.FACES}
+                found |= {f"qq_all.{face}": normal - 0.02 for face in tin.FACES}
+                found |= {"off_deg": np.abs(there).max()}
+                for key, value in found.items():
+                    column = np.full(SEEDS, float(value))
+                    column[:refused] = np.nan
+                    columns[f"{bench}.{way}.{key}"] = column
+        results[name] = of_columns(({"geometry": "A"}, columns))
+    return results
+
+
+@pytest.mark.parametrize(
+    ("judge", "results", "verdict"),
+    [
+        (claims.judge_angles, made(), "reproduced"),
+        (claims.judge_angles, made(off=(0.1, -2.6, 0.3)), "differs"),
+        (claims.judge_angles, made(refused=12), "differs"),
+        (claims.judge_angles, made(swept=(3.0, 0, 0)), "undecided"),
+        (claims.judge_normal, made(), "reproduced"),
+        (claims.judge_normal, made(normal=0.985), "differs"),
+    ],
+)
+def test_the_claims_hold_and_fail(judge, results, verdict):
+    found = readings_of(judge, results)
+    primary = next(r for r in found if r.reading["mirror_bench"] == "bench")
+    assert primary.verdict == verdict
+
+
+def test_the_faces_meet_at_the_angles_of_the_reference():
+    normals = tin.outward_normals()
+    found = [faces.angle_inside(normals[a], normals[b]) for a, b in tin.PAIRS.values()]
+    assert np.allclose(found, tin.ANGLES_DEG, atol=1e-9)
+    for face, normal in zip(tin.faces(), normals, strict=True):
+        R = face.T_tin_face[:3, :3]
+        assert np.allclose(R.T @ R, np.eye(3), atol=1e-12)
+        assert np.linalg.det(R) > 0
+        assert np.allclose(R[:, 2], -normal, atol=1e-12)
+        # The body is on the inner side of each face.
+        assert np.all(normal @ np.array([-20.0, -20.0, -20.0]) < 0)
+
+
+def test_exact_matches_give_the_exact_tin():
+    camera = mirror_rig("A").camera(15.0)
+    rng = np.random.default_rng(4)
+    T = tin.two_places(camera, rng)
+    shift = T[1][:3, 3] - T[0][:3, 3]
+    assert np.isclose(np.linalg.norm(shift), tin.SHIFT_MM)
+    points, face = tin.tin_points(rng, 120)
+    pixels = np.stack([camera.project(transform(one, points)).pixels for one in T])
+    found = scored(camera, pixels, face, motion_of(T))
+    assert found["points"] == 120
+    assert found["off_deg"] < 1e-4
+    assert found["rms_mm"] < 1e-4
+
+
+def test_a_known_motion_that_is_wrong_shows_in_the_angles():
+    camera = mirror_rig("A").camera(15.0)
+    rng = np.random.default_rng(4)
+    T = tin.two_places(camera, rng)
+    points, face = tin.tin_points(rng, 120)
+    pixels = np.stack([camera.project(transform(one, points)).pixels for one in T])
+    wrong = motion_of(T)
+    c, s = np.cos(0.01), np.sin(0.01)
+    wrong[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]
+    assert scored(camera, pixels, face, wrong)["off_deg"] > 0.3
+
+
+def test_outliers_are_set_apart_and_other_laws_told():
+    rng = np.random.default_rng(1)
+    distances = rng.normal(0, 0.2, 150)
+    assert faces.normality(distances) > 0.99
+    distances[:3] = [3.0, -4.0, 5.0]
+    assert np.count_nonzero(~faces.usual(distances)) >= 3
+    assert faces.normality(distances) > 0.985 > faces.normality(distances, np.inf)
+    assert faces.normality(rng.exponential(1.0, 150)) < 0.985
+
+
+def test_a_face_without_points_is_refused():
+    points, face = tin.tin_points(np.random.default_rng(0), 90)
+    with pytest.raises(InputError, match="points on the top face"):
+        faces.tin_through(points[face > 0], face[face > 0])
