@@ -6,11 +6,12 @@ for. All ways see the same boards and the same matches.
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import SETTINGS as STAGES
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import (
+    EVERY_WAY,
     bent_mirror,
     calibrations,
 )
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import SETTINGS as STAGES
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import ray_pairs, tin_of
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import (
     ANGLES_DEG,
@@ -44,20 +45,20 @@ SETTINGS = STAGES | {
 }
 
 
-def tin_trial(condition, rng, errors, benches):
-    """Every measure of one seed, for each of some benches, drawn alike for all.
+def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY):
+    """Every measure of one seed, for some benches and ways, drawn alike for all.
 
     errors: {geometry: MirrorErrors}; benches: {name: Bench}.
     """
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
     return {
-        name: of_bench(rig, bench, of_rig._replace(factor=bench.factor), seed)
+        name: of_bench(rig, bench, of_rig._replace(factor=bench.factor), seed, ways)
         for name, bench in benches.items()
     }
 
 
-def of_bench(rig, bench, errors, seed):
+def of_bench(rig, bench, errors, seed, ways):
     """{way: scores}; `refused` of a way says why it has none."""
     rng = np.random.default_rng(seed)
     bent = bent_mirror(rig, bench, errors, rng)
@@ -66,7 +67,7 @@ def of_bench(rig, bench, errors, seed):
     pixels = np.stack([bent.true.project(transform(one, points)).pixels for one in T])
     pixels += rng.normal(0, MATCH_PX, pixels.shape)
     out = {}
-    for way, (camera, refusal) in calibrations(bent, seed).items():
+    for way, (camera, refusal) in calibrations(bent, seed, ways).items():
         out[way] = {"refused": refusal}
         if camera is None:
             continue
