@@ -1,0 +1,125 @@
+"""What the claims of a moved cylinder say of one seed, and of all.
+
+Fixed before the first run, where the ledger's words leave something open: a shift is
+that of the point next to all rays, and of motions whose mean step is scaled to 25 mm,
+as in Table 5.7; the cylinder is scaled alike. A marker meets the scaled cylinder if its
+middle is within 3 mm; a mark that is not found misses it. A seed that was refused, or
+whose marks no cylinder fits, counts against a claim.
+"""
+
+import numpy as np
+from scipy.stats import rankdata
+
+from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
+    EACH_STEP,
+    LAST,
+    STAGES,
+)
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import RADIUS_MM, STEP_MM
+from chapters.shared.mirror_rigs import STAGES_MM
+from repro.judge.statistics import all_of, bootstrap, median_interval
+from repro.run.outcomes import Reading
+
+MOST_STEP, MOST_END_MM = 0.05, 8.0
+MOST_SCALED, MOST_UNSCALED = 0.10, 0.20
+MOST_MISSED = 1
+LEAST_FALL = -0.8
+MOST_SCALE = 0.10
+# A length that runs away, or to nothing, is off by this factor.
+MOST_TIMES = 100.0
+
+
+def middle(values):
+    """Median of the seeds that have a value, as words: "nothing" without any."""
+    known = values[np.isfinite(values)]
+    return f"{np.median(known):.3g}" if len(known) else "nothing"
+
+
+def follows(runs):
+    """Every magnitude is within 5 %, and the last shift within 8 mm."""
+    true = STEP_MM * np.array(EACH_STEP)
+    off = np.abs(runs.steps("length_mm") / true[:, None] - 1)
+    end = runs.steps("off_mm")[-1]
+    return (
+        np.all(off <= MOST_STEP, axis=0) & (end <= MOST_END_MM),
+        end,
+        "mm",
+        f"last shift off; magnitudes off by {middle(100 * off.max(axis=0))} % at most; "
+        f"with each length given {middle(runs.steps('off_mm', way='given')[-1])} mm",
+    )
+
+
+def radius_found(runs):
+    """The scaled radius is within 10 %, the unscaled one within 20 %."""
+    scaled, own = (runs.of(n) / RADIUS_MM - 1 for n in ("scaled_mm", "radius_mm"))
+    return (
+        (np.abs(scaled) <= MOST_SCALED) & (np.abs(own) <= MOST_UNSCALED),
+        100 * np.abs(scaled),
+        "%",
+        f"scaled radius off; unscaled {middle(100 * np.abs(own))} %; with each length "
+        f"given {middle(runs.of('radius_mm', way='given'))} mm of {RADIUS_MM:g} mm",
+    )
+
+
+def missed(runs):
+    """Estimate of the median number of markers that miss the cylinder; a seed without
+    one as bad as the worst."""
+    return median_interval(runs.of("missed"))
+
+
+def markers_meet(runs):
+    """Reading: all markers but one meet the cylinder, median over seeds."""
+    found = missed(runs)
+    # Whole numbers: between one that may miss and two.
+    return Reading.of(
+        found.below(MOST_MISSED + 0.5),
+        found,
+        "",
+        f"median number of markers that miss; distances of {middle(runs.of('fit_mm'))} "
+        "mm on the mean",
+    )
+
+
+def log_scales(runs):
+    """Logarithms (4, seeds) of mean steps over the true one, at all stages."""
+    found = np.array([runs.scales(stage) for stage in STAGES])
+    worst = np.where(np.isfinite(found), found, MOST_TIMES)
+    return np.log(np.clip(worst, 1 / MOST_TIMES, MOST_TIMES))
+
+
+def fall(*logs):
+    """Spearman's correlation (...) of deflection with the SD of log scales (..., n)."""
+    sd = np.stack([np.std(one, axis=-1, ddof=1) for one in logs], axis=-1)
+    x, y = rankdata(STAGES_MM), rankdata(sd, axis=-1)
+    x, y = x - x.mean(), y - y.mean(axis=-1, keepdims=True)
+    return (y @ x) / (np.linalg.norm(x) * np.linalg.norm(y, axis=-1))
+
+
+def scale_tells(runs):
+    """Reading: the scale's scatter falls with deflection, and it is right at the most.
+
+    The median at the largest deflection is that of the seeds' mean steps.
+    """
+    logs = log_scales(runs)
+    falls = bootstrap(fall, *logs, paired=True)
+    last = median_interval(np.exp(logs[LAST]))
+    sds = ", ".join(f"{sd:.2g}" for sd in logs.std(axis=1, ddof=1))
+    return Reading.of(
+        all_of(
+            [
+                falls.below(np.nextafter(LEAST_FALL, 1)),
+                last.within(1 - MOST_SCALE, 1 + MOST_SCALE),
+            ]
+        ),
+        falls,
+        "",
+        f"rank correlation of deflection with the SD of log scale, which is {sds} at "
+        f"stages 0 to 3; median scale at stage 3 {last.value:.3g} ({last.low:.3g} to "
+        f"{last.high:.3g})",
+    )
+
+
+def scale_right(runs):
+    """Whether the median scale at the largest deflection is right, alone."""
+    scale = np.exp(log_scales(runs)[LAST])
+    return bool(abs(np.median(scale) - 1) <= MOST_SCALE)

@@ -1,0 +1,46 @@
+"""The runs of a cylinder that moves: which result, bench, camera, way and step."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import STEP_MM, STEPS
+from chapters.shared.mirror_rigs import STAGES_MM
+from chapters.shared.mirror_sweep import BenchRuns
+
+RUNS, SWEPT_RUNS, OTHER = "table_5_7_runs", "table_5_7_swept", "table_5_7_other"
+JUDGED = ("table_5_7_runs", "table_5_7_swept")
+# What the thesis reports: its own calibration, stage by stage, and steps whose lengths
+# the rays tell.
+CAMERA, WAY = "published", "open"
+CAMERAS = ("true", "published", "bundle")
+EACH_STEP = range(1, STEPS + 1)
+STAGES = range(len(STAGES_MM))
+LAST = len(STAGES_MM) - 1
+
+
+class MotionRuns(BenchRuns):
+    """Motions of the cylinder."""
+
+    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
+
+    def column(self, name):
+        """A value (seeds,) that a run has once."""
+        return self.result.column(f"{self.bench}.{name}")
+
+    def of(self, name, camera=CAMERA, way=WAY):
+        """A value (seeds,) of a camera and a way."""
+        return self.column(f"{camera}.{way}.{name}")
+
+    def steps(self, name, camera=CAMERA, way=WAY):
+        """A value (5, seeds) after each step, all steps before added up."""
+        return np.array([self.of(f"step{k}.{name}", camera, way) for k in EACH_STEP])
+
+    def scales(self, stage):
+        """Mean step found over the true one, (seeds,), at a stage."""
+        own = f"stage{stage}.mean_mm" if stage < LAST else f"{CAMERA}.{WAY}.mean_mm"
+        return self.column(own) / STEP_MM
+
+    def refused(self):
+        """Why each seed (seeds,) has no motion, None where it has one."""
+        calibration = self.result.texts(f"{self.bench}.refused")
+        motion = self.result.texts(f"{self.bench}.{CAMERA}.refused")
+        return [a or b for a, b in zip(calibration, motion, strict=True)]

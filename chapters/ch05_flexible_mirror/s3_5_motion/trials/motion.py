@@ -1,0 +1,230 @@
+"""Motion of a cylinder from pairs of pictures, and its shape (Table 5.7).
+
+The camera stands still and the cylinder moves, which is a motion of the camera the
+other way. T_k (4, 4) takes what is seen in the first picture to where it is in picture
+k; a shift is that of the point next to all rays, about which rays know a turn best. The
+lengths of the steps are open, and told by the rays, or each is given; all six pictures
+in one bundle, lengths open, stand beside. Frame: the viewer's; mm, degrees.
+"""
+
+from itertools import pairwise as pairwise_of
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
+    NOISE_PX,
+    STEP_MM,
+    STEPS,
+    shown,
+)
+from raxel.cameras.core.base import Rays
+from raxel.cameras.core.centrality import closest_point
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.poses import angle_between_rotations
+from raxel.multiview.fits.cylinders import fit_cylinder
+from raxel.multiview.generalised_linear import generalised_pose
+from raxel.multiview.generalised_motion import refine_generalised_pose
+from raxel.multiview.generalised_robust import generalised_pose_ransac
+from raxel.multiview.noisy_rays import rays_of_pixels
+from raxel.multiview.ray_bundle import bundle_rays
+from raxel.multiview.ray_points import RayView
+from raxel.multiview.triangulation import triangulate
+
+# Rays of a calibrated camera miss by more than noise: the start is from the first of
+# these numbers of standard deviations within which most pairs agree. All are right.
+THRESHOLDS, MOST_AGREE, DRAWS = (3.5, 10.5, 31.5), 0.8, 128
+FEWEST = 17  # pairs, for the linear solution
+MARKER_MM = 3.0
+BASELINES = range(1, STEPS + 1)
+
+
+class Seen(NamedTuple):
+    """What a camera has of the marks: used (25,), those it has rays of in all places;
+    rays: NoisyRays of each place; centre (3,), the point next to all of them."""
+
+    used: np.ndarray
+    rays: list
+    centre: np.ndarray
+
+    def shift(self, T):
+        """How far the centre goes (3,) by a motion (4, 4)."""
+        return T[:3, :3] @ self.centre + T[:3, 3] - self.centre
+
+
+def seen_by(camera, pixels):
+    """Seen of pixels (6, 25, 2). Raises CalibrationError for too few marks."""
+    used = np.all([shown(camera, x) for x in pixels], axis=0)
+    if used.sum() < FEWEST:
+        raise CalibrationError(
+            f"cylinder: the camera has rays of {used.sum()} marks in all places"
+        )
+    rays = [rays_of_pixels(camera, x[used], NOISE_PX) for x in pixels]
+    o, d = (
+        np.concatenate([getattr(one, name) for one in rays])
+        for name in ("origins", "directions")
+    )
+    return Seen(used, rays, closest_point(Rays(o, d, np.ones(len(o), bool))))
+
+
+def motion_and_shape(camera, scene, pixels, rng):
+    """All that a camera makes of the moved cylinder, as a trial keeps it."""
+    try:
+        seen = seen_by(camera, pixels)
+        pairs = pairwise(seen.rays, rng)
+    except CalibrationError as refusal:
+        return {"refused": str(refusal)}
+    given = [
+        refine_generalised_pose(*seen.rays[k : k + 2], T, length=STEP_MM).T_2_1
+        for k, T in enumerate(pairs)
+    ]
+    out = {
+        "marks": int(seen.used.sum()),
+        "linear_deg": linear_turn(seen.rays, scene),
+        "open": of_pairs(seen, scene, pairs),
+        "given": of_pairs(seen, scene, given),
+        "together": together(seen, scene, chained(given)),
+    }
+    for k in BASELINES:
+        out[f"from_first{k}"] = two_views(seen, scene, chained(given)[k], k)
+    return out
+
+
+def pairwise(rays, rng):
+    """T_2_1 (4, 4) of each place and the next, from rays alone.
+
+    The first is found from samples; the others start from the one before, as nothing
+    says that the stage turns round.
+    """
+    found = [_adjusted(*rays[:2], _started(*rays[:2], rng))]
+    for pair in pairwise_of(rays[1:]):
+        found.append(_adjusted(*pair, found[-1]))
+    return found
+
+
+def _started(rays_1, rays_2, rng):
+    refusal = None
+    for threshold in THRESHOLDS:
+        try:
+            found = generalised_pose_ransac(
+                rays_1, rays_2, rng, threshold, most_trials=DRAWS
+            )
+        except CalibrationError as fault:
+            refusal = fault
+            continue
+        if np.mean(found.inliers) >= MOST_AGREE:
+            return found.T_2_1
+    raise refusal or CalibrationError("motion: no two rays of most pairs meet")
+
+
+def _adjusted(rays_1, rays_2, start):
+    return refine_generalised_pose(rays_1, rays_2, start).T_2_1
+
+
+def linear_turn(rays, scene):
+    """Degrees by which the linear solution turns the first step."""
+    try:
+        T = generalised_pose(*rays[:2]).T_2_1
+    except CalibrationError:
+        return None
+    return turn_between(T, scene.T[1])
+
+
+def chained(pairs):
+    """T (6, 4, 4) from the first place on, of those from each to the next."""
+    T = [np.eye(4)]
+    for step in pairs:
+        T.append(step @ T[-1])
+    return np.array(T)
+
+
+def of_pairs(seen, scene, pairs):
+    """Steps found one by one, added up, and the cylinder under them.
+
+    Lengths are multiplied so that the mean step is the true one, as in Table 5.7; of
+    the cylinder, both radii are kept, and distances are of the scaled one.
+    """
+    lengths = [np.linalg.norm(seen.shift(T)) for T in pairs]
+    scale = STEP_MM / np.mean(lengths)
+    T = chained(pairs)
+    out = {"mean_mm": float(np.mean(lengths))}
+    path = np.zeros((STEPS + 1, 3))
+    for k in BASELINES:
+        path[k] = scale * seen.shift(T[k])
+        out[f"step{k}"] = {
+            "length_mm": float(np.linalg.norm(path[k])),
+            "turn_deg": turn_between(T[k], scene.T[k]),
+            "off_mm": float(np.linalg.norm(path[k] - scene.T[k][:3, 3])),
+        }
+    return out | {"path": path} | shape_of(seen, scene, T, scale)
+
+
+def shape_of(seen, scene, T, scale=1.0):
+    """The cylinder through the marks under motions (V, 4, 4) of the places that are
+    first in `seen`; nothing but `no_shape` where none can be laid."""
+    views = [RayView(one) for one in seen.rays[: len(T)]]
+    return cylinder_through(triangulate(views, T).points, scene, scale)
+
+
+def cylinder_through(points, scene, scale=1.0):
+    """Radius, distances and axis of the cylinder through points (n, 3), NaN allowed."""
+    known = np.isfinite(points).all(axis=1)
+    try:
+        fit = fit_cylinder(points[known])
+    except InputError as refusal:
+        return {"no_shape": str(refusal)}
+    off = scale * np.abs(fit.residuals)
+    cosine = min(abs(float(fit.axis @ scene.axis)), 1.0)
+    return {
+        "radius_mm": fit.radius,
+        "scaled_mm": scale * fit.radius,
+        "fit_mm": float(off.mean()),
+        "fit_sd_mm": float(off.std(ddof=1)),
+        "missed": int(len(points) - np.count_nonzero(off <= MARKER_MM)),
+        "axis_deg": float(np.degrees(np.arccos(cosine))),
+        "points": scale * points,
+        "cylinder": scaled_cylinder(fit, scale),
+    }
+
+
+def scaled_cylinder(fit, scale):
+    """(7,): a point of the axis, its direction, the radius."""
+    at = fit.T_frame_cylinder[:3, 3]
+    return np.array([*(scale * at), *fit.axis, scale * fit.radius])
+
+
+def together(seen, scene, start):
+    """Six views in one bundle: shift and turn of the last, and the cylinder."""
+    try:
+        bundle = bundle_rays([RayView(one) for one in seen.rays], start)
+    except CalibrationError as refusal:
+        return {"refused": str(refusal)}
+    T = bundle.T_view_world[STEPS]
+    return {
+        "length_mm": float(np.linalg.norm(seen.shift(T))),
+        "turn_deg": turn_between(T, scene.T[STEPS]),
+        "told_percent": 100 * bundle.scale_sd(STEPS),
+        "noise": float(np.sqrt(bundle.variance)),
+        **cylinder_through(bundle.points, scene),
+    }
+
+
+def two_views(seen, scene, start, k):
+    """The first place and place k alone, with the length given and with it open."""
+    rays = seen.rays[0], seen.rays[k]
+    two = seen._replace(rays=list(rays))
+    out = {}
+    for name, length in (("given", k * STEP_MM), ("open", None)):
+        T = refine_generalised_pose(*rays, start, length=length).T_2_1
+        shape = shape_of(two, scene, np.array([np.eye(4), T]))
+        out[name] = {
+            "length_mm": float(np.linalg.norm(seen.shift(T))),
+            "turn_deg": turn_between(T, scene.T[k]),
+            **{n: shape[n] for n in ("radius_mm", "axis_deg") if n in shape},
+        }
+    return out
+
+
+def turn_between(T, true):
+    """Degrees between the rotations of two motions."""
+    return float(np.degrees(angle_between_rotations(T[:3, :3], true[:3, :3])))

@@ -1,0 +1,76 @@
+"""A cylinder that a stage moves before the bent mirror, and marks on it (5.3.5).
+
+The cylinder stands upright in what the mirror shows and is moved sideways. Chosen by
+one question alone: are its marks in view in all six places? Frame: the viewer's; mm.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.geometry.poses import pose, rotation_from_vector, transform
+
+RADIUS_MM, MARKS = 62.98, 25
+STEP_MM, STEPS = 25.0, 5
+# From the mirror to the axis; half the marked height; how far around marks are put,
+# on the side towards the mirror.
+AWAY_MM, HALF_MM, AROUND = 450.0, 75.0, np.radians(65)
+TILT = np.radians(5)  # of the axis and of the stage, standard deviation
+NOISE_PX = 0.2
+RIM_PX = 8.0
+TRIED, MOST_TRIES = 90, 50
+TURNS = np.arange(6) * np.pi / 3
+
+
+class Cylinder(NamedTuple):
+    """points (25, 3): marks in the first place; T (6, 4, 4): what takes them to where
+    they are after 0 to 5 steps; pixels (6, 25, 2): where the true camera has them;
+    axis (3,): unit vector along the cylinder."""
+
+    points: np.ndarray
+    T: np.ndarray
+    pixels: np.ndarray
+    axis: np.ndarray
+
+
+def moved_cylinder(camera, rng):
+    """The Cylinder before a true camera. Raises RuntimeError where none is seen."""
+    for _ in range(MOST_TRIES):
+        points, axis, along = _placed(camera, rng)
+        T = np.array([pose(np.eye(3), k * STEP_MM * along) for k in range(STEPS + 1)])
+        found = [camera.project(transform(one, points)) for one in T]
+        seen = np.all([f.valid & shown(camera, f.pixels) for f in found], axis=0)
+        keep = np.flatnonzero(seen)[:MARKS]
+        if len(keep) == MARKS:
+            pixels = np.array([f.pixels[keep] for f in found])
+            return Cylinder(points[keep], T, pixels, axis)
+    raise RuntimeError(f"of {TRIED} marks fewer than {MARKS} are seen in all places")
+
+
+def shown(camera, pixels):
+    """Whether a camera has rays for pixels (N, 2) and all around them, (N,) bool."""
+    around = RIM_PX * np.column_stack([np.cos(TURNS), np.sin(TURNS)])
+    places = np.where(np.isfinite(pixels), pixels, -1.0) + around[:, None]
+    inside = camera.in_image(places.reshape(-1, 2))
+    rays = camera.rays(places.reshape(-1, 2))
+    return (inside & rays.valid).reshape(len(around), -1).all(axis=0)
+
+
+def _placed(camera, rng):
+    """Marks (TRIED, 3) on the cylinder's near side, its axis, and the stage's way."""
+    size = np.array([camera.width, camera.height])
+    rays = camera.rays(size * rng.uniform(0.05, 0.95, (TRIED, 2)))
+    o, d = np.nanmean(rays.origins, axis=0), np.nanmean(rays.directions, axis=0)
+    d /= np.linalg.norm(d)
+    x = np.cross([0.0, 1.0, 0.0], d)
+    frame = np.column_stack([x / np.linalg.norm(x), np.zeros(3), d])
+    frame[:, 1] = np.cross(d, frame[:, 0])
+    frame = frame @ rotation_from_vector(rng.normal(0, TILT, 3))
+    along = frame @ rotation_from_vector(rng.normal(0, TILT, 3))[:, 0]
+    turn = rng.uniform(-AROUND, AROUND, TRIED)
+    height = rng.uniform(-HALF_MM, HALF_MM, TRIED)
+    local = np.column_stack(
+        [RADIUS_MM * np.sin(turn), height, -RADIUS_MM * np.cos(turn)]
+    )
+    middle = o + AWAY_MM * d - STEPS * STEP_MM / 2 * along
+    return middle + local @ frame.T, frame[:, 1], along

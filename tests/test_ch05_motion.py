@@ -1,0 +1,122 @@
+"""Section 5.3.5, a cylinder that moves: what is measured, and what is asked of it."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s3_5_motion import claims
+from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates, runs
+from chapters.ch05_flexible_mirror.s3_5_motion.trials import motion, scene
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import told
+from chapters.shared.mirror_rigs import mirror_rig
+from raxel.geometry import transform
+from tests.made_results import of_columns
+
+SEEDS = 40
+
+
+@pytest.fixture(scope="module")
+def bent():
+    return mirror_rig("A", small=True).camera(15.0)
+
+
+def test_exact_pictures_give_the_motion_its_length_and_the_cylinder(bent):
+    rng = np.random.default_rng(3)
+    seen = scene.moved_cylinder(bent, rng)
+    found = motion.motion_and_shape(bent, seen, seen.pixels, rng)
+    assert found["marks"] == scene.MARKS
+    for way in ("open", "given", "together"):
+        assert found[way]["radius_mm"] == pytest.approx(scene.RADIUS_MM, abs=0.01)
+    for way in ("open", "given"):
+        last = found[way]["step5"]
+        assert last["length_mm"] == pytest.approx(125, abs=0.01)
+        assert max(last["turn_deg"], last["off_mm"]) < 0.01
+        assert found[way]["missed"] == 0
+    assert found["together"]["length_mm"] == pytest.approx(125, abs=0.01)
+    assert found["from_first4"]["open"]["turn_deg"] < 1e-3
+
+
+def test_marks_lie_on_the_cylinder_and_stay_in_the_mirror(bent):
+    seen = scene.moved_cylinder(bent, np.random.default_rng(4))
+    points = seen.points @ np.eye(3)
+    fit = motion.cylinder_through(points, seen)
+    assert fit["radius_mm"] == pytest.approx(scene.RADIUS_MM, abs=1e-6)
+    assert fit["axis_deg"] < 1e-4
+    for T, pixels in zip(seen.T, seen.pixels, strict=True):
+        again = bent.project(transform(T, points))
+        np.testing.assert_allclose(again.pixels, pixels, atol=1e-9)
+        assert motion.shown(bent, pixels).all()
+
+
+def test_a_lost_mark_misses_and_a_flat_scene_has_no_cylinder(bent):
+    seen = scene.moved_cylinder(bent, np.random.default_rng(5))
+    points = seen.points.copy()
+    points[0] = np.nan
+    assert motion.cylinder_through(points, seen)["missed"] == 1
+    flat = points * [1.0, 1.0, 0.0]
+    assert "no_shape" in motion.cylinder_through(flat, seen)
+
+
+def test_a_longer_way_tells_more_and_a_given_length_most(bent):
+    seen = scene.moved_cylinder(bent, np.random.default_rng(6))
+    found = told(bent, seen)
+    one, five = found["told1"], found["told5"]
+    assert five["length_percent"] < one["length_percent"] / 2
+    assert one["turn_given_deg"] < one["turn_deg"]
+
+
+TRUE = {f"published.open.step{k}.length_mm": 25.0 * k + 0.5 for k in runs.EACH_STEP}
+TRUE |= {f"published.open.step{k}.off_mm": 4.0 for k in runs.EACH_STEP}
+TRUE |= {"published.given.step5.off_mm": 1.0, "published.open.scaled_mm": 60.0,
+         "published.open.radius_mm": 66.0, "published.given.radius_mm": 63.0,
+         "published.open.missed": 1, "published.open.fit_mm": 0.9}  # fmt: skip
+
+
+def made(**other):
+    """MotionRuns of a bench on which all is as TRUE but for some names, `__` a dot."""
+    rng = np.random.default_rng(7)
+    values = TRUE | {name.replace("__", "."): value for name, value in other.items()}
+    values = {name: [value] * SEEDS for name, value in values.items()}
+    sds = {"stage0.mean_mm": 1.0, "stage1.mean_mm": 0.5, "stage2.mean_mm": 0.2,
+           "published.open.mean_mm": 0.05}  # fmt: skip
+    for name, sd in sds.items():
+        if name not in values:
+            values[name] = list(25 * np.exp(sd * rng.standard_normal(SEEDS)))
+    columns = {f"bench.{name}": column for name, column in values.items()}
+    return runs.MotionRuns({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
+
+
+@pytest.mark.parametrize(
+    ("predicate", "wrong"),
+    [
+        (predicates.follows, {"published__open__step2__length_mm": 53.0}),
+        (predicates.follows, {"published__open__step5__off_mm": 8.1}),
+        (predicates.follows, {"published__open__step5__off_mm": None}),
+        (predicates.radius_found, {"published__open__scaled_mm": 56.0}),
+        (predicates.radius_found, {"published__open__radius_mm": 76.0}),
+    ],
+)
+def test_what_is_asked_of_a_seed_can_fail(predicate, wrong):
+    assert predicate(made())[0].all()
+    assert not predicate(made(**wrong))[0].any()
+
+
+def test_two_markers_beside_the_cylinder_are_too_many():
+    assert predicates.markers_meet(made()).verdict == "reproduced"
+    two = made(published__open__missed=2)
+    assert predicates.markers_meet(two).verdict == "differs"
+
+
+def test_a_scale_has_to_settle_with_the_deflection_and_to_be_right():
+    assert predicates.scale_tells(made()).verdict == "reproduced"
+    assert predicates.scale_right(made())
+    off = made(published__open__mean_mm=31.34)
+    assert not predicates.scale_right(off)
+    # One that is wrong, and one whose scatter grows.
+    for wrong in (off, made(stage0__mean_mm=25.0, stage1__mean_mm=25.0)):
+        assert predicates.scale_tells(wrong).verdict == "differs"
+    lost = predicates.log_scales(made(stage0__mean_mm=None))
+    assert np.all(lost[0] == np.log(predicates.MOST_TIMES))
+
+
+def test_a_bent_mirror_has_no_centre_and_its_matched_lines_meet():
+    assert claims.judge_congruence({}).verdict == "reproduced"
