@@ -68,7 +68,10 @@ def calibrated(rig, true, errors, seed, whole):
     true: the true cameras; whole: whether the bundle is run.
     """
     rng = np.random.default_rng(seed)
-    first = primary(rig, true[0], PUBLISHED, errors, rng)
+    try:
+        first = primary(rig, true[0], PUBLISHED, errors, rng)
+    except InputError as refusal:
+        return [], None, {"refused": f"stage 0: {refusal}"}
     cameras, updates, views = [first.camera], [], []
     points = rig.board.points()
     for k in range(1, LAST + 1):
@@ -78,7 +81,7 @@ def calibrated(rig, true, errors, seed, whole):
             stage = deflected(
                 cameras[-1], true[k], pictures, points, first.clamp, PUBLISHED
             )
-        except CalibrationError as refusal:
+        except InputError as refusal:
             return cameras, None, {"refused": f"stage {k}: {refusal}"}
         cameras.append(stage.camera)
         updates.append(stage)
