@@ -44,3 +44,26 @@ class MotionRuns(BenchRuns):
         calibration = self.result.texts(f"{self.bench}.refused")
         motion = self.result.texts(f"{self.bench}.{CAMERA}.refused")
         return [a or b for a, b in zip(calibration, motion, strict=True)]
+
+    def middling(self):
+        """The seed that is drawn: of those with a cylinder, that whose last shift is
+        off by the median, or next to it."""
+        off = np.where(
+            np.isfinite(self.of("radius_mm")), self.steps("off_mm")[-1], np.nan
+        )
+        order = np.argsort(off)
+        return int(order[(np.count_nonzero(np.isfinite(off)) - 1) // 2])
+
+    def array(self, name, seed):
+        """An array of one seed, which has it."""
+        has = self._has(name)
+        every = self.result.arrays(f"{self.bench}.{name}")
+        return every[np.count_nonzero(has[:seed])]
+
+    def _has(self, name):
+        """Which seeds (seeds,) have an array; those with the number beside it do."""
+        beside = {"path": "mean_mm", "points": "radius_mm", "cylinder": "radius_mm"}
+        owner, last = name.rsplit(".", 1)
+        if owner == "marks":
+            return np.ones(self.seeds, bool)
+        return np.isfinite(self.column(f"{owner}.{beside[last]}"))
