@@ -39,7 +39,7 @@ MARKER_MM = 3.0
 BASELINES = range(1, STEPS + 1)
 
 
-class Seen(NamedTuple):
+class SeenMarks(NamedTuple):
     """What a camera has of the marks: used (25,), those it has rays of in all places;
     rays: NoisyRays of each place; centre (3,), the point next to all of them."""
 
@@ -53,7 +53,7 @@ class Seen(NamedTuple):
 
 
 def seen_by(camera, pixels):
-    """Seen of pixels (6, 25, 2). Raises CalibrationError for too few marks."""
+    """SeenMarks of pixels (6, 25, 2). Raises CalibrationError for too few marks."""
     used = np.all([shown(camera, x) for x in pixels], axis=0)
     if used.sum() < FEWEST:
         raise CalibrationError(
@@ -64,7 +64,7 @@ def seen_by(camera, pixels):
         np.concatenate([getattr(one, name) for one in rays])
         for name in ("origins", "directions")
     )
-    return Seen(used, rays, closest_point(Rays(o, d, np.ones(len(o), bool))))
+    return SeenMarks(used, rays, closest_point(Rays(o, d, np.ones(len(o), bool))))
 
 
 def motion_and_shape(camera, scene, pixels, rng):

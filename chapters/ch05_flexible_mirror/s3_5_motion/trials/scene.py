@@ -22,7 +22,7 @@ TRIED, MOST_TRIES = 90, 50
 TURNS = np.arange(6) * np.pi / 3
 
 
-class Cylinder(NamedTuple):
+class MovedCylinder(NamedTuple):
     """points (25, 3): marks in the first place; T (6, 4, 4): what takes them to where
     they are after 0 to 5 steps; pixels (6, 25, 2): where the true camera has them;
     axis (3,): unit vector along the cylinder."""
@@ -34,7 +34,7 @@ class Cylinder(NamedTuple):
 
 
 def moved_cylinder(camera, rng):
-    """The Cylinder before a true camera. Raises RuntimeError where none is seen."""
+    """The MovedCylinder before a true camera. RuntimeError where none is seen."""
     for _ in range(MOST_TRIES):
         points, axis, along = _placed(camera, rng)
         T = np.array([pose(np.eye(3), k * STEP_MM * along) for k in range(STEPS + 1)])
@@ -43,7 +43,7 @@ def moved_cylinder(camera, rng):
         keep = np.flatnonzero(seen)[:MARKS]
         if len(keep) == MARKS:
             pixels = np.array([f.pixels[keep] for f in found])
-            return Cylinder(points[keep], T, pixels, axis)
+            return MovedCylinder(points[keep], T, pixels, axis)
     raise RuntimeError(f"of {TRIED} marks fewer than {MARKS} are seen in all places")
 
 
