@@ -1,0 +1,52 @@
+"""The runs of 5.3.4: which result, which bench, which stage, which camera."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import PLACES
+from chapters.shared.mirror_rigs import STAGES_MM
+from chapters.shared.mirror_sweep import BenchRuns
+
+RUNS, SWEPT_RUNS, OTHER = "table_5_6_runs", "table_5_6_swept", "table_5_6_other"
+JUDGED = ("table_5_6_runs", "table_5_6_swept")
+STAGES = tuple(range(len(STAGES_MM)))
+FIRST, LAST = 1, STAGES[-1]
+# Who corrects: the mirror as it is, the published calibration, all stages at once.
+WAYS = {
+    "true": "true mirror",
+    "published": "stage by stage",
+    "bundle": "all stages at once",
+}
+
+
+class CircleRuns(BenchRuns):
+    """Circle and face of every seed on one bench."""
+
+    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
+
+    def of(self, stage, name, way="published"):
+        """A value (seeds,) of one stage, nan where a seed was refused before."""
+        return self.result.column(f"{self.bench}.{way}.stage{stage}.{name}")
+
+    def at(self, name, way="published", stages=STAGES):
+        """A value (stages, seeds) of several stages."""
+        return np.array([self.of(stage, name, way) for stage in stages])
+
+    def face(self, name, camera="calibrated"):
+        """A value (seeds,) of the face."""
+        return self.result.column(f"{self.bench}.face.{camera}.{name}")
+
+    def refused(self):
+        """How many seeds ended before the last stage."""
+        return sum(
+            said is not None for said in self.result.texts(f"{self.bench}.refused")
+        )
+
+    def profiles(self, stage):
+        """Residuals (seeds, PLACES) mm around the circle, outwards, nan where a seed
+        was refused and where a place is not seen."""
+        known = np.isfinite(self.of(stage, "radius_mm"))
+        found = np.full((self.seeds, PLACES), np.nan)
+        arrays = self.result.arrays(f"{self.bench}.published.stage{stage}.profile")
+        if known.any():
+            found[known] = arrays
+        return found

@@ -1,0 +1,128 @@
+"""A face in low relief, corrected as if it were a plane (Fig. 5.19).
+
+A relief bust stands in for the face. The mirror is pushed by 12 mm, in three steps that
+are calibrated as in 5.3.3: after one step of 12 mm the clamped end has no corner left
+that was seen there before.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from chapters.shared.mirror_rigs import BACK_PROJECTION_MM
+from chapters.shared.mirror_runs import PUBLISHED, deflected, seen_board
+from raxel.errors import InputError
+from raxel.geometry import pose, rotation_from_vector, transform
+from raxel.geometry.homography import (
+    apply_homography,
+    homography_dlt,
+    refine_homography,
+)
+from raxel.lab.bust import Bust
+from raxel.multiview.near_perspective import (
+    facing_plane,
+    shown_in_view,
+    view_of_plane,
+    view_pixels,
+)
+from raxel.multiview.pinhole_fit import nearest_pinhole
+
+STEPS_MM = (0.0, 4.0, 8.0, 12.0)
+DEFLECTION_MM = STEPS_MM[-1]
+# Relief of 5 % of the depth.
+BUST = Bust(width=160.0, relief=0.05 * BACK_PROJECTION_MM)
+# How far off the plane is that is assumed, along each axis (standard deviations).
+PLANE_MM, PLANE_TURN = 5.0, np.radians(2)
+PER_PX = 0.25  # mm on the plane for a px of the corrected picture
+FEWEST = 8  # landmarks that are seen
+
+
+def face_scores(rig, uneven, before, first, errors, seed):
+    """What a plane leaves of a face's distortion, by the calibrated camera and the true
+    one; `refused` says why there is none.
+
+    uneven: of `MirrorRig.camera`; before: the true camera of stage 0.
+    """
+    rng = np.random.default_rng(seed)
+    true = rig.camera(DEFLECTION_MM, **uneven)
+    T_bust = placed_bust(rig, rng)
+    T_plane = assumed_plane(T_bust, rng)
+    try:
+        found = pushed_to_face(rig, uneven, before, first, errors, rng)
+        return {
+            "calibrated": left_by_plane(found, true, T_bust, T_plane),
+            "true": left_by_plane(true, true, T_bust, T_plane),
+        }
+    except InputError as refusal:
+        return {"refused": str(refusal)}
+
+
+def pushed_to_face(rig, uneven, before, first, errors, rng):
+    """SplineMirrorCamera after the push, found step by step from that of stage 0."""
+    found, points = first.camera, rig.board.points()
+    for start, end in pairwise(STEPS_MM):
+        after = rig.camera(end, **uneven)
+        T = rig.board_pose(rng, deflections=(start, end))
+        pair = [seen_board(rig, camera, T, errors, rng) for camera in (before, after)]
+        stage = deflected(found, after, pair, points, first.clamp, PUBLISHED)
+        found, before = stage.camera, after
+    return found
+
+
+def placed_bust(rig, rng):
+    """T_camera_bust (4, 4): held like a board, its middle where a board's is."""
+    T = rig.board_pose(rng, BACK_PROJECTION_MM, (DEFLECTION_MM,))
+    return T @ pose(np.eye(3), [*np.ptp(rig.board.points(), axis=0) / 2, 0])
+
+
+def assumed_plane(T_bust, rng):
+    """T_camera_plane (4, 4): mid-way in the relief, as well as a person puts it."""
+    viewpoint = transform(T_bust, np.array([[0.0, 0.0, -1.0]]))[0]
+    T = facing_plane(T_bust, viewpoint, BUST.relief / 2)
+    turn = rotation_from_vector(rng.normal(0, PLANE_TURN, 3))
+    return T @ pose(turn, rng.normal(0, PLANE_MM, 3))
+
+
+def left_by_plane(camera, true, T_bust, T_plane):
+    """Distortion of landmarks in the picture and in the view over the plane.
+
+    camera: the one that corrects; true: that took the picture. Either picture is laid
+    on the one that the view's own pinhole would have taken of the face itself, by the
+    homography of least distances; raw_px and corrected_px: the root mean squares of
+    what is left, in that picture's px. Beside them the nearest pinhole of either
+    picture, in shares of the landmarks' spread there.
+    """
+    _, points = BUST.landmarks()
+    points = transform(T_bust, points)
+    pixels, seen = true.project(points)
+    seen &= true.in_image(pixels)
+    size = np.array(BUST.size)
+    view = view_of_plane(camera, T_plane, PER_PX, -size / 2, size)
+    shown = shown_in_view(
+        camera, view, np.where(seen[:, None], pixels, np.nan), T_plane
+    )
+    seen &= np.isfinite(shown).all(axis=1)
+    if np.count_nonzero(seen) < FEWEST:
+        raise InputError(f"face: {np.count_nonzero(seen)} landmarks are seen")
+    points, pixels, shown = points[seen], pixels[seen], shown[seen]
+    ideal = view_pixels(view, points)
+    return {
+        "raw_px": off_homography(pixels, ideal),
+        "corrected_px": off_homography(shown, ideal),
+        "raw_pinhole": off_pinhole(points, pixels),
+        "corrected_pinhole": off_pinhole(points, shown),
+        "landmarks": len(points),
+    }
+
+
+def off_homography(picture, ideal):
+    """RMS, px of `ideal`, that the best homography from a picture leaves."""
+    H = refine_homography(homography_dlt(picture, ideal), picture, ideal)
+    off = apply_homography(H, picture) - ideal
+    return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+
+
+def off_pinhole(points, pixels):
+    """RMS that the nearest pinhole leaves, as a share of the spread of the pixels."""
+    spread = np.sqrt(np.mean(np.sum((pixels - pixels.mean(axis=0)) ** 2, axis=1)))
+    return float(nearest_pinhole(points, pixels).rms / spread)

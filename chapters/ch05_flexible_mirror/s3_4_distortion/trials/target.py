@@ -1,0 +1,113 @@
+"""The target of 5.3.4, a chessboard with a circle over it, and what is seen of it.
+
+The circle is drawn as a dark line; the middle between its two edges is measured. How
+far that is off, is read once out of rendered pictures (`edges_trial`) and drawn again.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
+from raxel.features.edge_points import edge_points
+from raxel.lab.ringed_board import BoardRing, ringed_board_scene
+from raxel.lab.windowed import bands, mirror_window, windowed
+from raxel.multiview.plane_points import circle_outline, points_on_plane
+
+RADIUS_MM = 87.21
+# Places along the circle, the same for all pictures; and where errors are measured.
+PLACES, DENSE = 90, 360
+# Corners nearer than this to the ring's paper have it in their window.
+CLEAR_MM = 2.0
+# Bands of a picture that are rendered, and to either side of an edge what is fitted.
+BANDS, BAND_PX, ACROSS_PX = 4, 48, 6.0
+
+
+def ring_on(board):
+    """The BoardRing about the middle of a board's corners."""
+    return BoardRing(tuple(board.points().mean(axis=0)), RADIUS_MM)
+
+
+def off_ring(board):
+    """Which corners (N,) of a board the ring leaves whole."""
+    ring = ring_on(board)
+    apart = np.linalg.norm(board.points() - ring.centre, axis=1)
+    reach = ring.line / 2 + ring.margin + CLEAR_MM
+    return np.abs(apart - ring.radius) > reach
+
+
+def held(rig, deflection, seed):
+    """T_camera_board (4, 4) of the target before the mirror at a stage.
+
+    Held anew at each stage, where the mirror then looks; of the same seed with the same
+    tilt, turn and shift from there.
+    """
+    rng = np.random.default_rng(seed)
+    return rig.board_pose(rng, BACK_PROJECTION_MM, (deflection,))
+
+
+def photographed(rig, camera, T_camera_board, rng, window):
+    """The picture (h, w) of the target in a window of a camera's picture."""
+    taken = windowed(replace(rig.rig, camera=camera), window)
+    light = taken.light.draw(rng, taken.extent)
+    scene = ringed_board_scene(
+        rig.board,
+        ring_on(rig.board),
+        T_camera_board,
+        rig.rig.border_mm,
+        light=light,
+        **taken.radiances,
+    )
+    return taken.laboratory().photograph(scene, np.eye(4), rng)
+
+
+class RingEdges(NamedTuple):
+    """pixels: (2, N, 2) of the line's inner and outer edge, NaN where none was found;
+    scale: (N,) px across the line per mm on the board."""
+
+    pixels: np.ndarray
+    scale: np.ndarray
+
+
+def ring_edges(rig, camera, T_camera_board, picture, window, count, across_px):
+    """RingEdges in a window's picture, looked for where the true camera has them."""
+    light = (picture / picture.max()) ** rig.rig.sensor.gamma
+    first = np.array([window.u, window.v], float)
+    ring, found, scales = ring_on(rig.board), [], []
+    for radius in ring.edges:
+        places, normals, scale = circle_outline(
+            camera, T_camera_board, ring.centre, radius, count
+        )
+        edges = edge_points(light, places - first, normals, across_px)
+        found.append(edges.pixels + first)
+        scales.append(scale)
+    return RingEdges(np.array(found), np.mean(scales, axis=0))
+
+
+def middle_of_line(camera, edges, T_camera_plane):
+    """Points (N, 2) mm of a plane mid-way between a line's two edges, NaN if unseen."""
+    seen = [points_on_plane(camera, p, T_camera_plane).points for p in edges.pixels]
+    return np.mean(seen, axis=0)
+
+
+def line_errors(result, geometry):
+    """Errors (n,) px of the line's middle on a geometry, of the Result of the edges."""
+    return np.concatenate(result.select(geometry=geometry).arrays("line_px"))
+
+
+def edges_trial(condition, rng):
+    """By how many px the middle of the line is off in rendered pictures, outwards."""
+    rig, off = mirror_rig(condition["geometry"]), []
+    centre = ring_on(rig.board).centre
+    for deflection in (STAGES_MM[0], STAGES_MM[-1]):
+        camera = rig.camera(deflection)
+        T = held(rig, deflection, int(rng.integers(2**32)))
+        for window in bands(mirror_window(camera), BANDS, BAND_PX):
+            picture = photographed(rig, camera, T, rng, window)
+            edges = ring_edges(rig, camera, T, picture, window, DENSE, ACROSS_PX)
+            points = middle_of_line(camera, edges, T)
+            apart = np.linalg.norm(points - centre, axis=1) - RADIUS_MM
+            off.append(apart * edges.scale)
+    off = np.concatenate(off)
+    return {"line_px": off[np.isfinite(off)]}
