@@ -4,13 +4,18 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s3_4_distortion import claims
-from chapters.ch05_flexible_mirror.s3_4_distortion.results import predicates, runs
+from chapters.ch05_flexible_mirror.s3_4_distortion.results import (
+    exact,
+    predicates,
+    runs,
+)
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials import face, target
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.geometry.homography import apply_homography
+from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
-from tests.made_results import of_columns
+from tests.made_results import ROOT, of_columns
 
 SEEDS, LOST = 40, 5
 ANGLES = 2 * np.pi * np.arange(target.PLACES) / target.PLACES
@@ -123,3 +128,15 @@ def test_a_homography_is_no_distortion_and_a_bend_is():
     assert face.off_homography(places, apply_homography(H, places)) < 1e-6
     bent = places + 1e-3 * (places - 50) ** 2 * [1, 0]
     assert face.off_homography(places, bent) > 0.1
+
+
+def test_a_circle_is_exact_on_its_plane_and_a_flat_mirror_makes_a_conic(monkeypatch):
+    monkeypatch.setattr(exact, "STAGES_MM", (15.0,))
+    exact.exact_radii.cache_clear()
+    assert claims.judge_exact({}).verdict == "reproduced"
+    exact.exact_radii.cache_clear()
+    assert exact.conic_of_flat_mirror() < claims.EXACT_PX
+
+
+def test_exercises_are_judged_rightly():
+    assert misjudged(ROOT, "ch05_flexible_mirror/s3_4_distortion") == []

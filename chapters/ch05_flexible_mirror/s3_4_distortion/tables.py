@@ -140,9 +140,10 @@ def ext_single_evaluation(results):
     return Table(
         columns(heads, rows),
         "Mean distances of the circle's points from the best conic where their rays "
-        "meet a plane that was drawn at random, 400 mm away and tilted by up to 25°, "
-        "and, last, from the best circle on the board. Without noise and with the true "
-        "mirror, the first would be nothing if the camera had a centre. Geometry A. "
+        "meet a plane that was drawn at random, as far away as the board and tilted "
+        "by up to 25°, and, last, from the best circle on the board. Without noise and "
+        "with the true mirror, the first would be nothing if the camera had a centre. "
+        "Geometry A. "
         f"{MEDIANS}",
     )
 

@@ -17,7 +17,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
     off_ring,
     ring_on,
 )
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import (
     PUBLISHED,
     deflected,
@@ -28,8 +28,10 @@ from chapters.shared.mirror_runs import (
 from chapters.shared.mirror_scores import ray_angles
 from raxel.calibration import BoardView, StageView, bundle_stages
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
+from raxel.cameras.core.centrality import closest_point
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry.planes import intersect_rays_plane
+from raxel.geometry import transform
+from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.multiview.fits.circles import fit_circle
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances, fit_conic
 from raxel.multiview.plane_points import circle_outline, random_plane
@@ -137,7 +139,10 @@ def sight(rig, camera, k, errors, line_px, seed):
     exact, normals, _ = circle_outline(camera, T, ring.centre, RADIUS_MM, PLACES)
     off = line_px[rng.integers(len(line_px), size=PLACES)]
     rays = camera.rays(exact)
-    T_random = random_plane(rng, rays, BACK_PROJECTION_MM, RANDOM_TILT)
+    middle = transform(T, on_plane(np.array([ring.centre])))[0]
+    # As far as the board is; the rays come from about one point behind the mirror.
+    distance = np.linalg.norm(middle - closest_point(rays))
+    T_random = random_plane(rng, rays, distance, RANDOM_TILT)
     return RingSight(T, corners, exact + off[:, None] * normals, exact, T_random)
 
 
