@@ -16,6 +16,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
     STAGES,
     CircleRuns,
 )
+from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import PER_PX
 from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
@@ -65,6 +66,8 @@ def quoted(runs):
     found["alike"] = middle(alike(runs))
     found["face"] = 100 * middle(face_left(runs))
     found["face.true"] = 100 * middle(face_left(runs, "true"))
+    for name in ("raw", "corrected"):
+        found[f"face.{name}"] = PER_PX * middle(runs.face(f"{name}_px"))
     for claim, predicate in BY_SEED.items():
         found[f"share.{claim}"] = 100 * float(np.mean(predicate(runs)[0]))
     return found

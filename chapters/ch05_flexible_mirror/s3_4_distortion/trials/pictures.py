@@ -23,6 +23,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
     off_ring,
     photographed,
     ring_edges,
+    ring_outlines,
 )
 from chapters.shared.mirror_bench import BENCH, BENCHES
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
@@ -92,7 +93,8 @@ def ring_picture(rig, true, found, T_camera_board, rng):
     """What Figs. 5.14 to 5.18 show of one stage."""
     window = whole(true)
     picture = photographed(rig, true, T_camera_board, rng, window)
-    edges = ring_edges(rig, true, T_camera_board, picture, window, PLACES, ACROSS_PX)
+    outlines = ring_outlines(rig, true, T_camera_board, PLACES)
+    edges = ring_edges(rig, outlines, picture, window, ACROSS_PX)
     corners = corners_in(rig, true, T_camera_board, picture)
     board = rig.board.points()
     T = pose_from_non_central_rays(found.rays(corners), board).T_camera_grid

@@ -70,19 +70,26 @@ class RingEdges(NamedTuple):
     scale: np.ndarray
 
 
-def ring_edges(rig, camera, T_camera_board, picture, window, count, across_px):
-    """RingEdges in a window's picture, looked for where the true camera has them."""
+def ring_outlines(rig, camera, T_camera_board, count):
+    """Where the true camera has the line's inner and outer edge: pixels, normals and
+    scale of each, as `circle_outline`."""
+    ring = ring_on(rig.board)
+    return [
+        circle_outline(camera, T_camera_board, ring.centre, radius, count)
+        for radius in ring.edges
+    ]
+
+
+def ring_edges(rig, outlines, picture, window, across_px):
+    """RingEdges in a window's picture, looked for at the `ring_outlines`."""
     light = (picture / picture.max()) ** rig.rig.sensor.gamma
     first = np.array([window.u, window.v], float)
-    ring, found, scales = ring_on(rig.board), [], []
-    for radius in ring.edges:
-        places, normals, scale = circle_outline(
-            camera, T_camera_board, ring.centre, radius, count
-        )
-        edges = edge_points(light, places - first, normals, across_px)
-        found.append(edges.pixels + first)
-        scales.append(scale)
-    return RingEdges(np.array(found), np.mean(scales, axis=0))
+    found = [
+        edge_points(light, places - first, normals, across_px).pixels + first
+        for places, normals, _ in outlines
+    ]
+    scale = np.mean([scale for _, _, scale in outlines], axis=0)
+    return RingEdges(np.array(found), scale)
 
 
 def middle_of_line(camera, edges, T_camera_plane):
@@ -103,9 +110,10 @@ def edges_trial(condition, rng):
     for deflection in (STAGES_MM[0], STAGES_MM[-1]):
         camera = rig.camera(deflection)
         T = held(rig, deflection, int(rng.integers(2**32)))
+        outlines = ring_outlines(rig, camera, T, DENSE)
         for window in bands(mirror_window(camera), BANDS, BAND_PX):
             picture = photographed(rig, camera, T, rng, window)
-            edges = ring_edges(rig, camera, T, picture, window, DENSE, ACROSS_PX)
+            edges = ring_edges(rig, outlines, picture, window, ACROSS_PX)
             points = middle_of_line(camera, edges, T)
             apart = np.linalg.norm(points - centre, axis=1) - RADIUS_MM
             off.append(apart * edges.scale)
