@@ -7,11 +7,11 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.predicates import (
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
     LAST,
+    SCALE,
     STAGES,
     WAYS,
     CircleRuns,
 )
-from chapters.ch05_flexible_mirror.s3_4_distortion.tables import SCALE
 from chapters.shared.mirror_bench import BENCH
 from raxel.multiview.fits.circles import circle_distances
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances, value

@@ -9,6 +9,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.predicates import (
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
     JUDGED,
+    SCALE,
     STAGES,
     WAYS,
     CircleRuns,
@@ -21,8 +22,6 @@ from repro.run.experiment import numbers, table
 from repro.run.outcomes import Measured, Table, Value
 
 DRAWN = "the target is drawn with this radius"
-# Times that vectors of Figs. 5.14 to 5.17 are drawn longer than they are.
-SCALE = 50
 MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
 PRINTED = {
     "Residual (mm)": "mean",

@@ -9,6 +9,8 @@ from chapters.shared.mirror_sweep import BenchRuns
 RUNS, SWEPT_RUNS, OTHER = "table_5_6_runs", "table_5_6_swept", "table_5_6_other"
 JUDGED = ("table_5_6_runs", "table_5_6_swept")
 STAGES = tuple(range(len(STAGES_MM)))
+# Times that vectors of Figs. 5.14 to 5.17 are drawn longer than they are.
+SCALE = 50
 FIRST, LAST = 1, STAGES[-1]
 # Who corrects: the mirror as it is, the published calibration, all stages at once.
 WAYS = {
