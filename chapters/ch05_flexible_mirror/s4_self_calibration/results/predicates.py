@@ -1,0 +1,187 @@
+"""What the claims of 5.4 say of one seed, and what is measured there.
+
+Each takes the `Courses` of a bench and gives whether it is true (seeds,), what was
+measured (seeds,), its unit, and words. Where a run was refused the claim is not true.
+"""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
+    OBJECTS,
+    STEP_MM,
+    TOLD,
+)
+
+NEAR_LINEAR = 0.1
+MOST_SAG = 0.25
+TIMES_BASELINE, TREND, TIMES_EDGE = 5.0, -0.8, 10.0
+SPREAD = 0.2
+GROWTH, TIMES_REFINED = 1.5, 3.0
+
+
+def middle(values):
+    """Median of those that have a value, as words."""
+    known = values[np.isfinite(values)]
+    return f"{np.median(known):.3g}" if len(known) else "nothing"
+
+
+def _by_stage(values):
+    return ", ".join(middle(one) for one in values)
+
+
+def better_early(runs):
+    """Estimates of stages 1 and 2 are nearer to 5 mm than the linear ones of boards."""
+    own, near = runs.of(TOLD, "deflection_mm"), runs.of("board", "linear_mm")
+    off, was = np.abs(own - STEP_MM), np.abs(near - STEP_MM)
+    even = np.abs(runs.of("even", "deflection_mm") - STEP_MM) < was
+    return (
+        np.all(off[:2] < was[:2], axis=0),
+        (off / was)[:2].max(axis=0),
+        "",
+        f"error over that of the near scene, larger of two; found {_by_stage(own)} mm, "
+        f"near {_by_stage(near)} mm; with evenly spread far features true in "
+        f"{100 * np.mean(even[:2].all(axis=0)):.0f} % of the seeds",
+    )
+
+
+def degrades(runs):
+    """Strictly smaller from stage to stage, the last within 10 % of the near linear."""
+    own, near = runs.of(TOLD, "deflection_mm"), runs.of("board", "linear_mm")[-1]
+    falls = np.all(np.diff(own, axis=0) < 0, axis=0)
+    ratio = own[-1] / near
+    return (
+        falls & (np.abs(ratio - 1) <= NEAR_LINEAR),
+        ratio,
+        "",
+        f"stage 3 over the near scene's; falling in {100 * np.mean(falls):.0f} % of "
+        f"the seeds; found {_by_stage(own)} mm",
+    )
+
+
+def vertical(runs):
+    """The sag at the load rises over the stages; even features have a quarter."""
+    sag, even = (
+        np.abs(runs.of("clustered", "sag_mm")),
+        np.abs(runs.of("even", "sag_mm")),
+    )
+    share = even[-1] / sag[-1]
+    return (
+        np.all(np.diff(sag, axis=0) > 0, axis=0) & (share <= MOST_SAG),
+        share,
+        "",
+        f"sag of even over clustered features, stage 3; clustered {_by_stage(sag)} mm, "
+        f"even {_by_stage(even)} mm",
+    )
+
+
+def inflexion(runs):
+    """It bends back at stages 2 and 3 with near features, and not without."""
+    near, without = runs.inflected("near"), runs.inflected("even")
+    came = np.isfinite(runs.of("even", "deflection_mm")).all(axis=0)
+    return (
+        near & ~without & came,
+        near.astype(float),
+        "",
+        f"with near features in {100 * near.mean():.0f} % of the seeds, without in "
+        f"{100 * without.mean():.0f} %, where features are spread evenly; as told "
+        f"{100 * runs.inflected(TOLD).mean():.0f} %",
+    )
+
+
+def large_error(runs):
+    """Depths between bent states are five times as wrong as from 100 mm."""
+    ratio, true = (
+        runs.column(f"stereo.{name}.deflected") / runs.column(f"stereo.{name}.baseline")
+        for name in ("found", "true")
+    )
+    return (
+        ratio >= TIMES_BASELINE,
+        ratio,
+        "x",
+        "median relative error of depths in the far scene, over that of 100 mm; with "
+        f"the true mirror {middle(true)}; boards are off by "
+        f"{middle(100 * runs.column('stereo.found.board'))} %",
+    )
+
+
+def fixed_edge(runs):
+    """The SD of a depth falls from the clamp on, tenfold."""
+    sd = runs.result.arrays(f"{runs.bench}.stereo.sd_mm")
+    ratio = np.array([one[0] / one[-1] for one in sd])
+    trend = runs.column("stereo.trend")
+    return (
+        (trend <= TREND) & (ratio >= TIMES_EDGE),
+        ratio,
+        "x",
+        f"SD in the strip at the clamp over that at the free end; Spearman's rank "
+        f"correlation {middle(trend)}",
+    )
+
+
+def _multi(runs, name, cameras="found"):
+    return np.array([runs.column(f"multi.{cameras}.{one}.{name}") for one in OBJECTS])
+
+
+def spread(runs):
+    """A fifth of the depth or more, and more for the wall than for the plane."""
+    plane, _, wall = _multi(runs, "spread_mm")
+    true = _multi(runs, "spread_mm", "true")
+    share = np.minimum(plane / 3980, wall / 5000)
+    return (
+        (share >= SPREAD) & (wall > plane),
+        share,
+        "",
+        f"smaller share of the depth; plane {middle(plane)} mm, wall {middle(wall)} "
+        f"mm; with the true mirror {middle(true[0])} and {middle(true[2])} mm",
+    )
+
+
+def order(runs):
+    """Plane, object and wall in this order by their centroids."""
+    plane, thing, wall = _multi(runs, "centroid_mm")
+    return (
+        (plane < thing) & (thing < wall),
+        wall - plane,
+        "mm",
+        f"wall behind the plane; centroids {middle(plane)}, {middle(thing)}, "
+        f"{middle(wall)} mm",
+    )
+
+
+def under(runs):
+    """All three centroids are nearer than they should be."""
+    ratio = _multi(runs, "ratio")
+    return (
+        np.all(ratio < 1, axis=0),
+        ratio.max(axis=0),
+        "",
+        f"largest of the three ratios; plane, object, wall {_by_stage(ratio)}; with "
+        f"the true mirror {_by_stage(_multi(runs, 'ratio', 'true'))}",
+    )
+
+
+def impractical(runs):
+    """Back-projection grows by half, and ends at thrice that of boards."""
+    own, board = runs.of(TOLD, "back_mm"), runs.of("board", "back_mm")
+    even, over = runs.of("even", "back_mm"), own[-1] / board[-1]
+    # A run that was refused is of no use either, but has no number.
+    return (
+        (own[-1] >= GROWTH * own[0]) & (over >= TIMES_REFINED),
+        over,
+        "x",
+        f"over the refined method, stage 3; {_by_stage(own)} mm; boards "
+        f"{_by_stage(board)} mm; even features {_by_stage(even)} mm",
+    )
+
+
+BY_SEED = {
+    "c5_selfcal_better_early": better_early,
+    "c5_selfcal_degrades": degrades,
+    "c5_selfcal_vertical": vertical,
+    "c5_phantom_inflexion": inflexion,
+    "c5_vbs_large_error": large_error,
+    "c5_vbs_fixed_edge": fixed_edge,
+    "c5_multi_spread": spread,
+    "c5_multi_under": under,
+    "c5_selfcal_impractical": impractical,
+}

@@ -1,0 +1,61 @@
+"""The courses of self-calibration: which result, which bench, which features."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import SCENES
+from chapters.shared.mirror_rigs import STAGES_MM
+from chapters.shared.mirror_sweep import BenchRuns
+
+RUNS, SWEPT_RUNS, OTHER = "table_5_9_runs", "table_5_9_swept", "table_5_9_other"
+WAYS, KNOWN = "ext_self_ways_runs", "exp_c5_known_scene"
+STAGES = (1, 2, 3)
+STEP_MM = STAGES_MM[1]
+# As 5.4 tells: features across the middle, and nearer ones at the end that bends.
+TOLD = next(iter(SCENES))
+OBJECTS = ("plane", "object", "wall")
+
+
+class Courses(BenchRuns):
+    """Three pushes."""
+
+    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
+
+    def column(self, name):
+        """A value (seeds,) that a run has once, nan where it ended before."""
+        return self.result.column(f"{self.bench}.{name}")
+
+    def of(self, way, name, stages=STAGES):
+        """A value (stages, seeds) of `board` or one of SCENES."""
+        return np.array([self.column(f"{way}.stage{k}.{name}") for k in stages])
+
+    def refused(self, way):
+        """Why each seed (seeds,) of a way ended early, None where it did not."""
+        return self.result.texts(f"{self.bench}.{way}.refused")
+
+    def profiles(self, way, stage):
+        """Heights (seeds that came so far, places), mm, along the middle line."""
+        return self.result.arrays(f"{self.bench}.{way}.stage{stage}.profile_mm")
+
+    def inflected(self, way):
+        """Whether (seeds,) the profile bends back at stages 2 and 3; false where a seed
+        did not come so far."""
+        whole = np.ones(self.seeds, bool)
+        for stage in STAGES[1:]:
+            came = np.isfinite(self.column(f"{way}.stage{stage}.deflection_mm"))
+            back = np.zeros(self.seeds, bool)
+            back[came] = [bends_back(z) for z in self.profiles(way, stage)]
+            whole &= back
+        return whole
+
+
+# Of the largest curvature: less of the other sign is no inflexion.
+LEAST_BACK = 0.1
+POLYNOMIAL = 5  # degree, of the profile that is differentiated
+
+
+def bends_back(heights):
+    """Whether a profile (n,), evenly spaced, has a tenth or more of its largest
+    curvature with the other sign, in its middle eight tenths."""
+    x = np.linspace(-1, 1, len(heights))
+    bend = np.polynomial.Polynomial.fit(x, heights, POLYNOMIAL).deriv(2)(0.8 * x)
+    return bool(min(-bend.min(), bend.max()) > LEAST_BACK * np.abs(bend).max())

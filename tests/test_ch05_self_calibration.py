@@ -1,0 +1,145 @@
+"""Section 5.4: its claims can fail, and runs that were refused count."""
+
+import numpy as np
+import pytest
+
+from chapters.ch05_flexible_mirror.s4_self_calibration import claims
+from chapters.ch05_flexible_mirror.s4_self_calibration.results import known, runs
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.stereo import nearest
+from chapters.shared.mirror_bench import BENCHES, SWEPT
+from tests.judged_claims import readings_of
+from tests.made_results import of_columns
+
+SEEDS = 40
+X = np.linspace(0, 1, 30)
+CUBIC, WAVE = X**2 * (3 - X), np.sin(6 * X)
+TRUE = {
+    "board": {"linear_mm": (2.1, 2.3, 2.9), "back_mm": (1.0, 1.0, 1.0)},
+    "told": {"deflection_mm": (4.0, 3.5, 3.0), "back_mm": (2.0, 3.0, 4.0)},
+    "clustered": {"sag_mm": (1.0, 5.0, 20.0)},
+    "even": {"deflection_mm": (4.6, 4.4, 4.2), "sag_mm": (0.1, 0.2, 0.3),
+             "back_mm": (2.0, 2.0, 2.0)},
+    "near": {"deflection_mm": (4.0, 3.5, 3.0)},
+}  # fmt: skip
+PROFILES = {"told": CUBIC, "near": WAVE, "even": CUBIC}
+ONCE = {
+    "stereo.found.deflected": 0.5, "stereo.found.baseline": 0.05,
+    "stereo.true.deflected": 0.01, "stereo.true.baseline": 0.001,
+    "stereo.found.board": 0.04, "stereo.trend": -1.0,
+    "stereo.sd_mm": np.array([100.0, 30, 5]),
+    "multi.spread_mm": (2100.0, 3000.0, 3850.0),
+    "multi.centroid_mm": (3247.0, 3268.0, 4104.0), "multi.ratio": (0.8, 0.7, 0.8),
+}  # fmt: skip
+
+
+def of_bench(bench, seeds, other):
+    """Columns of a bench: all is true but for {name: value}."""
+    out = {}
+    for way, values in TRUE.items():
+        for name, stages in values.items():
+            for k, value in enumerate(other.get(f"{way}.{name}", stages), 1):
+                out[f"{bench}.{way}.stage{k}.{name}"] = np.full(seeds, value)
+    for way, profile in PROFILES.items():
+        for k in runs.STAGES[1:]:
+            z = other.get(f"{way}.profile", profile)
+            out[f"{bench}.{way}.stage{k}.profile_mm"] = [z] * seeds
+    for name, value in ONCE.items():
+        value = other.get(name, value)
+        if not name.startswith("multi"):
+            full = [value] * seeds
+            out[f"{bench}.{name}"] = full if np.ndim(value) else np.array(full)
+            continue
+        for cameras in ("found", "true"):
+            for one, number in zip(runs.OBJECTS, value, strict=True):
+                end = name.split(".")[1]
+                out[f"{bench}.multi.{cameras}.{one}.{end}"] = np.full(seeds, number)
+    return out
+
+
+def made(other=None, swept=None):
+    results = {}
+    for name, benches, count, changed in (
+        (runs.RUNS, BENCHES, SEEDS, other or {}),
+        (runs.SWEPT_RUNS, SWEPT, 4, other or {} if swept is None else swept),
+    ):
+        columns = {}
+        for bench in benches:
+            columns |= of_bench(bench, count, changed)
+        results[name] = of_columns(({"geometry": "A"}, columns))
+    return results
+
+
+FALSE = {
+    claims.judge_better_early: [{"told.deflection_mm": (4.0, 1.9, 1.5)}],
+    claims.judge_degrades: [
+        {"told.deflection_mm": (4.0, 4.1, 3.0)},
+        {"told.deflection_mm": (4.0, 3.5, 2.4)},
+        {"told.deflection_mm": (4.0, 3.5, np.nan)},
+    ],
+    claims.judge_vertical: [
+        {"clustered.sag_mm": (1.0, 0.5, 20.0)}, {"even.sag_mm": (0.1, 0.2, 6.0)},
+    ],
+    claims.judge_inflexion: [{"near.profile": CUBIC}, {"even.profile": WAVE}],
+    claims.judge_large_error: [{"stereo.found.deflected": 0.2}],
+    claims.judge_fixed_edge: [
+        {"stereo.trend": -0.7}, {"stereo.sd_mm": np.array([40.0, 30, 5])},
+    ],
+    claims.judge_spread: [
+        {"multi.spread_mm": (700.0, 3000.0, 3850.0)},
+        {"multi.spread_mm": (3900.0, 3000.0, 3850.0)},
+    ],
+    claims.judge_order: [{"multi.centroid_mm": (3300.0, 3268.0, 4104.0)}],
+    claims.judge_under: [{"multi.ratio": (0.8, 0.7, 1.1)}],
+    claims.judge_impractical: [
+        {"told.back_mm": (3.0, 3.0, 4.0)}, {"told.back_mm": (1.0, 2.0, 2.9)},
+    ],
+}  # fmt: skip
+CASES = [(judge, other) for judge, others in FALSE.items() for other in others]
+
+
+@pytest.mark.parametrize("judge", FALSE)
+def test_what_is_so_is_reproduced(judge):
+    assert [r.verdict for r in readings_of(judge, made())] == ["reproduced"] * 2
+
+
+@pytest.mark.parametrize(("judge", "other"), CASES)
+def test_what_is_not_so_differs(judge, other):
+    assert [r.verdict for r in readings_of(judge, made(other))] == ["differs"] * 2
+
+
+def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
+    results = made(swept={"stereo.found.deflected": 0.2})
+    found = readings_of(claims.judge_large_error, results)
+    assert [r.verdict for r in found] == ["undecided", "reproduced"]
+
+
+def steps(slope, seeds=40):
+    """Results of runs whose errors rise by so many % for a step."""
+    rng = np.random.default_rng(3)
+    columns = {}
+    for k in range(1, known.STEPS + 1):
+        error = (1 + slope / 100 * k) * (0.04 if k % 2 else 0.05)
+        for way in ("known", "boards"):
+            columns[f"{way}.step{k}"] = error * (1 + 0.01 * rng.standard_normal(seeds))
+    return {"exp_c5_known_scene": of_columns(({"geometry": "A"}, columns))}
+
+
+@pytest.mark.parametrize(
+    ("slope", "verdict"), [(0.0, "reproduced"), (10.0, "differs"), (-1.0, "reproduced")]
+)
+def test_errors_that_accumulate_are_told(slope, verdict):
+    (found,) = readings_of(claims.judge_known, steps(slope))
+    assert found.verdict == verdict
+
+
+def test_rays_of_several_views_meet_at_their_point():
+    point = np.array([[10.0, -5.0, 900.0]])
+
+    class View:
+        def __init__(self, origin):
+            self.origins = np.array([origin])
+            away = point - self.origins
+            self.directions = away / np.linalg.norm(away)
+
+    views = [View([0.0, 0, 0]), View([5.0, 0, 0]), View([0.0, 7, 1])]
+    np.testing.assert_allclose(nearest(views), point, atol=1e-6)
