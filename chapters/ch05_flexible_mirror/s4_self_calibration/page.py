@@ -63,13 +63,13 @@ def _plan(results, geometry, benches, seeds):
 
 
 @experiment("ext_self_ways_runs", artefact="ext_self_ways", inputs=GEOMETRY_A)
-def ways(effort, results):
+def ways(effort):
     """One step without a target, by every way, before two scenes."""
     conditions = crossed(geometry=["A"], depth_mm=[0.0, 800.0])
     return Plan(ways_trial, conditions, SEEDS[effort])
 
 
 @experiment("exp_c5_known_scene", artefact="sec_5_5", inputs=GEOMETRY_A)
-def known(effort, results):
+def known(effort):
     """Eight steps before a scene that is known, and before boards."""
     return Plan(known_trial, [{"geometry": "A"}], 2 * SEEDS[effort])

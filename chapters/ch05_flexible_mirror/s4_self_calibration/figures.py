@@ -1,0 +1,157 @@
+"""Profiles, stereo between bent states, the plan of a scene and its features."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
+    OBJECTS,
+    STAGES,
+    TOLD,
+    Courses,
+)
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import ALONG_MM
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import DEPTHS_MM
+from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from repro.page.style import INK, legend_below, series
+from repro.page.style import figure as new_figure
+from repro.run.columns import columns
+from repro.run.experiment import figure
+from repro.run.outcomes import Drawing
+
+NEEDS = ("table_5_9_runs",)
+
+
+@figure("fig_5_24", needs=NEEDS, evidence="rendered")
+def fig_5_24(results):
+    """Profiles along the middle line, found and true, of one seed on each bench."""
+    drawn, panels = new_figure(1, 2, height_in=3.8, sharey=True)
+    rig, rows = mirror_rig("A"), []
+    for panel, bench in zip(panels, BENCHES, strict=True):
+        runs = Courses(results, bench=bench)
+        for k, stage in enumerate(STAGES):
+            true = rig.camera(STAGES_MM[stage]).mirror.height(ALONG_MM, 0 * ALONG_MM)[0]
+            label = "true" if k == 0 else None
+            panel.plot(ALONG_MM, true, color=INK, linestyle=":", marker="", label=label)
+            found = runs.profiles(TOLD, stage)
+            if not len(found):
+                continue
+            look = series(k) | {"markevery": 4}
+            panel.plot(ALONG_MM, found[0], label=f"stage {stage}", **look)
+            rows += [
+                (bench, stage, *row)
+                for row in zip(ALONG_MM, true, found[0], strict=True)
+            ]
+        panel.set(title=bench, xlabel="Distance from the clamp (mm)", ylim=(-8, 24))
+    panels[0].set_ylabel("Height over the flat sheet (mm)")
+    legend_below(drawn, panels[0], ncols=4)
+    return Drawing(
+        drawn,
+        columns(("bench", "stage", "along_mm", "true_mm", "found_mm"), rows),
+        "The mirror's middle line after each push of 5 mm, by linear self-calibration "
+        "from features across the middle and near ones at the end, and the true one. "
+        "The first seed that came so far, on each bench.",
+    )
+
+
+@figure("fig_5_25", needs=NEEDS, evidence="rendered")
+def fig_5_25(results):
+    """A board by stereo between stages 0 and 1, and what noise makes of depths."""
+    runs = Courses(results)
+    drawn, (left, right) = new_figure(1, 2, height_in=3.8)
+    board = runs.result.arrays(f"{runs.bench}.stereo.board_points")[0]
+    met = runs.result.arrays(f"{runs.bench}.stereo.found.met")[0]
+    for number, (name, points) in enumerate((("true", board), ("found", met))):
+        look = series(number) | {"linestyle": "", "markersize": 3}
+        left.plot(points[:, 0], points[:, 2], label=name, **look)
+    left.set(xlabel="x (mm)", ylabel="z (mm)", title="board, seen from above")
+    left.legend()
+    along = np.mean(runs.result.arrays(f"{runs.bench}.stereo.along"), axis=0)
+    sd = np.median(runs.result.arrays(f"{runs.bench}.stereo.sd_mm"), axis=0)
+    right.plot(along, sd, **series(0))
+    right.set(yscale="log", xlabel="From the clamp, share of the length (1)")
+    right.set(ylabel="SD of a depth (mm for 1 px)", title="noise alone")
+    rows = [("board", *p, *q) for p, q in zip(board, met, strict=True)]
+    return Drawing(
+        drawn,
+        columns(("of", "x", "y", "z", "found_x", "found_y", "found_z"), rows),
+        "Stereo between stages 0 and 1, both calibrated from this kind of board. Left: "
+        "its corners as they are and as their rays meet, one seed on the bench. Right: "
+        "the standard deviation of depths at 260 mm with the true mirror, for noise of "
+        "1 px in both pictures: next to the clamp nothing is told.",
+    )
+
+
+@figure("fig_5_26", needs=NEEDS, evidence="rendered")
+def fig_5_26(results):
+    """Plan of the scene from four stages, calibrated and true mirror."""
+    runs, rows = Courses(results), []
+    drawn, panels = new_figure(1, 2, height_in=4.2, sharex=True, sharey=True)
+    for panel, cameras in zip(panels, ("found", "true"), strict=True):
+        plan, of = (
+            runs.result.arrays(f"{runs.bench}.multi.{cameras}.{name}")[0]
+            for name in ("plan", "of")
+        )
+        for k, one in enumerate(OBJECTS):
+            look = series(k) | {"linestyle": "", "markersize": 4}
+            panel.plot(*plan[of == k].T, label=one, **look)
+            panel.axhline(DEPTHS_MM[one], color=look["color"], linewidth=0.8, marker="")
+            rows += [(cameras, one, *p) for p in plan[of == k]]
+        title = "calibrated mirror" if cameras == "found" else "true mirror"
+        panel.set(title=title, xlabel="Aside (mm)", ylim=(0, 9000), xlim=(-2500, 2500))
+    panels[0].set_ylabel("Depth from the mirror (mm)")
+    legend_below(drawn, panels[0], ncols=3)
+    return Drawing(
+        drawn,
+        columns(("mirror", "of", "aside_mm", "depth_mm"), rows),
+        "A scene seen from above, triangulated from pictures at all four stages, "
+        "features picked by hand to half a pixel; lines: where it is. One seed on the "
+        "bench.",
+    )
+
+
+@figure("fig_5_27", needs=NEEDS, evidence="rendered")
+def fig_5_27(results):
+    """Features that all four pictures show, in that of stage 2."""
+    runs = Courses(results)
+    pixels = runs.result.arrays(f"{runs.bench}.multi.pixels")[0]
+    pixels = pixels[np.isfinite(pixels[:, 0])]
+    drawn, panel = new_figure(height_in=3.6)
+    panel.plot(*pixels.T, **series(0) | {"linestyle": "", "markersize": 4})
+    panel.set(xlim=(0, 3072), ylim=(2304, 0), xlabel="u (px)", ylabel="v (px)")
+    panel.set_aspect("equal")
+    return Drawing(
+        drawn,
+        columns(("u_px", "v_px"), pixels),
+        "Features of the scene in the picture of stage 2, of the seed of Fig. 5.26.",
+    )
+
+
+@figure("ext_self_feedback", needs=("ext_self_ways_runs",), evidence="synthetic")
+def ext_self_feedback(results):
+    """What feeding triangulated points back does: nothing, with a small residual."""
+    drawn, (left, right) = new_figure(1, 2, height_in=3.6)
+    rows = []
+    for number, (depth, label) in enumerate(((0.0, "4 to 5 m"), (800.0, "0.8 m"))):
+        found = results["ext_self_ways_runs"].select(depth_mm=depth)
+        ways = ["linear", *(f"feedback{k}" for k in range(1, 7))]
+        went, rms = (
+            [np.nanmedian(found.column(f"{way}.{name}")) for way in ways[start:]]
+            for name, start in (("deflection_mm", 0), ("rms", 1))
+        )
+        left.plot(range(7), went, label=label, **series(number))
+        right.plot(range(1, 7), rms, label=label, **series(number))
+        rows += [
+            (label, k, a, b)
+            for k, (a, b) in enumerate(zip(went, [None, *rms], strict=True))
+        ]
+    left.axhline(2.5, color=INK, linestyle=":", marker="", label="true")
+    left.set(xlabel="Round (1)", ylabel="Deflection (mm)", ylim=(0, 3))
+    right.set(xlabel="Round (1)", ylabel="Residual (SD)", ylim=(0, None))
+    legend_below(drawn, left, ncols=3)
+    return Drawing(
+        drawn,
+        columns(("scene", "round", "deflection_mm", "rms_sd"), rows),
+        "The loop of 5.4: points are triangulated with the shape that was found, and "
+        "the shape is refined to them. The residual falls, and the deflection stays "
+        "where the linear stage put it. Medians over the seeds.",
+    )

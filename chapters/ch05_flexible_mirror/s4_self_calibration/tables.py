@@ -1,0 +1,206 @@
+"""Table 5.9 on both benches, ways without a target, and the numbers of 5.4."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s4_self_calibration.results.predicates import BY_SEED
+from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
+    OBJECTS,
+    STAGES,
+    STEP_MM,
+    TOLD,
+    Courses,
+)
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import SCENES
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import DEPTHS_MM
+from chapters.shared.mirror_bench import BENCHES, SWEPT
+from repro.run.columns import columns
+from repro.run.experiment import numbers, table
+from repro.run.outcomes import Measured, Table, Value
+
+NEEDS = ("table_5_9_runs",)
+MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
+FEATURES = {
+    "told": "clustered, near at the end",
+    "clustered": "clustered, all far",
+    "near": "even, near at the end",
+    "even": "even, all far",
+}
+WAY_NAMES = {
+    "linear": "linear, scene at infinity (5.4)",
+    "feedback1": "fed back once (5.4)",
+    "feedback6": "fed back six times (5.4)",
+    "edges": "straight edges, as worded (6.3.3)",
+    "lines": "one line in space for each edge",
+    "one_depth": "one unknown depth",
+    "one_depth_held": "one unknown depth, slope of the clamp held",
+}
+
+
+def reached(values):
+    """Median of the seeds that have a value, None without any."""
+    known = values[np.isfinite(values)]
+    return Measured.median(known) if len(known) else None
+
+
+def _rows(runs, way, bench):
+    heads = ("deflection_mm", "sag_mm", "angle_deg", "back_mm", "back_true_mm")
+    of = {name: runs.of(way, name) for name in heads}
+    return [
+        (
+            bench,
+            FEATURES[way],
+            stage,
+            int(np.isfinite(of["deflection_mm"][k]).sum()),
+            STEP_MM,
+            *(reached(of[name][k]) for name in heads),
+        )
+        for k, stage in enumerate(STAGES)
+    ]
+
+
+HEADS = (
+    "Bench",
+    "Features",
+    "Stage",
+    "Seeds",
+    "Actual (mm)",
+    "Self-calibration (mm)",
+    "Sag (mm)",
+    "To true rays (°)",
+    "Back-projection (mm)",
+    "true pose (mm)",
+)
+
+
+@table("table_5_9", needs=NEEDS, evidence="rendered")
+def table_5_9(results):
+    """Deflections by linear self-calibration, as 5.4 tells it."""
+    rows = [
+        row
+        for bench in reversed(BENCHES)
+        for row in _rows(Courses(results, bench=bench), TOLD, bench)
+    ]
+    none = [None for _ in STAGES]
+    return Table(
+        columns(HEADS, rows),
+        "Deflections that self-calibration finds from a distant scene, its features "
+        "across the middle of the mirror and near ones at the end that bends; how far "
+        "both sides lie beyond the middle, at the load, and what 5.4 does not print: "
+        f"rays and back-projection. Geometry A. {MEDIANS}",
+        printed={
+            "Actual (mm)": [f"t5_9_s{k}_actual" for k in STAGES] + none,
+            "Self-calibration (mm)": [f"t5_9_s{k}_est" for k in STAGES] + none,
+        },
+    )
+
+
+@table("ext_self_features", needs=NEEDS, evidence="rendered")
+def ext_self_features(results):
+    """The same with features spread otherwise."""
+    rows = [
+        row
+        for bench in reversed(BENCHES)
+        for way in SCENES
+        if way != TOLD
+        for row in _rows(Courses(results, bench=bench), way, bench)
+    ]
+    return Table(
+        columns(HEADS, rows),
+        "The same where features are spread otherwise: over the whole mirror, and "
+        f"without near ones. {MEDIANS}",
+    )
+
+
+@table("ext_self_ways", needs=("ext_self_ways_runs",), evidence="synthetic")
+def ext_self_ways(results):
+    """One step by every way."""
+    rows = []
+    for depth, scene in ((0.0, "4 to 5 m"), (800.0, "0.7 to 0.9 m")):
+        found = results["ext_self_ways_runs"].select(depth_mm=depth)
+        for way, words in WAY_NAMES.items():
+            values = {
+                name: found.column(f"{way}.{name}")
+                for name in ("deflection_mm", "angle_deg", "rms", "depth_mm")
+            }
+            came = int(np.isfinite(values["deflection_mm"]).sum())
+            rows.append((scene, words, came, *map(reached, values.values())))
+    heads = ("Scene", "Way", "Seeds", "Deflection (mm)", "To true rays (°)")
+    return Table(
+        columns((*heads, "Residual (SD)", "Depth found (mm)"), rows),
+        "One step of 2.5 mm without a target, from a mirror that is known but for what "
+        "a spline cannot follow: what each way finds of it. Features are spread "
+        f"evenly. {MEDIANS}",
+    )
+
+
+@table(
+    "ext_self_swept", needs=("table_5_9_runs", "table_5_9_swept"), evidence="rendered"
+)
+def ext_self_swept(results):
+    """Shares of the seeds in which claims are true, from bench to bench."""
+    benches = [*reversed(BENCHES), *SWEPT]
+    rows = [
+        (
+            claim.removeprefix("c5_"),
+            *(
+                100 * float(np.mean(predicate(Courses(results, bench=bench))[0]))
+                for bench in benches
+            ),
+        )
+        for claim, predicate in BY_SEED.items()
+    ]
+    return Table(
+        columns(("Claim", *(f"{bench} (%)" for bench in benches)), rows),
+        "Share of the seeds in which each claim is true, on either bench and with one "
+        "of the bench's two numbers halved or doubled.",
+    )
+
+
+def _value(runs, found, unit):
+    lost = np.count_nonzero(~np.isfinite(found))
+    reason = f"{lost} of {runs.seeds} seeds were refused before" if lost else ""
+    return Value.of_seeds(found, unit, reason)
+
+
+@numbers("table_5_9", needs=NEEDS, evidence="rendered")
+def numbers_of_table_5_9(results):
+    """Deflections found."""
+    runs = Courses(results)
+    found = runs.of(TOLD, "deflection_mm")
+    return {f"t5_9_s{k}_actual": Value(STEP_MM, unit="mm") for k in STAGES} | {
+        f"t5_9_s{k}_est": _value(runs, found[k - 1], "mm") for k in STAGES
+    }
+
+
+@numbers("sec_5_4", needs=NEEDS, evidence="rendered")
+def numbers_of_the_text(results):
+    """Linear estimates of boards less the final ones, and the sag at the load."""
+    runs = Courses(results)
+    linear, final = (
+        runs.of("board", f"{name}_mm") for name in ("linear", "deflection")
+    )
+    below = 100 * (1 - linear / final)
+    sag = np.abs(runs.of("clustered", "sag_mm"))[-1]
+    return {
+        "s5_4_lin_min": _value(runs, below.min(axis=0), "%"),
+        "s5_4_lin_max": _value(runs, below.max(axis=0), "%"),
+        "s5_4_vcurv": _value(runs, sag, "mm"),
+    }
+
+
+@numbers("fig_5_26", needs=NEEDS, evidence="rendered")
+def numbers_of_fig_5_26(results):
+    """Centroids and spreads of the four-stage reconstruction."""
+    runs = Courses(results)
+
+    def of(one, name):
+        return _value(runs, runs.column(f"multi.found.{one}.{name}_mm"), "mm")
+
+    found = {f"fig5_26_{one}_est": of(one, "centroid") for one in OBJECTS}
+    found |= {
+        f"fig5_26_{one}_meas": Value(DEPTHS_MM[one], unit="mm") for one in OBJECTS
+    }
+    return found | {
+        "fig5_26_front": of("plane", "spread"),
+        "fig5_26_rear": of("wall", "spread"),
+    }
