@@ -43,6 +43,7 @@ def of_bench(bench, seeds, other):
         for k in runs.STAGES[1:]:
             z = other.get(f"{way}.profile", profile)
             out[f"{bench}.{way}.stage{k}.profile_mm"] = [z] * seeds
+            out[f"{bench}.{way}.stage{k}.angle_deg"] = np.full(seeds, 0.5)
     for name, value in ONCE.items():
         value = other.get(name, value)
         if not name.startswith("multi"):
@@ -79,7 +80,8 @@ FALSE = {
     claims.judge_vertical: [
         {"clustered.sag_mm": (1.0, 0.5, 20.0)}, {"even.sag_mm": (0.1, 0.2, 6.0)},
     ],
-    claims.judge_inflexion: [{"near.profile": CUBIC}, {"even.profile": WAVE}],
+    claims.judge_inflexion: [{"near.profile": CUBIC}, {"even.profile": WAVE},
+                             {"near.profile": np.where(X > 0.9, np.nan, WAVE)}],
     claims.judge_large_error: [{"stereo.found.deflected": 0.2}],
     claims.judge_fixed_edge: [
         {"stereo.trend": -0.7}, {"stereo.sd_mm": np.array([40.0, 30, 5])},

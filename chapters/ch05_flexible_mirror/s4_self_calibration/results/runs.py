@@ -41,7 +41,7 @@ class Courses(BenchRuns):
         did not come so far."""
         whole = np.ones(self.seeds, bool)
         for stage in STAGES[1:]:
-            came = np.isfinite(self.column(f"{way}.stage{stage}.deflection_mm"))
+            came = np.isfinite(self.column(f"{way}.stage{stage}.angle_deg"))
             back = np.zeros(self.seeds, bool)
             back[came] = [bends_back(z) for z in self.profiles(way, stage)]
             whole &= back
@@ -55,7 +55,10 @@ POLYNOMIAL = 5  # degree, of the profile that is differentiated
 
 def bends_back(heights):
     """Whether a profile (n,), evenly spaced, has a tenth or more of its largest
-    curvature with the other sign, in its middle eight tenths."""
+    curvature with the other sign, in its middle eight tenths. One that the spline does
+    not reach everywhere is none."""
+    if not np.isfinite(heights).all():
+        return False
     x = np.linspace(-1, 1, len(heights))
     bend = np.polynomial.Polynomial.fit(x, heights, POLYNOMIAL).deriv(2)(0.8 * x)
     return bool(min(-bend.min(), bend.max()) > LEAST_BACK * np.abs(bend).max())

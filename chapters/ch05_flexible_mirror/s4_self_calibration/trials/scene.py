@@ -55,11 +55,19 @@ class Field:
         self.middle = self.rays.origins.mean(axis=0)
 
     def shows(self, points):
-        """Whether points (N, 3) lie where the lattice looks."""
+        """Whether points (N, 3) lie where the lattice looks, near ones by themselves:
+        rays start all over the mirror, which is no small part of the way to these."""
         away = points - self.middle
-        reach = np.median(np.linalg.norm(away, axis=1))
-        seen = self.rays.origins + reach * self.rays.directions - self.middle
-        return Delaunay(_slopes(seen)).find_simplex(_slopes(away)) >= 0
+        reach = np.linalg.norm(away, axis=1)
+        near = reach < np.median(reach) / 2
+        seen = np.zeros(len(points), bool)
+        for group in (near, ~near):
+            if not group.any():
+                continue
+            at = self.rays.origins + np.median(reach[group]) * self.rays.directions
+            hull = Delaunay(_slopes(at - self.middle))
+            seen[group] = hull.find_simplex(_slopes(away[group])) >= 0
+        return seen
 
     def pictured(self, points, errors, rng, pick_px=0.0):
         """Pixels (N, 2) of points with errors, NaN where not seen.
