@@ -32,11 +32,13 @@ def fig_5_24(results):
             true = rig.camera(STAGES_MM[stage]).mirror.height(ALONG_MM, 0 * ALONG_MM)[0]
             label = "true" if k == 0 else None
             panel.plot(ALONG_MM, true, color=INK, linestyle=":", marker="", label=label)
+            look = series(k) | {"markevery": 4}
             found = runs.profiles(TOLD, stage)
+            # Where all seeds were refused the legend still names the stage.
+            curve = found[0] if len(found) else np.full(len(ALONG_MM), np.nan)
+            panel.plot(ALONG_MM, curve, label=f"stage {stage}", **look)
             if not len(found):
                 continue
-            look = series(k) | {"markevery": 4}
-            panel.plot(ALONG_MM, found[0], label=f"stage {stage}", **look)
             rows += [
                 (bench, stage, *row)
                 for row in zip(ALONG_MM, true, found[0], strict=True)
