@@ -100,7 +100,8 @@ def judge_underestimate(results, options):
             most,
             reason=f"largest mean of linear over actual; stages 1 to 3 {stages}; "
             f"below 1 in {100 * min(share.value for share in shares):.0f} % of "
-            f"the runs at least; Z/(Z+D) is {by_formula():.2f}",
+            "the runs at least, where a run that was refused counts as not below; "
+            f"Z/(Z+D) is {by_formula():.2f}",
         )
 
     def side_at(bench):
