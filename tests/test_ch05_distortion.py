@@ -9,10 +9,17 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results import (
     predicates,
     runs,
 )
-from chapters.ch05_flexible_mirror.s3_4_distortion.trials import face, target
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.ch05_flexible_mirror.s3_4_distortion.trials import (
+    face,
+    pictures,
+    run,
+    target,
+)
+from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
+from raxel.errors import InputError
 from raxel.geometry.homography import apply_homography
+from raxel.multiview.plane_points import circle_outline, points_on_plane
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
 from tests.made_results import ROOT, of_columns
@@ -119,6 +126,154 @@ def test_the_ring_hides_corners_and_leaves_enough():
     apart = np.linalg.norm(board.points() - ring.centre, axis=1)
     assert np.abs(apart[kept] - ring.radius).min() > ring.line / 2 + ring.margin
     assert 120 < kept.sum() < 182
+
+
+def test_the_ring_is_outlined_by_its_edges_from_inside_to_outside():
+    rig = mirror_rig("A")
+    camera, T = rig.camera(10.0, 21.0, 3), target.held(rig, 10.0, 3)
+    ring = target.ring_on(rig.board)
+    outlines = target.ring_outlines(rig, camera, T, 24)
+    edges = []
+    for radius, (pixels, normals, scale) in zip(ring.edges, outlines, strict=True):
+        apart, farther = (
+            np.linalg.norm(points_on_plane(camera, p, T).points - ring.centre, axis=1)
+            for p in (pixels, pixels + 0.5 * normals)
+        )
+        seen = np.isfinite(apart) & np.isfinite(farther)
+        assert seen.sum() > 18
+        np.testing.assert_allclose(apart[seen], radius, atol=1e-6)
+        outwards = (farther - apart)[seen] * scale[seen]
+        np.testing.assert_allclose(outwards, 0.5, rtol=0.02)
+        edges.append(pixels)
+    # The middle between both edges, of the picture and of the board, is the circle.
+    both = target.RingEdges(np.array(edges), None)
+    in_picture = points_on_plane(camera, np.mean(edges, axis=0), T).points
+    for points, most in (
+        (target.middle_of_line(camera, both, T), 1e-6),
+        (in_picture, 0.03),
+    ):
+        off = np.linalg.norm(points - ring.centre, axis=1) - target.RADIUS_MM
+        assert np.nanmax(np.abs(off)) < most
+
+
+def test_edges_in_pictures_are_found_where_the_line_is():
+    rng = np.random.default_rng(4)
+    off = target.edges_trial({"geometry": "A"}, rng, small=True)["line_px"]
+    assert len(off) > 12
+    assert abs(np.median(off)) < 0.02
+    assert np.std(off) < 0.05
+
+
+def exact_sight(rig, camera, deflection):
+    """The RingSight of stage `deflection` without any error."""
+    T = target.held(rig, deflection, 3)
+    corners, seen = rig.corners(camera, T)
+    corners = np.where((seen & target.off_ring(rig.board))[:, None], corners, np.nan)
+    centre = target.ring_on(rig.board).centre
+    line = circle_outline(camera, T, centre, target.RADIUS_MM, target.PLACES)[0]
+    return run.RingSight(T, corners, line, line, T)
+
+
+def test_exact_rays_have_an_exact_circle_and_those_of_another_stage_have_none():
+    rig = mirror_rig("A")
+    true, other = rig.camera(5.0, 21.0, 3), rig.camera(6.0, 21.0, 3)
+    sight = exact_sight(rig, true, 5.0)
+    found = run.scored(rig, true, true, sight)
+    assert abs(found["radius_mm"] - target.RADIUS_MM) < 1e-6
+    assert max(found["residual_mm"], found["pose_mm"], found["centre_mm"]) < 1e-6
+    # Seen on its own board, by exact rays, the circle is a conic.
+    assert max(found["parallax_mm"], found["single_mm"]) < 1e-6
+    wrong = run.scored(rig, other, true, sight)
+    assert wrong["angle_deg"] > 0.3
+    assert wrong["pose_mm"] > 1
+    assert wrong["residual_mm"] > 0.01
+
+
+def test_a_circle_that_is_hardly_seen_is_refused():
+    rig = mirror_rig("A")
+    camera = rig.camera(0.0)
+    sight = exact_sight(rig, camera, 0.0)
+    line = sight.line.copy()
+    line[10:] = np.nan
+    with pytest.raises(InputError, match="10 of 90 places"):
+        run.on_board(rig, camera, sight._replace(line=line))
+
+
+def test_wider_pixels_see_along_the_same_rays():
+    rig = mirror_rig("A")
+    camera = rig.camera(5.0)
+    coarse = pictures.with_wider_pixels(rig, 4).camera(5.0)
+    assert (coarse.width, coarse.height) == (camera.width // 4, camera.height // 4)
+    pixels = np.array([[300.0, 200.0], [420.0, 350.0]])
+    fine, wide = camera.rays(4 * pixels + 1.5), coarse.rays(pixels)
+    assert fine.valid.all()
+    np.testing.assert_allclose(wide.origins, fine.origins, atol=1e-9)
+    np.testing.assert_allclose(wide.directions, fine.directions, atol=1e-12)
+
+
+def test_benches_that_are_the_same_are_run_once(monkeypatch):
+    asked = []
+
+    def corrected(rig, bench, errors, line_px, seed, scope):
+        asked.append((bench, errors))
+        return {"seed": seed}
+
+    class Errors:
+        def _replace(self, factor):
+            return factor
+
+    monkeypatch.setattr(run, "corrected", corrected)
+    known = {"errors": {"A": Errors()}, "line_px": {"A": None}, "scope": None}
+
+    def found(benches):
+        asked.clear()
+        rng = np.random.default_rng(1)
+        return run.correction_trial({"geometry": "A"}, rng, benches=benches, **known)
+
+    both = found(BENCHES)
+    assert asked == [(bench, bench.factor) for bench in BENCHES.values()]
+    alike = found(dict.fromkeys(BENCHES, BENCHES[BENCH]))
+    assert asked == [(BENCHES[BENCH], BENCHES[BENCH].factor)]
+    assert both == alike
+
+
+def test_all_benches_of_a_seed_hold_the_same_boards():
+    rig = mirror_rig("A")
+    first = target.boards(rig, (0.0, 5.0), 3)
+    assert first.shape == (1, 4, 4)
+    assert target.boards(rig, (0.0, 5.0), 3) is first
+    assert not np.allclose(target.boards(rig, (0.0, 5.0), 4), first)
+    T_bust, T_plane = face.placed_bust(rig, 3)
+    assert 0 < np.linalg.norm(T_plane[:3, 3] - T_bust[:3, 3]) < 60
+    with pytest.raises(ValueError, match="read-only"):
+        T_bust[0, 0] = 0
+
+
+def rendered_runs(radii):
+    """PictureRuns of runs with a radius at the last stage, None where refused."""
+    columns = {}
+    for stage in runs.STAGES:
+        last = stage == runs.LAST
+        at = f"{BENCH}.published.stage{stage}"
+        radius = np.array(radii if last else [87.0] * len(radii), object)
+        columns[f"{at}.radius_mm"] = radius
+        columns[f"{BENCH}.true.stage{stage}.radius_mm"] = 87.2
+        came = np.empty(len(radii), object)
+        for place, known in enumerate(radius):
+            came[place] = None if known is None else np.full(3, float(place))
+        columns[f"{at}.residuals_mm"] = came
+    results = {runs.PICTURES: of_columns(({}, columns))}
+    return runs.PictureRuns(results, bench=BENCH)
+
+
+def test_figures_draw_the_first_run_that_came_through():
+    found = rendered_runs([None, 87.4, 87.1])
+    assert found.drawn() == ("published", 1)
+    assert found.array("published", runs.LAST, "residuals_mm", 1)[0] == 1
+    assert found.array("published", runs.LAST, "residuals_mm", 2)[0] == 2
+    assert found.array("published", 0, "residuals_mm", 1)[0] == 1
+    assert found.came_to(runs.LAST) == 2
+    assert rendered_runs([None, None]).drawn() == ("true", 0)
 
 
 def test_a_homography_is_no_distortion_and_a_bend_is():

@@ -6,11 +6,11 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.predicates import (
     radius_errors,
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
-    LAST,
     SCALE,
     STAGES,
     WAYS,
     CircleRuns,
+    PictureRuns,
 )
 from chapters.shared.mirror_bench import BENCH
 from raxel.multiview.fits.circles import circle_distances
@@ -22,30 +22,24 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
-PICTURES = ("fig_5_14_pictures",)
 RED = "#d62728"
 EXACT = 1e-9
 
 
-def stage_of(results, stage):
-    """{name: array} of a stage's picture."""
-    result = results["fig_5_14_pictures"]
-
-    def of(name):
-        (found,) = result.arrays(f"stage{stage}.{name}")
-        return found
-
-    names = ("picture", "line_px", "points_mm", "residuals_mm", "centre_mm")
-    found = {name: of(name) for name in names}
-    (radius,) = result.column(f"stage{stage}.radius_mm")
-    return found | {"radius_mm": radius}
+CORRECTED_BY = {"published": "the calibrated mirror", "true": "the true mirror"}
 
 
 def two_panels(results, stage):
     """The circle at one stage: in the picture, and on the board after correction."""
-    of = stage_of(results, stage)
+    runs = PictureRuns(results, bench=BENCH)
+    way, run = runs.drawn()
+    picture = runs.picture(stage, run)
+    line, points, left, centre = (
+        runs.array(way, stage, name, run)
+        for name in ("line_px", "points_mm", "residuals_mm", "centre_mm")
+    )
+    radius = runs.of(stage, "radius_mm", way)[run]
     drawn, (raw, board) = new_figure(1, 2, height_in=3.4)
-    picture, line = of["picture"], of["line_px"]
     conic = algebraic_conic(line)
     off, _ = conic_distances(conic, line)
     raw.imshow(picture, cmap="gray")
@@ -54,14 +48,13 @@ def two_panels(results, stage):
     q = value(conic, np.column_stack([u.ravel(), v.ravel()]).astype(float))
     raw.contour(u, v, q.reshape(rows, across), [0.0], colors=RED, linewidths=0.9)
     raw.set(xticks=[], yticks=[], title="(a) picture and best conic")
-    points, left = of["points_mm"], of["residuals_mm"]
-    outward = points - of["centre_mm"]
+    outward = points - centre
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     feet = points - left[:, None] * outward
     ends = feet + SCALE * left[:, None] * outward
     angle = np.linspace(0, 2 * np.pi, 361)
     around = np.column_stack([np.cos(angle), np.sin(angle)])
-    circle = of["centre_mm"] + of["radius_mm"] * around
+    circle = centre + radius * around
     board.plot(*circle.T, color=INK, lw=0.8, marker="")
     look = {"color": series(0)["color"], "lw": 0.9, "ls": "-", "marker": ""}
     board.plot(*np.stack([feet, ends], axis=-1).transpose(1, 2, 0), **look)
@@ -69,7 +62,7 @@ def two_panels(results, stage):
     board.invert_yaxis()
     board.set(xlabel="x on the board (mm)", ylabel="y on the board (mm)")
     board.set_title(f"(b) corrected, vectors × {SCALE}")
-    ring = np.array([[*of["centre_mm"], of["radius_mm"]]])
+    ring = np.array([[*centre, radius]])
     gap = float(np.abs(circle_distances(ring, points)[0] - left).max())
     return Drawing(
         drawn,
@@ -82,10 +75,10 @@ def two_panels(results, stage):
         ),
         f"The circle at stage {stage}: (a) the rendered picture with the conic of "
         f"least algebraic error, from which the circle is {np.abs(off).mean():.2f} px "
-        "off in the mean; (b) after correction by the calibrated mirror, distances "
+        f"off in the mean; (b) after correction by {CORRECTED_BY[way]}, distances "
         f"from the best circle, {SCALE} times as long as they are, "
         f"{np.abs(left).mean():.2f} mm in the mean; its radius is "
-        f"{of['radius_mm']:.2f} mm. One seed, geometry A on the bench.",
+        f"{radius:.2f} mm. One run, geometry A on the bench.",
         Check(
             gap < EXACT,
             f"the vectors are the distances from the circle, to {gap:.0e} mm",
@@ -93,34 +86,36 @@ def two_panels(results, stage):
     )
 
 
-@figure("fig_5_14", needs=PICTURES, evidence="rendered")
+@figure("fig_5_14", needs=("fig_5_14_pictures",), evidence="rendered")
 def fig_5_14(results):
     """The circle at stage 0."""
     return two_panels(results, 0)
 
 
-@figure("fig_5_15", needs=PICTURES, evidence="rendered")
+@figure("fig_5_15", needs=("fig_5_14_pictures",), evidence="rendered")
 def fig_5_15(results):
     """The circle at stage 1."""
     return two_panels(results, 1)
 
 
-@figure("fig_5_16", needs=PICTURES, evidence="rendered")
+@figure("fig_5_16", needs=("fig_5_14_pictures",), evidence="rendered")
 def fig_5_16(results):
     """The circle at stage 2."""
     return two_panels(results, 2)
 
 
-@figure("fig_5_17", needs=PICTURES, evidence="rendered")
+@figure("fig_5_17", needs=("fig_5_14_pictures",), evidence="rendered")
 def fig_5_17(results):
     """The circle at stage 3."""
     return two_panels(results, 3)
 
 
-@figure("fig_5_18", needs=PICTURES, evidence="rendered")
+@figure("fig_5_18", needs=("fig_5_14_pictures",), evidence="rendered")
 def fig_5_18(results):
     """The picture of stage 3 laid out on the board."""
-    (picture,) = results["fig_5_14_pictures"].arrays(f"stage{LAST}.corrected")
+    runs = PictureRuns(results, bench=BENCH)
+    way, run = runs.drawn()
+    picture = runs.corrected(run)
     drawn, axes = new_figure(height_in=4.4)
     axes.imshow(picture, cmap="gray")
     axes.set(xticks=[], yticks=[])
@@ -128,9 +123,9 @@ def fig_5_18(results):
     return Drawing(
         drawn,
         columns(("rows", "columns", "mean_grey"), [(rows, across, picture.mean())]),
-        "The picture of Fig. 5.17 laid out on the board, in the pose that the "
-        "calibrated camera finds: squares are squares, and the circle is round. What "
-        "the mirror does not show is black.",
+        "The picture of Fig. 5.17 laid out on the board, in the pose that "
+        f"{CORRECTED_BY[way]} finds: squares are squares, and the circle is round. "
+        "What the mirror does not show is black.",
     )
 
 
@@ -146,13 +141,15 @@ def fig_5_19(results):
         panel.imshow(picture, cmap="gray")
         panel.set(xticks=[], yticks=[], title=title)
     (ideal,) = result.arrays("ideal_px")
+    way = "published" if result.column("calibrated")[0] else "true"
     axes[1].plot(*ideal.T, ls="", marker="+", color=RED, ms=4)
     return Drawing(
         drawn,
         columns(("ideal_u_px", "ideal_v_px"), [tuple(p) for p in ideal]),
         "A bust in low relief, which stands in for the thesis's face, in a mirror that "
-        "is pushed by 12 mm: (a) as the camera has it, and (b) corrected as if it were "
-        "a plane. Crosses: where the view's own pinhole would have seen the landmarks.",
+        "is pushed by 12 mm: (a) as the camera has it, and (b) corrected by "
+        f"{CORRECTED_BY[way]} as if it were a plane. Crosses: where the view's own "
+        "pinhole would have seen the landmarks.",
     )
 
 

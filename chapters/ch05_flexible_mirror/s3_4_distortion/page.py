@@ -15,10 +15,12 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.exercises import (
 from chapters.ch05_flexible_mirror.s3_4_distortion.results.prose import name_values
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import left_by_plane
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.pictures import (
+    PictureSizes,
     face_picture_trial,
     ring_pictures_trial,
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.run import (
+    CircleScope,
     correction_trial,
     scored,
 )
@@ -139,8 +141,17 @@ from repro.run.outcomes import Plan
 
 
 # %%
-SEEDS = {"quick": 1, "full": 40}
+SEEDS = {"quick": 1, "full": 36}
+ENDS = {"quick": 1, "full": 10}
 FEWER = {"quick": 1, "full": 5}
+# At quick size one bench stands for all, with a single deflection or none, pictures are
+# small, and the true mirror corrects them.
+ALONE = {"true": False, "bundle": False}
+RUN = {"quick": CircleScope(1, **ALONE), "full": CircleScope()}
+END = {"quick": CircleScope(0, face=False, **ALONE), "full": CircleScope(**ALONE)}
+BESIDE = {"quick": END["quick"], "full": CircleScope()}
+SIZES = {"quick": PictureSizes(4, 1.5, 2.0, False), "full": PictureSizes()}
+PICTURES = {"quick": 1, "full": 3}
 
 
 @experiment(
@@ -151,13 +162,16 @@ FEWER = {"quick": 1, "full": 5}
         "data/rigs/flexible-mirror-a-monitor.yaml",
         "data/rigs/flexible-mirror-b.yaml",
         "data/rigs/flexible-mirror-b-monitor.yaml",
+        "data/rigs/flexible-mirror-a-small.yaml",
+        "data/rigs/flexible-mirror-a-monitor-small.yaml",
+        "data/rigs/flexible-mirror-b-small.yaml",
+        "data/rigs/flexible-mirror-b-monitor-small.yaml",
     ),
 )
 def edges(effort):
     """How far the circle's line is off in rendered pictures."""
-    rigs = [{"geometry": geometry} for geometry in "AB"]
-    seeds = {"quick": 1, "full": 4}[effort]
-    return Plan(edges_trial, rigs, seeds)
+    trial = partial(edges_trial, small=effort == "quick")
+    return Plan(trial, [{"geometry": geometry} for geometry in "AB"], 1)
 
 
 @experiment(
@@ -169,7 +183,7 @@ def edges(effort):
 )
 def runs(effort, results):
     """Geometry A, on both benches."""
-    return _plan(results, "A", BENCHES, SEEDS[effort])
+    return _plan(results, "A", benches_of(BENCHES, effort), SEEDS[effort], RUN[effort])
 
 
 @experiment(
@@ -180,7 +194,7 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
-    return _plan(results, "A", SWEPT, FEWER[effort])
+    return _plan(results, "A", benches_of(SWEPT, effort), ENDS[effort], END[effort])
 
 
 @experiment(
@@ -191,14 +205,24 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, on both benches."""
-    return _plan(results, "B", BENCHES, FEWER[effort])
+    return _plan(
+        results, "B", benches_of(BENCHES, effort), FEWER[effort], BESIDE[effort]
+    )
 
 
-def _plan(results, geometry, benches, seeds):
+def benches_of(benches, effort):
+    """{name: Bench}, all the same at quick size."""
+    return dict.fromkeys(benches, BENCHES[BENCH]) if effort == "quick" else benches
+
+
+def _plan(results, geometry, benches, seeds, scope):
     errors = {geometry: MirrorErrors.read(results["sec_5_3_3_errors"], geometry)}
     line_px = {geometry: line_errors(results["table_5_6_edges"], geometry)}
-    trial = partial(correction_trial, errors=errors, line_px=line_px, benches=benches)
+    trial = partial(
+        correction_trial, errors=errors, line_px=line_px, benches=benches, scope=scope
+    )
     settings = {name: bench._asdict() for name, bench in benches.items()}
+    settings |= scope._asdict()
     return Plan(trial, [{"geometry": geometry}], seeds, settings)
 
 
@@ -215,7 +239,9 @@ def _plan(results, geometry, benches, seeds):
 )
 def ring_pictures(effort, results):
     """The target in the mirror at four stages, rendered."""
-    return _picture_plan(results, ring_pictures_trial)
+    known, settings = _of_pictures(results, effort)
+    trial = partial(ring_pictures_trial, **known)
+    return Plan(trial, [{}], PICTURES[effort], settings)
 
 
 @experiment(
@@ -231,13 +257,16 @@ def ring_pictures(effort, results):
 )
 def face_picture(effort, results):
     """The bust in the mirror after a push of 12 mm, rendered."""
-    return _picture_plan(results, face_picture_trial)
+    known, settings = _of_pictures(results, effort)
+    return Plan(partial(face_picture_trial, **known), [{}], 1, settings)
 
 
-def _picture_plan(results, trial):
-    factor = BENCHES[BENCH].factor
+def _of_pictures(results, effort):
+    """What the trials with pictures are given, and their settings."""
+    factor, sizes = BENCHES[BENCH].factor, SIZES[effort]
     errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A", factor)
-    return Plan(partial(trial, errors=errors), [{}], 1, BENCHES[BENCH]._asdict())
+    settings = BENCHES[BENCH]._asdict() | sizes._asdict()
+    return {"errors": errors, "sizes": sizes}, settings
 
 
 # %% [markdown]
@@ -260,6 +289,9 @@ def _picture_plan(results, trial):
 
 # %% tags=["active-ipynb"]
 # show("fig_5_18")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_circle_rendered")
 
 # %% tags=["active-ipynb"]
 # show_table("ext_single_evaluation")

@@ -13,10 +13,11 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
     STAGES,
     WAYS,
     CircleRuns,
+    PictureRuns,
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import DEFLECTION_MM
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import RADIUS_MM
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
 from repro.run.outcomes import Measured, Table, Value
@@ -37,6 +38,21 @@ def reached(values):
     return Measured.median(known) if len(known) else None
 
 
+def ranged(values):
+    """Median and range of the runs that have a value, None without any."""
+    return Measured.of_seeds(values) if np.isfinite(values).any() else None
+
+
+# What is compared of rendered runs: (runs, stage, way) -> (seeds,).
+RENDERED = {
+    "Radius error (%)": lambda runs, stage, way: np.abs(
+        radius_errors(runs, way)[stage]
+    ),
+    "Residual (mm)": lambda runs, stage, way: runs.of(stage, "residual_mm", way),
+    "Pose (mm)": lambda runs, stage, way: runs.of(stage, "pose_mm", way),
+}
+
+
 def circle_rows(runs, way):
     """Rows of the stages: seeds, what Table 5.6 has, and what it does not show."""
     off = np.abs(radius_errors(runs, way))
@@ -44,7 +60,7 @@ def circle_rows(runs, way):
     return [
         (
             stage,
-            int(np.isfinite(runs.of(stage, "radius_mm", way)).sum()),
+            runs.came_to(stage, way),
             *(
                 reached(runs.of(stage, name, way))
                 for name in ("residual_mm", "residual_sd_mm", "radius_mm")
@@ -98,6 +114,34 @@ def table_5_6(results):
             head: [f"t5_6_s{stage}_{end}" for stage in STAGES] + rest
             for head, end in PRINTED.items()
         },
+    )
+
+
+@table(
+    "ext_circle_rendered",
+    needs=("fig_5_14_pictures", "table_5_6_runs"),
+    evidence="rendered",
+)
+def ext_circle_rendered(results):
+    """Rendered runs beside those with drawn errors."""
+    pictures = PictureRuns(results, bench=BENCH)
+    runs, rows = CircleRuns(results, bench=BENCH), []
+    for way in ("published", "true"):
+        for stage in STAGES:
+            row = [WAYS[way], stage, pictures.came_to(stage, way)]
+            for measure in RENDERED.values():
+                row += [
+                    ranged(measure(pictures, stage, way)),
+                    reached(measure(runs, stage, way)),
+                ]
+            rows.append(tuple(row))
+    heads = [f"{head}{drawn}" for head in RENDERED for drawn in ("", ", drawn")]
+    return Table(
+        columns(("Mirror", "Stage", "Runs", *heads), rows),
+        "Runs whose pictures were rendered, 768 x 576 px with corners and edges found "
+        "in them: medians and ranges of the runs that came so far. *Drawn*: the runs "
+        "of Table 5.6, whose corners and edges are those of a picture of 3072 x 2304 "
+        f"px with errors drawn. Geometry A on the bench. {MEDIANS}",
     )
 
 

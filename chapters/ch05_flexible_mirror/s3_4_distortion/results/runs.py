@@ -7,6 +7,7 @@ from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
 
 RUNS, SWEPT_RUNS, OTHER = "table_5_6_runs", "table_5_6_swept", "table_5_6_other"
+PICTURES = "fig_5_14_pictures"
 JUDGED = ("table_5_6_runs", "table_5_6_swept")
 STAGES = tuple(range(len(STAGES_MM)))
 # Times that vectors of Figs. 5.14 to 5.17 are drawn longer than they are.
@@ -37,6 +38,10 @@ class CircleRuns(BenchRuns):
         """A value (seeds,) of the face."""
         return self.result.column(f"{self.bench}.face.{camera}.{name}")
 
+    def came_to(self, stage, way="published"):
+        """How many seeds have a circle at a stage."""
+        return int(np.isfinite(self.of(stage, "radius_mm", way)).sum())
+
     def refused(self):
         """How many seeds ended before the last stage."""
         return sum(
@@ -52,3 +57,29 @@ class CircleRuns(BenchRuns):
         if known.any():
             found[known] = arrays
         return found
+
+
+class PictureRuns(CircleRuns):
+    """The same of the runs whose pictures were rendered; all are on the bench."""
+
+    EXPERIMENTS = (PICTURES, PICTURES, PICTURES)
+
+    def drawn(self):
+        """(way, run) that the figures draw: the first that was calibrated at all
+        stages, the true mirror's first where none was."""
+        came = np.flatnonzero(np.isfinite(self.of(LAST, "radius_mm")))
+        return ("published", int(came[0])) if len(came) else ("true", 0)
+
+    def array(self, way, stage, name, run):
+        """An array of a run that came so far."""
+        before = self.of(stage, "radius_mm", way)[:run]
+        arrays = self.result.arrays(f"{self.bench}.{way}.stage{stage}.{name}")
+        return arrays[np.count_nonzero(np.isfinite(before))]
+
+    def picture(self, stage, run):
+        """A stage's picture of a run."""
+        return self.result.arrays(f"{self.bench}.picture.stage{stage}.grey")[run]
+
+    def corrected(self, run):
+        """That of the last stage laid out on the board."""
+        return self.result.arrays(f"{self.bench}.corrected")[run]

@@ -5,10 +5,11 @@ are calibrated as in 5.3.3: after one step of 12 mm the clamped end has no corne
 that was seen there before.
 """
 
-from itertools import pairwise
+from functools import lru_cache
 
 import numpy as np
 
+from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import boards
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM
 from chapters.shared.mirror_runs import PUBLISHED, deflected, seen_board
 from raxel.errors import InputError
@@ -33,22 +34,22 @@ DEFLECTION_MM = STEPS_MM[-1]
 BUST = Bust(width=160.0, relief=0.05 * BACK_PROJECTION_MM)
 # How far off the plane is that is assumed, along each axis (standard deviations).
 PLANE_MM, PLANE_TURN = 5.0, np.radians(2)
+# Of a seed, what draws the errors of the push, and where bust and plane are.
+FACE_OF_SEED, BUST_OF_SEED = 9, 10
 PER_PX = 0.25  # mm on the plane for a px of the corrected picture
 FEWEST = 8  # landmarks that are seen
 
 
-def face_scores(rig, uneven, before, first, errors, seed):
+def face_scores(rig, cameras, first, errors, seed):
     """What a plane leaves of a face's distortion, by the calibrated camera and the true
     one; `refused` says why there is none.
 
-    uneven: of `MirrorRig.camera`; before: the true camera of stage 0.
+    cameras: the true ones of the steps, that of stage 0 first; first: the `Primary`.
     """
-    rng = np.random.default_rng(seed)
-    true = rig.camera(DEFLECTION_MM, **uneven)
-    T_bust = placed_bust(rig, rng)
-    T_plane = assumed_plane(T_bust, rng)
+    rng, true = np.random.default_rng([seed, FACE_OF_SEED]), cameras[-1]
+    T_bust, T_plane = placed_bust(rig, seed)
     try:
-        found = pushed_to_face(rig, uneven, before, first, errors, rng)
+        found = pushed_to_face(rig, cameras, first, errors, seed, rng)
         return {
             "calibrated": left_by_plane(found, true, T_bust, T_plane),
             "true": left_by_plane(true, true, T_bust, T_plane),
@@ -57,30 +58,34 @@ def face_scores(rig, uneven, before, first, errors, seed):
         return {"refused": str(refusal)}
 
 
-def pushed_to_face(rig, uneven, before, first, errors, rng):
+def pushed_to_face(rig, cameras, first, errors, seed, rng):
     """SplineMirrorCamera after the push, found step by step from that of stage 0."""
     found, points = first.camera, rig.board.points()
-    for start, end in pairwise(STEPS_MM):
-        after = rig.camera(end, **uneven)
-        T = rig.board_pose(rng, deflections=(start, end))
-        pair = [seen_board(rig, camera, T, errors, rng) for camera in (before, after)]
-        stage = deflected(found, after, pair, points, first.clamp, PUBLISHED)
-        found, before = stage.camera, after
+    for k, T in enumerate(boards(rig, STEPS_MM, seed)):
+        pair = [seen_board(rig, c, T, errors, rng) for c in cameras[k : k + 2]]
+        found = deflected(
+            found, cameras[k + 1], pair, points, first.clamp, PUBLISHED
+        ).camera
     return found
 
 
-def placed_bust(rig, rng):
-    """T_camera_bust (4, 4): held like a board, its middle where a board's is."""
+@lru_cache(maxsize=16)
+def placed_bust(rig, seed):
+    """(T_camera_bust, T_camera_plane), each (4, 4) and read-only.
+
+    The bust is held like a board, its middle where a board's is; the plane is mid-way
+    in the relief, as well as a person puts it.
+    """
+    rng = np.random.default_rng([seed, BUST_OF_SEED])
     T = rig.board_pose(rng, BACK_PROJECTION_MM, (DEFLECTION_MM,))
-    return T @ pose(np.eye(3), [*np.ptp(rig.board.points(), axis=0) / 2, 0])
-
-
-def assumed_plane(T_bust, rng):
-    """T_camera_plane (4, 4): mid-way in the relief, as well as a person puts it."""
+    T_bust = T @ pose(np.eye(3), [*np.ptp(rig.board.points(), axis=0) / 2, 0])
     viewpoint = transform(T_bust, np.array([[0.0, 0.0, -1.0]]))[0]
-    T = facing_plane(T_bust, viewpoint, BUST.relief / 2)
+    facing = facing_plane(T_bust, viewpoint, BUST.relief / 2)
     turn = rotation_from_vector(rng.normal(0, PLANE_TURN, 3))
-    return T @ pose(turn, rng.normal(0, PLANE_MM, 3))
+    T_plane = facing @ pose(turn, rng.normal(0, PLANE_MM, 3))
+    for placed in (T_bust, T_plane):
+        placed.setflags(write=False)
+    return T_bust, T_plane
 
 
 def left_by_plane(camera, true, T_bust, T_plane):

@@ -6,120 +6,163 @@ with errors drawn as for the tables.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import (
     BUST,
-    DEFLECTION_MM,
-    assumed_plane,
+    STEPS_MM,
     placed_bust,
     pushed_to_face,
 )
+from chapters.ch05_flexible_mirror.s3_4_distortion.trials.run import (
+    RingSight,
+    of_picture,
+    on_board,
+    plane_at_random,
+    scored,
+)
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
     PLACES,
+    RADIUS_MM,
+    boards,
     held,
-    middle_of_line,
     off_ring,
     photographed,
     ring_edges,
+    ring_on,
     ring_outlines,
 )
 from chapters.shared.mirror_bench import BENCH, BENCHES
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from chapters.shared.mirror_rigs import STAGES_MM, MirrorRig, mirror_rig
 from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_board
-from raxel.calibration.pose.non_central import pose_from_non_central_rays
-from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
+from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera, SplineMirrorCamera
+from raxel.errors import InputError
 from raxel.features.localise import saddle_point
 from raxel.geometry import transform
-from raxel.lab.sight import Crop
-from raxel.multiview.fits.circles import fit_circle
+from raxel.lab.windowed import mirror_window
 from raxel.multiview.near_perspective import view_of_plane, view_over_plane, view_pixels
-from raxel.multiview.plane_points import plane_picture
+from raxel.multiview.plane_points import circle_outline, plane_picture
 
 # A pixel of the small rig is as wide as four of the camera's.
 COARSER = 4
-# px to either side: of an edge what is fitted, and of a corner.
-ACROSS_PX, CORNER_WINDOW = 3.0, 9
-# mm for a px of the corrected pictures.
-BOARD_PX_MM, FACE_PX_MM = 0.5, 0.5
+# px about a corner that are fitted.
+CORNER_WINDOW = 9
 
 
-def ring_pictures_trial(condition, rng, errors):
-    """The target at each stage: picture, circle, and what is left after correction."""
-    rig, small, uneven = scene_of(rng)
-    cameras = rig.stages(**uneven)
-    first = primary(rig, cameras[0], PUBLISHED, errors, rng)
-    found, pose_seed = first.camera, int(rng.integers(2**32))
-    out = {}
-    for k, deflection in enumerate(STAGES_MM):
-        if k:
-            found = pushed(rig, cameras[k - 1 : k + 1], k, found, first, errors, rng)
-        true = small.camera(deflection, **uneven)
-        T = held(small, deflection, pose_seed)
-        out[f"stage{k}"] = ring_picture(small, true, coarser(found), T, rng)
-    return out
+class PictureSizes(NamedTuple):
+    """coarser: how many px of the small rig one of the pictures is wide; across_px: to
+    either side of an edge what is fitted; px_mm: mm for a px of corrected pictures;
+    calibrated: whether the mirror is the bench's and calibrated, or even, and the true
+    one corrects alone."""
+
+    coarser: int = 1
+    across_px: float = 3.0
+    px_mm: float = 0.5
+    calibrated: bool = True
 
 
-def scene_of(rng):
-    """(MirrorRig, the same with larger pixels, what makes the bench's mirror uneven)"""
+class PictureScene(NamedTuple):
+    """rig, small: the MirrorRig that calibrates and the one that takes pictures;
+    uneven: of `MirrorRig.camera`; seed: whole number, of waves and poses; coarser: of
+    the camera's pixels, how many one of the pictures is wide."""
+
+    rig: MirrorRig
+    small: MirrorRig
+    uneven: dict
+    seed: int
+    coarser: int
+
+
+def scene_of(rng, sizes):
+    """The PictureScene of the bench."""
     seed = int(rng.integers(2**32))
-    uneven = {"aberration_um": BENCHES[BENCH].aberration_um, "seed": seed}
-    return mirror_rig("A"), mirror_rig("A", small=True), uneven
+    height = BENCHES[BENCH].aberration_um if sizes.calibrated else 0.0
+    uneven = {"aberration_um": height, "seed": seed}
+    small = with_wider_pixels(mirror_rig("A", small=True), sizes.coarser)
+    return PictureScene(mirror_rig("A"), small, uneven, seed, COARSER * sizes.coarser)
 
 
-def pushed(rig, cameras, k, found, first, errors, rng):
-    """SplineMirrorCamera of stage k, from the one before."""
-    T = rig.board_pose(rng, deflections=STAGES_MM[k - 1 : k + 1])
-    pair = [seen_board(rig, camera, T, errors, rng) for camera in cameras]
-    points = rig.board.points()
-    return deflected(found, cameras[1], pair, points, first.clamp, PUBLISHED).camera
+def with_wider_pixels(rig, times):
+    """A MirrorRig whose camera has fewer pixels, so many times as wide."""
+    if times == 1:
+        return rig
+    camera = rig.rig.camera
+    viewer = coarser_viewer(camera.viewer, times)
+    camera = FlexibleMirrorCamera(**camera.arguments() | {"viewer": viewer})
+    return replace(rig, rig=replace(rig.rig, camera=camera))
 
 
-def coarser(camera):
-    """A SplineMirrorCamera for pictures whose pixels are four times as wide."""
-    viewer = camera.viewer
-    K = viewer.K / COARSER
-    K[:2, 2] = (viewer.K[:2, 2] - (COARSER - 1) / 2) / COARSER
+def coarser_viewer(viewer, times):
+    """A PerspectiveCamera whose pixels are so many times as wide."""
+    K = viewer.K / times
+    K[:2, 2] = (viewer.K[:2, 2] - (times - 1) / 2) / times
     K[2, 2] = 1
-    size = viewer.width // COARSER, viewer.height // COARSER
-    small = PerspectiveCamera(K, viewer.radial, *size)
+    size = viewer.width // times, viewer.height // times
+    return PerspectiveCamera(K, viewer.radial, *size)
+
+
+def coarser(camera, times):
+    """A SplineMirrorCamera for pictures whose pixels are so many times as wide."""
     return SplineMirrorCamera.on_grid(
-        small, camera.grid, camera.coefficients.ravel("F"), camera.quantity
+        coarser_viewer(camera.viewer, times),
+        camera.grid,
+        camera.coefficients.ravel("F"),
+        camera.quantity,
     )
 
 
-def ring_picture(rig, true, found, T_camera_board, rng):
-    """What Figs. 5.14 to 5.18 show of one stage."""
-    window = whole(true)
-    picture = photographed(rig, true, T_camera_board, rng, window)
-    outlines = ring_outlines(rig, true, T_camera_board, PLACES)
-    edges = ring_edges(rig, outlines, picture, window, ACROSS_PX)
-    corners = corners_in(rig, true, T_camera_board, picture)
-    board = rig.board.points()
-    T = pose_from_non_central_rays(found.rays(corners), board).T_camera_grid
-    points = middle_of_line(found, edges, T)
-    used = np.isfinite(points).all(axis=1)
-    circle = fit_circle(points[used])
-    corner = board.min(axis=0) - rig.board.pitch_mm
-    size = np.ptp(board, axis=0) + 2 * rig.board.pitch_mm
-    laid, _ = plane_picture(found, picture, T, corner, size, BOARD_PX_MM)
-    return {
-        "picture": picture,
-        "line_px": edges.pixels.mean(axis=0)[used],
-        "points_mm": points[used],
-        "residuals_mm": circle.residuals,
-        "centre_mm": circle.centre,
-        "radius_mm": circle.radius,
-        "corrected": laid,
-        "corner_mm": corner,
+def ring_pictures_trial(condition, rng, errors, sizes):
+    """A run on the bench: the target rendered at each stage, found there, and corrected
+    by the true mirror and as published; `refused` says where that ended, if early."""
+    scene = scene_of(rng, sizes)
+    cameras = [scene.small.camera(d, **scene.uneven) for d in STAGES_MM]
+    seen = [
+        rendered_sight(scene, camera, deflection, sizes, rng)
+        for camera, deflection in zip(cameras, STAGES_MM, strict=True)
+    ]
+    out = {
+        "picture": {
+            f"stage{k}": of_picture(cameras[k], sight) | {"grey": picture}
+            for k, (sight, picture) in enumerate(seen)
+        },
+        "true": {
+            f"stage{k}": pictured(scene.rig, camera, camera, seen[k][0])
+            for k, camera in enumerate(cameras)
+        },
     }
+    published, found = [], []
+    try:
+        for camera in as_published(scene, errors, rng, sizes):
+            k = len(published)
+            published.append(pictured(scene.rig, camera, cameras[k], seen[k][0]))
+            found.append(camera)
+    except InputError as refusal:
+        out["refused"] = f"stage {len(published)}: {refusal}"
+    out["published"] = {f"stage{k}": of_stage for k, of_stage in enumerate(published)}
+    # The last stage's picture, by the true mirror where no other came so far.
+    corrects = found[-1] if len(found) == len(cameras) else cameras[-1]
+    return {BENCH: out | {"corrected": laid_out(scene, corrects, *seen[-1], sizes)}}
 
 
-def whole(camera):
-    """The `Crop` that is all of a camera's picture."""
-    size = camera.width, camera.height
-    return Crop(0, 0, *size, *size)
+def rendered_sight(scene, camera, deflection, sizes, rng):
+    """(RingSight, picture (h, w)) of the target at a stage, found in the picture.
+
+    Its line is the middle of both edges in the picture, on the board within 0.03 mm of
+    the circle.
+    """
+    rig, T = scene.small, held(scene.rig, deflection, scene.seed)
+    window = mirror_window(camera)
+    picture = np.zeros((camera.height, camera.width), np.uint8)
+    picture[window.place] = photographed(rig, camera, T, rng, window)
+    outlines = ring_outlines(rig, camera, T, PLACES)
+    edges = ring_edges(rig, outlines, picture[window.place], window, sizes.across_px)
+    centre = ring_on(rig.board).centre
+    exact = circle_outline(camera, T, centre, RADIUS_MM, PLACES)[0]
+    T_random = plane_at_random(rig, camera, T, exact, rng)
+    corners = corners_in(rig, camera, T, picture)
+    return RingSight(T, corners, edges.pixels.mean(axis=0), exact, T_random), picture
 
 
 def corners_in(rig, true, T_camera_board, picture):
@@ -132,19 +175,60 @@ def corners_in(rig, true, T_camera_board, picture):
     return found
 
 
-def face_picture_trial(condition, rng, errors):
-    """The bust in the mirror and the view over a plane, with its landmarks in both."""
-    rig, small, uneven = scene_of(rng)
-    before = rig.camera(0.0, **uneven)
-    first = primary(rig, before, PUBLISHED, errors, rng)
-    found = coarser(pushed_to_face(rig, uneven, before, first, errors, rng))
-    true = small.camera(DEFLECTION_MM, **uneven)
-    T_bust = placed_bust(small, rng)
-    T_plane = assumed_plane(T_bust, rng)
-    laboratory = taken_by(small, true)
+def as_published(scene, errors, rng, sizes):
+    """Yield the calibrated cameras of stages 0, 1, ..., for the small pictures."""
+    if not sizes.calibrated:
+        return
+    rig = scene.rig
+    cameras = rig.stages(**scene.uneven)
+    first = primary(rig, cameras[0], PUBLISHED, errors, rng)
+    found, points = first.camera, rig.board.points()
+    yield coarser(found, scene.coarser)
+    for k, T in enumerate(boards(rig, STAGES_MM, scene.seed), start=1):
+        pair = [seen_board(rig, c, T, errors, rng) for c in cameras[k - 1 : k + 1]]
+        found = deflected(
+            found, cameras[k], pair, points, first.clamp, PUBLISHED
+        ).camera
+        yield coarser(found, scene.coarser)
+
+
+def pictured(rig, camera, true, sight):
+    """What is scored of the circle in a picture, and what Figs. 5.14 to 5.17 show."""
+    found = on_board(rig, camera, sight)
+    return scored(rig, camera, true, sight) | {
+        "line_px": sight.line[found.used],
+        "points_mm": found.points[found.used],
+        "residuals_mm": found.fit.residuals,
+        "centre_mm": found.fit.centre,
+    }
+
+
+def laid_out(scene, camera, sight, picture, sizes):
+    """A picture laid out on the board, in the pose that the camera finds."""
+    board, pitch = scene.rig.board.points(), scene.rig.board.pitch_mm
+    T = on_board(scene.rig, camera, sight).T_camera_board
+    corner, size = board.min(axis=0) - pitch, np.ptp(board, axis=0) + 2 * pitch
+    return plane_picture(camera, picture, T, corner, size, sizes.px_mm)[0]
+
+
+def face_picture_trial(condition, rng, errors, sizes):
+    """The bust in the mirror and the view over a plane, with its landmarks in both.
+
+    `refused` says why the mirror is not calibrated; then the true one corrects.
+    """
+    scene, refusal = scene_of(rng, sizes), None
+    camera = scene.small.camera(STEPS_MM[-1], **scene.uneven)
+    T_bust, T_plane = placed_bust(scene.rig, scene.seed)
+    laboratory = replace(scene.small.rig, camera=camera).laboratory()
     picture = laboratory.photograph(BUST.scene(T_bust), np.eye(4), rng)
+    found = camera
+    if sizes.calibrated:
+        try:
+            found = coarser(pushed_as_published(scene, errors, rng), scene.coarser)
+        except InputError as refused:
+            refusal = str(refused)
     size = np.array(BUST.size)
-    view = view_of_plane(found, T_plane, FACE_PX_MM, -size / 2, size)
+    view = view_of_plane(found, T_plane, sizes.px_mm, -size / 2, size)
     shown, _ = view_over_plane(found, picture, view, T_plane)
     _, landmarks = BUST.landmarks()
     landmarks = transform(T_bust, landmarks)
@@ -152,9 +236,14 @@ def face_picture_trial(condition, rng, errors):
         "picture": picture,
         "corrected": shown,
         "ideal_px": view_pixels(view, landmarks),
+        "calibrated": found is not camera,
+        "refused": refusal,
     }
 
 
-def taken_by(rig, camera):
-    """The `Laboratory` of a MirrorRig with one of its cameras."""
-    return replace(rig.rig, camera=camera).laboratory()
+def pushed_as_published(scene, errors, rng):
+    """The calibrated SplineMirrorCamera after the push."""
+    rig = scene.rig
+    cameras = [rig.camera(deflection, **scene.uneven) for deflection in STEPS_MM]
+    first = primary(rig, cameras[0], PUBLISHED, errors, rng)
+    return pushed_to_face(rig, cameras, first, errors, scene.seed, rng)

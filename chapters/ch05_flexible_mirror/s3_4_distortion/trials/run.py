@@ -9,10 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import face_scores
+from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import (
+    STEPS_MM,
+    face_scores,
+)
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
     PLACES,
     RADIUS_MM,
+    boards,
     held,
     off_ring,
     ring_on,
@@ -34,15 +38,25 @@ from raxel.geometry import transform
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.multiview.fits.circles import fit_circle
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances, fit_conic
-from raxel.multiview.plane_points import circle_outline, random_plane
+from raxel.multiview.plane_points import circle_outline, points_on_plane, random_plane
 
-# px between the pixels whose rays are compared: about the thesis's 168 (Table 5.3).
-COMPARED_PX = 168
+# Of a picture's width, between the pixels whose rays are compared: 168 px of 3072,
+# which are about as many rays as the thesis's 168 (Table 5.3).
+COMPARED = 168 / 3072
 # The prior on bending of the bundle, mm: chosen by `ext_mirror_prior_runs`.
 PRIOR_MM = 0.1
 # A random plane's tilt against the rays, at most.
 RANDOM_TILT = np.radians(25)
-STEPS = len(STAGES_MM) - 1
+
+
+class CircleScope(NamedTuple):
+    """What is run: how many deflections, whether the face, and whether the true mirror
+    and all stages at once beside the published way."""
+
+    steps: int = len(STAGES_MM) - 1
+    face: bool = True
+    true: bool = True
+    bundle: bool = True
 
 
 class RingSight(NamedTuple):
@@ -60,51 +74,53 @@ class RingSight(NamedTuple):
     T_random: np.ndarray
 
 
-def correction_trial(condition, rng, errors, line_px, benches):
+def correction_trial(condition, rng, errors, line_px, benches, scope):
     """Every measure of a seed, for each of some benches, drawn alike for all.
 
-    errors: MirrorErrors, line_px: (n,) px, by geometry.
+    errors: MirrorErrors, line_px: (n,) px, by geometry; scope: CircleScope. Benches
+    that are the same are run once.
     """
     geometry, seed = condition["geometry"], int(rng.integers(2**32))
     rig = mirror_rig(geometry)
-    return {
-        name: corrected(
+    found = {
+        bench: corrected(
             rig,
             bench,
             errors[geometry]._replace(factor=bench.factor),
             line_px[geometry],
             seed,
+            scope,
         )
-        for name, bench in benches.items()
+        for bench in dict.fromkeys(benches.values())
     }
+    return {name: found[bench] for name, bench in benches.items()}
 
 
-def corrected(rig, bench, errors, line_px, seed):
+def corrected(rig, bench, errors, line_px, seed, scope):
     """Circle and face on one bench; `refused` says where it ended, if early."""
     rng = np.random.default_rng(seed)
     uneven = {"aberration_um": bench.aberration_um, "seed": seed}
-    cameras = rig.stages(**uneven)
+    stages = STAGES_MM[: scope.steps + 1]
+    cameras = [rig.camera(deflection, **uneven) for deflection in stages]
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
     sights = [
-        sight(rig, camera, k, errors, line_px, [seed, k])
-        for k, camera in enumerate(cameras)
+        sight(rig, camera, k, errors, line_px, seed) for k, camera in enumerate(cameras)
     ]
     out = {
-        "face": face_scores(rig, uneven, cameras[0], first, errors, [seed, 9]),
-        "true": {
-            f"stage{k}": scored(rig, camera, camera, sights[k])
-            for k, camera in enumerate(cameras)
-        },
         "picture": {
             f"stage{k}": of_picture(cameras[k], seen) for k, seen in enumerate(sights)
-        },
+        }
     }
-    published, pictures, updates = {}, [], []
-    found, k = [first.camera], 0
+    if scope.face:
+        pushes = [cameras[0], *(rig.camera(d, **uneven) for d in STEPS_MM[1:])]
+        out["face"] = face_scores(rig, pushes, first, errors, seed)
+    if scope.true:
+        out["true"] = by_stage(rig, cameras, cameras, sights)
+    found, pictures, updates, k = [first.camera], [], [], 0
+    published = out["published"] = {}
     try:
-        published["stage0"] = scored(rig, found[0], cameras[0], sights[0])
-        for k in range(1, STEPS + 1):
-            T = rig.board_pose(rng, deflections=STAGES_MM[k - 1 : k + 1])
+        published |= by_stage(rig, found, cameras, sights)
+        for k, T in enumerate(boards(rig, stages, seed), start=1):
             pair = [seen_board(rig, c, T, errors, rng) for c in cameras[k - 1 : k + 1]]
             stage = deflected(
                 found[-1], cameras[k], pair, rig.board.points(), first.clamp, PUBLISHED
@@ -114,55 +130,83 @@ def corrected(rig, bench, errors, line_px, seed):
             updates.append(stage)
             found.append(stage.camera)
     except InputError as refusal:
-        return out | {"published": published, "refused": f"stage {k}: {refusal}"}
-    out |= {"published": published}
-    try:
-        bundle = bundled(rig, found, first.clamp, pictures, updates, errors)
-        return out | {
-            "bundle": {
-                f"stage{k}": scored(rig, camera, cameras[k], sights[k])
-                for k, camera in enumerate(bundle.cameras)
-            }
-        }
-    except InputError as refusal:
-        return out | {"bundle_refused": str(refusal)}
+        return out | {"refused": f"stage {k}: {refusal}"}
+    if scope.bundle:
+        try:
+            bundle = bundled(rig, found, first.clamp, pictures, updates, errors)
+            out["bundle"] = by_stage(rig, bundle.cameras, cameras, sights)
+        except InputError as refusal:
+            out["bundle_refused"] = str(refusal)
+    return out
+
+
+def by_stage(rig, cameras, true, sights):
+    """{stage: what is scored of it}, of as many stages as there are cameras."""
+    return {
+        f"stage{k}": scored(rig, camera, true[k], sights[k])
+        for k, camera in enumerate(cameras)
+    }
 
 
 def sight(rig, camera, k, errors, line_px, seed):
     """RingSight of the target in a true camera at stage k."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng([seed, k])
     ring = ring_on(rig.board)
-    # The same draws at all stages.
-    T = held(rig, STAGES_MM[k], seed[0])
+    T = held(rig, STAGES_MM[k], seed)
     corners = seen_board(rig, camera, T, errors, rng)
     corners[~off_ring(rig.board)] = np.nan
     exact, normals, _ = circle_outline(camera, T, ring.centre, RADIUS_MM, PLACES)
     off = line_px[rng.integers(len(line_px), size=PLACES)]
-    rays = camera.rays(exact)
-    middle = transform(T, on_plane(np.array([ring.centre])))[0]
-    # As far as the board is; the rays come from about one point behind the mirror.
-    distance = np.linalg.norm(middle - closest_point(rays))
-    T_random = random_plane(rng, rays, distance, RANDOM_TILT)
+    T_random = plane_at_random(rig, camera, T, exact, rng)
     return RingSight(T, corners, exact + off[:, None] * normals, exact, T_random)
 
 
-def scored(rig, camera, true, sight):
-    """The circle as a camera has it, and how far that camera is off the true one."""
-    points, line = rig.board.points(), camera.rays(sight.line)
-    found = pose_from_non_central_rays(camera.rays(sight.corners), points)
-    own, placed = (
-        intersect_rays_plane(line.origins, line.directions, T).points
-        for T in (found.T_camera_grid, sight.T_camera_board)
+def plane_at_random(rig, camera, T_camera_board, pixels, rng):
+    """T_camera_plane (4, 4) of a plane about as far away as the board is."""
+    rays = camera.rays(pixels)
+    centre = on_plane(np.array([ring_on(rig.board).centre]))
+    # The rays come from about one point behind the mirror.
+    distance = np.linalg.norm(
+        transform(T_camera_board, centre)[0] - closest_point(rays)
     )
-    used = np.isfinite(own).all(axis=1)
+    return random_plane(rng, rays, distance, RANDOM_TILT)
+
+
+class CircleOnBoard(NamedTuple):
+    """Where a camera has the circle, on the board in the pose that it finds.
+
+    T_camera_board: (4, 4), found; points: (PLACES, 2) mm, NaN where there is no ray;
+    used: (PLACES,); fit: the best circle of the points used.
+    """
+
+    T_camera_board: np.ndarray
+    points: np.ndarray
+    used: np.ndarray
+    fit: object
+
+
+def on_board(rig, camera, sight):
+    """The CircleOnBoard of what was seen at a stage."""
+    corners = camera.rays(sight.corners)
+    T = pose_from_non_central_rays(corners, rig.board.points()).T_camera_grid
+    points = points_on_plane(camera, sight.line, T).points
+    used = np.isfinite(points).all(axis=1)
     if np.count_nonzero(used) < PLACES / 4:
         raise CalibrationError(
             f"circle: {np.count_nonzero(used)} of {PLACES} places have rays"
         )
-    circle, of_pose = fit_circle(own[used]), fit_circle(placed[used])
+    return CircleOnBoard(T, points, used, fit_circle(points[used]))
+
+
+def scored(rig, camera, true, sight):
+    """The circle as a camera has it, and how far that camera is off the true one."""
+    found, points = on_board(rig, camera, sight), rig.board.points()
+    used, circle = found.used, found.fit
+    placed = points_on_plane(camera, sight.line, sight.T_camera_board).points
+    of_pose = fit_circle(placed[used])
     profile = np.full(PLACES, np.nan)
     profile[used] = circle.residuals
-    moved, turned = pose_errors(found.T_camera_grid, sight.T_camera_board, points)
+    moved, turned = pose_errors(found.T_camera_board, sight.T_camera_board, points)
     size = np.abs(circle.residuals)
     scores = {
         "radius_mm": circle.radius,
@@ -177,11 +221,10 @@ def scored(rig, camera, true, sight):
     }
     if camera is true:
         return scores | {"parallax_mm": single(true, sight.exact, sight.T_random)}
+    compared = lattice(true, round(COMPARED * true.width))
     return scores | {
         "ring_deg": float(np.nanmean(ray_angles(camera, true, sight.line))),
-        "angle_deg": float(
-            np.nanmean(ray_angles(camera, true, lattice(true, COMPARED_PX)))
-        ),
+        "angle_deg": float(np.nanmean(ray_angles(camera, true, compared))),
     }
 
 

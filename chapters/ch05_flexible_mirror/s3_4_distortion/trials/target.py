@@ -5,6 +5,8 @@ far that is off, is read once out of rendered pictures (`edges_trial`) and drawn
 """
 
 from dataclasses import replace
+from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +20,8 @@ from raxel.multiview.plane_points import circle_outline, points_on_plane
 RADIUS_MM = 87.21
 # Places along the circle, the same for all pictures; and where errors are measured.
 PLACES, DENSE = 90, 360
+# Of a seed, what draws the boards of the steps.
+STEPS_OF_SEED = 8
 # Corners nearer than this to the ring's paper have it in their window.
 CLEAR_MM = 2.0
 # Bands of a picture that are rendered, and to either side of an edge what is fitted.
@@ -37,14 +41,31 @@ def off_ring(board):
     return np.abs(apart - ring.radius) > reach
 
 
+@lru_cache(maxsize=64)
 def held(rig, deflection, seed):
-    """T_camera_board (4, 4) of the target before the mirror at a stage.
+    """T_camera_board (4, 4) of the target before the mirror at a stage, read-only.
 
     Held anew at each stage, where the mirror then looks; of the same seed with the same
-    tilt, turn and shift from there.
+    tilt, turn and shift from there, on whatever bench.
     """
     rng = np.random.default_rng(seed)
-    return rig.board_pose(rng, BACK_PROJECTION_MM, (deflection,))
+    T = rig.board_pose(rng, BACK_PROJECTION_MM, (deflection,))
+    T.setflags(write=False)
+    return T
+
+
+@lru_cache(maxsize=16)
+def boards(rig, deflections, seed):
+    """T_camera_board (4, 4) of the board of each step of a calibration, read-only.
+
+    deflections: of the stages, mm. As `held`, drawn once for all benches of a seed.
+    """
+    rng = np.random.default_rng([seed, STEPS_OF_SEED])
+    found = np.array(
+        [rig.board_pose(rng, deflections=d) for d in pairwise(deflections)]
+    )
+    found.setflags(write=False)
+    return found
 
 
 def photographed(rig, camera, T_camera_board, rng, window):
@@ -103,15 +124,19 @@ def line_errors(result, geometry):
     return np.concatenate(result.select(geometry=geometry).arrays("line_px"))
 
 
-def edges_trial(condition, rng):
-    """By how many px the middle of the line is off in rendered pictures, outwards."""
-    rig, off = mirror_rig(condition["geometry"]), []
+def edges_trial(condition, rng, small=False):
+    """By how many px the middle of the line is off in rendered pictures, outwards.
+
+    small: in a part of a picture of the small rig, for quick builds.
+    """
+    rig, off = mirror_rig(condition["geometry"], small), []
     centre = ring_on(rig.board).centre
-    for deflection in (STAGES_MM[0], STAGES_MM[-1]):
+    deflections, count = (STAGES_MM[:1], 1) if small else (STAGES_MM[::3], BANDS)
+    for deflection in deflections:
         camera = rig.camera(deflection)
         T = held(rig, deflection, int(rng.integers(2**32)))
         outlines = ring_outlines(rig, camera, T, DENSE)
-        for window in bands(mirror_window(camera), BANDS, BAND_PX):
+        for window in bands(mirror_window(camera), count, BAND_PX):
             picture = photographed(rig, camera, T, rng, window)
             edges = ring_edges(rig, outlines, picture, window, ACROSS_PX)
             points = middle_of_line(camera, edges, T)
