@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s3_3_rendered import results
-from chapters.ch05_flexible_mirror.s3_3_rendered.tables import targets
+from chapters.ch05_flexible_mirror.s3_3_rendered.tables import loop_table, targets
+from chapters.ch05_flexible_mirror.s3_3_rendered.trials.loop import (
+    read_picture,
+    scene_of_loop,
+    stages_of,
+)
 from chapters.ch05_flexible_mirror.s3_3_rendered.trials.pictures import (
     MirrorRun,
     lit_outline,
@@ -18,9 +23,11 @@ from chapters.ch05_flexible_mirror.s3_3_rendered.trials.run import (
 from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.calibration.mirror.platter import PlatterPoses
+from raxel.errors import CalibrationError
 from raxel.geometry import pose, rotation_from_vector
+from raxel.lab.windowed import mirror_window
 from tests.exercise_answers import misjudged
-from tests.made_results import ROOT, as_planned
+from tests.made_results import ROOT, as_planned, of_columns
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +127,96 @@ def test_a_run_is_refused_as_a_whole_or_by_one_way():
     assert set(results.refusals(of["B"]).values()) == {1}
     assert results.runs_of(result, "A", "laboratory").conditions[0]["run"] == 0
     assert results.runs_of(result, "C", "laboratory") is None
+
+
+def test_the_board_of_the_loop_stays_and_is_seen_at_all_stages():
+    assert stages_of(3) == [0, 1, 2, 3, 2, 1, 0]
+    rng = np.random.default_rng(4)
+    scene = scene_of_loop(mirror_rig("A", small=True), BENCHES["bench"], 3, rng)
+    assert all(board is scene.boards[0] for board in scene.boards)
+    for camera in scene.cameras:
+        assert scene.rig.corners(camera, scene.boards[0])[1].sum() >= 90
+
+
+def test_light_without_a_board_is_refused_by_the_number_of_its_picture(run):
+    window = mirror_window(run.cameras[0])
+    dark = np.zeros((window.height, window.width))
+    with pytest.raises(CalibrationError, match="picture 6: no board"):
+        read_picture(run, 0, dark, 6, np.random.default_rng(5))
+
+
+STEPS_MM = (5.1, 5.0, 5.0, 5.05, 5.0, 4.9)
+
+
+def looped(**changed):
+    """The values of a loop of two ways that is open by 0.15 mm."""
+    values = {"start.angle_deg": 0.1, "start.back_true_mm": 1.0} | {
+        f"step{k}.deflection_mm": mm for k, mm in enumerate(STEPS_MM, 1)
+    }
+    values |= {"single.deflection_mm": 1.02 * sum(STEPS_MM[3:])}
+    both = {
+        f"{way}.{k}": v for way in ("published", "aimed") for k, v in values.items()
+    }
+    return both | changed
+
+
+def loop_of(values):
+    many = {
+        f"{bench}.step{k}.deflection_mm": np.full(20, 5.0 if k < 4 else 4.9)
+        for bench in BENCHES
+        for k in range(1, 7)
+    }
+    made = {results.LOOP: as_planned(results.LOOP, values)}
+    return made | {
+        name: of_columns(({"geometry": geometry}, many))
+        for geometry, name in results.LOOP_DRAWN.items()
+    }
+
+
+def cell(made, way, words, column):
+    found = loop_table(made).columns
+    rows = zip(found["Way"], found["Measure"], found[column], strict=True)
+    return {row[:2]: row[2] for row in rows}[results.WAYS[way], words]
+
+
+def test_a_loop_is_held_against_its_pushes_its_way_back_and_its_sum():
+    made = loop_of(looped())
+    for words, value in {
+        "Largest error of a step out (%)": 2.0,
+        "Largest error of a step back (%)": 2.0,
+        "Equivalent steps apart (%)": 100 * (5.1 / 4.9 - 1),
+        "Loop open by (mm)": 0.15,
+        "Single step off the sum (%)": 2.0,
+        "Ray angle, before (degrees)": 0.1,
+        "True pose, before (mm)": 1.0,
+    }.items():
+        assert cell(made, "aimed", words, "A, bench").value == pytest.approx(value)
+        assert cell(made, "aimed", words, "B, laboratory") == pytest.approx(value)
+    drawn = cell(made, "published", "Loop open by (mm)", "B, bench, drawn")
+    assert drawn.value == pytest.approx(0.3)
+    assert cell(made, "aimed", "Loop open by (mm)", "A, bench, drawn") is None
+
+
+def test_a_loop_that_ended_early_has_no_sum_and_is_counted():
+    def values(condition):
+        if condition["geometry"] == "B":
+            return {"refused": "picture 3: no board is seen in the mirror"}
+        ended = {"published.refused": "step 6", "aimed.single_refused": "single step"}
+        lost = {"published.step6.deflection_mm": np.nan}
+        return looped(**ended, **lost, **{"aimed.single.deflection_mm": np.nan})
+
+    made = loop_of(values)
+    assert cell(made, "published", "Loop open by (mm)", "A, bench") is None
+    assert cell(made, "published", "Loops refused (runs)", "A, bench") == 3
+    assert cell(made, "aimed", "Loops refused (runs)", "A, bench") == 0
+    assert cell(made, "aimed", "Single steps not found (runs)", "A, bench") == 3
+    assert cell(made, "aimed", "Loops refused (runs)", "B, bench") == 1
+    assert cell(made, "aimed", "Single step off the sum (%)", "A, bench") is None
+    assert cell(made, "aimed", "Loop open by (mm)", "A, bench").value > 0
+    quoted = results.of_loop(made)
+    assert quoted["loop.refused.published"] == quoted["loop.refused.aimed"] == 6
+    assert quoted["loop.A.bench.published.open"] == "(no number)"
+    assert quoted["loop.A.bench.aimed.open"] != "(no number)"
 
 
 def test_exercises_tell_right_from_wrong():
