@@ -219,5 +219,13 @@ def test_a_loop_that_ended_early_has_no_sum_and_is_counted():
     assert quoted["loop.A.bench.aimed.open"] != "(no number)"
 
 
+def test_a_quick_build_has_a_word_for_every_number_of_the_loop():
+    quick = {"geometry": "A", "bench": "bench", "run": 0}
+    made = loop_of(looped()) | {results.LOOP: of_columns((quick, looped()))}
+    quoted = results.of_loop(made)
+    assert quoted.keys() == results.of_loop(loop_of(looped())).keys()
+    assert quoted["loop.A.laboratory.aimed.true.end"] == "(no number)"
+
+
 def test_exercises_tell_right_from_wrong():
     assert misjudged(ROOT, "ch05_flexible_mirror/s3_3_rendered") == []

@@ -59,9 +59,9 @@ from repro.run.outcomes import Plan
 #   {glue:text}`A.bench.aimed.bundle.stage3.angle_deg`° at stage 3 of A's bench in
 #   place of {glue:text}`A.bench.aimed.stage3.angle_deg`° stage by stage.
 # - Let back from 15 mm in three steps, or at a stroke, in front of a board that
-#   stays: in {glue:text}`loop.runs` runs {glue:text}`loop.refused.published` loops are
-#   refused as published, {glue:text}`loop.refused.aimed` as aimed at. As aimed at on
-#   A's bench a step out and the one that undoes it differ by
+#   stays: of {glue:text}`loop.runs` runs {glue:text}`loop.refused.published` do not
+#   come through both as published, {glue:text}`loop.refused.aimed` as aimed at. As
+#   aimed at on A's bench a step out and the one that undoes it differ by
 #   {glue:text}`loop.A.bench.aimed.apart` %, the loop is open by
 #   {glue:text}`loop.A.bench.aimed.open` mm, and the single step is
 #   {glue:text}`loop.A.bench.aimed.single` % off the sum of three. As published and with

@@ -1,6 +1,7 @@
 """What the rendered runs gave, beside the runs whose errors are drawn."""
 
 from functools import partial
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -260,14 +261,17 @@ def of_loop(results):
     found["loop.runs"] = len(result.conditions) * result.trials_per_condition
     for way in ("published", "aimed"):
         found[f"loop.refused.{way}"] = loop_refusals(result.select(), way)[1]
-        for geometry, bench, trials in cases(result):
+        for geometry, bench in product("AB", (BENCH, LABORATORY)):
+            trials = runs_of(result, geometry, bench)
+            many = loop_drawn(results, way, geometry, bench)
             place = f"loop.{geometry}.{bench}.{way}"
             for name, measure in LOOP_QUOTED.items():
-                values = measure(loop_from_pictures(trials, way))
-                found[f"{place}.{name}"] = in_words(values)
-                many = loop_drawn(results, way, geometry, bench)
-                if many is not None:
-                    found[f"drawn.{place}.{name}"] = in_words_of_many(measure(many))
+                runs = measure(loop_from_pictures(trials, way)) if trials else None
+                found[f"{place}.{name}"] = (
+                    "(no number)" if runs is None else in_words(runs)
+                )
+                drawn_runs = None if many is None else measure(many)
+                found[f"drawn.{place}.{name}"] = in_words_of_many(drawn_runs)
     return found
 
 
