@@ -19,6 +19,10 @@ from chapters.ch05_flexible_mirror.s3_3_rendered.trials.run import (
     by_stages,
     rendered_trial,
 )
+from chapters.ch05_flexible_mirror.s3_3_rendered.trials.uneven import (
+    UNEVEN,
+    uneven_trial,
+)
 from chapters.shared.mirror_bench import BENCHES
 from raxel.calibration.mirror.partial_boards import labelled_like
 from repro.page.exercise import check
@@ -142,7 +146,7 @@ RUNS = (
     {"geometry": "B", "bench": "laboratory", "run": 0},
 )
 # At quick size one step in small pictures, and fewer of them.
-SIZES = {"quick": RunSizes(1, 4, 9, True), "full": RunSizes(3, 8, 36, False)}
+SIZES = {"quick": RunSizes(1, 3, 5, True), "full": RunSizes(3, 8, 36, False)}
 
 
 @experiment(
@@ -166,7 +170,26 @@ def rendered(effort):
     return Plan(partial(rendered_trial, sizes=sizes), list(runs), 1, settings)
 
 
-LOOP_SIZES = {"quick": RunSizes(1, 3, 5, True), "full": RunSizes(3, 8, 36, False)}
+@experiment(
+    "ext_mirror_rendered_uneven",
+    artefact="ext_mirror_rendered_targets",
+    shards={"full": 2},
+    inputs=(
+        "data/rigs/flexible-mirror-a.yaml",
+        "data/rigs/flexible-mirror-a-monitor.yaml",
+        "data/rigs/flexible-mirror-b.yaml",
+        "data/rigs/flexible-mirror-b-monitor.yaml",
+        "data/rigs/flexible-mirror-a-small.yaml",
+        "data/rigs/flexible-mirror-a-monitor-small.yaml",
+    ),
+)
+def rendered_uneven(effort):
+    """A mirror uneven by 10 µm, decoded as in the laboratory, as aimed at."""
+    geometries = "AB" if effort == "full" else "A"
+    runs = [{"geometry": name, "bench": "laboratory"} for name in geometries]
+    sizes = SIZES[effort]
+    settings = sizes._asdict() | {"uneven": UNEVEN._asdict()}
+    return Plan(partial(uneven_trial, sizes=sizes), runs, 1, settings)
 
 
 @experiment(
@@ -185,7 +208,7 @@ LOOP_SIZES = {"quick": RunSizes(1, 3, 5, True), "full": RunSizes(3, 8, 36, False
 def rendered_loop(effort):
     """Out, back and at a stroke, from pictures of a board that stays."""
     runs = RUNS if effort == "full" else RUNS[:1]
-    sizes = LOOP_SIZES[effort]
+    sizes = SIZES[effort]
     settings = sizes._asdict() | {k: bench._asdict() for k, bench in BENCHES.items()}
     return Plan(partial(rendered_loop_trial, sizes=sizes), list(runs), 1, settings)
 
