@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_3_rendered.results import (
+from chapters.ch05_flexible_mirror.s3_3_rendered.results.runs import (
     LABORATORY,
     RENDERED,
     STAGES,

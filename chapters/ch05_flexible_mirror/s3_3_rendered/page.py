@@ -12,7 +12,7 @@ from chapters.ch05_flexible_mirror.s3_3_rendered.exercises import (
     squares_task,
     turn_task,
 )
-from chapters.ch05_flexible_mirror.s3_3_rendered.results import name_values
+from chapters.ch05_flexible_mirror.s3_3_rendered.results.prose import name_values
 from chapters.ch05_flexible_mirror.s3_3_rendered.trials.loop import rendered_loop_trial
 from chapters.ch05_flexible_mirror.s3_3_rendered.trials.pictures import RunSizes
 from chapters.ch05_flexible_mirror.s3_3_rendered.trials.run import (
@@ -44,10 +44,9 @@ from repro.run.outcomes import Plan
 #   a run); {glue:text}`false` where there is none, and {glue:text}`lost` fewer than
 #   the mirror shows. In {glue:text}`refused` runs one of the three ways to calibrate
 #   refused a stage.
-# - Of {glue:text}`aims` aims, twice the targets of [trust](ext_trust.ipynb), the
-#   laboratory's run on A meets {glue:text}`A.laboratory.met` and that on B
-#   {glue:text}`B.laboratory.met`; see the
-#   [table](#ext_mirror_rendered_targets). Rays of A are
+# - Of twice the targets of [trust](ext_trust.ipynb), the laboratory's runs on A meet
+#   {glue:text}`A.laboratory.met` and those on B {glue:text}`B.laboratory.met`; see
+#   the [table](#ext_mirror_rendered_targets). Rays of A are
 #   {glue:text}`A.laboratory.aimed.stage1.angle_deg`° off after the first
 #   deflection and {glue:text}`A.laboratory.aimed.stage3.angle_deg`° after the
 #   third; with drawn errors it is {glue:text}`drawn.A.laboratory.aimed.stage1`°
@@ -269,14 +268,13 @@ def rendered_loop(effort):
 # deviation, with what a decoder cannot know of.
 #
 # **Limits.** Few runs: a median of three is no median of a hundred, and a single run
-# can be luck. The mirror that is uneven by 10 µm, for which the targets have rows of
-# their own, is not rendered. The loop judges no claim, and its rays are scored stage
-# by stage alone, not with all stages together. The
-# board is even, in even light, and nothing moves. A band of the monitor's pictures
-# stands for all rows around it. The clamp's points are given near its true line, as a
-# person would pick them; the line itself is nowhere hidden. How little corners of a
-# misfit count for the first shape, when all stages are adjusted at once, was settled on
-# six rendered sets of the small rigs and their truth, before these runs.
+# can be luck. The loop judges no claim, and its rays are scored stage by stage alone,
+# not with all stages together. The board is even, in even light, and nothing moves. A
+# band of the monitor's pictures stands for all rows around it. The clamp's points are
+# given near its true line, as a person would pick them; the line itself is nowhere
+# hidden. How little corners of a misfit count for the first shape, when all stages are
+# adjusted at once, was settled on six rendered sets of the small rigs and their truth,
+# before these runs.
 
 # %% [markdown]
 # ## Compared with the published numbers
