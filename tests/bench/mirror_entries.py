@@ -1,7 +1,8 @@
-"""The record of this library's entries of the mirror benchmark, data/records/mirrors.json.
+"""The record of this library's entries of the benchmark of mirrors that bend.
 
-Renders every set of the benchmark in a folder of its own, calibrates it in every way of
-the guide's page, scores and forgets it: a quarter of a minute of one core for each set.
+Renders every set of the benchmark, calibrates it in every way of the guide's page,
+scores and forgets it: a quarter of a minute of one core for each set. Writes
+data/records/mirrors.json.
 
     python -m tests.bench.mirror_entries
 """

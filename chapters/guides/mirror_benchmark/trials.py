@@ -4,7 +4,6 @@ All get the same `MirrorViews`, that is, what was found in the pictures. None op
 truth; `score_mirror` does.
 """
 
-from functools import cache
 from time import process_time
 from typing import NamedTuple
 
@@ -138,7 +137,11 @@ def entries(mirror_set):
     """Name of a method -> scores of its answer to a MirrorSet, with `refused`, why it
     ended early ('' where it did not), and `seconds` of one core from photographs on."""
     began = process_time()
-    views = mirror_views(mirror_set)
+    try:
+        views = mirror_views(mirror_set)
+    except InputError as fault:
+        told = str(fault).replace(str(mirror_set.folder), mirror_set.name)
+        return {name: {"refused": told, "answered": 0} for name in METHODS}
     reading = process_time() - began
     return {
         name: _entry(mirror_set, views, name, method, reading)
