@@ -27,8 +27,9 @@ VIEWER_BOARD, VIEWER_VIEWS, VIEWER_SHARE = Chessboard(10, 7, 10.0), 8, 0.5
 STEP_BOARD = Chessboard(14, 10, 13.0)
 # How exactly a person picks points on the clamp's edge, px.
 PICKED_PX = 0.5
-# Streams of random numbers of a seed.
-POSES, NOISE, PICKED = 0, 1, 2
+# Streams of random numbers of a seed. What `render_set` draws itself has the first
+# three, a number for each view behind them; numpy takes trailing zeros for nothing.
+POSES, NOISE, PICKED, PLATE, STEPS = range(5)
 
 
 def write_mirror_set(rig, folder, seed, deflections, board=STEP_BOARD, **optional):
@@ -45,7 +46,7 @@ def write_mirror_set(rig, folder, seed, deflections, board=STEP_BOARD, **optiona
     rig = replace(rig, rig=replace(rig.rig, target=board))
     cameras = [rig.camera(one, **optional) for one in deflections]
     render_set(_viewer_rig(rig), folder / "viewer", seed)
-    render_set(replace(rig.monitor, camera=cameras[0]), folder / "grids", seed)
+    render_set(replace(rig.monitor, camera=cameras[0]), folder / "grids", seed + 2)
     platter = rig.platter(np.random.default_rng([seed, POSES]))
     seen_flat = replace(rig.monitor, camera=platter_camera(rig, platter))
     render_set(seen_flat, folder / "platter", seed + 1)
@@ -92,7 +93,7 @@ def _write_plate(rig, platter, folder, seed):
     folder.mkdir()
     names = [f"{name}.png" for name in rig.monitor.poses.names]
     for k, name in enumerate(names):
-        rng = np.random.default_rng([seed, NOISE, k])
+        rng = np.random.default_rng([seed, PLATE, k])
         write_picture(folder / name, platter_picture(rig, platter, rng))
     _write_boards(rig, "plate", platter.board, names, folder)
 
@@ -112,7 +113,7 @@ def _write_stages(rig, cameras, deflections, folder, seed):
             f"s{k}-else.png": (cameras[k], beyond),
         }
         for name, (camera, T) in taken.items():
-            noise = np.random.default_rng([seed, NOISE, 2, len(poses)])
+            noise = np.random.default_rng([seed, STEPS, len(poses)])
             picture = photograph_board(replace(rig.rig, camera=camera), T, noise, noise)
             write_picture(folder / name, picture)
             poses[name] = T.tolist()

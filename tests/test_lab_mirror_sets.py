@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from raxel.cameras import load_camera
+from raxel.cameras.core.base import pixel_grid
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.evaluation.mirror_benchmark import score_mirror, scored_pixels
@@ -76,6 +77,21 @@ def test_it_is_read_and_has_its_truth(rig, rendered):
     board = on_plane(rendered.stages.target.points())
     pixels, valid = camera.project(transform(np.array(poses[step.after]), board))
     assert (valid & camera.in_image(pixels)).all()
+
+
+def test_every_picture_has_noise_of_its_own(rendered):
+    # Where the mirror is not, all is dark: what differs there is noise alone.
+    beside = ~load_camera(rendered.folder / "truth/stage-0.npz").rays(
+        pixel_grid(*rendered.size)
+    ).valid.reshape(rendered.size[::-1])
+    dark = [
+        read_image(seen, f"{where}/black.png")[beside].astype(float)
+        for seen in (rendered.grids, rendered.platter)
+        for where in ("near", "far")
+    ]
+    alike = np.corrcoef(dark) - np.eye(len(dark))
+    assert np.abs(alike).max() < 0.5
+    assert np.std(dark, axis=1).min() > 1
 
 
 def test_boards_are_seen_before_and_after(rig):
