@@ -244,7 +244,10 @@ def rendered_loop(effort):
 # {glue:text}`loop.A.bench.aimed.true.end` mm after six steps; in the laboratory
 # {glue:text}`loop.A.laboratory.aimed.true.start` mm and
 # {glue:text}`loop.A.laboratory.aimed.true.end` mm. The runs of many seeds stand beside
-# these in the [table](#ext_mirror_rendered_loop).
+# these in the [table](#ext_mirror_rendered_loop). What a single step of 15 mm can cost
+# is the count: where the part of the board that stays in sight is small, it cannot be
+# told which corner is which, and the step is refused. That is the aim B's laboratory
+# misses, if it misses one.
 #
 # **The bench, from pictures.** Its factor was solved, with drawn errors,
 # so that mirror points lie 0.86 mm from their rays in the mean, as the thesis's did.
