@@ -16,6 +16,7 @@ from chapters.shared.mirror_bench import BENCH
 from raxel.multiview.fits.circles import circle_distances
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances, value
 from repro.judge.statistics import median_interval
+from repro.page.method_looks import look_of
 from repro.page.style import INK, legend_below, plot_estimates, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -26,6 +27,7 @@ RED = "#d62728"
 EXACT = 1e-9
 
 
+LOOKS = {"true": look_of("true mirror"), "published": series(0), "bundle": series(1)}
 CORRECTED_BY = {"published": "the calibrated mirror", "true": "the true mirror"}
 
 
@@ -158,7 +160,7 @@ def ext_circle_blind(results):
     """Radius errors and ray errors over the stages, beside each other."""
     drawn, panels = new_figure(1, 2, height_in=3.3)
     runs, rows = CircleRuns(results, bench=BENCH), []
-    for k, way in enumerate(WAYS):
+    for way in WAYS:
         for panel, name, values in (
             (panels[0], "radius_percent", np.abs(radius_errors(runs, way))),
             (panels[1], "angle_deg", angles_of(runs, way)),
@@ -168,7 +170,9 @@ def ext_circle_blind(results):
                 for stage, trials in zip(STAGES, values, strict=True)
                 if np.isfinite(trials).any()
             }
-            look = {"look": series(k), "label": WAYS[way]}
+            if not came:
+                continue
+            look = {"look": LOOKS[way], "label": WAYS[way]}
             whose = (WAYS[way], name)
             rows += plot_estimates(
                 panel, list(came), list(came.values()), whose, **look

@@ -45,30 +45,41 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - The radius comes out. On the bench it is off by {glue:text}`radius.0:.2f`,
-#   {glue:text}`radius.1:.2f`, {glue:text}`radius.2:.2f` and
-#   {glue:text}`radius.3:.2f` % at stages 0 to 3 (medians of {glue:text}`seeds`
-#   seeds), and within 1.5 % at all of them in
-#   {glue:text}`share.c5_circle_radius:.0f` % of the seeds. The thesis has 0.19 to
-#   1.15 %. {glue:text}`refused` seeds were refused before the last stage.
-# - It says little of the rays. These are {glue:text}`angle.0:.2f`° off at stage 0
-#   and {glue:text}`angle.3:.2f`° at stage 3, and the middle of the board is found
-#   {glue:text}`pose.0:.1f` and {glue:text}`pose.3:.1f` mm from where it is: the pose
+# - The radius comes out. On the bench it is off by {glue:text}`radius.0`,
+#   {glue:text}`radius.1`, {glue:text}`radius.2` and {glue:text}`radius.3` % at stages
+#   0 to 3 (medians), {glue:text}`radius.worst` % at most in any seed that came to the
+#   last stage; the thesis has 0.19 to 1.15 %. The target, 0.5 % at every stage, is
+#   {glue:text}`aim`. But {glue:text}`refused` of {glue:text}`seeds` seeds were refused
+#   on the way, as the corners no longer held the mirror's ends. They count against
+#   the claim, which stays open for that: {glue:text}`share.c5_circle_radius` % of the
+#   seeds have the radius at all stages.
+# - It says little of the rays. These are {glue:text}`angle.0`° off at stage 0
+#   and {glue:text}`angle.3`° at stage 3, and the middle of the board is found
+#   {glue:text}`pose.0` and {glue:text}`pose.3` mm from where it is: the pose
 #   makes up for what is wrong with the rays.
-# - Distances from the best circle are {glue:text}`residual.1:.2f` mm at stage 1 and
-#   {glue:text}`residual.3:.2f` mm at stage 3, a ratio of {glue:text}`growth:.2f`. In
-#   the laboratory they are {glue:text}`lab.residual.1:.3f` and
-#   {glue:text}`lab.residual.3:.3f` mm. With the true mirror they are
-#   {glue:text}`true.most:.3f` mm at most: corners and edges are not what is left.
-# - How alike residuals around the circle are at different stages: their mean
-#   correlation is {glue:text}`alike:.2f` on the bench and
-#   {glue:text}`lab.alike:.2f` in the laboratory.
-# - A test on a plane drawn at random, which needs no pose, does not work for this
-#   camera. Without any error, points lie {glue:text}`parallax.0:.2f` to
-#   {glue:text}`parallax.3:.2f` mm from a conic there, as the camera has no centre;
-#   calibrated rays have {glue:text}`single.0:.2f` to {glue:text}`single.3:.2f` mm.
-# - Of the distortion of a face in low relief a plane leaves
-#   {glue:text}`face:.0f` %, with the true mirror {glue:text}`face.true:.0f` %.
+# - Distances from the best circle do not add up over the stages:
+#   {glue:text}`residual.0` mm at stage 0, {glue:text}`residual.3` mm at stage 3, in the
+#   laboratory {glue:text}`lab.residual.0` and {glue:text}`lab.residual.3` mm. The
+#   thesis prints 0.15 to 0.29 mm: as in the laboratory, not as on the bench, whose
+#   unevenness was solved from another number. With the true mirror they are
+#   {glue:text}`true.most` mm at most, so corners and edges are not what is left.
+# - On the bench residuals around the circle are alike at all stages, with a mean
+#   correlation of {glue:text}`alike`: waves of the sheet are carried along, and the
+#   spline does not follow them. In the laboratory, whose sheet is even, it is
+#   {glue:text}`lab.alike`. That the thesis sees nothing in common speaks for an even
+#   sheet, too.
+# - In the picture, the farther the mirror is bent, the farther is the circle from a
+#   conic: {glue:text}`lab.conic.0`, {glue:text}`lab.conic.1`, {glue:text}`lab.conic.2`
+#   and {glue:text}`lab.conic.3` px in the laboratory. The bench's waves alone make
+#   {glue:text}`conic.0` px of stage 0, and hide the order of the stages in some seeds.
+# - A test on a plane drawn at random needs no pose, but a camera with a centre. Without
+#   any error this one leaves {glue:text}`parallax.0` mm at stage 0 and
+#   {glue:text}`parallax.3` mm at stage 3; calibrated rays leave {glue:text}`single.0`
+#   and {glue:text}`single.3` mm.
+# - Of the distortion of a face in low relief a plane leaves {glue:text}`face.true` %,
+#   by the true mirror. By the calibrated one {glue:text}`face` % is left: its own
+#   errors are as large as what it should take out. In the laboratory it is
+#   {glue:text}`lab.face` %.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -150,7 +161,7 @@ ALONE = {"true": False, "bundle": False}
 RUN = {"quick": CircleScope(1, **ALONE), "full": CircleScope()}
 END = {"quick": CircleScope(0, face=False, **ALONE), "full": CircleScope(**ALONE)}
 BESIDE = {"quick": END["quick"], "full": CircleScope()}
-SIZES = {"quick": PictureSizes(4, 1.5, 2.0, False), "full": PictureSizes()}
+SIZES = {"quick": PictureSizes(4, 1.5, 4.0, False), "full": PictureSizes()}
 PICTURES = {"quick": 1, "full": 3}
 
 
@@ -312,35 +323,65 @@ def _of_pictures(results, effort):
 # ## Reading and limits
 #
 # **Exact, once the pose is known.** Without noise, with the true mirror and the true
-# pose, the radius is off by {glue:text}`exact:.0e` mm at most, for an even mirror and
+# pose, the radius is off by {glue:text}`exact` mm at most, for an even mirror and
 # an uneven one, at all four stages. That is geometry, and true of any camera.
 #
-# **The double evaluation** is not what the radius is blind through alone. In the
-# laboratory the radius is off by {glue:text}`lab.radius.3:.2f` % at stage 3, with rays
-# {glue:text}`lab.angle.3:.3f`° off. On the bench from stage 1 to 3 the rays get
-# {glue:text}`angle.growth:.2f` times as wrong, the circle's residual
-# {glue:text}`growth:.2f` times. All stages at once bring the rays of stage 3 to
-# {glue:text}`bundle.angle.3:.2f`°, and the radius to
-# {glue:text}`bundle.radius.3:.2f` %.
+# **What the radius is blind to.** It is a mean around the circle, and the pose is found
+# by the same rays. With the board's true pose in place of the found one the radius is
+# off by {glue:text}`placed.3` % at stage 3 and not {glue:text}`radius.3` %. From stage
+# 1 to 3, seed by seed, rays get {glue:text}`angle.growth` times as wrong, and the
+# circle's residual {glue:text}`growth` times as large. In the laboratory rays of stage
+# 3 are {glue:text}`lab.angle.3`° off stage by stage and
+# {glue:text}`lab.bundle.angle.3`° with all stages at once, but the radius is
+# {glue:text}`lab.radius.3` and {glue:text}`lab.bundle.radius.3` % off: which camera is
+# the better one is not to be read from a circle. On the bench all stages at once have
+# {glue:text}`bundle.angle.3`° and {glue:text}`bundle.radius.3` % there.
+#
+# **What the verdicts hang on.** Seeds are refused where the last corners leave an end
+# of the mirror to the spline alone: {glue:text}`refused` on the bench,
+# {glue:text}`lab.refused` in the laboratory, and {glue:text}`waved.refused` of
+# {glue:text}`ends.seeds` where the mirror is twice as uneven. A claim that all seeds
+# confirm which came through can be undecided for them. The two numbers of the bench are
+# halved and doubled with other seeds, and few. What the true mirror shows does not
+# depend on the factor of decoding errors; that the circle departs from a conic step by
+# step in {glue:text}`less_noise.conic` % of the seeds at half of it, and in
+# {glue:text}`share.c5_circle_conic` % on the bench, is chance. With half the unevenness
+# it is {glue:text}`evener.conic` %, with twice {glue:text}`waved.conic` %. The residual
+# of stage 0 goes with the unevenness, too: {glue:text}`evener.residual` mm with half of
+# it and {glue:text}`waved.residual` mm with twice, but {glue:text}`less_noise.residual`
+# and {glue:text}`more_noise.residual` mm with half and twice the noise.
 #
 # **The single evaluation** of the thesis, points on a random plane and a conic, holds
-# for central cameras only. For this one its result is the camera's own parallax, of
-# the size of what was to be measured; that is why the calibration's errors hardly
-# show in it. The thesis proposes it in a sentence and did not do it.
+# for central cameras only. In the laboratory the camera's own parallax of stage 3,
+# {glue:text}`lab.parallax.3` mm, is most of the {glue:text}`lab.single.3` mm that are
+# found. And a conic takes away more than a circle does: on the bench calibrated rays
+# leave {glue:text}`single.3` mm on a plane that nobody measured, and
+# {glue:text}`residual.3` mm on the board itself. The thesis proposes the test in a
+# sentence and did not do it.
 #
 # **A face, and which distortion.** A mirror that is bent evenly shows a small part of a
 # scene nearly as a homography would: squeezed along one direction. What no homography
-# takes away is {glue:text}`face.raw:.2f` mm on the bust, root mean square. The
-# calibrated mirror leaves {glue:text}`face.corrected:.2f` mm of it on the bench and
-# {glue:text}`lab.face.corrected:.3f` mm in the laboratory: on the bench its own
-# errors are of the size of what it is to take out. The plane is not what fails.
+# takes away is {glue:text}`face.raw` mm on the bust, root mean square. The
+# calibrated mirror leaves {glue:text}`face.corrected` mm of it on the bench, and
+# {glue:text}`lab.face.corrected` of {glue:text}`lab.face.raw` mm in the laboratory. The
+# plane is not what fails: after a push of 12 mm, in three steps, the rays do. To the
+# eye most of the distortion is gone (Fig. 5.19), as the thesis has it: the eye counts
+# the squeeze, too.
+#
+# **Rendered.** In {glue:text}`rendered.runs` runs the pictures are rendered, and
+# corners and edges found in them: residuals are {glue:text}`rendered.0` mm at stage 0
+# and {glue:text}`rendered.3` mm at stage 3, by the true mirror
+# {glue:text}`rendered.true.0` and {glue:text}`rendered.true.3` mm. The calibration
+# still has drawn errors there; what is rendered throughout is
+# [the way from pictures to rays](s3_3_rendered.ipynb). {glue:text}`rendered.refused`
+# were refused.
 #
 # **Limits.** At 400 mm nearly the whole circle is in the picture, but not always all
 # of it. The thesis's line and its width are not told; here it is 4 mm wide on white
 # paper. The pictures are of 768 x 576 pixels, the runs' corners those of the whole
-# camera. The waves that make the bench's mirror uneven are the same at all stages,
-# as the sheet carries them along, and 7 x 3 functions do not follow them. On B
-# {glue:text}`b.refused` of {glue:text}`b.seeds` seeds were refused.
+# camera. On B, whose board loses the mirror's end sooner, {glue:text}`b.refused` of
+# {glue:text}`b.seeds` seeds were refused. The numbers of seeds keep the time of the
+# report: {glue:text}`seeds` on each bench, {glue:text}`ends.seeds` at each end.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -207,10 +207,12 @@ def ext_circle_swept(results):
     ]
     return Table(
         columns(("Claim", *(f"{bench} (%)" for bench in benches)), rows),
-        "Share of the seeds in which each claim is true, none of which was refused "
-        "there: on the bench, in the laboratory, and with one of the bench's two "
-        "numbers halved or doubled. A claim whose share is on another side of 90 % at "
-        "one of these ends is left undecided.",
+        "Share of the seeds in which each claim is true; of one that was refused it is "
+        "not. On the bench and in the laboratory, "
+        f"{CircleRuns(results).seeds} seeds, and with one of the bench's two numbers "
+        f"halved or doubled, {CircleRuns(results, bench=benches[-1]).seeds} others "
+        "each. A claim whose share is on another side of 90 % at one of these ends is "
+        "left undecided.",
     )
 
 
@@ -262,11 +264,17 @@ def numbers_of_table_5_6(results):
     found = {"t5_6_true": Value(RADIUS_MM, unit="mm", put_in=DRAWN)}
     for stage in STAGES:
         for end, (values, unit) in measures.items():
-            trials = values[stage]
-            lost = np.count_nonzero(~np.isfinite(trials))
-            reason = f"{lost} of {runs.seeds} seeds were refused before" if lost else ""
-            found[f"t5_6_s{stage}_{end}"] = Value.of_seeds(trials, unit, reason)
+            found[f"t5_6_s{stage}_{end}"] = value_of(values[stage], unit)
     return found
+
+
+def value_of(trials, unit):
+    """The Value of seeds (n,), and how many have none: in words if that is all."""
+    lost = np.count_nonzero(~np.isfinite(trials))
+    reason = f"{lost} of {len(trials)} seeds were refused before" if lost else ""
+    if lost == len(trials):
+        return Value("nothing", unit=unit, reason=reason)
+    return Value.of_seeds(trials, unit, reason)
 
 
 @numbers("fig_5_14", needs=(), evidence="analytic")

@@ -1,4 +1,7 @@
-"""The numbers that the page quotes: medians over the seeds that came so far."""
+"""The numbers that the page quotes: medians over the seeds that came so far, in words.
+
+Where no seed came so far, as in quick builds, there is a word for that.
+"""
 
 import numpy as np
 
@@ -10,17 +13,31 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.predicates import (
     radius_errors,
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
+    FIRST,
     LAST,
     OTHER,
+    PICTURES,
     RUNS,
     STAGES,
+    SWEPT_RUNS,
     CircleRuns,
+    PictureRuns,
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import PER_PX
-from repro.judge.statistics import median_and_range
+from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import RADIUS_MM
+from chapters.shared.mirror_bench import BENCH, SWEPT
+from repro.judge.statistics import median_and_range, ratio_of
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
+ENDS = dict(zip(SWEPT, ("less_noise", "more_noise", "evener", "waved"), strict=True))
+# Median error of the radius, %, that was aimed at for every stage.
+AIM = 0.5
+
+
+def in_words(number, form=".2g"):
+    """A number as the prose has it."""
+    return format(float(number), form) if np.isfinite(number) else "(no number)"
 
 
 def middle(found):
@@ -30,25 +47,74 @@ def middle(found):
 
 def name_values(open_results):
     """Name the numbers of the prose."""
-    results = {name: open_results(name) for name in (RUNS, OTHER)}
+    names = (RUNS, SWEPT_RUNS, OTHER, PICTURES)
+    for name, said in of_results({name: open_results(name) for name in names}).items():
+        value(name, said)
+
+
+def of_results(results):
+    """{name: words or a count} of all that is quoted."""
+    found = {"exact": in_words(np.abs(exact_radii()).max(), ".0e")}
     for bench, short in SHORT.items():
-        for name, number in quoted(CircleRuns(results, bench=bench)).items():
-            value(f"{short}{name}", number)
+        of_bench = quoted(CircleRuns(results, bench=bench))
+        found |= {f"{short}{name}": said for name, said in of_bench.items()}
     of_b = CircleRuns(results, geometry="B")
-    value("b.refused", of_b.refused())
-    value("b.seeds", of_b.seeds)
-    value("exact", float(np.abs(exact_radii()).max()))
+    found |= {"b.refused": of_b.refused(), "b.seeds": of_b.seeds}
+    for end, short in ENDS.items():
+        runs = CircleRuns(results, bench=end)
+        found[f"{short}.refused"] = runs.refused()
+        found[f"{short}.conic"] = share(runs, "c5_circle_conic")
+        found[f"{short}.residual"] = in_words(middle(runs.of(0, "residual_mm")))
+    return found | {"ends.seeds": runs.seeds} | rendered(results)
+
+
+def rendered(results):
+    """Residuals of the runs whose pictures were rendered."""
+    runs = PictureRuns(results, bench=BENCH)
+    found = {"rendered.runs": runs.seeds, "rendered.refused": runs.refused()}
+    for way, short in (("published", "rendered"), ("true", "rendered.true")):
+        for stage, residuals in zip(STAGES, runs.at("residual_mm", way), strict=True):
+            found[f"{short}.{stage}"] = in_words(middle(residuals))
+    return found
 
 
 def quoted(runs):
-    """{name: number} of one bench."""
-    found = {"seeds": runs.seeds, "refused": runs.refused()}
-    of_stages = {
+    """{name: words or a count} of one bench."""
+    found = {
+        "seeds": runs.seeds,
+        "refused": runs.refused(),
+        "face.refused": runs.face_refused(),
+    }
+    for name, stages in by_stage(runs).items():
+        medians = [middle(of_stage) for of_stage in stages]
+        for stage, median in zip(STAGES, medians, strict=True):
+            found[f"{name}.{stage}"] = in_words(median)
+        found[f"{name}.most"] = in_words(max(medians))
+    off = np.abs(radius_errors(runs))
+    missed = [stage for stage in STAGES if not middle(off[stage]) <= AIM]
+    found["aim"] = "missed" if missed else "met"
+    found["radius.worst"] = in_words(median_and_range(off.max(axis=0)).high)
+    found["growth"] = in_words(growth(runs, "residual_mm"))
+    found["angle.growth"] = in_words(growth(runs, "angle_deg"))
+    found["alike"] = in_words(middle(alike(runs)))
+    for name, camera in (("face", "calibrated"), ("face.true", "true")):
+        found[name] = in_words(100 * middle(face_left(runs, camera)), ".0f")
+    for name in ("raw", "corrected"):
+        found[f"face.{name}"] = in_words(PER_PX * middle(runs.face(f"{name}_px")))
+    for claim in BY_SEED:
+        found[f"share.{claim}"] = share(runs, claim)
+    return found
+
+
+def by_stage(runs):
+    """{name: (stages, seeds)} of what is quoted stage by stage."""
+    placed = runs.at("true_pose_radius_mm") / RADIUS_MM - 1
+    return {
         "radius": np.abs(radius_errors(runs)),
         "bundle.radius": np.abs(radius_errors(runs, "bundle")),
+        "placed": 100 * np.abs(placed),
         "residual": runs.at("residual_mm"),
         "angle": runs.at("angle_deg"),
-        "ring": runs.at("ring_deg"),
         "bundle.angle": runs.at("angle_deg", "bundle"),
         "pose": runs.at("pose_mm"),
         "true": runs.at("residual_mm", "true"),
@@ -56,18 +122,15 @@ def quoted(runs):
         "parallax": runs.at("parallax_mm", "true"),
         "single": runs.at("single_mm"),
     }
-    for name, stages in of_stages.items():
-        for stage in STAGES:
-            found[f"{name}.{stage}"] = middle(stages[stage])
-    found["radius.most"] = max(found[f"radius.{stage}"] for stage in STAGES)
-    found["true.most"] = max(found[f"true.{stage}"] for stage in STAGES)
-    found["growth"] = found[f"residual.{LAST}"] / found["residual.1"]
-    found["angle.growth"] = found[f"angle.{LAST}"] / found["angle.1"]
-    found["alike"] = middle(alike(runs))
-    found["face"] = 100 * middle(face_left(runs))
-    found["face.true"] = 100 * middle(face_left(runs, "true"))
-    for name in ("raw", "corrected"):
-        found[f"face.{name}"] = PER_PX * middle(runs.face(f"{name}_px"))
-    for claim, predicate in BY_SEED.items():
-        found[f"share.{claim}"] = 100 * float(np.mean(predicate(runs)[0]))
-    return found
+
+
+def growth(runs, name):
+    """From the first calibrated deflection to the last, seed by seed; a seed that was
+    refused counts as the worst, as where it is judged."""
+    pair = (runs.of(stage, name) for stage in (LAST, FIRST))
+    return ratio_of("median", *pair, paired=True).value
+
+
+def share(runs, claim):
+    """Of the seeds, those of which a claim is true, %."""
+    return in_words(100 * np.mean(BY_SEED[claim](runs)[0]), ".0f")

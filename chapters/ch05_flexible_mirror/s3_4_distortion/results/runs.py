@@ -44,9 +44,15 @@ class CircleRuns(BenchRuns):
 
     def refused(self):
         """How many seeds ended before the last stage."""
-        return sum(
-            said is not None for said in self.result.texts(f"{self.bench}.refused")
-        )
+        return self._said("refused")
+
+    def face_refused(self):
+        """How many have no camera for the face."""
+        return self._said("face.refused")
+
+    def _said(self, name):
+        said = self.result.texts(f"{self.bench}.{name}")
+        return sum(words is not None for words in said)
 
     def profiles(self, stage):
         """Residuals (seeds, PLACES) mm around the circle, outwards, nan where a seed
