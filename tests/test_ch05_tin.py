@@ -5,7 +5,7 @@ import pytest
 
 from chapters.ch05_flexible_mirror.s3_5_tin import claims
 from chapters.ch05_flexible_mirror.s3_5_tin.results import runs
-from chapters.ch05_flexible_mirror.s3_5_tin.trials import faces, tin
+from chapters.ch05_flexible_mirror.s3_5_tin.trials import faces, pictures, tin
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import motion_of, scored
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
@@ -95,6 +95,30 @@ def test_a_known_motion_that_is_wrong_shows_in_the_angles():
     c, s = np.cos(0.01), np.sin(0.01)
     wrong[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]
     assert scored(camera, pixels, face, wrong)["off_deg"] > 0.3
+
+
+def test_matches_of_pictures_lie_where_the_tin_is():
+    """Each picture has a window of its own; what the truth says of a match holds."""
+    rig, rng = mirror_rig("A", small=True), np.random.default_rng(2)
+    camera = rig.camera(15.0)
+    taken = pictures.taken_pictures(rig, camera, 4, rng)
+    assert not np.allclose(*taken.first)
+    on = taken.face >= 0
+    assert np.count_nonzero(on) > 300
+    assert np.median(np.abs(taken.off[on])) < 0.2
+    found = pictures.model(camera, taken)
+    assert found["off_deg"] < 1.0
+    assert found["wrong_kept"] <= 2
+    # Where a place of a sheet is seen, its texture has the picture's own grey.
+    sheet, texture = (found[f"{kind}.left"] for kind in ("sheet", "texture"))
+    share = np.linspace(0.1, 0.9, 25)
+    down, across = (grid.ravel()[:, None] for grid in np.meshgrid(share, share))
+    rows = sheet[0][None] * (1 - down)[..., None] + sheet[1][None] * down[..., None]
+    places = rows[:, 0] * (1 - across) + rows[:, 1] * across
+    at = np.rint(camera.project(places).pixels - taken.first[0]).astype(int)
+    in_texture = np.rint(np.hstack([down, across]) * (len(texture) - 1)).astype(int)
+    greys = taken.pictures[0][at[:, 1], at[:, 0]], texture[tuple(in_texture.T)]
+    assert np.corrcoef(*greys)[0, 1] > 0.85
 
 
 def test_outliers_are_set_apart_and_other_laws_told():

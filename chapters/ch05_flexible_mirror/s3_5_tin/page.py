@@ -103,20 +103,26 @@ from repro.run.outcomes import Plan
 
 
 # %%
-SEEDS = {"quick": 1, "full": 20}
-FEWER = {"quick": 1, "full": 10}
+# At quick size a few ways on some of the benches.
+SEEDS = {"quick": 1, "full": 40}
+FEWER = {"quick": 1, "full": 20}
+OF_B = {"quick": 1, "full": 10}
+WAYS = {"quick": ("true", "published"), "full": EVERY_WAY}
+OTHER_WAYS = {"quick": ("true",), "full": EVERY_WAY}
 PICTURES = {"quick": 1, "full": 3}
+MARGIN_PX = {"quick": 12, "full": 150}
 
 
 @experiment(
     "table_5_8_runs",
     artefact="table_5_8",
+    shards={"full": 2},
     inputs=GEOMETRY_A,
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
     """Geometry A, on both benches."""
-    return _plan(results, "A", BENCHES, SEEDS[effort])
+    return _plan(results, "A", BENCHES, SEEDS[effort], WAYS[effort])
 
 
 @experiment(
@@ -128,7 +134,8 @@ def runs(effort, results):
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
     # What is judged is the published way alone.
-    return _plan(results, "A", SWEPT, SEEDS[effort], ("published",))
+    benches = SWEPT if effort == "full" else _of("twice the factor", SWEPT)
+    return _plan(results, "A", benches, FEWER[effort], ("published",))
 
 
 @experiment(
@@ -139,10 +146,15 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, on both benches."""
-    return _plan(results, "B", BENCHES, FEWER[effort])
+    benches = BENCHES if effort == "full" else _of("laboratory", BENCHES)
+    return _plan(results, "B", benches, OF_B[effort], OTHER_WAYS[effort])
 
 
-def _plan(results, geometry, benches, seeds, ways=EVERY_WAY):
+def _of(name, benches):
+    return {name: benches[name]}
+
+
+def _plan(results, geometry, benches, seeds, ways):
     errors = {geometry: MirrorErrors.read(results["sec_5_3_3_errors"], geometry)}
     trial = partial(tin_trial, errors=errors, benches=benches, ways=ways)
     settings = SETTINGS | {name: bench._asdict() for name, bench in benches.items()}
@@ -159,9 +171,11 @@ def _plan(results, geometry, benches, seeds, ways=EVERY_WAY):
 def pictures(effort, results):
     """Two rendered pictures of the tin, matched, on both benches."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
-    benches = BENCHES if effort == "full" else {"bench": BENCHES["bench"]}
-    trial = partial(pictures_trial, errors=errors, benches=benches, small=True)
-    return Plan(trial, [{"geometry": "A"}], PICTURES[effort], SETTINGS)
+    benches = BENCHES if effort == "full" else _of("bench", BENCHES)
+    ways = OTHER_WAYS[effort]
+    trial = partial(pictures_trial, errors=errors, benches=benches, ways=ways)
+    condition = {"geometry": "A", "margin_px": MARGIN_PX[effort]}
+    return Plan(trial, [condition], PICTURES[effort], SETTINGS)
 
 
 # %% [markdown]

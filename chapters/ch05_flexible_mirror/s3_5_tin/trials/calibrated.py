@@ -39,13 +39,18 @@ class BentMirror(NamedTuple):
         return self.cameras[LAST]
 
 
-def bent_mirror(rig, bench, errors, rng):
-    """The BentMirror of a bench, its boards held by hand."""
+def boards_by_hand(rig, rng):
+    """T_camera_board (3, 4, 4) of the boards of all steps, held by hand."""
+    steps_mm = [STAGES_MM[k : k + 2] for k in range(LAST)]
+    return np.stack([rig.board_pose(rng, deflections=pair) for pair in steps_mm])
+
+
+def bent_mirror(rig, bench, errors, T_camera_boards, rng):
+    """The BentMirror of a bench, calibrated with boards that are held so."""
     seed = int(rng.integers(2**32))
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     pictures = []
-    for k in range(LAST):
-        T = rig.board_pose(rng, deflections=STAGES_MM[k : k + 2])
+    for k, T in enumerate(T_camera_boards):
         pair = cameras[k : k + 2]
         pictures.append([seen_board(rig, camera, T, errors, rng) for camera in pair])
     return BentMirror(rig, cameras, errors, pictures)

@@ -5,6 +5,7 @@ SIFT; matches whose rays miss each other are left out. On which face a match lie
 said by the truth, as a person would say it by looking; so is that it lies on the tin.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import cv2
@@ -12,7 +13,9 @@ import numpy as np
 from scipy.ndimage import zoom
 
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import (
+    EVERY_WAY,
     bent_mirror,
+    boards_by_hand,
     calibrations,
 )
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import (
@@ -28,13 +31,12 @@ from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import (
     tin_scene,
     two_places,
 )
-from chapters.shared.mirror_pictures import scene_picture
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.errors import InputError
 from raxel.features.sift import match_features
 from raxel.geometry import intersect_rays_plane, transform
 from raxel.geometry.planes import on_plane
-from raxel.lab.windowed import mirror_window
+from raxel.lab.windowed import window_around, windowed
 from raxel.multiview.ray_gaps import gaps, matched_rays
 
 # A match is off by so many px along an axis, as found in pictures of other seeds; rays
@@ -49,10 +51,11 @@ COARSE, FINER = 24, 8
 
 
 class TinPictures(NamedTuple):
-    """pictures: two (h, w) uint8; first: (2,) the pixel of the camera's whole picture
-    that is their first; T_camera_tin: (2, 4, 4), true; matches: FeatureMatches, pixels
-    of the whole picture; face (n,): 0 to 2, -1 beside the tin; off (n, 2): px by which
-    a match's second end is beside where the first one's place truly is, NaN beside."""
+    """pictures: two (h, w) uint8; first: (2, 2) the pixel of the camera's whole picture
+    that is the first of each; T_camera_tin: (2, 4, 4), true; matches: FeatureMatches,
+    pixels of the whole picture; face (n,): 0 to 2, -1 beside the tin; off (n, 2): px by
+    which a match's second end is beside where the first one's place truly is, NaN
+    beside."""
 
     pictures: list
     first: np.ndarray
@@ -62,15 +65,18 @@ class TinPictures(NamedTuple):
     off: np.ndarray
 
 
-def taken_pictures(rig, camera, rng):
-    """TinPictures by a true camera of a rig."""
+def taken_pictures(rig, camera, margin_px, rng):
+    """TinPictures by a true camera of a rig, of the tin and some pixels around it."""
     T = two_places(camera, rng)
-    eye = np.eye(4)
-    pictures = [scene_picture(rig, camera, tin_scene(one), eye, rng) for one in T]
-    window = mirror_window(rig.camera(0.0))
-    first = np.array([window.u, window.v], float)
-    found = match_features(*pictures)
-    found = found._replace(pixels=found.pixels + first)
+    pictures, first = [], []
+    for one in T:
+        corners = transform(one, np.concatenate([face.corners() for face in faces()]))
+        window = window_around(camera, camera.project(corners).pixels, margin_px)
+        taken = windowed(replace(rig.rig, camera=camera), window).laboratory()
+        pictures.append(taken.photograph(tin_scene(one), np.eye(4), rng))
+        first.append([window.u, window.v])
+    first, found = np.array(first, float), match_features(*pictures)
+    found = found._replace(pixels=found.pixels + first[:, None])
     return TinPictures(pictures, first, T, found, *truth_of(camera, T, found.pixels))
 
 
@@ -96,25 +102,27 @@ def truth_of(camera, T_camera_tin, pixels):
     return face, off
 
 
-def pictures_trial(condition, rng, errors, benches, small):
-    """The tin from pictures on each of some benches, by each way; the first keeps what
-    is drawn of it."""
-    rig = mirror_rig(condition["geometry"], small=small)
-    of_rig, seed = errors[condition["geometry"]], int(rng.integers(2**32))
+def pictures_trial(condition, rng, errors, benches, ways=EVERY_WAY):
+    """The tin from small pictures on each of some benches, by each way.
+
+    condition: "geometry", and "margin_px" that is rendered around the tin.
+    """
+    rig = mirror_rig(condition["geometry"], small=True)
+    seed, boards = int(rng.integers(2**32)), boards_by_hand(rig, rng)
+    of_rig = errors[condition["geometry"]]
+    # Errors in px are those of pictures with four times the pixels each way.
+    of_rig = of_rig._replace(corner=of_rig.corner / 4, plate=of_rig.plate / 4)
     out = {}
     for name, bench in benches.items():
-        given = of_rig._replace(factor=bench.factor)
-        if small:
-            given = given._replace(corner=given.corner / 4, plate=given.plate / 4)
-        drawn = np.random.default_rng(seed)
-        bent = bent_mirror(rig, bench, given, drawn)
+        given, drawn = of_rig._replace(factor=bench.factor), np.random.default_rng(seed)
+        bent = bent_mirror(rig, bench, given, boards, drawn)
         try:
-            taken = taken_pictures(rig, bent.true, drawn)
+            taken = taken_pictures(rig, bent.true, condition["margin_px"], drawn)
         except InputError as said:
             out[name] = {"refused": str(said)}
             continue
         out[name] = of_matches(taken)
-        for way, (camera, refusal) in calibrations(bent, seed).items():
+        for way, (camera, refusal) in calibrations(bent, seed, ways).items():
             try:
                 if camera is None:
                     raise InputError(refusal)
@@ -188,7 +196,7 @@ def textured(camera, taken, found, k):
     u, v = np.meshgrid(*(low + share[:, None] * (high - low)).T)
     places = middle + u.reshape(-1, 1) * axes[0] + v.reshape(-1, 1) * axes[1]
     seen = camera.project(places)
-    at = np.where(seen.valid[:, None], seen.pixels - taken.first, np.nan)
+    at = np.where(seen.valid[:, None], seen.pixels - taken.first[0], np.nan)
     fine = [zoom(at[:, i].reshape(COARSE, COARSE), FINER, order=1) for i in (0, 1)]
     maps = [np.nan_to_num(one, nan=-1.0).astype(np.float32) for one in fine]
     texture = cv2.remap(taken.pictures[0], *maps, cv2.INTER_LINEAR)

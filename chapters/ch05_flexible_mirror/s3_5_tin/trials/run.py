@@ -9,6 +9,7 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import (
     EVERY_WAY,
     bent_mirror,
+    boards_by_hand,
     calibrations,
 )
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import SETTINGS as STAGES
@@ -51,17 +52,17 @@ def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY):
     errors: {geometry: MirrorErrors}; benches: {name: Bench}.
     """
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
-    of_rig = errors[condition["geometry"]]
-    return {
-        name: of_bench(rig, bench, of_rig._replace(factor=bench.factor), seed, ways)
-        for name, bench in benches.items()
-    }
+    of_rig, boards = errors[condition["geometry"]], boards_by_hand(rig, rng)
+    out = {}
+    for name, bench in benches.items():
+        given, drawn = of_rig._replace(factor=bench.factor), np.random.default_rng(seed)
+        bent = bent_mirror(rig, bench, given, boards, drawn)
+        out[name] = of_bench(bent, seed, ways, drawn)
+    return out
 
 
-def of_bench(rig, bench, errors, seed, ways):
-    """{way: scores}; `refused` of a way says why it has none."""
-    rng = np.random.default_rng(seed)
-    bent = bent_mirror(rig, bench, errors, rng)
+def of_bench(bent, seed, ways, rng):
+    """{way: scores} of a BentMirror; `refused` of a way says why it has none."""
     T = two_places(bent.true, rng)
     points, face = tin_points(rng, MATCHES)
     pixels = np.stack([bent.true.project(transform(one, points)).pixels for one in T])

@@ -31,7 +31,7 @@ SHIFT_MM = 100.0
 DISTANCE_MM, LEAN = 300.0, np.radians(30.0)
 BY_HAND_MM, BY_HAND = 5.0, np.radians(3.0)
 # Of the print: mm a pixel, sizes of its blots (mm), grey levels, and the room behind.
-PRINT_MM, BLOTS_MM, INK, PAPER, ROOM = 0.1, (0.8, 1.6, 3.2, 6.4), 0.06, 0.85, 0.3
+PRINT_MM, BLOTS_MM, INK, PAPER, ROOM = 0.2, (0.8, 1.6, 3.2, 6.4), 0.06, 0.85, 0.3
 WORDS = ("CAFE", "RAXEL", "MOKKA")
 
 
@@ -42,6 +42,12 @@ class TinFace(NamedTuple):
     T_tin_face: np.ndarray
     low: np.ndarray
     high: np.ndarray
+
+    def corners(self):
+        """Points (4, 3) at its corners, the tin's frame."""
+        ends = np.stack([self.low, self.high])
+        grid = np.stack(np.meshgrid(*ends.T), axis=-1).reshape(-1, 2)
+        return transform(self.T_tin_face, on_plane(grid))
 
     def points(self, rng, count):
         """Points (count, 3) anywhere on the face, the tin's frame."""
@@ -148,11 +154,11 @@ def _print(face, word, rng):
     image = np.rint(255 / (1 + np.exp(-1.5 * image))).astype(np.uint8)
     edge = int(2 / PRINT_MM)
     cv2.rectangle(image, (edge, edge), (width - edge, height - edge), 0, edge // 2)
-    font, scale, thick = cv2.FONT_HERSHEY_SIMPLEX, 4.5, 26
+    font, scale, thick = cv2.FONT_HERSHEY_SIMPLEX, 0.45 / PRINT_MM, int(2.6 / PRINT_MM)
     (wide, tall), _ = cv2.getTextSize(word, font, scale, thick)
     low = int((width - wide) / 2), int((height + tall) / 2)
     # A white label behind the word.
-    margin = np.array([30, 50])
+    margin = (np.array([3, 5]) / PRINT_MM).astype(int)
     box = np.array(low) - [0, tall] - margin, np.array(low) + [wide, 0] + margin
     cv2.rectangle(image, *(tuple(map(int, at)) for at in box), 255, cv2.FILLED)
     cv2.putText(image, word, low, font, scale, 0, thick)
