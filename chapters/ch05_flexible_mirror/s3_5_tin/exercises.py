@@ -2,29 +2,28 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import DISTANCE_MM, SHIFT_MM
-
-FACE_MM, RAY_DEG, WAY_MM = 70.0, 0.05, 630.0
+# Two rays of a point meet at MEET_DEG, WAY_MM from the mirror; one of them is turned.
+FACE_MM, TURNED_DEG, WAY_MM, MEET_DEG = 70.0, 0.05, 280.0, 11.4
 
 
 def depth_task():
-    """Two rays that are turned towards each other by an angle meet nearer: by the
-    angle times the distance squared over the baseline."""
+    """At the point the turned ray is aside by angle times way, at right angles to it;
+    along the other ray that is as much over the sine of the angle between them."""
+    aside = WAY_MM * np.radians(TURNED_DEG)
     return {
-        "expected": lambda: _depth(np.radians(RAY_DEG), WAY_MM),
-        "hint": "the depth is Z = B / angle between the rays; differentiate it",
+        "expected": lambda: aside / np.sin(np.radians(MEET_DEG)),
+        "hint": "how far aside is the turned ray at the point, and where does it cross "
+        "the other one then?",
         "slips": {
-            "The angle has to be in radians.": lambda: _depth(RAY_DEG, WAY_MM),
-            "The way to the camera counts too.": lambda: _depth(
-                np.radians(RAY_DEG), DISTANCE_MM
+            "The angle by which it is turned has to be in radians.": lambda: (
+                WAY_MM * TURNED_DEG / np.sin(np.radians(MEET_DEG))
+            ),
+            "That is how far aside it is: where does it cross the other?": lambda: (
+                aside
             ),
         },
         "tolerance": 0.02,
     }
-
-
-def _depth(angle, way):
-    return way**2 / SHIFT_MM * angle
 
 
 def tilt_task():

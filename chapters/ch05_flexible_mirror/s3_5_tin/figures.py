@@ -12,7 +12,7 @@ from chapters.ch05_flexible_mirror.s3_5_tin.results.runs import (
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import usual
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import FACES
 from chapters.shared.mirror_bench import BENCH
-from raxel.show import Scene, Surface, framed
+from raxel.show import Points, Surface, framed
 from repro.page.space import draw_scene
 from repro.page.style import INK, legend_below, series
 from repro.page.style import figure as new_figure
@@ -20,24 +20,26 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
-UP, ASPECT = (0.0, -1.0, 0.0), 1.0
+UP, ASPECT, POINT_PX = (0.0, -1.0, 0.0), 1.0, 4.0
 DRAWN_WAYS = ("true", PUBLISHED)
 BINS = 25
 
 
 def tin_model(result, bench=BENCH, way=PUBLISHED):
-    """(textured Surfaces, direction (3,) to look in) of the first seed's tin of a way,
-    None where it has none."""
+    """(textured Surfaces and points, direction (3,) to look in) of the first seed's
+    tin of a way, None where it has none."""
     parts = []
     for name in FACES:
         sheets = result.arrays(f"{bench}.{way}.sheet.{name}")
         if not sheets:
             return None
         texture = result.arrays(f"{bench}.{way}.texture.{name}")[0]
-        parts.append(Surface(sheets[0], texture=texture, label=f"{name} face"))
+        parts.append(Surface(sheets[0], texture=texture))
     # It is looked at along the faces' normals, from outside.
     inside = np.mean([np.mean(part.points, axis=(0, 1)) for part in parts], axis=0)
     sight = -sum(_outward(part.points, inside) for part in parts)
+    points = result.arrays(f"{bench}.{way}.at")[0]
+    parts.append(Points(points, series(1)["color"], "matched points", POINT_PX))
     return parts, sight / np.linalg.norm(sight)
 
 
@@ -58,9 +60,8 @@ def model_figure(results):
         if tin_model(result, b, w) is not None
     )
     parts, sight = tin_model(result, bench, way)
-    seen = framed(parts, tuple(sight), UP, aspect=ASPECT)
     note = "Faces are planes through triangulated matches, coloured by calibrated rays."
-    scene = Scene(parts, seen.view_from, seen.look_at, UP, note, ASPECT)
+    scene = framed(parts, tuple(sight), UP, note, aspect=ASPECT)
     drawn, axes = new_figure(1, 2, height_in=3.4)
     picture = result.arrays(f"{bench}.picture")[0]
     axes[0].imshow(picture, cmap="gray", vmin=0, vmax=255)
@@ -111,7 +112,7 @@ def distances_figure(results):
                 for at, n in zip(edges[:-1] + width / 2, counts, strict=True)
             ]
     for panel, name in zip(axes, FACES, strict=True):
-        panel.set_title(f"{name} face")
+        panel.set_title(f"{name.capitalize()} face")
         panel.set_xlabel("Signed distance (mm)")
         panel.axvline(0, color=INK, lw=0.6)
     axes[0].set_ylabel("Points (1)")

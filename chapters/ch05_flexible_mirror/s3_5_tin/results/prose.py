@@ -1,64 +1,102 @@
-"""The numbers that the page quotes: medians over the seeds that have a tin."""
+"""The numbers that the page quotes: medians, as words, over seeds that have a tin."""
 
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_tin.results.predicates import (
+    LEAST_NORMAL,
     angles_found,
     distances_normal,
 )
 from chapters.ch05_flexible_mirror.s3_5_tin.results.runs import (
     OTHER,
     PICTURES,
+    PUBLISHED,
     RUNS,
+    SWEPT_RUNS,
     WAYS,
     TinRuns,
 )
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import tin_points, two_places
 from chapters.shared.mirror_bench import BENCH, BENCHES
-from repro.judge.statistics import median_and_range
+from chapters.shared.mirror_rigs import mirror_rig
+from raxel.geometry import transform
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
 MEASURES = {"off": "off_deg", "rms": "rms_mm", "ray": "ray_deg"}
+MOTIONS = {"length": "length.off_deg", "free": "free.off_deg"}
+BENT_MM, DRAWN = 15.0, 200
+
+
+def said(number):
+    """A number in two digits or in whole ones, as words; "no" where there is none."""
+    if not np.isfinite(number):
+        return "no"
+    return f"{number:.2g}" if abs(number) < 10 else f"{number:.0f}"
 
 
 def middle(found):
-    """Median of the trials that have a value, nan without any."""
-    return median_and_range(found).value
+    """Median of the seeds that have a value, as words; a build may have none."""
+    known = found[np.isfinite(found)]
+    return said(np.median(known)) if len(known) else "no"
 
 
 def name_values(open_results):
     """Name the numbers of the prose."""
-    results = {name: open_results(name) for name in (RUNS, OTHER, PICTURES)}
+    names = RUNS, SWEPT_RUNS, OTHER, PICTURES
+    results = {name: open_results(name) for name in names}
     for name, found in of_runs(results).items():
         value(name, found)
     for name, found in of_pictures(results[PICTURES]).items():
         value(name, found)
+    way_mm, degrees = meeting_rays()
+    value("way", way_mm)
+    value("meet", degrees)
 
 
 def of_runs(results):
-    """Name -> what prose quotes of both geometries."""
+    """Name -> what prose quotes of both geometries and of the sweep."""
     out = {}
     for geometry, bench in ((g, b) for g in "AB" for b in BENCHES):
         runs = TinRuns(results, bench=bench, geometry=geometry)
         short = ("" if geometry == "A" else "b.") + SHORT[bench]
-        for way in WAYS:
-            for name, measure in MEASURES.items():
-                out[f"{short}{way}.{name}"] = middle(runs.of(measure, way))
-            lost = np.count_nonzero(~np.isfinite(runs.of("off_deg", way)))
-            out[f"{short}{way}.refused"] = lost
-        for way, motion in (("true", "free"), ("true", "length"), ("bundle", "length")):
-            found = runs.of(f"{motion}.off_deg", way)
-            out[f"{short}{way}.{motion}"] = middle(found)
         out[f"{short}seeds"] = runs.seeds
+        for way in WAYS:
+            for name, measure in (MEASURES | MOTIONS).items():
+                out[f"{short}{way}.{name}"] = middle(runs.of(measure, way))
+            out[f"{short}{way}.refused"] = sum(map(bool, runs.refused(way)))
+            upright = runs.angles(way)[2]
+            out[f"{short}{way}.upright"] = middle(upright)
         if geometry == "A":
-            out[f"{short}share.angles"] = 100 * np.mean(angles_found(runs)[0])
-            out[f"{short}share.normal"] = 100 * np.mean(distances_normal(runs)[0])
+            out |= {f"{short}{k}": v for k, v in _of_claims(runs).items()}
+    ends = {"halved": "half the aberration", "noisy": "twice the factor"}
+    for name, bench in ends.items():
+        runs = TinRuns(results, bench=bench)
+        for way in (PUBLISHED, "bundle"):
+            out[f"{name}.{way}.off"] = middle(runs.of("off_deg", way))
+    out["swept.seeds"] = runs.seeds
     return out
+
+
+def _of_claims(runs):
+    """What the claims ask of each seed, and how far the best one is off."""
+    holds, most, _, _ = angles_found(runs)
+    normal, least, _, _ = distances_normal(runs)
+    of_true = runs.normality("true").min(axis=0)
+    known = most[np.isfinite(most)]
+    return {
+        "share.angles": 100 * np.mean(holds),
+        "share.normal": 100 * np.mean(normal),
+        "share.true_normal": 100 * np.mean(of_true >= LEAST_NORMAL),
+        "share.below": 100 * np.mean(np.all(runs.off() < 0, axis=0)),
+        "normal.least": middle(least),
+        "best": said(known.min()) if len(known) else "no",
+    }
 
 
 def of_pictures(result):
     """Name -> what prose quotes of the rendered pictures."""
-    names = ("matches", "on_tin", "wrong", "match_px")
+    names = ("on_tin", "wrong", "match_px")
     out = {f"pic.{name}": middle(result.column(f"{BENCH}.{name}")) for name in names}
     for way in WAYS:
         for bench, short in SHORT.items():
@@ -67,3 +105,18 @@ def of_pictures(result):
     for name, measure in (("left_out", "left_out"), ("kept", "wrong_kept")):
         out[f"pic.{name}"] = middle(result.column(f"{BENCH}.true.{measure}"))
     return out | {"pic.seeds": result.trials_per_condition}
+
+
+def meeting_rays():
+    """How far the tin's points are from the mirror, mm, and the degrees at which the
+    two rays of each meet: means over points of one tin, geometry A."""
+    camera, rng = mirror_rig("A").camera(BENT_MM), np.random.default_rng(0)
+    poses = two_places(camera, rng)
+    points, _ = tin_points(rng, DRAWN)
+    seen = [transform(T, points) for T in poses]
+    rays = [camera.rays(camera.project(at).pixels) for at in seen]
+    ways = [
+        np.linalg.norm(at - r.origins, axis=1) for at, r in zip(seen, rays, strict=True)
+    ]
+    turns = np.einsum("ni,ni->n", *(r.directions for r in rays))
+    return float(np.mean(ways)), float(np.degrees(np.mean(np.arccos(turns))))

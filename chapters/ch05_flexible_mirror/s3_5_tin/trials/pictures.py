@@ -171,6 +171,7 @@ def model(camera, taken):
         "wrong_kept": int(np.count_nonzero(wrong & kept)),
         "distances": found.distances,
         "face": found.face,
+        "at": found.points,
     }
     for k, name in enumerate(FACES):
         sheet, texture = textured(camera, taken, found, k)
@@ -181,20 +182,20 @@ def model(camera, taken):
 def textured(camera, taken, found, k):
     """(sheet (2, 2, 3) mm, texture (h, w) uint8) of face k.
 
-    The rectangle on its plane that holds its points, laid along the edges in which the
-    planes meet; each place of it has the colour that the calibrated camera sees there.
+    The parallelogram on its plane that its points fill, from the corner where all three
+    planes meet, along the edges where it meets the two others; each place of it has
+    the grey that the calibrated camera sees there.
     """
-    plane, other = found.planes[k], found.planes[(k + 1) % 3]
-    points = found.points[found.face == k]
-    middle, normal = points.mean(axis=0), plane.normal
-    x = np.cross(normal, other.normal)
-    x /= np.linalg.norm(x)
-    axes = np.stack([x, np.cross(normal, x)])
-    within = (points - middle) @ axes.T
-    low, high = within.min(axis=0), within.max(axis=0)
+    normals = np.array([plane.normal for plane in found.planes])
+    through = np.array([plane.T_frame_plane[:3, 3] for plane in found.planes])
+    corner = np.linalg.solve(normals, np.sum(normals * through, axis=1))
+    edges = np.cross(normals[k], np.delete(normals, k, axis=0))
+    points = found.points[found.face == k] - corner
+    within = np.linalg.lstsq(edges.T, points.T, rcond=None)[0]
+    far = [along[np.argmax(np.abs(along))] for along in within]
     share = np.linspace(0, 1, COARSE)
-    u, v = np.meshgrid(*(low + share[:, None] * (high - low)).T)
-    places = middle + u.reshape(-1, 1) * axes[0] + v.reshape(-1, 1) * axes[1]
+    u, v = np.meshgrid(*(share * end for end in far))
+    places = corner + u.reshape(-1, 1) * edges[0] + v.reshape(-1, 1) * edges[1]
     seen = camera.project(places)
     at = np.where(seen.valid[:, None], seen.pixels - taken.first[0], np.nan)
     fine = [zoom(at[:, i].reshape(COARSE, COARSE), FINER, order=1) for i in (0, 1)]

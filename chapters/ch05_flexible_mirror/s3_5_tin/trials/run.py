@@ -46,10 +46,11 @@ SETTINGS = STAGES | {
 }
 
 
-def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY):
+def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY, moved=MOVED_WAYS):
     """Every measure of one seed, for some benches and ways, drawn alike for all.
 
-    errors: {geometry: MirrorErrors}; benches: {name: Bench}.
+    errors: {geometry: MirrorErrors}; benches: {name: Bench}; moved: ways whose motion
+    is found as well.
     """
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig, boards = errors[condition["geometry"]], boards_by_hand(rig, rng)
@@ -57,11 +58,11 @@ def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY):
     for name, bench in benches.items():
         given, drawn = of_rig._replace(factor=bench.factor), np.random.default_rng(seed)
         bent = bent_mirror(rig, bench, given, boards, drawn)
-        out[name] = of_bench(bent, seed, ways, drawn)
+        out[name] = of_bench(bent, seed, ways, moved, drawn)
     return out
 
 
-def of_bench(bent, seed, ways, rng):
+def of_bench(bent, seed, ways, moved, rng):
     """{way: scores} of a BentMirror; `refused` of a way says why it has none."""
     T = two_places(bent.true, rng)
     points, face = tin_points(rng, MATCHES)
@@ -74,7 +75,7 @@ def of_bench(bent, seed, ways, rng):
             continue
         try:
             out[way] = scored(camera, pixels, face, motion_of(T))
-            if way in MOVED_WAYS:
+            if way in moved:
                 out[way] |= by_own_motion(camera, pixels, face, rng)
         except InputError as said:
             out[way] = {"refused": str(said)}
