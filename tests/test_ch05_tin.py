@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s3_5_tin import claims
-from chapters.ch05_flexible_mirror.s3_5_tin.results import runs
+from chapters.ch05_flexible_mirror.s3_5_tin.results import prose, runs
 from chapters.ch05_flexible_mirror.s3_5_tin.trials import faces, pictures, tin
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import motion_of, scored
 from chapters.shared.mirror_bench import BENCHES, SWEPT
@@ -109,6 +109,14 @@ def test_matches_of_pictures_lie_where_the_tin_is():
     found = pictures.model(camera, taken)
     assert found["off_deg"] < 1.0
     assert found["wrong_kept"] <= 2
+    # The sheets are the planes: they meet in one corner, at the angles found.
+    sheets = [found[f"sheet.{name}"] for name in tin.FACES]
+    assert np.allclose([one[0, 0] for one in sheets], sheets[0][0, 0], atol=1e-6)
+    normals = [np.cross(one[0, 1] - one[0, 0], one[1, 0] - one[0, 0]) for one in sheets]
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    for pair, (first, second) in tin.PAIRS.items():
+        cosine = np.cos(np.radians(found[f"angle.{pair}"]))
+        assert np.isclose(abs(normals[first] @ normals[second]), abs(cosine), atol=1e-6)
     # Where a place of a sheet is seen, its texture has the picture's own grey.
     sheet, texture = (found[f"{kind}.left"] for kind in ("sheet", "texture"))
     share = np.linspace(0.1, 0.9, 25)
@@ -129,6 +137,18 @@ def test_outliers_are_set_apart_and_other_laws_told():
     assert np.count_nonzero(~faces.usual(distances)) >= 3
     assert faces.normality(distances) > 0.985 > faces.normality(distances, np.inf)
     assert faces.normality(rng.exponential(1.0, 150)) < 0.985
+
+
+def test_numbers_become_words_that_a_sentence_can_bear():
+    some = np.array([np.nan, 0.0344, 0.0351, 0.0340])
+    assert prose.middle(some) == "0.034"
+    assert prose.middle(100 * some + 8) == "11"
+    assert prose.middle(np.full(3, np.nan)) == "no"
+
+
+def test_waves_across_a_sheet_tell_the_length_of_a_motion():
+    even, waved = prose.told_of_the_length(0.0), prose.told_of_the_length(21.0)
+    assert waved < 2 < 8 < even
 
 
 def test_a_face_without_points_is_refused():

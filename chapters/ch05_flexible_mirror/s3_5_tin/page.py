@@ -41,8 +41,8 @@ from repro.run.outcomes import Plan
 #   comes from the calibration.
 # - The published calibration is far from it. In the laboratory the worst angle is
 #   {glue:text}`lab.published.off`° off, on the bench {glue:text}`published.off`°; the
-#   thesis has 1.65°. All three are within 2.5° in {glue:text}`share.angles:.0f` % of
-#   the seeds on the bench.
+#   thesis has 1.65°. All three are within 2.5° in {glue:text}`count.angles` of
+#   {glue:text}`seeds` seeds on the bench.
 # - A calibration of all stages at once leaves {glue:text}`lab.bundle.off`° in the
 #   laboratory. On the bench it leaves {glue:text}`bundle.off`°: what the mirror there
 #   has besides its bending, waves, a spline of 7 x 3 functions cannot follow.
@@ -51,8 +51,8 @@ from repro.run.outcomes import Plan
 #   {glue:text}`lab.published.off`°. That the texture looks right says no more.
 # - With the motion found from the same matches, its length known, the true mirror
 #   leaves {glue:text}`lab.true.length`° in the laboratory; with the length found too,
-#   {glue:text}`lab.true.free`°. Of a calibrated mirror no motion is to be had: by all
-#   stages at once, the length known, the worst angle is
+#   {glue:text}`lab.true.free`°. With a calibrated mirror the motion comes out wrong: by
+#   all stages at once, the length known, the worst angle is then
 #   {glue:text}`lab.bundle.length`° off, on the bench {glue:text}`bundle.length`°.
 
 # %% [markdown]
@@ -116,6 +116,11 @@ FEWER = {"quick": 1, "full": 12}
 OF_B = {"quick": 1, "full": 10}
 WAYS = {"quick": ("true", "published"), "full": EVERY_WAY}
 OTHER_WAYS = {"quick": ("true",), "full": EVERY_WAY}
+SOME = {
+    "swept": {"twice the factor": SWEPT["twice the factor"]},
+    "other": {"laboratory": BENCHES["laboratory"]},
+    "pictures": {"bench": BENCHES["bench"]},
+}
 PICTURES = {"quick": 1, "full": 3}
 MARGIN_PX = {"quick": 12, "full": 150}
 
@@ -141,7 +146,7 @@ def runs(effort, results):
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
     # What is judged is the published way; the motion is not found again.
-    benches = SWEPT if effort == "full" else _of("twice the factor", SWEPT)
+    benches = SWEPT if effort == "full" else SOME["swept"]
     ways = {"quick": ("published",), "full": ("published", "bundle")}[effort]
     return _plan(results, "A", benches, FEWER[effort], ways, ())
 
@@ -154,12 +159,8 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, on both benches."""
-    benches = BENCHES if effort == "full" else _of("laboratory", BENCHES)
+    benches = BENCHES if effort == "full" else SOME["other"]
     return _plan(results, "B", benches, OF_B[effort], OTHER_WAYS[effort])
-
-
-def _of(name, benches):
-    return {name: benches[name]}
 
 
 def _plan(results, geometry, benches, seeds, ways, moved=MOVED_WAYS):
@@ -180,7 +181,7 @@ def _plan(results, geometry, benches, seeds, ways, moved=MOVED_WAYS):
 def pictures(effort, results):
     """Two rendered pictures of the tin, matched, on both benches."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
-    benches = BENCHES if effort == "full" else _of("bench", BENCHES)
+    benches = BENCHES if effort == "full" else SOME["pictures"]
     ways = OTHER_WAYS[effort]
     trial = partial(pictures_trial, errors=errors, benches=benches, ways=ways)
     condition = {"geometry": "A", "margin_px": MARGIN_PX[effort]}
@@ -219,8 +220,8 @@ def pictures(effort, results):
 # reference. As published it is {glue:text}`lab.published.upright`° in the laboratory
 # and {glue:text}`published.upright`° on the bench, by all stages at once
 # {glue:text}`lab.bundle.upright`° and {glue:text}`bundle.upright`°. All three angles
-# are below the reference, as in the thesis, in {glue:text}`share.below:.0f` % of the
-# seeds on the bench. The seed that comes nearest is {glue:text}`best`° off on the
+# are below the reference, as in the thesis, in {glue:text}`count.below` seeds on the
+# bench. The seed that comes nearest is {glue:text}`best`° off on the
 # bench, {glue:text}`lab.best`° in the laboratory. The thesis has one tin, and says
 # neither how large it was nor how far away: errors in depth grow as the rays meet at
 # smaller angles.
@@ -235,19 +236,22 @@ def pictures(effort, results):
 # {glue:text}`lab.published.refused` in the laboratory.
 #
 # **Normal, or not.** Without the outliers the correlation is 0.99 or more on all
-# three faces in {glue:text}`share.normal:.0f` % of the seeds as published on the
-# bench (median of the least of three: {glue:text}`normal.least`), and in
-# {glue:text}`share.true_normal:.0f` % with the true mirror, where noise alone is
-# left. What a calibration leaves is a smooth shape of a few bumps. A histogram of it
-# may look like a bell, but a correlation of ranks tells it from one; and a bell
-# would be no test of a calibration.
+# three faces in {glue:text}`count.normal` of {glue:text}`seeds` seeds as published on
+# the bench (median of the least of three: {glue:text}`normal.least`), and in
+# {glue:text}`count.true_normal` with the true mirror, where noise alone is left. What a
+# calibration leaves is a smooth shape of a few bumps. A histogram of it may look like
+# a bell, but a correlation of ranks tells it from one; and a bell would be no test of
+# a calibration.
 #
-# **Motion found.** A mirror seen from one camera has rays that nearly come from
-# one point, and a small tin fills a small field. A turn can then be taken for a
-# shift. Waves help, if they are known: they spread the rays, and with the true mirror
-# of the bench all of the motion found leaves {glue:text}`true.free`° instead of the
-# laboratory's {glue:text}`lab.true.free`°. What a calibration is off by is more than
-# what tells a turn from a shift.
+# **Motion found.** In a small field a turn of the camera looks like a shift. A sheet
+# that is bent along one direction alone makes it worse: the rays of each strip across
+# it come from one point, and all these points lie in one plane. With the mirror known,
+# the noise of the matches alone leaves {glue:text}`told.even` % of the length open,
+# for any method; with waves of the bench, which bend it across as well,
+# {glue:text}`told.waves` %. So with the true mirror of the bench all of the motion
+# found leaves {glue:text}`true.free`° instead of the laboratory's
+# {glue:text}`lab.true.free`°. What a calibration is off by is more than what tells a
+# turn from a shift.
 #
 # **What was aimed at**, before any run: 0.1° with the true mirror and the motion known,
 # and 0.7° with the motion found. The first is reached, the second where the length is
