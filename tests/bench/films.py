@@ -6,14 +6,13 @@ then cornerSubPix. That tells no corner that was lost or is another's, nor how s
 is.
 """
 
-import time
-
 import cv2
 import numpy as np
 
 from raxel.calibration import FilmTracker, MirrorSettings, MirrorTracker
 from raxel.features.film import next_corners
 from raxel.features.localise.subpix import opencv_subpix
+from tests.bench.least import least_ms
 from tests.film_scenes import film_scene
 
 WIDTH, STEP_MM = 1280, 0.6
@@ -47,10 +46,10 @@ def bench_films(repeats=5):
     off = [np.linalg.norm(found - second.true, axis=1) for found in (ours, theirs)]
     both = np.isfinite(off[0]) & np.isfinite(off[1])
     return {
-        "corners": (_least_ms(corners, repeats), np.median(off[0][both])),
-        "corners and shape": (_least_ms(whole, repeats), None),
+        "corners": (least_ms(corners, repeats), np.median(off[0][both])),
+        "corners and shape": (least_ms(whole, repeats), None),
         "OpenCV's corners": (
-            _least_ms(lambda: by_opencv(first, second), repeats),
+            least_ms(lambda: by_opencv(first, second), repeats),
             np.median(off[1][both]),
         ),
     }
@@ -87,16 +86,6 @@ def films_table(taken):
         f"{what:<20}{ms:8.2f}" + ("" if off is None else f"{off:11.4f}")
         for what, (ms, off) in taken.items()
     ]
-
-
-def _least_ms(work, repeats):
-    work()
-    taken = []
-    for _ in range(repeats):
-        start = time.process_time()
-        work()
-        taken.append(time.process_time() - start)
-    return 1000 * min(taken)
 
 
 if __name__ == "__main__":

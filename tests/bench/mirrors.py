@@ -6,7 +6,6 @@ gets the grid's pose; for all stages it has sparse differences. It weighs nothin
 gives no covariance.
 """
 
-import time
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +27,7 @@ from raxel.calibration.mirror.sightings import normalised
 from raxel.calibration.pose.three_point import moved_pose, placed_points
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
+from tests.bench.least import least_ms
 from tests.bent_mirror_scenes import (
     GRID,
     VIEWER,
@@ -97,7 +97,7 @@ def bench_mirrors(repeats=5):
         (film_step, plain_film),
         (seven.bundle, seven.plain),
     )
-    taken = [Taken(*(_least_ms(way, repeats) for way in pair)) for pair in pairs]
+    taken = [Taken(*(least_ms(way, repeats) for way in pair)) for pair in pairs]
     return int(found.used.sum()), dict(zip(WANTED, taken, strict=True))
 
 
@@ -209,17 +209,6 @@ class SevenShapes:
 def _view(pixels):
     sd = np.full(len(pixels), SD_PX)
     return BoardView(pixels, GRID, 14, 13, sd=sd)
-
-
-def _least_ms(work, repeats):
-    """The least of all runs: what else the machine does can only add to it."""
-    work()
-    taken = []
-    for _ in range(repeats):
-        start = time.process_time()
-        work()
-        taken.append(time.process_time() - start)
-    return 1000 * min(taken)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ import numpy as np
 from raxel.errors import InputError
 
 RATIO = 0.75  # of the distances of the nearest and the second nearest descriptor
-APART_PX = 0.5  # matches nearer than this to a better one, in both pictures, are one
+# Matches in one square of twice this side, in both pictures, are one.
+APART_PX = 0.5
 
 
 class FeatureMatches(NamedTuple):
@@ -85,7 +86,7 @@ def _nearest(matcher, query, train):
 
 
 def _single(pixels):
-    """Which matches (2, n, 2) are not the same places as a more certain one, (n,)."""
+    """Which matches (2, n, 2) do not share squares with a more certain one, (n,)."""
     cells = np.rint(pixels.transpose(1, 0, 2).reshape(-1, 4) / (2 * APART_PX))
     first = np.unique(cells, axis=0, return_index=True)[1]
     single = np.zeros(len(cells), bool)

@@ -103,8 +103,8 @@ class Bust:
     def part(self, T_world_bust, pitch=0.5, px_mm=0.4):
         """(Relief, ImageTexture) for a `TexturedScene`.
 
-        pitch: mm between heights, px_mm: of the texture; no finer than the pixels that
-        will see it.
+        T_world_bust: (4, 4), mm; pitch: mm between heights, px_mm: of the texture; no
+        finer than the pixels that will see it.
         """
         width, height = self.size
         columns, rows = (round(length / pitch) + 1 for length in (width, height))

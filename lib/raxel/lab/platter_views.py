@@ -41,7 +41,8 @@ class PlatterRing(NamedTuple):
 def camera_in_platter(viewer, ring, T_camera_board):
     """The camera (PlanarMirrorsCamera) that sees the world in the ring alone.
 
-    A ring is no polygon; its two halves are.
+    viewer: central camera; ring: PlatterRing on the board in pose T_camera_board
+    (4, 4), mm. A ring is no polygon; its two halves are.
     """
     angle = np.linspace(0, np.pi, RIM_CORNERS)
     rim = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -53,7 +54,8 @@ def camera_in_platter(viewer, ring, T_camera_board):
 def photograph_plate(rig, ring, T_camera_board, rng):
     """The picture (H, W) of the board with the ring, which shows a dark room.
 
-    rig: a Rig of a central camera before the board; rng: numpy Generator of its noise.
+    rig: a Rig of a central camera before the board; ring: PlatterRing; T_camera_board:
+    (4, 4), mm; rng: numpy Generator of the picture's noise.
     """
     scene = board_scene(rig.target, T_camera_board, rig.border_mm, **rig.radiances)
     disc = Disc(T_camera_board @ ring.T_board_mirror(), ring.radius_mm, ring.hub_mm)

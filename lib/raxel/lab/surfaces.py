@@ -263,7 +263,8 @@ def _plane_hits(origins, directions, T, low, high):
 def _relief_hits(origins, directions, heights, pitch):
     """(distance (N,), uv (N, 2), cosine (N,)) of rays in the frame of a height field.
 
-    origins: (N, 3) or (1, 3).
+    origins: (N, 3) or (1, 3), directions: (N, 3), mm; heights: (rows, columns), mm,
+    `pitch` mm apart. Distance inf and uv 0 where a ray meets nothing.
     """
     count = len(directions)
     rows, columns = heights.shape

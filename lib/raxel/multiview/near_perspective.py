@@ -29,9 +29,10 @@ def view_of_plane(camera, T_camera_plane, per_px, corner=None, size=None):
     camera: any Camera; T_camera_plane: (4, 4), whose x and y axes become right and down
     in the picture; per_px: length on the plane, at the view's middle, of a pixel;
     corner (2,), size (2,): the part in the plane's frame, all that the camera sees of
-    it if not given. The pinhole is the point nearest to the rays that meet this part,
-    behind a mirror; it looks at the part's middle, and the picture holds all of it.
-    Returns PerspectiveView. Raises InputError where hardly a ray meets the part.
+    it if not given, which is too much of a plane that is seen as far as its horizon.
+    The pinhole is the point nearest to the rays that meet this part, behind a mirror;
+    it looks at the part's middle, and the picture holds all of it. Returns
+    PerspectiveView. Raises InputError where hardly a ray meets the part.
     """
     steps = np.array([camera.width, camera.height]) - 1
     rays = camera.rays(pixel_grid(GRID, GRID) * steps / (GRID - 1))

@@ -38,9 +38,10 @@ class SplineOrder(NamedTuple):
         return self.shape[0] * self.shape[1]
 
     def raised(self):
-        """The Orders with more knots along u, with more along v, and with a degree more
-        over the same knots. One knot more can be worse than none, where it moves the
-        others off what they followed: so two more are tried as well, of many a fourth.
+        """The SplineOrders with more knots along u, with more along v, and with a
+        degree more over the same knots. One knot more can be worse than none, where it
+        moves the others off what they followed: so two more are tried as well, of many
+        a fourth.
         """
         (f, g), (k, m) = self.shape, self.degree
         found = [SplineOrder((f + more, g), (k, m)) for more in (1, max(2, f // MANY))]

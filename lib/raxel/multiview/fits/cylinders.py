@@ -29,7 +29,7 @@ WIDEST = 1e4  # radius over extent
 class CylinderFit(NamedTuple):
     """The cylinder of `radius` about the z axis of T_frame_cylinder (4, 4).
 
-    The frame's origin is the place on the axis abeam of the points' mean; the largest
+    The frame's origin lies on the axis, about abeam of the points' mean; the largest
     coordinate of z is positive. covariance: (5, 5) of turns about x and y, radians, of
     shifts along x and y, and of the radius, in the cylinder's frame. residuals: (N,)
     distances of all points, positive outside; sigma: see `Settled`; inliers: (N,) bool.
