@@ -13,12 +13,18 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.exercises import (
     depth_task,
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.prose import name_values
-from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import course_trial
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import (
+    Extent,
+    course_trial,
+)
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.known import known_trial
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.pictures import (
+    pictures_trial,
+)
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.ways import ways_trial
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B
+from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
 from raxel.calibration.mirror.self_calibration import linear_update, one_depth_update
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
@@ -106,7 +112,12 @@ from repro.run.outcomes import Plan, crossed
 # mirror that is known before.
 
 SEEDS = {"quick": 1, "full": 20}
-FEWER = {"quick": 1, "full": 4}
+SWEPT_SEEDS = {"quick": 1, "full": 10}
+OTHER_SEEDS = {"quick": 1, "full": 8}
+PICTURES = {"quick": 1, "full": 3}
+# At quick size one push, and neither the sweep, nor geometry B, nor pictures.
+EXTENT = {"quick": Extent(pushes=1, anew=False), "full": Extent()}
+WITHOUT_ANEW = Extent(anew=False)
 
 
 @experiment(
@@ -118,7 +129,7 @@ FEWER = {"quick": 1, "full": 4}
 )
 def runs(effort, results):
     """Geometry A, on both benches."""
-    return _plan(results, "A", BENCHES, SEEDS[effort])
+    return _plan(results, "A", BENCHES, SEEDS[effort], EXTENT[effort])
 
 
 @experiment(
@@ -129,7 +140,8 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
-    return _plan(results, "A", SWEPT, FEWER[effort])
+    benches = SWEPT if effort == "full" else {}
+    return _plan(results, "A", benches, SWEPT_SEEDS[effort], WITHOUT_ANEW)
 
 
 @experiment(
@@ -140,27 +152,43 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, on both benches."""
-    return _plan(results, "B", BENCHES, FEWER[effort])
+    benches = BENCHES if effort == "full" else {}
+    return _plan(results, "B", benches, OTHER_SEEDS[effort], WITHOUT_ANEW)
 
 
-def _plan(results, geometry, benches, seeds):
+def _plan(results, geometry, benches, seeds, extent):
     errors = {geometry: MirrorErrors.read(results["sec_5_3_3_errors"], geometry)}
-    trial = partial(course_trial, errors=errors, benches=benches)
+    trial = partial(course_trial, errors=errors, benches=benches, extent=extent)
     settings = {name: bench._asdict() for name, bench in benches.items()}
     return Plan(trial, [{"geometry": geometry}], seeds, settings)
+
+
+@experiment(
+    "ext_self_pictures_runs",
+    artefact="ext_self_pictures",
+    inputs=SMALL_A,
+    needs=("sec_5_3_3_errors",),
+)
+def pictures(effort, results):
+    """One push seen in rendered pictures, on both benches."""
+    errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
+    benches = BENCHES if effort == "full" else {}
+    trial = partial(pictures_trial, errors=errors, benches=benches)
+    return Plan(trial, [{"geometry": "A"}], PICTURES[effort])
 
 
 @experiment("ext_self_ways_runs", artefact="ext_self_ways", inputs=GEOMETRY_A)
 def ways(effort):
     """One step without a target, by every way, before two scenes."""
-    conditions = crossed(geometry=["A"], depth_mm=[0.0, 800.0])
+    depths = {"quick": [800.0], "full": [0.0, 800.0]}[effort]
+    conditions = crossed(geometry=["A"], depth_mm=depths)
     return Plan(ways_trial, conditions, SEEDS[effort])
 
 
 @experiment("exp_c5_known_scene", artefact="sec_5_5", inputs=GEOMETRY_A)
 def known(effort):
     """Eight steps before a scene that is known, and before boards."""
-    return Plan(known_trial, [{"geometry": "A"}], 2 * SEEDS[effort])
+    return Plan(known_trial, [{"geometry": "A"}], {"quick": 1, "full": 40}[effort])
 
 
 # %% [markdown]

@@ -4,6 +4,8 @@ No feature of a distant scene stays in the last knot interval over 5 mm, so that
 push is self-calibrated in two steps of 2.5 mm; whether a whole one is refused is told.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import (
@@ -43,35 +45,46 @@ SCENES = {
     "near": (False, True),
     "even": (False, False),
 }
+# Scenes of which back-projection with the pose that is found is asked.
+OWN_POSE = ("told", "even")
 COMPARED_PX = 168
 # Places along the sheet's middle line, and across it at the load, mm.
 ALONG_MM, ACROSS_MM = np.linspace(5.0, 150.0, 30), np.linspace(-40.0, 40.0, 9)
 NEWTON_STEPS = 8
 
 
-def course_trial(condition, rng, errors, benches):
+class Extent(NamedTuple):
+    """How much of a course is run. pushes: of 5 mm; anew: whether a primary stage is
+    made again at each of them."""
+
+    pushes: int = 3
+    anew: bool = True
+
+
+def course_trial(condition, rng, errors, benches, extent):
     """One course on each of some benches, all drawn alike."""
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
     return {
-        name: course(rig, bench, of_rig._replace(factor=bench.factor), seed)
+        name: course(rig, bench, of_rig._replace(factor=bench.factor), seed, extent)
         for name, bench in benches.items()
     }
 
 
-def course(rig, bench, errors, seed):
+def course(rig, bench, errors, seed, extent):
     """Boards, scenes, and stereo between the states; `X.refused` says where one ended.
 
-    stage{k} of `board` and of each of SCENES; `again_deg`: rays of a primary stage that
-    is made anew at the last stage; `whole.refused`: of 5 mm in one step.
+    stage{k} of `board`, of each of SCENES, and of `anew`, a primary stage of the bent
+    mirror; `whole.refused`: of 5 mm in one step.
     """
     rng = np.random.default_rng(seed)
-    cameras = [rig.camera(mm, bench.aberration_um, seed) for mm in STEPS_MM]
+    steps_mm = STEPS_MM[: 2 * extent.pushes + 1]
+    cameras = [rig.camera(mm, bench.aberration_um, seed) for mm in steps_mm]
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
     stages = cameras[::2]
     boards = [
         (T, seen_board(rig, camera, T, errors, rng))
-        for mm, camera in zip(STAGES_MM, stages, strict=True)
+        for mm, camera in zip(steps_mm[::2], stages, strict=True)
         for T in [rig.board_pose(rng, BACK_PROJECTION_MM, (mm,))]
     ]
     view = View.of(cameras[0])
@@ -82,13 +95,25 @@ def course(rig, bench, errors, seed):
     for name, kind in SCENES.items():
         points, _ = features(view, fields, rng, *kind)
         seen = [field.pictured(points, errors, rng) for field in fields]
-        found[name] = by_scene(cameras, first, seen, score)
+        found[name] = by_scene(cameras, first, seen, score, name in OWN_POSE)
     found["whole"] = in_one_step(cameras, first, seen)
-    again = primary(rig, stages[-1], PUBLISHED, errors, rng)
-    found["again_deg"] = score.angle(3, again.camera)
     found["stereo"] = between_states(rig, view, fields[::2], chain, errors, rng)
     found["multi"] = four_views(view, fields[::2], chain, errors, rng)
+    if extent.anew:
+        found["anew"] = primaries(rig, stages, score, errors, rng)
     return found
+
+
+def primaries(rig, stages, score, errors, rng):
+    """Rays of a primary stage made anew at each stage but the first (5.5)."""
+    out = {}
+    for k, camera in enumerate(stages[1:], 1):
+        try:
+            found = primary(rig, camera, PUBLISHED, errors, rng).camera
+            out[f"stage{k}"] = {"angle_deg": score.angle(k, found)}
+        except CalibrationError as refusal:
+            out[f"stage{k}"] = {"refused": str(refusal)}
+    return out
 
 
 class _Scores:
@@ -102,31 +127,34 @@ class _Scores:
         true = self.stages[k]
         return float(np.nanmean(ray_angles(camera, true, lattice(true, COMPARED_PX))))
 
-    def stage(self, k, camera, height):
-        """Of stage k; height: of the load at the stage before, as found."""
+    def stage(self, k, camera, height, own=True):
+        """Of stage k; height: of the load at the stage before, as found; own: whether
+        back-projection with an own pose, too."""
         points, (T, pixels) = self.rig.board.points(), self.boards[k]
         found = load_height(self.rig, camera, self.stages[k])
-        own = back_projection(camera, pixels, points)
         true = back_projection(camera, pixels, points, T)
         middle = np.column_stack([ALONG_MM, 0 * ALONG_MM])
         load = np.full(len(ACROSS_MM), self.rig.load_mm)
         across = beyond(self.rig, camera, self.stages[k], load, ACROSS_MM)
-        return {
+        out = {
             "deflection_mm": found - height,
             "height_mm": found,
-            "back_mm": float(lengths(own).mean()),
             "back_true_mm": float(lengths(true).mean()),
             "angle_deg": self.angle(k, camera),
             "profile_mm": beyond(self.rig, camera, self.stages[k], *middle.T)
             + self.stages[k].mirror.height(*middle.T)[0],
             "sag_mm": float(across[[0, -1]].mean() - across[len(across) // 2]),
         }
+        if own:
+            by_own_pose = back_projection(camera, pixels, points)
+            out["back_mm"] = float(lengths(by_own_pose).mean())
+        return out
 
 
 def by_boards(rig, stages, first, score, errors, rng):
-    """The published method: its stages, and the cameras of stages 0 to 3."""
+    """The published method: its stages, and their cameras from stage 0 on."""
     out, chain, height = {}, [first.camera], score.height
-    for k in (1, 2, 3):
+    for k in range(1, len(stages)):
         T = rig.board_pose(rng, deflections=STAGES_MM[k - 1 : k + 1])
         pair = stages[k - 1 : k + 1]
         seen = [seen_board(rig, camera, T, errors, rng) for camera in pair]
@@ -143,7 +171,7 @@ def by_boards(rig, stages, first, score, errors, rng):
     return out, chain
 
 
-def by_scene(cameras, first, seen, score):
+def by_scene(cameras, first, seen, score, own):
     """Linear self-calibration, two steps for a stage; seen: pixels (N, 2) of each."""
     out, before, height = {}, first.camera, score.height
     for j, camera in enumerate(cameras[1:], 1):
@@ -154,7 +182,7 @@ def by_scene(cameras, first, seen, score):
             ).camera  # fmt: skip
             if j % 2:
                 continue
-            out[f"stage{j // 2}"] = score.stage(j // 2, before, height)
+            out[f"stage{j // 2}"] = score.stage(j // 2, before, height, own)
         except CalibrationError as refusal:
             return out | {"refused": f"{STEPS_MM[j]} mm: {refusal}"}
         height = out[f"stage{j // 2}"]["height_mm"]

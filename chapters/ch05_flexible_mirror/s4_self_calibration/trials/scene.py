@@ -7,7 +7,7 @@ The plane and the object hide parts of the wall, in upright stripes as seen from
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import Delaunay
+from scipy.spatial import ConvexHull
 
 from chapters.shared.mirror_runs import lattice
 
@@ -65,8 +65,9 @@ class Field:
             if not group.any():
                 continue
             at = self.rays.origins + np.median(reach[group]) * self.rays.directions
-            hull = Delaunay(_slopes(at - self.middle))
-            seen[group] = hull.find_simplex(_slopes(away[group])) >= 0
+            edges = ConvexHull(_slopes(at - self.middle)).equations
+            beyond = _slopes(away[group]) @ edges[:, :2].T + edges[:, 2]
+            seen[group] = np.all(beyond <= 0, axis=1)
         return seen
 
     def pictured(self, points, errors, rng, pick_px=0.0):

@@ -15,7 +15,8 @@ from raxel.geometry.planes import on_plane
 
 BASELINE_MM = np.array([100.0, 0.0, 0.0])
 PICKED_PX = 0.5  # by hand, as the clamp's line is (5.3.3)
-STEP_PX, STRIPS, SPREAD_PX = 0.25, 8, 96
+STEP_PX, SPREAD_PX = 0.25, 96
+STRIPS, FINER = 8, 16
 OF = ("plane", "object", "wall")
 
 
@@ -24,8 +25,9 @@ def between_states(rig, view, fields, chain, errors, rng):
 
     `deflected`, `baseline`: medians of the relative errors of depths in the far scene,
     of stages 0 and 1 and of stage 0 moved by 100 mm; `board`: of the board in dynamic
-    calibration's place. `sd`, `along`: what noise makes of depths at DYNAMIC_MM, mm for
-    a px, in strips from the clamp on.
+    calibration's place. `sd_mm`, `along`: what noise makes of depths at DYNAMIC_MM, mm
+    for a px, in strips from the clamp on; `finer`: of the first of more such strips
+    over the last.
     """
     stages = [field.camera for field in fields]
     points, _ = features(view, fields[:1], rng)
@@ -34,7 +36,10 @@ def between_states(rig, view, fields, chain, errors, rng):
     pixels = [field.pictured(points, errors, rng) for field in fields[:2]]
     moved = fields[0].pictured(points - BASELINE_MM, errors, rng)
     of_board = [seen_board(rig, camera, T, errors, rng) for camera in stages[:2]]
-    out = dict(zip(("along", "sd_mm"), depth_sd(stages), strict=True))
+    told = depth_sd(stages)
+    out = dict(zip(("along", "sd_mm"), in_strips(*told, STRIPS), strict=True))
+    finer = in_strips(*told, FINER)[1]
+    out["finer"] = float(finer[0] / finer[-1])
     out["trend"] = float(spearmanr(out["along"], out["sd_mm"]).statistic)
     for name, pair in (("found", chain[:2]), ("true", stages[:2])):
         if len(pair) < 2:
@@ -72,8 +77,8 @@ def off(first, second, points):
 
 
 def depth_sd(stages):
-    """Middles (STRIPS,) of strips along the sheet, 0 to 1, and medians (STRIPS,) of the
-    standard deviation of a depth, mm, for 1 px in each coordinate of both pictures."""
+    """Share (n,) of the way from the clamp to the end, 0 to 1, and standard deviation
+    (n,) of a depth there, mm, for 1 px in each coordinate of both pictures."""
     before = lattice(stages[0], SPREAD_PX)
     rays = stages[0].rays(before)
     points = rays.origins + DYNAMIC_MM * rays.directions
@@ -86,17 +91,21 @@ def depth_sd(stages):
             for sign in (1, -1)
         ]
         square = square + ((ends[0] - ends[1]) / STEP_PX) ** 2
-    place = rays.origins[valid, 0]
-    place = np.abs(place - stages[0].T_viewer_mirror[0, 3])
-    share = place / np.nanmax(place)
+    place = np.abs(rays.origins[valid, 0] - stages[0].T_viewer_mirror[0, 3])
+    return place / np.nanmax(place), np.sqrt(square)
+
+
+def in_strips(share, sd, count):
+    """Middles (n,) and medians (n,) of the standard deviations (N,) of depths in strips
+    from the clamp to the end."""
     strips = [
-        (share >= k / STRIPS) & (share <= (k + 1) / STRIPS) & np.isfinite(square)
-        for k in range(STRIPS)
+        (share >= k / count) & (share <= (k + 1) / count) & np.isfinite(sd)
+        for k in range(count)
     ]
     some = [strip for strip in strips if strip.any()]
     return (
         np.array([share[strip].mean() for strip in some]),
-        np.array([np.median(np.sqrt(square[strip])) for strip in some]),
+        np.array([np.median(sd[strip]) for strip in some]),
     )
 
 
@@ -107,7 +116,8 @@ def _depths(stages, before, after):
 
 
 def four_views(view, fields, chain, errors, rng):
-    """The far scene from all four stages: depths of centroids, spreads, and places."""
+    """The far scene from all stages: depths of centroids, spreads, and places; pixels
+    of the last stage but one."""
     stages = [field.camera for field in fields]
     points, names = features(view, fields, rng)
     pixels = [field.pictured(points, errors, rng, PICKED_PX) for field in fields]
@@ -133,7 +143,7 @@ def four_views(view, fields, chain, errors, rng):
                 "ratio": float(mine.mean() / DEPTHS_MM[one]),
                 "count": len(mine),
             }
-    out["pixels"] = pixels[2]
+    out["pixels"] = pixels[-2]
     return out
 
 
