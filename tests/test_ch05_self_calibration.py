@@ -3,10 +3,27 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s4_self_calibration import claims
-from chapters.ch05_flexible_mirror.s4_self_calibration.results import known, runs
-from chapters.ch05_flexible_mirror.s4_self_calibration.trials.stereo import nearest
+from chapters.ch05_flexible_mirror.s4_self_calibration import claims, tables
+from chapters.ch05_flexible_mirror.s4_self_calibration.results import (
+    known,
+    predicates,
+    prose,
+    runs,
+)
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.pictures import (
+    beside,
+    follows,
+    surfaces,
+)
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import Field, View
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.stereo import (
+    in_strips,
+    nearest,
+)
 from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_rigs import mirror_rig
+from raxel.geometry import intersect_rays_plane, transform
+from raxel.geometry.planes import on_plane
 from tests.judged_claims import readings_of
 from tests.made_results import of_columns
 
@@ -145,3 +162,83 @@ def test_rays_of_several_views_meet_at_their_point():
 
     views = [View([0.0, 0, 0]), View([5.0, 0, 0]), View([0.0, 7, 1])]
     np.testing.assert_allclose(nearest(views), point, atol=1e-6)
+
+
+def test_what_a_picture_shows_ends_at_the_rays_of_near_and_of_far_ones():
+    """Rays start over 100 mm, straight on: near and far points are seen over as much,
+    though far ones alone span hardly any angle."""
+    side = np.linspace(-50.0, 50.0, 11)
+    origins = np.column_stack([np.repeat(side, 11), np.tile(side, 11), np.zeros(121)])
+
+    class Rays:
+        directions = np.tile([0.0, 0.0, 1.0], (121, 1))
+
+    field = object.__new__(Field)
+    field.rays, field.middle = Rays, np.zeros(3)
+    Rays.origins = origins
+    points = np.array(
+        [[49.0, 0, 1000], [52, 0, 1000], [0, -49, 5000], [0, -52, 5000], [40, 40, 5000]]
+    )
+    assert field.shows(points).tolist() == [True, False, True, False, True]
+
+
+def test_matches_beside_a_smooth_warp_are_left_out():
+    rng = np.random.default_rng(4)
+    before = rng.uniform(0, 600, (300, 2))
+    after = before + 20 + 1e-4 * before**2 + 0.2 * rng.standard_normal((300, 2))
+    after[:30] += rng.choice([-1, 1], (30, 2)) * rng.uniform(5, 60, (30, 2))
+    kept = follows(before, after)
+    assert not kept[:30].any()
+    assert kept[30:].mean() > 0.98
+
+
+def test_a_match_is_as_far_beside_its_place_as_it_was_moved():
+    rig = mirror_rig("A", small=True)
+    cameras = [rig.camera(mm) for mm in (0.0, 2.5)]
+    walls = surfaces(View.of(cameras[0]))
+    before = np.array([[200.0, 200.0], [430.0, 300.0], [520.0, 250.0]])
+    rays = cameras[0].rays(before)
+    met = {
+        name: transform(
+            T, on_plane(intersect_rays_plane(rays.origins, rays.directions, T).points)
+        )
+        for name, (T, _, _) in walls.items()
+    }
+    # The plane hides the wall where it stands.
+    depth = [np.linalg.norm(met[name] - rays.origins, axis=1) for name in walls]
+    after = {name: cameras[1].project(points).pixels for name, points in met.items()}
+    off = [beside(cameras, walls, [before, after[name] + [0, 2.0]]) for name in walls]
+    moved = np.stack([np.linalg.norm(one - [0, 2.0], axis=1) for one in off])
+    assert np.all(np.min(moved, axis=0) < 1e-6)
+    # On the one, or on the other, and both occur.
+    on_wall = moved[0] < 1e-6
+    assert on_wall.any()
+    assert not on_wall.all()
+    assert np.all(depth[0] > depth[1])
+
+
+def test_standard_deviations_are_medians_of_strips_from_the_clamp():
+    share = np.linspace(0.0, 1.0, 801)
+    along, sd = in_strips(share, 1 / np.maximum(share, 1e-9) ** 2, 8)
+    np.testing.assert_allclose(along, (np.arange(8) + 0.5) / 8, atol=1e-3)
+    np.testing.assert_allclose(sd, 1 / along**2, rtol=0.02)
+    assert sd[0] / sd[-1] == pytest.approx(225, rel=0.03)
+
+
+def test_refused_seeds_count_for_a_primary_stage_and_against_one():
+    kept = np.array([0.2, 0.2, np.nan, 0.2, np.nan])
+    anew = np.array([0.1, 0.3, 0.1, np.nan, np.nan])
+    assert runs.pays(kept, anew) == pytest.approx(0.4)
+
+
+def test_what_no_seed_has_is_said_in_words_and_blank_in_tables():
+    nothing = of_columns(({"geometry": "A"}, {}))
+    results = dict.fromkeys((runs.RUNS, runs.SWEPT_RUNS, runs.OTHER), nothing)
+    courses = runs.Courses(results, bench="bench")
+    found = (
+        prose.of_scenes(courses) | prose.of_views(courses) | prose.of_boards(courses)
+    )
+    assert found["told.3"] == found["anew.1"] == found["true.deflected"] == prose.NONE
+    for predicate in predicates.BY_SEED.values():
+        assert tables.share(predicate, courses) is None
+        assert not predicate(courses)[0].any()

@@ -4,14 +4,18 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     OBJECTS,
+    PICTURES,
     STAGES,
     TOLD,
     Courses,
+    arrays_of,
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import ALONG_MM
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.pictures import STEPS
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import DEPTHS_MM
-from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bench import BENCH, BENCHES
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from repro.judge.statistics import median_and_range
 from repro.page.style import INK, legend_below, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -19,6 +23,12 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 NEEDS = ("table_5_9_runs",)
+SMALL_PX = (686, 544)  # of a picture from pictures, where none was rendered
+
+
+def first_of(arrays, columns=2):
+    """The first of what seeds have; where none came so far, one without rows."""
+    return arrays[0] if arrays else np.empty((0, columns))
 
 
 @figure("fig_5_24", needs=NEEDS, evidence="rendered")
@@ -60,15 +70,18 @@ def fig_5_25(results):
     """A board by stereo between stages 0 and 1, and what noise makes of depths."""
     runs = Courses(results)
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
-    board = runs.result.arrays(f"{runs.bench}.stereo.board_points")[0]
-    met = runs.result.arrays(f"{runs.bench}.stereo.found.met")[0]
+    met = first_of(runs.arrays("stereo.found.met"), 3)
+    # A seed whose board was refused has no points that are found.
+    came = np.flatnonzero(np.isfinite(runs.column("stereo.found.board")))
+    boards = runs.arrays("stereo.board_points")
+    board = first_of([boards[k] for k in came], 3)
     for number, (name, points) in enumerate((("true", board), ("found", met))):
         look = series(number) | {"linestyle": "", "markersize": 3}
         left.plot(points[:, 0], points[:, 2], label=name, **look)
     left.set(xlabel="x (mm)", ylabel="z (mm)", title="board, seen from above")
     left.legend()
-    along = np.mean(runs.result.arrays(f"{runs.bench}.stereo.along"), axis=0)
-    sd = np.median(runs.result.arrays(f"{runs.bench}.stereo.sd_mm"), axis=0)
+    along = np.mean(runs.arrays("stereo.along"), axis=0)
+    sd = np.median(runs.arrays("stereo.sd_mm"), axis=0)
     right.plot(along, sd, **series(0))
     right.set(yscale="log", xlabel="From the clamp, share of the length (1)")
     right.set(ylabel="SD of a depth (mm for 1 px)", title="noise alone")
@@ -89,10 +102,8 @@ def fig_5_26(results):
     runs, rows = Courses(results), []
     drawn, panels = new_figure(1, 2, height_in=4.2, sharex=True, sharey=True)
     for panel, cameras in zip(panels, ("found", "true"), strict=True):
-        plan, of = (
-            runs.result.arrays(f"{runs.bench}.multi.{cameras}.{name}")[0]
-            for name in ("plan", "of")
-        )
+        plan, of = (runs.arrays(f"multi.{cameras}.{name}") for name in ("plan", "of"))
+        plan, of = first_of(plan), first_of(of, 0).ravel()
         for k, one in enumerate(OBJECTS):
             look = series(k) | {"linestyle": "", "markersize": 4}
             panel.plot(*plan[of == k].T, label=one, **look)
@@ -115,7 +126,7 @@ def fig_5_26(results):
 def fig_5_27(results):
     """Features that all four pictures show, in that of stage 2."""
     runs = Courses(results)
-    pixels = runs.result.arrays(f"{runs.bench}.multi.pixels")[0]
+    pixels = first_of(runs.arrays("multi.pixels"))
     pixels = pixels[np.isfinite(pixels[:, 0])]
     drawn, panel = new_figure(height_in=3.6)
     panel.plot(*pixels.T, **series(0) | {"linestyle": "", "markersize": 4})
@@ -128,6 +139,47 @@ def fig_5_27(results):
     )
 
 
+@figure("ext_self_pictures", needs=("ext_self_pictures_runs",), evidence="rendered")
+def ext_self_pictures(results):
+    """Matches in the picture after the push, and what is found from them."""
+    drawn, (left, right) = new_figure(1, 2, height_in=3.6)
+    result, rows = results[PICTURES], []
+    picture = arrays_of(result, f"{BENCH}.picture")
+    left.imshow(
+        picture[0] if picture else np.zeros(SMALL_PX[::-1], np.uint8),
+        cmap="gray", vmin=0, vmax=255,
+    )  # fmt: skip
+    places = first_of(arrays_of(result, f"{BENCH}.matched"))
+    look = series(0) | {"linestyle": "", "markersize": 2}
+    left.plot(*places.T, **look)
+    left.set(xlabel="u (px)", ylabel="v (px)", title="after the push, bench")
+    runs = np.arange(1, result.trials_per_condition + 1)
+    for number, (way, label) in enumerate((("sift", "SIFT"), ("drawn", "drawn"))):
+        for aside, bench in ((0.0, BENCH), (len(runs) + 1.0, "laboratory")):
+            found = result.column(f"{bench}.{way}.deflection_mm")
+            look = series(number) | {"linestyle": ""}
+            right.plot(runs + aside, found, label=None if aside else label, **look)
+            rows += [(bench, label, *row) for row in zip(runs, found, strict=True)]
+    right.axhline(STEPS[-1], color=INK, linestyle=":", marker="", label="true")
+    middle = (len(runs) + 1) / 2
+    right.set_xticks([middle, middle + len(runs) + 1], ["bench", "laboratory"])
+    right.set(xlim=(0, 2 * len(runs) + 2), ylim=(0, 6.5), ylabel="Deflection (mm)")
+    legend_below(drawn, right, ncols=3)
+    return Drawing(
+        drawn,
+        columns(("bench", "features", "run", "deflection_mm"), rows),
+        "One push of 5 mm in two steps, self-calibrated from rendered pictures. Left: "
+        "the printed wall and the plane before it in the bent mirror, and the matches "
+        "of the second step. Right: the deflection found from matches, and from drawn "
+        "features of the same mirror, run by run.",
+    )
+
+
+def middle_of(found):
+    """Median (1) of the trials that have a value, nan without any."""
+    return median_and_range(found).value
+
+
 @figure("ext_self_feedback", needs=("ext_self_ways_runs",), evidence="synthetic")
 def ext_self_feedback(results):
     """What feeding triangulated points back does: nothing, with a small residual."""
@@ -137,7 +189,7 @@ def ext_self_feedback(results):
         found = results["ext_self_ways_runs"].select(depth_mm=depth)
         ways = ["linear", *(f"feedback{k}" for k in range(1, 7))]
         went, rms = (
-            [np.nanmedian(found.column(f"{way}.{name}")) for way in ways[start:]]
+            [middle_of(found.column(f"{way}.{name}")) for way in ways[start:]]
             for name, start in (("deflection_mm", 0), ("rms", 1))
         )
         left.plot(range(7), went, label=label, **series(number))

@@ -106,7 +106,7 @@ def large_error(runs):
 
 def fixed_edge(runs):
     """The SD of a depth falls from the clamp on, tenfold."""
-    sd = runs.result.arrays(f"{runs.bench}.stereo.sd_mm")
+    sd = runs.arrays("stereo.sd_mm")
     # A quick build has no sweep, and so no strips of it.
     ratio = np.array([one[0] / one[-1] for one in sd] or [np.nan] * runs.seeds)
     trend = runs.column("stereo.trend")

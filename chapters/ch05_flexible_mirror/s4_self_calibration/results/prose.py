@@ -1,65 +1,139 @@
-"""The numbers that the page quotes: medians over the seeds that came so far."""
+"""The numbers that the page quotes: medians over the seeds that came so far, as words,
+since of a stage all seeds may be refused."""
 
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s4_self_calibration.results import predicates
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.known import slopes
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
+    BY_EITHER,
     KNOWN,
     OBJECTS,
+    OTHER,
+    PICTURES,
     RUNS,
+    STAGES,
+    SWEPT_RUNS,
     TOLD,
     WAYS,
     Courses,
+    pays,
 )
+from chapters.shared.mirror_bench import BENCHES
 from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
 STEPPED = ("linear", "feedback6", "edges", "lines", "one_depth", "one_depth_held")
+NONE = "none"
 
 
-def middle(found):
-    """Median of the trials that have a value, nan without any."""
-    return median_and_range(found).value
+def said(found, digits=2):
+    """Median of the trials that have a value, as words."""
+    middle = median_and_range(found).value
+    return f"{middle:.{digits}f}" if np.isfinite(middle) else NONE
 
 
 def name_values(open_results):
     """Name the numbers of the prose."""
-    results = {name: open_results(name) for name in (RUNS, WAYS, KNOWN)}
-    for bench, short in SHORT.items():
-        for name, number in quoted(Courses(results, bench=bench)).items():
-            value(f"{short}{name}", number)
-    for depth, short in ((0.0, "far"), (800.0, "near")):
-        found = results[WAYS].select(depth_mm=depth)
-        for way in STEPPED:
-            value(f"{short}.{way}", middle(found.column(f"{way}.deflection_mm")))
-            value(f"{short}.{way}.deg", middle(found.column(f"{way}.angle_deg")))
-    value("known.slope", float(np.mean(slopes(results[KNOWN], "known"))))
-    value("boards.slope", float(np.mean(slopes(results[KNOWN], "boards"))))
+    results = {
+        name: open_results(name)
+        for name in (RUNS, SWEPT_RUNS, OTHER, WAYS, KNOWN, PICTURES)
+    }
+    for geometry, bench in (
+        (geometry, bench) for geometry in "AB" for bench in BENCHES
+    ):
+        runs = Courses(results, bench=bench, geometry=geometry)
+        short = ("" if geometry == "A" else "b.") + SHORT[bench]
+        found = of_scenes(runs) | of_views(runs)
+        if geometry == "A":
+            found |= of_boards(runs)
+        for name, words in found.items():
+            value(f"{short}{name}", words)
+    value("swept.seeds", results[SWEPT_RUNS].trials_per_condition)
+    for named in (of_ways(results[WAYS]), of_pictures(results[PICTURES])):
+        for name, words in named.items():
+            value(name, words)
+    for way in ("known", "boards"):
+        value(f"{way}.slope", f"{np.mean(slopes(results[KNOWN], way)):.2f}")
+    value("known.seeds", results[KNOWN].trials_per_condition)
 
 
-def quoted(runs):
-    """{name: number} of one bench."""
+def of_scenes(runs):
+    """{name: words} of what self-calibration finds on a bench."""
     found = {"seeds": runs.seeds}
     for way in (TOLD, "clustered", "near", "even", "board"):
-        went = runs.of(way, "deflection_mm")
-        for k, one in enumerate(went, 1):
-            # Words, since all seeds of a stage may be refused.
-            found[f"{way}.{k}"] = predicates.middle(one)
-        found[f"{way}.sag"] = predicates.middle(np.abs(runs.of(way, "sag_mm"))[-1])
-        found[f"{way}.deg"] = predicates.middle(runs.of(way, "angle_deg")[-1])
+        for k, one in enumerate(runs.of(way, "deflection_mm"), 1):
+            found[f"{way}.{k}"] = said(one)
+        for k, one in enumerate(runs.of(way, "angle_deg"), 1):
+            found[f"{way}.deg.{k}"] = said(one)
+        found[f"{way}.sag"] = said(np.abs(runs.of(way, "sag_mm"))[-1], 1)
         found[f"{way}.refused"] = sum(text is not None for text in runs.refused(way))
+    for way in (TOLD, "board"):
+        found[f"{way}.back"] = said(runs.of(way, "back_mm")[-1], 1)
+    for way in ("near", "even"):
+        found[f"{way}.inflected"] = f"{100 * runs.inflected(way).mean():.0f}"
     found["whole"] = sum(text is not None for text in runs.refused("whole"))
-    found["start"] = middle(runs.column("start_deg"))
-    found["again"] = middle(runs.column("again_deg"))
+    return found
+
+
+def of_boards(runs):
+    """{name: words} of both ways to be calibrated after a push (5.5)."""
+    found = {"start": said(runs.column("start_deg"))}
+    for stage in STAGES:
+        kept, anew = (runs.of(way, "angle_deg", (stage,))[0] for way in BY_EITHER)
+        found[f"anew.{stage}"] = said(anew)
+        found[f"pays.{stage}"] = f"{100 * pays(kept, anew):.0f}"
+    linear, near = runs.of("board", "linear_mm"), runs.of("board", "deflection_mm")
+    found["below.1"] = said(100 * (1 - linear / near)[0], 0)
+    return found
+
+
+def of_views(runs):
+    """{name: words} of stereo between states, and of all of them."""
+    found = {"ordered": f"{100 * np.mean(predicates.order(runs)[0]):.0f}"}
+    found["edge"] = said(predicates.fixed_edge(runs)[1], 1)
+    found["apart"] = said(runs.column("stereo.apart_mm"), 0)
+    found["finer"] = said(runs.column("stereo.finer"), 0)
     for cameras in ("found", "true"):
         for name in ("deflected", "baseline", "board"):
-            of = runs.column(f"stereo.{cameras}.{name}")
-            found[f"{cameras}.{name}"] = 100 * middle(of)
+            of = 100 * runs.column(f"stereo.{cameras}.{name}")
+            found[f"{cameras}.{name}"] = said(of, 1 if cameras == "found" else 2)
         for one in OBJECTS:
-            for name in ("centroid_mm", "median_mm", "spread_mm", "ratio"):
-                of = runs.column(f"multi.{cameras}.{one}.{name}")
-                found[f"{cameras}.{one}.{name.removesuffix('_mm')}"] = middle(of)
-    found["ordered"] = 100 * float(np.mean(predicates.order(runs)[0]))
+            ratio, spread = (
+                runs.column(f"multi.{cameras}.{one}.{name}")
+                for name in ("ratio", "spread_mm")
+            )
+            found[f"{cameras}.{one}.ratio"] = said(ratio)
+            found[f"{cameras}.{one}.spread"] = said(spread / 1000, 1)
+    return found
+
+
+def of_ways(result):
+    """{name: words} of one step by every way."""
+    found = {}
+    for depth, short in ((0.0, "far"), (800.0, "near")):
+        trials = result.select(depth_mm=depth)
+        for way in STEPPED:
+            found[f"{short}.{way}"] = said(trials.column(f"{way}.deflection_mm"))
+            found[f"{short}.{way}.deg"] = said(trials.column(f"{way}.angle_deg"))
+        found[f"{short}.rms"] = said(trials.column("feedback6.rms"))
+    return found
+
+
+def of_pictures(result):
+    """{name: words} of the runs from pictures."""
+    found = {"pictures": result.trials_per_condition}
+    for bench, short in SHORT.items():
+        for way in ("sift", "drawn"):
+            for name in ("deflection_mm", "angle_deg"):
+                of = result.column(f"{bench}.{way}.{name}")
+                found[f"{short}{way}.{name.split('_')[0]}"] = said(of)
+        matches, wrong, px = (
+            result.column(f"{bench}.sift.{name}")
+            for name in ("kept", "wrong_kept", "match_px")
+        )
+        found[f"{short}matches"] = said(matches, 0)
+        found[f"{short}wrong"] = said(100 * wrong / matches, 1)
+        found[f"{short}match_px"] = said(px)
     return found

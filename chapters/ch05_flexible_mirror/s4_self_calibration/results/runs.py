@@ -5,9 +5,13 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import SCENES
 from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
+from repro.judge.statistics import with_worst
 
 RUNS, SWEPT_RUNS, OTHER = "table_5_9_runs", "table_5_9_swept", "table_5_9_other"
 WAYS, KNOWN = "ext_self_ways_runs", "exp_c5_known_scene"
+PICTURES = "ext_self_pictures_runs"
+# After a push: calibrated from boards, stage after stage, and by the general method.
+BY_EITHER = ("board", "anew")
 STAGES = (1, 2, 3)
 STEP_MM = STAGES_MM[1]
 # As 5.4 tells: features across the middle, and nearer ones at the end that bends.
@@ -32,9 +36,13 @@ class Courses(BenchRuns):
         """Why each seed (seeds,) of a way ended early, None where it did not."""
         return self.result.texts(f"{self.bench}.{way}.refused")
 
+    def arrays(self, name):
+        """One array for each seed that has it."""
+        return arrays_of(self.result, f"{self.bench}.{name}")
+
     def profiles(self, way, stage):
         """Heights (seeds that came so far, places), mm, along the middle line."""
-        return self.result.arrays(f"{self.bench}.{way}.stage{stage}.profile_mm")
+        return self.arrays(f"{way}.stage{stage}.profile_mm")
 
     def inflected(self, way):
         """Whether (seeds,) the profile bends back at stages 2 and 3; false where a seed
@@ -46,6 +54,18 @@ class Courses(BenchRuns):
             back[came] = [bends_back(z) for z in self.profiles(way, stage)]
             whole &= back
         return whole
+
+
+def arrays_of(result, name):
+    """One array for each trial that has it; none where nothing was run, as at quick
+    size."""
+    return result.arrays(name) if result.names() else []
+
+
+def pays(kept, anew):
+    """Share of the seeds in which rays (seeds,) of a primary stage anew are nearer than
+    those kept up from stage to stage; refused ones are farther than any."""
+    return float(np.mean(with_worst(anew) < with_worst(kept)))
 
 
 # Of the largest curvature: less of the other sign is no inflexion.

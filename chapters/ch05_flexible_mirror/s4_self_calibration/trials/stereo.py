@@ -27,7 +27,8 @@ def between_states(rig, view, fields, chain, errors, rng):
     of stages 0 and 1 and of stage 0 moved by 100 mm; `board`: of the board in dynamic
     calibration's place. `sd_mm`, `along`: what noise makes of depths at DYNAMIC_MM, mm
     for a px, in strips from the clamp on; `finer`: of the first of more such strips
-    over the last.
+    over the last. `apart_mm`: median distance of the places on the mirror where both
+    states show a feature.
     """
     stages = [field.camera for field in fields]
     points, _ = features(view, fields[:1], rng)
@@ -38,6 +39,9 @@ def between_states(rig, view, fields, chain, errors, rng):
     of_board = [seen_board(rig, camera, T, errors, rng) for camera in stages[:2]]
     told = depth_sd(stages)
     out = dict(zip(("along", "sd_mm"), in_strips(*told, STRIPS), strict=True))
+    starts = [stage.rays(p).origins for stage, p in zip(stages, pixels, strict=False)]
+    apart = np.linalg.norm(starts[1] - starts[0], axis=1)
+    out["apart_mm"] = float(np.nanmedian(apart))
     finer = in_strips(*told, FINER)[1]
     out["finer"] = float(finer[0] / finer[-1])
     out["trend"] = float(spearmanr(out["along"], out["sd_mm"]).statistic)
