@@ -125,7 +125,7 @@ def of_pictures(result):
     """{name: words} of the runs from pictures."""
     found = {"pictures": result.trials_per_condition}
     for bench, short in SHORT.items():
-        for way in ("sift", "drawn"):
+        for way in ("sift", "many", "drawn"):
             for name in ("deflection_mm", "angle_deg"):
                 of = result.column(f"{bench}.{way}.{name}")
                 found[f"{short}{way}.{name.split('_')[0]}"] = said(of)

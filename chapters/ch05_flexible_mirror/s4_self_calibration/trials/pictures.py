@@ -41,10 +41,12 @@ WRONG_PX = 3.0
 # rounds; what depths differ by is no more than that.
 STRAY, ROUNDS, DEGREE = 5.0, 6, 4
 COMPARED_PX = 42
+# Drawn features: as many for a picture as in three pushes, and as many as SIFT matches.
+AS_MANY = {"drawn": 1, "many": 10}
 
 
 def pictures_trial(condition, rng, errors, benches):
-    """{bench: one push from pictures, and from drawn features}."""
+    """{bench: what one push gives, from pictures and from drawn features}."""
     rig = mirror_rig(condition["geometry"], small=True)
     of_rig, seed = errors[condition["geometry"]], int(rng.integers(2**32))
     of_rig = of_rig._replace(
@@ -57,7 +59,7 @@ def pictures_trial(condition, rng, errors, benches):
 
 
 def of_bench(rig, bench, errors, seed):
-    """Scores of both ways, `sift` and `drawn`, and how good matches are."""
+    """Scores of `sift`, of `drawn` features and of `many`, and how good matches are."""
     rng = np.random.default_rng(seed)
     cameras = [rig.camera(mm, bench.aberration_um, seed) for mm in STEPS]
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
@@ -69,8 +71,10 @@ def of_bench(rig, bench, errors, seed):
     window = mirror_window(rig.camera(0.0))
     corner = np.array([window.u, window.v], float)
     fields = [Field(camera) for camera in cameras]
-    points, _ = features(view, fields, rng)
-    drawn = [field.pictured(points, errors, rng) for field in fields]
+    drawn = {}
+    for name, times in AS_MANY.items():
+        points, _ = features(view, times * fields, rng)
+        drawn[name] = [field.pictured(points, errors, rng) for field in fields]
     start = load_height(rig, first.camera, cameras[0])
 
     def by(pairs):
@@ -90,7 +94,8 @@ def of_bench(rig, bench, errors, seed):
             "angle_deg": float(np.nanmean(ray_angles(camera, cameras[-1], pixels))),
         }
 
-    out = {"drawn": by([drawn[:2], drawn[1:]]), "picture": pictures[-1]}
+    out = {name: by([seen[:2], seen[1:]]) for name, seen in drawn.items()}
+    out["picture"] = pictures[-1]
     try:
         found = [match_features(*pictures[k : k + 2]).pixels + corner for k in (0, 1)]
     except InputError as refusal:
