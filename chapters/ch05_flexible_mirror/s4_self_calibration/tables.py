@@ -194,7 +194,7 @@ def ext_self_pictures_table(results):
         columns(("Bench", "Run", *OF_PICTURES.values()), rows),
         "One push of 5 mm in two steps, all features far: from rendered pictures, "
         "matched by SIFT, and from drawn features of the same mirror, about as many "
-        "and a tenth of that, as in the runs of three pushes: the deflection found, and "
+        "and a tenth of that, as in the runs of three pushes: the deflection found and "
         "the mean angle to the true rays. Pictures are of 768 x 576 px. A match is "
         "wrong where it is 3 px or more beside its place.",
     )
