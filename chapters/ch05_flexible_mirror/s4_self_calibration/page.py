@@ -199,8 +199,7 @@ def pictures(effort, results):
 @experiment("ext_self_ways_runs", artefact="ext_self_ways", inputs=GEOMETRY_A)
 def ways(effort):
     """One step without a target, by every way, before two scenes."""
-    depths = {"quick": [800.0], "full": [0.0, 800.0]}[effort]
-    conditions = crossed(geometry=["A"], depth_mm=depths)
+    conditions = crossed(geometry=["A"], depth_mm=[0.0, 800.0])
     return Plan(ways_trial, conditions, SEEDS[effort])
 
 

@@ -240,6 +240,8 @@ def share(predicate, runs):
 def _value(runs, found, unit):
     lost = np.count_nonzero(~np.isfinite(found))
     reason = f"{lost} of {runs.seeds} seeds were refused before" if lost else ""
+    if lost == runs.seeds:
+        return Value(np.inf, unit=unit, reason=reason)
     return Value.of_seeds(found, unit, reason)
 
 
