@@ -25,6 +25,7 @@ from repro.run.outcomes import Measured, Table, Value
 
 NEEDS = ("table_5_9_runs",)
 MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
+REACH = "A shape that was found need not reach the load, and its sides still less."
 FEATURES = {
     "told": "clustered, near at the end",
     "clustered": "clustered, all far",
@@ -108,7 +109,7 @@ def table_5_9(results):
         "Deflections that self-calibration finds from a distant scene, its features "
         "across the middle of the mirror and near ones at the end that bends; how far "
         "both sides lie beyond the middle, at the load, and what 5.4 does not print: "
-        f"rays and back-projection. Geometry A. {MEDIANS}",
+        f"rays and back-projection. Geometry A. {MEDIANS} {REACH}",
         printed={
             "Actual (mm)": [f"t5_9_s{k}_actual" for k in STAGES] + none,
             "Self-calibration (mm)": [f"t5_9_s{k}_est" for k in STAGES] + none,
@@ -129,7 +130,7 @@ def ext_self_features(results):
     return Table(
         columns(_heads(OF_FEATURES), rows),
         "The same where features are spread otherwise: over the whole mirror, and "
-        f"without near ones. {MEDIANS}",
+        f"without near ones. {MEDIANS} {REACH}",
     )
 
 
@@ -239,7 +240,8 @@ def share(predicate, runs):
 
 def _value(runs, found, unit):
     lost = np.count_nonzero(~np.isfinite(found))
-    reason = f"{lost} of {runs.seeds} seeds were refused before" if lost else ""
+    reason = f"{lost} of {runs.seeds} seeds have none: refused, or out of reach"
+    reason = reason if lost else ""
     if lost == runs.seeds:
         return Value(np.inf, unit=unit, reason=reason)
     return Value.of_seeds(found, unit, reason)

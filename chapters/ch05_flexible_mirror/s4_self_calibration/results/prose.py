@@ -69,6 +69,10 @@ def of_scenes(runs):
             found[f"{way}.deg.{k}"] = said(one)
         found[f"{way}.sag"] = said(np.abs(runs.of(way, "sag_mm"))[-1], 1)
         found[f"{way}.refused"] = sum(text is not None for text in runs.refused(way))
+        at_load = runs.of(way, "deflection_mm")[-1]
+        found[f"{way}.reach"] = int(np.isfinite(at_load).sum())
+    sides = runs.of("clustered", "sag_mm")[-1]
+    found["sides"] = int(np.isfinite(sides).sum())
     for way in (TOLD, "board"):
         found[f"{way}.back"] = said(runs.of(way, "back_mm")[-1], 1)
     for way in ("near", "even"):
