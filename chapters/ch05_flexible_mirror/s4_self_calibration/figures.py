@@ -169,7 +169,8 @@ def ext_self_pictures(results):
     right.axhline(STEPS[-1], color=INK, linestyle=":", marker="", label="true")
     middle = (len(runs) + 1) / 2
     right.set_xticks([middle, middle + len(runs) + 1], ["bench", "laboratory"])
-    right.set(xlim=(0, 2 * len(runs) + 2), ylim=(0, 6.5), xlabel="Run (1)")
+    right.set(xlim=(0, 2 * len(runs) + 2), xlabel="Run (1)")
+    right.set_ylim(bottom=0)
     right.set_ylabel("Deflection (mm)")
     legend_below(drawn, right, ncols=4)
     return Drawing(

@@ -64,8 +64,9 @@ from repro.run.outcomes import Plan, crossed
 #   gain.
 # - One unknown depth for the whole scene, with a sheet that bends evenly, is this
 #   page's own idea. It fails, too: {glue:text}`near.one_depth` mm with the published
-#   model, and with the clamp's slope held {glue:text}`near.one_depth_held`. How far
-#   away the scene is hardly shows.
+#   model, and with the clamp's slope held {glue:text}`near.one_depth_held`. The depth
+#   that fits best is the nearest or the farthest that is looked for
+#   ([every way](#ext_self_ways)): how far away the scene is hardly shows.
 # - Stereo between bent states: with calibrated mirrors depths in the far scene are
 #   {glue:text}`found.deflected` % off, with a baseline of 100 mm
 #   {glue:text}`found.baseline` %. With the *true* mirror and the same noise it is
@@ -76,8 +77,9 @@ from repro.run.outcomes import Plan, crossed
 #   of {glue:text}`board.deg.3`°; in the laboratory {glue:text}`lab.pays.1` and
 #   {glue:text}`lab.pays.3` %, with {glue:text}`lab.anew.3`° in place of
 #   {glue:text}`lab.board.deg.3`°.
-# - With a known static scene errors do not accumulate: they change by
-#   {glue:text}`known.slope` % for a step.
+# - With a known static scene errors do not accumulate: over eight steps they change by
+#   {glue:text}`known.slope` % for a step, with boards whose poses are found by
+#   {glue:text}`boards.slope` %.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -271,9 +273,10 @@ def known(effort):
 # {glue:text}`seeds` seeds have a shape whose sides can be measured then. Near features
 # give an inflexion in {glue:text}`near.inflected` % of the seeds, and without them it
 # is there in {glue:text}`even.inflected` % (laboratory:
-# {glue:text}`lab.near.inflected` and {glue:text}`lab.even.inflected` %): one curve that bends back names no cause. That
-# the method is of no use beyond a push stands, more than its test says: on the bench
-# the test counts seeds that were refused, here or with boards, as misses.
+# {glue:text}`lab.near.inflected` and {glue:text}`lab.even.inflected` %): one curve
+# that bends back names no cause. That the method is of no use beyond a push stands, and
+# more than its test says: on the bench the test counts seeds that were refused, here or
+# with boards, as misses.
 #
 # **The baseline between bent states.** It is called a few mm. But after a push a
 # feature is seen at another place of the mirror: the two places are
