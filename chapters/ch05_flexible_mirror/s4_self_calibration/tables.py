@@ -197,8 +197,8 @@ def ext_self_pictures_table(results):
         "matched by SIFT, and from drawn features of the same mirror, about as many "
         "and a tenth of that, as in the runs of three pushes: the deflection found and "
         "the mean angle to the true rays. Pictures are of 768 x 576 px. A match is "
-        "wrong where it is 3 px or more beside its place; what does not follow a smooth "
-        "warp was left out before.",
+        "wrong where it is 3 px or more beside its place; what does not follow a "
+        "smooth warp was left out before.",
     )
 
 

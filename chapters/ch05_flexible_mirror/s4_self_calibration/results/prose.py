@@ -66,7 +66,7 @@ def of_scenes(runs):
         for k, one in enumerate(runs.of(way, "deflection_mm"), 1):
             found[f"{way}.{k}"] = said(one)
         for k, one in enumerate(runs.of(way, "angle_deg"), 1):
-            found[f"{way}.deg.{k}"] = said(one)
+            found[f"{way}.deg.{k}"] = said(one, 3 if way == "board" else 1)
         found[f"{way}.sag"] = said(np.abs(runs.of(way, "sag_mm"))[-1], 1)
         found[f"{way}.refused"] = sum(text is not None for text in runs.refused(way))
         at_load = runs.of(way, "deflection_mm")[-1]
@@ -86,7 +86,7 @@ def of_boards(runs):
     found = {"start": said(runs.column("start_deg"))}
     for stage in STAGES:
         kept, anew = (runs.of(way, "angle_deg", (stage,))[0] for way in BY_EITHER)
-        found[f"anew.{stage}"] = said(anew)
+        found[f"anew.{stage}"] = said(anew, 3)
         found[f"pays.{stage}"] = f"{100 * pays(kept, anew):.0f}"
     linear, near = runs.of("board", "linear_mm"), runs.of("board", "deflection_mm")
     found["below.1"] = said(100 * (1 - linear / near)[0], 0)
