@@ -316,9 +316,9 @@ def known(effort):
 # **Limits.** Drawn features have the errors of corners, and no wrong matches. Where the
 # near features lie and how features cluster, the thesis does not say. The ends of the
 # bench's sweep are run with {glue:text}`swept.seeds` seeds each: enough to tell a
-# verdict that turns over, too few for a share. A claim is true here if it is so in
-# nine of ten seeds of {glue:text}`seeds`, and carries the mark of few seeds; what needs
-# no truth beside it, the accumulation of errors, has {glue:text}`known.seeds`.
+# verdict that turns over, too few for a share. Claims are held against
+# {glue:text}`seeds` seeds of three pushes and carry the mark of few seeds; that errors
+# do not accumulate, against {glue:text}`known.seeds` runs of eight steps.
 
 # %% [markdown]
 # ## Compared with the published numbers

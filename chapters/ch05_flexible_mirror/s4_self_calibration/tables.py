@@ -230,7 +230,8 @@ def ext_self_swept(results):
     return Table(
         columns(("Claim", *(f"{name} (%)" for name in of)), rows),
         "Share of the seeds in which each claim is true, on either bench, with one "
-        "of the bench's two numbers halved or doubled, and with geometry B.",
+        "of the bench's two numbers halved or doubled, and with geometry B, where "
+        "boards are refused before the end. What a refused seed should have says no.",
     )
 
 
