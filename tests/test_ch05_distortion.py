@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_4_distortion import claims
+from chapters.ch05_flexible_mirror.s3_4_distortion import claims, figures, tables
 from chapters.ch05_flexible_mirror.s3_4_distortion.results import (
     exact,
     predicates,
+    prose,
     runs,
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials import (
@@ -96,14 +97,20 @@ def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
         assert (bench.verdict, laboratory.verdict) == ("undecided", "reproduced")
 
 
+def without(values, lost):
+    """A column whose first seeds have no value."""
+    column = np.empty(len(values), object)
+    column[:] = list(values)
+    column[:lost] = None
+    return column
+
+
 def test_seeds_that_were_refused_count_against_a_claim():
     results = made()
     columns = of_bench("bench", SEEDS, {}) | of_bench("laboratory", SEEDS, {})
     for name, values in columns.items():
         if "bench.published.stage3" in name:
-            columns[name] = np.empty(SEEDS, object)
-            columns[name][:] = list(values)
-            columns[name][:LOST] = None
+            columns[name] = without(values, LOST)
     refused = [f"stage 3: {seed}" if seed < LOST else None for seed in range(SEEDS)]
     columns["bench.refused"] = refused
     results[runs.RUNS] = of_columns(({"geometry": "A"}, columns))
@@ -112,6 +119,63 @@ def test_seeds_that_were_refused_count_against_a_claim():
     found = runs.CircleRuns(results)
     assert found.refused() == LOST
     assert np.isnan(predicates.alike(found)).sum() == LOST
+
+
+def whole_results(lost=0):
+    """The results of all experiments, so many of each bench's seeds refused at the
+    last stage, and all seeds of B."""
+    results = {}
+    for name, benches, geometry, seeds, gone in (
+        (runs.RUNS, BENCHES, "A", SEEDS, lost),
+        (runs.SWEPT_RUNS, SWEPT, "A", 4, 0),
+        (runs.OTHER, BENCHES, "B", 3, 3),
+    ):
+        columns = {}
+        for bench in benches:
+            columns |= of_bench(bench, seeds, {})
+            for measure in (*TRUE, "profile"):
+                at = f"{bench}.published.stage{runs.LAST}.{measure}"
+                columns[at] = without(columns[at], gone)
+            said = [
+                f"stage 3: {seed}" if seed < gone else None for seed in range(seeds)
+            ]
+            columns[f"{bench}.refused"] = said
+        results[name] = of_columns(({"geometry": geometry}, columns))
+    return results | {runs.PICTURES: rendered_runs([87.0, None]).result}
+
+
+def test_prose_has_a_word_for_every_number_and_says_what_is_met():
+    found = prose.of_results(whole_results(lost=LOST))
+    assert found["radius.3"] == "0.24"
+    assert (found["aim"], found["refused"], found["lab.refused"]) == ("met", 5, 5)
+    assert (found["b.refused"], found["b.seeds"]) == (3, 3)
+    assert found["share.c5_circle_radius"] == "88"
+    assert found["growth"] == "1"
+    assert found["face"] == "10"
+    assert found["bundle.radius.3"] == "(no number)"
+    assert found["waved.conic"] == "100"
+    assert all(isinstance(said, str | int) for said in found.values())
+    nothing = prose.of_results(whole_results(lost=SEEDS))
+    assert nothing.keys() == found.keys()
+    assert (nothing["radius.3"], nothing["aim"]) == ("(no number)", "missed")
+
+
+def test_tables_and_numbers_stand_without_a_seed_that_came_through():
+    results = whole_results(lost=SEEDS)
+    table = tables.table_5_6(results).columns
+    last = [s == runs.LAST for s in table["Stage"]].index(True)
+    assert (table["Seeds"][last], table["Radius (mm)"][last]) == (0, None)
+    numbers = tables.numbers_of_table_5_6(results)
+    assert numbers["t5_6_s3_radius"].value == "nothing"
+    assert "40 of 40 seeds" in numbers["t5_6_s3_radius"].reason
+    assert numbers["t5_6_s0_radius"].value == pytest.approx(87.0, abs=0.01)
+    rendered = tables.ext_circle_rendered(whole_results()).columns
+    assert rendered["Runs"][:4] == [2, 2, 2, 1]
+    assert rendered["Radius error (%)"][3].value == pytest.approx(0.2408, abs=1e-3)
+    for made in (tables.ext_circle_ways, tables.ext_circle_other, tables.ext_face_left):
+        assert made(results).caption
+    blind = figures.ext_circle_blind(whole_results(lost=LOST)).data
+    assert set(blind["mirror"]) == {"true mirror", "stage by stage"}
 
 
 def test_a_flat_mirror_that_bends_a_conic_fails_the_claim(monkeypatch):

@@ -75,9 +75,10 @@ def two_panels(results, stage):
                 for p, o, x, r in zip(line, off, points, left, strict=True)
             ],
         ),
-        f"The circle at stage {stage}: (a) the rendered picture with the conic of "
-        f"least algebraic error, from which the circle is {np.abs(off).mean():.2f} px "
-        f"off in the mean; (b) after correction by {CORRECTED_BY[way]}, distances "
+        f"The circle at stage {stage}: (a) the rendered picture of {across} x {rows} "
+        "px with the conic of least algebraic error, from which the circle is "
+        f"{np.abs(off).mean():.2f} px off in the mean; (b) after correction by "
+        f"{CORRECTED_BY[way]}, distances "
         f"from the best circle, {SCALE} times as long as they are, "
         f"{np.abs(left).mean():.2f} mm in the mean; its radius is "
         f"{radius:.2f} mm. One run, geometry A on the bench.",

@@ -143,7 +143,9 @@ from repro.run.outcomes import Plan
 # before. The circle is measured at 90 places. All is run on the *bench* and in the
 # *laboratory*, with the same draws; the bench decides. Beside the calibration stage
 # by stage stand all stages at once, with a prior on bending
-# ([trust](ext_trust.ipynb)), and the true mirror.
+# ([trust](ext_trust.ipynb)), and the true mirror. In {glue:text}`rendered.runs` runs on
+# the bench pictures a quarter as wide are rendered, and corners and both edges of the
+# circle are found there.
 #
 # For the face the mirror is pushed by 12 mm, in three steps of 4 mm: calibrated
 # after a single push, no corner at the clamp is seen both before and after. A bust
@@ -157,6 +159,8 @@ ENDS = {"quick": 1, "full": 10}
 FEWER = {"quick": 1, "full": 5}
 # At quick size one bench stands for all, with a single deflection or none, pictures are
 # small, and the true mirror corrects them.
+MEASURED = {"quick": dict.fromkeys(BENCHES, BENCHES[BENCH]), "full": BENCHES}
+SWEEP = {"quick": dict.fromkeys(SWEPT, BENCHES[BENCH]), "full": SWEPT}
 ALONE = {"true": False, "bundle": False}
 RUN = {"quick": CircleScope(1, **ALONE), "full": CircleScope()}
 END = {"quick": CircleScope(0, face=False, **ALONE), "full": CircleScope(**ALONE)}
@@ -194,7 +198,7 @@ def edges(effort):
 )
 def runs(effort, results):
     """Geometry A, on both benches."""
-    return _plan(results, "A", benches_of(BENCHES, effort), SEEDS[effort], RUN[effort])
+    return _plan(results, "A", MEASURED[effort], SEEDS[effort], RUN[effort])
 
 
 @experiment(
@@ -205,7 +209,7 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
-    return _plan(results, "A", benches_of(SWEPT, effort), ENDS[effort], END[effort])
+    return _plan(results, "A", SWEEP[effort], ENDS[effort], END[effort])
 
 
 @experiment(
@@ -216,14 +220,7 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, on both benches."""
-    return _plan(
-        results, "B", benches_of(BENCHES, effort), FEWER[effort], BESIDE[effort]
-    )
-
-
-def benches_of(benches, effort):
-    """{name: Bench}, all the same at quick size."""
-    return dict.fromkeys(benches, BENCHES[BENCH]) if effort == "quick" else benches
+    return _plan(results, "B", MEASURED[effort], FEWER[effort], BESIDE[effort])
 
 
 def _plan(results, geometry, benches, seeds, scope):
@@ -250,8 +247,10 @@ def _plan(results, geometry, benches, seeds, scope):
 )
 def ring_pictures(effort, results):
     """The target in the mirror at four stages, rendered."""
-    known, settings = _of_pictures(results, effort)
-    trial = partial(ring_pictures_trial, **known)
+    bench, sizes = BENCHES[BENCH], SIZES[effort]
+    errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A", bench.factor)
+    trial = partial(ring_pictures_trial, errors=errors, sizes=sizes)
+    settings = bench._asdict() | sizes._asdict()
     return Plan(trial, [{}], PICTURES[effort], settings)
 
 
@@ -268,16 +267,10 @@ def ring_pictures(effort, results):
 )
 def face_picture(effort, results):
     """The bust in the mirror after a push of 12 mm, rendered."""
-    known, settings = _of_pictures(results, effort)
-    return Plan(partial(face_picture_trial, **known), [{}], 1, settings)
-
-
-def _of_pictures(results, effort):
-    """What the trials with pictures are given, and their settings."""
-    factor, sizes = BENCHES[BENCH].factor, SIZES[effort]
-    errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A", factor)
-    settings = BENCHES[BENCH]._asdict() | sizes._asdict()
-    return {"errors": errors, "sizes": sizes}, settings
+    bench, sizes = BENCHES[BENCH], SIZES[effort]
+    errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A", bench.factor)
+    trial = partial(face_picture_trial, errors=errors, sizes=sizes)
+    return Plan(trial, [{}], 1, bench._asdict() | sizes._asdict())
 
 
 # %% [markdown]
@@ -288,6 +281,9 @@ def _of_pictures(results, effort):
 
 # %% tags=["active-ipynb"]
 # show("ext_circle_blind")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_circle_ways")
 
 # %% tags=["active-ipynb"]
 # show("fig_5_14")
