@@ -24,9 +24,10 @@ from raxel.lab.render_mirror_set import render_mirror_set
 RECORD = Path("data/records/mirrors.json")
 SETS = Path("data/rigs/mirror-sets")
 DIGITS = 4
-# What is kept of the scores of a stage, and of all together.
-OF_RAYS = "share_with_ray", "share_right", "rms_deg", "median_deg", "rms_mm"
+# What is kept of the scores of all stages together, and of each.
+OF_RAYS = "share_with_ray", "share_right", "rms_deg", "median_deg"
 OF_HEIGHT = "share_covered", "mean_mm", "rms_mm"
+OF_STAGE = "rays.rms_deg", "height.rms_mm"
 
 
 def recorded():
@@ -73,7 +74,8 @@ def kept(entry):
     told["seconds"] = _rounded(entry["seconds"])
     for stage in entry["stages"]:
         if stage["stage"] < entry["answered"]:
-            told[f"stage{stage['stage']}"] = _numbers(stage)
+            numbers = _numbers(stage)
+            told[f"stage{stage['stage']}"] = {name: numbers[name] for name in OF_STAGE}
     told["all"] = _numbers(entry["all"]) | {
         "deflection_rms_mm": _rounded(entry["all"]["deflection_rms_mm"])
     }

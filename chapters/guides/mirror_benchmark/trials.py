@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.shared.records import set_of
 from raxel.calibration.mirror.clamp_line import clamp_line, fixed_line
 from raxel.calibration.mirror.from_pictures import mirror_views
 from raxel.calibration.mirror.platter import grid_poses_in_platter
@@ -31,6 +32,7 @@ SEEDS = 1, 2, 3
 # mm; the prior of chapter 5's targets, chosen there on runs that judge nothing.
 PRIOR_MM = 0.1
 LINE_POINTS = 9
+RECORD = "mirrors"  # of data/records
 NO_RAYS = SampledRays(np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 3)))
 NO_ANSWER = StageAnswer(NO_RAYS, np.empty((0, 3)))
 
@@ -124,12 +126,12 @@ def _backwards(viewer, pixels, near, far):
 
 
 METHODS = {
-    "as published": as_published,
-    "stage by stage": stage_by_stage,
-    "stage by stage, all corners": all_after,
-    "all at once": all_at_once,
-    "all at once, prior": with_prior,
-    "general, two places": two_places,
+    "published": as_published,
+    "stages": stage_by_stage,
+    "all_after": all_after,
+    "at_once": all_at_once,
+    "prior": with_prior,
+    "two_places": two_places,
 }
 
 
@@ -174,3 +176,11 @@ def as_result(mirror_set, views, answer, name):
     missing = len(mirror_set.steps) + 1 - len(stages)
     stages = (*stages, *[NO_ANSWER] * missing)
     return MirrorResult(mirror_set.name, mirror_set.size, stages, viewer, method=name)
+
+
+def recorded_entries(condition):
+    """What the record says of one set: {method: its scores}."""
+    return {
+        one["method"]: {name: value for name, value in one.items() if name != "method"}
+        for one in set_of(RECORD, condition)["scores"]
+    }
