@@ -4,6 +4,7 @@ from pathlib import Path
 
 from raxel.cameras.io import load_camera
 from raxel.cli.outputs import check_written
+from raxel.cli.scores import percent
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_camera, score_corners, score_points
 from raxel.features.boards import read_boards
@@ -47,7 +48,7 @@ def _corners_line(scored):
 
 
 def _points_line(scored):
-    shares = [_percent(scored[name]) for name in ("share_decoded", "gross")]
+    shares = [percent(scored[name]) for name in ("share_decoded", "gross")]
     return (
         f"points: {shares[0]} decoded, {shares[1]} of these gross, "
         f"{scored['beside']} px beside the monitor, {_told(scored, 'mm')}"
@@ -56,7 +57,7 @@ def _points_line(scored):
 
 def _camera_line(scored):
     return (
-        f"camera: {_percent(scored['share_with_ray'])} of pixels with a ray, "
+        f"camera: {percent(scored['share_with_ray'])} of pixels with a ray, "
         f"{_told(scored, 'deg')}, {_told(scored, 'px')}"
     )
 
@@ -68,10 +69,6 @@ def _told(scored, unit):
         f"{name} {'none' if value is None else f'{value:.4g} {unit}'}"
         for name, value in values
     )
-
-
-def _percent(share):
-    return "none" if share is None else f"{100 * share:.1f} %"
 
 
 LINES = {"corners": _corners_line, "points": _points_line, "camera": _camera_line}

@@ -1,6 +1,7 @@
 """`raxel score-mirror RESULT.npz SET --json F`"""
 
 from raxel.cli.mirror import check_mirror_written
+from raxel.cli.scores import percent
 from raxel.evaluation.mirror_benchmark import score_mirror_file
 from raxel.files import check_can_be_written, write_json
 from raxel.sets import load_mirror_set
@@ -47,9 +48,9 @@ def _lines(scores):
 def _line(scored):
     rays, height = scored["rays"], scored["height"]
     return (
-        f"rays {_percent(rays['share_with_ray'])}, {_percent(rays['share_right'])} "
+        f"rays {percent(rays['share_with_ray'])}, {percent(rays['share_right'])} "
         f"right, {_told(rays, 'deg')}, aside {_told(rays, 'mm')}; height "
-        f"{_percent(height['share_covered'])}, {_told(height, 'mm')}"
+        f"{percent(height['share_covered'])}, {_told(height, 'mm')}"
     )
 
 
@@ -58,7 +59,3 @@ def _told(scored, unit):
     if rms is None:
         return "none"
     return f"rms {rms:.4g}, median {median:.4g} {unit}"
-
-
-def _percent(share):
-    return "none" if share is None else f"{100 * share:.1f} %"

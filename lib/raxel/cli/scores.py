@@ -1,4 +1,4 @@
-"""An Evaluation as JSON and as a line for people."""
+"""An Evaluation as JSON and as a line for people, and numbers in words."""
 
 import math
 
@@ -45,6 +45,11 @@ def told(what, number, form, unit):
     return (
         f"{what} {number:{form}} {unit}" if math.isfinite(number) else f"{what} unknown"
     )
+
+
+def percent(share):
+    """'12.3 %', or 'none' where there is no share."""
+    return "none" if share is None else f"{100 * share:.1f} %"
 
 
 def known(number):
