@@ -220,12 +220,25 @@ def test_the_ring_is_outlined_by_its_edges_from_inside_to_outside():
         assert np.nanmax(np.abs(off)) < most
 
 
-def test_edges_in_pictures_are_found_where_the_line_is():
+def test_edges_in_pictures_are_found_where_the_line_is(monkeypatch):
+    """Of a line that is said to be 1 mm farther out, the error is that many px."""
+    found, scales = target.middle_of_line, []
+    centre = target.ring_on(mirror_rig("A", small=True).board).centre
+
+    def farther_out(camera, edges, T):
+        points = found(camera, edges, T)
+        scales.append(edges.scale[np.isfinite(points).all(axis=1)])
+        outwards = points - centre
+        return points + outwards / np.linalg.norm(outwards, axis=1, keepdims=True)
+
+    monkeypatch.setattr(target, "middle_of_line", farther_out)
     rng = np.random.default_rng(4)
     off = target.edges_trial({"geometry": "A"}, rng, small=True)["line_px"]
+    scale = np.concatenate(scales)
     assert len(off) > 12
-    assert abs(np.median(off)) < 0.02
-    assert np.std(off) < 0.05
+    assert 1.5 < scale.min() < scale.max() < 4
+    assert abs(np.median(off - scale)) < 0.02
+    assert np.std(off - scale) < 0.05
 
 
 def exact_sight(rig, camera, deflection):
@@ -251,6 +264,9 @@ def test_exact_rays_have_an_exact_circle_and_those_of_another_stage_have_none():
     assert wrong["angle_deg"] > 0.3
     assert wrong["pose_mm"] > 1
     assert wrong["residual_mm"] > 0.01
+    # The pose that is found makes up for most of it.
+    own, placed = wrong["radius_mm"], wrong["true_pose_radius_mm"]
+    assert abs(own - target.RADIUS_MM) < 0.5 * abs(placed - target.RADIUS_MM)
 
 
 def test_a_circle_that_is_hardly_seen_is_refused():
