@@ -254,9 +254,9 @@ def pictures(effort, results):
 # turn from a shift.
 #
 # **What was aimed at**, before any run: 0.1° with the true mirror and the motion known,
-# and 0.7° with the motion found. The first is reached, the second where the length is
-# known. By all stages at once, half of what the published way leaves: that is reached
-# in the laboratory on geometry A, and on the bench it is not.
+# and 0.7° with the motion found. The first is reached; the second where the length is
+# known, and on the bench. By all stages at once, half of what the published way
+# leaves: that is reached in the laboratory on geometry A, and on the bench it is not.
 #
 # **Geometry B.** The worst angle is {glue:text}`b.lab.true.off`° off with the true
 # mirror in the laboratory, by all stages at once {glue:text}`b.lab.bundle.off`°, and
