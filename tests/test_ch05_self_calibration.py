@@ -15,7 +15,10 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.trials.pictures import (
     follows,
     surfaces,
 )
-from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import Field, View
+from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import (
+    Field,
+    SceneFrame,
+)
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.stereo import (
     in_strips,
     nearest,
@@ -195,7 +198,7 @@ def test_matches_beside_a_smooth_warp_are_left_out():
 def test_a_match_is_as_far_beside_its_place_as_it_was_moved():
     rig = mirror_rig("A", small=True)
     cameras = [rig.camera(mm) for mm in (0.0, 2.5)]
-    walls = surfaces(View.of(cameras[0]))
+    walls = surfaces(SceneFrame.of(cameras[0]))
     before = np.array([[200.0, 200.0], [430.0, 300.0], [520.0, 250.0]])
     rays = cameras[0].rays(before)
     met = {
@@ -215,6 +218,11 @@ def test_a_match_is_as_far_beside_its_place_as_it_was_moved():
     assert on_wall.any()
     assert not on_wall.all()
     assert np.all(depth[0] > depth[1])
+    other_way = dict(reversed(walls.items()))
+    np.testing.assert_allclose(
+        beside(cameras, other_way, [before, after["plane"]]),
+        beside(cameras, walls, [before, after["plane"]]),
+    )
 
 
 def test_standard_deviations_are_medians_of_strips_from_the_clamp():

@@ -10,7 +10,7 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import (
     Field,
-    View,
+    SceneFrame,
     features,
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.stereo import (
@@ -87,7 +87,7 @@ def course(rig, bench, errors, seed, extent):
         for mm, camera in zip(steps_mm[::2], stages, strict=True)
         for T in [rig.board_pose(rng, BACK_PROJECTION_MM, (mm,))]
     ]
-    view = View.of(cameras[0])
+    view = SceneFrame.of(cameras[0])
     score = _Scores(rig, stages, boards, load_height(rig, first.camera, cameras[0]))
     board, chain = by_boards(rig, stages, first, score, errors, rng)
     fields = [Field(camera) for camera in cameras]

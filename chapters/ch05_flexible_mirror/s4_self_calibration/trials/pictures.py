@@ -12,7 +12,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import STEP
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import (
     DEPTHS_MM,
     Field,
-    View,
+    SceneFrame,
     features,
 )
 from chapters.shared.mirror_pictures import scene_picture
@@ -63,7 +63,7 @@ def of_bench(rig, bench, errors, seed):
     rng = np.random.default_rng(seed)
     cameras = [rig.camera(mm, bench.aberration_um, seed) for mm in STEPS]
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
-    view = View.of(cameras[0])
+    view = SceneFrame.of(cameras[0])
     walls = surfaces(view)
     scene = printed(walls)
     eye = np.eye(4)

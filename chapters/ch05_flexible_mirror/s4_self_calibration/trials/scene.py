@@ -19,7 +19,7 @@ EACH, ALONE = 40, 0.1  # features drawn at each place; of which beside a cluster
 MIDDLE = 0.2  # of the mirror's height, where features cluster
 
 
-class View(NamedTuple):
+class SceneFrame(NamedTuple):
     """From where the scene is told: middle (3,), axis (3,) unit, edge: the smallest
     share of the camera's x axis in a ray of the flat mirror."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import STEPS_MM
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import (
     Field,
-    View,
+    SceneFrame,
     features,
 )
 from chapters.shared.gaussian_errors import GaussianErrors
@@ -49,7 +49,7 @@ def ways_trial(condition, rng):
     true = [rig.camera(mm) for mm in STEPS_MM[:2]]
     before = nearest_spline(true[0])
     clamp = clamp_of_camera(before, rig.clamp_pixels(true[0]), slope=False)
-    view = View.of(true[0])
+    view = SceneFrame.of(true[0])
     fields = [Field(camera) for camera in true]
     points, ends = scene_of(condition["depth_mm"], view, fields, rng)
     share = np.linspace(0, 1, ALONG)[:, None]
