@@ -278,8 +278,8 @@ def known(effort):
 # more than its test says: on the bench the test counts seeds that were refused, here or
 # with boards, as misses.
 #
-# **The baseline between bent states.** 5.4 takes it for several millimetres. But after a
-# push a feature is seen at another place of the mirror: the two places are
+# **The baseline between bent states.** 5.4 takes it for several millimetres. But after
+# a push a feature is seen at another place of the mirror: the two places are
 # {glue:text}`lab.apart` mm apart in the median, far more than the push. So stereo from
 # 100 mm is better by less than the lengths suggest. At the clamp nothing is told: the
 # standard deviation of a depth in the first of eight strips is {glue:text}`edge` times
