@@ -337,7 +337,8 @@ def face_picture(effort, results):
 # of the mirror to the spline alone: {glue:text}`refused` on the bench,
 # {glue:text}`lab.refused` in the laboratory, and {glue:text}`waved.refused` of
 # {glue:text}`ends.seeds` where the mirror is twice as uneven. A claim that all seeds
-# confirm which came through can be undecided for them. The two numbers of the bench are
+# confirm which came through can be undecided for them; that the residual does not grow
+# is open for those of the last kind alone. The two numbers of the bench are
 # halved and doubled with other seeds, and few. What the true mirror shows does not
 # depend on the factor of decoding errors; that the circle departs from a conic step by
 # step in {glue:text}`less_noise.conic` % of the seeds at half of it, and in
@@ -369,8 +370,8 @@ def face_picture(effort, results):
 # and {glue:text}`rendered.3` mm at stage 3, by the true mirror
 # {glue:text}`rendered.true.0` and {glue:text}`rendered.true.3` mm. The calibration
 # still has drawn errors there; what is rendered throughout is
-# [the way from pictures to rays](s3_3_rendered.ipynb). {glue:text}`rendered.refused`
-# were refused.
+# [the way from pictures to rays](s3_3_rendered.ipynb). Refused were
+# {glue:text}`rendered.refused` of them.
 #
 # **Limits.** At 400 mm nearly the whole circle is in the picture, but not always all
 # of it. The thesis's line and its width are not told; here it is 4 mm wide on white
