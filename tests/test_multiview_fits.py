@@ -217,14 +217,34 @@ def test_errors_are_as_large_as_the_covariance_says(rng, shape):
     assert found == pytest.approx(1, abs=4 * np.sqrt(2 / unknowns / draws))
 
 
-def test_the_scatter_gives_the_standard_deviation(rng):
+def test_a_plane_turns_as_the_covariance_says_where_errors_differ(rng):
+    # The far points along x are rough: what is known well is the turn about x alone.
+    points = rng.uniform([-10, -8], [10, 8], (60, 2))
+    sd = np.where(np.abs(points[:, 0]) > 4, 1.0, 0.02)
+    squares = []
+    for _ in range(300):
+        fit = fit_plane(on_plane(points) + [0, 0, 50] + noise_along_z(rng, sd), sd)
+        n = fit.T_frame_plane[2, :3]
+        turn = np.array([-n[1], n[0]])
+        squares.append(turn**2 / np.diag(fit.covariance)[:2])
+    np.testing.assert_allclose(np.mean(squares, axis=0), 1, atol=4 * np.sqrt(2 / 300))
+
+
+def noise_along_z(rng, sd):
+    return np.outer(sd * rng.normal(size=len(sd)), [0, 0, 1])
+
+
+@pytest.mark.parametrize("shape", ["circle", "conic"])
+def test_the_scatter_gives_the_standard_deviation(rng, shape):
+    fitted = {"circle": fit_circle, "conic": fit_conic}[shape]
     points = arc(360, 400) + 0.5 * rng.normal(size=(400, 2))
-    measured, given = fit_circle(points), fit_circle(points, 0.5)
+    measured, given = fitted(points), fitted(points, 0.5)
     assert measured.sigma == pytest.approx(0.5, rel=0.15)
     assert given.sigma == pytest.approx(1.0, rel=0.15)
     share = measured.covariance / given.covariance
-    np.testing.assert_allclose(share, (measured.sigma / 0.5) ** 2, rtol=1e-6)
-    exact = fit_circle(arc(200, 3))
+    told = np.abs(given.covariance) > 1e-6 * np.abs(given.covariance).max()
+    np.testing.assert_allclose(share[told], (measured.sigma / 0.5) ** 2, rtol=1e-6)
+    exact = fitted(arc(200, {"circle": 3, "conic": 5}[shape]))
     assert np.isnan(exact.sigma)
 
 

@@ -128,6 +128,21 @@ def test_with_the_length_known_a_short_step_is_found_by_few_points():
     assert 0.5 < np.sqrt(np.mean(np.square(sides))) / expected[1] < 1.6
 
 
+def test_as_many_pairs_as_unknowns_tell_no_uncertainty():
+    A, B, _ = mirror_rays(2)
+    six = np.arange(6)
+    found = refine_generalised_pose(A.of(six), B.of(six), T_MIRROR)
+    assert np.isnan(found.covariance).all()
+    assert not found.scale_told
+
+
+def test_few_pairs_repeated_are_refused():
+    A, B, _ = mirror_rays(2)
+    again = np.repeat(np.arange(6), 10)
+    with pytest.raises(CalibrationError, match="are repeated"):
+        generalised_pose(A.of(again), B.of(again))
+
+
 def test_jacobian_equals_differences():
     A, B, _ = mirror_rays(2)
     pairs = matched_rays(A, B)

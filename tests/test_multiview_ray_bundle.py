@@ -262,3 +262,11 @@ def test_what_does_not_fit_is_refused_in_one_line():
         with pytest.raises(CalibrationError, match=words) as refusal:
             call()
         assert "\n" not in str(refusal.value)
+
+
+def test_five_points_from_two_places_tell_no_scatter():
+    views = [RayView(view.rays.of(np.arange(5))) for view in on_stage(7)[1][:2]]
+    found = bundle_rays(views, STAGE[:2], stated=False)
+    assert np.isnan(found.variance)
+    assert not found.scale_sd(1) < 1
+    assert found.open_points.all()

@@ -118,7 +118,8 @@ def _seventeen(pairs):
     Q = U[:, s > OPEN * s[0]]
     rest = np.linalg.qr(A_E - Q @ (Q.T @ A_E), mode="r")
     values, Vt = np.linalg.svd(rest)[1:]
-    if not values[7] > OPEN * values[0]:
+    # Of few pairs, repeated, nothing but rounding is left.
+    if not values[7] > OPEN * np.linalg.norm(A_E):
         raise CalibrationError("motion: the generalised system has no single solution")
     E = W_2.T @ Vt[8].reshape(3, 3) @ W_1
     return E, values[7] / max(values[8], 1e-300)

@@ -35,7 +35,8 @@ class GeneralisedPose(NamedTuple):
     `gaps`, in standard deviations of the rays, or radians if these are not known;
     ahead: share of the inliers that meet ahead along both rays. covariance (6, 6) of
     (w, v): the motion is exp([w]x) R about `centre` (3,), and the centre's shift u + v;
-    by the scatter of the gaps, none along u if the length was given. baseline: mm,
+    by the scatter of the gaps, NaN where there are no more pairs than unknowns, none
+    along u if the length was given. baseline: mm,
     |u|; spread: mm, RMS distance of the rays from the centre. margin: of the linear
     system, how far the second least singular value is above the least; near 1 the
     motion is open.
@@ -144,8 +145,9 @@ def described(pairs, inliers, R, u, margin, steps):
     used = pairs.of(inliers)
     residuals, jacobian = gap_system(R, u, used)
     J = jacobian @ steps
-    freedom = max(len(residuals) - J.shape[1], 1)
-    known = inverse_information(J.T @ J) * (residuals @ residuals) / freedom
+    freedom = len(residuals) - J.shape[1]
+    variance = residuals @ residuals / freedom if freedom > 0 else np.nan
+    known = variance * inverse_information(J.T @ J)
     return GeneralisedPose(
         pairs.whole(R, u),
         inliers,

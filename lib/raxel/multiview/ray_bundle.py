@@ -49,10 +49,10 @@ class RayBundle(NamedTuple):
     more than a third of their distance from the rays' centre in the nearest view. rms:
     of all residuals, standard deviations of the rays; costs: sums of squares of
     residuals from the start on; variance: the last one over the degrees of freedom, 1
-    where the rays' noise is as stated. covariance (6 V, 6 V) of (w, v) of each view: it
-    turns by w, frame of the view, about `centre` (3,), which is displaced by v;
-    point_covariance (N, 3, 3), mm^2. spread: mm, RMS distance of the rays from the
-    centre; rays: counted.
+    where the rays' noise is as stated, NaN where there are none. covariance (6 V, 6 V)
+    of (w, v) of each view: it turns by w, frame of the view, about `centre` (3,), which
+    is displaced by v; point_covariance (N, 3, 3), mm^2. spread: mm, RMS distance of the
+    rays from the centre; rays: counted.
     """
 
     T_view_world: np.ndarray
@@ -210,7 +210,7 @@ def _described(problem, state, costs, converged, used, spread, stated):
     covariance, of_points, X = problem.covariances(state)
     rays = int(seen.mask.sum())
     freedom = 2 * rays - 3 * len(X) - problem.free(state).shape[1]
-    variance = float(costs[-1] / max(freedom, 1))
+    variance = float(costs[-1] / freedom) if freedom > 0 else np.nan
     scale = 1.0 if stated else variance
     unit = np.tile(np.repeat([1.0, seen.metre], 3), len(state.R))
     points = np.full((len(used), 3), np.nan)
@@ -219,7 +219,7 @@ def _described(problem, state, costs, converged, used, spread, stated):
     point_covariance[used] = scale * seen.metre**2 * of_points
     away = np.einsum("vij,nj->vni", state.R, X) + state.t[:, None]
     near = np.where(seen.mask, np.linalg.norm(away, axis=2), np.inf).min(axis=0)
-    largest = np.sqrt(np.linalg.eigvalsh(scale * of_points)[:, 2])
+    largest = np.sqrt(scale * np.linalg.eigvalsh(of_points)[:, 2])
     open_points = np.zeros(len(used), bool)
     open_points[used] = (state.h[:, 3] <= 0) | ~(largest < OPEN * near)
     t = seen.metre * state.t + seen.centre

@@ -72,7 +72,7 @@ def fit_conic(points, sigma=None):
     points = checked_points("conic", points, 2, 5)
     T = _normalising(points)
     fit = _settled(_moved(T, points), None, _scaled(sigma, T))
-    return _as_fit(fit, T, points, np.ones(len(points), bool))
+    return _as_fit(fit, T, points, np.ones(len(points), bool), sigma)
 
 
 def fit_conic_ransac(points, rng, threshold, sigma=None):
@@ -93,7 +93,7 @@ def fit_conic_ransac(points, rng, threshold, sigma=None):
         rng,
         threshold * T[0, 0],
     )
-    return _as_fit(fit, T, points, right)
+    return _as_fit(fit, T, points, right, sigma)
 
 
 def conic_distances(coefficients, points):
@@ -310,10 +310,12 @@ def _in_frame(coefficients, T):
     return c, (np.eye(6) - np.outer(c, c)) @ carried / size
 
 
-def _as_fit(fit, T, points, right):
+def _as_fit(fit, T, points, right, sigma):
     c, carried = _in_frame(fit.parameters, T)
     J = carried @ _tangents(fit.parameters)
     distances, _ = conic_distances(c, points)
     covariance = J @ fit.covariance @ J.T
-    kind, sigma = kind_of_conic(fit.parameters), fit.sigma / T[0, 0]
-    return ConicFit(c, covariance, kind, distances, sigma, right)
+    kind = kind_of_conic(fit.parameters)
+    # No length where it is told in standard deviations that were given.
+    scatter = fit.sigma / T[0, 0] if sigma is None else fit.sigma
+    return ConicFit(c, covariance, kind, distances, scatter, right)

@@ -20,10 +20,11 @@ FLAT = 1e-9  # of the extent: points nearer to a line than this lie on it
 class PlaneFit(NamedTuple):
     """The plane z = 0 of T_frame_plane (4, 4), in the frame of the points.
 
-    Its origin is the points' mean, x the direction in which they spread most, z the
-    normal, away from the frame's origin. covariance: (3, 3) of turns about x and y,
-    radians, and of the shift along z; the plane's frame. residuals: (N,) distances of
-    all points, positive on the side of z; sigma: see `Settled`; inliers: (N,) bool.
+    Its origin is the points' mean, x the direction in which they spread most, both
+    weighted as the distances are, z the normal, away from the frame's origin.
+    covariance: (3, 3) of turns about x and y, radians, and of the shift along z; the
+    plane's frame. residuals: (N,) distances of all points, positive on the side of z;
+    sigma: see `Settled`; inliers: (N,) bool.
     """
 
     T_frame_plane: np.ndarray
@@ -72,10 +73,10 @@ def fit_plane_ransac(points, rng, threshold, sigma=None):
 
 
 def plane_distances(planes, points):
-    """Signed distances (m, N) of points (N, 3) from planes (m, 6): a point of each and
-    its unit normal."""
+    """Signed distances (m, N) of points (N, 3) from planes (m, 6 or more): a point of
+    each and its unit normal."""
     return np.einsum(
-        "mni,mi->mn", points - planes[:, None, :3], planes[:, 3:], optimize=True
+        "mni,mi->mn", points - planes[:, None, :3], planes[:, 3:6], optimize=True
     )
 
 
@@ -94,16 +95,14 @@ def _settled(points, sigma):
     # b x - a y - s, and x and y are uncorrelated.
     inverse = np.diag(1 / np.array([extents[1] ** 2, extents[0] ** 2, weight.sum()]))
     covariance, scatter = spread(inverse, weight @ distances**2, len(points), sigma)
-    return Settled(np.concatenate([middle, normal]), distances, covariance, scatter)
+    parameters = np.concatenate([middle, normal, axes[0]])
+    return Settled(parameters, distances, covariance, scatter)
 
 
 def _as_fit(fit, points, right):
-    middle, normal = fit.parameters[:3], fit.parameters[3:]
+    middle, normal, x = fit.parameters.reshape(3, 3)
     normal = normal * (-1 if normal @ middle < 0 else 1)
-    off = points[right] - middle
-    x = np.linalg.eigh(off.T @ off)[1][:, 2]
-    x = x - normal * (normal @ x)
-    x *= np.sign(x[np.argmax(np.abs(x))]) / np.linalg.norm(x)
+    x = x * np.sign(x[np.argmax(np.abs(x))])
     T = pose(np.column_stack([x, np.cross(normal, x), normal]), middle)
     residuals = (points - middle) @ normal
     return PlaneFit(T, fit.covariance, residuals, fit.sigma, right)
