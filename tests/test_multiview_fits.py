@@ -6,13 +6,13 @@ import pytest
 from raxel.errors import InputError
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from raxel.geometry.planes import on_plane
+from raxel.geometry.unit_sphere import stepped
 from raxel.multiview.fits.circles import (
     fit_circle,
     fit_circle_in_space,
     fit_circle_ransac,
 )
 from raxel.multiview.fits.conics import (
-    _stepped,
     _system,
     algebraic_conic,
     conic_distances,
@@ -158,7 +158,7 @@ def test_derivatives_agree_with_differences(rng):
     flat = arc(300, 12, 1.0) * [1.3, 0.8] + 0.05 * rng.normal(size=(12, 2))
     for system, move, shape, places, size in [
         (cylinder_system, turned_axis, cylinder, points, 5),
-        (_system, _stepped, conic, flat, 5),
+        (_system, stepped, conic, flat, 5),
     ]:
         found = system(shape, places)[1]
         for k, step in enumerate(1e-6 * np.eye(size)):

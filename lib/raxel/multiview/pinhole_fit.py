@@ -11,6 +11,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.geometry.damped import descend, gauss_newton
+from raxel.geometry.unit_sphere import stepped, tangents
 
 FEWEST = 6
 FLAT = 1e-6  # extent across over the greatest, of points that are as good as on a plane
@@ -44,7 +45,7 @@ def nearest_pinhole(points, pixels):
     X, x = _moved(T_points, points), _moved(T_pixels, pixels)
     P, costs, _ = descend(
         lambda P: _evaluated(P, X, x),
-        _stepped,
+        stepped,
         _linear(X, x).ravel(),
         iterations=ITERATIONS,
         tolerance=AT_REST,
@@ -84,17 +85,8 @@ def _evaluated(p, X, x):
     P = p.reshape(3, 4)
     left = (mapped(P, X) - x).ravel()
     return gauss_newton(
-        left, lambda: pinhole_jacobian(P, X).reshape(-1, 12) @ _tangents(p)
+        left, lambda: pinhole_jacobian(P, X).reshape(-1, 12) @ tangents(p)
     )
-
-
-def _stepped(p, step):
-    moved = p + _tangents(p) @ step
-    return moved / np.linalg.norm(moved)
-
-
-def _tangents(p):
-    return np.linalg.svd(p[None])[2][1:].T
 
 
 def _linear(X, x):

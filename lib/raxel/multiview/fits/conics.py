@@ -10,6 +10,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.geometry.homography import normalising
+from raxel.geometry.unit_sphere import stepped, tangents
 from raxel.multiview.fits.orthogonal import agreeing, checked_points, least_distances
 
 OPEN = 1e-9  # fifth singular value over the first of points that determine no conic
@@ -257,7 +258,7 @@ def _algebraic(points):
 
 def _settled(points, start, sigma):
     start = _algebraic(points) if start is None else start
-    return least_distances("conic", _system, _stepped, start, points, sigma)
+    return least_distances("conic", _system, stepped, start, points, sigma)
 
 
 def _system(coefficients, points):
@@ -266,16 +267,7 @@ def _system(coefficients, points):
     g, _ = _gradient(coefficients, feet)
     # A change of Q moves the conic by -dQ / |grad Q| at the foot.
     size = np.maximum(np.linalg.norm(g, axis=1, keepdims=True), 1e-300)
-    return distances, _monomials(feet) / size @ _tangents(coefficients)
-
-
-def _stepped(coefficients, step):
-    moved = coefficients + _tangents(coefficients) @ step
-    return moved / np.linalg.norm(moved)
-
-
-def _tangents(coefficients):
-    return np.linalg.svd(coefficients[None])[2][1:].T
+    return distances, _monomials(feet) / size @ tangents(coefficients)
 
 
 def _normalising(points):
@@ -312,7 +304,7 @@ def _in_frame(coefficients, T):
 
 def _as_fit(fit, T, points, right, sigma):
     c, carried = _in_frame(fit.parameters, T)
-    J = carried @ _tangents(fit.parameters)
+    J = carried @ tangents(fit.parameters)
     distances, _ = conic_distances(c, points)
     covariance = J @ fit.covariance @ J.T
     kind = kind_of_conic(fit.parameters)
