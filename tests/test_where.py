@@ -24,6 +24,8 @@ BOOK_KEEPING = {
     "fig2_6_step": "a step of the stage, put into the rig",
     "fig2_6_scale": "the scale at which arrows are drawn",
     "fig3_16_scale": "the scale at which arrows are drawn",
+    "fig5_14_scale": "the scale at which arrows are drawn",
+    "fig5_19_defl": "a push of the mirror, put into the rig",
 }
 
 
