@@ -146,3 +146,50 @@ def test_edges_without_pixels_in_the_mirror_are_refused():
         straight_edges_update(
             FLAT, [np.full((9, 2), np.nan)], CLAMP, noise=1e-4, prior_sd=0.1
         )
+
+
+@pytest.mark.parametrize(
+    ("words", "change"),
+    [
+        ("pixels before are", {"before": np.zeros((360, 3))}),
+        ("pixels after are", {"after": np.zeros(360)}),
+        ("no clamp", {"clamp": None}),
+        ("outline", {"outline": np.full((3, 2), np.nan)}),
+        ("must be above zero", {"settings": PRIOR._replace(noise_px=0.0)}),
+        ("must be above zero", {"settings": PRIOR._replace(prior_sd=0.0)}),
+    ],
+)
+def test_what_is_no_input_is_refused_in_a_line(words, change):
+    before, after = scene(800.0)
+    given = {"before": before, "after": after, "clamp": CLAMP, "settings": PRIOR}
+    given = given | {"outline": OUTLINE} | change
+    outline = given.pop("outline")
+    for update in (linear_update, feedback_updates, one_depth_update):
+        with pytest.raises(CalibrationError, match=words) as refusal:
+            update(FLAT, *given.values(), outline=outline)
+        assert str(refusal.value).isprintable()
+
+
+def test_wrong_matches_are_flagged():
+    rng = np.random.default_rng(2)
+    before, after = scene(800.0, rng)
+    right = one_depth_update(FLAT, before, after, CLAMP, PRIOR, outline=OUTLINE)
+    assert not any("matched wrongly" in flag for flag in right.flags)
+    after[::3] = rng.permutation(after[::3])
+    wrong = one_depth_update(FLAT, before, after, CLAMP, PRIOR, outline=OUTLINE)
+    assert any("matched wrongly" in flag for flag in wrong.flags)
+
+
+def test_edges_that_are_none_are_refused_in_a_line():
+    edge = visible_pixels(PUSH, 8, 8)
+    size = {"noise": 1e-4, "prior_sd": 0.1}
+    for words, edges, changed in (
+        ("edge 1 is", [edge, np.zeros((9, 3))], {}),
+        ("none of 1", [np.tile(edge[:1], (9, 1))], {}),
+        ("must be above zero", [edge], {"noise": 0.0}),
+        ("must be above zero", [edge], {"prior_sd": -1.0}),
+        ("0 before and 1 after", [edge], {"before": (FLAT, [])}),
+    ):
+        with pytest.raises(CalibrationError, match=words) as refusal:
+            straight_edges_update(FLAT, edges, CLAMP, **size | changed)
+        assert str(refusal.value).isprintable()

@@ -127,7 +127,11 @@ def _seventeen(pairs):
 
 def _eight(pairs):
     """(E, margin) of the central system."""
-    return essential_matrix(pairs.rays_1.directions, pairs.rays_2.directions)
+    d_1, d_2 = pairs.rays_1.directions, pairs.rays_2.directions
+    if len(d_1) == FEWEST_CENTRAL:
+        # The first equation twice changes nothing, and there are nine.
+        d_1, d_2 = np.vstack([d_1, d_1[:1]]), np.vstack([d_2, d_2[:1]])
+    return essential_matrix(d_1, d_2)
 
 
 def _on_axis(pairs):

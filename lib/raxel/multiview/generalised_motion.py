@@ -20,6 +20,7 @@ from raxel.multiview.motion_information import TOLD, inverse_information
 from raxel.multiview.ray_gaps import (
     FEWEST,
     along_sphere,
+    checked_motion,
     gap_system,
     matched_rays,
     moved_motion,
@@ -98,7 +99,7 @@ def refine_generalised_pose(rays_1, rays_2, start, *, length=None, most=50):
         T, margin = start.T_2_1, start.margin
         if len(start.inliers) == len(inliers):
             inliers = start.inliers
-    R, u = pairs.about_centre(T)
+    R, u = pairs.about_centre(checked_motion(T))
     return adjusted(pairs, inliers, R, u, length, margin, most)
 
 

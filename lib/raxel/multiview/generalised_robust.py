@@ -7,7 +7,10 @@ shift. So the end is tried from other shifts as well.
 Source: Fischler and Bolles 1981, doi:10.1145/358669.358692.
 """
 
+from math import comb
+
 import numpy as np
+from scipy.special import bdtrc
 
 from raxel.errors import CalibrationError
 from raxel.geometry.consensus import best_hypothesis
@@ -20,11 +23,12 @@ from raxel.multiview.motion_samples import (
     squared_gaps,
     turning_pairs,
 )
-from raxel.multiview.ray_gaps import depths_of_pairs, gaps, matched_rays
+from raxel.multiview.ray_gaps import FEWEST, depths_of_pairs, gaps, matched_rays
 
 BATCH, ROUNDS = 64, 20
 HELD_STEPS, FREED_STEPS = 12, 6
 FEW = 0.05  # share of pairs that meet before their origins
+REMATCHED = 8  # times that pairs are matched anew, for what agrees by chance
 
 
 def generalised_pose_ransac(
@@ -38,7 +42,8 @@ def generalised_pose_ransac(
     known. Samples are drawn until one without a wrong pair has been met with
     probability `confidence`. Returns GeneralisedPose, refined. Raises CalibrationError
     for rays as `matched_rays`, rays through one point without a length, fewer than
-    eight right pairs, and right pairs that a turn about the centre explains as well.
+    eight right pairs, no more of them than chance makes, and right pairs that a turn
+    about the centre explains as well.
     """
     pairs = matched_rays(rays_1, rays_2, fewest=SAMPLE)
     need_length(pairs, length)
@@ -69,6 +74,7 @@ def generalised_pose_ransac(
             " or the threshold is too small"
         )
     right = _need_right(errors(best[None])[0] < threshold**2)
+    _refuse_chance(best, turning, right, threshold, most_trials)
     _refuse_turn(turning, right, threshold)
     tried = _from_other_shifts(best, turning, right, length)
     cost = np.minimum(errors(tried), threshold**2).sum(axis=1)
@@ -120,6 +126,37 @@ def _from_other_shifts(best, turning, right, length):
     if length is None:
         found.append(_stacked(*settled(*held, own, steps=FREED_STEPS)))
     return np.concatenate(found)
+
+
+def _refuse_chance(best, turning, right, threshold, most_trials):
+    """Where the same motion fits pairs that are matched anew, at random, nearly as
+    often, the best of many samples says nothing.
+
+    Source: Moisan and Stival 2004, doi:10.1023/B:VISI.0000013094.38752.54 (the number
+    of samples that would be as good by chance).
+    """
+    count, some = len(right), np.count_nonzero(right)
+    second = turning._fields[3:]
+    agree = [
+        squared_gaps(
+            *_parted(best[None]),
+            turning._replace(
+                **{f: np.roll(getattr(turning, f), k, axis=-1) for f in second}
+            ),
+            threshold,
+        )
+        < threshold**2
+        for k in range(1, min(REMATCHED, count - 1) + 1)
+    ]
+    by_chance = (np.sum(agree) + 1) / (np.size(agree) + 1)
+    samples = min(most_trials, comb(count, SAMPLE))
+    # Six pairs are fitted whatever they are.
+    as_good = bdtrc(some - FEWEST - 1, count - FEWEST, by_chance)
+    if samples * as_good > 1:
+        raise CalibrationError(
+            f"motion: {some} of {count} pairs agree with one, as many as would by "
+            "chance; the matches are wrong, or the threshold is too large"
+        )
 
 
 def _refuse_turn(turning, right, threshold):

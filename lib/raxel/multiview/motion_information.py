@@ -16,7 +16,7 @@ import numpy as np
 
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import tangent_bases
-from raxel.multiview.ray_gaps import ONE_POINT, gap_system, matched_rays
+from raxel.multiview.ray_gaps import ONE_POINT, checked_motion, gap_system, matched_rays
 
 # Eigenvalues below this share of the largest are zero: standard deviations are then
 # as large as can be told.
@@ -95,7 +95,7 @@ def motion_information(T_2_1, rays_1, rays_2, *, about=None):
     in it. Raises CalibrationError for rays as `matched_rays`, and for a centre at rest.
     """
     pairs = matched_rays(rays_1, rays_2, about=about, fewest=1)
-    R, u = pairs.about_centre(T_2_1)
+    R, u = pairs.about_centre(checked_motion(T_2_1))
     if not np.linalg.norm(u) > ONE_POINT * np.abs(pairs.rays_1.origins).max():
         raise CalibrationError(
             "motion: the rays' centre does not move, so that no direction or length of"

@@ -16,7 +16,7 @@ from raxel.errors import InputError
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import inverse_pose, rotate, transform
 from raxel.multiview.perspective_view import BLOCK, NOWHERE, PerspectiveView
-from raxel.multiview.plane_points import plane_locations
+from raxel.multiview.plane_points import checked_picture, checked_plane, plane_locations
 from raxel.multiview.plane_view import remap_to_plane
 
 GRID = 61  # rays each way that a view is chosen by
@@ -32,8 +32,21 @@ def view_of_plane(camera, T_camera_plane, per_px, corner=None, size=None):
     it if not given, which is too much of a plane that is seen as far as its horizon.
     The pinhole is the point nearest to the rays that meet this part, behind a mirror;
     it looks at the part's middle, and the picture holds all of it. Returns
-    PerspectiveView. Raises InputError where hardly a ray meets the part.
+    PerspectiveView. Raises InputError where hardly a ray meets the part, and for a
+    pose, part or scale that is none.
     """
+    T_camera_plane = checked_plane(T_camera_plane)
+    if not 0 < per_px < np.inf:
+        raise InputError(
+            f"near-perspective view: found a scale of {per_px}; give a length above 0"
+        )
+    if (corner is None) != (size is None) or (
+        corner is not None and not np.shape(corner) == np.shape(size) == (2,)
+    ):
+        raise InputError(
+            f"near-perspective view: found corner {corner} and size {size}; give both, "
+            "two numbers each, or none"
+        )
     steps = np.array([camera.width, camera.height]) - 1
     rays = camera.rays(pixel_grid(GRID, GRID) * steps / (GRID - 1))
     hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane)
@@ -59,6 +72,7 @@ def view_of_plane(camera, T_camera_plane, per_px, corner=None, size=None):
     places = focal * seen[:, :2] / seen[:, 2:]
     first, last = np.floor(places.min(axis=0)), np.ceil(places.max(axis=0))
     K = np.array([[focal, 0, -first[0]], [0, focal, -first[1]], [0, 0, 1]])
+    checked_picture(last - first + 1)
     width, height = (last - first).astype(int) + 1
     return PerspectiveView(K, R, centre, int(width), int(height))
 
@@ -76,8 +90,9 @@ def view_pixels(view, points):
 def plane_ranges(view, T_camera_plane):
     """How far along its ray each pixel of a view meets a plane: (height, width).
 
-    NaN where it does not.
+    NaN where it does not. Raises InputError for a pose that is none.
     """
+    T_camera_plane = checked_plane(T_camera_plane)
     ranges = np.full(view.height * view.width, np.nan)
     for rows, pixels in _blocks(view):
         hits = intersect_rays_plane(
@@ -114,6 +129,11 @@ def sources_at(camera, view, ranges):
     show that point. For `raxel.multiview.perspective_view.resample`.
     """
     ranges = np.asarray(ranges, float)
+    if ranges.shape != (view.height, view.width):
+        raise InputError(
+            f"ranges: found {ranges.shape[::-1]} px; the view has {view.width} x "
+            f"{view.height}"
+        )
     sources = np.full((view.height * view.width, 2), NOWHERE, np.float32)
     for rows, pixels in _blocks(view):
         reach = ranges.ravel()[rows]
@@ -148,8 +168,9 @@ def shown_in_view(camera, view, pixels, T_camera_plane):
     """Where what the camera sees at pixels (N, 2) lands in a view over a plane: (N, 2).
 
     The view that `sources_at` makes of `plane_ranges`, asked the other way round; NaN
-    where a ray does not meet the plane.
+    where a ray does not meet the plane. Raises InputError for a pose that is none.
     """
+    T_camera_plane = checked_plane(T_camera_plane)
     rays = camera.rays(pixels)
     hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane)
     return view_pixels(view, transform(T_camera_plane, on_plane(hits.points)))
@@ -158,8 +179,10 @@ def shown_in_view(camera, view, pixels, T_camera_plane):
 def facing_plane(T_camera_plane, viewpoint, offset):
     """The plane moved by `offset` towards a viewpoint (3,), along its normal (4, 4).
 
-    A relief is best assumed at its mean height above the plate that holds it.
+    A relief is best assumed at its mean height above the plate that holds it. Raises
+    InputError for a pose that is none.
     """
+    T_camera_plane = checked_plane(T_camera_plane)
     side = transform(inverse_pose(T_camera_plane), np.asarray(viewpoint)[None])[0, 2]
     moved = np.array(T_camera_plane, float)
     normal = rotate(moved, np.array([[0.0, 0.0, np.sign(side)]]))[0]

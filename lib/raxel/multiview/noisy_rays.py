@@ -16,6 +16,7 @@ from raxel.errors import CalibrationError
 
 STEP_PX = 0.25  # over which a camera's rays are differenced
 UNIT = 1e-6  # by which a unit direction may be off
+FARTHEST = 1e15  # mm: no camera has a ray that begins there
 
 
 class NoisyRays(NamedTuple):
@@ -71,12 +72,23 @@ def angular_rays(rays, sd=1.0, *, about=None):
     Raises CalibrationError for rays that are not finite or directions not unit.
     """
     o, d = checked_rays(rays)
+    if len(o) == 0:
+        raise CalibrationError("rays: found none; give those of pixels that have one")
+    if about is not None and not _finite(about, (3,)):
+        raise CalibrationError("rays: about is no place; give three finite numbers, mm")
+    if np.shape(sd) not in ((), (len(o),)):
+        raise CalibrationError(
+            f"rays: found standard deviations {np.shape(sd)} of {len(o)} rays; give "
+            "one, or one for each"
+        )
     if about is None:
         about = closest_point(Rays(o, d, np.ones(len(o), bool)))
     back = np.einsum("ni,ni->n", o - np.asarray(about, float), d)[:, None, None]
     sd = np.broadcast_to(np.asarray(sd, float), len(o))
-    if not np.all(sd > 0):
-        raise CalibrationError("rays: standard deviations must be above zero")
+    if not np.all((sd > 0) & np.isfinite(sd)):
+        raise CalibrationError(
+            "rays: standard deviations must be above zero and finite"
+        )
     across = sd[:, None, None] ** 2 * (np.eye(3) - d[:, :, None] * d[:, None, :])
     C = np.block([[back**2 * across, back * across], [back * across, across]])
     return NoisyRays(o, d, C)
@@ -90,6 +102,15 @@ def rays_of_pixels(camera, pixels, sd_px=1.0):
     pixels without a ray, a quarter of a pixel around them included: leave them out.
     """
     pixels = np.asarray(pixels, float)
+    if pixels.ndim != 2 or pixels.shape[1] != 2:
+        raise CalibrationError(f"rays: found pixels {pixels.shape}; give (N, 2)")
+    if np.shape(sd_px) not in ((), (len(pixels),)) or not np.all(
+        np.isfinite(sd_px) & (np.asarray(sd_px) > 0)
+    ):
+        raise CalibrationError(
+            f"rays: standard deviations {np.shape(sd_px)} of {len(pixels)} pixels must "
+            "be one or one for each, finite and above zero"
+        )
     steps = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     rays = camera.rays((pixels + steps[:, None]).reshape(-1, 2))
     lines = np.concatenate([rays.origins, rays.directions], axis=1)
@@ -109,13 +130,23 @@ def rays_of_pixels(camera, pixels, sd_px=1.0):
 def with_noise(rays):
     """Rays as they are if they know their noise, else as `angular_rays` of 1 radian."""
     if hasattr(rays, "covariance"):
-        checked_rays(rays)
+        o, _ = checked_rays(rays)
+        C = rays.covariance
+        if not _finite(C, (len(o), 6, 6)) or np.any(np.einsum("nii->ni", C) < 0):
+            raise CalibrationError(
+                f"rays: found covariance {np.shape(C)} of {len(o)} rays; give (N, 6, "
+                "6), finite, without negative variances"
+            )
         return rays
     return angular_rays(rays)
 
 
 def checked_rays(rays):
     """(origins, directions), (N, 3); CalibrationError where they are not finite."""
+    if not (hasattr(rays, "origins") and hasattr(rays, "directions")):
+        raise CalibrationError(
+            f"rays: found {type(rays).__name__}; give what camera.rays(pixels) returns"
+        )
     o, d = np.asarray(rays.origins, float), np.asarray(rays.directions, float)
     if o.ndim != 2 or o.shape[1] != 3 or o.shape != d.shape:
         raise CalibrationError(
@@ -129,4 +160,13 @@ def checked_rays(rays):
         )
     if len(d) and np.abs(np.linalg.norm(d, axis=1) - 1).max() > UNIT:
         raise CalibrationError("rays: directions are not of length 1; normalise them")
+    if np.abs(o).max(initial=0) > FARTHEST:
+        raise CalibrationError(
+            f"rays: an origin is {np.abs(o).max():.3g} mm away; give origins near the "
+            "camera, mm"
+        )
     return o, d
+
+
+def _finite(values, shape):
+    return np.shape(values) == shape and bool(np.isfinite(values).all())

@@ -12,6 +12,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.geometry.damped import descend, gauss_newton
 from raxel.geometry.unit_sphere import stepped, tangents
+from raxel.multiview.fits.orthogonal import FARTHEST
 
 FEWEST = 6
 FLAT = 1e-6  # extent across over the greatest, of points that are as good as on a plane
@@ -105,7 +106,8 @@ def _linear(X, x):
 
 def _checked(points, pixels):
     points, pixels = np.asarray(points, float), np.asarray(pixels, float)
-    if points.shape != (len(points), 3) or pixels.shape != (len(points), 2):
+    many = points.shape[:1]
+    if points.shape != (*many, 3) or pixels.shape != (*many, 2):
         raise InputError(
             f"pinhole: found points {points.shape} and pixels {pixels.shape}; give "
             "arrays (N, 3) and (N, 2)"
@@ -118,6 +120,16 @@ def _checked(points, pixels):
         )
     if len(points) < FEWEST:
         raise InputError(f"pinhole: {len(points)} points; {FEWEST} or more are needed")
+    if max(np.abs(points).max(), np.abs(pixels).max()) > FARTHEST:
+        raise InputError(
+            f"pinhole: a point or pixel is beyond {FARTHEST:g}; remove what is next to "
+            "infinity"
+        )
+    if not np.ptp(pixels, axis=0).all():
+        raise InputError(
+            "pinhole: all pixels lie in one row or column; give points all over the "
+            "picture"
+        )
     extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if not extents[2] > FLAT * extents[0]:
         raise InputError(

@@ -22,10 +22,13 @@ from raxel.geometry.poses import (
 )
 from raxel.multiview.fits.circles import CircleFit, fit_circle
 from raxel.multiview.plane_view import remap_to_plane
+from raxel.multiview.ray_gaps import are_rotations
 
 STEP_PX = 0.5  # to either side, for how points move with pixels
 STEP_TURN = 1e-4  # radians along a circle, for its tangent
 PIXELS_AT_ONCE = 1 << 17
+MOST_PIXELS = 1 << 28
+FARTHEST = 1e100  # mm
 
 
 class PlanePoints(NamedTuple):
@@ -55,9 +58,12 @@ def points_on_plane(camera, pixels, T_camera_plane):
     """Where pixels (N, 2) see the plane z = 0 of T_camera_plane (4, 4): `PlanePoints`.
 
     camera: any Camera. Not valid are pixels without a ray, or whose ray, or that of a
-    neighbour half a pixel off, does not meet the plane ahead of its origin.
+    neighbour half a pixel off, does not meet the plane ahead of its origin. Raises
+    InputError for a pose that is none, and pixels of another shape.
     """
-    pixels = np.asarray(pixels, float)
+    pixels, T_camera_plane = np.asarray(pixels, float), checked_plane(T_camera_plane)
+    if pixels.ndim != 2 or pixels.shape[1] != 2:
+        raise InputError(f"plane: found pixels {pixels.shape}; give (N, 2)")
     steps = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1.0]])
     rays = camera.rays((pixels + steps[:, None]).reshape(-1, 2))
     hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane).points
@@ -74,7 +80,14 @@ def circle_outline(camera, T_camera_plane, centre, radius, count=360):
     (count, 2) of the outline there, away from the circle's inside, and scale (count,),
     px across the outline per length on the plane; NaN where the camera does not show
     the circle, or beyond its picture. The camera may be one that is roughly known.
+    Raises InputError for a pose or circle that is none.
     """
+    T_camera_plane = checked_plane(T_camera_plane)
+    if np.shape(centre) != (2,) or not (0 < radius < np.inf):
+        raise InputError(
+            f"circle: found centre {np.shape(centre)} and radius {radius}; give (2,) "
+            "and a length above 0"
+        )
     angles = 2 * np.pi * np.arange(count) / count
 
     def shown(angle, r):
@@ -112,6 +125,7 @@ def measured_circle(
     and circle.
     """
     seen = points_on_plane(camera, pixels, T_camera_plane)
+    _check_uncertainty(len(seen.valid), sigma_px, pose_covariance)
     points = seen.points[seen.valid]
     fit = fit_circle(points)
     spread = np.ones(len(points))
@@ -130,6 +144,35 @@ def measured_circle(
         covariance = fit.covariance + J @ np.asarray(pose_covariance) @ J.T
         fit = fit._replace(covariance=covariance)
     return CircleOnPlane(fit, points, seen.valid)
+
+
+def checked_plane(T_camera_plane):
+    """A plane's pose (4, 4) as floats; InputError for what is no rotation and shift."""
+    T = np.asarray(T_camera_plane, float)
+    if T.shape != (4, 4) or not (
+        np.isfinite(T).all() and are_rotations(T[:3, :3]) and np.abs(T).max() < FARTHEST
+    ):
+        raise InputError(
+            f"plane: the pose {T.shape} is none; give (4, 4), a rotation and a shift, "
+            "finite"
+        )
+    return T
+
+
+def _check_uncertainty(count, sigma_px, pose_covariance):
+    if np.shape(sigma_px) not in ((), (count,)):
+        raise InputError(
+            f"circle: sigma {np.shape(sigma_px)} of {count} pixels; give one, or one "
+            "for each"
+        )
+    given = pose_covariance is not None
+    if given and not (
+        np.shape(pose_covariance) == (6, 6) and np.isfinite(pose_covariance).all()
+    ):
+        raise InputError(
+            f"circle: found a pose's covariance {np.shape(pose_covariance)}; give (6, "
+            "6), finite"
+        )
 
 
 def _moved_by_pose(points, directions):
@@ -173,8 +216,16 @@ def random_plane(rng, rays, distance, tilt):
     For the thesis's single evaluation: no pose is estimated, and the points where rays
     meet the plane lie on a conic, whatever the plane, if the camera is *central*. For
     one that is not, they do so only on the circle's own plane: what is left on another
-    one is the camera's own parallax as well as its error.
+    one is the camera's own parallax as well as its error. Raises InputError without a
+    valid ray, and for a distance or tilt that is none.
     """
+    if not rays.valid.any():
+        raise InputError("plane: none of the rays is valid; give pixels that have one")
+    if not (np.isfinite(distance) and 0 <= tilt <= np.pi / 2):
+        raise InputError(
+            f"plane: found distance {distance} and tilt {tilt}; give a finite one and "
+            "one from 0 to pi / 2 radians"
+        )
     mean = rays.directions[rays.valid].mean(axis=0)
     mean = mean / np.linalg.norm(mean)
     cosine = rng.uniform(np.cos(tilt), 1)
@@ -194,8 +245,10 @@ def plane_picture(camera, image, T_camera_plane, corner, size, per_px):
     what is wanted and size: (width, height), in the plane's frame, mm; per_px: mm per
     pixel of the new picture, whose pixel (u, v) has its centre at corner +
     per_px (u + 1/2, v + 1/2). Returns picture and seen as `remap_to_plane`. Raises
-    InputError as that, and for an image that is not the camera's.
+    InputError as that, for an image that is not the camera's, and for a picture without
+    a size or beyond MOST_PIXELS.
     """
+    checked_picture(np.divide(size, per_px) if per_px > 0 else (np.nan, np.nan))
     location = plane_locations(camera, image, T_camera_plane) - corner
     return remap_to_plane(image, _near(location, size), None, None, size, per_px)
 
@@ -203,8 +256,10 @@ def plane_picture(camera, image, T_camera_plane, corner, size, per_px):
 def plane_locations(camera, image, T_camera_plane):
     """The place on a plane that each pixel of a camera's image sees: (H, W, 2).
 
-    NaN where none. Raises InputError for an image that is not of the camera's size.
+    NaN where none. Raises InputError for an image that is not of the camera's size, and
+    a pose that is none.
     """
+    T_camera_plane = checked_plane(T_camera_plane)
     shape = np.shape(image)[:2]
     if shape != (camera.height, camera.width):
         raise InputError(
@@ -219,6 +274,17 @@ def plane_locations(camera, image, T_camera_plane):
         hits = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane)
         location[top : top + count] = hits.points.reshape(count, -1, 2)
     return location
+
+
+def checked_picture(size_px):
+    """Refuse a picture (width, height), px, that nobody can have."""
+    with np.errstate(over="ignore"):
+        fits = np.shape(size_px) == (2,) and np.prod(size_px) <= MOST_PIXELS
+    if not (fits and np.min(size_px) > 0):
+        raise InputError(
+            f"picture: found a size of {np.asarray(size_px).tolist()} px; give a part "
+            f"and a scale, all above 0, that make {MOST_PIXELS} pixels at most"
+        )
 
 
 def _near(location, size):

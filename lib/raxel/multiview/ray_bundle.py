@@ -103,8 +103,9 @@ def bundle_rays(views, T_view_world, *, points=None, held=None, stated=True, mos
     hardly tell it.
     """
     T = np.array(T_view_world, float)
+    _check_shapes(len(views), T, held)
     centre, spread = _centre(views)
-    _check(len(views), T, spread, held)
+    _check_scale(T, centre, spread, held)
     seen, used, h = _start(views, T, points, centre)
     problem = _Poses(seen, held, PlacedPoints(*seen.poses(T), h))
     state, costs, converged = descend(
@@ -249,6 +250,7 @@ def _start(views, T, points, centre):
         raise CalibrationError(
             f"bundle: found points {middle.shape}, rays see {seen.mask.shape[1]} points"
         )
+    middle = np.where(np.isfinite(middle).all(axis=1)[:, None], middle, np.nan)
     used = seen.mask.sum(axis=0) >= 2
     number = np.cumsum(used) - 1
     kept = [_only(view, used, number) for view in views]
@@ -282,16 +284,28 @@ def _centre(views):
     return centre, spread if spread > ONE_POINT * reach else 0.0
 
 
-def _check(count, T, spread, held):
+def _check_shapes(count, T, held):
     if count < 2 or T.shape != (count, 4, 4):
         raise CalibrationError(
             f"bundle: {count} views and poses {T.shape}; give two or more views and a"
             " pose (4, 4) for each"
         )
-    if held is not None and not 0 < held < count:
+    whole = isinstance(held, (int, np.integer)) and not isinstance(held, bool)
+    if held is not None and not (whole and 0 < held < count):
         raise CalibrationError(
             f"bundle: view {held} is to be held; give one from 1 to {count - 1}"
         )
+
+
+def _check_scale(T, centre, spread, held):
+    if held is not None:
+        way = T[held] @ inverse_pose(T[0])
+        apart = np.linalg.norm(way[:3, :3] @ centre + way[:3, 3] - centre)
+        if not apart > ONE_POINT * (np.abs(centre).max() + np.abs(T[:, :3, 3]).max()):
+            raise CalibrationError(
+                f"bundle: view {held} is to be held where the first is; give a start "
+                "that is apart from it"
+            )
     if held is None and not spread:
         raise CalibrationError(
             "bundle: all rays pass through one point, so nothing tells the scale; name"

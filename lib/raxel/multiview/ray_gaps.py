@@ -28,6 +28,7 @@ from raxel.multiview.noisy_rays import with_noise
 
 ONE_POINT = 1e-9  # of the distances at hand: rays so near to one point share it
 FEWEST = 6  # pairs, for rotation and translation
+ORTHOGONAL = 1e-4  # by which R R^T of a pose may miss I
 # Where two origins coincide; its powers must not overflow.
 LEAST_VARIANCE = 1e-90
 
@@ -73,6 +74,12 @@ def matched_rays(rays_1, rays_2, *, about=None, fewest=FEWEST):
         raise CalibrationError(
             f"motion: {count} pairs of rays; {fewest} or more are needed"
         )
+    different = _different(rays_1, rays_2)
+    if different < min(count, fewest + 1):
+        raise CalibrationError(
+            f"motion: only {different} of {count} pairs of rays differ, the others are "
+            f"repeated; more than {fewest} different ones are needed"
+        )
     o, d = (
         np.concatenate([getattr(rays, name) for rays in (rays_1, rays_2)])
         for name in ("origins", "directions")
@@ -84,6 +91,31 @@ def matched_rays(rays_1, rays_2, *, about=None, fewest=FEWEST):
     if spread <= ONE_POINT * reach:
         spread = 0.0
     return MatchedRays(rays_1.moved(centre), rays_2.moved(centre), centre, spread)
+
+
+def _different(rays_1, rays_2):
+    """How many of the pairs are not the same as another one."""
+    pairs = np.column_stack([*rays_1[:2], *rays_2[:2]])
+    return len(np.unique(pairs, axis=0))
+
+
+def checked_motion(T_2_1):
+    """A motion (4, 4) as floats; CalibrationError for what is no rotation and shift."""
+    T = np.asarray(T_2_1, float)
+    if T.shape != (4, 4) or not are_rotations(T[:3, :3]):
+        raise CalibrationError(
+            f"motion: the start {T.shape} is none; give (4, 4), a rotation and a shift"
+        )
+    return T
+
+
+def are_rotations(R):
+    """Whether matrices (..., 3, 3) are finite, and rotations to within rounding."""
+    R = np.asarray(R, float)
+    if not np.isfinite(R).all():
+        return False
+    off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0)
+    return bool(off < ORTHOGONAL and np.all(np.linalg.det(R) > 0))
 
 
 def gaps(R, u, pairs):

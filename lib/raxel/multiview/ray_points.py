@@ -22,8 +22,10 @@ import numpy as np
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import rotation_from_vector, tangent_bases
 from raxel.multiview.noisy_rays import with_noise
+from raxel.multiview.ray_gaps import are_rotations
 
 LEAST = 1e-30
+MOST_POINTS = 10_000_000
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-6, 1e-12, 1e6
 FALL, RISE = 0.1, 10.0
 AT_REST = 1e-14
@@ -97,6 +99,10 @@ class RayTracks:
         T = np.asarray(T_view_world, float)
         if not np.isfinite(T).all():
             raise CalibrationError("points: some poses of views are not finite")
+        if not are_rotations(T[:, :3, :3]):
+            raise CalibrationError(
+                "points: some poses of views are no rotation and shift; give rigid ones"
+            )
         return T[:, :3, :3], (T[:, :3, 3] - self.centre) / self.metre
 
     def homogeneous(self, points):
@@ -243,10 +249,11 @@ def _listed(view):
     rays = with_noise(view.rays)
     index = view.points
     index = np.arange(len(rays.origins)) if index is None else np.asarray(index)
-    if index.shape != (len(rays.origins),) or (len(index) and index.min() < 0):
+    whole = index.dtype.kind in "iu" and index.shape == (len(rays.origins),)
+    if not whole or index.min(initial=0) < 0 or index.max(initial=0) >= MOST_POINTS:
         raise CalibrationError(
-            f"points: found numbers {index.shape} of {len(rays.origins)} rays; give one"
-            " for each, from 0 on"
+            f"points: found numbers {index.shape} {index.dtype} of {len(rays.origins)} "
+            f"rays; give a whole one for each, from 0 to below {MOST_POINTS}"
         )
     return rays, index
 

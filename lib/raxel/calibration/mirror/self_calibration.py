@@ -31,6 +31,8 @@ NEAREST_MM, INFINITY_MM = 200.0, 1e7
 DEPTH_TOLERANCE = 1e-4
 # Rays more nearly parallel than this say nothing of a point, radians.
 LEAST_ANGLE = 1e-5
+# Standard deviations of features beyond which residuals are no matter of noise.
+MISFIT = 10.0
 
 
 class SceneMatches(NamedTuple):
@@ -79,11 +81,12 @@ def scene_matches(
     pixels_before, pixels_after = (
         np.asarray(pixels, float) for pixels in (pixels_before, pixels_after)
     )
-    if pixels_before.shape != pixels_after.shape:
+    if pixels_before.shape[:1] != pixels_after.shape[:1]:
         raise CalibrationError(
             f"self-calibration: {len(pixels_before)} pixels before and "
             f"{len(pixels_after)} after; give matched ones"
         )
+    _check_given(pixels_before, pixels_after, clamp, settings, outline)
     rays, p = before.rays(pixels_before), normalised(before.viewer, pixels_after)
     used = rays.valid & np.isfinite(p).all(axis=1)
     if np.count_nonzero(used) < FEWEST:
@@ -106,6 +109,32 @@ def scene_matches(
         p, rays.origins[used], rays.directions[used], used, settings.noise_px / px,
         grid, tuple(flags),
     )  # fmt: skip
+
+
+def _check_given(pixels_before, pixels_after, clamp, settings, outline):
+    """Refuse arrays of another shape, no clamp, and sizes of noise that are none."""
+    for what, pixels in (("before", pixels_before), ("after", pixels_after)):
+        if pixels.ndim != 2 or pixels.shape[1] != 2:
+            raise CalibrationError(
+                f"self-calibration: pixels {what} are {pixels.shape}; give (M, 2)"
+            )
+    if clamp is None:
+        raise CalibrationError(
+            "self-calibration: no clamp is given, which leaves the shape open; give "
+            "that of the primary calibration"
+        )
+    sizes = [settings.noise_px, *filter(None, [settings.prior_sd])]
+    if settings.prior_sd == 0 or not all(0 < size < np.inf for size in sizes):
+        raise CalibrationError(
+            f"self-calibration: noise_px {settings.noise_px} and prior_sd "
+            f"{settings.prior_sd} must be above zero"
+        )
+    if outline is not None:
+        outline = np.asarray(outline, float)
+        if outline.shape != (len(outline), 2) or not np.isfinite(outline).all():
+            raise CalibrationError(
+                f"self-calibration: outline {outline.shape}; give (L, 2), finite"
+            )
 
 
 def linear_update(
@@ -252,4 +281,10 @@ def _update(matches, before, fit, depth, flags):
         before.viewer, matches.grid, fit.coefficients, before.quantity
     )
     rms = np.sqrt(np.mean(np.sum(fit.residuals**2, axis=1)) / 2) / fit.sd_mm
+    if rms > MISFIT:
+        flags = [
+            *flags,
+            f"features miss their points by {rms:.0f} standard deviations: some are "
+            "matched wrongly, or the scene is not as it is taken to be",
+        ]
     return SelfUpdate(camera, float(depth), float(rms), matches.used, tuple(flags))

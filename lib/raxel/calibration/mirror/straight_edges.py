@@ -53,8 +53,21 @@ def straight_edges_update(start, edges, clamp, *, noise, prior_sd, before=None):
     `bending_prior`, mm. before: (camera, edges) of the picture before, whose mirror
     stays as it is, each edge in the same place of its list; without it rays after alone
     count, as 6.3.3 words it. Edges of fewer than four pixels in the mirror do not
-    count. Raises CalibrationError where none is left.
+    count. Raises CalibrationError where none is left, for arrays of another shape, and
+    for edges before that are not as many.
     """
+    edges = _checked_edges(edges)
+    if not (0 < noise < np.inf and 0 < prior_sd < np.inf):
+        raise CalibrationError(
+            f"straight edges: noise {noise} and prior_sd {prior_sd} must be above zero"
+        )
+    if before is not None:
+        before = before[0], _checked_edges(before[1])
+        if len(before[1]) != len(edges):
+            raise CalibrationError(
+                f"straight edges: {len(before[1])} before and {len(edges)} after; give "
+                "each in the same place of both lists"
+            )
     after = [_inside(start, pixels) for pixels in edges]
     counts = [len(p) >= LEAST_PIXELS for p in after]
     known = None
@@ -74,6 +87,22 @@ def straight_edges_update(start, edges, clamp, *, noise, prior_sd, before=None):
         start, [after[k] for k in kept], known and [known[k] for k in kept], noise
     )
     return system.settled(clamp, prior_sd)
+
+
+def _checked_edges(edges):
+    """Pixels (n, 2) of each edge, each place once."""
+    checked = []
+    for k, pixels in enumerate(edges):
+        pixels = np.asarray(pixels, float)
+        if pixels.size == 0:
+            pixels = pixels.reshape(0, 2)
+        if pixels.ndim != 2 or pixels.shape[1] != 2:
+            raise CalibrationError(
+                f"straight edges: edge {k} is {pixels.shape}; give pixels (n, 2)"
+            )
+        few = len(np.unique(pixels[np.isfinite(pixels).all(axis=1)], axis=0))
+        checked.append(pixels if few >= LEAST_PIXELS else pixels[:0])
+    return checked
 
 
 def _inside(camera, pixels):

@@ -20,6 +20,7 @@ ITERATIONS, AT_REST = 100, 1e-13
 ROUNDING = 1e-15  # of the points' extent: distances of exact points
 OPEN = 1e-12  # least eigenvalue, diagonal 1, of equations that determine a shape
 BATCH, REFITS = 64, 20
+FARTHEST = 1e100  # of a coordinate: its square is a number yet
 
 
 class Settled(NamedTuple):
@@ -149,6 +150,17 @@ def checked_points(shape, points, dimension, fewest):
         )
     if len(points) < fewest:
         raise InputError(f"{shape}: {len(points)} points; {fewest} or more are needed")
+    if np.abs(points).max() > FARTHEST:
+        raise InputError(
+            f"{shape}: a point is at {np.abs(points).max():.3g}; remove what is as "
+            "good as at infinity"
+        )
+    different = len(np.unique(points, axis=0))
+    if 1 < different < min(len(points), fewest + 1):
+        raise InputError(
+            f"{shape}: only {different} of {len(points)} points differ; more than "
+            f"{fewest} different ones are needed"
+        )
     return points
 
 

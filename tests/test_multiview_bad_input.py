@@ -1,0 +1,227 @@
+"""Bad input of raxel.multiview: a line that says what was found and what to do."""
+
+import numpy as np
+import pytest
+
+from raxel.cameras import PerspectiveCamera
+from raxel.cameras.core.base import Rays
+from raxel.errors import InputError
+from raxel.geometry import pose, rotation_from_vector
+from raxel.multiview.fits.circles import fit_circle, fit_circle_ransac
+from raxel.multiview.fits.conics import algebraic_conic, fit_conic
+from raxel.multiview.fits.cylinders import fit_cylinder
+from raxel.multiview.fits.planes import fit_plane, fit_plane_ransac
+from raxel.multiview.generalised_linear import generalised_pose
+from raxel.multiview.generalised_motion import refine_generalised_pose
+from raxel.multiview.generalised_robust import generalised_pose_ransac
+from raxel.multiview.motion_information import motion_information
+from raxel.multiview.near_perspective import (
+    facing_plane,
+    plane_ranges,
+    sources_at,
+    view_of_plane,
+)
+from raxel.multiview.noisy_rays import angular_rays, rays_of_pixels
+from raxel.multiview.pinhole_fit import nearest_pinhole
+from raxel.multiview.plane_points import (
+    circle_outline,
+    measured_circle,
+    plane_picture,
+    points_on_plane,
+    random_plane,
+)
+from raxel.multiview.ray_bundle import bundle_rays
+from raxel.multiview.ray_points import RayView
+from raxel.multiview.triangulation import triangulate
+
+RNG = np.random.default_rng(5)
+COUNT = 60
+T = pose(rotation_from_vector(np.array([0.02, 0.1, -0.05])), np.array([60.0, 10, -20]))
+STAND = np.stack([np.eye(4), T])
+POINTS = RNG.uniform([-200, -200, 500], [200, 200, 900], (COUNT, 3))
+
+
+def rays_to(points, motion):
+    """Rays (N,) from places of their own to points, in a moved frame, with noise."""
+    seen = points @ motion[:3, :3].T + motion[:3, 3]
+    origins = RNG.uniform(-40, 40, seen.shape)
+    d = seen - origins
+    d = d / np.linalg.norm(d, axis=1, keepdims=True)
+    d = d + 2e-4 * RNG.standard_normal(d.shape)
+    d = d / np.linalg.norm(d, axis=1, keepdims=True)
+    return Rays(origins, d, np.ones(len(d), bool))
+
+
+def only(rays, which):
+    return Rays(*(field[which] for field in rays))
+
+
+def robust(A, B, seed=0):
+    return generalised_pose_ransac(A, B, np.random.default_rng(seed), 2e-3)
+
+
+def mismatched(right, seed):
+    """Rays of the second view of which so many are matched rightly."""
+    which, rng = np.arange(COUNT), np.random.default_rng(seed)
+    which[right:] = rng.permutation(which[right:])
+    return only(B, which)
+
+
+A, B = rays_to(POINTS, np.eye(4)), rays_to(POINTS, T)
+VIEWS = [RayView(A), RayView(B)]
+FOUR = np.arange(COUNT) % 4
+FAR = A._replace(origins=1e200 * A.origins)
+KNOWN = angular_rays(A, 1e-3)
+SCALED = T * [[2, 2, 2, 1]] * 1.0
+CAMERA = PerspectiveCamera([[500, 0, 160], [0, 500, 120], [0, 0, 1]], [-0.1], 320, 240)
+PLANE = pose(np.eye(3), np.array([0.0, 0, 500]))
+PIXELS = RNG.uniform([60, 60], [260, 180], (COUNT, 2))
+IMAGE = np.zeros((240, 320), np.uint8)
+RING = np.column_stack([np.cos(np.arange(30)), np.sin(np.arange(30))])
+
+
+def at_view(index):
+    return [RayView(A), RayView(B, index)]
+
+
+@pytest.mark.parametrize(
+    ("words", "call"),
+    [
+        ("found none", lambda: robust(only(A, FOUR[:0]), only(B, FOUR[:0]))),
+        ("found ndarray", lambda: robust(A.origins, B)),
+        ("found NoneType", lambda: triangulate([RayView(None)] * 2, STAND)),
+        ("only 4 of 60 pairs", lambda: robust(only(A, FOUR), only(B, FOUR))),
+        ("only 4 of 60 pairs", lambda: generalised_pose(only(A, FOUR), only(B, FOUR))),
+        ("by chance", lambda: robust(A, mismatched(10, 2), 2)),
+        ("mm away", lambda: generalised_pose(FAR, B)),
+        ("mm away", lambda: triangulate([RayView(FAR), RayView(B)], STAND)),
+        ("is none; give", lambda: refine_generalised_pose(A, B, None)),
+        ("is none; give", lambda: refine_generalised_pose(A, B, SCALED)),
+        ("is none; give", lambda: motion_information(T[:3], A, B)),
+        ("about is no place", lambda: angular_rays(A, about=[np.nan, 0, 0])),
+        ("found standard deviations", lambda: angular_rays(A, [1.0, 2.0])),
+        ("above zero and finite", lambda: angular_rays(A, np.inf)),
+        ("found pixels", lambda: rays_of_pixels(CAMERA, np.zeros((5, 3)))),
+        ("must be one or one", lambda: rays_of_pixels(CAMERA, PIXELS, -1.0)),
+        (
+            "found covariance",
+            lambda: generalised_pose(KNOWN._replace(covariance=np.eye(6)), B),
+        ),
+        (
+            "found covariance",
+            lambda: motion_information(
+                T, KNOWN._replace(covariance=np.nan * KNOWN.covariance), B
+            ),
+        ),
+        (
+            "negative variances",
+            lambda: robust(KNOWN._replace(covariance=-KNOWN.covariance), B),
+        ),
+    ],
+)
+def test_rays_and_motions(words, call):
+    refused_in_a_line(words, call)
+
+
+@pytest.mark.parametrize(
+    ("words", "call"),
+    [
+        ("no rotation and shift", lambda: triangulate(VIEWS, np.stack([T, SCALED]))),
+        ("no rotation and shift", lambda: bundle_rays(VIEWS, np.stack([T, SCALED]))),
+        ("give a whole one", lambda: triangulate(at_view(np.arange(60) / 2), STAND)),
+        ("give a whole one", lambda: bundle_rays(at_view(np.arange(60) + 1e9), STAND)),
+        ("below 10000000", lambda: triangulate(at_view(10**9 + np.arange(60)), STAND)),
+        ("0 views", lambda: bundle_rays([], np.zeros((0, 4, 4)))),
+        ("view 1.5 is to be held", lambda: bundle_rays(VIEWS, STAND, held=1.5)),
+        ("view True is to be held", lambda: bundle_rays(VIEWS, STAND, held=True)),
+        ("where the first is", lambda: bundle_rays(VIEWS, [T, T], held=1)),
+    ],
+)
+def test_views_of_points(words, call):
+    refused_in_a_line(words, call)
+
+
+@pytest.mark.parametrize(
+    ("words", "call"),
+    [
+        ("found pixels", lambda: points_on_plane(CAMERA, PIXELS[0], PLANE)),
+        ("pose .* is none", lambda: points_on_plane(CAMERA, PIXELS, None)),
+        ("pose .* is none", lambda: points_on_plane(CAMERA, PIXELS, 2 * PLANE)),
+        ("pose .* is none", lambda: plane_picture(CAMERA, IMAGE, PLANE * np.nan, 0,
+                                                  (9, 9), 1.0)),
+        ("pose .* is none", lambda: view_of_plane(CAMERA, PLANE[:3], 1.0)),
+        ("pose .* is none", lambda: facing_plane(None, np.zeros(3), 5.0)),
+        ("sigma", lambda: measured_circle(CAMERA, PIXELS, PLANE, [0.1, 0.2])),
+        ("covariance", lambda: measured_circle(CAMERA, PIXELS, PLANE, 0.1, np.eye(3))),
+        ("radius -1", lambda: circle_outline(CAMERA, PLANE, np.zeros(2), -1.0)),
+        ("centre", lambda: circle_outline(CAMERA, PLANE, np.zeros(3), 9.0)),
+        ("none of the rays", lambda: random_plane(
+            RNG, A._replace(valid=np.zeros(COUNT, bool)), 500.0, 0.1)),
+        ("distance nan", lambda: random_plane(RNG, A, np.nan, 0.1)),
+        ("size of", lambda: plane_picture(CAMERA, IMAGE, PLANE, 0, (9, 9), 0.0)),
+        ("size of", lambda: plane_picture(CAMERA, IMAGE, PLANE, 0, (1e9, 1e9), 1.0)),
+        ("a scale of -1", lambda: view_of_plane(CAMERA, PLANE, -1.0)),
+        ("pixels at most", lambda: view_of_plane(CAMERA, PLANE, 1e-9)),
+        ("give both", lambda: view_of_plane(CAMERA, PLANE, 1.0, np.zeros(2))),
+        ("ranges: found", lambda: sources_at(
+            CAMERA, view_of_plane(CAMERA, PLANE, 9.0), np.ones((3, 3)))),
+        ("pose .* is none", lambda: plane_ranges(
+            view_of_plane(CAMERA, PLANE, 9.0), np.zeros((4, 4)))),
+    ],
+)  # fmt: skip
+def test_planes_and_views(words, call):
+    refused_in_a_line(words, call)
+
+
+@pytest.mark.parametrize(
+    ("words", "call"),
+    [
+        ("only 3 of 30 points", lambda: fit_circle(np.repeat(RING[:3], 10, axis=0))),
+        ("only 4 of 40", lambda: fit_plane_ransac(
+            np.repeat(POINTS[:4], 10, axis=0), RNG, 1.0)),
+        ("only 3 of 30", lambda: fit_plane(np.repeat(POINTS[:3], 10, axis=0))),
+        ("only 5 of 50", lambda: algebraic_conic(np.repeat(RING[:5], 10, axis=0))),
+        ("only 7 of 70", lambda: fit_cylinder(np.repeat(POINTS[:7], 10, axis=0))),
+        ("as good as at infinity", lambda: fit_circle(1e180 * RING)),
+        ("as good as at infinity", lambda: fit_circle_ransac(1e180 * RING, RNG, 1.0)),
+        ("as good as at infinity", lambda: fit_conic(1e180 * RING)),
+        ("as good as at infinity", lambda: fit_plane(1e180 * POINTS)),
+        ("next to infinity", lambda: nearest_pinhole(1e180 * POINTS, PIXELS)),
+        ("row or column", lambda: nearest_pinhole(POINTS, 0 * PIXELS)),
+        (r"found points \(\)", lambda: nearest_pinhole(None, PIXELS)),
+    ],
+)  # fmt: skip
+def test_shapes(words, call):
+    refused_in_a_line(words, call)
+
+
+def refused_in_a_line(words, call):
+    with pytest.raises(InputError, match=words) as refusal:
+        call()
+    assert str(refusal.value).isprintable()
+
+
+def test_eight_pairs_through_one_point_are_enough():
+    points = POINTS[:8]
+    central = []
+    for motion in STAND:
+        d = points @ motion[:3, :3].T + motion[:3, 3]
+        d = d / np.linalg.norm(d, axis=1, keepdims=True)
+        central.append(Rays(0 * d, d, np.ones(8, bool)))
+    length = float(np.linalg.norm(T[:3, 3]))
+    found = generalised_pose(*central, length=length)
+    assert np.abs(found.T_2_1 - T).max() < 1e-6
+
+
+def test_few_right_pairs_that_no_chance_makes_are_taken():
+    found = robust(A, mismatched(25, 0))
+    assert found.inliers[:25].sum() > 22
+    assert found.inliers[25:].sum() < 4
+    assert robust(only(A, slice(8)), only(B, slice(8))).inliers.all()
+
+
+def test_starts_at_infinity_are_starts():
+    starts = np.where(np.arange(COUNT)[:, None] < 5, np.inf, POINTS)
+    found = bundle_rays(VIEWS, STAND, points=starts)
+    same = bundle_rays(VIEWS, STAND, points=POINTS)
+    assert found.rms == pytest.approx(same.rms, rel=1e-6)
