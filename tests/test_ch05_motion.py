@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from chapters.ch05_flexible_mirror.s3_5_motion import claims
 from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates, runs
 from chapters.ch05_flexible_mirror.s3_5_motion.trials import motion, scene
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import told
@@ -115,3 +116,7 @@ def test_a_scale_has_to_settle_with_the_deflection_and_to_be_right():
         assert predicates.scale_tells(wrong).verdict == "differs"
     lost = predicates.log_scales(made(stage0__mean_mm=None))
     assert np.all(lost[0] == np.log(predicates.MOST_TIMES))
+
+
+def test_a_bent_mirror_has_no_centre_and_its_matched_lines_meet():
+    assert claims.judge_congruence({}).verdict == "reproduced"

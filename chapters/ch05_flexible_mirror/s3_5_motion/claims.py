@@ -1,0 +1,97 @@
+"""The claims about motion and shape in 5.3.5, tested as the ledger words them."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates
+from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import JUDGED, MotionRuns
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import seen_by
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import moved_cylinder
+from chapters.shared.mirror_bench import ABERRATION_UM
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from chapters.shared.mirror_sweep import READINGS, over_the_sweep
+from raxel.cameras.core.base import Rays
+from raxel.cameras.core.centrality import centrality
+from raxel.geometry.line_motion import pluecker_of_rays, side_products
+from repro.run.experiment import claim
+from repro.run.outcomes import Reading
+from repro.run.readings import Case
+
+BENCHES = ("mirror_bench",)
+LEAST_SPREAD_MM, MOST_PRODUCT_MM = 0.5, 1e-6
+SCENE_SEED = 0
+
+
+@claim("c5_sfm", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_motion(results, options):
+    """Magnitudes within 5 % at every step, the last shift within 8 mm."""
+    return MotionRuns.judged_by_seed(results, options, predicates.follows)
+
+
+@claim("c5_cylinder", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_cylinder(results, options):
+    """Scaled radius within 10 %, unscaled within 20 %."""
+    return MotionRuns.judged_by_seed(results, options, predicates.radius_found)
+
+
+@claim("c5_points_on_cyl", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_markers(results, options):
+    """One of 25 markers misses the cylinder at most, median over seeds."""
+
+    def on(bench):
+        return MotionRuns(results, options, bench)
+
+    return over_the_sweep(
+        Case(READINGS, options),
+        lambda bench: predicates.markers_meet(on(bench)),
+        lambda bench: predicates.missed(on(bench)).value < predicates.MOST_MISSED + 0.5,
+    )
+
+
+@claim("c5_scale_unreliable", needs=JUDGED, evidence="rendered", readings=BENCHES)
+def judge_scale(results, options):
+    """The scatter of log scale falls with deflection; the scale is right at the most.
+
+    Fixed before the run: the scale is the mean of five steps, pair by pair, over the
+    true one, with the camera of the published calibration, at stages 0 to 3. Seeds
+    without one count as a factor of 100, and so do those that are off by more. The
+    sweep has stage 3 alone, and there the median is held against the claim.
+    """
+
+    def on(bench):
+        return MotionRuns(results, options, bench)
+
+    return over_the_sweep(
+        Case(READINGS, options),
+        lambda bench: predicates.scale_tells(on(bench)),
+        lambda bench: predicates.scale_right(on(bench)),
+    )
+
+
+@claim("c5_gen_essential_needed", needs=(), evidence="analytic")
+def judge_congruence(results):
+    """Distance of stage 3's rays from the point next to them, and L_2^T G L_1.
+
+    Fixed: geometry A, an even mirror and one as uneven as the bench's, the rays of one
+    cylinder's marks in all six places; zero is below a millionth of a mm.
+    """
+    spreads, products = [], []
+    for uneven in (0.0, ABERRATION_UM):
+        camera = mirror_rig("A").camera(STAGES_MM[-1], uneven, SCENE_SEED)
+        scene = moved_cylinder(camera, np.random.default_rng(SCENE_SEED))
+        rays = seen_by(camera, scene.pixels).rays
+        o, d = (
+            np.concatenate([getattr(one, name) for one in rays])
+            for name in ("origins", "directions")
+        )
+        spreads.append(centrality(Rays(o, d, np.ones(len(o), bool))))
+        lines = [pluecker_of_rays(one.origins, one.directions) for one in rays]
+        for k, L in enumerate(lines[1:], 1):
+            products.append(np.abs(side_products(lines[0], L, scene.T[k])).max())
+    return Reading.of(
+        bool(min(spreads) > LEAST_SPREAD_MM and max(products) < MOST_PRODUCT_MM),
+        float(min(spreads)),
+        "mm",
+        "RMS distance of the rays from one point, even mirror and uneven: "
+        f"{spreads[0]:.3g} and {spreads[1]:.3g} mm; largest product of matched lines "
+        f"without noise {max(products):.0e} mm",
+    )

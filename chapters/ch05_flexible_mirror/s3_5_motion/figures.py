@@ -1,0 +1,172 @@
+"""Figs 5.20 and 5.21, and what rays can tell of a length."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
+    CAMERA,
+    EACH_STEP,
+    STAGES,
+    WAY,
+    MotionRuns,
+)
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import MARKER_MM
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import RADIUS_MM, STEP_MM
+from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_rigs import STAGES_MM
+from raxel.geometry.poses import tangent_bases
+from raxel.show import Points, Surface, framed
+from repro.judge.statistics import median_interval
+from repro.page.space import draw_scene
+from repro.page.style import INK, legend_below, plot_estimates, series
+from repro.page.style import figure as new_figure
+from repro.run.columns import columns
+from repro.run.experiment import figure
+from repro.run.outcomes import Check, Drawing
+
+PATHS = {
+    ("published", "open"): "calibrated, lengths told",
+    ("published", "given"): "calibrated, lengths given",
+    ("true", "given"): "true mirror, lengths given",
+}
+ROUNDING = 1e-9
+AROUND, ALONG = 60, 2
+SIGHT = (0.6, -0.3, -0.75)
+
+
+@figure("fig_5_20", needs=("table_5_7_runs",), evidence="rendered")
+def fig_5_20(results):
+    """The path of the cylinder, actual and found, of the middling seed."""
+    runs = MotionRuns(results)
+    seed = runs.middling()
+    true = runs.array("marks.path", seed)
+    along = true[-1] / np.linalg.norm(true[-1])
+    frame = np.column_stack([along, tangent_bases(along[None])[0]])
+    drawn, panels = new_figure(1, 2, height_in=3.6)
+    paths = {"actual": true} | {
+        words: runs.array(f"{camera}.{way}.path", seed)
+        for (camera, way), words in PATHS.items()
+    }
+    rows = []
+    for index, (words, path) in enumerate(paths.items()):
+        places = path @ frame
+        look = {"color": INK, "marker": "s"} if words == "actual" else series(index - 1)
+        for k, panel in enumerate(panels, 1):
+            panel.plot(places[:, 0], places[:, k], label=words, **look)
+        rows += [(words, step, *place) for step, place in enumerate(places)]
+    for panel, side in zip(panels, ("one way aside", "the other way"), strict=True):
+        panel.set(xlabel="Along the stage (mm)", ylabel=f"Off, {side} (mm)")
+    legend_below(drawn, panels[0], ncols=2)
+    off = np.linalg.norm(paths[PATHS[CAMERA, WAY]][-1] - true[-1])
+    told = runs.steps("off_mm")[-1][seed]
+    return Drawing(
+        drawn,
+        columns(("path", "step", "along_mm", "aside_mm", "other_mm"), rows),
+        "Where the cylinder went and where pairs of pictures have it, added up, on the "
+        "bench: the seed whose last shift is off by the median of all. The mean step "
+        f"is scaled to {STEP_MM:g} mm.",
+        Check(
+            bool(abs(off - told) < ROUNDING),
+            f"the last shift as drawn is {off:.2f} mm off, as in the trial",
+        ),
+    )
+
+
+@figure("fig_5_21", needs=("table_5_7_runs",), evidence="rendered", scene=True)
+def fig_5_21(results):
+    """The points that were found and the cylinder through them."""
+    runs = MotionRuns(results)
+    seed = runs.middling()
+    points = runs.array(f"{CAMERA}.{WAY}.points", seed)
+    at, axis, (radius,) = np.split(runs.array(f"{CAMERA}.{WAY}.cylinder", seed), (3, 6))
+    basis = tangent_bases(axis[None])[0]
+    across, height = (points - at) @ basis, (points - at) @ axis
+    drawn, (left, right) = new_figure(1, 2, height_in=3.8)
+    drawn.set_layout_engine("none")
+    left.set_position([0.1, 0.14, 0.38, 0.78])
+    right.set_position([0.52, 0.02, 0.47, 0.94])
+    turn = np.linspace(0, 2 * np.pi, AROUND + 1)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    for size, words, look in (
+        (radius, "as found", series(0)),
+        (RADIUS_MM, "as measured", {"color": INK, "ls": ":"}),
+    ):
+        left.plot(*(size * circle).T, label=words, **look | {"marker": ""})
+    for place in across:
+        left.plot(*(place[:, None] + MARKER_MM * circle.T), color=series(1)["color"],
+                  marker="", ls="-")  # fmt: skip
+    left.set(xlabel="Across the axis (mm)", ylabel="Across the axis (mm)")
+    left.set_aspect("equal")
+    left.legend(loc="upper right")
+    ends = np.array([np.nanmin(height), np.nanmax(height)])
+    wall = at + radius * (circle @ basis.T)[None] + ends[:, None, None] * axis
+    known = np.isfinite(points).all(axis=1)
+    scene = framed(
+        [
+            Surface(wall, series(0)["color"], 0.5, "cylinder as found"),
+            Points(points[known], series(1)["color"], "points", 12.0),
+        ],
+        SIGHT,
+        up=tuple(-axis * np.sign(axis[1])),
+        aspect=0.9,
+        note="Points that were found from six pictures, and the cylinder nearest "
+        "to them.",
+    )
+    draw_scene(right, scene)
+    off = np.abs(np.linalg.norm(across[known], axis=1) - radius)
+    told = runs.of("fit_mm")[seed]
+    return Drawing(
+        drawn,
+        columns(
+            ("across_x_mm", "across_y_mm", "along_mm"),
+            np.column_stack([across, height]).tolist(),
+        ),
+        f"Points found of the cylinder, as markers of {MARKER_MM:g} mm, and the "
+        "cylinder nearest to them, scaled by the mean step; on the bench, the seed of "
+        "Fig. 5.20.",
+        Check(
+            bool(abs(off.mean() - told) < 1e-6),
+            f"mean distance from the cylinder as drawn {off.mean():.3f} mm, as in the "
+            "trial",
+        ),
+        scene,
+    )
+
+
+@figure("ext_motion_scale", needs=("table_5_7_runs",), evidence="rendered")
+def ext_motion_scale(results):
+    """What a length is told to, over stages and over baselines."""
+    drawn, (left, right) = new_figure(1, 2, height_in=3.6, sharey=True)
+    rows = []
+    for index, bench in enumerate(reversed(BENCHES)):
+        runs = MotionRuns(results, bench=bench)
+        by_stage = [runs.column(f"stage{s}.told1.length_percent") for s in STAGES]
+        by_way = [
+            runs.column(f"stage{STAGES[-1]}.told{k}.length_percent") for k in EACH_STEP
+        ]
+        for panel, x, trials in (
+            (left, STAGES_MM, by_stage),
+            (right, STEP_MM * np.array(EACH_STEP), by_way),
+        ):
+            some = [(at, one) for at, one in zip(x, trials, strict=True)
+                    if np.isfinite(one).any()]  # fmt: skip
+            rows += plot_estimates(
+                panel,
+                [at for at, _ in some],
+                [median_interval(one[np.isfinite(one)]) for _, one in some],
+                ("stage" if panel is left else "baseline", bench),
+                look=series(index),
+                label=bench,
+                bars=True,
+            )
+    left.set(xlabel="Deflection (mm)", yscale="log")
+    left.set_ylabel("SD of the length (%)")
+    right.set(xlabel="Baseline at 15 mm (mm)")
+    legend_below(drawn, left, ncols=2)
+    return Drawing(
+        drawn,
+        columns(("over", "bench", "x", "median", "low", "high"), rows),
+        "To how much of itself a length can be told by rays of the true mirror, "
+        f"medians over seeds with 95 % intervals. Left: one step of {STEP_MM:g} mm at "
+        "the stages; a flat mirror in the laboratory tells none. Right: at stage 3, "
+        "from the first place to later ones.",
+    )

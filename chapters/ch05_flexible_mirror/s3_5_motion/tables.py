@@ -1,0 +1,242 @@
+"""Table 5.7 with the cameras and ways beside it, what rays tell, and the numbers."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
+    CAMERAS,
+    EACH_STEP,
+    STAGES,
+    MotionRuns,
+)
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import MARKER_MM
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
+    MARKS,
+    NOISE_PX,
+    RADIUS_MM,
+    STEP_MM,
+)
+from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_rigs import STAGES_MM
+from repro.run.columns import columns
+from repro.run.experiment import numbers, table
+from repro.run.outcomes import Measured, Table, Value
+
+NEEDS = ("table_5_7_runs",)
+WAYS = {"open": "told by the rays", "given": "given"}
+SEEN_AS = {
+    "true": "true mirror",
+    "published": "calibrated, stage by stage",
+    "bundle": "calibrated, in one bundle",
+}
+MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
+
+
+def reached(values):
+    """Median of the seeds that have a value, None without any."""
+    known = values[np.isfinite(values)]
+    return Measured.median(known) if len(known) else None
+
+
+@table("table_5_7", needs=NEEDS, evidence="rendered")
+def table_5_7(results):
+    """Shifts and turns added up, on the bench, as the thesis has them."""
+    runs = MotionRuns(results)
+    lengths, turns, off = (
+        runs.steps(name) for name in ("length_mm", "turn_deg", "off_mm")
+    )
+    given = runs.steps("turn_deg", way="given")
+    true = runs.steps("turn_deg", "true", "given")
+    rows = [
+        (int(k * STEP_MM), *(reached(one[k - 1]) for one in
+         (lengths, turns, off, given, true)))
+        for k in EACH_STEP
+    ]  # fmt: skip
+    names = (
+        "Ground truth (mm)",
+        "Translation (mm)",
+        "Rotation (°)",
+        "Shift off (mm)",
+        "Rotation, lengths given (°)",
+        "Rotation, lengths given, true mirror (°)",
+    )
+    ids = {
+        title: [f"t5_7_{k * STEP_MM:.0f}_{end}" for k in EACH_STEP]
+        for title, end in zip(names, ("gt", "t", "r"), strict=False)
+    }
+    return Table(
+        columns(names, rows),
+        "Translations and rotations of the cylinder, found from each picture to the "
+        "next and added up, the mean step scaled to the true one; the bench, mirror "
+        f"calibrated stage by stage. The true rotation is 0. {MEDIANS} To the right "
+        "what is left where each step's length is known.",
+        printed=ids,
+    )
+
+
+@table("ext_motion_ways", needs=NEEDS, evidence="rendered")
+def ext_motion_ways(results):
+    """Each bench, camera and way: first and last turn, scale, radius."""
+    rows = []
+    for bench in reversed(BENCHES):
+        runs = MotionRuns(results, bench=bench)
+        for camera in CAMERAS:
+            for way, words in WAYS.items():
+                turn = runs.steps("turn_deg", camera, way)
+                rows.append(
+                    (
+                        bench,
+                        SEEN_AS[camera],
+                        words,
+                        reached(turn[0]),
+                        reached(turn[-1]),
+                        reached(runs.of("mean_mm", camera, way)),
+                        reached(runs.steps("off_mm", camera, way)[-1]),
+                        reached(runs.of("scaled_mm", camera, way)),
+                    )
+                )
+            rows.append(
+                (
+                    bench,
+                    SEEN_AS[camera],
+                    "told, one bundle",
+                    None,
+                    reached(runs.of("turn_deg", camera, "together")),
+                    reached(runs.of("length_mm", camera, "together") / len(EACH_STEP)),
+                    None,
+                    reached(runs.of("radius_mm", camera, "together")),
+                )
+            )
+    names = (
+        "Bench",
+        "Mirror",
+        "Length of a step",
+        "Rotation after 1 (°)",
+        "after 5 (°)",
+        "Mean step (mm)",
+        "Shift off after 5 (mm)",
+        "Radius (mm)",
+    )
+    return Table(
+        columns(names, rows),
+        f"Motion from pairs of pictures and from all six at once: {MARKS} marks, "
+        f"{NOISE_PX:g} px, steps of {STEP_MM:g} mm, a radius of {RADIUS_MM:g} mm. "
+        f"{MEDIANS} Where lengths are told by the rays, shift and radius are scaled "
+        "by the mean step, but in the bundle as it finds them.",
+    )
+
+
+@table("ext_motion_baselines", needs=NEEDS, evidence="rendered")
+def ext_motion_baselines(results):
+    """Two pictures at growing distance: turn and radius, on both benches."""
+    rows = []
+    for bench in reversed(BENCHES):
+        runs = MotionRuns(results, bench=bench)
+        for k in EACH_STEP:
+            cells = [
+                reached(runs.of(f"{way}.{name}", camera, f"from_first{k}"))
+                for camera in ("true", "published")
+                for way, name in (
+                    ("given", "turn_deg"),
+                    ("given", "radius_mm"),
+                    ("open", "radius_mm"),
+                )
+            ]
+            rows.append((bench, int(k * STEP_MM), *cells))
+    measures = ("rotation, length given (°)", "radius, given (mm)", "radius, told (mm)")
+    names = [f"{who}: {what}" for who in ("True", "Calibrated") for what in measures]
+    return Table(
+        columns(("Bench", "Baseline (mm)", *names), rows),
+        f"Two pictures alone, of the first place and of a later one. {MEDIANS}",
+    )
+
+
+@table("ext_motion_told", needs=NEEDS, evidence="rendered")
+def ext_motion_told(results):
+    """What rays without any error of calibration can tell, by stage."""
+    rows = []
+    for bench in reversed(BENCHES):
+        runs = MotionRuns(results, bench=bench)
+        for stage in STAGES:
+
+            def at(name, stage=stage, runs=runs):
+                return runs.column(f"stage{stage}.{name}")
+
+            rows.append(
+                (
+                    bench,
+                    STAGES_MM[stage],
+                    reached(at("spread_mm")),
+                    reached(at("told1.length_percent")),
+                    reached(at("told5.length_percent")),
+                    reached(at("told1.turn_deg")),
+                    reached(at("told1.turn_given_deg")),
+                    reached(runs.scales(stage)),
+                )
+            )
+    names = (
+        "Bench",
+        "Deflection (mm)",
+        "Spread of the rays (mm)",
+        "Length of 25 mm told to (%)",
+        "of 125 mm (%)",
+        "Rotation told to (°)",
+        "length given (°)",
+        "Scale found, calibrated",
+    )
+    return Table(
+        columns(names, rows),
+        "Standard deviations that the information of the rays leaves, true mirror, "
+        f"{NOISE_PX:g} px: nothing unbiased does better. *Spread*: RMS distance of the "
+        "rays from the point next to them; where it is 0, no length is told at all. "
+        f"To the right what the calibrated mirror finds for the mean step. {MEDIANS}",
+    )
+
+
+def of_runs(runs, found, unit):
+    """The Value of a measure (seeds,), and how many seeds have none."""
+    lost = np.count_nonzero(~np.isfinite(found))
+    reason = f"{lost} of {runs.seeds} seeds have none" if lost else ""
+    return Value.of_seeds(found, unit, reason)
+
+
+@numbers("table_5_7", needs=NEEDS, evidence="rendered")
+def numbers_of_table_5_7(results):
+    """Shifts and turns after each step."""
+    runs, found = MotionRuns(results), {}
+    lengths, turns = (runs.steps(name) for name in ("length_mm", "turn_deg"))
+    for k in EACH_STEP:
+        prefix = f"t5_7_{k * STEP_MM:.0f}"
+        found[f"{prefix}_gt"] = Value(k * STEP_MM, unit="mm")
+        found[f"{prefix}_t"] = of_runs(runs, lengths[k - 1], "mm")
+        found[f"{prefix}_r"] = of_runs(runs, turns[k - 1], "deg")
+    return found
+
+
+@numbers("fig_5_20", needs=NEEDS, evidence="rendered")
+def numbers_of_fig_5_20(results):
+    """How far the last shift is off."""
+    runs = MotionRuns(results)
+    return {"s5_3_5_final": of_runs(runs, runs.steps("off_mm")[-1], "mm")}
+
+
+@numbers("sec_5_3_5", needs=NEEDS, evidence="rendered")
+def numbers_of_the_text(results):
+    """The mean step before it is scaled."""
+    runs = MotionRuns(results)
+    return {"s5_3_5_unscaled": of_runs(runs, runs.of("mean_mm"), "mm")}
+
+
+@numbers("fig_5_21", needs=NEEDS, evidence="rendered")
+def numbers_of_fig_5_21(results):
+    """The cylinder: radii, distances, markers that miss."""
+    runs = MotionRuns(results)
+    return {
+        "s5_3_5_rad_un": of_runs(runs, runs.of("radius_mm"), "mm"),
+        "s5_3_5_rad_sc": of_runs(runs, runs.of("scaled_mm"), "mm"),
+        "s5_3_5_rad_true": Value(RADIUS_MM, unit="mm"),
+        "s5_3_5_fit_mean": of_runs(runs, runs.of("fit_mm"), "mm"),
+        "s5_3_5_fit_sd": of_runs(runs, runs.of("fit_sd_mm"), "mm"),
+        "s5_3_5_npts": Value(MARKS, unit="count"),
+        "s5_3_5_miss": of_runs(runs, runs.of("missed"), "count (of 25)"),
+        "s5_3_5_marker": Value(MARKER_MM, unit="mm"),
+    }
