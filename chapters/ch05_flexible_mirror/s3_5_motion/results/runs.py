@@ -7,6 +7,7 @@ from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
 
 RUNS, SWEPT_RUNS, OTHER = "table_5_7_runs", "table_5_7_swept", "table_5_7_other"
+PICTURES = "fig_5_21_pictures"
 JUDGED = ("table_5_7_runs", "table_5_7_swept")
 # What the thesis reports: its own calibration, stage by stage, and steps whose lengths
 # the rays tell.
@@ -46,17 +47,21 @@ class MotionRuns(BenchRuns):
         return [a or b for a, b in zip(calibration, motion, strict=True)]
 
     def middling(self):
-        """The seed that is drawn: of those with a cylinder, that whose last shift is
-        off by the median, or next to it."""
-        off = np.where(
-            np.isfinite(self.of("radius_mm")), self.steps("off_mm")[-1], np.nan
-        )
-        order = np.argsort(off)
-        return int(order[(np.count_nonzero(np.isfinite(off)) - 1) // 2])
+        """(camera, seed) that is drawn: of the seeds with a cylinder, that whose last
+        shift is off by the median, or next to it. The true mirror's where the
+        published calibration has none."""
+        for camera in (CAMERA, "true"):
+            has = np.isfinite(self.of("radius_mm", camera))
+            if has.any():
+                break
+        off = np.where(has, self.steps("off_mm", camera)[-1], np.nan)
+        return camera, int(np.argsort(off)[(np.count_nonzero(has) - 1) // 2])
 
     def array(self, name, seed):
-        """An array of one seed, which has it."""
+        """An array of one seed, None where it has none."""
         has = self._has(name)
+        if not has[seed]:
+            return None
         every = self.result.arrays(f"{self.bench}.{name}")
         return every[np.count_nonzero(has[:seed])]
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
+    MARKS,
     NOISE_PX,
     STEP_MM,
     STEPS,
@@ -33,7 +34,9 @@ from raxel.multiview.triangulation import triangulate
 
 # Rays of a calibrated camera miss by more than noise: the start is from the first of
 # these numbers of standard deviations within which most pairs agree. All are right.
-THRESHOLDS, MOST_AGREE, DRAWS = (3.5, 10.5, 31.5), 0.8, 128
+THRESHOLDS, MOST_AGREE, DRAWS = (10.5, 31.5), 0.8, 64
+MOST_STEPS = 20  # of a fit: lengths that run away would go on
+MOST_AHEAD = 0.5  # share of points before the mirror, as all of them are
 FEWEST = 17  # pairs, for the linear solution
 MARKER_MM = 3.0
 BASELINES = range(1, STEPS + 1)
@@ -52,14 +55,14 @@ class SeenMarks(NamedTuple):
         return T[:3, :3] @ self.centre + T[:3, 3] - self.centre
 
 
-def seen_by(camera, pixels):
+def seen_by(camera, pixels, noise_px=NOISE_PX):
     """SeenMarks of pixels (6, 25, 2). Raises CalibrationError for too few marks."""
     used = np.all([shown(camera, x) for x in pixels], axis=0)
     if used.sum() < FEWEST:
         raise CalibrationError(
             f"cylinder: the camera has rays of {used.sum()} marks in all places"
         )
-    rays = [rays_of_pixels(camera, x[used], NOISE_PX) for x in pixels]
+    rays = [rays_of_pixels(camera, x[used], noise_px) for x in pixels]
     o, d = (
         np.concatenate([getattr(one, name) for one in rays])
         for name in ("origins", "directions")
@@ -67,58 +70,69 @@ def seen_by(camera, pixels):
     return SeenMarks(used, rays, closest_point(Rays(o, d, np.ones(len(o), bool))))
 
 
-def motion_and_shape(camera, scene, pixels, rng):
-    """All that a camera makes of the moved cylinder, as a trial keeps it."""
+def motion_and_shape(camera, scene, pixels, rng, baselines=(), noise_px=NOISE_PX):
+    """All that a camera makes of the moved cylinder, as a trial keeps it.
+
+    baselines: numbers of the later places that are set beside the first one alone;
+    where there is one, all six pictures are adjusted together as well.
+    """
     try:
-        seen = seen_by(camera, pixels)
+        seen = seen_by(camera, pixels, noise_px)
         pairs = pairwise(seen.rays, rng)
+        given = pairwise(seen.rays, rng, STEP_MM, pairs)
     except CalibrationError as refusal:
         return {"refused": str(refusal)}
-    given = [
-        refine_generalised_pose(*seen.rays[k : k + 2], T, length=STEP_MM).T_2_1
-        for k, T in enumerate(pairs)
-    ]
     out = {
         "marks": int(seen.used.sum()),
         "linear_deg": linear_turn(seen.rays, scene),
         "open": of_pairs(seen, scene, pairs),
         "given": of_pairs(seen, scene, given),
-        "together": together(seen, scene, chained(given)),
     }
-    for k in BASELINES:
+    for k in baselines:
         out[f"from_first{k}"] = two_views(seen, scene, chained(given)[k], k)
+    if baselines:
+        out["together"] = together(seen, scene, chained(given))
     return out
 
 
-def pairwise(rays, rng):
-    """T_2_1 (4, 4) of each place and the next, from rays alone.
+def pairwise(rays, rng, length=None, near=None):
+    """T_2_1 (4, 4) of each place and the next, from rays.
 
-    The first is found from samples; the others start from the one before, as nothing
-    says that the stage turns round.
+    length: mm, where known. Each pair is searched from samples; near: a start of each
+    pair beside that. Without one, the step before is a start where the search ends with
+    most points behind the mirror, or nowhere, as stages go on evenly. Ends with points
+    before the mirror come first, then the nearest fit.
     """
-    found = [_adjusted(*rays[:2], _started(*rays[:2], rng))]
-    for pair in pairwise_of(rays[1:]):
-        found.append(_adjusted(*pair, found[-1]))
+    found = []
+    for k, pair in enumerate(pairwise_of(rays)):
+        ends = [_of_all(pair, T, length) for T in _from_samples(*pair, rng, length)]
+        if near is not None:
+            ends += [_of_all(pair, near[k], length)]
+        if found and not any(end.ahead >= MOST_AHEAD for end in ends):
+            ends += [_of_all(pair, found[-1], length)]
+        if not ends:
+            raise CalibrationError("motion: no two rays of most pairs meet")
+        best = min(ends, key=lambda end: (end.ahead < MOST_AHEAD, end.rms))
+        found.append(best.T_2_1)
     return found
 
 
-def _started(rays_1, rays_2, rng):
-    refusal = None
+def _of_all(pair, start, length):
+    return refine_generalised_pose(*pair, start, length=length, most=MOST_STEPS)
+
+
+def _from_samples(rays_1, rays_2, rng, length):
+    """[T_2_1 (4, 4)] from samples, [] where no motion suits most of the pairs."""
     for threshold in THRESHOLDS:
         try:
             found = generalised_pose_ransac(
-                rays_1, rays_2, rng, threshold, most_trials=DRAWS
+                rays_1, rays_2, rng, threshold, length=length, most_trials=DRAWS
             )
-        except CalibrationError as fault:
-            refusal = fault
+        except CalibrationError:
             continue
         if np.mean(found.inliers) >= MOST_AGREE:
-            return found.T_2_1
-    raise refusal or CalibrationError("motion: no two rays of most pairs meet")
-
-
-def _adjusted(rays_1, rays_2, start):
-    return refine_generalised_pose(rays_1, rays_2, start).T_2_1
+            return [found.T_2_1]
+    return []
 
 
 def linear_turn(rays, scene):
@@ -180,7 +194,7 @@ def cylinder_through(points, scene, scale=1.0):
         "scaled_mm": scale * fit.radius,
         "fit_mm": float(off.mean()),
         "fit_sd_mm": float(off.std(ddof=1)),
-        "missed": int(len(points) - np.count_nonzero(off <= MARKER_MM)),
+        "missed": int(MARKS - np.count_nonzero(off <= MARKER_MM)),
         "axis_deg": float(np.degrees(np.arccos(cosine))),
         "points": scale * points,
         "cylinder": scaled_cylinder(fit, scale),

@@ -1,13 +1,20 @@
-"""A mirror that is calibrated stage by stage, and a cylinder that moves before it.
+"""A mirror that is calibrated, and a cylinder that moves before it.
 
 Three cameras see the same pictures of stage 3: the true one, that of the published
-method, stage by stage, and that of all stages in one bundle. What is off by the true
-one is the geometry's, the rest the calibration's. At the stages before, the scale
-alone is looked at, beside what the rays can tell of it.
+method, stage by stage, and that of all stages at once with a prior on bending
+(`ext_trust`). What is off by the true one is the geometry's, the rest the
+calibration's. At the stages before, the scale alone is looked at, beside what the rays
+can tell of it.
 """
 
 import numpy as np
 
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.calibrated import (
+    AIMED,
+    LAST,
+    all_stages,
+    calibrated,
+)
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import (
     BASELINES,
     motion_and_shape,
@@ -15,22 +22,36 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import (
     seen_by,
 )
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
+    AWAY_MM,
+    MARKS,
     NOISE_PX,
+    RADIUS_MM,
+    STEP_MM,
     moved_cylinder,
 )
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_board
-from raxel.calibration.mirror.bundle import StageView, bundle_stages
-from raxel.calibration.views.correspondence import BoardView
-from raxel.errors import CalibrationError, InputError
+from chapters.shared.mirror_runs import PUBLISHED, lattice
+from chapters.shared.mirror_scores import ray_angles
+from raxel.errors import CalibrationError
 from raxel.multiview.motion_information import motion_information
 
-LAST = len(STAGES_MM) - 1
+# Later places that each camera sets beside the first one alone: 25, 50 and 100 mm away.
+SET_BESIDE = {"true": (1, 2, 4), "published": (1, 2, 4), "bundle": (4,)}
+SETTINGS = {
+    "stages_mm": list(STAGES_MM),
+    "marks": MARKS,
+    "mark_px": NOISE_PX,
+    "radius_mm": RADIUS_MM,
+    "step_mm": STEP_MM,
+    "cylinder_mm": AWAY_MM,
+}
+# px between the pixels whose rays are compared with the true ones.
+COMPARED_PX = 96
 
 
 def motion_trial(condition, rng, errors, benches, whole=True):
-    """All cameras on each of some benches, drawn alike; whole=False: the published
-    method at stage 3 alone."""
+    """All cameras on each of some benches, drawn alike; whole=False: pairs of pictures
+    by the published method at stage 3 alone."""
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
     return {
@@ -42,71 +63,37 @@ def motion_trial(condition, rng, errors, benches, whole=True):
 def one_bench(rig, bench, errors, seed, whole):
     """Calibrations of a bench, and what each makes of the cylinder."""
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
-    found, bundled, out = calibrated(rig, cameras, errors, seed, whole)
+    found, refusal = calibrated(rig, cameras, errors, seed, PUBLISHED)
+    out = {"refused": refusal} if refusal else {}
     for stage in range(LAST + 1) if whole else (LAST,):
         rng = np.random.default_rng([seed, stage])
         scene = moved_cylinder(cameras[stage], rng)
         pixels = scene.pixels + NOISE_PX * rng.standard_normal(scene.pixels.shape)
         if whole:
             out[f"stage{stage}"] = told(cameras[stage], scene)
-        if whole and stage < LAST and stage < len(found):
-            out[f"stage{stage}"] |= steps_found(found[stage], pixels, rng)
-    seers = {"published": found[LAST] if len(found) > LAST else None}
+        if whole and stage < LAST and stage < len(found.cameras):
+            out[f"stage{stage}"] |= steps_found(found.cameras[stage], pixels, rng)
+    seers = {"published": found.last}
     if whole:
-        seers |= {"true": cameras[LAST], "bundle": bundled}
+        seers["true"] = cameras[LAST]
         out["marks"] = {"true": scene.points, "path": scene.T[:, :3, 3]}
+        seers["bundle"], refusal = bundled(rig, cameras, errors, seed)
+        out |= {"not_bundled": refusal} if refusal else {}
     for name, camera in seers.items():
         if camera is not None:
             drawn = np.random.default_rng([seed, LAST + 1])
-            out[name] = motion_and_shape(camera, scene, pixels, drawn)
+            baselines = SET_BESIDE[name] if whole else ()
+            out[name] = motion_and_shape(camera, scene, pixels, drawn, baselines)
+            rays = lattice(cameras[LAST], COMPARED_PX)
+            off = ray_angles(camera, cameras[LAST], rays)
+            out[name]["ray_deg"] = float(np.nanmean(off))
     return out
 
 
-def calibrated(rig, true, errors, seed, whole):
-    """(cameras of the stages reached, that of stage 3 by the bundle or None, {reason})
-
-    true: the true cameras; whole: whether the bundle is run.
-    """
-    rng = np.random.default_rng(seed)
-    try:
-        first = primary(rig, true[0], PUBLISHED, errors, rng)
-    except InputError as refusal:
-        return [], None, {"refused": f"stage 0: {refusal}"}
-    cameras, updates, views = [first.camera], [], []
-    points = rig.board.points()
-    for k in range(1, LAST + 1):
-        T = rig.board_pose(rng, deflections=STAGES_MM[k - 1 : k + 1])
-        pictures = [seen_board(rig, c, T, errors, rng) for c in true[k - 1 : k + 1]]
-        try:
-            stage = deflected(
-                cameras[-1], true[k], pictures, points, first.clamp, PUBLISHED
-            )
-        except InputError as refusal:
-            return cameras, None, {"refused": f"stage {k}: {refusal}"}
-        cameras.append(stage.camera)
-        updates.append(stage)
-        views += _stage_views(rig, k, pictures, points, stage.wrong)
-    if not whole:
-        return cameras, None, {}
-    poses = np.stack([update.pose.T_camera_grid for update in updates])
-    try:
-        bundle = bundle_stages(cameras, views, poses, clamp=first.clamp)
-    except InputError as refusal:
-        return cameras, None, {"not_bundled": str(refusal)}
-    return cameras, bundle.cameras[LAST], {}
-
-
-def _stage_views(rig, k, pictures, points, wrong):
-    """StageViews of the board of stage k before and after, without wrong corners."""
-    size = rig.board.columns, rig.board.rows
-    return [
-        StageView(
-            stage,
-            k - 1,
-            BoardView(np.where(wrong[:, None], np.nan, pixels), points, *size),
-        )
-        for stage, pixels in zip((k - 1, k), pictures, strict=True)
-    ]
+def bundled(rig, cameras, errors, seed):
+    """(camera of stage 3 of all stages at once or None, why not or "")."""
+    found, refusal = calibrated(rig, cameras, errors, seed, AIMED)
+    return (None, refusal) if refusal else all_stages(rig, found, errors)
 
 
 def told(camera, scene):

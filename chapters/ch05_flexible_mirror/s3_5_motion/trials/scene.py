@@ -22,6 +22,33 @@ TRIED, MOST_TRIES = 90, 50
 TURNS = np.arange(6) * np.pi / 3
 
 
+class Placed(NamedTuple):
+    """axes (3, 3): in columns, the cylinder's axis second and away from the mirror
+    last; middle (3,): of the axis in the first place; along (3,): the stage's way."""
+
+    axes: np.ndarray
+    middle: np.ndarray
+    along: np.ndarray
+
+    @property
+    def axis(self):
+        """Unit vector (3,) along the cylinder."""
+        return self.axes[:, 1]
+
+    def points(self, turn, height):
+        """Points (N, 3) of the mantle: turned by so much from what faces the mirror,
+        radians, and so high, mm."""
+        local = np.column_stack(
+            [RADIUS_MM * np.sin(turn), height, -RADIUS_MM * np.cos(turn)]
+        )
+        return self.middle + local @ self.axes.T
+
+    def motions(self):
+        """T (6, 4, 4): what takes the cylinder to where it is after 0 to 5 steps."""
+        steps = STEP_MM * np.arange(STEPS + 1)[:, None] * self.along
+        return np.array([pose(np.eye(3), step) for step in steps])
+
+
 class MovedCylinder(NamedTuple):
     """points (25, 3): marks in the first place; T (6, 4, 4): what takes them to where
     they are after 0 to 5 steps; pixels (6, 25, 2): where the true camera has them;
@@ -36,15 +63,22 @@ class MovedCylinder(NamedTuple):
 def moved_cylinder(camera, rng):
     """The MovedCylinder before a true camera. RuntimeError where none is seen."""
     for _ in range(MOST_TRIES):
-        points, axis, along = _placed(camera, rng)
-        T = np.array([pose(np.eye(3), k * STEP_MM * along) for k in range(STEPS + 1)])
-        found = [camera.project(transform(one, points)) for one in T]
-        seen = np.all([f.valid & shown(camera, f.pixels) for f in found], axis=0)
+        placed = placed_cylinder(camera, rng)
+        turn = rng.uniform(-AROUND, AROUND, TRIED)
+        points = placed.points(turn, rng.uniform(-HALF_MM, HALF_MM, TRIED))
+        pixels, seen = seen_in_all(camera, points, placed.motions())
         keep = np.flatnonzero(seen)[:MARKS]
         if len(keep) == MARKS:
-            pixels = np.array([f.pixels[keep] for f in found])
-            return MovedCylinder(points[keep], T, pixels, axis)
+            T = placed.motions()
+            return MovedCylinder(points[keep], T, pixels[:, keep], placed.axis)
     raise RuntimeError(f"of {TRIED} marks fewer than {MARKS} are seen in all places")
+
+
+def seen_in_all(camera, points, T):
+    """(pixels (V, N, 2), seen (N,)) of points under motions (V, 4, 4); seen: in all."""
+    found = [camera.project(transform(one, points)) for one in T]
+    seen = np.all([f.valid & shown(camera, f.pixels) for f in found], axis=0)
+    return np.array([f.pixels for f in found]), seen
 
 
 def shown(camera, pixels):
@@ -56,21 +90,16 @@ def shown(camera, pixels):
     return (inside & rays.valid).reshape(len(around), -1).all(axis=0)
 
 
-def _placed(camera, rng):
-    """Marks (TRIED, 3) on the cylinder's near side, its axis, and the stage's way."""
+def placed_cylinder(camera, rng):
+    """The cylinder Placed before the middle of what a true camera sees in its mirror:
+    there half way of its five steps."""
     size = np.array([camera.width, camera.height])
     rays = camera.rays(size * rng.uniform(0.05, 0.95, (TRIED, 2)))
     o, d = np.nanmean(rays.origins, axis=0), np.nanmean(rays.directions, axis=0)
     d /= np.linalg.norm(d)
     x = np.cross([0.0, 1.0, 0.0], d)
-    frame = np.column_stack([x / np.linalg.norm(x), np.zeros(3), d])
-    frame[:, 1] = np.cross(d, frame[:, 0])
-    frame = frame @ rotation_from_vector(rng.normal(0, TILT, 3))
-    along = frame @ rotation_from_vector(rng.normal(0, TILT, 3))[:, 0]
-    turn = rng.uniform(-AROUND, AROUND, TRIED)
-    height = rng.uniform(-HALF_MM, HALF_MM, TRIED)
-    local = np.column_stack(
-        [RADIUS_MM * np.sin(turn), height, -RADIUS_MM * np.cos(turn)]
-    )
-    middle = o + AWAY_MM * d - STEPS * STEP_MM / 2 * along
-    return middle + local @ frame.T, frame[:, 1], along
+    axes = np.column_stack([x / np.linalg.norm(x), np.zeros(3), d])
+    axes[:, 1] = np.cross(d, axes[:, 0])
+    axes = axes @ rotation_from_vector(rng.normal(0, TILT, 3))
+    along = axes @ rotation_from_vector(rng.normal(0, TILT, 3))[:, 0]
+    return Placed(axes, o + AWAY_MM * d - STEPS * STEP_MM / 2 * along, along)
