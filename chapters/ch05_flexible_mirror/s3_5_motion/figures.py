@@ -3,15 +3,15 @@
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
-    CAMERA,
     EACH_STEP,
+    PICTURES,
     STAGES,
     WAY,
     MotionRuns,
 )
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import MARKER_MM
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import RADIUS_MM, STEP_MM
-from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bench import BENCH, BENCHES
 from chapters.shared.mirror_rigs import STAGES_MM
 from raxel.geometry.poses import tangent_bases
 from raxel.show import Points, Surface, framed
@@ -28,6 +28,7 @@ PATHS = {
     ("published", "given"): "calibrated, lengths given",
     ("true", "given"): "true mirror, lengths given",
 }
+PLACES = ("(a)", "(b)")
 ROUNDING = 1e-9
 AROUND, ALONG = 60, 2
 SIGHT = (0.6, -0.3, -0.75)
@@ -37,7 +38,7 @@ SIGHT = (0.6, -0.3, -0.75)
 def fig_5_20(results):
     """The path of the cylinder, actual and found, of the middling seed."""
     runs = MotionRuns(results)
-    seed = runs.middling()
+    drawn_as, seed = runs.middling()
     true = runs.array("marks.path", seed)
     along = true[-1] / np.linalg.norm(true[-1])
     frame = np.column_stack([along, tangent_bases(along[None])[0]])
@@ -46,6 +47,7 @@ def fig_5_20(results):
         words: runs.array(f"{camera}.{way}.path", seed)
         for (camera, way), words in PATHS.items()
     }
+    paths = {words: path for words, path in paths.items() if path is not None}
     rows = []
     for index, (words, path) in enumerate(paths.items()):
         places = path @ frame
@@ -56,8 +58,9 @@ def fig_5_20(results):
     for panel, side in zip(panels, ("one way aside", "the other way"), strict=True):
         panel.set(xlabel="Along the stage (mm)", ylabel=f"Off, {side} (mm)")
     legend_below(drawn, panels[0], ncols=2)
-    off = np.linalg.norm(paths[PATHS[CAMERA, WAY]][-1] - true[-1])
-    told = runs.steps("off_mm")[-1][seed]
+    last = runs.array(f"{drawn_as}.{WAY}.path", seed)[-1]
+    off = np.linalg.norm(last - true[-1])
+    told = runs.steps("off_mm", drawn_as)[-1][seed]
     return Drawing(
         drawn,
         columns(("path", "step", "along_mm", "aside_mm", "other_mm"), rows),
@@ -75,9 +78,9 @@ def fig_5_20(results):
 def fig_5_21(results):
     """The points that were found and the cylinder through them."""
     runs = MotionRuns(results)
-    seed = runs.middling()
-    points = runs.array(f"{CAMERA}.{WAY}.points", seed)
-    at, axis, (radius,) = np.split(runs.array(f"{CAMERA}.{WAY}.cylinder", seed), (3, 6))
+    camera, seed = runs.middling()
+    points = runs.array(f"{camera}.{WAY}.points", seed)
+    at, axis, (radius,) = np.split(runs.array(f"{camera}.{WAY}.cylinder", seed), (3, 6))
     basis = tangent_bases(axis[None])[0]
     across, height = (points - at) @ basis, (points - at) @ axis
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
@@ -113,7 +116,7 @@ def fig_5_21(results):
     )
     draw_scene(right, scene)
     off = np.abs(np.linalg.norm(across[known], axis=1) - radius)
-    told = runs.of("fit_mm")[seed]
+    told = runs.of("fit_mm", camera)[seed]
     return Drawing(
         drawn,
         columns(
@@ -169,4 +172,28 @@ def ext_motion_scale(results):
         f"medians over seeds with 95 % intervals. Left: one step of {STEP_MM:g} mm at "
         "the stages; a flat mirror in the laboratory tells none. Right: at stage 3, "
         "from the first place to later ones.",
+    )
+
+
+@figure("ext_motion_pictures_shown", needs=("fig_5_21_pictures",), evidence="rendered")
+def ext_motion_pictures_shown(results):
+    """The printed cylinder in the bent mirror, in its first and its last place."""
+    result = results[PICTURES]
+    drawn, panels = new_figure(1, 2, height_in=3.4)
+    pictures = [result.arrays(f"{BENCH}.{name}")[0] for name in ("first", "last")]
+    for panel, picture, title in zip(panels, pictures, PLACES, strict=True):
+        panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
+        panel.set(xticks=[], yticks=[], title=title)
+    size = [picture.shape for picture in pictures]
+    return Drawing(
+        drawn,
+        columns(
+            ("place", "rows", "columns", "mean_grey"),
+            [
+                (k, *shape, float(picture.mean()))
+                for k, shape, picture in zip((0, 5), size, pictures, strict=True)
+            ],
+        ),
+        "The printed cylinder in the bent mirror on the bench, rendered: the part of "
+        "the picture around its marks, in the first place (a) and 125 mm on (b).",
     )

@@ -5,17 +5,19 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
     CAMERAS,
     EACH_STEP,
+    PICTURES,
     STAGES,
     MotionRuns,
 )
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import MARKER_MM
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import SET_BESIDE
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
     MARKS,
     NOISE_PX,
     RADIUS_MM,
     STEP_MM,
 )
-from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import STAGES_MM
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
@@ -28,6 +30,8 @@ SEEN_AS = {
     "published": "calibrated, stage by stage",
     "bundle": "calibrated, in one bundle",
 }
+MOVED = "the cylinder is moved by this length"
+MADE = "the cylinder is made so"
 MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
 
 
@@ -131,22 +135,23 @@ def ext_motion_baselines(results):
     rows = []
     for bench in reversed(BENCHES):
         runs = MotionRuns(results, bench=bench)
-        for k in EACH_STEP:
-            cells = [
-                reached(runs.of(f"{way}.{name}", camera, f"from_first{k}"))
-                for camera in ("true", "published")
-                for way, name in (
-                    ("given", "turn_deg"),
-                    ("given", "radius_mm"),
-                    ("open", "radius_mm"),
-                )
-            ]
-            rows.append((bench, int(k * STEP_MM), *cells))
-    measures = ("rotation, length given (°)", "radius, given (mm)", "radius, told (mm)")
-    names = [f"{who}: {what}" for who in ("True", "Calibrated") for what in measures]
+        for camera in CAMERAS:
+            for k in SET_BESIDE[camera]:
+                cells = [
+                    reached(runs.of(f"{way}.{name}", camera, f"from_first{k}"))
+                    for way in WAYS
+                    for name in ("turn_deg", "radius_mm")
+                ]
+                rows.append((bench, SEEN_AS[camera], int(k * STEP_MM), *cells))
+    names = [
+        f"{what}, length {words} ({unit})"
+        for words in WAYS.values()
+        for what, unit in (("Rotation", "°"), ("Radius", "mm"))
+    ]
     return Table(
-        columns(("Bench", "Baseline (mm)", *names), rows),
-        f"Two pictures alone, of the first place and of a later one. {MEDIANS}",
+        columns(("Bench", "Mirror", "Baseline (mm)", *names), rows),
+        "Two pictures alone, of the first place and of a later one; the cylinder's "
+        f"radius is {RADIUS_MM:g} mm. {MEDIANS}",
     )
 
 
@@ -192,6 +197,98 @@ def ext_motion_told(results):
     )
 
 
+@table(
+    "ext_motion_swept",
+    needs=("table_5_7_runs", "table_5_7_swept", "table_5_7_other"),
+    evidence="rendered",
+)
+def ext_motion_swept(results):
+    """The published way from bench to bench, and on geometry B."""
+    rows = []
+    for geometry, bench in (
+        *(("A", bench) for bench in (*reversed(BENCHES), *SWEPT)),
+        *(("B", bench) for bench in reversed(BENCHES)),
+    ):
+        runs = MotionRuns(results, bench=bench, geometry=geometry)
+        mean = runs.of("mean_mm")
+        rows.append(
+            (
+                geometry,
+                bench,
+                runs.seeds,
+                int(np.isfinite(mean).sum()),
+                int(np.isfinite(runs.of("radius_mm")).sum()),
+                reached(runs.column("published.ray_deg")),
+                reached(runs.steps("turn_deg")[-1]),
+                reached(runs.steps("off_mm")[-1]),
+                reached(mean),
+                reached(runs.of("scaled_mm")),
+                reached(runs.of("missed")),
+            )
+        )
+    names = (
+        "Geometry",
+        "Bench",
+        "Seeds",
+        "with a motion",
+        "with a cylinder",
+        "Mean to true rays (°)",
+        "Rotation after 5 (°)",
+        "Shift off after 5 (mm)",
+        "Mean step (mm)",
+        "Scaled radius (mm)",
+        "Marks that miss (1)",
+    )
+    return Table(
+        columns(names, rows),
+        "Mirror calibrated stage by stage, lengths told by the rays, from half to "
+        f"twice the bench's numbers and on the second geometry. {MEDIANS}",
+    )
+
+
+@table("ext_motion_pictures", needs=("fig_5_21_pictures",), evidence="rendered")
+def ext_motion_pictures(results):
+    """Marks found in rendered pictures, and what each camera makes of them."""
+    result, rows = results[PICTURES], []
+    for bench in reversed(BENCHES):
+        for camera in CAMERAS:
+            given, far = f"{bench}.{camera}.given", f"{bench}.{camera}.from_first4"
+            found = (
+                result.column(name)
+                for name in (
+                    f"{bench}.found",
+                    f"{bench}.mark_px",
+                    f"{given}.step1.turn_deg",
+                    f"{given}.step5.turn_deg",
+                    f"{given}.radius_mm",
+                    f"{far}.given.radius_mm",
+                )
+            )
+            rows.append((bench, SEEN_AS[camera], *map(ranged, found)))
+    names = (
+        "Bench",
+        "Mirror",
+        "Marks found (1)",
+        "off along an axis (px)",
+        "Rotation after 1 (°)",
+        "after 5 (°)",
+        "Radius, six pictures (mm)",
+        "two, 100 mm apart (mm)",
+    )
+    return Table(
+        columns(names, rows),
+        f"The cylinder in rendered pictures, {result.trials_per_condition} runs: "
+        "medians and ranges of those that came so far. Each step's length is given. "
+        "Marks are found by OpenCV's connected components; px are those of the whole "
+        "camera, of which the pictures have a quarter each way.",
+    )
+
+
+def ranged(values):
+    """Median and range of the runs that have a value, None without any."""
+    return Measured.of_seeds(values) if np.isfinite(values).any() else None
+
+
 def of_runs(runs, found, unit):
     """The Value of a measure (seeds,), and how many seeds have none."""
     lost = np.count_nonzero(~np.isfinite(found))
@@ -206,7 +303,7 @@ def numbers_of_table_5_7(results):
     lengths, turns = (runs.steps(name) for name in ("length_mm", "turn_deg"))
     for k in EACH_STEP:
         prefix = f"t5_7_{k * STEP_MM:.0f}"
-        found[f"{prefix}_gt"] = Value(k * STEP_MM, unit="mm")
+        found[f"{prefix}_gt"] = Value(k * STEP_MM, unit="mm", put_in=MOVED)
         found[f"{prefix}_t"] = of_runs(runs, lengths[k - 1], "mm")
         found[f"{prefix}_r"] = of_runs(runs, turns[k - 1], "deg")
     return found
@@ -233,10 +330,10 @@ def numbers_of_fig_5_21(results):
     return {
         "s5_3_5_rad_un": of_runs(runs, runs.of("radius_mm"), "mm"),
         "s5_3_5_rad_sc": of_runs(runs, runs.of("scaled_mm"), "mm"),
-        "s5_3_5_rad_true": Value(RADIUS_MM, unit="mm"),
+        "s5_3_5_rad_true": Value(RADIUS_MM, unit="mm", put_in=MADE),
         "s5_3_5_fit_mean": of_runs(runs, runs.of("fit_mm"), "mm"),
         "s5_3_5_fit_sd": of_runs(runs, runs.of("fit_sd_mm"), "mm"),
-        "s5_3_5_npts": Value(MARKS, unit="count"),
+        "s5_3_5_npts": Value(MARKS, unit="count", put_in=MADE),
         "s5_3_5_miss": of_runs(runs, runs.of("missed"), "count (of 25)"),
-        "s5_3_5_marker": Value(MARKER_MM, unit="mm"),
+        "s5_3_5_marker": Value(MARKER_MM, unit="mm", put_in="this is what meets"),
     }

@@ -1,0 +1,130 @@
+"""The numbers that the page quotes: medians over the seeds that came so far."""
+
+import numpy as np
+
+from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates
+from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
+    CAMERAS,
+    OTHER,
+    PICTURES,
+    RUNS,
+    STAGES,
+    MotionRuns,
+)
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import AWAY_MM, RADIUS_MM
+from chapters.shared.mirror_bench import BENCHES
+from repro.page.reader import value
+
+SHORT = {"bench": "", "laboratory": "lab."}
+WAYS = ("open", "given")
+# Of two pictures alone: the place that is 100 mm away.
+FAR = "from_first4"
+
+
+def middle(found):
+    """Median of the trials that have a value, as words; a build may have none."""
+    known = found[np.isfinite(found)]
+    return said(np.median(known)) if len(known) else "no"
+
+
+def said(number):
+    """A number in two digits, or in whole ones, as words."""
+    return f"{number:.2g}" if abs(number) < 10 else f"{number:.0f}"
+
+
+def percent_off(radii):
+    """Median of how far radii are off, %."""
+    return middle(100 * np.abs(radii / RADIUS_MM - 1))
+
+
+def name_values(open_results):
+    """Name the numbers of the prose."""
+    results = {name: open_results(name) for name in (RUNS, OTHER, PICTURES)}
+    found = {"away": AWAY_MM, "radius": RADIUS_MM}
+    for bench, short in SHORT.items():
+        runs = MotionRuns(results, bench=bench)
+        found |= named(short, of_cameras(runs) | of_rays(runs) | of_judged(runs))
+        other = MotionRuns(results, bench=bench, geometry="B")
+        found |= named(f"b.{short}", of_judged(other))
+    for name, number in (found | of_pictures(results[PICTURES])).items():
+        value(name, number)
+
+
+def named(prefix, numbers):
+    """The numbers, with a prefix before each name."""
+    return {f"{prefix}{name}": number for name, number in numbers.items()}
+
+
+def of_cameras(runs):
+    """Name -> turns, scale and radius that each camera finds by each way."""
+    out = {}
+    for camera in CAMERAS:
+        for way in WAYS:
+            turn = runs.steps("turn_deg", camera, way)
+            out |= named(
+                f"{camera}.{way}.",
+                {
+                    "first": middle(turn[0]),
+                    "last": middle(turn[-1]),
+                    "off": middle(runs.steps("off_mm", camera, way)[-1]),
+                    "mean": middle(runs.of("mean_mm", camera, way)),
+                    "radius": percent_off(runs.of("scaled_mm", camera, way)),
+                },
+            )
+        out[f"{camera}.ray"] = middle(runs.column(f"{camera}.ray_deg"))
+        out[f"{camera}.linear"] = middle(runs.column(f"{camera}.linear_deg"))
+        out[f"{camera}.six"] = percent_off(runs.of("radius_mm", camera, "together"))
+        for way in WAYS:
+            two = runs.of(f"{way}.radius_mm", camera, FAR)
+            out[f"{camera}.two.{way}"] = percent_off(two)
+    return out
+
+
+def of_rays(runs):
+    """Name -> what rays of the true mirror tell, and the scales that are found."""
+    out = {}
+    for stage in STAGES:
+        for name, what in (
+            ("spread", "spread_mm"),
+            ("told", "told1.length_percent"),
+            ("told.far", "told5.length_percent"),
+            ("turn", "told1.turn_deg"),
+            ("turn.given", "told1.turn_given_deg"),
+        ):
+            out[f"{name}.{stage}"] = middle(runs.column(f"stage{stage}.{what}"))
+    logs = predicates.log_scales(runs)
+    out |= {f"times.{s}": said(np.exp(np.median(logs[s]))) for s in STAGES}
+    out |= {f"scatter.{s}": said(np.exp(np.std(logs[s]))) for s in STAGES}
+    return out
+
+
+def of_judged(runs):
+    """Name -> seeds, refusals, and shares of seeds that each claim is true of."""
+    lost = [bool(reason) for reason in runs.refused()]
+    has = np.isfinite(runs.of("radius_mm"))
+    return {
+        "seeds": runs.seeds,
+        "refused": sum(lost),
+        "no_shape": int(runs.seeds - sum(lost) - has.sum()),
+        "share.motion": 100 * np.mean(predicates.follows(runs)[0]),
+        "share.radius": 100 * np.mean(predicates.radius_found(runs)[0]),
+        "missed": middle(runs.of("missed")),
+        "end": middle(runs.steps("off_mm")[-1]),
+        "scaled": percent_off(runs.of("scaled_mm")),
+        "angle": middle(runs.column("published.ray_deg")),
+    }
+
+
+def of_pictures(result):
+    """Name -> what prose quotes of the rendered pictures."""
+    out = {"pic.seeds": result.trials_per_condition}
+    for bench, short in ((bench, SHORT[bench]) for bench in BENCHES):
+        out[f"pic.{short}found"] = middle(result.column(f"{bench}.found"))
+        out[f"pic.{short}px"] = middle(result.column(f"{bench}.mark_px"))
+        for camera in CAMERAS:
+            for name, what in (("first", "step1"), ("last", "step5")):
+                found = result.column(f"{bench}.{camera}.given.{what}.turn_deg")
+                out[f"pic.{short}{camera}.{name}"] = middle(found)
+            radius = result.column(f"{bench}.{camera}.{FAR}.given.radius_mm")
+            out[f"pic.{short}{camera}.radius"] = percent_off(radius)
+    return out
