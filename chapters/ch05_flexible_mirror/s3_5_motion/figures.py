@@ -16,6 +16,7 @@ from chapters.shared.mirror_rigs import STAGES_MM
 from raxel.geometry.poses import tangent_bases
 from raxel.show import Points, Surface, framed
 from repro.judge.statistics import median_interval
+from repro.page.method_looks import look_of
 from repro.page.space import draw_scene
 from repro.page.style import INK, legend_below, plot_estimates, series
 from repro.page.style import figure as new_figure
@@ -48,10 +49,12 @@ def fig_5_20(results):
         for (camera, way), words in PATHS.items()
     }
     paths = {words: path for words, path in paths.items() if path is not None}
+    looks = {"actual": {"color": INK, "marker": "s"}}
+    looks[PATHS["true", "given"]] = look_of("true mirror")
     rows = []
     for index, (words, path) in enumerate(paths.items()):
         places = path @ frame
-        look = {"color": INK, "marker": "s"} if words == "actual" else series(index - 1)
+        look = looks.get(words, series(index - 1))
         for k, panel in enumerate(panels, 1):
             panel.plot(places[:, 0], places[:, k], label=words, **look)
         rows += [(words, step, *place) for step, place in enumerate(places)]
@@ -161,17 +164,27 @@ def ext_motion_scale(results):
                 label=bench,
                 bars=True,
             )
+        six = runs.of("told_percent", "true", "together")
+        rows += plot_estimates(
+            right,
+            [STEP_MM * len(EACH_STEP)],
+            [median_interval(six[np.isfinite(six)])],
+            ("six pictures", bench),
+            look=series(2 + index),
+            label=f"{bench}, six pictures at once",
+            bars=True,
+        )
     left.set(xlabel="Deflection (mm)", yscale="log")
     left.set_ylabel("SD of the length (%)")
     right.set(xlabel="Baseline at 15 mm (mm)")
-    legend_below(drawn, left, ncols=2)
+    legend_below(drawn, right, ncols=2)
     return Drawing(
         drawn,
         columns(("over", "bench", "x", "median", "low", "high"), rows),
         "To how much of itself a length can be told by rays of the true mirror, "
         f"medians over seeds with 95 % intervals. Left: one step of {STEP_MM:g} mm at "
         "the stages; a flat mirror in the laboratory tells none. Right: at stage 3, "
-        "from the first place to later ones.",
+        "from the first place to later ones by two pictures, and by all six at once.",
     )
 
 

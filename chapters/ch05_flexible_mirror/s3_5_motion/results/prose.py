@@ -5,18 +5,28 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates
 from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
     CAMERAS,
+    LAST,
     OTHER,
     PICTURES,
     RUNS,
     STAGES,
     MotionRuns,
 )
-from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import AWAY_MM, RADIUS_MM
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import seen_by
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
+    AWAY_MM,
+    RADIUS_MM,
+    STEP_MM,
+    STEPS,
+    moved_cylinder,
+)
 from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
 WAYS = ("open", "given")
+LENGTH_MM = STEPS * STEP_MM
 # Of two pictures alone: the place that is 100 mm away.
 FAR = "from_first4"
 
@@ -40,7 +50,10 @@ def percent_off(radii):
 def name_values(open_results):
     """Name the numbers of the prose."""
     results = {name: open_results(name) for name in (RUNS, OTHER, PICTURES)}
-    found = {"away": AWAY_MM, "radius": RADIUS_MM}
+    found = dict(
+        zip(("way", "alike", "parallax"), map(said, seen_shift()), strict=True)
+    )
+    found |= {"away": AWAY_MM, "radius": RADIUS_MM}
     for bench, short in SHORT.items():
         runs = MotionRuns(results, bench=bench)
         found |= named(short, of_cameras(runs) | of_rays(runs) | of_judged(runs))
@@ -48,6 +61,17 @@ def name_values(open_results):
         found |= named(f"b.{short}", of_judged(other))
     for name, number in (found | of_pictures(results[PICTURES])).items():
         value(name, number)
+
+
+def seen_shift():
+    """(mm, degrees, degrees): from the rays' centre to the middle of the marks, the
+    turn under which one step is seen there, and by how much less at the farthest mark
+    than at the nearest. Of a smooth mirror at stage 3."""
+    camera = mirror_rig("A").camera(STAGES_MM[LAST])
+    scene = moved_cylinder(camera, np.random.default_rng(0))
+    away = np.linalg.norm(scene.points - seen_by(camera, scene.pixels).centre, axis=1)
+    turns = np.degrees(STEP_MM / away)
+    return float(away.mean()), float(turns.mean()), float(np.ptp(turns))
 
 
 def named(prefix, numbers):
@@ -74,6 +98,11 @@ def of_cameras(runs):
         out[f"{camera}.ray"] = middle(runs.column(f"{camera}.ray_deg"))
         out[f"{camera}.linear"] = middle(runs.column(f"{camera}.linear_deg"))
         out[f"{camera}.six"] = percent_off(runs.of("radius_mm", camera, "together"))
+        for name, what in (("six.last", "turn_deg"), ("six.told", "told_percent")):
+            out[f"{camera}.{name}"] = middle(runs.of(what, camera, "together"))
+        length = runs.of("length_mm", camera, "together") / LENGTH_MM
+        out[f"{camera}.six.share"] = middle(length)
+        out[f"{camera}.six.length"] = middle(100 * np.abs(length - 1))
         for way in WAYS:
             two = runs.of(f"{way}.radius_mm", camera, FAR)
             out[f"{camera}.two.{way}"] = percent_off(two)
