@@ -39,7 +39,8 @@ SIGHT = (0.6, -0.3, -0.75)
 def fig_5_20(results):
     """The path of the cylinder, actual and found, of the middling seed."""
     runs = MotionRuns(results)
-    drawn_as, seed = runs.middling()
+    drawn_as = runs.drawn_camera()
+    seed = runs.middling(runs.steps("off_mm", drawn_as)[-1])
     true = runs.array("marks.path", seed)
     along = true[-1] / np.linalg.norm(true[-1])
     frame = np.column_stack([along, tangent_bases(along[None])[0]])
@@ -81,19 +82,23 @@ def fig_5_20(results):
 def fig_5_21(results):
     """The points that were found and the cylinder through them."""
     runs = MotionRuns(results)
-    camera, seed = runs.middling()
+    camera = runs.drawn_camera()
+    scaled = runs.of("scaled_mm", camera)
+    seed = runs.middling(np.abs(scaled - RADIUS_MM))
     points = runs.array(f"{camera}.{WAY}.points", seed)
     at, axis, (radius,) = np.split(runs.array(f"{camera}.{WAY}.cylinder", seed), (3, 6))
     basis = tangent_bases(axis[None])[0]
     across, height = (points - at) @ basis, (points - at) @ axis
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
     drawn.set_layout_engine("none")
-    left.set_position([0.1, 0.14, 0.38, 0.78])
+    left.set_position([0.1, 0.22, 0.38, 0.72])
     right.set_position([0.52, 0.02, 0.47, 0.94])
     turn = np.linspace(0, 2 * np.pi, AROUND + 1)
     circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    true = runs.of("scaled_mm", "true")[seed]
     for size, words, look in (
         (radius, "as found", series(0)),
+        (true, "true mirror", look_of("true mirror")),
         (RADIUS_MM, "as measured", {"color": INK, "ls": ":"}),
     ):
         left.plot(*(size * circle).T, label=words, **look | {"marker": ""})
@@ -102,7 +107,7 @@ def fig_5_21(results):
                   marker="", ls="-")  # fmt: skip
     left.set(xlabel="Across the axis (mm)", ylabel="Across the axis (mm)")
     left.set_aspect("equal")
-    left.legend(loc="upper right")
+    legend_below(drawn, left, ncols=3)
     ends = np.array([np.nanmin(height), np.nanmax(height)])
     wall = at + radius * (circle @ basis.T)[None] + ends[:, None, None] * axis
     known = np.isfinite(points).all(axis=1)
@@ -127,8 +132,9 @@ def fig_5_21(results):
             np.column_stack([across, height]).tolist(),
         ),
         f"Points found of the cylinder, as markers of {MARKER_MM:g} mm, and the "
-        "cylinder nearest to them, scaled by the mean step; on the bench, the seed of "
-        "Fig. 5.20.",
+        "cylinder nearest to them, scaled by the mean step; on the bench, the seed "
+        "whose radius is off by the median of those with one. The circle of the true "
+        "mirror is drawn about the same axis.",
         Check(
             bool(abs(off.mean() - told) < 1e-6),
             f"mean distance from the cylinder as drawn {off.mean():.3f} mm, as in the "
@@ -196,7 +202,8 @@ def ext_motion_pictures_shown(results):
     pictures = [result.arrays(f"{BENCH}.{name}")[0] for name in ("first", "last")]
     for panel, picture, title in zip(panels, pictures, PLACES, strict=True):
         panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
-        panel.set(xticks=[], yticks=[], title=title)
+        panel.set_title(title)
+        panel.set_axis_off()
     size = [picture.shape for picture in pictures]
     return Drawing(
         drawn,

@@ -17,6 +17,7 @@ from chapters.ch05_flexible_mirror.s3_5_motion.results.prose import name_values
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import pairwise
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.pictures import pictures_trial
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import (
+    EVERY_WAY,
     SETTINGS,
     motion_trial,
     told,
@@ -138,6 +139,8 @@ from repro.run.outcomes import Plan
 SEEDS = {"quick": 1, "full": 20}
 FEWER = {"quick": 1, "full": 10}
 PICTURES = {"quick": 1, "full": 3}
+WAYS = {"quick": ("true", "published"), "full": EVERY_WAY}
+SEEN_BY = {"quick": ("true",), "full": EVERY_WAY}
 
 
 @experiment(
@@ -149,7 +152,7 @@ PICTURES = {"quick": 1, "full": 3}
 )
 def runs(effort, results):
     """Geometry A, on both benches, with all cameras."""
-    return _plan(results, "A", _first(BENCH, effort), SEEDS[effort])
+    return _plan(results, "A", _first(BENCH, effort), SEEDS[effort], WAYS[effort])
 
 
 @experiment(
@@ -161,7 +164,7 @@ def runs(effort, results):
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers, as published."""
     benches = _first("half the factor", effort)
-    return _plan(results, "A", benches, FEWER[effort], whole=False)
+    return _plan(results, "A", benches, FEWER[effort], ("published",))
 
 
 @experiment(
@@ -172,7 +175,8 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, on both benches, as published."""
-    return _plan(results, "B", BENCHES, FEWER[effort], whole=False)
+    benches = _first(BENCH, effort)
+    return _plan(results, "B", benches, FEWER[effort], ("published",))
 
 
 def _first(name, effort):
@@ -181,9 +185,9 @@ def _first(name, effort):
     return every if effort == "full" else {name: every[name]}
 
 
-def _plan(results, geometry, benches, seeds, whole=True):
+def _plan(results, geometry, benches, seeds, ways):
     errors = {geometry: MirrorErrors.read(results["sec_5_3_3_errors"], geometry)}
-    trial = partial(motion_trial, errors=errors, benches=benches, whole=whole)
+    trial = partial(motion_trial, errors=errors, benches=benches, ways=ways)
     settings = SETTINGS | {name: bench._asdict() for name, bench in benches.items()}
     return Plan(trial, [{"geometry": geometry}], seeds, settings)
 
@@ -203,8 +207,8 @@ def _plan(results, geometry, benches, seeds, whole=True):
 def pictures(effort, results):
     """Six rendered pictures of the cylinder, its marks found, on both benches."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
-    benches = _first(BENCH, effort)
-    trial = partial(pictures_trial, errors=errors, benches=benches)
+    some = {"benches": _first(BENCH, effort), "ways": SEEN_BY[effort]}
+    trial = partial(pictures_trial, errors=errors, **some)
     return Plan(trial, [{"geometry": "A"}], PICTURES[effort], SETTINGS)
 
 

@@ -46,16 +46,17 @@ class MotionRuns(BenchRuns):
         motion = self.result.texts(f"{self.bench}.{CAMERA}.refused")
         return [a or b for a, b in zip(calibration, motion, strict=True)]
 
-    def middling(self):
-        """(camera, seed) that is drawn: of the seeds with a cylinder, that whose last
-        shift is off by the median, or next to it. The true mirror's where the
-        published calibration has none."""
-        for camera in (CAMERA, "true"):
-            has = np.isfinite(self.of("radius_mm", camera))
-            if has.any():
-                break
-        off = np.where(has, self.steps("off_mm", camera)[-1], np.nan)
-        return camera, int(np.argsort(off)[(np.count_nonzero(has) - 1) // 2])
+    def drawn_camera(self):
+        """The published calibration, the true mirror where that has no cylinder."""
+        has = np.isfinite(self.of("radius_mm"))
+        return CAMERA if has.any() else "true"
+
+    def middling(self, off):
+        """Of the seeds with a cylinder, that whose measure off (seeds,) is the median,
+        or next to it."""
+        has = np.isfinite(self.of("radius_mm", self.drawn_camera()))
+        order = np.argsort(np.where(has, off, np.nan))
+        return int(order[(np.count_nonzero(has) - 1) // 2])
 
     def array(self, name, seed):
         """An array of one seed, None where it has none."""

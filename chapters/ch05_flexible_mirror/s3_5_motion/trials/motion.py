@@ -71,28 +71,29 @@ def seen_by(camera, pixels, noise_px=NOISE_PX):
 
 
 def motion_and_shape(camera, scene, pixels, rng, baselines=(), noise_px=NOISE_PX):
-    """All that a camera makes of the moved cylinder, as a trial keeps it.
+    """What a camera makes of the moved cylinder, as a trial keeps it.
 
-    baselines: numbers of the later places that are set beside the first one alone;
-    where there is one, all six pictures are adjusted together as well.
+    baselines: numbers of the later places that are set beside the first one alone.
+    Where there is one, lengths are given as well, and all six pictures are adjusted
+    together.
     """
     try:
         seen = seen_by(camera, pixels, noise_px)
         pairs = pairwise(seen.rays, rng)
-        given = pairwise(seen.rays, rng, STEP_MM, pairs)
     except CalibrationError as refusal:
         return {"refused": str(refusal)}
-    out = {
-        "marks": int(seen.used.sum()),
-        "linear_deg": linear_turn(seen.rays, scene),
-        "open": of_pairs(seen, scene, pairs),
-        "given": of_pairs(seen, scene, given),
-    }
+    out = {"marks": int(seen.used.sum()), "open": of_pairs(seen, scene, pairs)}
+    if not baselines:
+        return out
+    given = pairwise(seen.rays, rng, STEP_MM, pairs)
+    start = chained(given)
     for k in baselines:
-        out[f"from_first{k}"] = two_views(seen, scene, chained(given)[k], k)
-    if baselines:
-        out["together"] = together(seen, scene, chained(given))
-    return out
+        out[f"from_first{k}"] = two_views(seen, scene, start[k], k)
+    return out | {
+        "linear_deg": linear_turn(seen.rays, scene),
+        "given": of_pairs(seen, scene, given),
+        "together": together(seen, scene, start),
+    }
 
 
 def pairwise(rays, rng, length=None, near=None):

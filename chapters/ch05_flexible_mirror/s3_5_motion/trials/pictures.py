@@ -15,7 +15,7 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.calibrated import LAST, calibrated
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import motion_and_shape
-from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import bundled
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import EVERY_WAY, bundled
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
     MOST_TRIES,
     RADIUS_MM,
@@ -163,8 +163,8 @@ def _middle_of_darkness(picture, box):
     ) / weight.sum() + [x0, y0]
 
 
-def pictures_trial(condition, rng, errors, benches):
-    """The motion from pictures on each of some benches, by each camera."""
+def pictures_trial(condition, rng, errors, benches, ways=EVERY_WAY):
+    """The motion from pictures on each of some benches, by some cameras."""
     geometry, seed = condition["geometry"], int(rng.integers(2**32))
     rig, small = mirror_rig(geometry), mirror_rig(geometry, small=True)
     out = {}
@@ -180,9 +180,11 @@ def pictures_trial(condition, rng, errors, benches):
             "last": taken.pictures[-1],
         }
         seers = {"true": (cameras[LAST], "")}
-        found, refusal = calibrated(rig, cameras, own, seed, PUBLISHED)
-        seers |= {"published": (found.last, refusal)}
-        seers |= {"bundle": bundled(rig, cameras, own, seed)}
+        if "published" in ways:
+            found, refusal = calibrated(rig, cameras, own, seed, PUBLISHED)
+            seers["published"] = found.last, refusal
+        if "bundle" in ways:
+            seers["bundle"] = bundled(rig, cameras, own, seed)
         for way, (camera, refusal) in seers.items():
             out[name][way] = {"refused": refusal}
             if camera is not None:

@@ -35,6 +35,8 @@ from chapters.shared.mirror_scores import ray_angles
 from raxel.errors import CalibrationError
 from raxel.multiview.motion_information import motion_information
 
+# How stage 3 is known, the second as in the thesis.
+EVERY_WAY = ("true", "published", "bundle")
 # Later places that each camera sets beside the first one alone: 25, 50 and 100 mm away.
 SET_BESIDE = {"true": (1, 2, 4), "published": (1, 2, 4), "bundle": (4,)}
 SETTINGS = {
@@ -49,42 +51,43 @@ SETTINGS = {
 COMPARED_PX = 96
 
 
-def motion_trial(condition, rng, errors, benches, whole=True):
-    """All cameras on each of some benches, drawn alike; whole=False: pairs of pictures
-    by the published method at stage 3 alone."""
+def motion_trial(condition, rng, errors, benches, ways=EVERY_WAY):
+    """Some cameras on each of some benches, drawn alike; of the published one alone,
+    pairs of pictures with open lengths at stage 3."""
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
     return {
-        name: one_bench(rig, bench, of_rig._replace(factor=bench.factor), seed, whole)
+        name: one_bench(rig, bench, of_rig._replace(factor=bench.factor), seed, ways)
         for name, bench in benches.items()
     }
 
 
-def one_bench(rig, bench, errors, seed, whole):
+def one_bench(rig, bench, errors, seed, ways):
     """Calibrations of a bench, and what each makes of the cylinder."""
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     found, refusal = calibrated(rig, cameras, errors, seed, PUBLISHED)
     out = {"refused": refusal} if refusal else {}
-    for stage in range(LAST + 1) if whole else (LAST,):
+    seers, alone = {"published": found.last}, ways == ("published",)
+    for stage in (LAST,) if alone else range(LAST + 1):
         rng = np.random.default_rng([seed, stage])
         scene = moved_cylinder(cameras[stage], rng)
         pixels = scene.pixels + NOISE_PX * rng.standard_normal(scene.pixels.shape)
-        if whole:
+        if not alone:
             out[f"stage{stage}"] = told(cameras[stage], scene)
-        if whole and stage < LAST and stage < len(found.cameras):
-            out[f"stage{stage}"] |= steps_found(found.cameras[stage], pixels, rng)
-    seers = {"published": found.last}
-    if whole:
+            if stage < min(LAST, len(found.cameras)):
+                out[f"stage{stage}"] |= steps_found(found.cameras[stage], pixels, rng)
+    if "true" in ways:
         seers["true"] = cameras[LAST]
         out["marks"] = {"true": scene.points, "path": scene.T[:, :3, 3]}
+    if "bundle" in ways:
         seers["bundle"], refusal = bundled(rig, cameras, errors, seed)
         out |= {"not_bundled": refusal} if refusal else {}
+    rays = lattice(cameras[LAST], COMPARED_PX)
     for name, camera in seers.items():
         if camera is not None:
             drawn = np.random.default_rng([seed, LAST + 1])
-            baselines = SET_BESIDE[name] if whole else ()
-            out[name] = motion_and_shape(camera, scene, pixels, drawn, baselines)
-            rays = lattice(cameras[LAST], COMPARED_PX)
+            beside = () if alone else SET_BESIDE[name]
+            out[name] = motion_and_shape(camera, scene, pixels, drawn, beside)
             off = ray_angles(camera, cameras[LAST], rays)
             out[name]["ray_deg"] = float(np.nanmean(off))
     return out
