@@ -32,6 +32,7 @@ PATHS = {
 PLACES = ("(a)", "(b)")
 ROUNDING = 1e-9
 AROUND, ALONG = 60, 2
+PLACES_MM = STEP_MM * np.array(EACH_STEP)
 SIGHT = (0.6, -0.3, -0.75)
 
 
@@ -155,38 +156,34 @@ def ext_motion_scale(results):
         by_way = [
             runs.column(f"stage{STAGES[-1]}.told{k}.length_percent") for k in EACH_STEP
         ]
-        for panel, x, trials in (
-            (left, STAGES_MM, by_stage),
-            (right, STEP_MM * np.array(EACH_STEP), by_way),
+        six = [runs.of("told_percent", "true", "together")]
+        for panel, x, trials, look, label in (
+            (left, STAGES_MM, by_stage, index, bench),
+            (right, PLACES_MM, by_way, index, bench),
+            (right, PLACES_MM[-1:], six, 2 + index, f"{bench}, six pictures at once"),
         ):
-            some = [(at, one) for at, one in zip(x, trials, strict=True)
-                    if np.isfinite(one).any()]  # fmt: skip
-            rows += plot_estimates(
-                panel,
-                [at for at, _ in some],
-                [median_interval(one[np.isfinite(one)]) for _, one in some],
-                ("stage" if panel is left else "baseline", bench),
-                look=series(index),
-                label=bench,
-                bars=True,
-            )
-        six = runs.of("told_percent", "true", "together")
-        rows += plot_estimates(
-            right,
-            [STEP_MM * len(EACH_STEP)],
-            [median_interval(six[np.isfinite(six)])],
-            ("six pictures", bench),
-            look=series(2 + index),
-            label=f"{bench}, six pictures at once",
-            bars=True,
-        )
+            some = [
+                (at, one[np.isfinite(one)])
+                for at, one in zip(x, trials, strict=True)
+                if np.isfinite(one).any()
+            ]
+            if some:
+                rows += plot_estimates(
+                    panel,
+                    [at for at, _ in some],
+                    [median_interval(one) for _, one in some],
+                    ("deflection" if panel is left else "baseline", label),
+                    look=series(look),
+                    label=label,
+                    bars=True,
+                )
     left.set(xlabel="Deflection (mm)", yscale="log")
     left.set_ylabel("SD of the length (%)")
     right.set(xlabel="Baseline at 15 mm (mm)")
     legend_below(drawn, right, ncols=2)
     return Drawing(
         drawn,
-        columns(("over", "bench", "x", "median", "low", "high"), rows),
+        columns(("over", "rays", "x", "median", "low", "high"), rows),
         "To how much of itself a length can be told by rays of the true mirror, "
         f"medians over seeds with 95 % intervals. Left: one step of {STEP_MM:g} mm at "
         "the stages; a flat mirror in the laboratory tells none. Right: at stage 3, "

@@ -294,9 +294,12 @@ def ranged(values):
 
 
 def of_runs(runs, found, unit):
-    """The Value of a measure (seeds,), and how many seeds have none."""
+    """The Value of a measure (seeds,), and how many seeds have none; without any it is
+    as bad as can be."""
     lost = np.count_nonzero(~np.isfinite(found))
     reason = f"{lost} of {runs.seeds} seeds have none" if lost else ""
+    if lost == runs.seeds:
+        return Value(np.inf, unit=unit, reason=reason)
     return Value.of_seeds(found, unit, reason)
 
 

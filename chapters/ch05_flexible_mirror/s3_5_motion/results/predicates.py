@@ -88,11 +88,13 @@ def log_scales(runs):
 
 
 def fall(*logs):
-    """Spearman's correlation (...) of deflection with the SD of log scales (..., n)."""
-    sd = np.stack([np.std(one, axis=-1, ddof=1) for one in logs], axis=-1)
+    """Spearman's correlation (...) of deflection with the SD of log scales (..., n);
+    0 where all scatter alike, as single seeds do."""
+    sd = np.stack([np.std(one, axis=-1) for one in logs], axis=-1)
     x, y = rankdata(STAGES_MM), rankdata(sd, axis=-1)
     x, y = x - x.mean(), y - y.mean(axis=-1, keepdims=True)
-    return (y @ x) / (np.linalg.norm(x) * np.linalg.norm(y, axis=-1))
+    size = np.linalg.norm(x) * np.linalg.norm(y, axis=-1)
+    return (y @ x) / np.where(size > 0, size, 1.0)
 
 
 def scale_tells(runs):
@@ -103,7 +105,7 @@ def scale_tells(runs):
     logs = log_scales(runs)
     falls = bootstrap(fall, *logs, paired=True)
     last = median_interval(np.exp(logs[LAST]))
-    sds = ", ".join(f"{sd:.2g}" for sd in logs.std(axis=1, ddof=1))
+    sds = ", ".join(f"{sd:.2g}" for sd in logs.std(axis=1))
     return Reading.of(
         all_of(
             [
