@@ -93,14 +93,14 @@ def fig_5_21(results):
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
     drawn.set_layout_engine("none")
     left.set_position([0.1, 0.22, 0.38, 0.72])
-    right.set_position([0.52, 0.02, 0.47, 0.94])
+    right.set_position([0.52, 0.14, 0.47, 0.82])
     turn = np.linspace(0, 2 * np.pi, AROUND + 1)
     circle = np.column_stack([np.cos(turn), np.sin(turn)])
     true = runs.of("scaled_mm", "true")[seed]
     for size, words, look in (
         (radius, "as found", series(0)),
         (true, "true mirror", look_of("true mirror")),
-        (RADIUS_MM, "as measured", {"color": INK, "ls": ":"}),
+        (RADIUS_MM, "as it is", {"color": INK, "ls": "-", "lw": 1.0}),
     ):
         left.plot(*(size * circle).T, label=words, **look | {"marker": ""})
     for place in across:

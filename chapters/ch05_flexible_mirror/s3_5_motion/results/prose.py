@@ -42,6 +42,12 @@ def said(number):
     return f"{number:.2g}" if abs(number) < 10 else f"{number:.0f}"
 
 
+def ends(found, end):
+    """The least or the most of the trials that have a value, as words."""
+    known = found[np.isfinite(found)]
+    return said(end(known)) if len(known) else "no"
+
+
 def percent_off(radii):
     """Median of how far radii are off, %."""
     return middle(100 * np.abs(radii / RADIUS_MM - 1))
@@ -138,6 +144,8 @@ def of_judged(runs):
         "share.motion": 100 * np.mean(predicates.follows(runs)[0]),
         "share.radius": 100 * np.mean(predicates.radius_found(runs)[0]),
         "missed": middle(runs.of("missed")),
+        "least": ends(runs.of("mean_mm"), np.min),
+        "most": ends(runs.of("mean_mm"), np.max),
         "end": middle(runs.steps("off_mm")[-1]),
         "scaled": percent_off(runs.of("scaled_mm")),
         "angle": middle(runs.column("published.ray_deg")),
