@@ -262,8 +262,9 @@ def pictures(effort, results):
 # it: each is open by itself, and one runs away now and then. With the true mirror in
 # the laboratory the mean step is found as {glue:text}`lab.true.open.mean` mm. That it
 # is {glue:text}`published.open.mean` mm on the bench, calibrated, where the thesis has
-# 31.34 mm, says nothing: seeds have from {glue:text}`least` to {glue:text}`most` mm. More
-# bending is no help: at 5, 10 and 15 mm a step is known to {glue:text}`lab.told.1`,
+# 31.34 mm, says nothing: seeds have from {glue:text}`least` to {glue:text}`most` mm.
+# Bending more is no help: at 5, 10 and 15 mm a step is known to
+# {glue:text}`lab.told.1`,
 # {glue:text}`lab.told.2` and {glue:text}`lab.told.3` %. Six pictures of the same
 # marks, adjusted together, hold one length in many ways. That is the experiment
 # that the thesis's sentence on metric scale asks for. It needs rays that are as right
