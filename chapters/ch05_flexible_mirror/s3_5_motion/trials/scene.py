@@ -22,7 +22,7 @@ TRIED, MOST_TRIES = 90, 50
 TURNS = np.arange(6) * np.pi / 3
 
 
-class Placed(NamedTuple):
+class PlacedCylinder(NamedTuple):
     """axes (3, 3): in columns, the cylinder's axis second and away from the mirror
     last; middle (3,): of the axis in the first place; along (3,): the stage's way."""
 
@@ -91,8 +91,8 @@ def shown(camera, pixels):
 
 
 def placed_cylinder(camera, rng):
-    """The cylinder Placed before the middle of what a true camera sees in its mirror:
-    there half way of its five steps."""
+    """The PlacedCylinder before the middle of what a true camera sees in its mirror,
+    half way of its five steps."""
     size = np.array([camera.width, camera.height])
     rays = camera.rays(size * rng.uniform(0.05, 0.95, (TRIED, 2)))
     o, d = np.nanmean(rays.origins, axis=0), np.nanmean(rays.directions, axis=0)
@@ -102,4 +102,4 @@ def placed_cylinder(camera, rng):
     axes[:, 1] = np.cross(d, axes[:, 0])
     axes = axes @ rotation_from_vector(rng.normal(0, TILT, 3))
     along = axes @ rotation_from_vector(rng.normal(0, TILT, 3))[:, 0]
-    return Placed(axes, o + AWAY_MM * d - STEPS * STEP_MM / 2 * along, along)
+    return PlacedCylinder(axes, o + AWAY_MM * d - STEPS * STEP_MM / 2 * along, along)
