@@ -35,7 +35,7 @@ def parallax_task():
                 _seen(WAY_MM) - _seen(WAY_MM + DEEPER_MM)
             ),
         },
-        "tolerance": 0.05,
+        "tolerance": 0.02,
     }
 
 

@@ -333,7 +333,7 @@ def pictures(effort, results):
 # ## Try it yourself
 #
 # Open this page as a notebook (`make lab`) and run all cells. Then put an answer in
-# place of `None`, and run that cell again. Answers may be 2 % off, to question 2 5 %.
+# place of `None`, and run that cell again. Answers may be 2 % off.
 #
 # **1.** A cylinder is 700 mm from where rays come from, and moves 25 mm across.
 # Under which angle, in degrees, is the step seen?
