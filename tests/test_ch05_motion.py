@@ -9,7 +9,8 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials import motion, pictures, s
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import told
 from chapters.shared.mirror_bench import ABERRATION_UM
 from chapters.shared.mirror_rigs import mirror_rig
-from raxel.geometry import transform
+from raxel.geometry import pose, transform
+from raxel.geometry.poses import tangent_bases
 from raxel.lab import Cylinder
 from tests.made_results import of_columns
 
@@ -105,6 +106,17 @@ def test_a_coarse_pixel_is_sixteen_of_the_whole_camera():
     seen = [camera.viewer.project(points).pixels for camera in (small, whole)]
     np.testing.assert_allclose(pictures.whole_px(seen[0]), seen[1], atol=0.01)
     np.testing.assert_allclose(pictures.small_px(seen[1]), seen[0], atol=0.01)
+
+
+def test_steps_that_go_aside_are_off_though_their_lengths_are_right(bent):
+    seen = scene.moved_cylinder(bent, np.random.default_rng(11))
+    aside = tangent_bases(seen.T[1][:3, 3][None] / scene.STEP_MM)[0][:, 0]
+    marks = motion.seen_by(bent, seen.pixels)
+    steps = [pose(np.eye(3), 20.0 * aside)] * scene.STEPS
+    found = motion.of_pairs(marks, seen, steps)
+    assert found["mean_mm"] == pytest.approx(20.0)
+    assert found["step5"]["length_mm"] == pytest.approx(125.0)
+    assert found["step5"]["off_mm"] == pytest.approx(125.0 * np.sqrt(2))
 
 
 def test_a_length_that_is_given_is_kept_by_every_step():
