@@ -62,7 +62,7 @@ QUOTING = """
 # {glue:text}`best.share`, {glue:text}`sharp.most` {glue:text}`pages`,
 # {glue:text}`law` {glue:text}`on_page`, {glue:text}`any.thing`
 # {glue:text}`any.share` {glue:text}`early` {glue:text}`late`
-# {glue:text}`first.size` {glue:text}`second.size`
+# {glue:text}`first.size` {glue:text}`second.size` {glue:text}`step.07`
 
 # %%
 from chapters.ch02_x.s2_b.results import LIMIT, facts, name_values
@@ -89,7 +89,7 @@ from repro.page.reader import value
 
 WAYS = {"far": 1, "near": 2}
 FIRST, SECOND = "plain", "closed"
-LIMIT = 4
+LIMIT, STEP = 4, 7
 
 
 def name_values(open_results):
@@ -106,6 +106,8 @@ def name_values(open_results):
     value("early", len(found))
     found = open_results(SECOND)
     value("late", len(found))
+    for width in (".2f", "02d"):
+        value(f"step.{STEP:{width}}", len(found))
     sizes = {
         "first.size": len(open_results(FIRST)),
         "second.size": len(open_results(SECOND)),
@@ -168,6 +170,7 @@ def test_a_trial_is_found_however_the_plan_names_it(checkout, experiment, place)
         ("any.share", 'value(f"any.{way}"', ["plain"]),
         ("early", 'value("early"', ["plain"]),
         ("late", 'value("late"', ["closed"]),
+        ("step.07", 'value(f"step.{STEP', ["closed"]),
         ("first.size", '"first.size"', ["plain"]),
         ("second.size", '"second.size"', ["closed"]),
         ("sharp.most", 'found = {f"{name}.most"', ["by_module"]),
@@ -188,6 +191,12 @@ def test_a_quoted_name_leads_to_what_makes_it(checkout, name, line, experiments)
     assert texts[1].strip().startswith(line)
     named = [n.name.split()[0] for n in lines if n.word == "experiment"]
     assert named == experiments
+
+
+def test_what_the_thesis_has_and_no_page_makes(checkout, capsys, monkeypatch):
+    monkeypatch.chdir(checkout)
+    assert where.main(["fig_5_27"]) == 1
+    assert "the thesis has it, and no page makes it yet" in capsys.readouterr().err
 
 
 def test_a_constant_is_shown_where_it_stands(checkout):

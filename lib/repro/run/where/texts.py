@@ -68,12 +68,14 @@ class Reader(Meanings):
         return [UNKNOWN]
 
     def _formatted(self, node: ast.FormattedValue, scope: Scope) -> list[Text]:
-        (spec,) = self._texts(Term(node.format_spec, scope))
+        specs = self._texts(Term(node.format_spec, scope))
         values = [r.node for r in self.resolved(Term(node.value, scope))]
         if not values or any(not isinstance(v, ast.Constant) for v in values):
             return [UNKNOWN]
+        if any(ANY in spec for spec in specs):
+            return [UNKNOWN]
         try:
-            return [(format(v.value, "".join(spec)),) for v in values]
+            return [(format(v.value, "".join(s)),) for v in values for s in specs]
         except ValueError:  # of another kind than the format asks for
             return [UNKNOWN]
 
