@@ -94,6 +94,19 @@ def test_an_early_end_keeps_what_came_before(views, mirror_set, monkeypatch):
     assert [len(stage.points) > 0 for stage in result.stages] == [True, False]
 
 
+def test_each_stage_starts_from_the_one_before(views, monkeypatch):
+    starts = []
+
+    def found(before, *_, **__):
+        starts.append(before)
+        return SimpleNamespace(camera=len(starts))
+
+    monkeypatch.setattr(trials, "update_mirror", found)
+    answer = as_published(views._replace(steps=2 * views.steps))
+    assert answer.stages[1:] == (1, 2)
+    assert starts == [answer.stages[0], 1]
+
+
 def test_pictures_that_are_refused_are_entries_that_say_so(monkeypatch, tmp_path):
     def refuse(mirror_set):
         raise InputError(f"{mirror_set.folder}/plate/near.png: no board")
