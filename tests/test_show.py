@@ -257,6 +257,13 @@ def test_a_page_loads_nothing_and_says_what_it_is_told():
 
 
 @draws
+def test_a_title_that_looks_like_a_place_of_the_page_stays_a_title():
+    made = html(small_scene(), "{{script}} {{words}} \\1")
+    assert "<header>{{script}} {{words}} \\1</header>" in made
+    assert "<title>{{script}} {{words}} \\1</title>" in made
+
+
+@draws
 def test_a_page_that_is_too_large_is_refused(monkeypatch):
     monkeypatch.setattr(sys.modules[page.__name__], "LARGEST_BYTES", 1000)
     with pytest.raises(SceneError, match=r"scene of \d+ bytes, 1000 at most"):

@@ -26,6 +26,7 @@ LARGEST_BYTES = 3_000_000
 OTHER_RENDERER = "trame.widgets.vtklocal"
 HERE = Path(__file__).parent
 REFERENCE = re.compile(r"^instance:\$\{(.*)\}$")
+PLACE = re.compile(r"\{\{(\w+)\}\}")
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
@@ -118,15 +119,16 @@ def _zipped(exported):
 
 def _with_words(viewer, scene, title, drawn):
     """pyvista's page with title, legend, labels and note in place of its empty body."""
-    body = (HERE / "page.html").read_text("utf-8")
-    for name, content in (
-        ("title", escape(title)),
-        ("note", escape(scene.note)),
-        ("legend", "\n".join(map(_legend_entry, legend_entries(scene)))),
-        ("words", _words(scene, drawn)),
-        ("script", (HERE / "page.js").read_text("utf-8")),
-    ):
-        body = body.replace("{{" + name + "}}", content)
+    contents = {
+        "title": escape(title),
+        "note": escape(scene.note),
+        "legend": "\n".join(map(_legend_entry, legend_entries(scene))),
+        "words": _words(scene, drawn),
+        "script": (HERE / "page.js").read_text("utf-8"),
+    }
+    # All places at once: what is filled in may look like a place itself.
+    page = (HERE / "page.html").read_text("utf-8")
+    body = PLACE.sub(lambda place: contents[place[1]], page)
     head, rest = viewer.split("<body>", 1)
     head = re.sub(
         "<title>.*?</title>", lambda _: f"<title>{escape(title)}</title>", head
