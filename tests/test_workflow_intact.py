@@ -23,7 +23,10 @@ def work(tmp_path, monkeypatch):
     job("figure/x", lambda: [write_atomic(Path(name), "{}") for name in FILES])
     job("site/sphinx", lambda: mirror({"index.html": "<p>", "a.html": "<b>"}, SITE))
     write_atomic(Path(done), "")
-    return SimpleNamespace(root=tmp_path, base="figures/quick", site_done=done)
+    made = {("figure", "x"): None}
+    return SimpleNamespace(
+        root=tmp_path, base="figures/quick", site_done=done, producers=made
+    )
 
 
 SITE = Path("report/site-quick")
@@ -91,9 +94,62 @@ def test_an_older_record_of_the_same_file_says_nothing(work, capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_a_record_that_is_cut_goes(work):
+def of_no_job(work, name):
+    path = work.root / "figures/quick" / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("{}")
+    return path
+
+
+KNOWN = [2, 1, "0" * 64]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        None,
+        "",
+        '{"files": {"figu',
+        "[]",
+        '"x"',
+        "[" * 100_000,
+        json.dumps({"files": [FILES[0]]}),
+        json.dumps({"files": {FILES[0]: None}}),
+        json.dumps({"files": {FILES[0]: KNOWN[:2]}}),
+        json.dumps({"files": {FILES[0]: [2.5, 1, "x"]}}),
+        json.dumps({"files": {"../../kept.txt": KNOWN}}),
+    ],
+)
+def test_without_a_sound_record_there_is_no_result(work, capsys, content):
+    outside = work.root.parent / "kept.txt"
+    outside.write_text("x")
     record = work.root / "figures/quick/times/figure/x.json"
-    record.write_text(record.read_text()[:20])
+    record.unlink() if content is None else record.write_text(content)
     drop_damaged(work)
     assert not record.exists()
+    assert there(work) == []
+    said = capsys.readouterr().err.splitlines()
+    reason = "has no sound record of its job: it will be made again"
+    assert said == [f"{name} {reason}" for name in sorted(FILES)]
+    assert outside.is_file()
+
+
+def test_a_record_that_names_files_elsewhere_removes_none(work):
+    outside = work.root.parent / "kept.txt"
+    outside.write_text("x")
+    for name in (str(outside), "../kept.txt"):
+        record = work.root / "figures/quick/times/figure/y.json"
+        record.write_text(json.dumps({"files": {name: KNOWN}}))
+        drop_damaged(work)
+        assert outside.is_file()
+        assert not record.exists()
+
+
+def test_what_no_job_left_goes_where_only_jobs_write(work):
+    """A result that was put there by hand is none; a note beside the figures stays."""
+    foreign = [of_no_job(work, name) for name in ("results/y.json", "judged/p.json")]
+    kept = [of_no_job(work, name) for name in ("code.json", "notes.json", "logs/x.log")]
+    drop_damaged(work)
+    assert not any(path.exists() for path in foreign)
+    assert all(path.exists() for path in kept)
     assert there(work) == list(FILES)

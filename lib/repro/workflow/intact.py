@@ -2,7 +2,8 @@
 
 A job's record (`repro.workflow.job`) holds size, time of change and hash of each file
 that it wrote. Where size or time differ, the hash decides. A file that was cut or
-edited goes, with all that its job left, and Snakemake runs the job again.
+edited goes, with all that its job left, and Snakemake runs the job again. So does a
+result that no sound record knows: nothing says that it is whole.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 
 from repro.run.rendered import TIMES
@@ -20,6 +22,8 @@ from repro.workflow.work import Work
 
 MOST_SAID = 10
 SITE = "site"
+# What jobs alone write into: below the folder of a build.
+OF_JOBS = ("results", "shards", "judged")
 
 
 def drop_damaged(work: Work) -> None:
@@ -30,29 +34,64 @@ def drop_damaged(work: Work) -> None:
     records = [record for folder in folders for record in folder.rglob("*.json")]
     for record in sorted(records, key=lambda path: -path.stat().st_mtime_ns):
         files = _files(record)
+        if files is None:
+            record.unlink()
+            continue
         files = {name: known for name, known in files.items() if name not in claimed}
         claimed |= files.keys()
         damaged = [name for name in files if not _intact(work.root / name, files[name])]
         if damaged and any((work.root / name).is_file() for name in files):
-            said += damaged
+            said += [f"{name} was damaged" for name in damaged]
         if damaged:
             _drop(work, record, files, damaged)
         elif any(stat_of(work.root / n) != known[:2] for n, known in files.items()):
             _remember(work.root, record, files)
-    for name in said[:MOST_SAID]:
-        say(f"{name} was damaged: it will be made again")
+    said += _drop_unknown(work, claimed)
+    for words in said[:MOST_SAID]:
+        say(f"{words}: it will be made again")
     if len(said) > MOST_SAID:
         more = len(said) - MOST_SAID
-        say(f"{more} more files were damaged: the same")
+        say(f"{more} more files: the same")
 
 
-def _files(record: Path) -> dict[str, list]:
-    """Files of a job; none where its record is damaged itself, which then goes."""
+def _files(record: Path) -> dict[str, list] | None:
+    """Files of a job; None where its record is not as a job writes it."""
     try:
-        return json.loads(record.read_text("utf-8")).get("files", {})
-    except (ValueError, AttributeError):
-        record.unlink()
-        return {}
+        content = json.loads(record.read_text("utf-8"))
+    except (ValueError, RecursionError):
+        return None
+    files = content.get("files", {}) if isinstance(content, dict) else None
+    if not isinstance(files, dict) or not all(map(_is_sound, files.items())):
+        return None
+    return files
+
+
+def _is_sound(entry: tuple[str, object]) -> bool:
+    """Whether an entry names a file of the checkout, its size, time and hash."""
+    name, known = entry
+    path = Path(name)
+    return (
+        not path.is_absolute()
+        and ".." not in path.parts
+        and isinstance(known, list)
+        and [type(part) for part in known] == [int, int, str]
+    )
+
+
+def _drop_unknown(work: Work, claimed: set[str]) -> list[str]:
+    """Remove results, figures and tables that no sound record knows, and say which."""
+    base = work.root / work.base
+    ids = {name for _, name in work.producers}
+    found = [path for path in base.glob("*") if path.name.partition(".")[0] in ids]
+    found += chain.from_iterable((base / name).rglob("*") for name in OF_JOBS)
+    unknown = [
+        (path, name)
+        for path in found
+        if path.is_file() and (name := str(path.relative_to(work.root))) not in claimed
+    ]
+    for path, _ in unknown:
+        path.unlink()
+    return sorted(f"{name} has no sound record of its job" for _, name in unknown)
 
 
 def _intact(path: Path, known: list) -> bool:
