@@ -199,6 +199,25 @@ def test_what_the_thesis_has_and_no_page_makes(checkout, capsys, monkeypatch):
     assert "the thesis has it, and no page makes it yet" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"claims:\n- id: c2_x\n  words: \xff\xfe", "save it as UTF-8"),
+        (b"claims:\n- id: c2_x\n  words: " + b"[" * 100_000, "nested too deeply"),
+        (b"claims:\n- id: c2_x\n  words: !!python/name:os.system", "tag"),
+    ],
+)
+def test_a_ledger_that_cannot_be_read_is_named_in_one_line(
+    checkout, capsys, monkeypatch, content, reason
+):
+    monkeypatch.chdir(checkout)
+    (checkout / "data/published/claims.yaml").write_bytes(content)
+    assert where.main(["c2_x"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "data/published/claims.yaml: " in line
+    assert reason in line
+
+
 def test_a_constant_is_shown_where_it_stands(checkout):
     found = where.Whereabouts(checkout).lines("law")
     assert [(n.place, n.name) for n in found if n.word == "constant"] == [

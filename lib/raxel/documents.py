@@ -95,6 +95,11 @@ def read_yaml(path):
 
     Raises InputError with file and line.
     """
+    return parse_yaml(read_text(path), path)
+
+
+def read_text(path):
+    """The text of a file that people write. Raises InputError that names it."""
     path = Path(path)
     size = file_size(path)
     if size > MOST_BYTES:
@@ -103,28 +108,39 @@ def read_yaml(path):
             f"{MOST_BYTES / 1e6:g} MB at most"
         )
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as fault:
+        raise InputError(_no_yaml(path, fault)) from fault
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
+
+
+def parse_yaml(text, where):
+    """The content of a YAML text, checked as by `read_yaml`; errors name `where`."""
+    try:
         loader = _Loader if _HALF_CHARACTER.search(text) else _FastLoader
         _refuse_tags_and_depth(text, loader)
         data = yaml.load(text, loader)
     except _Refused as fault:
-        raise InputError(f"{path}: {fault}") from fault
+        raise InputError(f"{where}: {fault}") from fault
     except yaml.MarkedYAMLError as fault:
         mark = fault.problem_mark or fault.context_mark
         line = f"line {mark.line + 1}: " if mark else ""
         problem = fault.problem or fault.context
-        raise InputError(f"{path}: {line}{one_line(problem)}; mend the YAML") from fault
-    except (yaml.YAMLError, UnicodeDecodeError) as fault:
         raise InputError(
-            f"{path}: not a YAML text ({one_line(fault)}); save it as UTF-8"
+            f"{where}: {line}{one_line(problem)}; mend the YAML"
         ) from fault
+    except yaml.YAMLError as fault:
+        raise InputError(_no_yaml(where, fault)) from fault
     except RecursionError as fault:
-        raise InputError(f"{path}: nested too deeply; mend it") from fault
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
+        raise InputError(f"{where}: nested too deeply; mend it") from fault
     if _expanded_size(data, {}) > MOST_VALUES:
-        raise InputError(f"{path}: aliases (*) grow without bound; write them out")
+        raise InputError(f"{where}: aliases (*) grow without bound; write them out")
     return data
+
+
+def _no_yaml(where, fault):
+    return f"{where}: not a YAML text ({one_line(fault)}); save it as UTF-8"
 
 
 def validate(data, where, schema):

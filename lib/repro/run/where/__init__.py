@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from raxel.errors import InputError
 from repro.run.where.marked import STEMS
 from repro.run.where.whereabouts import PlaceLine, UnknownId, Whereabouts, shown
 
@@ -28,7 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     atlas = Whereabouts(Path.cwd())
     try:
         found = [shown(atlas.lines(one)) for one in joined(atlas, given)]
-    except UnknownId as error:
+    except (UnknownId, InputError) as error:
         print(f"make where: {error}", file=sys.stderr)
         return 1
     print("\n\n".join(found))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 
+from raxel.documents import parse_yaml, read_text
 from repro.judge.ledger import FOLDER
 from repro.run.discover import MARKS, PAGE_FILE, Producer, marked_in, page_id
 from repro.run.names import Sources
@@ -105,22 +106,18 @@ class Marked:
 
     def entries(self, stem: str, identifier: str) -> list[dict]:
         """Entries of a file of the ledger in which an id stands."""
-        import yaml
-
+        path = self.root / FOLDER / f"{stem}.yaml"
         if stem not in self._blocks:
-            text = (self.root / FOLDER / f"{stem}.yaml").read_text("utf-8")
-            self._blocks[stem] = ENTRY.split(text)[1:]
+            self._blocks[stem] = ENTRY.split(read_text(path))[1:]
         blocks = [b for b in self._blocks[stem] if identifier in b]
         # As in the list that they are of, to mean the same.
-        listed = "".join(f"- {block}\n" for block in blocks)
-        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-        return yaml.load(listed, loader) or []
+        return parse_yaml("".join(f"- {block}\n" for block in blocks), path) or []
 
     def printed(self) -> set[str]:
         """Ids of what the thesis has."""
         found = set()
         for stem in STEMS:
-            text = (self.root / FOLDER / f"{stem}.yaml").read_text("utf-8")
+            text = read_text(self.root / FOLDER / f"{stem}.yaml")
             found |= set(re.findall(r"^- id: (\S+)$", text, flags=re.M))
         return found
 
