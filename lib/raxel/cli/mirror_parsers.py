@@ -3,6 +3,7 @@
 A command is imported when it runs, so that help and mistakes cost no time.
 """
 
+from raxel.cli.names import read_name, written_name
 from raxel.errors import InputError
 
 
@@ -12,12 +13,17 @@ def add_score_mirror(commands):
     parser = commands.add_parser("score-mirror", help=summary, description=summary)
     parser.add_argument(
         "result",
+        type=read_name,
         metavar="RESULT",
         help="an .npz file with each stage's rays, points of the mirror, or both, as "
         "raxel calibrate --rays writes it",
     )
-    parser.add_argument("set", metavar="SET", help="the folder of a mirror set")
-    parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    parser.add_argument(
+        "set", type=read_name, metavar="SET", help="the folder of a mirror set"
+    )
+    parser.add_argument(
+        "--json", type=written_name, metavar="FILE", help="write the scores here"
+    )
     parser.set_defaults(command=_score_mirror)
 
 
@@ -25,6 +31,7 @@ def add_rays(parser):
     """`--rays` of `raxel calibrate`"""
     parser.add_argument(
         "--rays",
+        type=written_name,
         metavar="RESULT",
         help="of a mirror set: write each stage's rays here, for raxel score-mirror",
     )

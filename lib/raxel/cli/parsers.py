@@ -6,6 +6,7 @@ A command is imported when it runs, so that help and mistakes cost no time.
 import argparse
 
 from raxel.cli import mirror_parsers
+from raxel.cli.names import read_name, written_name
 from raxel.cli.terminal import on_one_line
 
 DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb", "celect")
@@ -50,7 +51,9 @@ def parser():
 
 def _add_corners(commands):
     parser = _command(commands, "corners", "find the chessboard's corners", _corners)
-    parser.add_argument("--json", metavar="FILE", help="write the corners here")
+    parser.add_argument(
+        "--json", type=written_name, metavar="FILE", help="write the corners here"
+    )
     _add_detector(parser)
 
 
@@ -71,14 +74,18 @@ def _add_calibrate(commands):
     )
     parser.add_argument(
         "--out",
+        type=written_name,
         metavar="CAMERA",
         required=True,
         help="the .npz file; of a mirror set that of the last stage, and beside it, as "
         "mirror-0.npz, mirror-1.npz, ..., those of all",
     )
-    parser.add_argument("--json", metavar="FILE", help="write what was found here")
+    parser.add_argument(
+        "--json", type=written_name, metavar="FILE", help="write what was found here"
+    )
     parser.add_argument(
         "--report",
+        type=written_name,
         metavar="FOLDER",
         help="write pictures of corners, residuals and coverage here, and a page; of a "
         "mirror set, its shapes and residuals",
@@ -98,7 +105,9 @@ def _add_evaluate(commands):
         camera="an .npz camera file",
         folder=ALSO_A_MIRROR,
     )
-    parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    parser.add_argument(
+        "--json", type=written_name, metavar="FILE", help="write the scores here"
+    )
     parser.add_argument(
         "--stage",
         metavar="N",
@@ -121,6 +130,7 @@ def _add_undistort(commands):
     )
     parser.add_argument(
         "--out",
+        type=written_name,
         metavar="FOLDER",
         required=True,
         help="where the PNG images go, beside whatever else is there",
@@ -136,10 +146,17 @@ def _add_render(commands):
     summary = "photograph a rig's target in the virtual laboratory"
     parser = commands.add_parser("render", help=summary, description=summary)
     parser.add_argument(
-        "rig", metavar="RIG", help="a rig file, such as data/rigs/*.yaml"
+        "rig",
+        type=read_name,
+        metavar="RIG",
+        help="a rig file, such as data/rigs/*.yaml",
     )
     parser.add_argument(
-        "--out", metavar="SET", required=True, help="the new folder of the image set"
+        "--out",
+        type=written_name,
+        metavar="SET",
+        required=True,
+        help="the new folder of the image set",
     )
     parser.add_argument(
         "--seed",
@@ -185,7 +202,9 @@ def _add_patterns(commands):
     parser.add_argument(
         "--poses", type=_count, default=1, help="that set.yaml lists (default 1)"
     )
-    parser.add_argument("--out", metavar="FOLDER", required=True, help="a new folder")
+    parser.add_argument(
+        "--out", type=written_name, metavar="FOLDER", required=True, help="a new folder"
+    )
     parser.set_defaults(command=_patterns)
 
 
@@ -194,6 +213,7 @@ def _add_decode(commands):
     parser = _command(commands, "decode", summary, _decode)
     parser.add_argument(
         "--out",
+        type=written_name,
         metavar="FOLDER",
         required=True,
         help="a new folder: for each view points, sigma and mask (.npz), a picture",
@@ -221,11 +241,13 @@ def _add_show(commands):
     parser = commands.add_parser("show", help=summary, description=summary)
     parser.add_argument(
         "what",
+        type=read_name,
         metavar="WHAT",
         help="a rig file (.yaml), a camera file (.npz), or the folder of an image set",
     )
     parser.add_argument(
         "--camera",
+        type=read_name,
         metavar="CAMERA",
         help="pose the boards of a set to fit this camera; without it, to the truth of "
         "a rendered set, or to a quick calibration by Zhang's method",
@@ -235,7 +257,10 @@ def _add_show(commands):
         "--seed", type=_seed, default=0, help="of a rig's poses (default 0)"
     )
     parser.add_argument(
-        "--out", metavar="FILE", help="write a .png or .html file and open nothing"
+        "--out",
+        type=written_name,
+        metavar="FILE",
+        help="write a .png or .html file and open nothing",
     )
     parser.set_defaults(command=_show)
 
@@ -244,24 +269,38 @@ def _add_score(commands):
     summary = "compare results with the truth of a rendered set"
     parser = _command(commands, "score", summary, _score)
     parser.add_argument(
-        "--corners", metavar="FILE", help="corners, in the form of raxel corners"
+        "--corners",
+        type=read_name,
+        metavar="FILE",
+        help="corners, in the form of raxel corners",
     )
     parser.add_argument(
         "--points",
+        type=read_name,
         metavar="FOLDER",
         help="decoded points: an .npz file per view with points_mm (height, width, 2)",
     )
-    parser.add_argument("--camera", metavar="CAMERA", help="a central camera, .npz")
-    parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    parser.add_argument(
+        "--camera", type=read_name, metavar="CAMERA", help="a central camera, .npz"
+    )
+    parser.add_argument(
+        "--json", type=written_name, metavar="FILE", help="write the scores here"
+    )
 
 
 def _add_bench(commands):
     summary = "the detectors that need no clicks side by side: counts, times as ratios"
     parser = commands.add_parser("bench", help=summary, description=summary)
     parser.add_argument(
-        "set", metavar="SET", nargs="+", help="folders of image sets of chessboards"
+        "set",
+        type=read_name,
+        metavar="SET",
+        nargs="+",
+        help="folders of image sets of chessboards",
     )
-    parser.add_argument("--json", metavar="FILE", help="write the scores here")
+    parser.add_argument(
+        "--json", type=written_name, metavar="FILE", help="write the scores here"
+    )
     parser.set_defaults(command=_bench)
 
 
@@ -291,8 +330,8 @@ def _count(text):
 def _command(commands, name, summary, run, camera=None, folder=A_SET):
     parser = commands.add_parser(name, help=summary, description=summary)
     if camera:
-        parser.add_argument("camera", metavar="CAMERA", help=camera)
-    parser.add_argument("set", metavar="SET", help=folder)
+        parser.add_argument("camera", type=read_name, metavar="CAMERA", help=camera)
+    parser.add_argument("set", type=read_name, metavar="SET", help=folder)
     parser.set_defaults(command=run)
     return parser
 
@@ -308,13 +347,19 @@ def _add_detector(parser):
 
 def _add_corners_file(parser):
     parser.add_argument(
-        "--corners", metavar="FILE", help="take corners that raxel corners wrote"
+        "--corners",
+        type=read_name,
+        metavar="FILE",
+        help="take corners that raxel corners wrote",
     )
 
 
 def _add_points_folder(parser):
     parser.add_argument(
-        "--points", metavar="FOLDER", help="take points that raxel decode wrote"
+        "--points",
+        type=read_name,
+        metavar="FOLDER",
+        help="take points that raxel decode wrote",
     )
 
 

@@ -21,7 +21,8 @@ def score(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
-    check_written([options.json], [image_set], [options.camera, options.corners])
+    read = options.camera, options.corners, options.points
+    check_written([options.json], [image_set], read)
     result = {"set": image_set.name}
     if options.corners:
         say(f"corners of {options.corners}")

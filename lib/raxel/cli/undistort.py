@@ -30,7 +30,7 @@ def undistort(options, say):
     files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
     targets = _targets(files)
     _check_folder(out, image_set)
-    _check_places([out / target for target in targets], image_set, options.camera)
+    _check_places(out, targets, image_set, options.camera)
     straight = straightener(options.camera, image_set)
     disk = out if out.is_dir() else out.parent
     with tempfile.TemporaryDirectory(dir=disk, prefix=".undistort-") as room:
@@ -58,10 +58,17 @@ def _check_folder(out, image_set):
         check_can_be_written(out)
 
 
-def _check_places(paths, image_set, camera):
-    """Raise InputError where an image would take the place of anything but its like."""
+def _check_places(out, targets, image_set, camera):
+    """Raise InputError where an image would leave `out`, or take the place of anything
+    but its like."""
+    paths = [out / target for target in targets]
     check_written(paths, [image_set], [camera])
     for path in paths:
+        if not path.parent.resolve().is_relative_to(out.resolve()):
+            raise InputError(
+                f"{path.parent}: found a link that leads out of {out}; take it away, "
+                "or choose another --out"
+            )
         folder = next(folder for folder in path.parents if os.path.lexists(folder))
         if not folder.is_dir():
             raise InputError(
