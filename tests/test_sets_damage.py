@@ -11,7 +11,8 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.sets import load_set, read_image
-from raxel.sets.image_files import TIFF_READ, decode, stated_size, whole_file
+from raxel.sets.image_files import decode, stated_size, whole_file
+from raxel.sets.tiff import READ
 from tests.image_sets import boards, description, write_description
 
 LZW, DEFLATE, OLD_DEFLATE, PACK_BITS = 5, 8, 32946, 32773
@@ -189,7 +190,60 @@ def test_a_tiff_whose_tags_are_of_no_known_type_is_refused(tmp_path, photograph,
         changed = bytearray(data)
         struct.pack_into("<H", changed, tag + 2, kind)
         number = struct.unpack_from("<H", data, tag)[0]
-        assert is_seen(tmp_path / "a.tif", changed) or number not in TIFF_READ
+        assert is_seen(tmp_path / "a.tif", changed) or number not in READ
+
+
+def tagged(image, **changed):
+    """A plain grey TIFF, little-endian, with tags of our own choice."""
+    height, width = image.shape
+    tags = {
+        256: (4, width), 257: (4, height), 258: (3, 8 * image.itemsize), 259: (3, 1),
+        262: (3, changed.get("photometric", 1)), 273: (4, 0),
+        274: (changed.get("kind", 3), changed.get("orientation", 1)), 277: (3, 1),
+        278: (4, height), 279: (4, image.nbytes),
+    }  # fmt: skip
+    end = 8 + 2 + 12 * len(tags) + 4
+    tags[273] = (4, end)
+    entries = b"".join(
+        struct.pack("<HHII", tag, kind, 1, value) for tag, (kind, value) in tags.items()
+    )
+    head = b"II*\0" + struct.pack("<IH", 8, len(tags))
+    return head + entries + bytes(4) + image.astype(image.dtype).tobytes()
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("depth", [np.uint8, np.uint16])
+@pytest.mark.parametrize("colour", [cv2.IMREAD_GRAYSCALE, cv2.IMREAD_ANYCOLOR])
+def test_pixels_of_a_tiff_stay_where_the_sensor_had_them(orientation, depth, colour):
+    image = np.arange(12 * 20, dtype=depth).reshape(12, 20)
+    data = tagged(image, orientation=orientation)
+    np.testing.assert_array_equal(decode("a.tif", data, colour), image)
+    assert stated_size(data) == (20, 12)
+
+
+@pytest.mark.parametrize("kind", [1, 4])
+def test_an_orientation_may_be_written_with_more_or_fewer_bytes(kind):
+    image = np.arange(12 * 20, dtype=np.uint8).reshape(12, 20)
+    data = tagged(image, orientation=6, kind=kind)
+    found = decode("a.tif", data, cv2.IMREAD_GRAYSCALE)
+    np.testing.assert_array_equal(found, image)
+
+
+@pytest.mark.parametrize("depth", [np.uint8, np.uint16])
+def test_a_tiff_whose_zero_is_white_is_no_negative(depth):
+    image = np.arange(12 * 20, dtype=depth).reshape(12, 20)
+    most = np.iinfo(depth).max
+    data = tagged(most - image, photometric=0)
+    found = decode("a.tif", data, cv2.IMREAD_GRAYSCALE)
+    np.testing.assert_array_equal(found, image)
+
+
+def test_a_picture_of_another_size_than_stated_is_refused(monkeypatch, photograph):
+    turned = np.ascontiguousarray(photograph.T)
+    monkeypatch.setattr(cv2, "imdecode", lambda data, mode: turned)
+    data = cv2.imencode(".png", photograph)[1].tobytes()
+    with pytest.raises(InputError, match=r"a.png: found \d+ x \d+ px, but its header"):
+        decode("a.png", data, cv2.IMREAD_GRAYSCALE)
 
 
 def test_a_tiff_of_64_bit_places_is_read_and_refused_where_they_lead_nowhere(tmp_path):

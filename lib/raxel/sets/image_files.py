@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.sets import tiff
 from raxel.sets.decoder_words import pixels_were_lost, words_of_decoders
 from raxel.sets.model import View
 
@@ -25,18 +26,6 @@ BY_RUN_LENGTHS = (
 JPEG_SIGNATURE = b"\xff\xd8\xff"
 JPEG_START, JPEG_END, JPEG_SCAN = 0xD8, 0xD9, 0xDA
 JPEG_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
-TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 16: 8}
-TIFF_OFFSETS, TIFF_LENGTHS = (273, 324), (279, 325)
-TIFF_WIDTH, TIFF_HEIGHT, TIFF_PACKING, TIFF_FILL_ORDER = 256, 257, 259, 266
-TIFF_READ = {
-    *TIFF_OFFSETS,
-    *TIFF_LENGTHS,
-    *(TIFF_WIDTH, TIFF_HEIGHT, TIFF_PACKING, TIFF_FILL_ORDER),
-}
-DEFLATE = (8, 32946)
-# No more comes out of the strips of a usable picture: four samples of 32 bit, twice.
-MOST_BYTES_A_PIXEL = 32
-BLOCK = 1 << 20
 
 
 def read_image(image_set, view):
@@ -89,18 +78,30 @@ def whole_file(path):
 def decode(path, data, colour):
     """The pixels of a whole file's bytes; `colour` is OpenCV's reading mode.
 
-    Raises InputError naming `path`.
+    Raises InputError naming `path`, where the bytes hold no picture of the size that
+    they state.
     """
     import cv2
 
     mode = colour | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
-    image = _decode_quietly(np.frombuffer(data, np.uint8), mode)
+    stored = tiff.as_stored(data) if tiff.is_tiff(data) else data
+    image = _decode_quietly(np.frombuffer(stored, np.uint8), mode)
     if image is None:
         raise InputError(f"{path}: damaged, it cannot be decoded; {CUT_OFF}")
+    height, width = image.shape[:2]
+    if (width, height) != stated_size(data):
+        stated = " x ".join(map(str, stated_size(data)))
+        raise InputError(
+            f"{path}: found {width} x {height} px, but its header states {stated}; "
+            "save it anew, as PNG"
+        )
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(
             f"{path}: found samples of type {image.dtype}; save it with 8 or 16 bit"
         )
+    # With 8 bit the decoder has turned them already.
+    if image.dtype == np.uint16 and tiff.is_tiff(data) and tiff.white_is_zero(data):
+        return np.iinfo(np.uint16).max - image
     return image
 
 
@@ -146,8 +147,8 @@ def _check_of(data):
         return _png_is_whole
     if data.startswith(JPEG_SIGNATURE):
         return _jpeg_is_whole
-    if data[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"):
-        return _tiff_is_whole
+    if tiff.is_tiff(data):
+        return tiff.is_whole
     if data.startswith(b"BM"):
         return _bmp_is_whole
     return None
@@ -166,8 +167,7 @@ def stated_size(data):
     if data.startswith(JPEG_SIGNATURE):
         height, width = struct.unpack_from(">HH", data, _jpeg_frame(data) + 5)
         return width, height
-    values = _tiff_directory(data)
-    return int(values[TIFF_WIDTH][0]), int(values[TIFF_HEIGHT][0])
+    return tiff.stated_size(data)
 
 
 def _jpeg_frame(data):
@@ -215,72 +215,6 @@ def _jpeg_is_whole(data):
             scanned = scanned or marker == JPEG_SCAN
             (length,) = struct.unpack_from(">H", data, at + 2)
             at += 2 + length
-
-
-def _tiff_is_whole(data):
-    """All strips or tiles of the first picture lie inside the file.
-
-    Deflated ones end in a check sum, which libtiff does not always come to.
-    """
-    values = _tiff_directory(data)
-    offsets = next((values[tag] for tag in TIFF_OFFSETS if tag in values), None)
-    lengths = next((values[tag] for tag in TIFF_LENGTHS if tag in values), None)
-    if offsets is None or lengths is None or len(offsets) != len(lengths):
-        return False
-    if not np.all(offsets + lengths <= len(data)):
-        return False
-    known = {tag: int(values[tag][0]) for tag in values}
-    if known.get(TIFF_PACKING) in DEFLATE and known.get(TIFF_FILL_ORDER, 1) == 1:
-        most = MOST_BYTES_A_PIXEL * known[TIFF_WIDTH] * known[TIFF_HEIGHT]
-        places = zip(offsets.astype(int), lengths.astype(int), strict=True)
-        strips = (data[at : at + length] for at, length in places)
-        return _streams_are_whole(strips, most + BLOCK)
-    return True
-
-
-def _tiff_directory(data):
-    """The tags of TIFF_READ of the first picture, tag -> array of values."""
-    order = "<" if data[:1] == b"I" else ">"
-    if data[2:4] in (b"*\0", b"\0*"):
-        count_format, entry, value_format, first = "H", 12, "I", 4
-    else:
-        count_format, entry, value_format, first = "Q", 20, "Q", 8
-    (at,) = struct.unpack_from(order + value_format, data, first)
-    (count,) = struct.unpack_from(order + count_format, data, at)
-    at += struct.calcsize(count_format)
-    values = {}
-    for start in range(at, at + min(count, 4096) * entry, entry):
-        tag, kind = struct.unpack_from(order + "HH", data, start)
-        if tag in TIFF_READ:
-            values[tag] = _tiff_values(data, order, value_format, start, kind)
-    return values
-
-
-def _streams_are_whole(streams, most):
-    """The check sum of each zlib stream holds; `most` bytes come out of them in all."""
-    try:
-        for rest in streams:
-            stream = zlib.decompressobj()
-            while rest and not stream.eof and most > 0:
-                most -= len(stream.decompress(rest, BLOCK))
-                rest = stream.unconsumed_tail
-            if not stream.eof:
-                return False
-    except zlib.error:
-        return False
-    return True
-
-
-def _tiff_values(data, order, value_format, start, kind):
-    size = struct.calcsize(value_format)
-    (count,) = struct.unpack_from(order + value_format, data, start + 4)
-    at = start + 4 + size
-    if count * TIFF_SIZES[kind] > size:
-        (at,) = struct.unpack_from(order + value_format, data, at)
-    if at + count * TIFF_SIZES[kind] > len(data):
-        raise IndexError("values beyond the end of the file")
-    number = np.dtype(f"{order}u{TIFF_SIZES[kind]}")
-    return np.frombuffer(data, number, count, at).astype(np.float64)
 
 
 def _bmp_is_whole(data):
