@@ -195,6 +195,18 @@ def test_what_the_summary_says_of_a_view(tmp_path, capsys):
     assert view["step_errors"] == [0.0, 0.0]
 
 
+@pytest.mark.parametrize("margin", [3_000_000_000, 20_000])
+def test_a_margin_that_leaves_nothing(tmp_path, capsys, folder, margin):
+    image_set = load_set(folder)
+    most = (min(image_set.width, image_set.height) - 1) // 2
+    words = "decode", folder, "--out", tmp_path / "points", "--margin"
+    line = refused(capsys, *words, margin)
+    assert f"--margin: found {margin} px, and nothing is left" in line
+    assert f"give {most} at most" in line
+    assert "nothing is left" in refused(capsys, *words, most + 1)
+    assert not (tmp_path / "points").exists()
+
+
 def test_without_a_gray_code_the_margin_is_a_guess(tmp_path, capsys):
     plan = PatternPlan((0, 0), False, 4, (1.0, 1.0))
     folder = recorded(tmp_path / "set", drawn(noise=2.0, plan=plan))

@@ -18,6 +18,7 @@ def decode(options, say):
     """Find the point of the monitor that each pixel sees, in every view of the set."""
     image_set = load_set(options.set)
     _check_names(image_set)
+    _check_margin(options.margin, image_set)
     summaries, warnings = [], []
     with new_folder(options.out) as folder:
         for number, view in enumerate(image_set.views, 1):
@@ -82,6 +83,16 @@ def _check_names(image_set):
                 f"{image_set.description}: views[{index}].name: found {view.label!r}, "
                 "which can be no name of a file; choose another"
             )
+
+
+def _check_margin(margin, image_set):
+    """Raise InputError for a margin that leaves nothing of a picture."""
+    width, height = image_set.width, image_set.height
+    if margin is not None and 2 * margin >= min(width, height):
+        raise InputError(
+            f"--margin: found {margin} px, and nothing is left of {width} x {height} "
+            f"px; give {(min(width, height) - 1) // 2} at most"
+        )
 
 
 def _line(view):
