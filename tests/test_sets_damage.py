@@ -9,7 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
+from raxel.documents import read_text
 from raxel.errors import InputError
+from raxel.files import read_json
 from raxel.sets import load_set, read_image
 from raxel.sets.image_files import decode, stated_size, whole_file
 from raxel.sets.tiff import READ
@@ -191,6 +193,20 @@ def test_a_tiff_whose_tags_are_of_no_known_type_is_refused(tmp_path, photograph,
         struct.pack_into("<H", changed, tag + 2, kind)
         number = struct.unpack_from("<H", data, tag)[0]
         assert is_seen(tmp_path / "a.tif", changed) or number not in READ
+
+
+@pytest.mark.parametrize("read", [whole_file, read_json, read_text])
+def test_a_file_without_end_is_not_read(tmp_path, read):
+    """It is sparse: on the disk there is nothing of it."""
+    path = tmp_path / "large.json"
+    with path.open("wb") as stream:
+        stream.truncate(1_500_000_000)
+    tracemalloc.start()
+    with pytest.raises(InputError, match=r"large.json: found 1500 MB"):
+        read(path)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 1_000_000
 
 
 def tagged(image, **changed):

@@ -104,7 +104,7 @@ def read_text(path):
     size = file_size(path)
     if size > MOST_BYTES:
         raise InputError(
-            f"{path}: found {size / 1e6:.3g} MB, which people do not write; give "
+            f"{path}: found {size / 1e6:.4g} MB, which people do not write; give "
             f"{MOST_BYTES / 1e6:g} MB at most"
         )
     try:

@@ -8,9 +8,12 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from raxel.errors import InputError
+from raxel.reading import check_size
 
 # Characters of the name and of the suffix in a temporary name, at most 4 bytes each.
 LONGEST_IN_NAMES = 24
+# Corners of a thousand photographs are 30 MB. Read, a text takes ten times as much.
+MOST_JSON_BYTES = 100_000_000
 _record = ContextVar("_record", default=None)
 
 
@@ -150,19 +153,16 @@ def write_json(path, data):
 def read_json(path):
     """The content of a JSON file. Raises InputError with file and line."""
     path = Path(path)
-    if path.exists() and not path.is_file():  # to read a pipe may take for ever
-        raise InputError(f"{path}: found no ordinary file; give a JSON file")
+    check_size(path, MOST_JSON_BYTES, "JSON file")
     try:
         return json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
-    except FileNotFoundError as fault:
-        raise InputError(f"{path}: no such file; check the name") from fault
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
     except json.JSONDecodeError as fault:
         raise InputError(
             f"{path}: line {fault.lineno}: not JSON ({fault.msg}); was it cut off?"
         ) from fault
-    except (ValueError, RecursionError) as fault:
+    except (ValueError, RecursionError, MemoryError) as fault:
         raise InputError(f"{path}: not usable JSON ({fault}); write it anew") from fault
 
 

@@ -25,3 +25,13 @@ def file_size(path, what="file"):
     if not os.access(path, os.R_OK):
         raise InputError(f"{path}: cannot be read (Permission denied)")
     return status.st_size
+
+
+def check_size(path, most, what="file"):
+    """Raise InputError for a file of more than `most` bytes, and as `file_size`."""
+    size = file_size(path, what)
+    if size > most:
+        raise InputError(
+            f"{path}: found {size / 1e6:.4g} MB, more than is read; is it the right "
+            f"{what}? Give {most / 1e6:g} MB at most"
+        )

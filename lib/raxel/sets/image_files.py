@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.reading import check_size
 from raxel.sets import tiff
 from raxel.sets.decoder_words import pixels_were_lost, words_of_decoders
 from raxel.sets.model import View
@@ -18,6 +19,8 @@ from raxel.sets.model import View
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 NOT_AN_IMAGE = "not a PNG, JPEG, TIFF or BMP image; convert it or take it out"
 CUT_OFF = "copy it anew from its source"
+# 160 megapixels of three samples of 16 bit, not packed.
+MOST_BYTES = 1_000_000_000
 RUN_LENGTHS = (b"\1\0\0\0", b"\2\0\0\0")
 BY_RUN_LENGTHS = (
     "a BMP packed by run lengths, which may leave pixels out; save it as PNG, or "
@@ -63,10 +66,12 @@ def _read(image_set, view, colour):
 
 def whole_file(path):
     """The bytes of an image file. Raises InputError where they are not a whole one."""
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"{path}: no such file; add it or mend set.yaml")
+    check_size(path, MOST_BYTES, "photograph")
     try:
-        data = Path(path).read_bytes()
-    except FileNotFoundError as fault:
-        raise InputError(f"{path}: no such file; add it or mend set.yaml") from fault
+        data = path.read_bytes()
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
     fault = file_fault(data)
