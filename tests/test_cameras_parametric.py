@@ -8,8 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from raxel.cameras import FisheyeCamera, PerspectiveCamera, pixel_grid
+from raxel.cameras import (
+    FisheyeCamera,
+    PerspectiveCamera,
+    UnifiedSphereCamera,
+    pixel_grid,
+)
 from raxel.errors import InputError
+from raxel.evaluation.coverage import field_of_view
 from tests.camera_zoo import assert_pixels_come_back
 
 K = np.array([[810, 2.5, 330], [0, 760, 250], [0, 0, 1.0]])
@@ -193,3 +199,28 @@ def test_the_image_is_its_cells():
 def test_impossible_parameters_are_refused_by_name(field, make):
     with pytest.raises(InputError, match=f"^field '{field}': .*found|values"):
         make()
+
+
+@pytest.mark.parametrize("xi", [1.2, 1.5, 2.0])
+def test_beyond_the_parabola_pixels_end_where_the_radius_turns(xi):
+    """dr / dtheta = 0 at cos theta = -1 / xi, where r = 1 / sqrt(xi^2 - 1)."""
+    camera = UnifiedSphereCamera(
+        xi, [[100.0, 0, 300], [0, 100.0, 300], [0, 0, 1]], 601, 601
+    )
+    theta = np.linspace(0, np.arccos(-1 / xi), 100_001)
+    most = 100 * np.max(np.sin(theta) / (np.cos(theta) + xi))
+    turn = np.linspace(0, 2 * np.pi, 12)
+    around = np.column_stack([np.cos(turn), np.sin(turn)])
+    inside = camera.rays(300 + 0.999 * most * around)
+    assert inside.valid.all()
+    angle = np.arccos(inside.directions[:, 2])
+    # Near its largest the radius hardly changes with the angle.
+    assert angle == pytest.approx(np.arccos(-1 / xi), abs=0.12)
+    assert not camera.rays(300 + 1.001 * most * around).valid.any()
+
+
+def test_the_field_of_view_reaches_to_the_rims_of_the_outer_pixels():
+    camera = PerspectiveCamera([[50.0, 0, 9.5], [0, 50.0, 4.5], [0, 0, 1]], [], 20, 10)
+    found = field_of_view(camera)
+    assert found["horizontal"] == pytest.approx(2 * math.degrees(math.atan(10 / 50)))
+    assert found["vertical"] == pytest.approx(2 * math.degrees(math.atan(5 / 50)))

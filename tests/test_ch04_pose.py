@@ -12,7 +12,10 @@ from chapters.ch04_central_generic.s2_pose.claims import simulated as noise_clai
 from chapters.ch04_central_generic.s2_pose.claims import table_4_1 as table_claims
 from chapters.ch04_central_generic.s2_pose.figures import DrawnPose
 from chapters.ch04_central_generic.s2_pose.trials import counted, drawn, kodak, triplets
-from chapters.ch04_central_generic.s2_pose.trials.estimators import all_estimates
+from chapters.ch04_central_generic.s2_pose.trials.estimators import (
+    all_estimates,
+    errors_of,
+)
 from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG, plane_trial
 from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES, size_trial
 from raxel.geometry import inverse_pose, pose, rotation_from_vector
@@ -228,3 +231,12 @@ def test_exercises_of_4_2():
         right = task()["expected"]()
         for slip in task()["slips"].values():
             assert abs(slip() - right) > 0.02 * abs(right)
+
+
+@pytest.mark.parametrize("shift", [(3.0, 0, 0), (0, 3.0, 0), (0, 0, 3.0), (2, 1, -2)])
+def test_the_error_of_a_shift_is_its_length_in_any_direction(shift):
+    true = pose(rotation_from_vector([0.1, 0.2, -0.3]), [10.0, 20.0, 500.0])
+    found = pose(true[:3, :3], true[:3, 3] + shift)
+    errors = errors_of(found, true)
+    assert errors["translation_mm"] == pytest.approx(3)
+    assert errors["rotation_deg"] == pytest.approx(0, abs=1e-6)

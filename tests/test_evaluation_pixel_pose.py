@@ -7,7 +7,7 @@ from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.cameras.lenses.fisheye import FisheyeCamera
 from raxel.cameras.tables.general import GeneralCamera
 from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.pixel_pose import refine_pose_in_pixels
+from raxel.evaluation.pixel_pose import _pixels_by_point, refine_pose_in_pixels
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from tests.board_scenes import BOARD, FISHEYE, HEIGHT, WIDTH, board_poses, views_of
@@ -105,3 +105,19 @@ def test_corners_that_are_not_scored_have_no_share():
     assert score.share_with_ray == 0
     blank = view._replace(pixels=np.full_like(view.pixels, np.nan))
     assert np.isnan(evaluate_camera(FISHEYE, [blank]).share_with_ray)
+
+
+def test_pixels_move_with_their_points_also_at_the_edge_of_the_image():
+    """There rays are known to one side alone; differences of `project` tell."""
+    table = GeneralCamera.from_camera(FISHEYE)
+    mask = np.zeros_like(table.mask)
+    mask[40:141, 60:181] = True
+    camera = GeneralCamera(np.nan_to_num(table.directions), mask)
+    pixels = np.array([[60, 90], [180, 90], [120, 40], [120, 140], [120, 90]], float)
+    points = 500 * FISHEYE.rays(pixels).directions
+    found = _pixels_by_point(camera, pixels, points)
+    for axis in range(3):
+        step = 1e-3 * np.eye(3)[axis]
+        ahead, behind = (FISHEYE.project(points + s * step).pixels for s in (1, -1))
+        due = (ahead - behind) / 2e-3
+        np.testing.assert_allclose(found[..., axis], due, atol=0.02 * np.abs(due).max())

@@ -62,3 +62,18 @@ def test_exact_points_give_the_centre():
     scene = scene_of.draw_scene(scene_of.radial_lens(), 0.0, rng)
     found = linear_well_conditioned(scene.noisy, side=scene_of.SIDE)
     assert np.abs(found.centre - scene_of.CENTRE_MM).max() < 1e-8
+
+
+def test_grids_are_tilted_and_shifted_to_both_sides():
+    rng = np.random.default_rng(8)
+    poses = np.concatenate([scene_of.draw_poses(rng)[1:] for _ in range(200)])
+    small = np.concatenate([scene_of.draw_poses(rng, 3, 1.0)[1:] for _ in range(200)])
+    # Turns of a degree add up as vectors.
+    turns = np.degrees([small[:, 2, 1], small[:, 0, 2], small[:, 1, 0]])
+    shifts = poses[:, :3, 3].T
+    for drawn, most in ((turns, 1.0), (shifts, scene_of.SHIFT_MM)):
+        # 400 even draws: their mean has an SD of a thirty-fifth of the largest.
+        assert np.abs(drawn.mean(axis=1)).max() < 0.12 * most
+        assert drawn.min(axis=1).max() < -0.9 * most
+        assert drawn.max(axis=1).min() > 0.9 * most
+        assert np.abs(drawn).max() < 1.05 * most
