@@ -31,6 +31,40 @@ def test_features_of_a_moved_picture_are_found_where_it_went():
     assert np.all(np.diff(found.ratio) >= 0)
 
 
+def test_pixel_centres_are_at_integers():
+    """A picture that is turned by half a turn has its places turned about its middle,
+    and one of blobs has them where the blobs are."""
+    first = textured(3)
+    found = match_features(first, np.ascontiguousarray(first[::-1, ::-1]))
+    middle = found.pixels.mean(axis=0)
+    np.testing.assert_allclose(np.median(middle, axis=0), [159.5, 119.5], atol=0.02)
+    v, u = np.mgrid[:240, :320]
+    rng = np.random.default_rng(4)
+    centres = np.stack(np.meshgrid(np.arange(30, 300, 40), np.arange(30, 220, 40)), -1)
+    centres = centres.reshape(-1, 2) + rng.uniform(-5, 5, (35, 2))
+    sizes = rng.uniform(3, 5, (35, 2))
+    image = 60 + sum(
+        rng.uniform(60, 150) * np.exp(-((u - x) ** 2 / a**2 + (v - y) ** 2 / b**2) / 2)
+        for (x, y), (a, b) in zip(centres, sizes, strict=True)
+    )
+    image = np.clip(image, 0, 255).astype(np.uint8)
+    places = match_features(image, image).pixels[0]
+    apart = places[:, None] - centres
+    nearest = np.argmin(np.linalg.norm(apart, axis=2), axis=1)
+    off = apart[np.arange(len(places)), nearest]
+    off = off[np.linalg.norm(off, axis=1) < 1]
+    assert len(off) > 20
+    np.testing.assert_allclose(np.median(off, axis=0), 0, atol=0.05)
+
+
+@pytest.mark.parametrize(
+    "options", [{"ratio": 0}, {"ratio": 1.0}, {"ratio": np.nan}, {"fewest": 0}]
+)
+def test_a_ratio_is_between_0_and_1_and_a_match_is_needed(options):
+    with pytest.raises(InputError, match="give a ratio between 0 and 1"):
+        match_features(textured(), textured(), **options)
+
+
 @pytest.mark.parametrize(
     ("second", "said"),
     [

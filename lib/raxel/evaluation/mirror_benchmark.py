@@ -96,10 +96,18 @@ def score_mirror(mirror_set, result):
 
     set, method, seconds (as stated, or None); turned_deg: the rotation that was taken
     out, and viewer_rms_deg: what the viewing rays are off beside it, None where there
-    are none; stages: for each the fields of `_stage_fields`; all: the same over all
-    stages. Raises InputError, one line, for a set without truth, a result of another
-    set, with another number of stages or too few pixels of those that are scored, and
-    as `check_rays` and `check_points`.
+    are none; stages: for each
+
+    - rays: scored (pixels), share_with_ray, share_right (of all that are scored), deg
+      (angles) and mm (how far a ray passes the place where the true one begins), each
+      as rms, median and max;
+    - height: cells, share_covered, beside, mean_mm (signed), rms_mm, median_mm, max_mm;
+    - deflections: for each load load_mm, read_at_mm, true_mm, found_mm, error_mm;
+
+    all: the same over all stages. None stands where there is no answer. Raises
+    InputError, one line, for a set without truth, a result of another set, with another
+    number of stages or too few pixels of those that are scored, and as `check_rays` and
+    `check_points`.
     """
     cameras = true_cameras(mirror_set)
     _check_same(mirror_set, result)
@@ -305,14 +313,7 @@ def _error_at(x, y, error):
 
 
 def _stage_fields(one, first, loads):
-    """The scores of a stage by name, None where there is no answer.
-
-    rays: pixels that are scored, share_with_ray, share_right (within RIGHT_DEG, of all
-    that are scored), deg (angles) and mm (how far a ray passes the place on the mirror
-    where the pixel's true ray begins), each rms, median and max. height: cells,
-    share_covered, beside, mean_mm (signed), rms_mm, median_mm (of the cells' RMS),
-    max_mm. deflections: for each load load_mm, read_at_mm, true_mm, found_mm, error_mm.
-    """
+    """The scores of a stage by name, as `score_mirror` lists them."""
     return {
         "rays": _ray_fields(one.scored, one.angles, one.aside),
         "height": _height_fields(one.cells, one.heights, one.rms, one.beside),

@@ -65,8 +65,10 @@ def triangulate(views, T_view_world, *, linear=False, stated=True):
     of least residuals. stated: whether the rays know the size of their noise; else all
     is told by the scatter of the residuals, of all points together. Points with fewer
     than two rays, with rays that are parallel or nearly so for their noise, and behind
-    a ray are flagged and have no place. Raises CalibrationError for numbers that do not
-    fit.
+    a ray are flagged and have no place. Of points that are nearly too far away those
+    pass whose parallax noise has made larger: near a `distance_sd` of a third of the
+    distance they are biased nearer, and the covariance does not say so. Raises
+    CalibrationError for numbers that do not fit.
     """
     T = np.asarray(T_view_world, float)
     if T.shape != (len(views), 4, 4):

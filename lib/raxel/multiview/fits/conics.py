@@ -68,7 +68,9 @@ def fit_conic(points, sigma=None):
 
     points: (N, 2), N >= 5, any unit; sigma: standard deviations of the distances, a
     number or (N,), or None: equal, and measured by what is left. It begins with
-    `algebraic_conic`. Returns ConicFit. Raises InputError as that.
+    `algebraic_conic`. Coefficients are in the points' own units, where digits are lost
+    if the conic is far from zero for its size: move such points near to it. Returns
+    ConicFit. Raises InputError as `algebraic_conic`.
     """
     points = checked_points("conic", points, 2, 5)
     T = _normalising(points)

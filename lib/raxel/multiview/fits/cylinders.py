@@ -55,6 +55,8 @@ def fit_cylinder(points, sigma=None):
     number or (N,), or None: equal, and measured by what is left. Returns CylinderFit.
     Raises InputError for fewer than seven points, values that are not finite, points on
     a plane, also within their scatter: their radius is not three standard deviations.
+    Around a belt that is hardly higher than the scatter the axis may tilt farther than
+    the covariance says, which is that of small tilts.
     """
     points = checked_points("cylinder", points, 3, FEWEST)
     _refuse_flat(points)
