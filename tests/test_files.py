@@ -148,5 +148,5 @@ def test_a_name_that_is_no_utf_8_comes_back_from_json(tmp_path):
 def test_json_is_read_from_no_pipe_and_no_folder(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", tmp_path):
-        with pytest.raises(InputError, match="not a JSON file: found"):
+        with pytest.raises(InputError, match="not a file: found"):
             read_json(path)

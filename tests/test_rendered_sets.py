@@ -157,7 +157,7 @@ def test_a_set_is_whole_and_one_that_was_cut_is_made_again(
     described = checkout / manifest(NAME)
     text = described.read_text()
     assert json.loads(text)["files"].keys() == first.keys()
-    work = SimpleNamespace(root=checkout, base="figures/quick")
+    work = SimpleNamespace(root=checkout, base="figures/quick", producers={})
     drop_damaged(work)
     assert described.is_file()
     cut = checkout / "data/synthetic/small/3/view-001.png"

@@ -153,7 +153,7 @@ def write_json(path, data):
 def read_json(path):
     """The content of a JSON file. Raises InputError with file and line."""
     path = Path(path)
-    check_size(path, MOST_JSON_BYTES, "JSON file")
+    check_size(path, MOST_JSON_BYTES)
     try:
         return json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
     except OSError as fault:
