@@ -40,7 +40,9 @@ def pixels_of(seed, count=400):
 def test_points_on_a_ray_project_to_its_pixel(heights, seed):
     camera, pixels = bent(heights), pixels_of(seed)
     rays = camera.rays(pixels)
-    assert rays.valid.mean() > 0.8
+    # The bulge fills 0.83 of the image: of 400 pixels that are drawn, less than 0.7 is
+    # seven standard deviations off.
+    assert rays.valid.mean() > 0.7
     # A hollow sheet shows points beyond its caustic a second time.
     far = 2 if heights is HOLLOW else 4
     depth = 10 ** np.random.default_rng(seed).uniform(0, far, (len(pixels), 1))
