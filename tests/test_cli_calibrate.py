@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from raxel.cameras import PerspectiveCamera
 from raxel.cli import calibrate as calibrate_command
 from raxel.cli import main, scores
 from raxel.evaluation.cross_validation import Evaluation
@@ -16,9 +17,11 @@ from tests.made_sets import (
     CENTRE,
     COLUMNS,
     FISHEYE,
+    HEIGHT,
     PINHOLE,
     ROWS,
     WIDTH,
+    K,
     WavyCamera,
     boards_of,
     write_made_set,
@@ -164,9 +167,30 @@ def test_a_picture_that_is_there_twice_is_told(calibrate):
 
 
 def test_few_boards_are_told(calibrate):
-    printed, _ = calibrate(boards_of(PINHOLE)[:4], "--model", "zhang")
+    printed, result = calibrate(boards_of(PINHOLE)[:4], "--model", "zhang")
+    assert result["stability"] is None
+    assert "made: stability: not tested; it takes 6 boards" in printed
     (told,) = warnings_in(printed)
     assert told.startswith("4 boards went into the fit")
+
+
+def test_photographs_of_two_cameras_are_told(calibrate):
+    longer = K * [[1.03, 1, 1], [1, 1.03, 1], [1, 1, 1]]
+    other = PerspectiveCamera(longer, [-0.2, 0.05], WIDTH, HEIGHT)
+    boards = [*boards_of(PINHOLE, 1, 6), *boards_of(other, 2, 6)]
+    printed, result = calibrate(boards, "--model", "zhang")
+    (told,) = warnings_in(printed)
+    found = result["stability"]
+    assert found["stable"] is False
+    assert told.startswith(
+        "halves of the boards tell of different cameras: divided by "
+        f"'{found['divided_by']}', rays {found['disagreement_px']:.2g} px apart (RMS, "
+    )
+    assert found["divisions"][0]["divided_by"] == found["divided_by"]
+    names = [f"{k}.png" for k in range(12)]
+    first, second = found["halves"]
+    assert sorted(first + second) == sorted(names)
+    assert "made: stability: of 11 divisions into halves the worst is '" in printed
 
 
 def test_models_and_the_evaluation_take_missing_corners(tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.cameras.lenses.fisheye import FisheyeCamera
 from raxel.cameras.tables.general import GeneralCamera
 from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.pixel_pose import _pixels_by_point, refine_pose_in_pixels
+from raxel.evaluation.pixel_pose import pixels_by_point, refine_pose_in_pixels
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from tests.board_scenes import BOARD, FISHEYE, HEIGHT, WIDTH, board_poses, views_of
@@ -115,7 +115,7 @@ def test_pixels_move_with_their_points_also_at_the_edge_of_the_image():
     camera = GeneralCamera(np.nan_to_num(table.directions), mask)
     pixels = np.array([[60, 90], [180, 90], [120, 40], [120, 140], [120, 90]], float)
     points = 500 * FISHEYE.rays(pixels).directions
-    found = _pixels_by_point(camera, pixels, points)
+    found = pixels_by_point(camera, pixels, points)
     for axis in range(3):
         step = 1e-3 * np.eye(3)[axis]
         ahead, behind = (FISHEYE.project(points + s * step).pixels for s in (1, -1))

@@ -8,11 +8,13 @@ import pytest
 
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cli import main
+from raxel.evaluation.stability import Division
 from raxel.report.folder import new_report
 from raxel.report.pictures import (
     ArrowScale,
     corner_picture,
     coverage_picture,
+    disagreement_picture,
     pooled_picture,
 )
 from tests.made_sets import (
@@ -69,6 +71,39 @@ def test_the_page_holds_every_name_as_text_and_every_picture(tmp_path):
     assert set(seen.sources) == pictures
     assert len(pictures) == 2 * 3 + 2
     assert all(cv2.imread(str(report / name)) is not None for name in pictures)
+
+
+def test_the_page_shows_what_halves_tell(tmp_path):
+    report, boards = tmp_path / "report", boards_of(PINHOLE, count=6)
+    folder, corners = write_made_set(tmp_path / "set", boards)
+    arguments = ["calibrate", str(folder), "--corners", str(corners), "--model"]
+    arguments += ["zhang", "--out", str(tmp_path / "camera.npz")]
+    assert main([*arguments, "--report", str(report)]) == 0
+    seen = Seen()
+    seen.feed((report / "index.html").read_text("utf-8"))
+    assert "stability.png" in seen.sources
+    assert {"near and far", "order of the photographs"} <= set(seen.texts)
+    halves = [text for text in seen.texts if "half of the worst division: " in text]
+    assert len(halves) == 2
+    assert all(sum(f"{k}.png" in text for text in halves) == 1 for k in range(6))
+
+
+def test_disagreement_is_drawn_as_long_as_it_is():
+    pixels = np.array([[100.0, 60.0], [200.0, 60.0], [100.0, 200.0]])
+    field = np.array([[0.5, 0.0], [0.5, 0.0], [np.nan, np.nan]])
+    division = Division("near and far", ((), ()), 0.5, 0.1, 0.5, field)
+    drawn = disagreement_picture(WIDTH, HEIGHT, pixels, division)
+    scattered = disagreement_picture(
+        WIDTH, HEIGHT, pixels, division._replace(allowed_px=5.0)
+    )
+    blank = disagreement_picture(
+        WIDTH, HEIGHT, pixels, division._replace(field=np.zeros((3, 2)))
+    )
+    # 5 % of the width, along u; a tenth of that where scatter would be ten times more.
+    scale = drawn.shape[1] / WIDTH
+    tip = pixels[0] + [0.9 * 0.05 * WIDTH, 0]
+    assert changed(drawn, blank, tip, scale)
+    assert not changed(scattered, blank, tip, scale)
 
 
 def test_a_report_takes_the_place_of_a_report_and_of_nothing_else(tmp_path, capsys):

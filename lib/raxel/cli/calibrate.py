@@ -11,11 +11,13 @@ from raxel.cli import described, models, scores
 from raxel.cli.models import DOES_NOT_FIT, FEWEST_VIEWS, FITS
 from raxel.cli.outputs import check_written
 from raxel.cli.seen import check_options, seen_in
+from raxel.cli.stability import stability_fields, stability_line, stability_warnings
 from raxel.cli.warnings import of_left_out, print_warnings
 from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.misfit import misfit
+from raxel.evaluation.stability import stability
 from raxel.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_report
 from raxel.sets import load_set
@@ -55,7 +57,7 @@ def calibrate(options, say):
     except InputError as fault:
         kind = type(fault)
         raise kind(f"{image_set.description}: views: {fault}") from fault
-    result, camera, evaluation = fitted
+    result, camera, evaluation, halves = fitted
     result |= seen.fields()
     result["left_out"] = seen.left_out() + result["left_out"]
     warnings = of_left_out(result["left_out"]) + seen.warnings
@@ -66,15 +68,15 @@ def calibrate(options, say):
         # Drawn first, and put in its place when all else is written.
         if folder:
             say(f"drawing the report of {len(seen.entries)} images")
-            entries, views = seen.entries, seen.views
-            write_report(folder, image_set, entries, views, camera, evaluation, result)
+            of_set = folder, image_set, seen.entries, seen.views
+            write_report(*of_set, camera, evaluation, result, halves)
         camera.save(place(options.out))
         if options.json:
             write_json(place(options.json), result)
 
 
 def _calibrated(image_set, views, asked, say):
-    """(result for the JSON file, camera, its Evaluation on the views)"""
+    """(result for the JSON file, camera, its Evaluation on the views, Stability)"""
     words = words_of(image_set.target)
     size = image_set.width, image_set.height
     model, comparison = asked, None
@@ -105,6 +107,11 @@ def _calibrated(image_set, views, asked, say):
         lengths = result["unit"], words.target
         print(f"{image_set.name}: {described.centre_line(test, *lengths)}")
         warnings += described.centre_warnings(test, *lengths)
+    halves = _stability(camera, views, evaluation, details)
+    result["stability"] = stability_fields(halves)
+    print(f"{image_set.name}: {stability_line(halves, words)}")
+    # Of a camera that does not fit all is said; its halves differ, too.
+    warnings += [] if found.large else stability_warnings(halves, words)
     warnings += models.warnings(details, words)
     warnings += described.coverage_warnings(fields, words.target)
     used = [view for view in views if view.name not in _left_out(details)]
@@ -113,7 +120,7 @@ def _calibrated(image_set, views, asked, say):
         result["chosen_because"] = why
         result["cross_validation"] = _cross_validation(comparison)
         warnings = comparison.doubts() + warnings
-    return result | {"warnings": warnings}, camera, evaluation
+    return result | {"warnings": warnings}, camera, evaluation, halves
 
 
 def _left_out(details):
@@ -133,6 +140,14 @@ def _central_or_not(views, size, evaluation, details):
         return None
     used, poses = zip(*pairs, strict=True)
     return centrality_of_views(used, *size, np.array(poses))
+
+
+def _stability(camera, views, evaluation, details):
+    """Stability of the camera on the views that went into the fit, or None."""
+    out = _left_out(details)
+    pairs = zip(evaluation.images, views, strict=True)
+    used = [pair for pair in pairs if pair[1].name not in out]
+    return stability(camera, *zip(*used, strict=True))
 
 
 def _misfit(model, asked, views, evaluation, details, words):

@@ -81,14 +81,19 @@ def _add_calibrate(commands):
         "mirror-0.npz, mirror-1.npz, ..., those of all",
     )
     parser.add_argument(
-        "--json", type=written_name, metavar="FILE", help="write what was found here"
+        "--json",
+        type=written_name,
+        metavar="FILE",
+        help="write what was found here: camera, residuals, misfit, stability (which "
+        "halves of the photographs disagree by how much), warnings",
     )
     parser.add_argument(
         "--report",
         type=written_name,
         metavar="FOLDER",
-        help="write pictures of corners, residuals and coverage here, and a page; of a "
-        "mirror set, its shapes and residuals",
+        help="write pictures of corners, residuals, coverage and of how far halves of "
+        "the photographs disagree here, and a page; of a mirror set, its shapes and "
+        "residuals",
     )
     _add_corners_file(parser)
     _add_points_folder(parser)

@@ -44,7 +44,7 @@ def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
     for _ in range(MOST_STEPS):
         if cost <= len(off) * ROUNDING_PX**2:
             break
-        jacobian = _jacobian(camera, found - off, flat, T)
+        jacobian = pose_jacobian(camera, found - off, flat, T)
         gradient = jacobian.T @ -off.ravel()
         step = damped_step(jacobian.T @ jacobian, gradient, damping)
         if -step @ gradient <= ENOUGH * cost:
@@ -66,17 +66,17 @@ def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
     return T, residuals
 
 
-def _jacobian(camera, pixels, flat, T):
+def pose_jacobian(camera, pixels, flat, T):
     """(2N, 6): how projected pixels move with the step of `moved_pose`.
 
     Zero for a pixel around which there are too few rays: it then pulls at no step, and
     still counts in what a step leads to.
     """
     posed, motion = placed_points(flat[:, :2], T), motion_of_points(flat[:, :2], T)
-    return (_pixels_by_point(camera, pixels, posed) @ motion).reshape(-1, 6)
+    return (pixels_by_point(camera, pixels, posed) @ motion).reshape(-1, 6)
 
 
-def _pixels_by_point(camera, pixels, points):
+def pixels_by_point(camera, pixels, points):
     """Derivatives (N, 2, 3) of pixels by points that they see; zero where unknown.
 
     With X = o(p) + l d(p) a change of X across the ray is B dp, and B = o' + l d'

@@ -5,6 +5,7 @@ from html import escape
 from typing import NamedTuple
 
 from raxel.evaluation.cross_validation import ImageScore
+from raxel.evaluation.stability import LEAST_PX, SURE, TIMES
 from raxel.report.folder import MARK
 from raxel.sets.words import words_of
 
@@ -20,6 +21,7 @@ th, td { border-bottom: 1px solid var(--line); padding: .25rem .8rem .25rem 0;
   text-align: left; vertical-align: top; overflow-wrap: anywhere; }
 th { overflow-wrap: break-word; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
+.divisions td.number { white-space: nowrap; }
 img { max-width: 100%; height: auto; background: #fff; }
 figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
 .warning { color: var(--warn); }
@@ -65,6 +67,8 @@ def page(image_set, result, photographs):
             "that agree at one place show what the camera cannot follow; arrows all "
             "ways show noise.",
         ),
+        "<h2>Stability</h2>",
+        *_stability(result["stability"], words),
         "<h2>Coverage</h2>",
         figure(
             "coverage.png",
@@ -143,6 +147,47 @@ def pairs(named):
     """A table of (what, value in words)."""
     rows = (f"<tr><th>{escape(a)}</th><td>{escape(b)}</td></tr>" for a, b in named)
     return "<table>\n" + "\n".join(rows) + "\n</table>"
+
+
+def _stability(found, words):
+    """What halves of the photographs tell of each other: picture, rule, table."""
+    if found is None:
+        return [
+            f"<p>Not tested: too few {words.target}s, or no part of the image that "
+            "halves of them share.</p>"
+        ]
+    return [
+        figure(
+            "stability.png",
+            "Where the second half sees the rays of the first, divided by "
+            f"'{found['divided_by']}', the worst division: "
+            f"{found['disagreement_px']:.2g} px apart (RMS, after the best rotation), "
+            f"of which the {words.point}s' scatter explains "
+            f"{found['allowed_px']:.2g} px.",
+        ),
+        f"<p>There is a warning where halves are {TIMES:g} times as far apart as the "
+        f"{words.point}s' scatter explains and {LEAST_PX:g} px or more, and scatter "
+        f"alone does so in fewer than one of {1 / SURE:,.0f} sets.</p>",
+        _divisions(found["divisions"]),
+        *(
+            f"<p>{name} half of the worst division: {escape(', '.join(half))}.</p>"
+            for name, half in zip(("First", "Second"), found["halves"], strict=True)
+        ),
+    ]
+
+
+def _divisions(divisions):
+    keys = ("disagreement_px", ".2f"), ("allowed_px", ".2f"), ("p_value", ".2g")
+    heads = "Divided by", "Apart (px)", "Explained (px)", "p"
+    rows = [
+        f"<tr><td>{escape(each['divided_by'])}</td>"
+        f"{numbers([told(each[key], form, '') for key, form in keys])}</tr>"
+        for each in divisions
+    ]
+    head = "".join(f"<th>{name}</th>" for name in heads)
+    return "\n".join(
+        ['<table class="divisions">', f"<tr>{head}</tr>", *rows, "</table>"]
+    )
 
 
 def _table(photographs, words):

@@ -133,6 +133,17 @@ def pooled_picture(width, height, boards, scale):
     return canvas.with_legend([*scale.legend(canvas), (QUIET, "not scored")])
 
 
+def disagreement_picture(width, height, pixels, division):
+    """How far the halves of a Division see the same rays apart, at pixels (N, 2)."""
+    canvas = Canvas(width, height)
+    lengths = np.linalg.norm(division.field, axis=1)
+    # Arrows that scatter explains stay short.
+    long = max(np.nanpercentile(lengths, 95), division.allowed_px)
+    scale = ArrowScale(ARROW_SHARE * width / long, LONGEST * long)
+    _arrows(canvas, pixels, division.field, scale, RESIDUAL)
+    return canvas.with_legend([*scale.legend(canvas), (QUIET, "not seen by both")])
+
+
 def coverage_picture(views, width, height, mask=None):
     """How many views cover each part of the image; and where rays end.
 

@@ -14,6 +14,7 @@ from raxel.report.pictures import (
     ArrowScale,
     corner_picture,
     coverage_picture,
+    disagreement_picture,
     grid_picture,
     pooled_picture,
     residual_picture,
@@ -21,13 +22,16 @@ from raxel.report.pictures import (
 from raxel.sets import read_image
 
 
-def write_report(folder, image_set, entries, views, camera, evaluation, result):
+def write_report(
+    folder, image_set, entries, views, camera, evaluation, result, stability
+):
     """Write the report of a calibration into an empty folder.
 
     entries: (view, whether it can be used, why not) of each view of the set; views: the
     BoardViews or DenseViews of those that can, in their order; evaluation: of the
-    camera on these; result: what `raxel calibrate` writes as JSON. Files are numbered,
-    so that no name of a photograph becomes one.
+    camera on these; result: what `raxel calibrate` writes as JSON; stability: its
+    Stability, None where there is none. Files are numbered, so that no name of a
+    photograph becomes one.
     """
     folder = Path(folder)
     scale = ArrowScale.of(
@@ -59,6 +63,9 @@ def write_report(folder, image_set, entries, views, camera, evaluation, result):
         "residuals.png": pooled_picture(*size, at, scale),
         "coverage.png": coverage_picture(views, *size, mask),
     }
+    if stability is not None:
+        worst = stability.divisions[0]
+        drawn["stability.png"] = disagreement_picture(*size, stability.pixels, worst)
     for name, picture in drawn.items():
         (folder / name).write_bytes(encoded(picture, ".png"))
     text = page(image_set, result, photographs)

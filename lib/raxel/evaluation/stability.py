@@ -1,0 +1,294 @@
+"""Do halves of the photographs tell of the same camera?
+
+A board of the wrong length, pictures of two cameras, a shutter that rolls: a camera and
+the boards' poses take in most of what these do, and the residuals hardly grow. But
+what is taken in hangs on which photographs there were. So these are divided, in several
+ways, and each half corrects the camera by a field of its own over the image: all
+polynomials of third degree in the pixel's place, its boards' poses fitted with them.
+The two fields should differ by what the scatter of the corners allows.
+
+A step of least squares from the fitted camera is each half's fit: no camera is fitted
+anew, so this asks little time, serves a camera of any kind (of a table or of OpenCV's
+fit nobody states a covariance), and holds where pupils move, at the distances of the
+boards. What a common rotation of all rays does is no disagreement, and what the halves
+do not determine is not compared. Where the corners were not found by one of the halves
+nothing is said in px.
+
+Which faults show in which division: boards stretched along one side, where they are
+turned or tilted another way; a camera that changed, in the order of the photographs; a
+shutter, where boards were at other distances or moved another way. A stretch that is
+the same for boards all turned and tilted alike, or a shutter that does the same to all
+of them, makes all halves wrong alike, and no division shows it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.evaluation.pixel_pose import pixels_by_point, pose_jacobian
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import cross_matrix, rotate, transform
+
+# p-value, times the number of divisions, below which halves disagree. Errors of real
+# corners are no more independent than to a factor of two in their squares.
+SURE = 1e-5
+LEAST_PX, TIMES = 0.1, 2.0  # disagreement that matters: at least, and beyond scatter
+FEWEST_BOARDS = 6  # three a half
+DEGREE = 3
+ACROSS = 24  # pixels along the longer side at which fields are compared
+FEWEST_PIXELS = 6  # that both halves saw
+UNKNOWN_PX = 2.0  # SD, RMS over the image, from which on a correction is not compared
+WIDTH, RAYLEIGH = 6.0, 1.1774  # of wrong corners; median distance at unit scale
+LEAST_SD_PX = 0.01  # of a coordinate: no corner is known better
+
+
+class Division(NamedTuple):
+    """Two halves of the boards, and how far they disagree.
+
+    name: by what they were divided; halves: (names, names) of the boards;
+    disagreement_px: RMS distance between where the halves see the same ray, after the
+    best rotation, over the part of the image in which both saw boards; allowed_px: what
+    the scatter of the corners leads one to expect of that; p_value: how often it
+    makes halves differ as much as these, over the whole image; field (N, 2) px: of the
+    second half less the first, NaN where not both saw boards.
+    """
+
+    name: str
+    halves: tuple
+    disagreement_px: float
+    allowed_px: float
+    p_value: float
+    field: np.ndarray
+
+    @property
+    def times(self):
+        """How many times as far apart as scatter leads one to expect."""
+        return self.disagreement_px / self.allowed_px
+
+    @property
+    def matters(self):
+        """Whether the halves are so far apart that it is worth a word."""
+        return self.times > TIMES and self.disagreement_px > LEAST_PX
+
+
+class Stability(NamedTuple):
+    """divisions: list of Division: first what tells most, the others by p-value. That
+    is the one of least p-value of those that matter and that scatter hardly explains;
+    where there is none, the one most times as far apart as expected.
+
+    pixels (N, 2): of their fields; p_value: of the first, times how many there are;
+    stable: whether no division matters with a p-value so small."""
+
+    divisions: list
+    pixels: np.ndarray
+    p_value: float
+    stable: bool
+
+
+class _Fields(NamedTuple):
+    """pixels (N, 2) that have a ray; shapes (N, 2, K): corrections of 1 px RMS each,
+    without rotations; turns (N, 2, 3): what rotations do; mixing (P, K): the shapes'
+    polynomials."""
+
+    pixels: np.ndarray
+    shapes: np.ndarray
+    turns: np.ndarray
+    mixing: np.ndarray
+
+
+class _Board(NamedTuple):
+    """What a board, with its pose free, says of the corrections: normal (K, K), right
+    (K,); squares: of what the pose leaves; free: coordinates less pose."""
+
+    normal: np.ndarray
+    right: np.ndarray
+    squares: float
+    free: int
+
+
+def stability(camera, scores, views):
+    """Stability of a camera on the views it was fitted to; scores: their ImageScores.
+
+    None where it cannot be told: fewer than six boards, or halves that never saw the
+    same part of the image.
+    """
+    pairs = [
+        (score, view)
+        for score, view in zip(scores, views, strict=True)
+        if np.isfinite(score.rms_px)
+    ]
+    if len(pairs) < FEWEST_BOARDS:
+        return None
+    fields = _fields(camera, pairs)
+    if fields is None:
+        return None
+    distances = np.linalg.norm(
+        np.concatenate([score.residuals_px for score, _ in pairs]), axis=1
+    )
+    widest = WIDTH * max(np.nanmedian(distances) / RAYLEIGH, LEAST_SD_PX)
+    boards = [_board(camera, *pair, fields.mixing, widest) for pair in pairs]
+    variance, free = _scatter(boards)
+    seen = np.array([_seen(view, camera, fields.pixels) for _, view in pairs])
+    names = np.array([view.name for _, view in pairs], object)
+    divisions = []
+    for name, first in _ways(pairs):
+        halves = _sums(boards, first), _sums(boards, ~first)
+        both = seen[first].any(axis=0) & seen[~first].any(axis=0)
+        found = _compared(*halves, fields, both, variance, free)
+        if found is not None:
+            of_halves = tuple(names[first]), tuple(names[~first])
+            divisions.append(Division(name, of_halves, *found))
+    if not divisions:
+        return None
+    limit = SURE / len(divisions)
+    apart = [each for each in divisions if each.matters and each.p_value < limit]
+    if apart:
+        worst = min(apart, key=lambda each: each.p_value)
+    else:
+        worst = max(divisions, key=lambda each: each.times)
+    divisions.sort(key=lambda each: (each is not worst, each.p_value))
+    p_value = min(1.0, len(divisions) * worst.p_value)
+    return Stability(divisions, fields.pixels, p_value, not apart)
+
+
+# ---------------------------------------------------------------------- the corrections
+
+
+def _fields(camera, pairs):
+    """The _Fields of a camera, None where hardly a pixel has a ray."""
+    step = max(camera.width, camera.height) / ACROSS
+    u = np.arange(step / 2, camera.width, step)
+    v = np.arange(step / 2, camera.height, step)
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2) - 0.5
+    middles = [
+        transform(score.T_camera_grid, on_plane(view.points)).mean(axis=0)
+        for score, view in pairs
+    ]
+    rays = camera.rays(pixels)
+    points = rays.origins + np.median(np.linalg.norm(middles, axis=1)) * rays.directions
+    turns = pixels_by_point(camera, pixels, points) @ -cross_matrix(points)
+    known = rays.valid & np.isfinite(turns).all(axis=(1, 2)) & turns.any(axis=(1, 2))
+    pixels, turns = pixels[known], turns[known]
+    powers = _polynomials(pixels, camera)
+    count = powers.shape[2]
+    if len(pixels) < count:
+        return None
+    rest = _without(turns, powers).reshape(-1, count)
+    size, axes = np.linalg.eigh(rest.T @ rest)
+    # Three of the polynomials are nearly what the rotations do.
+    mixing = axes[:, 3:] * np.sqrt(len(pixels) / size[3:])
+    shapes = rest @ mixing
+    return _Fields(pixels, shapes.reshape(len(pixels), 2, -1), turns, mixing)
+
+
+def _polynomials(pixels, camera):
+    """(N, 2, P): each polynomial along u, then each along v."""
+    size = np.array([camera.width, camera.height])
+    x, y = ((2 * pixels - (size - 1)) / size.max()).T
+    along = np.stack(
+        [x**a * y**b for a in range(DEGREE + 1) for b in range(DEGREE + 1 - a)], axis=1
+    )
+    none = np.zeros_like(along)
+    return np.stack(
+        [np.hstack([along, none]), np.hstack([none, along])], axis=1
+    )  # fmt: skip
+
+
+def _without(turns, fields):
+    """Fields (N, 2, K) less what of them is a rotation, turns (N, 2, 3)."""
+    flat, basis = fields.reshape(-1, fields.shape[2]), turns.reshape(-1, 3)
+    share = np.linalg.solve(basis.T @ basis, basis.T @ flat)
+    return (flat - basis @ share).reshape(fields.shape)
+
+
+def _board(camera, score, view, mixing, widest):
+    """The _Board of a view; corners more than `widest` px off count for nothing."""
+    off = score.residuals_px
+    right = np.linalg.norm(off, axis=1) <= widest
+    off, points = off[right], view.points[right]
+    places = view.pixels[right] - off
+    by_pose = pose_jacobian(camera, places, on_plane(points), score.T_camera_grid)
+    shapes = (_polynomials(places, camera) @ mixing).reshape(2 * len(off), -1)
+    of_pose, _ = np.linalg.qr(by_pose)
+    shapes = shapes - of_pose @ (of_pose.T @ shapes)
+    off = off.ravel() - of_pose @ (of_pose.T @ off.ravel())
+    free = len(off) - by_pose.shape[1]
+    return _Board(shapes.T @ shapes, shapes.T @ off, float(off @ off), max(free, 0))
+
+
+def _scatter(boards):
+    """(variance of a coordinate, what it has of freedom): of what poses and one
+    correction by all boards leave. So what the camera does to all boards alike, of
+    which no half tells, does not count as scatter."""
+    normal, right = _sums(boards, [True] * len(boards))
+    taken = right @ np.linalg.pinv(normal, hermitian=True) @ right
+    free = max(sum(board.free for board in boards) - len(right), 1)
+    squares = sum(board.squares for board in boards) - taken
+    return max(squares / free, LEAST_SD_PX**2), free
+
+
+def _sums(boards, chosen):
+    """normal and right of the chosen boards."""
+    of_half = [board for board, inside in zip(boards, chosen, strict=True) if inside]
+    return sum(board.normal for board in of_half), sum(board.right for board in of_half)
+
+
+# ------------------------------------------------------------------------ the divisions
+
+
+def _ways(pairs):
+    """(by what boards are divided, (n,) bool: which are the first half)"""
+    n = len(pairs)
+    T = np.array([score.T_camera_grid for score, _ in pairs])
+    middles = np.array([np.nanmean(view.pixels, axis=0) for _, view in pairs])
+    centres = np.array([view.points.mean(axis=0) for _, view in pairs])
+    at = transform(T, on_plane(centres)[:, None])[:, 0]
+    distance = np.linalg.norm(at, axis=1)
+    # How the board is looked at, in its own frame.
+    x, y, _ = rotate(np.swapaxes(T, 1, 2), at[:, None])[:, 0].T / distance
+    along, normal = T[:, :3, 0], T[:, :3, 2]
+    yield "order of the photographs", np.arange(n) < n // 2
+    yield "every other photograph", np.arange(n) % 2 == 0
+    for name, values in (
+        ("left and right in the image", middles[:, 0]),
+        ("top and bottom in the image", middles[:, 1]),
+        ("near and far", distance),
+        ("tilted much and little", np.hypot(x, y)),
+        ("tilted about one side of the board and the other", np.abs(x) - np.abs(y)),
+        ("tilted about one diagonal of the board and the other", x * y),
+        ("turned in the image", np.abs(along[:, 1]) - np.abs(along[:, 0])),
+        ("leaning to the left and to the right", normal[:, 0]),
+        ("leaning up and down", normal[:, 1]),
+    ):
+        yield name, np.argsort(np.argsort(values, kind="stable")) < n // 2
+
+
+def _seen(view, camera, pixels):
+    """Which of the pixels (N, 2) lie on a view's board: (N,) bool."""
+    u, v = np.rint(pixels).astype(int).T
+    return view.covered(camera.width, camera.height)[v, u] > 0
+
+
+def _compared(half, other, fields, both, variance, free):
+    """(disagreement_px, allowed_px, p_value, field) of two halves, each (normal,
+    right); both (N,) bool: where both saw boards. None where that is nowhere."""
+    from scipy.stats import f as fisher
+
+    (normal, right), whole = half, [sum(pair) for pair in zip(half, other, strict=True)]
+    # What one half says beyond what both together say, and its covariance.
+    share = normal @ np.linalg.pinv(whole[0], hermitian=True)
+    beyond = right - share @ whole[1]
+    size, axes = np.linalg.eigh(normal - share @ normal)
+    told = size > variance / UNKNOWN_PX**2
+    if not told.any() or np.count_nonzero(both) < FEWEST_PIXELS:
+        return None
+    size, axes = size[told], axes[:, told]
+    along = axes.T @ beyond
+    p_value = fisher.sf(np.sum(along**2 / size) / variance / len(size), len(size), free)
+    shapes = _without(fields.turns[both], fields.shapes[both] @ axes)
+    field = np.full(fields.pixels.shape, np.nan)
+    field[both] = -shapes @ (along / size)
+    disagreement = np.sqrt(np.mean(np.sum(field[both] ** 2, axis=1)))
+    squares = np.mean(np.sum(shapes**2, axis=1), axis=0)
+    allowed = np.sqrt(variance * np.sum(squares / size))
+    return float(disagreement), float(allowed), float(p_value), field

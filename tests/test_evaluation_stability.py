@@ -1,0 +1,136 @@
+"""Halves of the photographs: they disagree where a fault lies, and only there."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.correspondence import BoardView
+from raxel.cameras.lenses.perspective import PerspectiveCamera
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.stability import LEAST_PX, stability
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import rotation_from_vector, transform
+from tests.board_scenes import BOARD, COLUMNS, ROWS, board_poses
+
+SIZE = 640, 480
+COUNT, NOISE_PX = 14, 0.1
+
+
+def lens(focal_px):
+    K = [[focal_px, 0, 322.0], [0, focal_px, 236.0], [0, 0, 1]]
+    return PerspectiveCamera(K, [-0.1, 0.02], *SIZE)
+
+
+CAMERA, OTHER = lens(350.0), lens(357.0)  # 2 % apart
+
+
+def views_of(
+    cameras, seed, noise=NOISE_PX, poses=None, board=BOARD, shift=(0.0, 0.0, 0.0)
+):
+    """Views by cameras in turn; shift: motion in mm of each board from the first row of
+    its picture to the last."""
+    rng = np.random.default_rng(seed)
+    poses = board_poses(seed, COUNT) if poses is None else poses
+    shifts = np.broadcast_to(shift, (len(poses), 3))
+    views = []
+    for k, (T, camera) in enumerate(zip(poses, cameras, strict=True)):
+        points = transform(T, on_plane(board))
+        pixels = camera.project(points).pixels
+        for _ in range(5):
+            time = pixels[:, 1:] / SIZE[1] - 0.5
+            pixels = camera.project(points + time * shifts[k]).pixels
+        pixels = pixels + noise * rng.normal(size=pixels.shape)
+        pixels[np.any((pixels < 0) | (pixels > np.subtract(SIZE, 1)), axis=1)] = np.nan
+        views.append(BoardView(pixels, BOARD, COLUMNS, ROWS, f"{k}.png"))
+    return views
+
+
+def found_in(views, camera=None):
+    camera = camera or calibrate_zhang(views, *SIZE).camera
+    return stability(camera, evaluate_camera(camera, views).images, views)
+
+
+def by_name(found, name):
+    (division,) = (d for d in found.divisions if d.name == name)
+    return division
+
+
+def test_two_cameras_lie_apart_as_their_rays_do():
+    found = found_in(views_of(7 * [CAMERA] + 7 * [OTHER], 1))
+    assert not found.stable
+    halves = by_name(found, "order of the photographs")
+    assert halves.halves[0] == tuple(f"{k}.png" for k in range(7))
+    there = np.isfinite(halves.field[:, 0])
+    assert there.mean() > 0.4
+    pixels = found.pixels[there]
+    rays = CAMERA.rays(pixels).directions
+    apart = OTHER.project(rays).pixels - pixels
+    turns = rotation_from_vector(1e-5 * np.eye(3))
+    of_turns = np.stack([OTHER.project(rays @ R.T).pixels.ravel() for R in turns], 1)
+    of_turns = of_turns - OTHER.project(rays).pixels.reshape(-1, 1)
+    share = np.linalg.lstsq(of_turns, apart.ravel(), rcond=None)[0]
+    apart = apart - (of_turns @ share).reshape(-1, 2)
+    size = np.sqrt(np.mean(np.sum(apart**2, axis=1)))
+    assert size > 10 * halves.allowed_px
+    assert halves.disagreement_px == pytest.approx(size, abs=2 * halves.allowed_px)
+    rest = np.sum((halves.field[there] - apart) ** 2, axis=1)
+    assert np.sqrt(rest.mean()) < 3 * halves.allowed_px
+
+
+def test_which_photographs_are_whose_need_not_be_known():
+    mixed = [CAMERA, CAMERA, OTHER, CAMERA, OTHER, OTHER, OTHER]
+    assert not found_in(views_of(mixed + mixed[::-1], 2)).stable
+
+
+def test_a_board_that_is_longer_one_way_is_told():
+    views = views_of(COUNT * [CAMERA], 3, board=BOARD * [1.005, 1.0])
+    found = found_in(views)
+    assert not found.stable
+    assert found.divisions[0].disagreement_px > 2 * found.divisions[0].allowed_px
+
+
+def test_a_rolling_shutter_is_told():
+    ways = np.random.default_rng(4).normal(size=(COUNT, 3))
+    ways *= 2 / np.linalg.norm(ways, axis=1)[:, None]
+    assert not found_in(views_of(COUNT * [CAMERA], 4, shift=ways)).stable
+
+
+def test_scatter_alone_does_what_it_is_said_to_do():
+    # The camera is the true one: only noise lies between the halves.
+    found = [
+        found_in(views_of(COUNT * [CAMERA], seed), CAMERA) for seed in range(20, 30)
+    ]
+    divisions = [d for each in found for d in each.divisions]
+    assert all(each.stable for each in found)
+    assert len(divisions) == 110
+    assert 0.35 < np.mean([d.p_value for d in divisions]) < 0.65
+    ratio = np.mean([d.times**2 for d in divisions])
+    assert 0.6 < ratio < 1.6
+
+
+def test_boards_in_other_places_and_exact_corners_are_no_fault():
+    poses = board_poses(5, 4 * COUNT, spread=(70.0, 30.0))
+    aside = np.argsort(transform(poses, np.array([[72.0, 54.0, 0.0]]))[:, 0, 0])
+    chosen = poses[np.concatenate([aside[:7], aside[-7:]])]
+    assert found_in(views_of(COUNT * [CAMERA], 5, poses=chosen)).stable
+    exact = found_in(views_of(COUNT * [CAMERA], 6, noise=0.0))
+    assert exact.stable
+    assert max(d.disagreement_px for d in exact.divisions) < LEAST_PX / 10
+
+
+def test_wrong_corners_pull_at_neither_half():
+    views = views_of(COUNT * [CAMERA], 8)
+    clean = by_name(found_in(views, CAMERA), "near and far")
+    rng = np.random.default_rng(8)
+    for view in views[:7]:
+        wrong = rng.random(len(view.pixels)) < 0.05
+        view.pixels[wrong] += 5 * rng.normal(size=(wrong.sum(), 2))
+    found = found_in(views, CAMERA)
+    assert found.stable
+    allowed = by_name(found, "near and far").allowed_px
+    assert allowed == pytest.approx(clean.allowed_px, rel=0.15)
+
+
+def test_few_boards_are_not_tested():
+    views = views_of(COUNT * [CAMERA], 9)[:5]
+    assert found_in(views, CAMERA) is None
