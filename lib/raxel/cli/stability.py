@@ -36,8 +36,8 @@ def stability_line(found, words):
     """What halves tell of each other, for people; words: of the target."""
     if found is None:
         return (
-            f"stability: not tested; it takes {FEWEST_BOARDS} {words.target}s, and "
-            "halves of them that share a part of the image"
+            "stability: not tested; it takes a formula or smooth rays, and "
+            f"{FEWEST_BOARDS} {words.target}s whose halves overlap in the image"
         )
     worst = found.divisions[0]
     return (

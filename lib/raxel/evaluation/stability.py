@@ -8,11 +8,12 @@ polynomials of third degree in the pixel's place, its boards' poses fitted with 
 The two fields should differ by what the scatter of the corners allows.
 
 A step of least squares from the fitted camera is each half's fit: no camera is fitted
-anew, so this asks little time, serves a camera of any kind (of a table or of OpenCV's
-fit nobody states a covariance), and holds where pupils move, at the distances of the
+anew, so this asks little time, serves formulas and smooth rays alike (of OpenCV's fit
+nobody states a covariance), and holds where pupils move, at the distances of the
 boards. What a common rotation of all rays does is no disagreement, and what the halves
 do not determine is not compared. Where the corners were not found by one of the halves
-nothing is said in px.
+nothing is said in px. A table of rays is not tested: its errors change from pixel to
+pixel, and halves that lie on other pixels differ by them.
 
 Which faults show in which division: boards stretched along one side, where they are
 turned or tilted another way; a camera that changed, in the order of the photographs; a
@@ -109,9 +110,11 @@ class _Board(NamedTuple):
 def stability(camera, scores, views):
     """Stability of a camera on the views it was fitted to; scores: their ImageScores.
 
-    None where it cannot be told: fewer than six boards, or halves that never saw the
-    same part of the image.
+    None where it cannot be told: a table of rays, fewer than six boards, or halves that
+    never saw the same part of the image.
     """
+    if camera.kind == "general":
+        return None
     pairs = [
         (score, view)
         for score, view in zip(scores, views, strict=True)
