@@ -97,7 +97,7 @@ class _Fields(NamedTuple):
     mixing: np.ndarray
 
 
-class _Board(NamedTuple):
+class _BoardSystem(NamedTuple):
     """What a board, with its pose free, says of the corrections: normal (K, K), right
     (K,); squares: of what the pose leaves; free: coordinates less pose."""
 
@@ -205,7 +205,7 @@ def _without(turns, fields):
 
 
 def _board(camera, score, view, mixing, widest):
-    """The _Board of a view; corners more than `widest` px off count for nothing."""
+    """The _BoardSystem of a view, of corners no more than `widest` px off."""
     off = score.residuals_px
     right = np.linalg.norm(off, axis=1) <= widest
     off, points = off[right], view.points[right]
@@ -216,7 +216,9 @@ def _board(camera, score, view, mixing, widest):
     shapes = shapes - of_pose @ (of_pose.T @ shapes)
     off = off.ravel() - of_pose @ (of_pose.T @ off.ravel())
     free = len(off) - by_pose.shape[1]
-    return _Board(shapes.T @ shapes, shapes.T @ off, float(off @ off), max(free, 0))
+    return _BoardSystem(
+        shapes.T @ shapes, shapes.T @ off, float(off @ off), max(free, 0)
+    )
 
 
 def _scatter(boards):
