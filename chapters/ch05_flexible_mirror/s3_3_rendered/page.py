@@ -42,8 +42,8 @@ from repro.run.outcomes import Plan
 # - In {glue:text}`runs` runs {glue:text}`corners` corners were found in pictures
 #   of a board that reaches beyond the mirror, to {glue:text}`corner_px` px (median of
 #   a run); {glue:text}`false` where there is none, and {glue:text}`lost` fewer than
-#   the mirror shows. In {glue:text}`refused` runs one of the three ways to calibrate
-#   refused a stage.
+#   the mirror shows. In {glue:text}`refused` runs at least one of the three ways to
+#   calibrate refused a stage.
 # - Of twice the targets of [trust](ext_trust.ipynb), the laboratory's runs on A meet
 #   {glue:text}`A.laboratory.met` and those on B {glue:text}`B.laboratory.met`; see
 #   the [table](#ext_mirror_rendered_targets). Rays of A are
@@ -244,10 +244,11 @@ def rendered_loop(effort):
 # {glue:text}`loop.A.bench.aimed.true.end` mm after six steps; in the laboratory
 # {glue:text}`loop.A.laboratory.aimed.true.start` mm and
 # {glue:text}`loop.A.laboratory.aimed.true.end` mm. The runs of many seeds stand beside
-# these in the [table](#ext_mirror_rendered_loop). What a single step of 15 mm can cost
-# is the count: where the part of the board that stays in sight is small, it cannot be
-# told which corner is which, and the step is refused. That is the aim B's laboratory
-# misses, if it misses one.
+# these in the [table](#ext_mirror_rendered_loop). There a run from pictures that was
+# refused counts as the worst; medians in the text are of those that came through. What
+# a single step of 15 mm can cost is the count: where the part of the board that stays
+# in sight is small, it cannot be told which corner is which, and the step is refused.
+# That is the aim B's laboratory misses, if it misses one.
 #
 # **The bench, from pictures.** Its factor was solved, with drawn errors,
 # so that mirror points lie 0.86 mm from their rays in the mean, as the thesis's did.

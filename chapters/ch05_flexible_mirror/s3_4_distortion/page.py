@@ -145,7 +145,7 @@ from repro.run.outcomes import Plan
 # by stage stand all stages at once, with a prior on bending
 # ([trust](ext_trust.ipynb)), and the true mirror. In {glue:text}`rendered.runs` runs on
 # the bench pictures a quarter as wide are rendered, and corners and both edges of the
-# circle are found there.
+# circle are measured there, each looked for next to where the true camera has it.
 #
 # For the face the mirror is pushed by 12 mm, in three steps of 4 mm: calibrated
 # after a single push, no corner at the clamp is seen both before and after. A bust

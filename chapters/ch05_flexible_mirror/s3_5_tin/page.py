@@ -106,7 +106,8 @@ from repro.run.outcomes import Plan
 # *Pictures.* Two pictures of a printed tin are rendered by a camera of 768 x 576
 # pixels: the tin and what is around it. Features are found and matched by SIFT
 # (OpenCV), both ways round and by the ratio test. Matches whose rays miss each other
-# are left out, and those that stand far out of their face.
+# are left out, and those that stand far out of their face. The motion is known here,
+# too, and the mirror is calibrated with drawn errors, a quarter as large in px.
 
 
 # %%
@@ -272,9 +273,9 @@ def pictures(effort, results):
 # {glue:text}`pic.true.off`° off with the true mirror, {glue:text}`pic.published.off`°
 # as published and {glue:text}`pic.bundle.off`° by all stages at once.
 #
-# **Limits.** Which face a match is on is told by the truth, as a person tells it by
-# looking. The tin is a box, without the rounded edges of a real one. Matches at
-# corner level are spread evenly and none is wrong.
+# **Limits.** Which face a match is on, and whether it is on the tin at all, is told by
+# the truth, as a person tells it by looking. The tin is a box, without the rounded
+# edges of a real one. Matches at corner level are spread evenly and none is wrong.
 
 # %% [markdown]
 # ## Compared with the published numbers

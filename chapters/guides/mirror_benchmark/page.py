@@ -212,9 +212,10 @@ def ext_mirror_entries_record(effort):
 #   answers, distances do worse than inverse depths: the first
 #   shape of `clean`, at middle noise, has rays {glue:text}`published.clean.first_deg`°
 #   off in place of {glue:text}`stages.clean.first_deg`°.
-# - **All at once** has the better rays on `clean`, {glue:text}`at_once.clean.deg`°
-#   in place of {glue:text}`stages.clean.deg`° stage by stage, above all at the first
-#   shape: {glue:text}`at_once.clean.first_deg`° in place of
+# - **All at once** has the better rays on `clean`, in each single set, if not by
+#   much: {glue:text}`at_once.clean.deg`° in place of {glue:text}`stages.clean.deg`°
+#   stage by stage. In the median it is the first shape that gains most, though not
+#   in every set: {glue:text}`at_once.clean.first_deg`° in place of
 #   {glue:text}`stages.clean.first_deg`°. Its deflections are worse,
 #   {glue:text}`at_once.clean.moved_mm` mm off in place of
 #   {glue:text}`stages.clean.moved_mm` mm. Stage by stage, what is wrong with the
@@ -279,13 +280,9 @@ def ext_mirror_entries_record(effort):
 #   twist hardly changed the free edge, and with less light the platter was
 #   refused. Others were not asked what suits them.
 # - The entries are of {glue:text}`seeds` seeds. A difference smaller than their
-#   range says nothing.
+#   range says nothing, unless it is the same in every set.
 # - Errors are taken over what was answered. Beside an angle look at the share of
 #   pixels, and at *right*, which leaves nothing out.
-# - Boards, twist and levels of noise were settled after first calibrations by
-#   this library: with smaller boards `clean` lost its last stage, 10° of twist
-#   hardly changed the free edge, and with less light the platter was refused.
-#   Entries of this library have that advantage over others.
 #
 # ## Try it yourself
 #
