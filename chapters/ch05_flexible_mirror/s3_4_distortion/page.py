@@ -363,9 +363,9 @@ def face_picture(effort, results):
 # {glue:text}`lab.face.corrected` of {glue:text}`lab.face.raw` mm in the laboratory. The
 # plane is not what fails: after a push of 12 mm, in three steps, the rays do. Refused
 # before were {glue:text}`face.refused` of the bench's seeds and
-# {glue:text}`lab.face.refused` of the laboratory's; they have no face, and count against
-# the claim. To the eye most of the distortion is gone (Fig. 5.19), as the thesis has
-# it: the eye counts the squeeze, too.
+# {glue:text}`lab.face.refused` of the laboratory's; they have no face, and count
+# against the claim. To the eye most of the distortion is gone (Fig. 5.19), as the
+# thesis has it: the eye counts the squeeze, too.
 #
 # **Rendered.** In {glue:text}`rendered.runs` runs the pictures are rendered, and
 # corners and edges found in them: residuals are {glue:text}`rendered.0` mm at stage 0
