@@ -62,6 +62,7 @@ def of_bench(bench, seeds, other):
     for way, profile in PROFILES.items():
         for k in runs.STAGES[1:]:
             z = other.get(f"{way}.profile", profile)
+            z = other.get(f"{way}.stage{k}.profile", z)
             out[f"{bench}.{way}.stage{k}.profile_mm"] = [z] * seeds
             out[f"{bench}.{way}.stage{k}.angle_deg"] = np.full(seeds, 0.5)
     for name, value in ONCE.items():
@@ -101,6 +102,9 @@ FALSE = {
         {"clustered.sag_mm": (1.0, 0.5, 20.0)}, {"even.sag_mm": (0.1, 0.2, 6.0)},
     ],
     claims.judge_inflexion: [{"near.profile": CUBIC}, {"even.profile": WAVE},
+                             {"near.stage2.profile": CUBIC},
+                             {"even.stage2.profile": WAVE},
+                             {"even.stage3.profile": WAVE},
                              {"near.profile": np.where(X > 0.9, np.nan, WAVE)}],
     claims.judge_large_error: [{"stereo.found.deflected": 0.2}],
     claims.judge_fixed_edge: [
@@ -250,3 +254,15 @@ def test_what_no_seed_has_is_said_in_words_and_blank_in_tables():
     for predicate in predicates.BY_SEED.values():
         assert tables.share(predicate, courses) is None
         assert not predicate(courses)[0].any()
+
+
+def test_a_figure_shows_one_seed_also_where_others_were_refused():
+    came = np.array([False, True, False, True])
+    arrays = {"found": [np.full((2, 2), k) for k in (1, 3)]}
+    courses = runs.Courses(made())
+    courses.arrays = arrays.__getitem__
+    seed = runs.first_seed(came, np.array([True, False, True, True]))
+    assert seed == 3
+    assert courses.of_seed("found", seed, came)[0, 0] == 3
+    assert runs.first_seed(came, ~came) is None
+    assert courses.of_seed("found", None, came).shape == (0, 2)

@@ -70,7 +70,8 @@ def fig_5_20(results):
         drawn,
         columns(("path", "step", "along_mm", "aside_mm", "other_mm"), rows),
         "Where the cylinder went and where pairs of pictures have it, added up, on the "
-        "bench: the seed whose last shift is off by the median of all. The mean step "
+        "bench: the seed whose last shift is off by the median of those that have a "
+        "cylinder. The mean step "
         f"is scaled to {STEP_MM:g} mm.",
         Check(
             bool(abs(off - told) < ROUNDING),

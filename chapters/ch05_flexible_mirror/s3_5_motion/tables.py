@@ -155,7 +155,8 @@ def ext_motion_baselines(results):
     return Table(
         columns(("Bench", "Mirror", "Baseline (mm)", *names), rows),
         "Two pictures alone, of the first place and of a later one; the cylinder's "
-        f"radius is {RADIUS_MM:g} mm. {MEDIANS}",
+        f"radius is {RADIUS_MM:g} mm. Where the length is told, the search starts from "
+        f"the motion that was found with it given. {MEDIANS}",
     )
 
 

@@ -91,13 +91,19 @@ def distances_figure(results):
     """Histograms of the signed distances of each face, and normal curves."""
     result, rows = results[RUNS], []
     drawn, axes = new_figure(1, 3, height_in=3.0, sharey=True)
+    came = [np.isfinite(result.column(f"{BENCH}.{w}.rms_mm")) for w in DRAWN_WAYS]
+    both = np.flatnonzero(np.logical_and.reduce(came))
+    seed = both[0] if len(both) else 0
     for number, way in enumerate(DRAWN_WAYS):
-        distances = result.arrays(f"{BENCH}.{way}.distances")
-        face = result.arrays(f"{BENCH}.{way}.face")
-        if not distances:
+        if not came[number][seed]:
             continue
+        place = np.count_nonzero(came[number][:seed])
+        distances, face = (
+            result.arrays(f"{BENCH}.{way}.{name}")[place]
+            for name in ("distances", "face")
+        )
         for k, panel in enumerate(axes):
-            d = distances[0][face[0] == k]
+            d = distances[face == k]
             look = series(number)["color"]
             counts, edges = np.histogram(d, BINS)
             width = edges[1] - edges[0]
@@ -122,5 +128,6 @@ def distances_figure(results):
         columns(("mirror", "face", "distance_mm", "count"), rows),
         "Signed distances of the tin's points from the plane of their face, positive "
         "outside, and normal curves of the same spread (outliers left out): the first "
-        "seed on the bench, by the true mirror and by the one calibrated as published.",
+        "seed on the bench that has both, by the true mirror and by the one calibrated "
+        "as published.",
     )

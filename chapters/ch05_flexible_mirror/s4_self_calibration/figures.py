@@ -9,6 +9,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     TOLD,
     Courses,
     arrays_of,
+    first_seed,
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import ALONG_MM
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.pictures import STEPS
@@ -40,21 +41,24 @@ def fig_5_24(results):
     rig, rows = mirror_rig("A"), []
     for panel, bench in zip(panels, BENCHES, strict=True):
         runs = Courses(results, bench=bench)
+        came = np.isfinite(runs.of(TOLD, "angle_deg"))
+        # A quick build has one push.
+        pushed = [row for row in came if row.any()]
+        seed = first_seed(*pushed) if pushed else None
         for k, stage in enumerate(STAGES):
             true = rig.camera(STAGES_MM[stage]).mirror.height(ALONG_MM, 0 * ALONG_MM)[0]
             label = "true" if k == 0 else None
             panel.plot(ALONG_MM, true, color=INK, linestyle=":", marker="", label=label)
             look = series(k) | {"markevery": 4}
-            found = runs.profiles(TOLD, stage)
             # Where all seeds were refused the legend still names the stage.
-            curve = found[0] if len(found) else np.full(len(ALONG_MM), np.nan)
+            curve = np.full(len(ALONG_MM), np.nan)
+            if seed is not None and came[k][seed]:
+                curve = runs.of_seed(f"{TOLD}.stage{stage}.profile_mm", seed, came[k])
+                rows += [
+                    (bench, stage, *row)
+                    for row in zip(ALONG_MM, true, curve, strict=True)
+                ]
             panel.plot(ALONG_MM, curve, label=f"stage {stage}", **look)
-            if not len(found):
-                continue
-            rows += [
-                (bench, stage, *row)
-                for row in zip(ALONG_MM, true, found[0], strict=True)
-            ]
         panel.set(title=bench, xlabel="Distance from the clamp (mm)", ylim=(-4, 18))
     panels[0].set_ylabel("Height over the flat sheet (mm)")
     legend_below(drawn, panels[0], ncols=4)
@@ -63,7 +67,7 @@ def fig_5_24(results):
         columns(("bench", "stage", "along_mm", "true_mm", "found_mm"), rows),
         "The mirror's middle line after each push of 5 mm, by linear self-calibration "
         "from features across the middle and near ones at the end, and the true one. "
-        "The first seed that came so far, on each bench.",
+        "The first seed that came to the last stage, on each bench.",
     )
 
 
@@ -101,14 +105,28 @@ def fig_5_25(results):
     )
 
 
+def scene_seed(runs):
+    """({mirror: which seeds (seeds,) have the scene}, the first that has both)."""
+    name = f"{OBJECTS[0]}.spread_mm"
+    came = {
+        mirror: np.isfinite(runs.column(f"multi.{mirror}.{name}"))
+        for mirror in ("found", "true")
+    }
+    return came, first_seed(*came.values())
+
+
 @figure("fig_5_26", needs=NEEDS, evidence="rendered")
 def fig_5_26(results):
     """Plan of the scene from four stages, calibrated and true mirror."""
     runs, rows = Courses(results), []
+    came, seed = scene_seed(runs)
     drawn, panels = new_figure(1, 2, height_in=4.2, sharex=True, sharey=True)
     for panel, cameras in zip(panels, ("found", "true"), strict=True):
-        plan, of = (runs.arrays(f"multi.{cameras}.{name}") for name in ("plan", "of"))
-        plan, of = first_of(plan), first_of(of, 0).ravel()
+        plan, of = (
+            runs.of_seed(f"multi.{cameras}.{name}", seed, came[cameras])
+            for name in ("plan", "of")
+        )
+        of = of.ravel() if seed is not None else np.empty(0)
         for k, one in enumerate(OBJECTS):
             look = series(k) | {"linestyle": "", "markersize": 4}
             panel.plot(*plan[of == k].T, label=one, **look)
@@ -122,8 +140,9 @@ def fig_5_26(results):
         drawn,
         columns(("mirror", "of", "aside_mm", "depth_mm"), rows),
         "A scene seen from above, triangulated from pictures at all four stages, "
-        "features picked by hand to half a pixel; lines: where it is. One seed on the "
-        "bench; points beyond the frame are not drawn.",
+        "features picked by hand to half a pixel; lines: where it is. The first seed "
+        "of the bench that boards calibrate at all stages; points beyond the frame are "
+        "not drawn.",
     )
 
 
@@ -131,7 +150,8 @@ def fig_5_26(results):
 def fig_5_27(results):
     """Features that all four pictures show, in that of stage 2."""
     runs = Courses(results)
-    pixels = first_of(runs.arrays("multi.pixels"))
+    came, seed = scene_seed(runs)
+    pixels = runs.of_seed("multi.pixels", seed, came["true"])
     pixels = pixels[np.isfinite(pixels[:, 0])]
     drawn, panel = new_figure(height_in=3.6)
     panel.plot(*pixels.T, **series(0) | {"linestyle": "", "markersize": 4})
@@ -179,7 +199,8 @@ def ext_self_pictures(results):
         "One push of 5 mm in two steps, self-calibrated from rendered pictures. Left: "
         "the printed wall and the plane before it in the bent mirror, and the matches "
         "of the second step. Right: the deflection found from matches, and from drawn "
-        "features of the same mirror, as many and a tenth of that, run by run. A run "
+        "features of the same mirror, run by run: as many in each step as SIFT matches "
+        "in both together, and a tenth of that. A run "
         "that was refused has no mark.",
     )
 

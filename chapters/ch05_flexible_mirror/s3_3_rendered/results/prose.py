@@ -20,6 +20,7 @@ from chapters.ch05_flexible_mirror.s3_3_rendered.results.runs import (
     DRAWN,
     LABORATORY,
     RENDERED,
+    any_refused,
     cases,
     drawn_value,
     refusals,
@@ -69,7 +70,7 @@ def of_rendered(result):
         "corners": int(np.nansum(every.column("corners"))),
         "false": int(np.nansum(every.column("false"))),
         "lost": int(np.nansum(every.column("lost"))),
-        "refused": sum(max(refusals(trials).values()) for *_, trials in cases(result)),
+        "refused": sum(any_refused(trials) for *_, trials in cases(result)),
     }
     for geometry in "AB":
         for bench in (BENCH, LABORATORY):

@@ -18,6 +18,7 @@ WAYS = {
     "aimed.bundle": "as aimed at, all stages at once",
     "own": "as a reader's own set",
 }
+OF_ONE_WAY = ("published", "aimed", "own")
 CALLED = {
     "angle_deg": "angle_deg",
     "residual_mm": "residual_mm",
@@ -49,8 +50,17 @@ def refusals(trials):
             one is not None or every is not None
             for one, every in zip(trials.texts(f"{way}.refused"), whole, strict=True)
         )
-        for way in ("published", "aimed", "own")
+        for way in OF_ONE_WAY
     }
+
+
+def any_refused(trials):
+    """How many runs were refused, in all or by one way or more."""
+    texts = [
+        trials.texts(name)
+        for name in ("refused", *(f"{way}.refused" for way in OF_ONE_WAY))
+    ]
+    return sum(any(run) for run in zip(*texts, strict=True))
 
 
 def drawn_value(results, way, geometry, bench, stage, name):

@@ -75,16 +75,19 @@ def vertical(runs):
 
 
 def inflexion(runs):
-    """It bends back at stages 2 and 3 with near features, and not without."""
-    near, without = runs.inflected("near"), runs.inflected("even")
+    """It bends back at stages 2 and 3 with near features, and at neither without."""
+    near = runs.inflected("near").all(axis=0)
+    without = runs.inflected("even").any(axis=0)
+    told = runs.inflected(TOLD).all(axis=0)
     came = np.isfinite(runs.of("even", "deflection_mm")).all(axis=0)
     return (
         near & ~without & came,
         near.astype(float),
         "",
-        f"with near features in {100 * near.mean():.0f} % of the seeds, without in "
-        f"{100 * without.mean():.0f} %, where features are spread evenly; as told "
-        f"{100 * runs.inflected(TOLD).mean():.0f} %",
+        f"with near features at both in {100 * near.mean():.0f} % of the seeds, "
+        f"without at one or both in {100 * without.mean():.0f} %, where features are "
+        f"spread evenly; as told {100 * told.mean():.0f} %; without near ones "
+        f"{came.sum()} of {runs.seeds} came to stage 3",
     )
 
 

@@ -76,7 +76,9 @@ def of_scenes(runs):
     for way in (TOLD, "board"):
         found[f"{way}.back"] = said(runs.of(way, "back_mm")[-1], 1)
     for way in ("near", "even"):
-        found[f"{way}.inflected"] = f"{100 * runs.inflected(way).mean():.0f}"
+        found[f"{way}.inflected"] = (
+            f"{100 * runs.inflected(way).all(axis=0).mean():.0f}"
+        )
     found["whole"] = sum(text is not None for text in runs.refused("whole"))
     return found
 

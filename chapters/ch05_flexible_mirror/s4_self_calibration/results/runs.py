@@ -40,20 +40,31 @@ class Courses(BenchRuns):
         """One array for each seed that has it."""
         return arrays_of(self.result, f"{self.bench}.{name}")
 
+    def of_seed(self, name, seed, came, columns=2):
+        """An array of one seed, where `came` (seeds,) says which seeds have it; one
+        without rows where `seed` is None."""
+        if seed is None:
+            return np.empty((0, columns))
+        return self.arrays(name)[np.count_nonzero(came[:seed])]
+
     def profiles(self, way, stage):
         """Heights (seeds that came so far, places), mm, along the middle line."""
         return self.arrays(f"{way}.stage{stage}.profile_mm")
 
     def inflected(self, way):
-        """Whether (seeds,) the profile bends back at stages 2 and 3; false where a seed
+        """Whether the profile bends back (stages 2 and 3, seeds); false where a seed
         did not come so far."""
-        whole = np.ones(self.seeds, bool)
-        for stage in STAGES[1:]:
+        back = np.zeros((len(STAGES) - 1, self.seeds), bool)
+        for row, stage in zip(back, STAGES[1:], strict=True):
             came = np.isfinite(self.column(f"{way}.stage{stage}.angle_deg"))
-            back = np.zeros(self.seeds, bool)
-            back[came] = [bends_back(z) for z in self.profiles(way, stage)]
-            whole &= back
-        return whole
+            row[came] = [bends_back(z) for z in self.profiles(way, stage)]
+        return back
+
+
+def first_seed(*came):
+    """The first seed that came as far as is asked; None where none did."""
+    every = np.flatnonzero(np.logical_and.reduce(came))
+    return int(every[0]) if len(every) else None
 
 
 def arrays_of(result, name):
