@@ -273,8 +273,8 @@ def known(effort):
 # {glue:text}`lab.clustered.sag` mm at stage 3 in the laboratory, even ones by
 # {glue:text}`lab.even.sag` mm; on the bench only {glue:text}`sides` of
 # {glue:text}`seeds` seeds have a shape whose sides can be measured then. Near features
-# give an inflexion in {glue:text}`near.inflected` % of the seeds, and without them it
-# is there in {glue:text}`even.inflected` % (laboratory:
+# give an inflexion at both stages in {glue:text}`near.inflected` % of the seeds, and
+# without them it is there at both in {glue:text}`even.inflected` % (laboratory:
 # {glue:text}`lab.near.inflected` and {glue:text}`lab.even.inflected` %). On the bench
 # that is no comparison: only {glue:text}`near.reach` and {glue:text}`even.reach` seeds
 # have a shape that reaches the load at stage 3, and the others count as without an
