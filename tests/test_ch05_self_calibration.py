@@ -257,12 +257,15 @@ def test_what_no_seed_has_is_said_in_words_and_blank_in_tables():
 
 
 def test_a_figure_shows_one_seed_also_where_others_were_refused():
+    """All four seeds have an array of their number here; `came` says which have one."""
+    numbers = np.arange(4.0)
+    columns = {"bench.here": [np.full((2, 2), k) for k in numbers]}
+    columns["bench.number"] = numbers
+    courses = runs.Courses({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
+    assert courses.of_seed("here", 3, np.ones(4, bool))[0, 0] == 3
+    # Seeds 0 and 2 were refused and have no array: those of 1 and 3 come first.
     came = np.array([False, True, False, True])
-    arrays = {"found": [np.full((2, 2), k) for k in (1, 3)]}
-    courses = runs.Courses(made())
-    courses.arrays = arrays.__getitem__
-    seed = runs.first_seed(came, np.array([True, False, True, True]))
-    assert seed == 3
-    assert courses.of_seed("found", seed, came)[0, 0] == 3
+    assert courses.of_seed("here", 3, came)[0, 0] == 1
+    assert courses.of_seed("here", None, came).shape == (0, 2)
+    assert runs.first_seed(came, np.array([True, False, True, True])) == 3
     assert runs.first_seed(came, ~came) is None
-    assert courses.of_seed("found", None, came).shape == (0, 2)
