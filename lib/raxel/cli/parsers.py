@@ -1,11 +1,11 @@
 """What can be typed after `raxel`: the commands and their options.
 
-A command is imported when it runs, so that help and mistakes cost no time.
+What runs a command stands in `running`.
 """
 
 import argparse
 
-from raxel.cli import mirror_parsers
+from raxel.cli import mirror_parsers, running
 from raxel.cli.names import read_name, written_name
 from raxel.cli.terminal import on_one_line
 
@@ -50,7 +50,9 @@ def parser():
 
 
 def _add_corners(commands):
-    parser = _command(commands, "corners", "find the chessboard's corners", _corners)
+    parser = _command(
+        commands, "corners", "find the chessboard's corners", running.run_corners
+    )
     parser.add_argument(
         "--json", type=written_name, metavar="FILE", help="write the corners here"
     )
@@ -59,7 +61,11 @@ def _add_corners(commands):
 
 def _add_calibrate(commands):
     parser = _command(
-        commands, "calibrate", "fit a camera to a set", _calibrate, folder=ALSO_A_MIRROR
+        commands,
+        "calibrate",
+        "fit a camera to a set",
+        running.run_calibrate,
+        folder=ALSO_A_MIRROR,
     )
     parser.add_argument(
         "--model",
@@ -106,7 +112,7 @@ def _add_evaluate(commands):
         commands,
         "evaluate",
         "score a camera; only poses are fitted",
-        _evaluate,
+        running.run_evaluate,
         camera="an .npz camera file",
         folder=ALSO_A_MIRROR,
     )
@@ -130,7 +136,7 @@ def _add_undistort(commands):
         commands,
         "undistort",
         "images as a pinhole would see them, or on the plane of an active grid",
-        _undistort,
+        running.run_undistort,
         camera="an .npz camera file, or an .npz file of points from raxel decode",
     )
     parser.add_argument(
@@ -144,7 +150,7 @@ def _add_undistort(commands):
 
 def _add_check(commands):
     summary = "read all of a set and say what is in it"
-    _command(commands, "check", summary, _check, folder=ALSO_A_MIRROR)
+    _command(commands, "check", summary, running.run_check, folder=ALSO_A_MIRROR)
 
 
 def _add_render(commands):
@@ -170,7 +176,7 @@ def _add_render(commands):
         help="of poses and noise; the same seed gives the same bytes (default 0)",
     )
     mirror_parsers.add_noise(parser)
-    parser.set_defaults(command=_render)
+    parser.set_defaults(command=running.run_render)
 
 
 def _add_patterns(commands):
@@ -210,12 +216,12 @@ def _add_patterns(commands):
     parser.add_argument(
         "--out", type=written_name, metavar="FOLDER", required=True, help="a new folder"
     )
-    parser.set_defaults(command=_patterns)
+    parser.set_defaults(command=running.run_patterns)
 
 
 def _add_decode(commands):
     summary = "find the point of an active grid that each pixel sees"
-    parser = _command(commands, "decode", summary, _decode)
+    parser = _command(commands, "decode", summary, running.run_decode)
     parser.add_argument(
         "--out",
         type=written_name,
@@ -267,12 +273,12 @@ def _add_show(commands):
         metavar="FILE",
         help="write a .png or .html file and open nothing",
     )
-    parser.set_defaults(command=_show)
+    parser.set_defaults(command=running.run_show)
 
 
 def _add_score(commands):
     summary = "compare results with the truth of a rendered set"
-    parser = _command(commands, "score", summary, _score)
+    parser = _command(commands, "score", summary, running.run_score)
     parser.add_argument(
         "--corners",
         type=read_name,
@@ -306,7 +312,7 @@ def _add_bench(commands):
     parser.add_argument(
         "--json", type=written_name, metavar="FILE", help="write the scores here"
     )
-    parser.set_defaults(command=_bench)
+    parser.set_defaults(command=running.run_bench)
 
 
 def _seed(text):
@@ -366,80 +372,3 @@ def _add_points_folder(parser):
         metavar="FOLDER",
         help="take points that raxel decode wrote",
     )
-
-
-def _corners(options, say):
-    from raxel.cli.corners import corners
-
-    corners(options, say)
-
-
-def _calibrate(options, say):
-    from raxel.sets import is_mirror_set
-
-    if is_mirror_set(options.set):
-        from raxel.cli.mirror import calibrate_mirror_set as calibrate
-    else:
-        from raxel.cli.calibrate import calibrate
-
-        mirror_parsers.check_no_rays(options)
-    calibrate(options, say)
-
-
-def _evaluate(options, say):
-    from raxel.sets import is_mirror_set
-
-    if is_mirror_set(options.set):
-        from raxel.cli.mirror_evaluate import evaluate_mirror_set as evaluate
-    else:
-        from raxel.cli.evaluate import evaluate
-
-    evaluate(options, say)
-
-
-def _undistort(options, say):
-    from raxel.cli.undistort import undistort
-
-    undistort(options, say)
-
-
-def _check(options, say):
-    from raxel.cli.check import check
-
-    check(options, say)
-
-
-def _render(options, say):
-    from raxel.cli.render import render
-
-    render(options, say)
-
-
-def _patterns(options, say):
-    from raxel.cli.patterns import patterns
-
-    patterns(options, say)
-
-
-def _decode(options, say):
-    from raxel.cli.decode import decode
-
-    decode(options, say)
-
-
-def _show(options, say):
-    from raxel.cli.show import show
-
-    show(options, say)
-
-
-def _score(options, say):
-    from raxel.cli.score import score
-
-    score(options, say)
-
-
-def _bench(options, say):
-    from raxel.cli.bench import bench
-
-    bench(options, say)
