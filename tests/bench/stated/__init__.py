@@ -1,0 +1,14 @@
+"""Whether stated errors are the errors that happen: what a page shows as a record.
+
+Each module of this package is a part. It has
+
+- `WHAT`: one line, what is drawn or photographed and what is counted;
+- `measured()`: yields rows, dictionaries with a `case` of its own (text) and numbers,
+  texts or None under names that all rows of the part share.
+
+Names that mean the same in all parts: `count`, errors that were looked at; `within1`,
+`within2`, `within3`, per cent of them within so many stated standard deviations;
+`ratio`, a robust standard deviation of errors over stated ones; `left_out`, per cent of
+what could have been answered and was not; `told`, what the user is told, in its words.
+Seeds are fixed in the module, and nothing was settled by looking at them.
+"""
