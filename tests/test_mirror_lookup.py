@@ -5,7 +5,7 @@ import pytest
 
 from raxel.calibration.mirror.lookup import BoundaryTable, described
 from raxel.calibration.mirror.sightings import normalised
-from raxel.cameras import SplineMirrorCamera
+from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
 from raxel.errors import InputError
 from raxel.geometry.poses import transform
 from raxel.geometry.spline_grid import spline_grid
@@ -103,3 +103,14 @@ def test_entries_need_the_same_knots_and_a_neighbour(cameras):
         BoundaryTable([edges(0.0), edges(2.0)], [cameras[0], other])
     with pytest.raises(InputError, match="found 1 boundaries and 1 cameras"):
         BoundaryTable([edges(0.0)], cameras[:1])
+
+
+def test_shapes_of_another_viewer_are_refused(cameras):
+    K = VIEWER.K * [[1.001, 1, 1], [1, 1, 1], [1, 1, 1]]
+    other = PerspectiveCamera(K, VIEWER.radial, VIEWER.width, VIEWER.height)
+    first, second = cameras[:2]
+    moved = SplineMirrorCamera.on_grid(
+        other, second.grid, second.coefficients.ravel("F"), second.quantity
+    )
+    with pytest.raises(InputError, match="camera 1 has another viewer"):
+        BoundaryTable([edges(0.0), edges(2.0)], [first, moved])

@@ -115,6 +115,12 @@ def test_poses_that_are_off_do_not_make_residuals_coloured(scene):
     assert raised_until_white(calibrate, most=20).order == SplineOrder((5, 3))
 
 
+def test_places_on_a_line_have_no_neighbours_and_are_refused_in_words():
+    p = np.linspace(0, 1, 12)[:, None] * [1.0, 0.5]
+    with pytest.raises(CalibrationError, match="12 features of a grid lie on a line"):
+        neighbours(p, np.zeros(12, int))
+
+
 def test_neighbours_are_of_one_grid_and_near():
     x, y = np.meshgrid(np.arange(6.0), np.arange(5.0))
     p = np.column_stack([x.ravel(), y.ravel()])

@@ -159,6 +159,12 @@ def _check_of(data):
     return None
 
 
+def is_jpeg(path):
+    """Whether a file begins as a JPEG does, whatever its name says."""
+    with open(path, "rb") as stream:
+        return stream.read(len(JPEG_SIGNATURE)) == JPEG_SIGNATURE
+
+
 def stated_size(data):
     """(width, height) in px by the header of a whole file, before any is decoded.
 

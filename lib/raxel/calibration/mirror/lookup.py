@@ -18,6 +18,9 @@ from raxel.errors import InputError
 # Points along each edge; a boundary that is farther off the table's, in standard
 # deviations of a traced point, is none of its shapes.
 ALONG, FAR = 17, 3.0
+# Viewers whose directions differ by less, at places so many along either side, are one:
+# a file rounds them by less, and no calibration repeats so well.
+SAME_DEG, ACROSS = 1e-6, 9
 
 
 class Looked(NamedTuple):
@@ -37,7 +40,8 @@ class BoundaryTable:
     boundaries: for each shape four edges, (M, 2) px each, traced from corner to corner
     and in the same order for all shapes; cameras: SplineMirrorCameras of the shapes,
     all on the same knots and with the same viewer. Neighbours stand next to each other,
-    such as by deflection. Raises InputError for fewer than two, and for other knots.
+    such as by deflection. Raises InputError for fewer than two, and for other knots or
+    another viewer.
     """
 
     def __init__(self, boundaries, cameras):
@@ -52,6 +56,11 @@ class BoundaryTable:
                 raise InputError(
                     f"boundary table: camera {number} has other knots or another "
                     "quantity than the first; calibrate all on the same knots"
+                )
+            if not _sees_alike(camera.viewer, cameras[0].viewer):
+                raise InputError(
+                    f"boundary table: camera {number} has another viewer than the "
+                    "first; calibrate all shapes with the same viewer"
                 )
         self._viewer, self._grid, self._quantity = cameras[0].viewer, grid, quantity
         self._boundaries = np.stack([described(edges) for edges in boundaries])
@@ -120,3 +129,17 @@ def _alike(camera, other):
             np.array_equal(a, b) for a, b in zip(mine.breaks, its.breaks, strict=True)
         )
     )
+
+
+def _sees_alike(viewer, other):
+    """Whether two viewers see every pixel in the same direction, to SAME_DEG."""
+    if (viewer.width, viewer.height) != (other.width, other.height):
+        return False
+    u, v = (np.linspace(0, side - 1, ACROSS) for side in (viewer.width, viewer.height))
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    mine, its = viewer.rays(pixels), other.rays(pixels)
+    both = mine.valid & its.valid
+    if not both.any() or np.any(mine.valid != its.valid):
+        return False
+    apart = mine.directions[both] - its.directions[both]
+    return bool(np.linalg.norm(apart, axis=1).max() < np.radians(SAME_DEG))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.spatial import Delaunay
+from scipy.spatial import Delaunay, QhullError
 
 from raxel.errors import CalibrationError
 
@@ -80,7 +80,8 @@ class FittedPoints(NamedTuple):
 def whiteness(fitted):
     """Whiteness of FittedPoints.
 
-    Raises CalibrationError where hardly a degree of freedom is left to tell it by.
+    Raises CalibrationError where hardly a degree of freedom is left to tell it by, and
+    where a grid's places lie on a line.
     """
     rays, c = fitted.rays, fitted.coefficients
     across = _across(rays.surface(c)[1])
@@ -113,14 +114,15 @@ def whiteness(fitted):
 def neighbours(p, grids):
     """Sparse symmetric (N, N) matrix with a 1 for each pair of neighbours.
 
-    p: (N, 2) places in the picture; grids: (N,) of which grid each is.
+    p: (N, 2) places in the picture; grids: (N,) of which grid each is. Raises
+    CalibrationError where a grid's places lie on a line.
     """
     pairs = [np.zeros((0, 2), int)]
     for grid in np.unique(grids):
         own = np.flatnonzero(grids == grid)
         if len(own) < 4:
             continue
-        corners = Delaunay(p[own]).simplices
+        corners = _triangles(p[own])
         sides = np.sort(np.vstack([corners[:, [k, (k + 1) % 3]] for k in range(3)]), 1)
         sides = own[np.unique(sides, axis=0)]
         length = np.linalg.norm(p[sides[:, 0]] - p[sides[:, 1]], axis=1)
@@ -128,6 +130,16 @@ def neighbours(p, grids):
     i, j = np.vstack(pairs).T
     ends = np.concatenate([i, j]), np.concatenate([j, i])
     return coo_array((np.ones(2 * len(i)), ends), shape=(len(p), len(p))).tocsr()
+
+
+def _triangles(p):
+    try:
+        return Delaunay(p).simplices
+    except QhullError:
+        raise CalibrationError(
+            f"mirror shape: {len(p)} features of a grid lie on a line in the picture; "
+            "take features that cover an area"
+        ) from None
 
 
 def _across(directions):

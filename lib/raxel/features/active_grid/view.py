@@ -11,6 +11,7 @@ from raxel.features.active_grid.decode import Decoded, decode
 from raxel.features.active_grid.specks import without_specks
 from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, read_colour
+from raxel.sets.image_files import is_jpeg
 
 LEVELS = "white", "black"
 
@@ -82,15 +83,25 @@ def decode_view(image_set, view, **options):
     if specks:
         warnings.append(
             f"{100 * specks:.0f} % of what was decoded were specks beside the lit area "
-            "and are left out: noise is larger in the dark than it seems, as in JPEG "
-            "files or behind a tone curve, and standard deviations do not know of it; "
-            "save PNG or TIFF without one"
+            "and are left out: noise is larger in the dark than it seems, and standard "
+            f"deviations do not know of it; {_what_hides_noise(image_set, view)}"
         )
     warnings = tuple(f"{view.label}: {text}" for text in warnings)
     picture = levels.get("white", images[0])
     mirrored = as_in_a_mirror(found.location)
     errors = tuple(map(float, errors))
     return DecodedView(found, reason, warnings, picture, mirrored, errors)
+
+
+def _what_hides_noise(image_set, view):
+    """Why noise may be larger than it seems, and what to do: as the files are."""
+    names = [pattern.image for pattern in view.patterns]
+    if any(is_jpeg(image_set.folder / name) for name in names):
+        return "JPEG smooths it away in the dark; save PNG or TIFF"
+    return (
+        "a tone curve of the camera squeezes it in the dark, as JPEG does that was "
+        "turned into another format; take the pictures with a linear response"
+    )
 
 
 def _levels(view):
