@@ -1,0 +1,175 @@
+"""A lens formula from nothing to a fit: a start, its terms, what they leave.
+
+The start knows no lens: poses of all boards from the azimuths of their corners
+(`raxel.calibration.parametric.radial_alignment`). From there an adjustment of formula
+and poses together (`raxel.calibration.parametric.lens_bundle`) goes from few terms to
+all of them, and back to those that the corners ask for (Schwarz's criterion).
+
+Source: G. Schwarz 1978, doi:10.1214/aos/1176344136.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.parametric.lens_bundle import (
+    WIDTH,
+    AdjustedLens,
+    adjusted,
+    posed_residuals,
+)
+from raxel.calibration.parametric.lens_laws import LensFormula
+from raxel.calibration.parametric.radial_alignment import aligned_starts
+from raxel.errors import CalibrationError
+
+RADIAL, DECENTRING, PUPIL = 4, 4, 3  # terms at most
+FIRST_XI = (0.0, 1.0, 2.0)  # a pinhole, a paraboloid, a fisheye
+PARTS = 5  # of the boards, kept out in turn
+FLOOR_PX = 1e-6  # residuals below it are as good as none
+KEPT = 8  # sets of boards whose fits are remembered
+
+
+class FormulaFit(NamedTuple):
+    """A formula, and its adjustment to boards."""
+
+    formula: LensFormula
+    result: AdjustedLens
+
+
+class GivenBoards:
+    """What a lens is fitted to. Equal where the numbers are: a comparison asks for
+    both formulas, and for smooth rays on them, from the same parts of the boards."""
+
+    def __init__(self, boards, width, height):
+        self.boards, self.width, self.height = boards, width, height
+        parts = ((part.shape, part.tobytes()) for part in boards)
+        self._numbers = (width, height, *parts)
+
+    def __eq__(self, other):
+        return self._numbers == other._numbers
+
+    def __hash__(self):
+        return hash(self._numbers)
+
+
+@lru_cache(maxsize=KEPT)
+def start_of(given):
+    """The best fit of r = F theta (1 + k1 theta^2) from the starts that are tried."""
+    boards, width, height = given.boards, given.width, given.height
+    fits = []
+    for start in aligned_starts(
+        boards.pixels, boards.points[..., :2], boards.seen, width, height
+    ):
+        formula = LensFormula("kannala-brandt", int(start.k1 != 0), 0, 0)
+        values = [start.focal_px, start.focal_px, *start.centre, start.k1]
+        values = values[: len(formula.names)]
+        fit = FormulaFit(
+            formula, adjusted(formula, values, start.T_camera_grid, boards, "cauchy")
+        )
+        fits.append(refitted(fit, formula._replace(radial=1), boards, "cauchy"))
+    sound = [fit for fit in fits if np.isfinite(fit.result.cost)]
+    if not sound:
+        raise CalibrationError(
+            "lens formula: no start leads to poses of the boards; are the corners in"
+            " the order of their rows?"
+        )
+    return min(sound, key=lambda fit: np.median(fit.result.scales))
+
+
+def fitted_law(law, start, boards, pupil):
+    """The FormulaFit of a law, with the terms that the corners ask for."""
+    fit = start if law == "kannala-brandt" else _on_sphere(start, boards)
+    for radial, decentring, moving in (
+        (2, 2, min(pupil, 1)),
+        (RADIAL, DECENTRING, pupil),
+    ):
+        wider = LensFormula(law, radial, decentring, moving)
+        fit = refitted(fit, wider, boards, "tukey")
+    return _thinned(fit, boards)
+
+
+def _on_sphere(start, boards):
+    """The best FormulaFit of a unified sphere with one radial term."""
+    fits, formula = [], LensFormula("unified", 1, 0, 0)
+    for xi in FIRST_XI:
+        values = np.array([*start.result.values[:4], xi, 0.0])
+        poses = start.result.T_camera_grid
+        fits.append(
+            FormulaFit(formula, adjusted(formula, values, poses, boards, "cauchy"))
+        )
+    return min(fits, key=lambda fit: np.median(fit.result.scales))
+
+
+def refitted(fit, formula, boards, loss, scales=None):
+    values = fit.formula.moved_to(formula, fit.result.values)
+    result = adjusted(formula, values, fit.result.T_camera_grid, boards, loss, scales)
+    return FormulaFit(formula, result)
+
+
+def _thinned(fit, boards):
+    """The FormulaFit without the terms that do not pay, one after the other."""
+    scales = fit.result.scales
+    fit = refitted(fit, fit.formula, boards, "tukey", scales)
+    best = _criterion(fit, boards)
+    while True:
+        tried = [
+            refitted(fit, formula, boards, "tukey", scales)
+            for formula in _narrower(fit.formula)
+        ]
+        least = min(tried, key=lambda other: _criterion(other, boards), default=None)
+        if least is None or _criterion(least, boards) > best:
+            return fit
+        fit, best = least, _criterion(least, boards)
+
+
+def _narrower(formula):
+    """The formulas with a step fewer terms of one sort; a pupil that moves stays so."""
+    if formula.radial > 1:
+        yield formula._replace(radial=formula.radial - 1)
+    if formula.decentring:
+        yield formula._replace(decentring=formula.decentring - 2)
+    if formula.pupil > 1:
+        yield formula._replace(pupil=formula.pupil - 1)
+
+
+def _criterion(fit, boards):
+    """Schwarz's: what a fit's loss and its number of parameters cost together."""
+    count = 2 * np.count_nonzero(boards.seen)
+    cost = max(fit.result.cost, count * FLOOR_PX**2)
+    return count * np.log(cost) + len(fit.formula.names) * np.log(count)
+
+
+def kept_out_px(fit, boards):
+    """RMS distance, px, of boards that were kept out of fits with the same terms; a
+    corner counts as at most WIDTH scales of its board off."""
+    n = len(boards.seen)
+    squares = []
+    for part in range(min(PARTS, n)):
+        out = np.arange(n) % min(PARTS, n) == part
+        if n - out.sum() < 2:
+            continue
+        inside, scales = boards.some(~out), fit.result.scales
+        poses = fit.result.T_camera_grid
+        found = adjusted(
+            fit.formula, fit.result.values, poses[~out], inside, "tukey", scales[~out]
+        )
+        off = posed_residuals(fit.formula, found.values, poses[out], boards.some(out))
+        squares.append(np.sum(off[boards.seen[out]] ** 2, axis=1))
+    return float(np.sqrt(np.mean(np.concatenate(squares)))) if squares else np.inf
+
+
+def covariance_of(fit, boards):
+    """Covariance (P, P) of the parameters, from what the residuals leave."""
+    squares = np.sum(fit.result.residuals**2, axis=2)
+    right = squares < (WIDTH * fit.result.scales[:, None]) ** 2
+    variance = np.sum(squares[right]) / free_of(fit, boards)
+    size = np.sqrt(np.maximum(np.diag(fit.result.normal), 1e-300))
+    scaled = fit.result.normal / np.outer(size, size)
+    return variance * np.linalg.pinv(scaled, rcond=1e-15) / np.outer(size, size)
+
+
+def free_of(fit, boards):
+    """Coordinates less parameters."""
+    count = 2 * np.count_nonzero(boards.seen)
+    return max(count - len(fit.formula.names) - 6 * len(boards.seen), 1)
