@@ -146,6 +146,13 @@ def test_pictures_in_shapes_out_without_drift():
     assert np.isfinite(following.follow(bent.picture).corners.corners).any()
 
 
+def far_apart():
+    """Six corners of 14 by 13, none beside another."""
+    corners = np.full((13, 14, 2), np.nan)
+    corners[1:12:6, 2:13:5] = 100.0
+    return corners.reshape(-1, 2)
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
@@ -153,6 +160,7 @@ def test_pictures_in_shapes_out_without_drift():
         ({"after": np.zeros((288, 384))}, "uint8"),
         ({"corners": np.zeros((5, 2))}, "NaN where one was not seen"),
         ({"corners": np.full((182, 2), np.nan)}, "0 corners before"),
+        ({"corners": far_apart()}, "no two corners before are neighbours"),
     ],
 )
 def test_what_is_no_film_is_refused(change, told):

@@ -257,6 +257,7 @@ def test_what_does_not_fit_is_refused_in_one_line():
         ("view 7 is to be held", lambda: bundle_rays(views, STAGE, held=7)),
         ("found points", lambda: bundle_rays(views, STAGE, points=X[:5])),
         ("not finite", lambda: bundle_rays(views, np.nan * STAGE)),
+        ("found NoisyRays among", lambda: triangulate([v.rays for v in views], STAGE)),
     ]  # fmt: skip
     for words, call in refused:
         with pytest.raises(CalibrationError, match=words) as refusal:

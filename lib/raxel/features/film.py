@@ -54,11 +54,11 @@ def next_corners(before, after, corners, columns, rows):
     the picture before, row by row, NaN for those not seen. They may move by up to half
     a square: a board that moves farther may be taken for itself a square down and one
     aside, which looks alike. Raises InputError for pictures or corners that do not fit
-    each other, and for fewer than six corners before.
+    each other, for fewer than six corners before, and where no two are neighbours.
     """
     before, after, corners = _checked(before, after, corners, columns, rows)
     seen = np.isfinite(corners[:, 0])
-    step = np.median(spacing(corners, columns, rows)[seen])
+    step = _usual_step(corners, columns, rows)
     lattice = np.indices((rows, columns)).reshape(2, -1).T
     sense = (-1.0) ** lattice.sum(axis=1)
     likeness = _likeness(before, corners, columns, rows, sense, step)
@@ -79,6 +79,18 @@ def next_corners(before, after, corners, columns, rows):
         carried |= sought
     now = np.isfinite(found[:, 0])
     return FilmCorners(found, sd, seen & ~now, now & ~seen)
+
+
+def _usual_step(corners, columns, rows):
+    """Median distance in px from a corner to its nearest neighbour, of those that have
+    one; InputError where none has."""
+    apart = spacing(corners, columns, rows)
+    apart = apart[np.isfinite(apart)]
+    if not len(apart):
+        raise InputError(
+            "film: no two corners before are neighbours; give corners found anew"
+        )
+    return np.median(apart)
 
 
 def carried_on(corners, columns, rows):

@@ -8,6 +8,8 @@ import math
 
 import numpy as np
 
+from raxel.errors import InputError
+
 
 def best_hypothesis(
     propose, squared_errors, limit, *, sample_size, confidence, most_trials, batch
@@ -45,3 +47,12 @@ def trials_needed(share, sample_size, confidence):
     if miss <= 0:
         return 0
     return math.log(1 - confidence) / math.log(miss) if miss < 1 else math.inf
+
+
+def checked_generator(model, rng):
+    """Refuse what is no numpy Generator; model: its name, for errors."""
+    if not isinstance(rng, np.random.Generator):
+        raise InputError(
+            f"{model}: found {type(rng).__name__} for rng; give "
+            "numpy.random.default_rng(seed)"
+        )

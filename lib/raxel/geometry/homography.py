@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.geometry.consensus import best_hypothesis
+from raxel.geometry.consensus import best_hypothesis, checked_generator
 
 BLOCK = 1 << 16
 
@@ -79,6 +79,7 @@ def homography_ransac(
     not only their share. See `raxel.geometry.consensus` for the sources.
     """
     source, target, w = _checked(source, target, None)
+    checked_generator("homography", rng)
     T_s = normalising(source, w)
     T_t = normalising(target, w)
     s, t = apply_homography(T_s, source), apply_homography(T_t, target)

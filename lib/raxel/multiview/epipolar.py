@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import CalibrationError
-from raxel.geometry.consensus import best_hypothesis
+from raxel.geometry.consensus import best_hypothesis, checked_generator
 from raxel.geometry.damped import descend, gauss_newton
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector, tangent_bases
 
@@ -125,6 +125,7 @@ def relative_pose_ransac(
     fits to its inliers until they no longer change. Returns RelativePose. Raises
     CalibrationError as `essential_matrix`, also for fewer than eight right pairs.
     """
+    checked_generator("motion", rng)
     d_1, d_2 = _checked(directions_1, directions_2)
     to_1, to_2 = _whitening(d_1), _whitening(d_2)
     w_1, w_2 = d_1 @ to_1.T, d_2 @ to_2.T

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import bdtrc
 
 from raxel.errors import CalibrationError
-from raxel.geometry.consensus import best_hypothesis
+from raxel.geometry.consensus import best_hypothesis, checked_generator
 from raxel.multiview.generalised_motion import adjusted, need_length
 from raxel.multiview.motion_samples import (
     SAMPLE,
@@ -45,6 +45,7 @@ def generalised_pose_ransac(
     eight right pairs, no more of them than chance makes, and right pairs that a turn
     about the centre explains as well.
     """
+    checked_generator("motion", rng)
     pairs = matched_rays(rays_1, rays_2, fewest=SAMPLE)
     need_length(pairs, length)
     turning = turning_pairs(pairs)

@@ -246,6 +246,11 @@ def euclidean(h):
 
 
 def _listed(view):
+    if not isinstance(view, RayView):
+        raise CalibrationError(
+            f"points: found {type(view).__name__} among the views; give RayView(rays, "
+            "points) for each"
+        )
     rays = with_noise(view.rays)
     index = view.points
     index = np.arange(len(rays.origins)) if index is None else np.asarray(index)

@@ -17,7 +17,7 @@ import numpy as np
 
 from raxel.calibration.pose.grunert import three_point_depths
 from raxel.errors import CalibrationError
-from raxel.geometry.consensus import best_hypothesis
+from raxel.geometry.consensus import best_hypothesis, checked_generator
 from raxel.geometry.damped import descend, gauss_newton
 from raxel.geometry.poses import pose, rotation_from_vector
 
@@ -75,6 +75,7 @@ def pose_three_point_ransac(
     `confidence`, at most `most_trials`; the least truncated squared error wins. Returns
     RayPose. Raises CalibrationError when no triple gives a pose.
     """
+    checked_generator("pose", rng)
     directions, points = checked_rays(directions, points)
     judges = rng.permutation(len(points))[:SCORED]
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.geometry.consensus import best_hypothesis
+from raxel.geometry.consensus import best_hypothesis, checked_generator
 from raxel.geometry.damped import descend, gauss_newton
 
 ITERATIONS, AT_REST = 100, 1e-13
@@ -81,12 +81,16 @@ def weights_of(shape, sigma, count):
     sigma: a number, (count,), or None: equal and unknown. Raises InputError where they
     do not fit.
     """
-    given = np.ones(count) if sigma is None else np.asarray(sigma, float)
-    if given.shape not in ((), (count,)) or not (
-        np.isfinite(given).all() and (given > 0).all()
-    ):
+    given = _numbers(shape, "sigma", 1.0 if sigma is None else sigma)
+    if given.shape not in ((), (count,)):
         raise InputError(
-            f"{shape}: sigma {given.shape} must be one positive number or {count}"
+            f"{shape}: found sigma of shape {given.shape}; give one number, or one for "
+            f"each of {count} points"
+        )
+    bad = given[~(np.isfinite(given) & (given > 0))]
+    if len(bad):
+        raise InputError(
+            f"{shape}: found sigma {bad[0]:g}; give standard deviations above 0"
         )
     return np.broadcast_to(1 / given, (count,))
 
@@ -104,6 +108,7 @@ def agreeing(shape, points, minimal, distances, refit, size, rng, threshold):
     """
     if not threshold > 0:
         raise InputError(f"{shape}: found threshold {threshold}; give a positive one")
+    checked_generator(shape, rng)
 
     def propose(count):
         picks = np.argsort(rng.random((count, len(points))), axis=1)[:, :size]
@@ -138,7 +143,7 @@ def agreeing(shape, points, minimal, distances, refit, size, rng, threshold):
 
 def checked_points(shape, points, dimension, fewest):
     """Points (N, dimension) as floats; InputError for others, or for too few."""
-    points = np.asarray(points, float)
+    points = _numbers(shape, "points", points)
     if points.ndim != 2 or points.shape[1] != dimension:
         raise InputError(
             f"{shape}: found points {points.shape}; give an array (N, {dimension})"
@@ -162,6 +167,16 @@ def checked_points(shape, points, dimension, fewest):
             f"{fewest} different ones are needed"
         )
     return points
+
+
+def _numbers(shape, name, given):
+    """An array of floats; InputError for what is none."""
+    try:
+        return np.asarray(given, float)
+    except (TypeError, ValueError) as fault:
+        raise InputError(
+            f"{shape}: found {name} that are no numbers ({fault}); give an array"
+        ) from fault
 
 
 def _inverse_normal(shape, jacobian):
