@@ -23,7 +23,7 @@ LAW_OF = {
 CASES = [(name, law) for name, laws in LAW_OF.items() for law in laws]
 
 
-@pytest.mark.parametrize("base", ["kannala-brandt", "unified"])
+@pytest.mark.parametrize("base", ["kannala-brandt", "unified", "perspective"])
 def test_derivatives_are_those_of_differences(base):
     formula = LensFormula(base, 2, 4, 2)
     values = np.array(
@@ -33,6 +33,8 @@ def test_derivatives_are_those_of_differences(base):
     )
     rng = np.random.default_rng(0)
     points = rng.normal(size=(60, 3)) * [200, 200, 100] + [0, 0, 150]
+    if base == "perspective":  # sees nothing at 90 degrees
+        points[:, 2] = 150 + np.abs(points[:, 2])
     found = imaged_points(formula, values, points)
 
     def check(derivative, ahead, behind, step):
@@ -67,6 +69,18 @@ def test_exact_corners_come_back_on_boards_that_were_kept_out(name, law):
     assert evaluation.rms_px < 0.02
     if found.pupil:
         assert found.pupil.moves == (name == "moving pupil")
+
+
+def test_the_unified_law_ends_on_the_perspective_lens_that_it_contains():
+    true, reach = CAMERAS["wide perspective"]
+    views = boards(true, 10, reach, seed=3)
+    found = calibrate_lens(views, *SIZE, "unified", pupil="fixed")
+    assert found.camera.kind == "unified sphere"
+    assert found.camera.xi == 0
+    u, v = (np.linspace(0, side - 1, 21) for side in SIZE)
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    seen = found.camera.project(true.rays(pixels).directions).pixels
+    assert np.abs(seen - pixels).max() < 1e-3
 
 
 @pytest.mark.parametrize(("count", "seed"), [(4, 4), (8, 1)])

@@ -19,11 +19,12 @@ from raxel.calibration.parametric.lens_bundle import (
     adjusted,
     posed_residuals,
 )
-from raxel.calibration.parametric.lens_laws import LensFormula
+from raxel.calibration.parametric.lens_laws import FRAME, LensFormula
 from raxel.calibration.parametric.radial_alignment import aligned_starts
 from raxel.errors import CalibrationError
 
 RADIAL, DECENTRING, PUPIL = 4, 4, 3  # terms at most
+LEAST_TERMS = FRAME + 1  # the frame's, and a radial one
 FIRST_XI = (0.0, 1.0, 2.0)  # a pinhole, a paraboloid, a fisheye
 PARTS = 5  # of the boards, kept out in turn
 FLOOR_PX = 1e-6  # residuals below it are as good as none
@@ -79,26 +80,44 @@ def start_of(given):
 
 def fitted_law(law, start, boards, pupil):
     """The FormulaFit of a law, with the terms that the corners ask for."""
-    fit = start if law == "kannala-brandt" else _on_sphere(start, boards)
+    firsts = [start] if law == "kannala-brandt" else _on_spheres(start, boards)
+    widest = [_widened(first, boards, pupil) for first in firsts]
+    widest.sort(key=lambda fit: np.median(fit.result.scales))
+    scales = widest[0].result.scales
+    best = _thinned(widest[0], boards, scales)
+    for other in widest[1:]:
+        # With fewer terms a fit is no better, only simpler.
+        if _criterion(other, boards, LEAST_TERMS) < _criterion(best, boards):
+            other = _thinned(other, boards, scales)
+            best = min(best, other, key=lambda fit: _criterion(fit, boards))
+    return best
+
+
+def _widened(fit, boards, pupil):
+    """The FormulaFit with all terms, and so many of the pupil's."""
     for radial, decentring, moving in (
         (2, 2, min(pupil, 1)),
         (RADIAL, DECENTRING, pupil),
     ):
-        wider = LensFormula(law, radial, decentring, moving)
+        wider = LensFormula(fit.formula.base, radial, decentring, moving)
         fit = refitted(fit, wider, boards, "tukey")
-    return _thinned(fit, boards)
+    return fit
 
 
-def _on_sphere(start, boards):
-    """The best FormulaFit of a unified sphere with one radial term."""
-    fits, formula = [], LensFormula("unified", 1, 0, 0)
-    for xi in FIRST_XI:
-        values = np.array([*start.result.values[:4], xi, 0.0])
-        poses = start.result.T_camera_grid
-        fits.append(
-            FormulaFit(formula, adjusted(formula, values, poses, boards, "cauchy"))
-        )
-    return min(fits, key=lambda fit: np.median(fit.result.scales))
+def _on_spheres(start, boards):
+    """The best FormulaFit of a unified sphere with one radial term, and, where it
+    images all points, that of a perspective lens: no free xi ends on 0."""
+    values, poses = start.result.values, start.result.T_camera_grid
+
+    def fitted(base, *xi):
+        formula = LensFormula(base, 1, 0, 0)
+        first = np.array([*values[:4], *xi, 0.0])
+        return FormulaFit(formula, adjusted(formula, first, poses, boards, "cauchy"))
+
+    free = [fitted("unified", xi) for xi in FIRST_XI]
+    best = min(free, key=lambda fit: np.median(fit.result.scales))
+    flat = fitted("perspective")
+    return [best, flat] if np.isfinite(flat.result.cost) else [best]
 
 
 def refitted(fit, formula, boards, loss, scales=None):
@@ -107,9 +126,8 @@ def refitted(fit, formula, boards, loss, scales=None):
     return FormulaFit(formula, result)
 
 
-def _thinned(fit, boards):
+def _thinned(fit, boards, scales):
     """The FormulaFit without the terms that do not pay, one after the other."""
-    scales = fit.result.scales
     fit = refitted(fit, fit.formula, boards, "tukey", scales)
     best = _criterion(fit, boards)
     while True:
@@ -133,11 +151,13 @@ def _narrower(formula):
         yield formula._replace(pupil=formula.pupil - 1)
 
 
-def _criterion(fit, boards):
-    """Schwarz's: what a fit's loss and its number of parameters cost together."""
+def _criterion(fit, boards, terms=None):
+    """Schwarz's: what a fit's loss and its number of parameters (those of the formula,
+    where no other is given) cost together."""
     count = 2 * np.count_nonzero(boards.seen)
     cost = max(fit.result.cost, count * FLOOR_PX**2)
-    return count * np.log(cost) + len(fit.formula.names) * np.log(count)
+    terms = len(fit.formula.names) if terms is None else terms
+    return count * np.log(cost) + terms * np.log(count)
 
 
 def kept_out_px(fit, boards):

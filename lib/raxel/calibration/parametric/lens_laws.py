@@ -9,7 +9,9 @@ the axis. With e the unit vector across the axis towards X, the formula is
 
 The base s is theta (Kannala and Brandt) or (1 + xi) sin theta / (cos theta + xi) (the
 unified sphere): both are theta near the axis, so that xi changes neither the focal
-length nor the size of the other terms there. With (x, y) = p, the decentring d is
+length nor the size of the other terms there. A perspective lens is the unified sphere
+with xi = 0, s = tan theta; where xi is free beside the radial terms, all of these hang
+together, and no fit ends on 0 by itself. With (x, y) = p, the decentring d is
 Brown's and that of a thin prism,
 
     d = (2 p1 x y + p2 (s^2 + 2 x^2) + s1 s^2, p1 (s^2 + 2 y^2) + 2 p2 x y + s2 s^2):
@@ -36,8 +38,9 @@ NEAR_AXIS = 1e-9  # of the distance: nearer to the axis a point counts as on it
 class LensFormula(NamedTuple):
     """Which terms a lens formula has.
 
-    base: "kannala-brandt" or "unified"; radial: number of terms k; decentring: 0, 2
-    (p1, p2) or 4 (s1, s2, too); pupil: number of terms of z0, 0 for a central lens.
+    base: "kannala-brandt", "unified", or "perspective", the unified sphere whose xi is
+    0 and no parameter; radial: number of terms k; decentring: 0, 2 (p1, p2) or 4
+    (s1, s2, too); pupil: number of terms of z0, 0 for a central lens.
 
     Its parameters stand in one vector (P,): fx, fy, cx, cy; xi of the unified base; k;
     the decentring; a. Lengths are in the board's unit.
@@ -58,15 +61,16 @@ class LensFormula(NamedTuple):
         return names + [f"a{j + 1}" for j in range(self.pupil)]
 
     def parts(self, values):
-        """(xi, k, (p1, p2, s1, s2), a) of a vector (P,); xi is None where there is
+        """(xi, k, (p1, p2, s1, s2), a) of a vector (P,); xi is None where the law has
         none."""
-        unified = self.base == "unified"
-        first = FRAME + unified
+        xi = 0.0 if self.base == "perspective" else None
+        first = FRAME
+        if self.base == "unified":
+            xi, first = values[FRAME], FRAME + 1
         off_axis = first + self.radial
         pupil = off_axis + self.decentring
         decentring = np.zeros(4)
         decentring[: self.decentring] = values[off_axis:pupil]
-        xi = values[FRAME] if unified else None
         return xi, values[first:off_axis], decentring, values[pupil:]
 
     def moved_to(self, other, values):
@@ -141,7 +145,7 @@ def imaged_points(formula, values, points, derivatives=True):
         p_by_points[:, :, 2] = (slope * by_z)[:, None] * unit
         radial = np.einsum("nij,nj->ni", by_p, unit)
         own = [q_by_k, terms.by_decentring[:, :, : formula.decentring]]
-        if xi is not None:
+        if formula.base == "unified":
             own = [(s_by_xi[:, None] * radial)[:, :, None], *own]
         own.append(radial[:, :, None] * (slope[:, None] * by_a)[:, None])
         by_values = np.zeros((len(points), 2, len(values)))
