@@ -20,9 +20,10 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
 )
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, DYNAMIC_MM, mirror_rig
+from chapters.shared.mirror_tables import reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
-from repro.run.outcomes import Measured, Table, Value
+from repro.run.outcomes import Table, Value
 
 NEEDS = ("table_5_1_runs",)
 SOLVED = (
@@ -36,12 +37,6 @@ MEDIANS = (
     "Medians over the seeds that came so far, with 95 % intervals; how many did, is in "
     "the column of seeds."
 )
-
-
-def reached(values):
-    """Median of the seeds that have a value, None without any."""
-    known = values[np.isfinite(values)]
-    return Measured.median(known) if len(known) else None
 
 
 def stages_of(runs, measures, stages):

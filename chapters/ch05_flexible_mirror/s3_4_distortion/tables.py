@@ -18,12 +18,12 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import DEFLECTION_MM
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import RADIUS_MM
 from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from chapters.shared.mirror_tables import MEDIANS, ranged, reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
-from repro.run.outcomes import Measured, Table, Value
+from repro.run.outcomes import Table, Value
 
 DRAWN = "the target is drawn with this radius"
-MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
 ROUNDING_MM = 1e-9
 IN_MM = ("residual", "residual_sd", "radius")
 PRINTED = {
@@ -34,20 +34,9 @@ PRINTED = {
 }
 
 
-def reached(values):
-    """Median of the seeds that have a value, None without any."""
-    known = values[np.isfinite(values)]
-    return Measured.median(known) if len(known) else None
-
-
 def nothing_below(values):
     """Lengths, mm, with what is rounding alone as 0."""
     return np.where(values < ROUNDING_MM, 0.0, values)
-
-
-def ranged(values):
-    """Median and range of the runs that have a value, None without any."""
-    return Measured.of_seeds(values) if np.isfinite(values).any() else None
 
 
 # What is compared of rendered runs: (runs, stage, way) -> (seeds,).

@@ -19,9 +19,10 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
 )
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import STAGES_MM
+from chapters.shared.mirror_tables import MEDIANS, ranged, reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
-from repro.run.outcomes import Measured, Table, Value
+from repro.run.outcomes import Table, Value
 
 NEEDS = ("table_5_7_runs",)
 WAYS = {"open": "told by the rays", "given": "given"}
@@ -32,13 +33,6 @@ SEEN_AS = {
 }
 MOVED = "the cylinder is moved by this length"
 MADE = "the cylinder is made so"
-MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
-
-
-def reached(values):
-    """Median of the seeds that have a value, None without any."""
-    known = values[np.isfinite(values)]
-    return Measured.median(known) if len(known) else None
 
 
 @table("table_5_7", needs=NEEDS, evidence="rendered")
@@ -287,11 +281,6 @@ def ext_motion_pictures(results):
         "Marks are found by OpenCV's connected components; px are those of the whole "
         "camera, of which the pictures have a quarter each way.",
     )
-
-
-def ranged(values):
-    """Median and range of the runs that have a value, None without any."""
-    return Measured.of_seeds(values) if np.isfinite(values).any() else None
 
 
 def of_runs(runs, found, unit):

@@ -16,19 +16,14 @@ from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import (
     SHIFT_MM,
 )
 from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_tables import reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
-from repro.run.outcomes import Measured, Table, Value
+from repro.run.outcomes import Table, Value
 
 SET = "the tin's faces meet at the angles of the thesis's laser scan"
 MOVED = "the camera is moved by this length"
 MEDIANS = "Medians over the seeds that have a tin, with 95 % intervals."
-
-
-def reached(values):
-    """Median of the seeds that have a value, None without any."""
-    known = values[np.isfinite(values)]
-    return Measured.median(known) if len(known) else None
 
 
 @table("table_5_8", needs=("table_5_8_runs",), evidence="rendered")

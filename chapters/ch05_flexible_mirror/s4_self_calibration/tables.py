@@ -19,12 +19,12 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import SCENES
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import DEPTHS_MM
 from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_tables import MEDIANS, reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
-from repro.run.outcomes import Measured, Table, Value
+from repro.run.outcomes import Table, Value
 
 NEEDS = ("table_5_9_runs",)
-MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
 REACH = "A shape that was found need not reach the load, and its sides still less."
 FEATURES = {
     "clustered": "clustered, all far",
@@ -54,12 +54,6 @@ OF_PICTURES = {
 }
 PUSHED = "the simulated mirror is pushed by so much"
 PLACED = "the simulated scene stands there"
-
-
-def reached(values):
-    """Median of the seeds that have a value, None without any."""
-    known = values[np.isfinite(values)]
-    return Measured.median(known) if len(known) else None
 
 
 HEADS = {

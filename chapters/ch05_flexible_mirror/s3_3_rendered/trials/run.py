@@ -11,8 +11,9 @@ from chapters.ch05_flexible_mirror.s3_3_rendered.trials.pictures import (
     read_pictures,
 )
 from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bundle import AIMED
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import CLAMP_PICKS, PUBLISHED, MirrorMethod, lattice
+from chapters.shared.mirror_runs import CLAMP_PICKS, PUBLISHED, lattice
 from chapters.shared.mirror_scores import (
     back_projection,
     lengths,
@@ -30,8 +31,6 @@ from raxel.geometry import rotation_from_vector, transform
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import vector_from_rotation
 
-# The prior of the targets (mm) was chosen by `ext_mirror_prior_runs`, on other seeds.
-AIMED = MirrorMethod("inverse depth", slope=True, prior_sd=0.1)
 WAYS = {"published": PUBLISHED, "aimed": AIMED}
 OWN = "own"  # as `raxel calibrate` does it
 # px between the pixels whose rays are compared.

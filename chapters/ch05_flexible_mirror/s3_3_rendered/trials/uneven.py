@@ -8,11 +8,11 @@ from chapters.ch05_flexible_mirror.s3_3_rendered.trials.pictures import (
     read_pictures,
 )
 from chapters.ch05_flexible_mirror.s3_3_rendered.trials.run import (
-    AIMED,
     by_stages,
     scoring_boards,
 )
 from chapters.shared.mirror_bench import Bench
+from chapters.shared.mirror_bundle import AIMED
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.errors import InputError
 

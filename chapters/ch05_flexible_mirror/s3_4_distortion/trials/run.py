@@ -21,6 +21,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
     off_ring,
     ring_on,
 )
+from chapters.shared.mirror_bundle import bundled
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import (
     PUBLISHED,
@@ -30,7 +31,6 @@ from chapters.shared.mirror_runs import (
     seen_board,
 )
 from chapters.shared.mirror_scores import ray_angles
-from raxel.calibration import BoardView, StageView, bundle_stages
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
 from raxel.cameras.core.centrality import closest_point
 from raxel.errors import CalibrationError, InputError
@@ -43,8 +43,6 @@ from raxel.multiview.plane_points import circle_outline, points_on_plane, random
 # Of a picture's width, between the pixels whose rays are compared: 168 px of 3072,
 # which are about as many rays as the thesis's 168 (Table 5.3).
 COMPARED = 168 / 3072
-# The prior on bending of the bundle, mm: chosen by `ext_mirror_prior_runs`.
-PRIOR_MM = 0.1
 # A random plane's tilt against the rays, at most.
 RANDOM_TILT = np.radians(25)
 
@@ -133,7 +131,7 @@ def corrected(rig, bench, errors, line_px, seed, scope):
         return out | {"refused": f"stage {k}: {refusal}"}
     if scope.bundle:
         try:
-            bundle = bundled(rig, found, first.clamp, pictures, updates, errors)
+            bundle = bundled(rig, first.camera, first.clamp, pictures, updates, errors)
             out["bundle"] = by_stage(rig, bundle.cameras, cameras, sights)
         except InputError as refusal:
             out["bundle_refused"] = str(refusal)
@@ -260,26 +258,3 @@ def of_picture(true, sight):
         off, _ = conic_distances(algebraic_conic(pixels), pixels)
         out[name] = float(np.abs(off).mean())
     return out | {"shown": float(len(seen) / PLACES)}
-
-
-def bundled(rig, cameras, clamp, pictures, updates, errors):
-    """StageBundle of all stages and boards together, with the prior on bending."""
-    points, board = rig.board.points(), rig.board
-    sd = np.full(len(points), np.sqrt(np.mean(errors.corner**2)))
-    shown = [
-        StageView(
-            k + after,
-            k,
-            BoardView(
-                np.where(update.wrong[:, None], np.nan, pixels),
-                points,
-                board.columns,
-                board.rows,
-                sd=sd,
-            ),
-        )
-        for k, (pair, update) in enumerate(zip(pictures, updates, strict=True))
-        for after, pixels in enumerate(pair)
-    ]
-    poses = np.stack([update.pose.T_camera_grid for update in updates])
-    return bundle_stages(cameras, shown, poses, clamp=clamp, prior_sd=PRIOR_MM)

@@ -4,21 +4,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.shared.mirror_bundle import bundled
 from chapters.shared.mirror_rigs import STAGES_MM
-from chapters.shared.mirror_runs import MirrorMethod, deflected, primary, seen_board
-from raxel.calibration import BoardView, StageView, bundle_stages
+from chapters.shared.mirror_runs import deflected, primary, seen_board
 from raxel.errors import InputError
 
 LAST = len(STAGES_MM) - 1
-# Inverse depth, the clamp's slope too and the prior that `ext_mirror_prior_runs` chose
-# on other seeds, mm: where all stages are calibrated at once.
-AIMED = MirrorMethod("inverse depth", slope=True, prior_sd=0.1)
 
 
 class StagesFound(NamedTuple):
     """cameras: of the stages that were reached; clamp: what is held in all of them;
     updates: MirrorUpdates of stages 1 to 3; pictures: pixels (182, 2) of the board of
-    each step, before and after it, NaN where a corner is wrong or not seen."""
+    each step, before and after it, NaN where a corner is not seen."""
 
     cameras: list
     clamp: object
@@ -53,26 +50,16 @@ def calibrated(rig, true, errors, seed, method):
             return found, f"stage {k}: {refusal}"
         found.cameras.append(stage.camera)
         found.updates.append(stage)
-        wrong = stage.wrong[:, None]
-        found.pictures.append([np.where(wrong, np.nan, pixels) for pixels in pair])
+        found.pictures.append(pair)
     return found, ""
 
 
 def all_stages(rig, found, errors):
     """(camera of stage 3 or None, why not or ""), of all stages and boards at once,
-    from StagesFound that reach it by AIMED. Corners are known to what they scatter."""
-    board, points = rig.board, rig.board.points()
-    size = board.columns, board.rows
-    sd = np.full(len(points), np.sqrt(np.mean(errors.corner**2)))
-    views = [
-        StageView(k + after, k, BoardView(pixels, points, *size, sd=sd))
-        for k, pair in enumerate(found.pictures)
-        for after, pixels in enumerate(pair)
-    ]
-    poses = np.stack([update.pose.T_camera_grid for update in found.updates])
+    from StagesFound that reach it by AIMED."""
     try:
-        bundle = bundle_stages(
-            found.cameras, views, poses, clamp=found.clamp, prior_sd=AIMED.prior_sd
+        bundle = bundled(
+            rig, found.cameras[0], found.clamp, found.pictures, found.updates, errors
         )
     except InputError as refusal:
         return None, str(refusal)

@@ -10,7 +10,6 @@ can tell of it.
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.calibrated import (
-    AIMED,
     LAST,
     all_stages,
     calibrated,
@@ -29,6 +28,7 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
     STEP_MM,
     moved_cylinder,
 )
+from chapters.shared.mirror_bundle import AIMED
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import PUBLISHED, lattice
 from chapters.shared.mirror_scores import ray_angles

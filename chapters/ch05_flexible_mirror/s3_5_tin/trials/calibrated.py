@@ -4,24 +4,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.shared.mirror_bundle import AIMED, bundled
 from chapters.shared.mirror_rigs import DYNAMIC_MM, STAGES_MM
-from chapters.shared.mirror_runs import (
-    PUBLISHED,
-    MirrorMethod,
-    deflected,
-    primary,
-    seen_board,
-)
-from raxel.calibration import BoardView, StageView, bundle_stages
+from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_board
 from raxel.errors import CalibrationError
 
-# Inverse depth, the clamp's slope too and the prior that `ext_mirror_prior_runs` chose
-# on other seeds, mm.
-AIMED = MirrorMethod("inverse depth", slope=True, prior_sd=0.1)
 LAST = len(STAGES_MM) - 1
 # How the last stage is known, the second as in the thesis.
 EVERY_WAY = ("true", "published", "bundle")
-SETTINGS = {"stages_mm": list(STAGES_MM), "grid_mm": DYNAMIC_MM, "prior_mm": 0.1}
+SETTINGS = {
+    "stages_mm": list(STAGES_MM),
+    "grid_mm": DYNAMIC_MM,
+    "prior_mm": AIMED.prior_sd,
+}
 
 
 class BentMirror(NamedTuple):
@@ -84,11 +79,13 @@ def stage_by_stage(bent, first, method):
 
 def all_stages(bent, first, method):
     """The camera of the last stage, of all stages and boards together."""
-    found = steps(bent, first, method)
-    cameras = [first.camera, *(stage.camera for stage in found)]
-    poses = np.stack([stage.pose.T_camera_grid for stage in found])
-    bundle = bundle_stages(
-        cameras, views(bent), poses, clamp=first.clamp, prior_sd=method.prior_sd
+    bundle = bundled(
+        bent.rig,
+        first.camera,
+        first.clamp,
+        bent.pictures,
+        steps(bent, first, method),
+        bent.errors,
     )
     return bundle.cameras[-1]
 
@@ -100,15 +97,3 @@ def steps(bent, first, method):
         found.append(deflected(before, camera, pair, points, first.clamp, method))
         before = found[-1].camera
     return found
-
-
-def views(bent):
-    """StageViews of the board of each step, known to what corners scatter by."""
-    board, points = bent.rig.board, bent.rig.board.points()
-    sd = np.full(len(points), np.sqrt(np.mean(bent.errors.corner**2)))
-    size = board.columns, board.rows
-    return [
-        StageView(k + after, k, BoardView(pixels, points, *size, sd=sd))
-        for k, pair in enumerate(bent.pictures)
-        for after, pixels in enumerate(pair)
-    ]

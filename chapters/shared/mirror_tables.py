@@ -1,0 +1,18 @@
+"""Cells of tables about seeds that a refusal may have ended early."""
+
+import numpy as np
+
+from repro.run.outcomes import Measured
+
+MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
+
+
+def reached(values):
+    """Median of the seeds (n,) that have a value, None without any."""
+    known = values[np.isfinite(values)]
+    return Measured.median(known) if len(known) else None
+
+
+def ranged(values):
+    """Median and range of the runs (n,) that have a value, None without any."""
+    return Measured.of_seeds(values) if np.isfinite(values).any() else None
