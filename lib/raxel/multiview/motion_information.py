@@ -67,11 +67,6 @@ class MotionInformation(NamedTuple):
         known = inverse_information(self.information[:5, :5])
         return _root(known, slice(0, 3)), _root(known, slice(3, 5))
 
-    @property
-    def scale_sd_alone(self):
-        """`scale_sd` if rotation and direction were known."""
-        return float(1 / np.sqrt(max(self.information[5, 5], 1e-300)))
-
     def eigenvalues(self):
         """(values (6,), vectors (6, 6) in columns), the least information first."""
         return np.linalg.eigh(self.information)

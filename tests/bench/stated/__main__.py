@@ -38,11 +38,18 @@ def measured_part(name):
     return {
         "part": name,
         "what": module.WHAT,
+        "titles": _titles(module, rows),
         "date": datetime.now(UTC).strftime("%Y-%m-%d"),
         "raxel": f"commit {_commit()} of this repository",
         "seconds": round(process_time() - began),
         "rows": rows,
     }
+
+
+def _titles(module, rows):
+    """{name: head} of the columns, in the rows' order; KeyError for one without."""
+    heads = stated.COMMON | module.TITLES
+    return {name: heads[name] for name in rows[0]}
 
 
 def recorded(names):
