@@ -29,17 +29,22 @@ BATCH = 500
 
 def main(arguments=None):
     """Run; the exit status is 1 where there are faults."""
+    counts = counted(arguments)
+    print(_table(counts))
+    return int(any(set(count) - {READ, REFUSED} for count in counts.values()))
+
+
+def counted(arguments=None):
+    """{reader: Counter of outcomes}, by the command line's arguments."""
     options = _options(arguments)
     with ThreadPoolExecutor(options.cores) as pool:
-        counts = dict(
+        return dict(
             zip(
                 options.readers,
                 pool.map(lambda name: _counts(name, options), options.readers),
                 strict=True,
             )
         )
-    print(_table(counts))
-    return int(any(set(count) - {READ, REFUSED} for count in counts.values()))
 
 
 def _counts(name, options):
