@@ -28,10 +28,11 @@ def board_poses(seed, count, tilt=0.5, spread=(45.0, 30.0)):
     return pose(R, t - R @ [*BOARD.mean(axis=0), 0.0])
 
 
-def views_of(poses, camera=FISHEYE, noise=0.0, seed=0):
-    """BoardViews of the board at these poses, with Gaussian noise in px."""
+def views_of(poses, camera=FISHEYE, noise=0.0, seed=0, solid=None):
+    """BoardViews of the board at these poses, with Gaussian noise in px; solid: where
+    its corners are, (N, 3), None for a flat one."""
     rng = np.random.default_rng(seed)
-    flat = on_plane(BOARD)
+    flat = on_plane(BOARD) if solid is None else solid
     views = []
     for k, T in enumerate(poses):
         pixels = camera.project(transform(T, flat)).pixels

@@ -8,6 +8,7 @@ import numpy as np
 
 from raxel.calibration.generic.central_views import centrality_of_views
 from raxel.cli import described, models, scores
+from raxel.cli.board_shape import shape_fields, shape_line, shape_warnings
 from raxel.cli.models import DOES_NOT_FIT, FEWEST_VIEWS, FITS
 from raxel.cli.outputs import check_written
 from raxel.cli.seen import check_options, seen_in
@@ -53,11 +54,11 @@ def calibrate(options, say):
     for line in seen.lines():
         print(f"{image_set.name}: {line}")
     try:
-        fitted = _calibrated(image_set, seen.views, options.model, say)
+        found = _calibrated(image_set, seen.views, options.model, say)
     except InputError as fault:
         kind = type(fault)
         raise kind(f"{image_set.description}: views: {fault}") from fault
-    result, camera, evaluation, halves = fitted
+    result, fitted, evaluation, halves = found
     result |= seen.fields()
     result["left_out"] = seen.left_out() + result["left_out"]
     warnings = of_left_out(result["left_out"]) + seen.warnings
@@ -69,14 +70,14 @@ def calibrate(options, say):
         if folder:
             say(f"drawing the report of {len(seen.entries)} images")
             of_set = folder, image_set, seen.entries, seen.views
-            write_report(*of_set, camera, evaluation, result, halves)
-        camera.save(place(options.out))
+            write_report(*of_set, fitted, evaluation, result, halves)
+        fitted.camera.save(place(options.out))
         if options.json:
             write_json(place(options.json), result)
 
 
 def _calibrated(image_set, views, asked, say):
-    """(result for the JSON file, camera, its Evaluation on the views, Stability)"""
+    """(result for the JSON file, Fitted, its Evaluation on the views, Stability)"""
     words = words_of(image_set.target)
     size = image_set.width, image_set.height
     model, comparison = asked, None
@@ -87,18 +88,21 @@ def _calibrated(image_set, views, asked, say):
         print(f"{image_set.name}: {model} chosen: {why}", flush=True)
     fit = FITS[model]
     say(f"{model}: fitting {len(views)} {words.target}s")
-    camera, details = fit(views, size, image_set.target.unit)
-    evaluation = evaluate_camera(camera, views)
+    fitted = fit(views, size, image_set.target.unit)
+    camera, details = fitted.camera, fitted.details
+    evaluation = evaluate_camera(camera, views, fitted.shape)
     fields = described.camera_fields(camera, views)
     name = f"{image_set.name}: {model}, fitted {words.target}s"
     print(scores.line(name, evaluation, words.point))
     for line in (
         *described.camera_lines(fields, words.target),
         *models.lines(details, image_set.target.unit),
+        shape_line(fitted.board, image_set.target.unit, words.target),
     ):
         print(f"{image_set.name}: {line}")
     result = {"set": image_set.name, "model": model, "unit": image_set.target.unit}
     result |= {"camera": fields, **details, **scores.as_json(evaluation)}
+    result["board_shape"] = shape_fields(fitted.board)
     found, warnings = _misfit(model, asked, views, evaluation, details, words)
     result["misfit"] = described.misfit_fields(found)
     if model in models.TABLES:
@@ -107,7 +111,8 @@ def _calibrated(image_set, views, asked, say):
         lengths = result["unit"], words.target
         print(f"{image_set.name}: {described.centre_line(test, *lengths)}")
         warnings += described.centre_warnings(test, *lengths)
-    halves = _stability(camera, views, evaluation, details)
+    warnings += shape_warnings(fitted.board, result["unit"], words.target)
+    halves = _stability(fitted, views, evaluation)
     result["stability"] = stability_fields(halves)
     print(f"{image_set.name}: {stability_line(halves, words)}")
     # Of a camera that does not fit all is said; its halves differ, too.
@@ -120,7 +125,7 @@ def _calibrated(image_set, views, asked, say):
         result["chosen_because"] = why
         result["cross_validation"] = _cross_validation(comparison)
         warnings = comparison.doubts() + warnings
-    return result | {"warnings": warnings}, camera, evaluation, halves
+    return result | {"warnings": warnings}, fitted, evaluation, halves
 
 
 def _left_out(details):
@@ -142,12 +147,12 @@ def _central_or_not(views, size, evaluation, details):
     return centrality_of_views(used, *size, np.array(poses))
 
 
-def _stability(camera, views, evaluation, details):
+def _stability(fitted, views, evaluation):
     """Stability of the camera on the views that went into the fit, or None."""
-    out = _left_out(details)
+    out = _left_out(fitted.details)
     pairs = zip(evaluation.images, views, strict=True)
     used = [pair for pair in pairs if pair[1].name not in out]
-    return stability(camera, *zip(*used, strict=True))
+    return stability(fitted.camera, *zip(*used, strict=True), fitted.shape)
 
 
 def _misfit(model, asked, views, evaluation, details, words):
@@ -172,7 +177,8 @@ def _compare(views, size, unit, say):
 
     def build(fit, name, views):
         say(f"cross-validation: {name} on {len(views)} views")
-        return fit(views, size, unit)[0]
+        fitted = fit(views, size, unit)
+        return fitted.camera, fitted.shape
 
     builders = {name: functools.partial(build, f, name) for name, f in FITS.items()}
     return compare_models(builders, views, min(FOLDS, len(views)))

@@ -1,27 +1,43 @@
 """The models of `raxel calibrate --model`: how each is fitted, and what it tells.
 
-A fit takes views, (width, height) and the unit of their points, and returns the camera
-and a dict for the result, with `left_out`: [{file, reason}].
+A fit takes views, (width, height) and the unit of their points, and returns a Fitted.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from raxel.calibration.generic.cgsp import calibrate_cgsp
 from raxel.calibration.generic.standard import calibrate_generic
+from raxel.calibration.parametric.lens_board import BoardTest
 from raxel.calibration.parametric.lens_formula import calibrate_lens
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.smooth.boards import calibrate_spline
+from raxel.cameras.core.base import Camera
 from raxel.cli.described import WHAT_BENDS
 from raxel.cli.scores import known
 
 SEED = 0
 
 
+class Fitted(NamedTuple):
+    """camera; details: a dict for the result, with `left_out`: [{file, reason}]; board:
+    BoardTest of what was found of the board's shape, None where nobody asked."""
+
+    camera: Camera
+    details: dict
+    board: BoardTest | None = None
+
+    @property
+    def shape(self):
+        """The BoardShape that the fit took, None for a board that is as stated."""
+        return self.board.taken if self.board and self.board.used else None
+
+
 def zhang(views, size, unit):
     """A pinhole with two radial terms."""
-    return calibrate_zhang(views, *size).camera, {"left_out": []}
+    return Fitted(calibrate_zhang(views, *size).camera, {"left_out": []})
 
 
 def kannala_brandt(views, size, unit):
@@ -42,12 +58,14 @@ def _lens(views, size, law):
         {"file": w.name, "corner": w.corner, "distance_px": w.distance_px}
         for w in found.wrong
     ]
-    return found.camera, {
+    details = {
         "left_out": [],
         "terms": {n: {"value": float(v), "sd": float(s)} for n, v, s in terms},
+        "sd_over_independent": found.error_factor,
         "wrong_points": wrong,
         "pupil": _told(found.pupil),
     }
+    return Fitted(found.camera, details, found.board)
 
 
 def _told(pupil):
@@ -61,13 +79,14 @@ def spline(views, size, unit):
     """Smooth rays: a lens formula, and a field of splines on it; its pupil as there."""
     rng = np.random.default_rng(SEED)
     found = calibrate_spline(views, *size, rng=rng, units=unit)
-    return found.camera, {
+    details = {
         "used": [views[index].name for index in found.used],
         "left_out": _left_out(views, found),
         "trend": found.trend,
         "pupil": found.pupil and _told(found.pupil),
         "share_of_pixels_under_boards": found.share_covered,
     }
+    return Fitted(found.camera, details, found.board)
 
 
 def cgsp(views, size, unit):
@@ -83,13 +102,14 @@ def generic(views, size, unit):
 def _table(calibrated, views, size, unit):
     found = calibrated(views, *size, rng=np.random.default_rng(SEED), units=unit)
     ways = [found.interpolation[index] for index in found.used]
-    return found.camera, {
+    details = {
         "used": [views[index].name for index in found.used],
         "left_out": _left_out(views, found),
         "share_of_pixels_with_ray": found.share_with_ray,
         "adjusted_rms_deg": found.rms_deg,
         "interpolation": {way: ways.count(way) for way in ("homographic", "smooth")},
     }
+    return Fitted(found.camera, details)
 
 
 def _left_out(views, found):

@@ -85,7 +85,7 @@ class ModelComparison(NamedTuple):
 def compare_models(builders, views, folds):
     """Cross-validate models on the same parts of `views`.
 
-    builders: {model: callable, list of views -> Camera}; views: BoardViews or
+    builders: {model: callable, as `cross_validate` takes}; views: BoardViews or
     DenseViews with different names; folds: number of parts. Give the simplest model
     first. Returns ModelComparison.
     """

@@ -18,6 +18,7 @@ from raxel.calibration.pose.three_point import (
     pose_of_spread_triples,
     refine_pose_ray_point,
 )
+from raxel.calibration.views.board_shape import board_points
 from raxel.calibration.views.correspondence import check_view
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.pixel_pose import refine_pose_in_pixels
@@ -75,21 +76,23 @@ class Evaluation(NamedTuple):
         return sum(image.n_corners - image.n_without_ray for image in self.images)
 
 
-def evaluate_camera(camera, views):
+def evaluate_camera(camera, views, shape=None):
     """Score a camera on BoardViews or DenseViews, fitting nothing but each one's pose.
 
-    Of a DenseView the lattice of pixels is scored, all alike.
+    Of a DenseView the lattice of pixels is scored, all alike. shape: the BoardShape of
+    the board in all views, None for one that is as stated.
 
     Returns Evaluation. Raises InputError for views whose counts do not fit or an empty
     list.
     """
-    return _summary([_score(camera, check_view(view)) for view in views], {})
+    return _summary([_score(camera, check_view(view), shape) for view in views], {})
 
 
 def cross_validate(model_builder, views, folds):
     """Every view scored by a camera that was calibrated without it.
 
-    model_builder: callable, list of views -> Camera. folds: number of parts, part
+    model_builder: callable, list of views -> Camera, or (Camera, BoardShape or None)
+    where the shape of the board was found with it. folds: number of parts, part
     i being views i, i + folds, ...; or the parts as lists of indices. Where a part's
     remaining views give no camera (CalibrationError), the part is left out, with the
     reason. Returns Evaluation. Raises InputError for parts that make no sense.
@@ -98,12 +101,14 @@ def cross_validate(model_builder, views, folds):
     for fold, kept_out in enumerate(_parts(folds, len(views))):
         rest = [view for i, view in enumerate(views) if i not in kept_out]
         try:
-            camera = model_builder(rest)
+            built = model_builder(rest)
         except CalibrationError as error:
             left_out[fold] = str(error)
             continue
+        camera, shape = built if isinstance(built, tuple) else (built, None)
         for i in kept_out:
-            scores.append(_score(camera, check_view(views[i]))._replace(fold=fold))
+            score = _score(camera, check_view(views[i]), shape)
+            scores.append(score._replace(fold=fold))
     if not scores:
         raise CalibrationError(
             f"cross-validation: no part gave a camera: {left_out[0]}"
@@ -127,7 +132,7 @@ def _parts(folds, count):
     return parts
 
 
-def _score(camera, view):
+def _score(camera, view, shape):
     n_corners = int(np.count_nonzero(np.isfinite(view.pixels[:, 0])))
     residuals = np.full(view.pixels.shape, np.nan)
     rays = camera.rays(view.pixels)
@@ -143,11 +148,12 @@ def _score(camera, view):
     pixels, points = view.pixels[known], view.points[known]
     origins, directions = rays.origins[known], rays.directions[known]
     try:
-        by_angle = fit_board_pose(directions, points, origins)
+        by_angle = fit_board_pose(directions, points, origins, shape)
     except CalibrationError as error:
         return blank._replace(reason=str(error))
-    T, residuals[known] = refine_pose_in_pixels(camera, pixels, points, by_angle)
-    sight = transform(by_angle, on_plane(points)) - origins
+    solid = board_points(points, shape)
+    T, residuals[known] = refine_pose_in_pixels(camera, pixels, solid, by_angle)
+    sight = transform(by_angle, solid) - origins
     across = np.linalg.norm(np.cross(directions, sight), axis=1)
     angles = np.arctan2(across, np.sum(directions * sight, axis=1))
     scored = np.isfinite(residuals[:, 0])
@@ -160,22 +166,27 @@ def _score(camera, view):
     )
 
 
-def fit_board_pose(directions, points, origins=(0.0, 0.0, 0.0)):
+def fit_board_pose(directions, points, origins=(0.0, 0.0, 0.0), shape=None):
     """Pose (4, 4) of a board from rays: least squares of the sines of the angles.
 
     directions: (N, 3) unit; points: (N, 2); origins: (3,) or (N, 3). The start takes
-    all rays from their mean origin. Raises CalibrationError where no start is found.
+    all rays from their mean origin, and the board for flat. shape: its BoardShape: a
+    point of it counts as where its ray meets the plane, which moves it along the ray
+    alone. Raises CalibrationError where no start is found.
     """
     origins = np.broadcast_to(np.asarray(origins, float), (len(points), 3))
     middle = origins.mean(axis=0)
     T = pose_of_spread_triples(directions, points)
     T[:3, 3] += middle
     for _ in range(3):
+        flat = points
+        if shape is not None:
+            flat = shape.seen_on_plane(points, directions @ T[:3, :3])
         # Distances over lengths are sines; the lengths hardly change in the fit.
-        sight = transform(T, on_plane(points)) - origins
+        sight = transform(T, on_plane(flat)) - origins
         weights = 1.0 / np.linalg.norm(sight, axis=1)
         T, _ = refine_pose_ray_point(
-            directions, points, T, origins=origins, weights=weights
+            directions, flat, T, origins=origins, weights=weights
         )
     return T
 

@@ -7,14 +7,10 @@ angle is then not the best in px, and each error is judged at its own best pose.
 
 import numpy as np
 
-from raxel.calibration.pose.three_point import (
-    motion_of_points,
-    moved_pose,
-    placed_points,
-)
+from raxel.calibration.pose.three_point import moved_pose
 from raxel.geometry.damped import damped_step
 from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import transform
+from raxel.geometry.poses import cross_matrix, transform
 
 STEP_PX = 0.5  # to each side, for the derivatives of the rays
 MOST_STEPS = 50
@@ -25,32 +21,34 @@ ROUNDING_PX = 1e-11
 def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
     """Pose that minimises the squared distances in px of posed points from pixels.
 
-    camera: any Camera that projects; pixels: (N, 2), found; points: (N, 2) on the
-    board; T_camera_grid: (4, 4), the start. Those corners count that the camera can
-    project from the start. A step that puts one of them where the camera has no pixel
-    is not taken: no pose is better for having lost its worst corners, and the error is
-    never larger than at the start. Levenberg-Marquardt; how a pixel moves with its
-    point comes from the rays around it.
+    camera: any Camera that projects; pixels: (N, 2), found; points: (N, 2) on a flat
+    board, or (N, 3) in its frame; T_camera_grid: (4, 4), the start. Those corners count
+    that the camera can project from the start. A step that puts one of them where the
+    camera has no pixel is not taken: no pose is better for having lost its worst
+    corners, and the error is never larger than at the start. Levenberg-Marquardt; how a
+    pixel moves with its point comes from the rays around it.
 
     Returns the pose (4, 4) and residuals (N, 2), found less projected, NaN for corners
     that do not count.
     """
-    pixels, flat = np.asarray(pixels, float), on_plane(points)
+    pixels, solid = np.asarray(pixels, float), np.asarray(points, float)
+    if solid.shape[1] == 2:
+        solid = on_plane(solid)
     T = np.array(T_camera_grid, float)
-    residuals = pixels - camera.project(transform(T, flat)).pixels
+    residuals = pixels - camera.project(transform(T, solid)).pixels
     counted = np.isfinite(residuals[:, 0])
-    found, flat, off = pixels[counted], flat[counted], residuals[counted]
+    found, solid, off = pixels[counted], solid[counted], residuals[counted]
     cost, damping = np.sum(off**2), 1e-6
     for _ in range(MOST_STEPS):
         if cost <= len(off) * ROUNDING_PX**2:
             break
-        jacobian = pose_jacobian(camera, found - off, flat, T)
+        jacobian = pose_jacobian(camera, found - off, solid, T)
         gradient = jacobian.T @ -off.ravel()
         step = damped_step(jacobian.T @ jacobian, gradient, damping)
         if -step @ gradient <= ENOUGH * cost:
             break
         trial = moved_pose(T, step)
-        new = found - camera.project(transform(trial, flat)).pixels
+        new = found - camera.project(transform(trial, solid)).pixels
         new_cost = np.sum(new**2)
         if new_cost < cost:
             at_rest = cost - new_cost <= ENOUGH * cost
@@ -66,14 +64,17 @@ def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
     return T, residuals
 
 
-def pose_jacobian(camera, pixels, flat, T):
-    """(2N, 6): how projected pixels move with the step of `moved_pose`.
+def pose_jacobian(camera, pixels, solid, T):
+    """(2N, 6): how projected pixels of points (N, 3) in the board's frame move with the
+    step of `moved_pose`.
 
     Zero for a pixel around which there are too few rays: it then pulls at no step, and
     still counts in what a step leads to.
     """
-    posed, motion = placed_points(flat[:, :2], T), motion_of_points(flat[:, :2], T)
-    return (pixels_by_point(camera, pixels, posed) @ motion).reshape(-1, 6)
+    along = np.broadcast_to(np.eye(3), (len(solid), 3, 3))
+    motion = T[:3, :3] @ np.concatenate([-cross_matrix(solid), along], axis=2)
+    by_point = pixels_by_point(camera, pixels, transform(T, solid))
+    return (by_point @ motion).reshape(-1, 6)
 
 
 def pixels_by_point(camera, pixels, points):

@@ -26,6 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.views.board_shape import board_points
 from raxel.evaluation.pixel_pose import pixels_by_point, pose_jacobian
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix, rotate, transform
@@ -107,8 +108,9 @@ class _BoardSystem(NamedTuple):
     free: int
 
 
-def stability(camera, scores, views):
-    """Stability of a camera on the views it was fitted to; scores: their ImageScores.
+def stability(camera, scores, views, shape=None):
+    """Stability of a camera on the views it was fitted to; scores: their ImageScores;
+    shape: the board's BoardShape, None for one that is as stated.
 
     None where it cannot be told: a table of rays, fewer than six boards, or halves that
     never saw the same part of the image.
@@ -129,7 +131,7 @@ def stability(camera, scores, views):
         np.concatenate([score.residuals_px for score, _ in pairs]), axis=1
     )
     widest = WIDTH * max(np.nanmedian(distances) / RAYLEIGH, LEAST_SD_PX)
-    boards = [_board(camera, *pair, fields.mixing, widest) for pair in pairs]
+    boards = [_board(camera, *pair, shape, fields.mixing, widest) for pair in pairs]
     variance, free = _scatter(boards)
     seen = np.array([_seen(view, camera, fields.pixels) for _, view in pairs])
     names = np.array([view.name for _, view in pairs], object)
@@ -204,13 +206,14 @@ def _without(turns, fields):
     return (flat - basis @ share).reshape(fields.shape)
 
 
-def _board(camera, score, view, mixing, widest):
+def _board(camera, score, view, shape, mixing, widest):
     """The _BoardSystem of a view, of corners no more than `widest` px off."""
     off = score.residuals_px
     right = np.linalg.norm(off, axis=1) <= widest
     off, points = off[right], view.points[right]
     places = view.pixels[right] - off
-    by_pose = pose_jacobian(camera, places, on_plane(points), score.T_camera_grid)
+    solid = board_points(points, shape)
+    by_pose = pose_jacobian(camera, places, solid, score.T_camera_grid)
     shapes = (_polynomials(places, camera) @ mixing).reshape(2 * len(off), -1)
     of_pose, _ = np.linalg.qr(by_pose)
     shapes = shapes - of_pose @ (of_pose.T @ shapes)

@@ -29,6 +29,12 @@ figure { margin: 1rem 0; } figcaption { margin-top: .3rem; }
 NUMBERS = (("rms_px", ".3f"), ("median_px", ".3f"), ("mean_deg", ".4f"))
 NAMES = {"rms": "RMS", "median": "Median", "mean": "Mean angle"}
 HEADS = ("Not scored", "RMS (px)", "Median (px)", "Mean (deg)")
+SHAPE = {
+    "bend_x": "ends of x behind its middle by",
+    "bend_y": "ends of y behind its middle by",
+    "twist": "twisted by",
+    "stretch": "x longer against y by",
+}
 # (what was found, what residuals are drawn)
 SHOWN = {
     "board": ("Corners, numbered row by row.", "Residuals"),
@@ -123,6 +129,7 @@ def _numbers(image_set, result):
         yield (f"{NAMES[name]}, fitted {target}s", told(result[key], form, f" {unit}"))
     yield f"Single {point}s scatter by", told(misfit["scatter_px"], ".3f", " px")
     yield f"Stated of single {point}s", told(misfit["stated_sd_px"], ".3f", " px")
+    yield from _shape(result["board_shape"], target, result["unit"])
     if "chosen_because" in result:
         yield "Chosen", result["chosen_because"]
     for model, found in result.get("cross_validation", {}).items():
@@ -135,6 +142,22 @@ def _numbers(image_set, result):
             what,
             f"{told(own['rms_px'], '.3f', ' px')} RMS, "
             f"{told(own['mean_deg'], '.4f', ' deg')} mean",
+        )
+
+
+def _shape(found, target, unit):
+    """[(what, value in words)] of the board's shape."""
+    if found is None:
+        yield f"Shape of the {target}", "taken as stated, not asked for"
+        return
+    for name, what in SHAPE.items():
+        value, sd, used = (found[name][key] for key in ("value", "sd", "used"))
+        # A stretch is a ratio.
+        times, of = (100, "%") if name == "stretch" else (1, unit)
+        yield (
+            f"{target.capitalize()}: {what}",
+            f"{times * value:.3g} +- {times * sd:.2g} {of}, "
+            f"{'used' if used else 'not used'}",
         )
 
 

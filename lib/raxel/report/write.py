@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from raxel.calibration.views.board_shape import board_points
 from raxel.features.detector import as_8_bit
-from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from raxel.report.canvas import encoded
 from raxel.report.folder import PAGE
@@ -23,13 +23,14 @@ from raxel.sets import read_image
 
 
 def write_report(
-    folder, image_set, entries, views, camera, evaluation, result, stability
+    folder, image_set, entries, views, fitted, evaluation, result, stability
 ):
     """Write the report of a calibration into an empty folder.
 
     entries: (view, whether it can be used, why not) of each view of the set; views: the
-    BoardViews or DenseViews of those that can, in their order; evaluation: of the
-    camera on these; result: what `raxel calibrate` writes as JSON; stability: its
+    BoardViews or DenseViews of those that can, in their order; fitted: its camera, and
+    shape, the BoardShape that was found with it or None; evaluation: of the camera on
+    these; result: what `raxel calibrate` writes as JSON; stability: its
     Stability, None where there is none. Files are numbered, so that no name of a
     photograph becomes one.
     """
@@ -49,7 +50,7 @@ def write_report(
         if view.every_pixel:
             seen, kind = grid_picture(image, view), "points"
         else:
-            predicted = _predicted(camera, view, score)
+            predicted = _predicted(fitted, view, score)
             seen, kind = corner_picture(image, view, predicted), "corners"
         residuals = residual_picture(image, *_arrows(view, score), scale)
         names = f"{kind}-{number:03}.jpg", f"residuals-{number:03}.jpg"
@@ -58,6 +59,7 @@ def write_report(
         photographs.append(Photograph(view.name, score, *names, score.reason))
     size = image_set.width, image_set.height
     at = [_arrows(*pair) for pair in zip(views, evaluation.images, strict=True)]
+    camera = fitted.camera
     mask = camera.mask if camera.kind == "general" else None
     drawn = {
         "residuals.png": pooled_picture(*size, at, scale),
@@ -82,9 +84,9 @@ def _arrows(view, score):
     return [lattice[1::2, 1::2].reshape(-1, 2) for lattice in lattices]
 
 
-def _predicted(camera, view, score):
+def _predicted(fitted, view, score):
     """Where the camera expects each corner (N, 2); NaN where it does not say."""
     if score.T_camera_grid is None:
         return np.full(view.pixels.shape, np.nan)
-    flat = on_plane(view.points)
-    return camera.project(transform(score.T_camera_grid, flat)).pixels
+    solid = board_points(view.points, fitted.shape)
+    return fitted.camera.project(transform(score.T_camera_grid, solid)).pixels

@@ -3,7 +3,8 @@
 Levenberg-Marquardt on the normal equations, from which the poses are eliminated (Schur
 complement): each board's pose has a block of six of its own, and only the formula's few
 parameters meet all boards. A step of a pose is X' = exp([w]x) R X + t + s, in the
-camera's frame.
+camera's frame. The shape of the board, one in all photographs, may be among the
+formula's parameters (`raxel.calibration.views.board_shape`).
 
 The loss is that of least squares for small distances. Wide of the residuals' own scale
 wrong corners pull less (Cauchy's loss, for the start) or not at all (Tukey's, in the
@@ -17,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.parametric.lens_laws import imaged_points
+from raxel.calibration.views.board_shape import TERMS, BoardShape, shaped
 from raxel.geometry.poses import cross_matrix, rotate, rotation_from_vector, transform
 
 RAYLEIGH = 1.1774  # median distance of a corner whose coordinates scatter by 1
@@ -31,15 +33,28 @@ POSE_STEPS = 20
 
 
 class StackedBoards(NamedTuple):
-    """pixels (n, M, 2), points (n, M, 3) with z = 0, seen (n, M) bool."""
+    """pixels (n, M, 2), points (n, M, 3) with z = 0, seen (n, M) bool; outline (2, 2):
+    the middle of all boards' points and half of their extent along x and y."""
 
     pixels: np.ndarray
     points: np.ndarray
     seen: np.ndarray
+    outline: np.ndarray
 
     def some(self, chosen):
         """The boards that are chosen, (n,) bool."""
-        return StackedBoards(*(part[chosen] for part in self))
+        return StackedBoards(*(part[chosen] for part in self[:3]), self.outline)
+
+    def shape(self, formula, values):
+        """The BoardShape of a formula's parameters (P,); what it has none of is 0."""
+        known = dict(zip(formula.names, values, strict=True))
+        return BoardShape(*self.outline, np.array([known.get(n, 0.0) for n in TERMS]))
+
+    def placed(self, formula, values):
+        """The points (n, M, 3) of the board as the parameters shape it."""
+        if not formula.board:
+            return self.points
+        return self.shape(formula, values).points(self.points[..., :2])
 
 
 class AdjustedLens(NamedTuple):
@@ -65,7 +80,9 @@ def stacked(corners):
         seen[k, : len(pixels)] = True
         # What is not seen must be somewhere; it counts for nothing.
         points[k, len(pixels) :, :2] = flat[0]
-    return StackedBoards(found, points, seen)
+    ends = points[seen].min(axis=0)[:2], points[seen].max(axis=0)[:2]
+    outline = np.array([(ends[1] + ends[0]) / 2, (ends[1] - ends[0]) / 2])
+    return StackedBoards(found, points, seen, outline)
 
 
 def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):
@@ -164,7 +181,7 @@ def _minimised(formula, values, T, boards, loss, scales):
 
 
 def _residuals(formula, values, T, boards):
-    points = transform(T, boards.points)
+    points = transform(T, boards.placed(formula, values))
     shape = boards.pixels.shape
     seen = imaged_points(formula, values, points.reshape(-1, 3), derivatives=False)
     return np.where(boards.seen[..., None], boards.pixels - seen.reshape(shape), np.nan)
@@ -179,10 +196,30 @@ def _costs(residuals, boards, loss, scales):
     )
 
 
+def told_by_boards(formula, values, T_camera_grid, boards, scales):
+    """What each board, its pose free, tells of the parameters: normal (n, P, P) and
+    gradient (n, P), of the loss in the end."""
+    A, B, b = _rows(formula, values, T_camera_grid, boards, "tukey", scales)
+    # An orthonormal basis of what the pose does; tiny rows lose no digits by it.
+    basis, _ = np.linalg.qr(A)
+    B = B - basis @ (np.swapaxes(basis, 1, 2) @ B)
+    Bt = np.swapaxes(B, 1, 2)
+    return Bt @ B, (Bt @ b)[..., 0]
+
+
 def _system(formula, values, T, boards, loss, scales):
     """Normal blocks of formula, boards and both, and their gradients."""
+    A, B, b = _rows(formula, values, T, boards, loss, scales)
+    At = np.swapaxes(A, 1, 2)
+    flat = B.reshape(-1, B.shape[2])
+    return flat.T @ flat, At @ A, At @ B, flat.T @ b.ravel(), (At @ b)[..., 0]
+
+
+def _rows(formula, values, T, boards, loss, scales):
+    """Weighted: how pixels move with poses (n, 2M, 6) and parameters (n, 2M, P), and
+    how far they are off (n, 2M, 1)."""
     n, count = boards.seen.shape
-    turned = rotate(T, boards.points)
+    turned = rotate(T, boards.placed(formula, values))
     points = turned + T[:, None, :3, 3]
     seen = imaged_points(formula, values, points.reshape(-1, 3))
     off = boards.pixels - seen.pixels.reshape(n, count, 2)
@@ -191,18 +228,26 @@ def _system(formula, values, T, boards, loss, scales):
     motion = np.concatenate(
         [-cross_matrix(turned), np.broadcast_to(np.eye(3), (*turned.shape, 3))], axis=3
     )
-    by_pose = (seen.by_points.reshape(n, count, 2, 3) @ motion) * weight[
-        ..., None, None
-    ]
-    by_values = seen.by_values.reshape(n, count, 2, -1) * weight[..., None, None]
+    by_points = seen.by_points.reshape(n, count, 2, 3)
+    by_pose = (by_points @ motion) * weight[..., None, None]
+    by_values = seen.by_values.reshape(n, count, 2, -1)
+    if formula.board:
+        of_shape = by_points @ _by_shape(formula, values, T, boards)
+        by_values[..., -len(formula.board) :] = of_shape
+    by_values = by_values * weight[..., None, None]
     A = by_pose.reshape(n, 2 * count, 6)
     B = by_values.reshape(n, 2 * count, -1)
     b = np.where(boards.seen[..., None], off * weight[..., None], 0.0)
     b = b.reshape(n, 2 * count, 1)
-    A, B = np.nan_to_num(A, copy=False), np.nan_to_num(B, copy=False)
-    At = np.swapaxes(A, 1, 2)
-    flat = B.reshape(-1, B.shape[2])
-    return flat.T @ flat, At @ A, At @ B, flat.T @ b.ravel(), (At @ b)[..., 0]
+    return np.nan_to_num(A, copy=False), np.nan_to_num(B, copy=False), b
+
+
+def _by_shape(formula, values, T, boards):
+    """How points move, in the camera's frame, with the board's shape (n, M, 3, S)."""
+    shape = boards.shape(formula, values)
+    _, by_values = shaped(boards.points[..., :2], shape)
+    of_shape = [TERMS.index(name) for name in formula.board]
+    return T[:, None, :3, :3] @ by_values[..., of_shape]
 
 
 def _step(system, damping):

@@ -13,11 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.parametric.clustered import clustered_covariance
 from raxel.calibration.parametric.lens_bundle import (
     WIDTH,
     AdjustedLens,
     adjusted,
     posed_residuals,
+    told_by_boards,
 )
 from raxel.calibration.parametric.lens_laws import FRAME, LensFormula
 from raxel.calibration.parametric.radial_alignment import aligned_starts
@@ -78,10 +80,11 @@ def start_of(given):
     return min(sound, key=lambda fit: np.median(fit.result.scales))
 
 
-def fitted_law(law, start, boards, pupil):
-    """The FormulaFit of a law, with the terms that the corners ask for."""
+def fitted_law(law, start, boards, pupil, board=()):
+    """The FormulaFit of a law, with the terms that the corners ask for; pupil: how many
+    terms at most; board: the terms of its shape."""
     firsts = [start] if law == "kannala-brandt" else _on_spheres(start, boards)
-    widest = [_widened(first, boards, pupil) for first in firsts]
+    widest = [_widened(first, boards, pupil, board) for first in firsts]
     widest.sort(key=lambda fit: np.median(fit.result.scales))
     scales = widest[0].result.scales
     best = _thinned(widest[0], boards, scales)
@@ -93,13 +96,13 @@ def fitted_law(law, start, boards, pupil):
     return best
 
 
-def _widened(fit, boards, pupil):
-    """The FormulaFit with all terms, and so many of the pupil's."""
+def _widened(fit, boards, pupil, board):
+    """The FormulaFit with all terms, so many of the pupil's, and the board's."""
     for radial, decentring, moving in (
         (2, 2, min(pupil, 1)),
         (RADIAL, DECENTRING, pupil),
     ):
-        wider = LensFormula(fit.formula.base, radial, decentring, moving)
+        wider = LensFormula(fit.formula.base, radial, decentring, moving, board)
         fit = refitted(fit, wider, boards, "tukey")
     return fit
 
@@ -142,7 +145,8 @@ def _thinned(fit, boards, scales):
 
 
 def _narrower(formula):
-    """The formulas with a step fewer terms of one sort; a pupil that moves stays so."""
+    """The formulas with a step fewer terms of one sort; a pupil that moves stays so,
+    and a board keeps its shape."""
     if formula.radial > 1:
         yield formula._replace(radial=formula.radial - 1)
     if formula.decentring:
@@ -161,32 +165,45 @@ def _criterion(fit, boards, terms=None):
 
 
 def kept_out_px(fit, boards):
-    """RMS distance, px, of boards that were kept out of fits with the same terms; a
-    corner counts as at most WIDTH scales of its board off."""
-    n = len(boards.seen)
-    squares = []
+    """RMS distance, px, of boards that were kept out, over all corners."""
+    squares, corners = kept_out_squares(fit, boards), boards.seen.sum(axis=1)
+    there = np.isfinite(squares)
+    if not there.any():
+        return np.inf
+    return float(np.sqrt(np.average(squares[there], weights=corners[there])))
+
+
+def kept_out_squares(fit, boards):
+    """Mean squared distance (n,) px^2 on each board, kept out of fits with the same
+    terms; a corner counts as at most WIDTH scales of its board off. NaN where fewer
+    than two others are left."""
+    n, scales = len(boards.seen), fit.result.scales
+    poses, squares = fit.result.T_camera_grid, np.full(n, np.nan)
     for part in range(min(PARTS, n)):
         out = np.arange(n) % min(PARTS, n) == part
         if n - out.sum() < 2:
             continue
-        inside, scales = boards.some(~out), fit.result.scales
-        poses = fit.result.T_camera_grid
+        inside, kept = boards.some(~out), boards.some(out)
         found = adjusted(
             fit.formula, fit.result.values, poses[~out], inside, "tukey", scales[~out]
         )
-        off = posed_residuals(fit.formula, found.values, poses[out], boards.some(out))
-        squares.append(np.sum(off[boards.seen[out]] ** 2, axis=1))
-    return float(np.sqrt(np.mean(np.concatenate(squares)))) if squares else np.inf
+        off = posed_residuals(fit.formula, found.values, poses[out], kept)
+        most = (WIDTH * scales[out, None]) ** 2
+        off = np.minimum(np.nan_to_num(np.sum(off**2, axis=2), nan=np.inf), most)
+        squares[out] = np.sum(np.where(kept.seen, off, 0.0), axis=1)
+        squares[out] /= kept.seen.sum(axis=1)
+    return squares
 
 
 def covariance_of(fit, boards):
-    """Covariance (P, P) of the parameters, from what the residuals leave."""
-    squares = np.sum(fit.result.residuals**2, axis=2)
-    right = squares < (WIDTH * fit.result.scales[:, None]) ** 2
-    variance = np.sum(squares[right]) / free_of(fit, boards)
-    size = np.sqrt(np.maximum(np.diag(fit.result.normal), 1e-300))
-    scaled = fit.result.normal / np.outer(size, size)
-    return variance * np.linalg.pinv(scaled, rcond=1e-15) / np.outer(size, size)
+    """ClusteredCovariance of the parameters, from what the residuals leave."""
+    found = fit.result
+    squares = np.sum(found.residuals**2, axis=2)
+    right = squares < (WIDTH * found.scales[:, None]) ** 2
+    variance = max(np.sum(squares[right]) / free_of(fit, boards), FLOOR_PX**2)
+    poses = found.T_camera_grid
+    told = told_by_boards(fit.formula, found.values, poses, boards, found.scales)
+    return clustered_covariance(*told, variance)
 
 
 def free_of(fit, boards):

@@ -1,7 +1,8 @@
 """A lens formula fitted to boards or dense grids, without a guess.
 
 From nothing to a fit: `raxel.calibration.parametric.lens_fit`. Whether the entrance
-pupil moves: `raxel.calibration.parametric.lens_pupil`.
+pupil moves: `raxel.calibration.parametric.lens_pupil`; whether the board is flat:
+`raxel.calibration.parametric.lens_board`.
 
 Sources: Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153; Geyer and Daniilidis 2000,
 doi:10.1007/3-540-45053-X_29.
@@ -12,10 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.parametric.lens_board import BoardTest, board_test
 from raxel.calibration.parametric.lens_bundle import WIDTH, stacked
 from raxel.calibration.parametric.lens_fit import (
     KEPT,
     PUPIL,
+    FormulaFit,
     GivenBoards,
     covariance_of,
     fitted_law,
@@ -45,8 +48,10 @@ class WrongCorner(NamedTuple):
 class LensCalibration(NamedTuple):
     """camera; T_camera_grid (n, 4, 4), one pose per view in the board's unit; rms_px:
     root mean square distance of all corners, wrong ones among them; formula: its terms;
-    values (P,) and covariance (P, P) of its parameters; wrong: WrongCorners;
-    pupil: PupilTest, None where nothing was tested.
+    values (P,) and covariance (P, P) of its parameters, and error_factor, by which
+    their standard deviations are larger than if every corner erred for itself
+    (`raxel.calibration.parametric.clustered`); wrong: WrongCorners; pupil: PupilTest,
+    board: BoardTest, each None where nothing was tested.
     """
 
     camera: Camera
@@ -55,18 +60,27 @@ class LensCalibration(NamedTuple):
     formula: LensFormula
     values: np.ndarray
     covariance: np.ndarray
+    error_factor: float
     wrong: list
     pupil: PupilTest | None
+    board: BoardTest | None
 
 
-def calibrate_lens(views, width, height, law, *, pupil="by test"):
+class _Proposal(NamedTuple):
+    fit: FormulaFit
+    pupil: PupilTest | None
+    board: BoardTest | None
+
+
+def calibrate_lens(views, width, height, law, *, pupil="by test", board="by test"):
     """A lens formula from views of a planar board, with no start given.
 
     views: two or more BoardViews or DenseViews, of which only the corners (the
     lattice's pixels) that were found count, all alike; width, height: the image in px.
     law: "kannala-brandt" or "unified". pupil: "fixed" (a central camera), "moving", or
-    "by test", which decides between the two. Lens and sensor may be decentred; there is
-    no skew.
+    "by test", which decides between the two. board: "flat", or "by test", which bends
+    and stretches it where views ask for that. Lens and sensor may be decentred; there
+    is no skew.
 
     Returns LensCalibration. Raises InputError as `calibrate_zhang` does;
     CalibrationError: no start leads to a camera, or the views do not determine it.
@@ -75,14 +89,16 @@ def calibrate_lens(views, width, height, law, *, pupil="by test"):
         raise ValueError(f"law: {law!r}; give one of {', '.join(LAWS)}")
     if pupil not in ("by test", "fixed", "moving"):
         raise ValueError(f"pupil: {pupil!r}; 'by test', 'fixed' or 'moving'")
+    if board not in ("by test", "flat"):
+        raise ValueError(f"board: {board!r}; 'by test' or 'flat'")
     boards = _boards_of(views, law)
-    given, test = GivenBoards(boards, width, height), None
-    start = start_of(given)
+    given = GivenBoards(boards, width, height)
     if pupil == "by test":
-        *_, (fit, test) = _proposed(law, given)
+        *_, found = _proposed(law, given, board == "flat")
     else:
-        fit = fitted_law(law, start, boards, PUPIL * (pupil == "moving"))
-    return _completed(fit, boards, views, test, width, height)
+        terms = PUPIL * (pupil == "moving")
+        found = _shaped(law, start_of(given), boards, terms, board == "flat")
+    return _completed(found, boards, views, width, height)
 
 
 def proposed_lenses(views, width, height):
@@ -95,9 +111,9 @@ def proposed_lenses(views, width, height):
     boards = _boards_of(views, "lens formula")
     given, found, faults = GivenBoards(boards, width, height), [], []
     for law in LAWS:
-        for fit, test in _proposed(law, given):
+        for each in _proposed(law, given):
             try:
-                found.append(_completed(fit, boards, views, test, width, height))
+                found.append(_completed(each, boards, views, width, height))
             except CalibrationError as fault:
                 faults.append(str(fault))
     return found, faults
@@ -114,23 +130,38 @@ def _boards_of(views, method):
 
 
 @lru_cache(maxsize=KEPT * len(LAWS))
-def _proposed(law, given):
-    """(FormulaFit, PupilTest) of a central lens; then, if both tests say so, of one
-    whose pupil moves."""
+def _proposed(law, given, flat=False):
+    """The _Proposal of a central lens; then, if both tests say so, that of one whose
+    pupil moves."""
     start, boards = start_of(given), given.boards
-    central = fitted_law(law, start, boards, 0)
-    moving, test = pupil_test(central, start, boards)
-    return tuple((fit, test) for fit in (central, moving)[: 1 + test.moves])
+    central = _shaped(law, start, boards, 0, flat)
+    _, test = pupil_test(central.fit, start, boards)
+    found = [central._replace(pupil=test)]
+    if test.moves:
+        # A board that seemed bent may have been a pupil that moves.
+        again = _shaped(law, start, boards, PUPIL, flat)
+        found.append(again._replace(pupil=test))
+    return found
+
+
+def _shaped(law, start, boards, pupil, flat):
+    """The _Proposal of a law with so many terms of the pupil, its board as it asks."""
+    fit = fitted_law(law, start, boards, pupil)
+    test = None if flat else board_test(fit, boards)
+    while test and test.used != fit.formula.board:
+        fit = fitted_law(law, start, boards, pupil, test.used)
+        test = board_test(fit, boards, test)
+    return _Proposal(fit, None, test)
 
 
 # --------------------------------------------------------------------------- the result
 
 
-def _completed(fit, boards, views, test, width, height):
-    formula, result = fit
+def _completed(proposal, boards, views, width, height):
+    formula, result = proposal.fit
     # Copies: what is kept for the next model is nobody's to change.
     values, poses = result.values.copy(), result.T_camera_grid.copy()
-    covariance = covariance_of(fit, boards)
+    covariance, _, factor = covariance_of(proposal.fit, boards)
     spread = float(np.sqrt(covariance[0, 0]) / values[0])
     if not spread < UNDETERMINED:
         raise CalibrationError(
@@ -140,7 +171,8 @@ def _completed(fit, boards, views, test, width, height):
     camera = formula.camera(values, width, height)
     distances = np.linalg.norm(result.residuals, axis=2)
     off = distances > WIDTH * result.scales[:, None]
-    unseen = _unseen(camera, poses, boards) & ~off
+    placed = boards.placed(formula, values)
+    unseen = _unseen(camera, transform(poses, placed), boards.seen) & ~off
     if unseen.any():
         raise CalibrationError(
             f"{formula.base}: what was fitted folds the image where"
@@ -156,9 +188,11 @@ def _completed(fit, boards, views, test, width, height):
             )
         )
     rms = float(np.sqrt(np.mean(distances[boards.seen] ** 2)))
-    return LensCalibration(camera, poses, rms, formula, values, covariance, wrong, test)
+    return LensCalibration(
+        camera, poses, rms, formula, values, covariance, factor, wrong,
+        proposal.pupil, proposal.board,
+    )  # fmt: skip
 
 
-def _unseen(camera, T_camera_grid, boards):
-    points = transform(T_camera_grid, boards.points).reshape(-1, 3)
-    return ~camera.project(points).valid.reshape(boards.seen.shape) & boards.seen
+def _unseen(camera, points, seen):
+    return ~camera.project(points.reshape(-1, 3)).valid.reshape(seen.shape) & seen

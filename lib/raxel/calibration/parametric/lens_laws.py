@@ -40,16 +40,18 @@ class LensFormula(NamedTuple):
 
     base: "kannala-brandt", "unified", or "perspective", the unified sphere whose xi is
     0 and no parameter; radial: number of terms k; decentring: 0, 2 (p1, p2) or 4
-    (s1, s2, too); pupil: number of terms of z0, 0 for a central lens.
+    (s1, s2, too); pupil: number of terms of z0, 0 for a central lens; board: which
+    values of a BoardShape are fitted with it, names in their order.
 
     Its parameters stand in one vector (P,): fx, fy, cx, cy; xi of the unified base; k;
-    the decentring; a. Lengths are in the board's unit.
+    the decentring; a; the board's. Lengths are in the board's unit.
     """
 
     base: str
     radial: int
     decentring: int
     pupil: int
+    board: tuple = ()
 
     @property
     def names(self):
@@ -58,7 +60,8 @@ class LensFormula(NamedTuple):
         names += ["xi"] * (self.base == "unified")
         names += [f"k{j + 1}" for j in range(self.radial)]
         names += ["p1", "p2", "s1", "s2"][: self.decentring]
-        return names + [f"a{j + 1}" for j in range(self.pupil)]
+        names += [f"a{j + 1}" for j in range(self.pupil)]
+        return names + list(self.board)
 
     def parts(self, values):
         """(xi, k, (p1, p2, s1, s2), a) of a vector (P,); xi is None where the law has
@@ -71,7 +74,8 @@ class LensFormula(NamedTuple):
         pupil = off_axis + self.decentring
         decentring = np.zeros(4)
         decentring[: self.decentring] = values[off_axis:pupil]
-        return xi, values[first:off_axis], decentring, values[pupil:]
+        a = values[pupil : pupil + self.pupil]
+        return xi, values[first:off_axis], decentring, a
 
     def moved_to(self, other, values):
         """The vector of another formula of the same base; terms it lacks are dropped,
@@ -112,8 +116,8 @@ class LensFormula(NamedTuple):
 
 
 class Imaged(NamedTuple):
-    """pixels (N, 2), NaN beyond the formula; by_values (N, 2, P) and by_points
-    (N, 2, 3), their derivatives."""
+    """pixels (N, 2), NaN beyond the formula; by_values (N, 2, P), 0 for the board's,
+    and by_points (N, 2, 3), their derivatives."""
 
     pixels: np.ndarray
     by_values: np.ndarray
@@ -148,8 +152,9 @@ def imaged_points(formula, values, points, derivatives=True):
         if formula.base == "unified":
             own = [(s_by_xi[:, None] * radial)[:, :, None], *own]
         own.append(radial[:, :, None] * (slope[:, None] * by_a)[:, None])
+        own = focal[:, None] * np.concatenate(own, axis=2)
         by_values = np.zeros((len(points), 2, len(values)))
-        by_values[:, :, FRAME:] = focal[:, None] * np.concatenate(own, axis=2)
+        by_values[:, :, FRAME : FRAME + own.shape[2]] = own
         by_values[:, 0, 0], by_values[:, 1, 1] = q.T
         by_values[:, 0, 2] = by_values[:, 1, 3] = 1.0
         return Imaged(

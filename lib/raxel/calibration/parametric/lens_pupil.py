@@ -46,7 +46,8 @@ def pupil_test(central, start, boards):
     p_value = _ratio_test(central, moving, boards)
     if p_value > SURE:
         return moving, PupilTest(p_value, *[np.nan] * 4, False)
-    moving = fitted_law(central.formula.base, start, boards, PUPIL)
+    law, board = central.formula.base, central.formula.board
+    moving = fitted_law(law, start, boards, PUPIL, board)
     errors = [kept_out_px(fit, boards) for fit in (central, moving)]
     shift, sd = _pupil_shift(moving, boards)
     return moving, PupilTest(p_value, *errors, shift, sd, errors[1] < errors[0])
@@ -70,7 +71,9 @@ def _pupil_shift(fit, boards):
     points = transform(fit.result.T_camera_grid, boards.points)[boards.seen]
     theta = np.arctan2(np.hypot(*points[:, :2].T), points[:, 2]).max()
     a = fit.formula.parts(fit.result.values)[3]
+    first = fit.formula.names.index("a1")
+    own = slice(first, first + len(a))
     powers = theta ** (2 * np.arange(1, len(a) + 1))
-    covariance = covariance_of(fit, boards)[-len(a) :, -len(a) :]
+    covariance = covariance_of(fit, boards).covariance[own, own]
     shift = pupil_heights(np.array([theta]), a)[0][0]
     return float(shift), float(np.sqrt(max(powers @ covariance @ powers, 0.0)))

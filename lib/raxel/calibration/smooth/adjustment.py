@@ -63,7 +63,8 @@ class _Choice(NamedTuple):
 def adjust_spline(trend, T_camera_grid, boards, width, height):
     """The SplineAdjustment of a field on `trend` and of the boards' poses.
 
-    boards: list of (pixels (N, 2), points (N, 2)); T_camera_grid (n, 4, 4): a start at
+    boards: list of (pixels (N, 2), points (N, 2) on a flat board, or (N, 3) in its
+    frame); T_camera_grid (n, 4, 4): a start at
     which the trend images most corners. Raises CalibrationError for fewer than two
     boards, or one of which the trend images fewer than six corners.
     """
@@ -99,7 +100,8 @@ def _stacked(boards):
         )
     pixels, points = (np.concatenate(part) for part in zip(*boards, strict=True))
     board = np.repeat(np.arange(len(boards)), [len(own) for own, _ in boards])
-    return CornersOfBoards(pixels, on_plane(points), board)
+    solid = points if points.shape[1] == 3 else on_plane(points)
+    return CornersOfBoards(pixels, solid, board)
 
 
 def _check(linear, corners, count):

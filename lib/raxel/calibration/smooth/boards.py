@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.generic.standard import calibrate_generic
+from raxel.calibration.parametric.lens_board import BoardTest
 from raxel.calibration.parametric.lens_formula import PupilTest, proposed_lenses
 from raxel.calibration.parametric.zhang import found_corners
 from raxel.calibration.smooth.adjustment import (
@@ -37,7 +38,8 @@ class SplineCalibration(NamedTuple):
     that lie in a cell in which a corner was found: elsewhere nothing checks the rays.
     wrong_corners: {index: how many corners were left out as wrong}; trend: what it was
     fitted as; adjustment: SplineAdjustment; pupil: the trend's PupilTest where that
-    moves, else None.
+    moves, else None; board: its BoardTest, None where the trend is no lens formula. The
+    shape of the board is the trend's.
     """
 
     camera: RaySplineCamera
@@ -50,6 +52,7 @@ class SplineCalibration(NamedTuple):
     trend: str
     adjustment: SplineAdjustment
     pupil: PupilTest | None
+    board: BoardTest | None
 
 
 class _Laid(NamedTuple):
@@ -65,6 +68,11 @@ class _Start(NamedTuple):
     T_camera_grid: dict  # of boards by index
     left_out: dict
     pupil: PupilTest | None
+    board: BoardTest | None
+
+    def solid(self, points):
+        """Points (N, 3) of stated ones (N, 2), by the shape that the trend took."""
+        return self.board.taken.points(points) if self.board else on_plane(points)
 
 
 def calibrate_spline(views, width, height, *, rng, units="mm", side=-1):
@@ -111,7 +119,7 @@ def _lenses(views, width, height):
 def _lens_start(lens):
     poses = dict(enumerate(lens.T_camera_grid))
     moves = lens.pupil if lens.formula.pupil else None
-    return _Start(lens.formula.base, lens.camera, poses, {}, moves)
+    return _Start(lens.formula.base, lens.camera, poses, {}, moves, lens.board)
 
 
 def _generic_start(views, width, height, rng, units, side):
@@ -123,21 +131,21 @@ def _generic_start(views, width, height, rng, units, side):
     trend = trend_of_rays(pixels, rays, width, height)
     T_trend_rays = pose(trend.R_rays_trend.T, np.zeros(3))
     poses = dict(zip(found.used, T_trend_rays @ found.T_camera_grid, strict=True))
-    return _Start("rays", trend.camera, poses, dict(found.left_out), None)
+    return _Start("rays", trend.camera, poses, dict(found.left_out), None, None)
 
 
 def _laid(start, corners, width, height):
     """The field on one trend, of the boards of which it images enough: _Laid."""
     used, left_out = [], dict(start.left_out)
     for k, T in start.T_camera_grid.items():
-        flat = on_plane(corners[k][1])
-        count = np.count_nonzero(start.trend.project(transform(T, flat)).valid)
+        solid = start.solid(corners[k][1])
+        count = np.count_nonzero(start.trend.project(transform(T, solid)).valid)
         if count < MIN_CORNERS:
             left_out[k] = f"the trend images {count} of its corners"
         else:
             used.append(k)
     poses = np.array([start.T_camera_grid[k] for k in used]).reshape(-1, 4, 4)
-    boards = [corners[k] for k in used]
+    boards = [(corners[k][0], start.solid(corners[k][1])) for k in used]
     found = adjust_spline(start.trend, poses, boards, width, height)
     return _Laid(start, used, left_out, found)
 
@@ -155,5 +163,5 @@ def _completed(laid, width, height):
         found.camera, found.T_camera_grid, used, left_out,
         float(np.mean(found.camera.rays(pixels).valid)),
         float(np.mean(found.camera.covers(pixels))),
-        wrong, start.name, found, start.pupil,
+        wrong, start.name, found, start.pupil, start.board,
     )  # fmt: skip

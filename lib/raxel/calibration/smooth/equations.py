@@ -35,7 +35,7 @@ GAUGE = 1e3  # times the largest of the normal matrix, against common rotations
 
 
 class CornersOfBoards(NamedTuple):
-    """pixels (N, 2), points (N, 3) with z = 0, board (N,) in rising order."""
+    """pixels (N, 2), points (N, 3) of boards, board (N,) in rising order."""
 
     pixels: np.ndarray
     points: np.ndarray

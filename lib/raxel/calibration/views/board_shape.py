@@ -45,6 +45,11 @@ class BoardShape(NamedTuple):
         return placed[:, :2] - placed[:, 2:] * directions[:, :2] / directions[:, 2:]
 
 
+def board_points(flat, shape):
+    """Points (..., 3) of stated ones (..., 2): of a BoardShape, of a plane for None."""
+    return on_plane(flat) if shape is None else shape.points(flat)
+
+
 def shaped(flat, shape):
     """Points (..., 3) of a BoardShape for stated ones (..., 2), and how they move with
     its values, (..., 3, 4)."""

@@ -1,0 +1,75 @@
+"""The board's shape as it was found with a camera, in words and as JSON."""
+
+import numpy as np
+
+from raxel.calibration.parametric.lens_board import FEWEST, STRETCH
+from raxel.calibration.views.board_shape import BENDS, TERMS
+from raxel.cli.scores import known
+
+PER_CENT = 100.0
+
+
+def shape_fields(test):
+    """A BoardTest as JSON; None where there is none. Lengths are in the unit of the
+    result; `size` is what the corners span."""
+    if test is None:
+        return None
+    shape = test.shape
+    values = {
+        name: {"value": float(value), "sd": float(sd), "used": name in test.used}
+        for name, value, sd in zip(TERMS, shape.values, test.sd, strict=True)
+    }
+    return values | {
+        "size": (2 * shape.half).tolist(),
+        "p_bends": test.p_bends,
+        "p_stretch": test.p_stretch,
+        "flat_px": known(test.flat_px),
+        "shaped_px": known(test.shaped_px),
+    }
+
+
+def shape_line(test, unit, target):
+    """How flat the board is, for people."""
+    if test is None:
+        return (
+            f"shape of the {target}: taken as stated; to ask takes {FEWEST} {target}s "
+            "and a formula, or smooth rays on one"
+        )
+    wide, high = 2 * test.shape.half
+    (bend_x, bend_y, twist), stretch = test.shape.values[:3], test.shape.values[3]
+    sd = test.sd
+    return (
+        f"shape of the {target}: over its {wide:.4g} x {high:.4g} {unit} the ends of x "
+        f"lie {_with_sd(bend_x, sd[0], unit)} behind the middle, those of y "
+        f"{_with_sd(bend_y, sd[1], unit)}, twisted by {_with_sd(twist, sd[2], unit)}: "
+        f"{_taken(BENDS, test, 'as flat')}; x longer against y by "
+        f"{_with_sd(PER_CENT * stretch, PER_CENT * sd[3], '%')}: "
+        f"{_taken(STRETCH, test, 'as stated')}"
+    )
+
+
+def shape_warnings(test, unit, target):
+    """What to say of a board that is not as it is said to be."""
+    if test is None or not test.used:
+        return []
+    told = []
+    if set(BENDS) <= set(test.used):
+        most = np.abs(test.shape.values[:3]).max()
+        told.append(f"it bends by up to {most:.2g} {unit}")
+    if set(STRETCH) <= set(test.used):
+        longer = PER_CENT * test.shape.values[3]
+        told.append(f"its x is longer against y by {longer:.2g} %")
+    return [
+        f"the {target} is not as stated: {' and '.join(told)}; the camera was fitted "
+        f"with that ({test.flat_px:.3g} px RMS on {target}s kept out without it, "
+        f"{test.shaped_px:.3g} px with it); measure the {target}, or take a stiffer one"
+    ]
+
+
+def _with_sd(value, sd, unit):
+    digits = max(0, 1 - int(np.floor(np.log10(max(sd, 1e-9)))))
+    return f"{value:.{digits}f} +- {sd:.{digits}f} {unit}"
+
+
+def _taken(names, test, stated):
+    return "used" if set(names) <= set(test.used) else f"taken {stated}"

@@ -1,0 +1,131 @@
+"""A board that is bent or longer one way: its shape is found with the camera."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration import calibrate_lens
+from raxel.calibration.parametric import lens_bundle
+from raxel.calibration.parametric.clustered import clustered_covariance
+from raxel.calibration.parametric.lens_laws import LensFormula
+from raxel.calibration.views.board_shape import TERMS, BoardShape, shaped
+from raxel.geometry.planes import on_plane
+from tests.board_scenes import BOARD, HEIGHT, WIDTH, board_poses, views_of
+from tests.calibration_scenes import central_difference
+
+HALF = np.ptp(BOARD, axis=0) / 2
+COUNT, NOISE_PX, FOCAL_PX = 12, 0.05, 100.0
+
+
+def shape_of(*values):
+    return BoardShape(BOARD.mean(axis=0), HALF, np.array(values, float))
+
+
+def seen_with(shape, seed, count=COUNT):
+    poses = board_poses(seed, count)
+    return views_of(poses, noise=NOISE_PX, seed=seed, solid=shape.points(BOARD))
+
+
+def test_a_bent_sheet_keeps_its_lengths():
+    # Its bend about a slanted axis: along the arc as long as on the stated board.
+    along = np.linspace(-1, 1, 2001)[:, None] * [60.0, 54.0]
+    curvature = 2e-3
+    one = np.array([60.0, 54.0]) / np.hypot(60.0, 54.0)
+    a, b = HALF
+    values = curvature / 2 * np.array([(a * one[0]) ** 2, (b * one[1]) ** 2, 0.0, 0.0])
+    values[2] = curvature * a * b * one[0] * one[1]
+    placed = shape_of(*values).points(along + BOARD.mean(axis=0))
+    length = np.sum(np.linalg.norm(np.diff(placed, axis=0), axis=1))
+    flat = 2 * np.hypot(60.0, 54.0)
+    assert length == pytest.approx(flat, rel=3e-5)
+    chord = np.linalg.norm(placed[-1] - placed[0])
+    assert chord == pytest.approx(flat * (1 - (curvature * flat) ** 2 / 24), rel=3e-5)
+    assert placed[-1, 2] - placed[1000, 2] == pytest.approx(curvature * flat**2 / 8)
+
+
+def test_slopes_of_the_shape_are_its_differences():
+    values = np.array([4.0, -3.0, 2.5, 0.03])
+    _, slopes = shaped(BOARD, shape_of(*values))
+    differences = central_difference(
+        lambda step: shape_of(*(values + step)).points(BOARD), 4
+    )
+    np.testing.assert_allclose(slopes, differences, atol=1e-7)
+
+
+def test_equations_of_the_adjustment_are_differences_of_its_residuals():
+    views = views_of(board_poses(1, 4), noise=1.0, seed=0)
+    boards = lens_bundle.stacked([(view.pixels, view.points) for view in views])
+    formula = LensFormula("kannala-brandt", 2, 2, 1, TERMS)
+    values = np.array(
+        [100, 101, 122, 88, -0.01, 2e-3, 1e-3, -1e-3, 1, 3, -2, 1.5, 0.02]
+    )
+    T = board_poses(1, 4)
+    # Of so wide a loss all weights are 1.
+    system = lens_bundle._system(formula, values, T, boards, "cauchy", np.full(4, 1e4))
+
+    def off(step):
+        return lens_bundle._residuals(formula, values + step, T, boards).ravel()
+
+    J = -np.nan_to_num(central_difference(off, len(values)))
+    np.testing.assert_allclose(system[0], J.T @ J, rtol=1e-4, atol=1e-3)
+    right = J.T @ np.nan_to_num(off(np.zeros(len(values))))
+    np.testing.assert_allclose(system[3], right, rtol=1e-3, atol=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("values", "used"), [((0.8, 0, 0, 0), TERMS[:3]), ((-0.4, 0.5, 0.3, 0.006), TERMS)]
+)
+def test_the_shape_is_found_with_the_camera(values, used):
+    views = seen_with(shape_of(*values), 7)
+    found = calibrate_lens(views, WIDTH, HEIGHT, "kannala-brandt", pupil="fixed")
+    test = found.board
+    assert test.used == used
+    assert np.all(np.abs(test.shape.values - values) < 4 * test.sd)
+    assert np.all(test.sd < [0.05, 0.05, 0.05, 1e-3])
+    assert test.shaped_px < test.flat_px
+    focal, sd = found.values[0], np.sqrt(found.covariance[0, 0])
+    assert abs(focal - FOCAL_PX) < 3 * sd < 0.3
+
+
+def test_a_flat_board_stays_flat_and_few_photographs_ask_nothing():
+    views = seen_with(shape_of(0, 0, 0, 0), 8)
+    found = calibrate_lens(views, WIDTH, HEIGHT, "kannala-brandt", pupil="fixed")
+    assert found.board.used == ()
+    assert np.all(found.board.taken.values == 0)
+    assert np.all(np.abs(found.board.shape.values) < 4 * found.board.sd)
+    assert np.all(found.board.taken.points(BOARD) == on_plane(BOARD))
+    bent = seen_with(shape_of(0.8, 0, 0, 0), 9)[:5]
+    found = calibrate_lens(bent, WIDTH, HEIGHT, "kannala-brandt", pupil="fixed")
+    assert found.board is None
+
+
+def fitted_line(rng, together):
+    """(estimate, its ClusteredCovariance) of three parameters from 12 groups of 40; in
+    each group errors share what moves the first parameter, so strongly."""
+    rows = rng.normal(size=(12, 40, 3))
+    errors = rng.normal(size=(12, 40))
+    errors += together * rows[..., 0] * rng.normal(size=(12, 1))
+    normal = np.einsum("nmi,nmj->nij", rows, rows)
+    found = np.linalg.solve(normal.sum(axis=0), np.einsum("nmi,nm->i", rows, errors))
+    left = errors - rows @ found
+    gradient = np.einsum("nmi,nm->ni", rows, left)
+    variance = np.sum(left**2) / (left.size - 3)
+    return found, clustered_covariance(normal, gradient, variance)
+
+
+@pytest.mark.parametrize("together", [0.0, 0.3])
+def test_errors_shared_within_a_photograph_are_in_the_covariance(together):
+    rng = np.random.default_rng(3)
+    trials = [fitted_line(rng, together) for _ in range(300)]
+    found = np.array([values for values, _ in trials])
+    spread = np.sqrt(np.mean(found**2, axis=0))
+    stated, alone = (
+        np.sqrt(np.mean([np.diag(c[k]) for _, c in trials], axis=0)) for k in (0, 1)
+    )
+    factor = np.mean([c.factor for _, c in trials])
+    if not together:
+        np.testing.assert_allclose(stated, spread, rtol=0.12)
+        assert 1.0 <= factor < 1.15
+    else:
+        assert alone[0] < 0.6 * spread[0]
+        assert 0.85 < stated[0] / spread[0] < 1.2
+        assert factor > 1.2
