@@ -98,8 +98,11 @@ from repro.run.outcomes import Plan, crossed
 # terms are free; those that do not pay for themselves by Schwarz's criterion
 # go again.
 #
-# **Does the pupil move?** A likelihood-ratio test has to say so, and the
-# error on boards that were kept out of the fit, both.
+# **Does the pupil move?** A likelihood-ratio test has to say so, beside a
+# law with as many radial terms more; the error on boards that were kept out
+# of the fit, by more than it scatters from board to board; and that formula
+# which predicts these best. Where they do not agree it is undecided, and the
+# pupil is taken to stand still.
 
 # %% tags=["active-ipynb"]
 # show_code(fitted, kept_out)

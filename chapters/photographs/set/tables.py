@@ -127,7 +127,7 @@ def ext_every_corner(results):
         f"that a model has no ray for counts as {MISSED_PX:g} px. The lens "
         "formulas (Kannala-Brandt, unified sphere) choose their terms by the "
         "photographs they are fitted to; whether their pupil moves is asked "
-        "of a test and of boards kept out within these.",
+        "of a test, of boards kept out within these, and of both formulas.",
     )
 
 
@@ -138,7 +138,10 @@ def _pupil(study, model):
         return ""
     p_value = study.fit(f"{model}.pupil.p_value")
     chance = "p < 0.0001" if p_value < 1e-4 else f"p = {p_value:.2g}"
-    return f"{'moves' if moves else 'stands still'} ({chance})"
+    said = "moves" if moves else "stands still"
+    if study.fit(f"{model}.pupil.undecided") == 1:
+        said = "undecided, taken to stand still"
+    return f"{said} ({chance})"
 
 
 @table("ext_images", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)

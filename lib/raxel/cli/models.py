@@ -12,6 +12,7 @@ from raxel.calibration.generic.cgsp import calibrate_cgsp
 from raxel.calibration.generic.standard import calibrate_generic
 from raxel.calibration.parametric.lens_board import BoardTest
 from raxel.calibration.parametric.lens_formula import calibrate_lens
+from raxel.calibration.parametric.lens_pupil import UNDECIDED
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.smooth.boards import calibrate_spline
 from raxel.cameras.core.base import Camera
@@ -69,10 +70,11 @@ def _lens(views, size, law):
 
 
 def _told(pupil):
-    return {
-        name: value if name == "moves" else known(value)
+    told = {
+        name: value if isinstance(value, str) else known(value)
         for name, value in pupil._asdict().items()
     }
+    return told | {"moves": pupil.moves, "against": pupil.against or None}
 
 
 def spline(views, size, unit):
@@ -165,14 +167,24 @@ DOES_NOT_FIT = {
 def lines(details, unit):
     """What people are told of a fit beside the camera's numbers."""
     pupil = details.get("pupil")
-    if pupil and pupil["moves"]:
+    if not pupil or pupil["central_px"] is None:
+        return
+    errors = (
+        f"without that, {pupil['central_px']:.3g} px RMS on boards kept out, with it "
+        f"{pupil['moving_px']:.3g} px"
+    )
+    by = f"{pupil['shift']:.3g} +- {pupil['shift_sd']:.2g} {unit}"
+    if pupil["moves"]:
+        yield f"the entrance pupil moves by {by} over the field of view: {errors}"
+    elif pupil["verdict"] == UNDECIDED:
+        why = f"which chance makes with p = {pupil['chance']:.2g}"
+        if pupil["against"]:
+            why = f"but {pupil['against']}, which fits better, says otherwise"
         yield (
-            f"the entrance pupil moves by {pupil['shift']:.3g} +- "
-            f"{pupil['shift_sd']:.2g} {unit} over the field of view: without that, "
-            f"{pupil['central_px']:.3g} px RMS on boards kept out, with it "
-            f"{pupil['moving_px']:.3g} px"
+            f"whether the entrance pupil moves is undecided, and it is taken to stand "
+            f"still: if it does, by {by} over the field of view; {errors}, {why}"
         )
-    elif pupil and pupil["central_px"] is not None:
+    else:
         yield (
             "the entrance pupil is taken to stand still: one that moves fits better "
             f"(p = {pupil['p_value']:.2g}), but not boards kept out "

@@ -21,6 +21,7 @@ from raxel.calibration import (
     calibrate_lens,
     calibrate_zhang,
 )
+from raxel.calibration.parametric.lens_pupil import MOVES, UNDECIDED
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.smooth.boards import calibrate_spline
 from raxel.calibration.views.boards import board_views
@@ -219,10 +220,12 @@ def zhang_numbers(calibration):
 def lens_numbers(calibration):
     """How many terms a lens formula has, and whether its pupil moves, and why."""
     test = calibration.pupil
+    numbers = {n: told for n, told in test._asdict().items() if type(told) is not str}
+    verdict = {name: test.verdict == name for name in (MOVES, UNDECIDED)}
     return {
         "terms": len(calibration.formula.names),
         "wrong_corners": len(calibration.wrong),
-        "pupil": {name: float(told) for name, told in test._asdict().items()},
+        "pupil": {n: float(told) for n, told in (numbers | verdict).items()},
     }
 
 

@@ -164,15 +164,6 @@ def _criterion(fit, boards, terms=None):
     return count * np.log(cost) + terms * np.log(count)
 
 
-def kept_out_px(fit, boards):
-    """RMS distance, px, of boards that were kept out, over all corners."""
-    squares, corners = kept_out_squares(fit, boards), boards.seen.sum(axis=1)
-    there = np.isfinite(squares)
-    if not there.any():
-        return np.inf
-    return float(np.sqrt(np.average(squares[there], weights=corners[there])))
-
-
 def kept_out_squares(fit, boards):
     """Mean squared distance (n,) px^2 on each board, kept out of fits with the same
     terms; a corner counts as at most WIDTH scales of its board off. NaN where fewer

@@ -25,7 +25,13 @@ from raxel.calibration.parametric.lens_fit import (
     start_of,
 )
 from raxel.calibration.parametric.lens_laws import LensFormula
-from raxel.calibration.parametric.lens_pupil import PupilTest, pupil_test
+from raxel.calibration.parametric.lens_pupil import (
+    SURE,
+    PupilTest,
+    agreed,
+    pupil_shift,
+    pupil_test,
+)
 from raxel.calibration.parametric.zhang import found_corners
 from raxel.cameras.core.base import Camera
 from raxel.errors import CalibrationError, InputError
@@ -130,17 +136,29 @@ def _boards_of(views, method):
 
 
 @lru_cache(maxsize=KEPT * len(LAWS))
+def _asked(law, given, flat):
+    """The _Proposal of a central lens, and the AskedLaw on its pupil."""
+    central = _shaped(law, start_of(given), given.boards, 0, flat)
+    return central, pupil_test(law, central.fit, given.boards)
+
+
+@lru_cache(maxsize=KEPT * len(LAWS))
 def _proposed(law, given, flat=False):
-    """The _Proposal of a central lens; then, if both tests say so, that of one whose
+    """The _Proposal of a central lens; then, if all tests say so, that of one whose
     pupil moves."""
-    start, boards = start_of(given), given.boards
-    central = _shaped(law, start, boards, 0, flat)
-    _, test = pupil_test(central.fit, start, boards)
+    boards = given.boards
+    central, asked = _asked(law, given, flat)
+    test = asked.test
+    for other in LAWS:
+        if test.p_value <= SURE and other != law:
+            test = agreed(asked, _asked(other, given, flat)[1], boards)
     found = [central._replace(pupil=test)]
     if test.moves:
         # A board that seemed bent may have been a pupil that moves.
-        again = _shaped(law, start, boards, PUPIL, flat)
-        found.append(again._replace(pupil=test))
+        again = _shaped(law, start_of(given), boards, PUPIL, flat)
+        shift, sd = pupil_shift(again.fit, boards)
+        test = test._replace(shift=shift, shift_sd=sd)
+        found = [each._replace(pupil=test) for each in (central, again)]
     return found
 
 
