@@ -10,9 +10,9 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
-from raxel.features.active_grid.checks.phases import _edge_doubts
+from raxel.features.active_grid.checks.phases import edge_doubts
 from raxel.features.active_grid.coding import read_coding
-from raxel.sets import PatternPlan
+from raxel.sets import PatternPlan, plan_of_cells
 from tests.active_grids import drawn
 
 USUAL = {"size": (200, 150), "noise": 2.0, "blur": 1.0, "share": 0.9}
@@ -127,11 +127,11 @@ def test_other_orders_and_subsets_raise_no_doubt():
         ),
         (
             [("gray-x-00", "gray-x-02"), ("gray-x-00-inverse", "gray-x-02-inverse")],
-            "gray-x-00.png and gray-x-02.png, and their inverses, are in each other's",
+            "gray-x-00.png and gray-x-02.png, gray-x-00-inverse.png and gray-x-02-inv",
         ),
         (
             [("gray-x-01", "gray-y-01"), ("gray-x-01-inverse", "gray-y-01-inverse")],
-            "gray-x-01.png and gray-y-01.png, and their inverses, are in each other's",
+            "gray-x-01.png and gray-y-01.png, gray-x-01-inverse.png and gray-y-01-inv",
         ),
         (
             [("gray-y-01", "gray-y-01-inverse")],
@@ -139,7 +139,7 @@ def test_other_orders_and_subsets_raise_no_doubt():
         ),
         (
             [("gray-x-00", "gray-x-00-inverse")],
-            "the phase along x falls where its Gray code rises; reverse the order of",
+            "the phase along x falls where its Gray code rises: phase-x-0.png and pha",
         ),
         (
             [(f"gray-x-0{b}", f"gray-x-0{b}-inverse") for b in range(3)],
@@ -147,7 +147,10 @@ def test_other_orders_and_subsets_raise_no_doubt():
         ),
         (
             [("phase-y-0", "phase-y-1")],
-            "the phase steps along y are not in order: the pictures follow one another",
+            {
+                4: "the phase along y falls where its Gray code rises: phase-y-0.png",
+                6: "the phase steps along y are not in order: phase-y-0.png and ph",
+            },
         ),
         (
             [("phase-x-1", "phase-x-3")],
@@ -159,7 +162,7 @@ def test_other_orders_and_subsets_raise_no_doubt():
         ),
         (
             [("gray-x-02", "phase-x-1")],
-            "gray-x-02.png and gray-x-02-inverse.png are not opposite to each other",
+            "gray-x-02.png and phase-x-1.png are in each other's place: gray-x-02.png",
         ),
     ],
 )
@@ -253,7 +256,10 @@ def test_lengths_in_the_file_that_the_pictures_do_not_show(wrong):
     ]
     doubt = first(one.images, patterns=patterns)
     assert doubt.spoils
-    assert "do not fit the cells of its Gray code; mend periods, cell_px" in doubt.text
+    assert (
+        "do not fit the cells of its Gray code (gray-x-00.png to gray-x-02-inverse.png)"
+        in doubt.text
+    )
 
 
 def test_a_code_that_leaves_the_monitor():
@@ -344,8 +350,32 @@ def test_sines_that_nobody_showed_are_told():
 @pytest.mark.parametrize(("slope", "falls"), [(0.0, False), (-0.1, True)])
 def test_clipped_sines_that_stand_still_do_not_fall(slope, falls):
     one = scene()
-    code = read_coding(one.patterns, one.grid.monitor_px)[0]
+    codes = read_coding(one.patterns, one.grid.monitor_px)
     along = np.where(np.arange(300) % 3 == 0, 0.1, slope)
-    names = SimpleNamespace(names=[p.image for p in one.patterns])
-    found = list(_edge_doubts(names, code, np.ones(300, complex), along))
+    sample = SimpleNamespace(names=[p.image for p in one.patterns], codes=codes)
+    ones = np.ones(300, complex)
+    found = list(edge_doubts(sample, 0, range(4), ones, ones, along))
     assert [("falls where" in doubt.text) for doubt in found] == [True] * falls
+
+
+@pytest.mark.parametrize("steps", [3, 4, 5, 6])
+@pytest.mark.parametrize("offset", [0.0, 0.25])
+def test_every_picture_out_of_order_is_named_and_no_other(steps, offset):
+    """Swaps, reversals and other permutations of a sine's steps."""
+    plan = plan_of_cells((200, 144), 8, steps, offset)
+    one = drawn(**USUAL, plan=plan)
+    names = [p.image for p in one.patterns]
+    own = np.array([names.index(f"phase-x-{k}.png") for k in range(steps)])
+    rng = np.random.default_rng(steps)
+    every = [np.arange(steps)[::-1], -np.arange(steps) % steps]
+    every += [rng.permutation(steps) for _ in range(4)]
+    for order in every:
+        moved = {names[own[k]] for k in range(steps) if order[k] != k}
+        if not moved:
+            continue
+        images = one.images.copy()
+        images[own] = images[own[order]]
+        doubt = told(images, one.patterns, one.grid)[0]
+        assert doubt.spoils
+        text = doubt.text.replace("(phase-x-0.png to", "").split(", or gray")[0]
+        assert moved == {names[k] for k in own if names[k] in text}

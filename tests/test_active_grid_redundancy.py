@@ -45,7 +45,7 @@ def examined(one, images):
     """Decoded, Mismatch along x and what is said of it."""
     found = decode(images, one.patterns, one.grid)
     codes = read_coding(one.patterns, one.grid.monitor_px)
-    sample = sampled(images, one.patterns, codes, found.noise, None, None)
+    sample = sampled(images, one.patterns, codes, one.grid, found.noise, ())
     told = examine(images, one.patterns, one.grid, found)
     return found, mismatch(sample, 0, found.noise), told
 
@@ -168,7 +168,7 @@ def test_of_three_steps_without_inverses_nothing_is_known():
     codes = read_coding(patterns, one.grid.monitor_px)
     levels = {"white": one.white, "black": one.black}
     found = decode(images, patterns, one.grid, **levels)
-    sample = sampled(images, patterns, codes, found.noise, *levels.values())
+    sample = sampled(images, patterns, codes, one.grid, found.noise, levels.values())
     assert mismatch(sample, 0, found.noise) is None
 
 

@@ -58,7 +58,7 @@ INNER_ROOMS = {
         "mirrors": ("core", "linear"),
         "tables": ("core",),
     },
-    "raxel.features.active_grid": {"checks": ("coding", "layout")},
+    "raxel.features.active_grid": {"checks": ("coding", "layout", "periods")},
 }
 # The modules beside them that may import their rooms; a package's own name may too.
 ABOVE_ROOMS = {

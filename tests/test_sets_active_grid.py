@@ -16,8 +16,7 @@ def described(folder, patterns, **view):
     listed = []
     for pattern in patterns:
         entry = {k: v for k, v in vars(pattern).items() if v is not None}
-        if pattern.kind == "phase":
-            del entry["inverse"]
+        del entry["inverse" if pattern.kind == "phase" else "offset"]
         listed.append(entry)
     for name in {*(p.image for p in patterns), *view.values()}:
         (folder / name).write_bytes(b"")
@@ -78,6 +77,9 @@ def left_out(number):
         (left_out(14), "patterns: phase code of axis x lacks step 2 of 4; add its ima"),
         (changed(2, bit=0), "patterns[2]: the same pattern as patterns[0]; mend axis"),
         (changed(2, of=4), "patterns[2].of: found 4, but 3 in patterns[0] of the same"),
+        (changed(13, offset=0.25), "patterns[13].offset: found 0.25, but 0 in patter"),
+        (changed(13, offset=90), "patterns[13].offset: found 90; give the part of"),
+        (changed(0, offset=0.0), "patterns[0].offset: unknown key; known are image"),
         (
             changed(3, cell_px=64.0),
             "patterns[3].cell_px: found 64, but 128 in patterns[0] of the same code",

@@ -55,6 +55,20 @@ def test_what_the_monitor_is_sent_is_what_the_laboratory_shows():
         np.testing.assert_allclose(sent.ravel() / 255, shown, atol=0.501 / 255)
 
 
+def test_an_offset_of_a_quarter_makes_cosines():
+    size = (96, 64)
+    plan = plan_of_cells(size, 4, 3, offset=0.25)
+    own = [p for p in patterns_of(plan) if p.kind == "phase" and p.axis == "x"]
+    x = 2 * np.pi * 4 * (np.arange(96) + 0.5) / 96
+    for step, pattern in enumerate(own):
+        due = 0.5 + 0.5 * np.cos(x + 2 * np.pi * step / 3)
+        sent = pattern_picture(pattern, size)[0]
+        np.testing.assert_allclose(sent / 255, due, atol=0.501 / 255)
+        uv = np.column_stack([np.arange(96) + 0.5, np.full(96, 9.0)])
+        shown = MonitorPattern(size, None, pattern).radiance(uv, np.ones(96))
+        np.testing.assert_allclose(shown, due, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("cells", "steps", "message"),
     [

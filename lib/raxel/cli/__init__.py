@@ -15,8 +15,8 @@
 - `raxel render RIG --out SET [--seed N] [--noise LEVEL]` photographs a rig's target in
   the virtual laboratory; where RIG describes a mirror set, all of that.
 - `raxel patterns --width W --height H --out FOLDER [--cells N] [--steps N]
-  [--size-mm W H] [--chessboard COLUMNS ROWS] [--poses N]` draws what an active grid's
-  monitor shows, with a set.yaml for the photographs.
+  [--offset PART] [--size-mm W H] [--chessboard COLUMNS ROWS] [--poses N]` draws what
+  an active grid's monitor shows, with a set.yaml for the photographs.
 - `raxel decode SET --out FOLDER [--raw] [--neighbours] [--fill] [--margin PX]` finds
   the point of the monitor that each pixel sees; `--points` takes FOLDER.
 - `raxel show WHAT [--camera CAMERA] [--corners FILE] [--seed N] [--out FILE]` draws a

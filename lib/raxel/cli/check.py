@@ -108,7 +108,7 @@ def _patterns(view, monitor_px):
     present = {}
     for pattern in view.patterns:
         code = pattern.axis, pattern.kind, pattern.of, pattern.periods, pattern.cell_px
-        present.setdefault(code, []).append(pattern)
+        present.setdefault((*code, pattern.offset), []).append(pattern)
     levels = [name for name in ("white", "black") if getattr(view, name)]
     return ", ".join([*(_code(p, monitor_px) for p in present.values()), *levels])
 
@@ -128,7 +128,8 @@ def _code(patterns, monitor_px):
             f"({count} cells of {width:g} px)"
         )
     steps = len({pattern.step for pattern in patterns})
+    offset = f", offset {first.offset:g}" if first.offset else ""
     return (
         f"{first.axis} phase {steps} of {first.of} steps "
-        f"({first.periods:.4g} periods of {size / first.periods:.4g} px)"
+        f"({first.periods:.4g} periods of {size / first.periods:.4g} px{offset})"
     )

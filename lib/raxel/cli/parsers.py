@@ -4,6 +4,7 @@ What runs a command stands in `running`.
 """
 
 import argparse
+import math
 
 from raxel.cli import mirror_parsers, running
 from raxel.cli.names import read_name, written_name
@@ -197,6 +198,13 @@ def _add_patterns(commands):
         "6 or more the third as well",
     )
     parser.add_argument(
+        "--offset",
+        type=_part,
+        metavar="PART",
+        default=0.0,
+        help="of a period by which sines are ahead: 0.25 for cosines (default 0)",
+    )
+    parser.add_argument(
         "--size-mm",
         metavar=("W", "H"),
         nargs=2,
@@ -328,6 +336,16 @@ def _length(text):
         number = 0.0
     if not 0 < number <= 1e6:
         raise argparse.ArgumentTypeError(f"found {text!r}; give a length in mm")
+    return number
+
+
+def _part(text):
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not abs(number) <= 1:
+        raise argparse.ArgumentTypeError(f"found {text!r}; give a number, -1 to 1")
     return number
 
 

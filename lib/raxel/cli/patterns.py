@@ -37,7 +37,7 @@ STEPS = """\
 def patterns(options, say):
     """Write what the monitor is to show, and a set.yaml for the photographs of it."""
     size = options.width, options.height
-    plan = plan_of_cells(size, options.cells, options.steps)
+    plan = plan_of_cells(size, options.cells, options.steps, options.offset)
     shown = patterns_of(plan)
     board = options.chessboard and chessboard_of_corners(size, *options.chessboard)
     grid = ActiveGrid(size, options.size_mm and tuple(options.size_mm), board)

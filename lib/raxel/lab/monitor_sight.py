@@ -10,6 +10,7 @@ import numpy as np
 
 from raxel.lab.patterns import MonitorLevel, MonitorPattern, monitor_scene, odd_share
 from raxel.lab.render import lit_pixels, trace
+from raxel.sets.patterns import advance
 
 LIT = 0  # the part of the scene
 
@@ -67,7 +68,7 @@ class MonitorSight:
             waves = swing * np.sin(turn), swing * np.cos(turn)
             self._waves[key] = tuple(wave.astype(np.float32) for wave in waves)
         sine, cosine = self._waves[key]
-        angle = 2 * np.pi * texture.pattern.step / texture.pattern.of
+        angle = 2 * np.pi * advance(texture.pattern)
         value = np.float32(np.cos(angle)) * sine + np.float32(np.sin(angle)) * cosine
         return self.rig.monitor.light(value + np.float32(0.5))
 

@@ -15,7 +15,7 @@ from raxel.geometry import pose
 from raxel.lab.scene import TexturedScene
 from raxel.lab.surfaces import Rectangle
 from raxel.lab.textures import GridTexture, Plain, Texture, share_in_bars
-from raxel.sets.patterns import cell_width
+from raxel.sets.patterns import advance, cell_width
 
 
 class MonitorLevel(Texture):
@@ -68,8 +68,8 @@ class MonitorPattern(Texture):
 
     monitor_px, monitor_mm: (width, height); without mm, a pixel is 1 mm wide. Gray
     code counts 2^of cells from the left or upper border, bit 0 is the most significant.
-    Step k of a phase pattern is 1/2 + 1/2 sin(phi + 2 pi k / of), where phi = 2 pi
-    periods x / width starts at 0 on the left or upper border, as (3.23) decodes it.
+    Step k of a phase pattern is 1/2 + 1/2 sin(phi + 2 pi (k / of + offset)), where phi
+    = 2 pi periods x / width starts at 0 on the left or upper border, as (3.23) decodes.
 
     Means over a pixel's footprint are exact for Gray code, whose edges are parallel,
     if the map is affine within the pixel. Of a phase pattern the mean value is exact;
@@ -118,8 +118,7 @@ class MonitorPattern(Texture):
         return self.response(0.5 + swing * self._sine(x), cosine)
 
     def _sine(self, periods):
-        step = self.pattern.step / self.pattern.of
-        return np.sin(2 * np.pi * (periods + step))
+        return np.sin(2 * np.pi * (periods + advance(self.pattern)))
 
     def _two_levels(self, share, cosine):
         if self.pattern.inverse:

@@ -129,7 +129,8 @@ def _view(data):
 
 def _pattern(data):
     whole = {key: int(data[key]) for key in ("bit", "step", "of") if key in data}
-    lengths = {k: float(data[k]) for k in ("periods", "cell_px") if k in data}
+    lengths = ("periods", "cell_px", "offset")
+    lengths = {key: float(data[key]) for key in lengths if key in data}
     return Pattern(**{**data, **whole, **lengths})
 
 
@@ -216,5 +217,6 @@ def _plain_pattern(pattern):
             "inverse": bool(pattern.inverse),
             **width,
         }
-    step, periods = int(pattern.step), float(pattern.periods)
-    return {**data, "step": step, "of": int(pattern.of), "periods": periods}
+    data |= {"step": int(pattern.step), "of": int(pattern.of)}
+    data["periods"] = float(pattern.periods)
+    return data | ({"offset": float(pattern.offset)} if pattern.offset else {})

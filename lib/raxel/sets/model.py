@@ -105,8 +105,9 @@ class Pattern:
     """One photograph of an active grid.
 
     `kind` 'gray' has `bit` (0 = most significant), `inverse` and `cell_px`, the width
-    of a cell in monitor px (None: 2^of cells fill it); 'phase' has `step` and
-    `periods`, step k being advanced by 2 pi k / of. `axis` is 'x' or 'y'.
+    of a cell in monitor px (None: 2^of cells fill it); 'phase' has `step`, `periods`
+    and `offset`, in periods: sin(2 pi (periods x / width + step / of + offset)), so
+    that 0.25 is a cosine. `axis` is 'x' or 'y'.
     """
 
     image: str
@@ -118,6 +119,7 @@ class Pattern:
     step: int | None = None
     periods: float | None = None
     cell_px: float | None = None
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)

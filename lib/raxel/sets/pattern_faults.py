@@ -71,12 +71,15 @@ def _inverses_alone(path, patterns):
 
 
 def _several_codes(path, patterns):
-    """Two Gray codes along one axis, or two counts of steps of the same periods."""
+    """Two Gray codes along one axis, or sines of the same periods that differ in their
+    count of steps or where they begin."""
     first = {}
     for index, pattern in enumerate(patterns):
         said = {"of": pattern.of}
         if pattern.kind == "gray":
             said["cell_px"] = pattern.cell_px
+        else:
+            said["offset"] = pattern.offset
         code = pattern.axis, pattern.kind, pattern.periods
         earlier, before = first.setdefault(code, (index, said))
         for key in (key for key in said if said[key] != before[key]):

@@ -24,7 +24,8 @@ class PatternPlan:
     """The patterns that an active grid shows, (along x, along y); 0 for none.
 
     phase_periods: periods across the monitor. cell_px: width of the Gray code's cells
-    in monitor px; 0 where its 2^bits cells just fill the monitor.
+    in monitor px; 0 where its 2^bits cells just fill the monitor. phase_offset: of the
+    first step, in periods; 0.25 for cosines.
     """
 
     gray_bits: tuple[int, int] = (0, 0)
@@ -32,12 +33,14 @@ class PatternPlan:
     phase_steps: int = 4
     phase_periods: tuple[float, float] = (0.0, 0.0)
     cell_px: tuple[float, float] = (0.0, 0.0)
+    phase_offset: float = 0.0
 
 
-def plan_of_cells(monitor_px, cells=8, phase_steps=4):
+def plan_of_cells(monitor_px, cells=8, phase_steps=4, offset=0.0):
     """The plan of 3.2.2: Gray code with its inverse, and one sine period for each cell.
 
-    monitor_px: (width, height); cells: along both axes, or (along x, along y). Cells
+    monitor_px: (width, height); cells: along both axes, or (along x, along y); offset:
+    of the sines' first step, in periods. Cells
     are whole pixels wide, so that the edges of the code lie where sines begin; the
     last one may reach over the monitor's border. By default these are the 20 patterns
     of the thesis. Four steps leave out every even order of a response that is not
@@ -65,7 +68,8 @@ def plan_of_cells(monitor_px, cells=8, phase_steps=4):
         widths.append(math.ceil(pixels / count))
         bits.append((count - 1).bit_length())
     periods = [size / w for size, w in zip(monitor_px, widths, strict=True)]
-    return PatternPlan(tuple(bits), True, phase_steps, tuple(periods), tuple(widths))
+    both = tuple(periods), tuple(widths)
+    return PatternPlan(tuple(bits), True, phase_steps, *both, float(offset))
 
 
 def patterns_of(plan):
@@ -82,6 +86,7 @@ def patterns_of(plan):
         if periods:
             for step in range(plan.phase_steps):
                 code = {"step": step, "of": plan.phase_steps, "periods": periods}
+                code["offset"] = float(plan.phase_offset)
                 name = f"phase-{axis}-{step}.png"
                 patterns.append(Pattern(name, axis, "phase", **code))
     return patterns
@@ -126,6 +131,11 @@ def cell_width(pattern, monitor_px):
     return pattern.cell_px or monitor_px["xy".index(pattern.axis)] / 2**pattern.of
 
 
+def advance(pattern):
+    """The phase of a sine at the monitor's left or upper border, in periods."""
+    return pattern.step / pattern.of + pattern.offset
+
+
 def pattern_picture(pattern, monitor_px):
     """What the monitor is sent: (height, width) uint8, 0 to 255.
 
@@ -140,8 +150,8 @@ def pattern_picture(pattern, monitor_px):
         value = (cell ^ (cell >> 1)) >> (pattern.of - 1 - pattern.bit) & 1
         value = 1 - value if pattern.inverse else value
     else:
-        turns = pattern.periods * place / size + pattern.step / pattern.of
-        value = 0.5 + 0.5 * np.sin(2 * np.pi * turns)
+        turns = pattern.periods * place / size
+        value = 0.5 + 0.5 * np.sin(2 * np.pi * (turns + advance(pattern)))
     line = np.rint(255 * value).astype(np.uint8)
     line = line[None, :] if pattern.axis == "x" else line[:, None]
     return np.ascontiguousarray(np.broadcast_to(line, (height, width)))

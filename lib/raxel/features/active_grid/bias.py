@@ -12,8 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from raxel.features.active_grid.coding import phase_weights
-from raxel.features.active_grid.layout import SQUARE
+from raxel.features.active_grid.layout import SQUARE, UNKNOWN
 from raxel.features.active_grid.reading import MIN_MODULATION
 
 OF_WINDOWS, OF_NEIGHBOURS = 4.0, 2 / 3  # variances of 7 x 7 and 3 x 3 pixels, px^2
@@ -26,18 +25,21 @@ MAX_BENT, MIN_JUMP = 0.15, 0.02
 UNLIKE, BEYOND = 0.5, 4
 
 
-def squared_bias(images, codes, of_windows, blur_px, spread):
+def squared_bias(images, codes, of_windows, blur_px, spread, orders=None):
     """(A, ceil(H / SQUARE), W) float32, squared periods: a row for each row of squares.
 
     images: n pictures (H, W); codes: A AxisCodes; of_windows: variance px^2 of what is
-    averaged; blur_px: standard deviation; spread: of a grey value, by noise.
+    averaged; blur_px: standard deviation; spread: of a grey value, by noise. orders: as
+    of CodePlan, where sines tell of periods.
     """
     height, width = images[0].shape
     bias = np.zeros((len(codes), -(-height // SQUARE), -(-width // SQUARE)), np.float32)
     if min(bias.shape[1:]) > 2 and (of_windows or blur_px):
         settings = spread, of_windows, blur_px**2
         found = {
-            axis: _shifts(images, code, *settings)
+            axis: _shifts(
+                images, (code, orders[axis] if code.others else None), *settings
+            )
             for axis, code in enumerate(codes)
             if code.steps
         }
@@ -51,16 +53,17 @@ def squared_bias(images, codes, of_windows, blur_px, spread):
     return np.ascontiguousarray(np.repeat(bias, SQUARE, axis=2)[:, :, :width])
 
 
-def _shifts(images, code, spread, of_windows, of_blur):
+def _shifts(images, coding, spread, of_windows, of_blur):
     """(h, w) periods by which places in whole squares are off, and which are known.
 
     Places in the middle of a square and of its sides give the derivatives. Also the
     variance of what noise alone would give.
     """
     rows, columns = (size // SQUARE for size in images[0].shape)
+    code = coding[0]
     least = MIN_MODULATION * spread
     middle, upright, level = (
-        _seen_places(images, code, _every_square(first, count), least)
+        _seen_places(images, coding, _every_square(first, count), least)
         for first, count in (
             ((HALF, HALF), (rows, columns)),
             ((HALF, SQUARE), (rows, columns - 1)),
@@ -74,7 +77,7 @@ def _shifts(images, code, spread, of_windows, of_blur):
         # Few squares are so far from flat.
         asked = np.nonzero(there & (np.abs(bent) > MIN_JUMP))
         near = [
-            _seen_places(images, code, _near_middles(asked, axis, away), least)
+            _seen_places(images, coding, _near_middles(asked, axis, away), least)
             for away in (-QUARTER, QUARTER)
         ]
         there[asked] = near[0][2] & near[1][2]
@@ -153,15 +156,17 @@ def _near_middles(squares, axis, away):
     ]
 
 
-def _seen_places(images, code, around, least):
+def _seen_places(images, coding, around, least):
     """Places in periods, modulation, and what is known.
 
-    around: four indices of pixels, whose mean is taken. A bit without an inverse is
-    compared with the mean of the steps.
+    coding: an AxisCode and its cells where sines tell of these. around: four indices of
+    pixels, whose mean is taken. A bit without an inverse is compared with the mean of
+    the steps.
     """
+    code, orders = coding
     count = images[0][around[0]].shape
     wave, mean = np.zeros(count, complex), np.zeros(count, np.float32)
-    sine, cosine, _ = phase_weights(len(code.steps))
+    sine, cosine, _ = code.sines.weights
     for k, weight in zip(code.steps, cosine + 1j * sine, strict=True):
         light = sum(images[k][part].astype(np.float32) for part in around)
         wave += weight / len(around) * light
@@ -172,8 +177,11 @@ def _seen_places(images, code, around, least):
         other = mean if inverse is None else images[inverse][around[0]]
         value = value ^ (images[picture][around[0]] > other)
         cell = 2 * cell + value
+    if code.others:
+        cell = orders[around[0]].astype(int)
     of_cell = (cell + 0.5) * code.cell / code.period
-    return np.ceil(of_cell - turn - 0.5) + turn, size, size > least
+    known = (size > least) & (cell != UNKNOWN)
+    return np.ceil(of_cell - turn - 0.5) + turn, size, known
 
 
 def _filled(values, known):

@@ -34,6 +34,7 @@ from raxel.features.active_grid.layout import (
 )
 from raxel.features.active_grid.neighbours import fill_holes, smooth_neighbours
 from raxel.features.active_grid.noise import Noise, estimate_noise
+from raxel.features.active_grid.orders import told_cells
 from raxel.features.active_grid.places import place_rows
 from raxel.features.active_grid.reading import read_rows
 from raxel.features.active_grid.rim import leave_out_breaks, trim_rim, trim_sides
@@ -117,10 +118,11 @@ def decode(
     images: (n, H, W) or n pictures (H, W), uint8 or uint16; a stack in one piece of
     memory is used as it lies. patterns: n `raxel.sets.Pattern`, what each picture
     shows, in any order; one axis or both, Gray code or phases or both, three phase
-    steps or more. monitor: `raxel.sets.ActiveGrid`; locations come out in mm where its
-    size in mm is known, else in its pixels. white, black: (H, W), pictures of the
-    monitor all white and black, for bits without an inverse; without them the mean of
-    the phase steps is taken.
+    steps or more; without Gray code, sines of two periods or more that tell together
+    which one is seen (`orders`). monitor: `raxel.sets.ActiveGrid`; locations come out
+    in mm where its size in mm is known, else in its pixels. white, black: (H, W),
+    pictures of the monitor all white and black, for bits without an inverse; without
+    them the mean of the phase steps is taken.
 
     smooth: average the sines over 7 x 7 pixels, where such a window holds no dark
     pixel and no two neighbours that are more than a quarter of a period apart; a
@@ -160,6 +162,9 @@ def decode(
     if monitor.monitor_mm:
         unit = np.divide(monitor.monitor_mm, monitor.monitor_px)
     plan = plan_arrays(stack.codes, monitor.monitor_px, unit)
+    if plan.told.any():
+        orders = told_cells(images, stack.codes, monitor.monitor_px, noise, smooth)
+        plan = plan._replace(orders=orders)
     averaged = OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
     blurred = blur.px if blur else 0.0
     spread = np.sqrt(noise.at(0))
@@ -169,7 +174,7 @@ def decode(
         mark_own=neighbours,
         saturated=stack.dtype.type(limit),
         variance=tuple(map(np.float32, noise)),
-        bias=squared_bias(images, stack.seen, averaged, blurred, spread),
+        bias=squared_bias(images, stack.seen, averaged, blurred, spread, plan.orders),
     )
     out = _arrays((len(stack.codes), *stack.shape), into)
     with ThreadPoolExecutor(threads or processors()) as pool:
@@ -239,10 +244,12 @@ def _leave_out(margins, plan, pool, out):
 
 def _decode_part(stack, first, settings, rows, out):
     """Decode ROWS_AT_ONCE rows from `first`; rows: to work in, whatever they hold."""
-    to_read = settings.plan, settings.saturated, settings.variance
-    to_place = settings.plan, settings.smooth, settings.mark_own, settings.bias
     stop = min(first + ROWS_AT_ONCE, stack.shape[0])
     pictures, start = stack.rows(first, stop)
+    plan = settings.plan
+    plan = plan._replace(orders=plan.orders[:, start:])
+    to_read = plan, settings.saturated, settings.variance
+    to_place = plan, settings.smooth, settings.mark_own, settings.bias
     for strip in strips_of(pictures.shape[2]):
         known, end = max(first - start - REACH, 0), pictures.shape[1]
         for y in range(first - start, stop - start, ROWS_A_CALL):

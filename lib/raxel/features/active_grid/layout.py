@@ -10,6 +10,7 @@ import numpy as np
 
 DECODED, FILLED, DARK, SATURATED, UNREADABLE, ALONE, BESIDE, RIM, BREAK = range(9)
 
+UNKNOWN = 65535  # in CodePlan.orders: no cell
 REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
 SQUARE = 32  # px; in each such square of the picture a bias is taken as the same
@@ -37,7 +38,8 @@ class CodePlan(NamedTuple):
     steps, rounded up to an even number; edges, the first edge behind the last cell that
     is shown; jump, cells between neighbours above which they see different surfaces.
     float32 (A,): ratio of cell to period; length of a period and extent of the monitor
-    in the unit of locations; spread 2 / N of N steps.
+    in the unit of locations; spread 2 / N of N steps. told: (A,) int64, whether cells
+    are those of `orders`, (A, H, W) uint16, told by sines (`orders.period_cells`).
     """
 
     pairs: np.ndarray
@@ -51,6 +53,8 @@ class CodePlan(NamedTuple):
     length: np.ndarray
     extent: np.ndarray
     spread: np.ndarray
+    told: np.ndarray
+    orders: np.ndarray
 
     @property
     def reach(self):

@@ -29,13 +29,16 @@ def locate(images, patterns, monitor, *, threads=None, into=None):
     there; into: an array that was handed back before, to write over.
 
     Returns (H, W, 2) float32, mm or px as there; NaN along an axis without patterns.
-    Raises InputError as there, and for bits without an inverse.
+    Raises InputError as there, for bits without an inverse, and for sines that tell of
+    periods in the place of bits.
     """
     stack = np.ascontiguousarray(checked_pictures(images, patterns))
     codes = read_coding(patterns, monitor.monitor_px)
     if any(inverse is None for code in codes for _, inverse in code.bits):
         raise InputError("patterns: Gray code without inverse; use decode")
     unit = np.divide(monitor.monitor_mm or monitor.monitor_px, monitor.monitor_px)
+    if any(code.others for code in codes):
+        raise InputError("patterns: sines without Gray code; use decode")
     plan = plan_arrays(codes, monitor.monitor_px, unit)
     count, height, width = stack.shape
     if into is None:

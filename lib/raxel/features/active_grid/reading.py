@@ -26,6 +26,7 @@ from raxel.features.active_grid.layout import (
     SATURATED,
     SECOND,
     SINE,
+    UNKNOWN,
     UNREADABLE,
     VARIANCE,
 )
@@ -83,6 +84,16 @@ def _read_gray(images, y, strip, pairs, axis, k, rows):
             images[pairs[bit, 1], y, columns],
         )
         _read_bit(light, dark, axis, k, rows)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _take_cells(cells, axis, k, rows):
+    """Cells that sines have told, and where they could not."""
+    codes, marks = rows.codes, rows.marks
+    for x in range(len(cells)):
+        codes[axis, k, x] = cells[x]
+    for x in range(len(cells)):
+        marks[k, BAD + x] = UNREADABLE if cells[x] == UNKNOWN else marks[k, BAD + x]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -217,6 +228,8 @@ def _read_row(images, y, strip, plan, white, noise, rows):
         level = rows.work[axis, LEVEL : LEVEL + n]
         if bits:
             _read_gray(images, y, strip, plan.pairs[axis, :bits], axis, k, rows)
+        elif plan.told[axis]:
+            _take_cells(plan.orders[axis, y, columns], axis, k, rows)
         if axis:
             _join_most(axis, k, n, rows)
         if used:

@@ -1,6 +1,7 @@
 """The pictures of a view: whether they fit each other, and in the form of the loops."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,6 +42,7 @@ class PictureStack:
         self.images, self.made = checked_pictures(images, patterns), []
         self.shape, self.dtype = np.shape(images[0]), images[0].dtype
         self.white, self.black = white, black
+        self.names = [pattern.image for pattern in patterns]
         self.seen = read_coding(patterns, monitor_px)
         self.codes = tuple(map(self._completed, self.seen))
         whole = isinstance(images, np.ndarray) and images.flags.c_contiguous
@@ -51,14 +53,17 @@ class PictureStack:
         for picture, inverse in code.bits:
             if inverse is None:
                 if not code.steps and (self.white is None or self.black is None):
+                    alone = [k for k, other in code.bits if other is None]
+                    files = ", ".join(self.names[k] for k in alone)
                     raise InputError(
-                        f"patterns: axis {'xy'[code.axis]}: Gray code without inverse; "
-                        "give the inverse pictures, or those of white and black"
+                        f"patterns: axis {'xy'[code.axis]}: Gray code without inverse "
+                        f"({files}); give the inverse pictures, or those of white and "
+                        "black"
                     )
                 inverse = len(self.images) + len(self.made)
                 self.made.append((picture, code.steps))
             bits.append((picture, inverse))
-        return type(code)(code.axis, tuple(bits), code.steps, code.cell, code.period)
+        return replace(code, bits=tuple(bits))
 
     def rows(self, first, stop):
         """(stack, the picture's row where it begins) with what is needed around."""

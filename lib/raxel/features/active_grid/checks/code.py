@@ -51,6 +51,16 @@ def _not_opposite(sample):
                     "exchange them",
                 )
                 return
+    if len(bad) == 1:
+        wrong = _sine_in_place(sample, bad[0], total, contrast)
+        if wrong:
+            one, other, partner = (names[k] for k in wrong)
+            yield Doubt(
+                True,
+                f"{one} and {other} are in each other's place: {one} is not opposite "
+                f"to {partner}, as a pattern and its inverse are; exchange them",
+            )
+            return
     for light, dark in bad:
         yield Doubt(
             True,
@@ -58,6 +68,16 @@ def _not_opposite(sample):
             "pattern and its inverse are; put the right pictures there or take them "
             "again",
         )
+
+
+def _sine_in_place(sample, pair, total, contrast):
+    """(picture of a pair, picture among sines that is opposite to the other one, that
+    other one), or None."""
+    for k in (k for code in sample.codes for k in code.steps):
+        for one, partner in (pair, pair[::-1]):
+            if _opposite(sample, (k, partner), total, contrast):
+                return one, k, partner
+    return None
 
 
 def _opposite(sample, pair, total, contrast):
@@ -102,16 +122,26 @@ def _out_of_order(sample):
     if repair:
         yield Doubt(True, repair(named, where))
     elif max(doubt) > BEYOND_REPAIR:
+        own = [named[p] for a, order in enumerate(slots) if doubt[a] for p, _ in order]
         yield Doubt(
             True,
             f"the Gray code of axis {where} leaps from cell to cell; check the order "
-            "of its pictures, their axis, bit and inverse",
+            f"of its pictures, their axis, bit and inverse: {_listed(own)}",
         )
 
 
 def _name(sample, place):
     light, dark = sample.codes[place[0]].bits[place[1]]
     return sample.names[light], None if dark is None else sample.names[dark]
+
+
+def _both(pair):
+    """The names of a picture and its inverse, if it has one."""
+    return " and ".join(name for name in pair if name)
+
+
+def _listed(pairs):
+    return ", ".join(name for pair in pairs for name in pair if name)
 
 
 def spacing(sign, strong):
@@ -140,7 +170,7 @@ def _countable(sample, bits, widths, seen):
         for k in own[stop + 1 :]:
             wide = np.isfinite(widths[k]) and widths[k] >= MIN_SPACING_PX
             if wide and seen[k] and seen[fine] and widths[k] > 2 * widths[fine]:
-                first, second = (_name(sample, bits[n])[0] for n in (fine, k))
+                first, second = (_both(_name(sample, bits[n])) for n in (fine, k))
                 name = "xy"[sample.codes[axis].axis]
                 return orders, Doubt(
                     True,
@@ -227,9 +257,9 @@ def _trials(slots):
     for a, order in enumerate(slots):
         if len(order) > 2:
             reverse = {(a, b): order[-1 - b] for b in range(len(order))}
-            yield _with(slots, reverse), _backwards
+            yield _with(slots, reverse), _backwards(order)
         inverse = {(a, b): (place, not t) for b, (place, t) in enumerate(order)}
-        yield _with(slots, inverse), _all_turned
+        yield _with(slots, inverse), _all_turned(order)
 
 
 def _with(slots, changes):
@@ -257,23 +287,31 @@ def _turned(place):
 
 def _exchanged(one, other):
     def message(names, axis):
+        pairs = zip(names[one], names[other], strict=True)
+        told = ", ".join(f"{a} and {b}" for a, b in pairs if a and b)
         return (
-            f"{names[one][0]} and {names[other][0]}, and their inverses, are in each "
-            f"other's place: the Gray code of axis {axis} leaps; exchange them"
+            f"{told} are in each other's place: the Gray code of axis {axis} leaps; "
+            "exchange them"
         )
 
     return message
 
 
-def _backwards(names, axis):
-    return (
-        f"the bits of axis {axis} are listed backwards: bit 0 has the widest stripes; "
-        "mend bit"
-    )
+def _backwards(order):
+    def message(names, axis):
+        return (
+            f"the bits of axis {axis} are listed backwards: bit 0 has the widest "
+            f"stripes; mend bit of {_listed(names[place] for place, _ in order)}"
+        )
+
+    return message
 
 
-def _all_turned(names, axis):
-    return (
-        f"the pictures of axis {axis} and their inverses are exchanged throughout; "
-        "mend inverse"
-    )
+def _all_turned(order):
+    def message(names, axis):
+        return (
+            f"the pictures of axis {axis} and their inverses are exchanged throughout; "
+            f"mend inverse of {_listed(names[place] for place, _ in order)}"
+        )
+
+    return message

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.features.active_grid.checks.code import code_doubts
-from raxel.features.active_grid.checks.phases import moved_doubts, phase_doubts
+from raxel.features.active_grid.checks.edges import moved_doubts
+from raxel.features.active_grid.checks.phases import phase_doubts
 from raxel.features.active_grid.checks.sample import Doubt, sampled
 from raxel.features.active_grid.checks.steadiness import steadiness_doubts, step_errors
 from raxel.features.active_grid.coding import read_coding
@@ -57,11 +58,12 @@ def examine(images, patterns, monitor, decoded, white=None, black=None):
     found = list(_equal_pictures(images, patterns))
     errors = np.zeros(2)
     codes = read_coding(patterns, monitor.monitor_px)
-    sample = sampled(images, patterns, codes, decoded.noise, white, black)
+    levels = white, black
+    sample = sampled(images, patterns, codes, monitor, decoded.noise, levels)
     found += _levels(sample, white, black)
     if sample is not None:
         found += code_doubts(sample)
-        found += phase_doubts(sample)
+        found += phase_doubts(sample, decoded.noise)
         # In the wrong order, pictures seem unsteady as well.
         if not any(doubt.spoils for doubt in found):
             found += steadiness_doubts(sample)

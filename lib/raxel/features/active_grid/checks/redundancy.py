@@ -113,6 +113,7 @@ def mismatch(sample, axis, noise):
     if count < 3:
         return None
     wave, mean = sample.wave(axis)
+    wave = wave * np.exp(2j * np.pi * sample.codes[axis].sines.offset)  # of step 0
     light = sample.pictures[list(steps)]
     lit, plain, spare = sample.lit, None, count / max(count - 3, 1)
     if count == 3:

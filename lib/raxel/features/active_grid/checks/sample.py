@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.active_grid.coding import phase_weights
-
 PIXELS = 250_000
 BAND = 16  # rows that are taken together, so that there are neighbours both ways
 MIN_CONTRAST = 10  # standard deviations of the noise
@@ -26,13 +24,14 @@ class Sample:
     """Bands of rows of all pictures (n, bands, BAND, W) float32, and their codes.
 
     high, low: the brightest and darkest of each pixel; lit: bool, whether they are far
-    apart. codes: the AxisCodes; names: of the pictures. middle: halfway, for bits
-    without inverse.
+    apart. codes: the AxisCodes; extents: (A,) of the monitor, px; names: of the
+    pictures. middle: halfway, for bits without inverse.
     """
 
     pictures: np.ndarray
     names: list
     codes: tuple
+    extents: np.ndarray
     high: np.ndarray
     low: np.ndarray
     lit: np.ndarray
@@ -48,18 +47,23 @@ class Sample:
         return value / np.maximum(self.high - self.low, 1e-6)
 
     def wave(self, axis):
-        """(B exp(i phi), mean) of the phase steps."""
-        steps = list(self.codes[axis].steps)
-        weights = phase_weights(len(steps)).astype(np.float32)
-        parts = np.tensordot(weights, self.pictures[steps], 1)
+        """(B exp(i phi), mean) of the steps that places are read from."""
+        sines = self.codes[axis].sines
+        return self.wave_of(sines, sines.steps)
+
+    def wave_of(self, sines, pictures):
+        """As `wave`, of these pictures in the place of the steps of some Sines."""
+        weights = sines.weights.astype(np.float32)
+        parts = np.tensordot(weights, self.pictures[list(pictures)], 1)
         return parts[1] + 1j * parts[0], parts[2]
 
 
-def sampled(images, patterns, codes, noise, white, black):
+def sampled(images, patterns, codes, monitor, noise, levels):
     """The Sample of a view's pictures, or None where too little of it is lit."""
     height, width = images[0].shape
     rows = _rows(height, width)
-    levels = [level for level in (white, black) if level is not None]
+    levels = [level for level in levels if level is not None]
+    extents = np.array([monitor.monitor_px[code.axis] for code in codes])
     taken = np.array([image[rows] for image in (*images, *levels)], np.float32)
     taken = taken.reshape(len(taken), -1, min(BAND, height), width)
     high, low = taken.max(axis=0), taken.min(axis=0)
@@ -69,10 +73,9 @@ def sampled(images, patterns, codes, noise, white, black):
     lit = contrast > np.maximum(MIN_CONTRAST * spread, MIN_SHARE * usual)
     if np.count_nonzero(lit) < MIN_LIT:
         return None
-    return Sample(
-        *(taken[: len(images)], [p.image for p in patterns], codes, high, low, lit),
-        (high + low) / 2,
-    )
+    names = [p.image for p in patterns]
+    own = taken[: len(images)], names, codes, extents
+    return Sample(*own, high, low, lit, (high + low) / 2)
 
 
 def _rows(height, width):

@@ -1,0 +1,112 @@
+"""Sines of several periods without a Gray code: which period does a pixel see?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from raxel.errors import InputError
+from raxel.features.active_grid import decode, locate
+from raxel.features.active_grid.checks.doubts import examine
+from raxel.features.active_grid.coding import places_apart, read_coding
+from tests.active_grids import drawn, sines
+from tests.test_active_grid_doubts import facets
+
+USUAL = {"size": (240, 180), "blur": 1.0, "seed": 2}
+
+
+def scene(periods, steps=4, **changes):
+    return drawn(patterns=sines(periods, steps), **{**USUAL, "noise": 2.0, **changes})
+
+
+def told(one, patterns=None, images=None):
+    images = one.images if images is None else images
+    patterns = patterns or one.patterns
+    found = decode(images, patterns, one.grid)
+    return examine(images, patterns, one.grid, found).doubts
+
+
+@pytest.mark.parametrize(
+    ("periods", "steps"),
+    [((8, 9), 4), ((1, 12), 3), ((5.3, 8.7), 5), ((1, 4, 20), 4), ((12.5, 0.9), 4)],
+)
+def test_places_are_right_and_sigma_holds(periods, steps):
+    one = scene(periods, steps, noise=4.0)
+    found = decode(one.images, one.patterns, one.grid)
+    on = np.isfinite(one.true[..., 0])
+    assert not found.mask[~on].any()
+    assert np.mean(found.mask[on]) > 0.8
+    off = np.abs((found.location - one.true)[found.mask] / found.sigma[found.mask])
+    assert off.max() < 6
+    assert 0.62 < np.mean(off < 1) < 0.74
+    assert examine(one.images, one.patterns, one.grid, found).doubts == []
+    with pytest.raises(InputError, match="sines without Gray code; use decode"):
+        locate(one.images, one.patterns, one.grid)
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_no_period_is_wrong_at_a_jump_or_a_border(smooth):
+    one = scene((8, 9), place=facets)
+    found = decode(one.images, one.patterns, one.grid, smooth=smooth)
+    off = np.abs((found.location - one.true)[found.mask])
+    assert found.mask.mean() > 0.5
+    assert np.nanmax(off) < 3.0  # mm; a period is 33 mm
+
+
+def test_what_noise_could_mistake_is_not_decoded():
+    """The chance of a wrong period is below one in a million, or there is no place."""
+    one = scene((11, 12), noise=9.0, vignetting=1.9)
+    found = decode(one.images, one.patterns, one.grid, smooth=False, margin_px=0)
+    on = np.isfinite(one.true[..., 0])
+    assert found.counts()["the code cannot be read"] > 0.1 * on.sum()
+    off = np.abs((found.location - one.true)[found.mask])
+    assert np.nanmax(off, initial=0) < 12
+
+
+def test_the_beat_must_be_longer_than_the_monitor():
+    patterns = sines((8, 10))
+    with pytest.raises(InputError) as fault:
+        read_coding(patterns, (200, 144))
+    text = str(fault.value)
+    assert text.startswith(
+        "patterns: axis x: sines of 25 px and 20 px look the same again after 100 px "
+        "of the monitor's 200 (sine-x-8-0.png to sine-x-10-3.png); add a sine"
+    )
+    np.testing.assert_allclose(places_apart(np.array([10.0, 8.0]))[4], 0, atol=1e-6)
+    read_coding(sines((8, 10, 1)), (200, 144))
+
+
+def test_noise_that_hides_the_period_is_told():
+    one = scene((1, 60), noise=12.0)
+    doubt = told(one)[0]
+    assert doubt.spoils
+    assert (
+        "do not tell which period a pixel sees: their phases are too unc" in doubt.text
+    )
+    assert "sine-x-60-0.png to sine-x-60-3.png" in doubt.text
+
+
+@pytest.mark.parametrize("wrong", [{"periods": 7.0}, {"offset": 0.3}])
+def test_sines_that_are_not_as_listed_are_told(wrong):
+    one = scene((8, 9))
+    patterns = [replace(p, **wrong) if p.periods == 8 else p for p in one.patterns]
+    doubt = told(one, patterns)[0]
+    assert doubt.spoils
+    assert "mend" in doubt.text
+
+
+@pytest.mark.parametrize("periods", [8, 9])
+def test_steps_backwards_are_named(periods):
+    one = scene((8, 9))
+    names = [p.image for p in one.patterns]
+    pair = [names.index(f"sine-y-{periods}-{k}.png") for k in (1, 3)]
+    images = one.images.copy()
+    images[pair] = images[pair[::-1]]
+    doubt = told(one, images=images)[0]
+    assert doubt.spoils
+    # Without a code it may be that the other sines run backwards, or that the monitor
+    # is seen half its width away.
+    ways = doubt.text.split(": ", 1)[1].split(", or ")
+    told_of = [{name for name in names if name in way} for way in ways]
+    assert {names[k] for k in pair} in told_of
+    assert all(len(named) == 2 for named in told_of[:-1])
