@@ -66,6 +66,7 @@ def _summary(label, found):
         "blur_px": decoded.blur_px,
         "margin_px": decoded.margin_px,
         "step_errors": list(found.step_errors),
+        "noise_factors": list(found.noise_factors),
         "as_in_a_mirror": found.as_in_a_mirror,
     }
 

@@ -23,7 +23,8 @@ class DecodedView(NamedTuple):
     it suffers from; picture: (H, W) uint8 or uint16, what the camera saw, with the
     pattern white where there is one; as_in_a_mirror: whether the grid is seen as in a
     mirror, None where that cannot be told; step_errors: (along x, along y), what sigma
-    has been widened by, as the steps of the sines do not agree.
+    has been widened by, as the steps of the sines do not agree; noise_factors: alike,
+    what it was multiplied by before, as neighbours share their noise.
     """
 
     decoded: Decoded
@@ -32,6 +33,7 @@ class DecodedView(NamedTuple):
     picture: np.ndarray
     as_in_a_mirror: bool | None
     step_errors: tuple[float, float]
+    noise_factors: tuple[float, float]
 
 
 def check_active_grid(image_set):
@@ -61,15 +63,14 @@ def decode_view(image_set, view, **options):
         options = {"saturated": clipped.level, **options}
     try:
         found = decode(images, view.patterns, image_set.target, **levels, **options)
-        doubts, errors = examine(
-            images, view.patterns, image_set.target, found, **levels
-        )
+        smooth = options.get("smooth", True)
+        shown = view.patterns, image_set.target
+        told = examine(images, *shown, found, **levels, smooth=smooth)
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
     found, specks = without_specks(found)
-    if errors.any():
-        sigma = np.hypot(found.sigma, errors.astype(np.float32))
-        found = replace(found, sigma=sigma)
+    found = replace(found, sigma=told.widened(found.sigma))
+    doubts = told.doubts
     reason = next((doubt.text for doubt in doubts if doubt.spoils), "")
     if not reason and not found.mask.any():
         reasons = (f"{n} {why}" for why, n in found.counts().items() if n)
@@ -89,8 +90,8 @@ def decode_view(image_set, view, **options):
     warnings = tuple(f"{view.label}: {text}" for text in warnings)
     picture = levels.get("white", images[0])
     mirrored = as_in_a_mirror(found.location)
-    errors = tuple(map(float, errors))
-    return DecodedView(found, reason, warnings, picture, mirrored, errors)
+    errors, factors = (tuple(map(float, x)) for x in (told.errors, told.factors))
+    return DecodedView(found, reason, warnings, picture, mirrored, errors, factors)
 
 
 def _what_hides_noise(image_set, view):

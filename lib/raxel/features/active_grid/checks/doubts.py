@@ -38,25 +38,33 @@ class ClippedAt(NamedTuple):
 
 class Examined(NamedTuple):
     """The Doubts about pictures that were decoded, those that spoil the result first;
-    and RMS errors of places (2,) by what the steps of sines contradict each other, in
-    the unit of the result; 0 where sigma holds them."""
+    errors of places (2,) by what the steps of sines contradict each other, in the unit
+    of the result, 0 where sigma holds them; and factors (2,) by which noise that
+    neighbours share makes sigma larger, 1 where it is white."""
 
     doubts: list[Doubt]
     errors: np.ndarray
+    factors: np.ndarray
+
+    def widened(self, sigma):
+        """sigma (H, W, 2) with both."""
+        wider = np.hypot(sigma * self.factors, self.errors)
+        return wider.astype(np.float32)
 
 
-def examine(images, patterns, monitor, decoded, white=None, black=None):
+def examine(images, patterns, monitor, decoded, white=None, black=None, smooth=True):
     """What these pictures say against themselves, as Examined.
 
-    As `decode`, whose result `decoded` is. What is not told: two axes exchanged as a
-    whole, or one of them reversed as a whole, which is what a mirror does; light that
-    drifts by a few percent over all pictures, and turns no phase by more than noise; a
-    step of three that is brighter, where no Gray code has its inverse; and a movement
-    of a pixel between two pictures, where neither edges beside the pattern nor steps
-    and code of one axis, before and after it, show it.
+    As `decode`, whose result `decoded` is, with windows averaged or not (smooth). What
+    is not told: two axes exchanged as a whole, or one of them reversed as a whole,
+    which is what a mirror does; light that drifts by a few percent over all pictures,
+    and turns no phase by more than noise; a step of three that is brighter, where no
+    Gray code has its inverse; and a movement of a pixel between two pictures, where
+    neither edges beside the pattern nor steps and code of one axis, before and after
+    it, show it.
     """
     found = list(_equal_pictures(images, patterns))
-    errors = np.zeros(2)
+    errors, factors = np.zeros(2), np.ones(2)
     codes = read_coding(patterns, monitor.monitor_px)
     levels = white, black
     sample = sampled(images, patterns, codes, monitor, decoded.noise, levels)
@@ -67,18 +75,19 @@ def examine(images, patterns, monitor, decoded, white=None, black=None):
         # In the wrong order, pictures seem unsteady as well.
         if not any(doubt.spoils for doubt in found):
             found += steadiness_doubts(sample)
-            of_steps, errors = _of_steps(sample, monitor, decoded)
+            of_steps, errors, factors = _of_steps(sample, monitor, decoded, smooth)
             found += of_steps
             for axis, code in enumerate(codes):
                 if not errors[code.axis]:
                     found += moved_doubts(sample, axis, decoded.blur_px)
     found += _outside(decoded, codes)
     found += _overexposed(decoded)
-    return Examined(sorted(found, key=lambda doubt: not doubt.spoils), errors)
+    found = sorted(found, key=lambda doubt: not doubt.spoils)
+    return Examined(found, errors, factors)
 
 
-def _of_steps(sample, monitor, decoded):
-    """Doubts and errors (2,) by steps that do not agree."""
+def _of_steps(sample, monitor, decoded, smooth):
+    """Doubts, errors (2,) and factors (2,) by steps that do not agree."""
     size = monitor.monitor_mm or monitor.monitor_px
     lengths = np.array(
         [
@@ -88,13 +97,14 @@ def _of_steps(sample, monitor, decoded):
     )
     known = decoded.sigma[decoded.mask]
     if not len(known):
-        return [], np.zeros(2)
+        return [], np.zeros(2), np.ones(2)
     axes = [code.axis for code in sample.codes]
     usual = np.median(known[:: 1 + len(known) // FEW], axis=0)[axes]
-    of_steps, periods = step_errors(sample, decoded.noise, usual / lengths)
-    errors = np.zeros(2)
-    errors[axes] = periods * lengths
-    return of_steps, errors
+    noise, stated = decoded.noise, usual / lengths
+    of_steps, periods, wider = step_errors(sample, noise, stated, smooth)
+    errors, factors = np.zeros(2), np.ones(2)
+    errors[axes], factors[axes] = periods * lengths, wider
+    return of_steps, errors, factors
 
 
 def _equal_pictures(images, patterns):

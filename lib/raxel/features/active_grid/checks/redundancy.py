@@ -16,10 +16,11 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from raxel.features.active_grid.checks.scatter import WINDOW, Scatter, scatter_of_steps
+
 PIXELS, WINDOWS = 12_000, 800  # looked at
 MIN_PIXELS = 1000
 SMOOTH_TURN = 0.5  # of the cosine: neighbours further apart lie across a break
-WINDOW = 7
 CLEAR = 0.75  # of the contrast: far from the edges of a code, where sums are plain
 CLIPPED = 4  # deviations: what is further off is left out of a second fit
 OF_MEDIAN = 0.4549364  # the median of the square of a normal value
@@ -39,7 +40,8 @@ class Mismatch(NamedTuple):
     kind: LIGHT, MOTION, or "" where neither is certain; pictures: which one, or those
     of which it is one; size: light over that of the others less 1, or length of the
     shift in px, and `spread`, its standard deviation. periods: RMS of the error of
-    places by it, and by what neither of the two explains.
+    places by it, and by what neither of the two explains; by_one: by it alone. scatter:
+    a Scatter of four steps and more, else None.
     """
 
     kind: str
@@ -47,6 +49,8 @@ class Mismatch(NamedTuple):
     size: float
     spread: float
     periods: float
+    by_one: float
+    scatter: Scatter | None
 
 
 class _Pixels(NamedTuple):
@@ -136,12 +140,16 @@ def mismatch(sample, axis, noise):
     )
     if best.certain < SURE:
         best = best._replace(kind="", found=0 * best.found)
-    error = np.sqrt(np.mean(pixels.turned(best.k, best.change(pixels)) ** 2))
-    windows = _windows(one_surface)
+    by_one = np.sqrt(np.mean(pixels.turned(best.k, best.change(pixels)) ** 2))
+    windows, error, scatter = _windows(one_surface), by_one, None
     if windows[0].size:
         windows = _pixels(light, wave, mean, windows, usual, (plain, spare))
         error = np.hypot(error, _unexplained(best, windows, variance))
-    return Mismatch(best.kind, names, *_size(best, spare), float(error))
+        if count > 3:
+            white = noise.at(windows.mean)
+            scatter = scatter_of_steps(windows.light, windows.harmonics, white)
+    found = best.kind, names, *_size(best, spare)
+    return Mismatch(*found, float(error), float(by_one), scatter)
 
 
 def _size(fit, spare):

@@ -13,7 +13,12 @@ from itertools import pairwise
 import numpy as np
 
 from raxel.features.active_grid.checks.code import MIN_SPACING_PX, spacing
-from raxel.features.active_grid.checks.redundancy import LIGHT, MOTION, mismatch
+from raxel.features.active_grid.checks.redundancy import (
+    LIGHT,
+    MORE_THAN_NOISE,
+    MOTION,
+    mismatch,
+)
 from raxel.features.active_grid.checks.sample import Doubt
 
 CLEAR = 0.75  # of the contrast: beyond what is blurred
@@ -23,6 +28,11 @@ MOVED_PX, FAR_MOVED_PX = 0.7, 1.2
 # these are widened, if it is known by what, and if not; worth a word, alike; too much,
 # if they are FAR_OFF as well.
 WIDENS, WIDENS_UNEXPLAINED, WORTH_A_WORD, UNEXPLAINED, TOO_FAR = 0.3, 2, 2, 4, 10
+WORTH_SAYING = 1.3  # times the standard deviation: so much it is widened with a word
+# Errors that go as a sine are within their RMS in half of the pixels, and within so
+# much more of it in 0.69 of them, as those of a normal law are.
+OF_SINE = 1.25
+OF_LARGEST = 0.3  # a second step that is off by such a share: no single one is
 FAR_OFF = 0.01  # periods
 EXPOSE = (
     "switch automatic exposure off, expose for whole periods of the monitor's light, "
@@ -41,22 +51,71 @@ def steadiness_doubts(sample):
     return [*_unsteady_light(sample), *_motion(sample)]
 
 
-def step_errors(sample, noise, sigma):
-    """Doubts, and RMS errors of places (A,) in periods, by steps that do not agree.
+def step_errors(sample, noise, sigma, smooth):
+    """Doubts, RMS errors of places (A,) in periods by steps that do not agree, and
+    factors (A,) by which sigma is larger since neighbours share their noise.
 
-    noise: a Noise; sigma: (A,), standard deviation of most places, in periods. An error
-    is 0 where what is stated can hold it.
+    noise: a Noise; sigma: (A,), standard deviation of most places, in periods; smooth:
+    whether they are those of windows. An error is 0, and a factor 1, where what is
+    stated can hold it.
     """
-    doubts, errors = [], np.zeros(len(sample.codes))
+    doubts, errors, factors = [], np.zeros(len(sigma)), np.ones(len(sigma))
     for axis, usual in enumerate(sigma):
         found = mismatch(sample, axis, noise)
         if found is None:
             continue
-        limit = WIDENS if found.kind else WIDENS_UNEXPLAINED
-        if found.periods > limit * usual:
-            errors[axis] = found.periods
+        scatter = found.scatter
+        variance = scatter.of(smooth) if scatter else 1.0
+        if variance > 1 + MORE_THAN_NOISE:
+            factors[axis] = np.sqrt(variance)
+            usual = usual * factors[axis]
+        # What neither of the two explains is in the factor, where there is one.
+        own = found.periods if factors[axis] == 1 else found.by_one
+        if own > (WIDENS if found.kind else WIDENS_UNEXPLAINED) * usual:
+            errors[axis] = own * (OF_SINE if found.kind else 1)
+        drifts = scatter and found.kind != MOTION and _drifts(scatter, usual)
+        if drifts and scatter.periods > found.by_one:
+            errors[axis] = OF_SINE * scatter.periods
+            doubts += _drift_doubts(sample, axis, scatter, scatter.periods / usual)
+        else:
             doubts += _step_doubts(sample, axis, found, found.periods / usual)
-    return doubts, errors
+    return [*doubts, *_shared_noise(sample, factors)], errors, factors
+
+
+def _shared_noise(sample, factors):
+    """A Doubt or none; factors: (A,) by which sigma is larger."""
+    if factors.max() > WORTH_SAYING:
+        told = " and ".join(
+            f"{factor:.2g} ({'xy'[code.axis]})"
+            for code, factor in zip(sample.codes, factors, strict=True)
+        )
+        yield Doubt(
+            False,
+            "neighbouring pixels share their noise, or hide it, as JPEG files and "
+            f"cameras that smooth do: standard deviations are taken {told} times as "
+            "large as white noise would have them; save without loss",
+        )
+
+
+def _drifts(scatter, usual):
+    """Whether more than one step is brighter or darker, and by more than is stated."""
+    off = np.abs(scatter.drift - np.median(scatter.drift))
+    several = np.sort(off)[-2] > OF_LARGEST * off.max()
+    return several and scatter.periods > WIDENS * usual
+
+
+def _drift_doubts(sample, axis, scatter, times):
+    """times: the error of places in standard deviations."""
+    steps, name = sample.codes[axis].steps, "xy"[sample.codes[axis].axis]
+    if times > WORTH_A_WORD:
+        percent = ", ".join(f"{100 * share:+.1f}" for share in scatter.drift)
+        yield Doubt(
+            times > TOO_FAR and scatter.periods > FAR_OFF,
+            f"light changes from {sample.names[steps[0]]} to {sample.names[steps[-1]]} "
+            f"({percent} %): places along {name} are wrong by {scatter.periods:.2g} "
+            f"periods, {times:.1f} of their standard deviations by noise; let the "
+            f"monitor warm up; {EXPOSE}",
+        )
 
 
 def _step_doubts(sample, axis, found, times):

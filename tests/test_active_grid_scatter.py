@@ -1,0 +1,104 @@
+"""Noise that neighbours share and light that drifts are told by the steps."""
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.features.active_grid import decode
+from raxel.features.active_grid.checks.doubts import examine
+from raxel.features.active_grid.checks.scatter import scatter_of_steps, sine_taken_off
+from tests.active_grids import drawn
+
+SCENE = {"size": (320, 240), "monitor": (800, 600), "blur": 1.0, "share": 1.3}
+
+
+def windows_of_sines(count, noise, gains, seed=0):
+    """(N, P) light of 300 windows, harmonics (C, P), as `scatter_of_steps` has them."""
+    rng = np.random.default_rng(seed)
+    shape = 300, 7, 21
+    phase = rng.uniform(0, 40, 300)[:, None, None] + 0.1 * np.indices(shape)[2]
+    steps = 2 * np.pi * np.arange(count) / count
+    light = 100 + 60 * np.sin(phase + steps[:, None, None, None])
+    light = gains[:, None, None, None] * light + noise(rng, (count, *shape))
+    second = 60 * np.exp(2j * phase)
+    return light.reshape(count, -1), np.array([second.real, second.imag]).reshape(2, -1)
+
+
+def white(rng, shape):
+    return rng.normal(0, 2, shape)
+
+
+def none(rng, shape):
+    return rng.uniform(size=1) * 0
+
+
+def shared(rng, shape):
+    """Each of 7 pixels in a row has the same noise."""
+    some = rng.normal(0, 2, (*shape[:-1], 3))
+    return np.repeat(some, 7, axis=-1)
+
+
+@pytest.mark.parametrize("count", [4, 5, 6, 8])
+@pytest.mark.parametrize(("noise", "of_windows"), [(white, 1.0), (shared, 7.0)])
+def test_a_window_says_what_its_pixels_share(count, noise, of_windows):
+    light, harmonics = windows_of_sines(count, noise, np.ones(count))
+    found = scatter_of_steps(light, harmonics, np.full(light.shape[1], 4.0))
+    assert found.of_windows == pytest.approx(of_windows, rel=0.3)
+    assert found.of_one == pytest.approx(1.0, rel=0.1)
+    np.testing.assert_allclose(found.drift, 0, atol=0.002)
+
+
+@pytest.mark.parametrize("count", [4, 5, 6, 8])
+def test_the_light_of_each_step_is_found(count):
+    gains = 1 + np.linspace(-0.02, 0.03, count)
+    light, harmonics = windows_of_sines(count, white, gains)
+    found = scatter_of_steps(light, harmonics, np.full(light.shape[1], 4.0))
+    np.testing.assert_allclose(found.drift, gains / gains.mean() - 1, atol=0.002)
+    assert found.of_windows == pytest.approx(1.0, rel=0.3)
+    waves = np.exp(-2j * np.pi * np.arange(count) / count)
+    clean = [windows_of_sines(count, none, g)[0] for g in (gains, np.ones(count))]
+    off = np.angle((waves @ clean[0]) * np.conj(waves @ clean[1])) / (2 * np.pi)
+    assert found.periods == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.1)
+
+
+def test_what_takes_a_sine_off_leaves_n_less_three():
+    for count in (4, 5, 7):
+        off = sine_taken_off(count)
+        np.testing.assert_allclose(off @ off, off, atol=1e-12)
+        assert np.trace(off) == pytest.approx(count - 3)
+
+
+def compressed(picture):
+    return cv2.imdecode(cv2.imencode(".jpg", picture, [1, 90])[1], 0)
+
+
+@pytest.mark.parametrize("steps", [4, 6])
+@pytest.mark.parametrize("what", ["jpeg", "drift"])
+def test_sigma_is_widened_by_it(steps, what):
+    one = drawn(**SCENE, steps=steps, noise=2.0, seed=steps)
+    if what == "jpeg":
+        images = np.array([compressed(picture) for picture in one.images])
+    else:
+        light = 1 + 0.1 * np.linspace(-0.5, 0.5, len(one.images))
+        images = np.rint(one.images * light[:, None, None]).astype(np.uint8)
+    found = decode(images, one.patterns, one.grid)
+    told = examine(images, one.patterns, one.grid, found)
+    inner = np.s_[20:-20, 20:-20]
+    off = np.abs(found.location - one.true)[inner] / told.widened(found.sigma)[inner]
+    off = off[np.isfinite(off)]
+    assert 0.62 < np.mean(off < 1) < 0.83
+    assert np.mean(off < 2) > 0.93
+    assert not any(doubt.spoils for doubt in told.doubts)
+    text = told.doubts[0].text
+    assert ("JPEG" if what == "jpeg" else "light changes from phase-x-0.png to") in text
+    as_stated = np.abs(found.location - one.true)[inner] / found.sigma[inner]
+    assert np.nanmean(as_stated < 1) < 0.55
+
+
+def test_white_noise_widens_nothing():
+    for steps in (4, 5, 6):
+        one = drawn(**SCENE, steps=steps, noise=3.0, seed=steps)
+        found = decode(one.images, one.patterns, one.grid)
+        told = examine(one.images, one.patterns, one.grid, found)
+        np.testing.assert_array_equal(told.factors, 1)
+        np.testing.assert_array_equal(told.widened(found.sigma), found.sigma)
