@@ -14,11 +14,12 @@ from raxel.cli.outputs import check_written
 from raxel.cli.seen import check_options, seen_in
 from raxel.cli.stability import stability_fields, stability_line, stability_warnings
 from raxel.cli.warnings import of_left_out, print_warnings
+from raxel.cli.wrong_points import wrong_fields, wrong_points, wrong_warnings
 from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
-from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.stability import stability
+from raxel.evaluation.wrong_corners import without_wrong_corners
 from raxel.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_report
 from raxel.sets import load_set
@@ -90,7 +91,8 @@ def _calibrated(image_set, views, asked, say):
     say(f"{model}: fitting {len(views)} {words.target}s")
     fitted = fit(views, size, image_set.target.unit)
     camera, details = fitted.camera, fitted.details
-    evaluation = evaluate_camera(camera, views, fitted.shape)
+    right = without_wrong_corners(camera, views, fitted.shape)
+    evaluation = right.whole
     fields = described.camera_fields(camera, views)
     name = f"{image_set.name}: {model}, fitted {words.target}s"
     print(scores.line(name, evaluation, words.point))
@@ -103,21 +105,22 @@ def _calibrated(image_set, views, asked, say):
     result = {"set": image_set.name, "model": model, "unit": image_set.target.unit}
     result |= {"camera": fields, **details, **scores.as_json(evaluation)}
     result["board_shape"] = shape_fields(fitted.board)
-    found, warnings = _misfit(model, asked, views, evaluation, details, words)
-    result["misfit"] = described.misfit_fields(found)
+    wrong = wrong_fields(wrong_points(details, right), evaluation.n_scored)
+    found, warnings = _misfit(model, asked, right, details, words)
+    warnings += wrong_warnings(wrong, right.evaluation.rms_px, words)
+    result |= {"misfit": described.misfit_fields(found), **wrong}
     if model in models.TABLES:
-        test = _central_or_not(views, size, evaluation, details)
+        test = _central_or_not(right, size, details)
         result["one_centre"] = described.centre_fields(test)
         lengths = result["unit"], words.target
         print(f"{image_set.name}: {described.centre_line(test, *lengths)}")
         warnings += described.centre_warnings(test, *lengths)
     warnings += shape_warnings(fitted.board, result["unit"], words.target)
-    halves = _stability(fitted, views, evaluation)
+    halves = _stability(fitted, right)
     result["stability"] = stability_fields(halves)
     print(f"{image_set.name}: {stability_line(halves, words)}")
     # Of a camera that does not fit all is said; its halves differ, too.
     warnings += [] if found.large else stability_warnings(halves, words)
-    warnings += models.warnings(details, words)
     warnings += described.coverage_warnings(fields, words.target)
     used = [view for view in views if view.name not in _left_out(details)]
     warnings += described.few_warnings(used, words.target)
@@ -133,12 +136,12 @@ def _left_out(details):
     return {entry["file"] for entry in details["left_out"]}
 
 
-def _central_or_not(views, size, evaluation, details):
+def _central_or_not(right, size, details):
     """CentralTest of the views that went into the fit, None where there is none."""
     out = _left_out(details)
     pairs = [
         (view, score.T_camera_grid)
-        for view, score in zip(views, evaluation.images, strict=True)
+        for view, score in zip(right.views, right.evaluation.images, strict=True)
         if view.name not in out and score.T_camera_grid is not None
     ]
     if len(pairs) < 3:
@@ -147,18 +150,18 @@ def _central_or_not(views, size, evaluation, details):
     return centrality_of_views(used, *size, np.array(poses))
 
 
-def _stability(fitted, views, evaluation):
+def _stability(fitted, right):
     """Stability of the camera on the views that went into the fit, or None."""
     out = _left_out(fitted.details)
-    pairs = zip(evaluation.images, views, strict=True)
+    pairs = zip(right.evaluation.images, right.views, strict=True)
     used = [pair for pair in pairs if pair[1].name not in out]
     return stability(fitted.camera, *zip(*used, strict=True), fitted.shape)
 
 
-def _misfit(model, asked, views, evaluation, details, words):
+def _misfit(model, asked, right, details, words):
     """(Misfit of the views that went into the fit, warnings)"""
     out = _left_out(details)
-    pairs = list(zip(evaluation.images, views, strict=True))
+    pairs = list(zip(right.evaluation.images, right.views, strict=True))
     used = [pair for pair in pairs if pair[1].name not in out]
     found = misfit(*zip(*used, strict=True))
     blamed = "auto" if asked == "auto" and model not in models.TABLES else model

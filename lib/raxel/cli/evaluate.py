@@ -5,9 +5,10 @@ from raxel.cli import described, scores
 from raxel.cli.outputs import check_written
 from raxel.cli.seen import check_options, seen_in
 from raxel.cli.warnings import of_left_out, print_warnings
+from raxel.cli.wrong_points import wrong_fields, wrong_points, wrong_warnings
 from raxel.errors import InputError
-from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.misfit import misfit
+from raxel.evaluation.wrong_corners import without_wrong_corners
 from raxel.files import check_can_be_written, write_json
 from raxel.sets import load_set
 from raxel.sets.words import words_of
@@ -38,10 +39,13 @@ def evaluate(options, say):
     views = marked or image_set.views
     seen = seen_in(image_set, views, options, say)
     seen.check_enough(image_set, 1, "an evaluation")
-    evaluation = evaluate_camera(camera, seen.views)
+    right = without_wrong_corners(camera, seen.views)
+    evaluation = right.whole
     missed, words = seen.left_out(), words_of(image_set.target)
-    found = misfit(evaluation.images, seen.views)
+    wrong = wrong_fields(wrong_points({}, right), evaluation.n_scored)
+    found = misfit(right.evaluation.images, right.views)
     warnings = of_left_out(missed) + seen.warnings
+    warnings += wrong_warnings(wrong, right.evaluation.rms_px, words)
     warnings += described.misfit_warnings(found, *DOES_NOT_FIT, words)
     if options.json:
         result = {"set": image_set.name, "camera": options.camera}
@@ -49,7 +53,7 @@ def evaluate(options, say):
         result |= scores.as_json(evaluation)
         result |= seen.fields()
         result |= {"left_out": missed, "misfit": described.misfit_fields(found)}
-        write_json(options.json, result | {"warnings": warnings})
+        write_json(options.json, result | wrong | {"warnings": warnings})
     if not marked:
         print(
             f"{image_set.name}: no view is marked evaluate: all {len(views)} are scored"

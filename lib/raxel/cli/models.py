@@ -3,7 +3,6 @@
 A fit takes views, (width, height) and the unit of their points, and returns a Fitted.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +17,7 @@ from raxel.calibration.smooth.boards import calibrate_spline
 from raxel.cameras.core.base import Camera
 from raxel.cli.described import WHAT_BENDS
 from raxel.cli.scores import known
+from raxel.evaluation.wrong_corners import without_wrong_corners
 
 SEED = 0
 
@@ -121,14 +121,27 @@ def _left_out(views, found):
     ]
 
 
+def _without_wrong(fit):
+    """A fit that takes all corners alike, done again without those that stand alone."""
+
+    def fitted(views, size, unit):
+        found = fit(views, size, unit)
+        if any(view.every_pixel for view in views):
+            return found
+        right = without_wrong_corners(found.camera, views, found.shape)
+        return fit(right.views, size, unit) if right.wrong else found
+
+    return fitted
+
+
 # The simplest first: of models that are as good, `auto` takes that.
 FITS = {
-    "zhang": zhang,
+    "zhang": _without_wrong(zhang),
     "kannala-brandt": kannala_brandt,
     "unified": unified,
     "spline": spline,
-    "cgsp": cgsp,
-    "generic": generic,
+    "cgsp": _without_wrong(cgsp),
+    "generic": _without_wrong(generic),
 }
 FEWEST_VIEWS = {
     "zhang": 2,
@@ -190,18 +203,3 @@ def lines(details, unit):
             f"(p = {pupil['p_value']:.2g}), but not boards kept out "
             f"({pupil['moving_px']:.3g} px RMS, {pupil['central_px']:.3g} px without)"
         )
-
-
-def warnings(details, words):
-    """What to warn of in a fit."""
-    wrong = details.get("wrong_points", [])
-    if not wrong:
-        return []
-    worst = max(wrong, key=lambda entry: entry["distance_px"])
-    what = f"{words.point}s" if len(wrong) > 1 else words.point
-    return [
-        f"{len(wrong)} {what} pulled at nothing, being off by up to "
-        f"{math.ceil(10 * worst['distance_px']) / 10:g} px; the worst is number "
-        f"{worst['corner']} of {worst['file']}; look at it, and at wrong_points of "
-        "--json"
-    ]

@@ -130,6 +130,9 @@ def _numbers(image_set, result):
     yield f"Single {point}s scatter by", told(misfit["scatter_px"], ".3f", " px")
     yield f"Stated of single {point}s", told(misfit["stated_sd_px"], ".3f", " px")
     yield from _shape(result["board_shape"], target, result["unit"])
+    if of := result["wrong_points_of"]:
+        counts = ", ".join(f"{name}: {n}" for name, n in of.items())
+        yield f"{point.capitalize()}s without weight", counts
     if "chosen_because" in result:
         yield "Chosen", result["chosen_because"]
     for model, found in result.get("cross_validation", {}).items():

@@ -1,0 +1,86 @@
+"""Wrong corners are named and counted; they blame neither the lens nor the shutter."""
+
+import json
+
+import numpy as np
+import pytest
+
+from raxel.cli import main
+from raxel.evaluation.misfit import misfit
+from raxel.evaluation.wrong_corners import without_wrong_corners
+from tests.made_sets import COLUMNS, FISHEYE, PINHOLE, ROWS, boards_of, write_made_set
+from tests.test_evaluation_stability import CAMERA, COUNT, views_of
+
+
+def spoilt(views, share, seed):
+    """The views with a share of their corners 2 to 40 px aside, and which these are."""
+    rng, wrong = np.random.default_rng(seed), set()
+    for view in views:
+        own = np.flatnonzero(rng.random(len(view.pixels)) < share)
+        turn, off = rng.uniform(0, 2 * np.pi, len(own)), rng.uniform(2, 40, len(own))
+        aside = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        view.pixels[own] += aside * off[:, None]
+        wrong |= {(view.name, int(n)) for n in own if np.isfinite(view.pixels[n, 0])}
+    return views, wrong
+
+
+def test_corners_that_stand_alone_are_found_and_no_others():
+    views, wrong = spoilt(views_of(COUNT * [CAMERA], 4), 0.05, 4)
+    found = without_wrong_corners(CAMERA, views)
+    named = {(name, n) for name, n, _ in found.wrong}
+    assert named >= wrong
+    assert len(named) <= 1.05 * len(wrong)
+    assert found.whole.rms_px > 3
+    assert found.evaluation.rms_px == pytest.approx(0.1 * np.sqrt(2), rel=0.05)
+    assert not misfit(found.evaluation.images, found.views).large
+
+
+def test_what_neighbours_share_is_not_wrong():
+    assert without_wrong_corners(CAMERA, views_of(COUNT * [CAMERA], 5)).wrong == []
+    # 9 mm of motion a picture, and a lens of another law.
+    rolling = views_of(COUNT * [CAMERA], 6, shift=(9.0, 0.0, 0.0))
+    assert without_wrong_corners(CAMERA, rolling).wrong == []
+
+
+@pytest.fixture
+def calibrated(tmp_path, capsys):
+    def run(boards, model):
+        folder, corners = write_made_set(tmp_path / "set", boards)
+        result = tmp_path / "result.json"
+        order = ["calibrate", folder, "--corners", corners, "--model", model]
+        order += ["--out", tmp_path / "camera.npz", "--json", result]
+        assert main([*map(str, order), "--report", str(tmp_path / "report")]) == 0
+        page = (tmp_path / "report" / "index.html").read_text()
+        return json.loads(result.read_text()), page, capsys.readouterr().out
+
+    return run
+
+
+def test_calibrate_counts_and_names_them(calibrated):
+    boards = boards_of(PINHOLE, count=8)
+    for board, corner, aside in ((2, 9, 12.0), (2, 31, -20.0), (5, 40, 9.0)):
+        boards[board][corner] += aside
+    result, page, printed = calibrated(boards, "zhang")
+    told = (
+        f"3 corners ({300 / 8 / COLUMNS / ROWS:.1f} %) do not fit and have no weight: "
+        "photographs 2.png (2), 5.png (1); the worst, number 31 of 2.png, is off by "
+    )
+    assert f"warning: {told}" in printed
+    assert result["warnings"][0].startswith(told)
+    assert len(result["warnings"]) == 1
+    assert result["wrong_points_of"] == {"2.png": 2, "5.png": 1}
+    assert [entry["corner"] for entry in result["wrong_points"]] == [9, 31, 40]
+    assert result["misfit"]["fits"]
+    assert result["misfit"]["rms_px"] < 0.1
+    assert result["camera"]["focal_px"] == pytest.approx([300, 300], rel=0.01)
+    assert "2.png: 2, 5.png: 1" in page
+
+
+def test_a_lens_of_another_law_is_still_blamed(calibrated):
+    boards = boards_of(FISHEYE)
+    boards[1][20] += 15.0
+    result, _, printed = calibrated(boards, "zhang")
+    assert not result["misfit"]["fits"]
+    assert "a pinhole with two radial terms does not fit these boards" in printed
+    assert ("1.png", 20) in [(w["file"], w["corner"]) for w in result["wrong_points"]]
+    assert len(result["wrong_points"]) < 5
