@@ -3,15 +3,18 @@
 Saddles of the grey values at several scales (`saddles`), those with four fields around
 them (`ring`), edges followed from one to the next (`trace`), lattices grown from the
 links (`growth`), checked, filled and run on with the lattice's own shape (`grids`,
-`patches`, `corners`), and judged (`verdict`, `rim`). No model of the lens enters.
+`patches`, `corners`), cut where the paper ends (`ends`), and judged (`verdict`, `rim`,
+`sides`, `squares`). No model of the lens enters.
 """
 
 import numpy as np
 
 from raxel.errors import InputError
 from raxel.features.detector import Detection, Partial, as_8_bit, refused
+from raxel.features.find.ends import doubtful_side
 from raxel.features.find.search import seen_in
 from raxel.features.find.sides import cut_side, dark_side
+from raxel.features.find.squares import shape_fault
 from raxel.features.find.verdict import continues, judged, open_side
 from raxel.features.lattice import standard_order
 
@@ -48,14 +51,31 @@ def find_boards(image):
     if min(image.shape) < 16:
         return []
     seen = seen_in(as_8_bit(image))
-    verdicts = [judged(grid, image, told=False) for grid in seen.grids]
+    verdicts = _verdicts(seen, image, told=False)
     return [_detection(v.sure, image) for v in verdicts if not v.fault]
+
+
+def _verdicts(seen, image, told):
+    """What each lattice is: `verdict.Judged`, by its corners and by its fields."""
+    level = seen.levels[0]
+    verdicts = []
+    for grid in seen.grids:
+        verdict = judged(grid, image, told)
+        side = doubtful_side(grid, level)
+        if verdict.fault and side:
+            doubt = (
+                f"the last row of corners at its {side} may be the edge of the paper"
+            )
+            verdict = verdict._replace(fault=f"{verdict.fault}; {doubt}")
+        fault = shape_fault(grid, level) or verdict.fault
+        verdicts.append(verdict._replace(fault=fault))
+    return verdicts
 
 
 def _known_size(seen, image, columns, rows):
     grids = seen.grids
     wanted = {(columns, rows), (rows, columns)}
-    verdicts = [judged(grid, image, told=True) for grid in grids]
+    verdicts = _verdicts(seen, image, told=True)
     sound = [v.sure for v in verdicts if not v.fault]
     boards = [grid for grid in sound if grid.known.shape in wanted]
     if len(boards) == 1:
@@ -70,7 +90,7 @@ def _known_size(seen, image, columns, rows):
 
 def _unknown_size(seen, image):
     grids = seen.grids
-    verdicts = [judged(grid, image, told=False) for grid in grids]
+    verdicts = _verdicts(seen, image, told=False)
     boards = [v for v in verdicts if not v.fault]
     if len(boards) > 1:
         sizes = ", ".join(_size(v.seen) for v in boards)

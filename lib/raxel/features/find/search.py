@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.features.find.ends import ended
 from raxel.features.find.grids import cut_to, grid_of, nearly_complete, settled, trimmed
 from raxel.features.find.growth import as_grid, lattices_of
 from raxel.features.find.ring import Nodes, joined, nodes_of
@@ -40,7 +41,9 @@ def seen_in(image, size=None):
     if not len(nodes.points):
         return Seen([], nodes, levels)
     links = links_of(nodes, levels)
-    grids = [trimmed(grid) for grid in grids_of(nodes, links, levels)]
+    grids = grids_of(nodes, links, levels)
+    grids = [ended(grid, levels[0], told=size is not None) for grid in grids]
+    grids = [trimmed(grid) for grid in grids]
     if size:
         grids = [cut_to(grid, (size, size[::-1])) for grid in grids]
     whole = [nearly_complete(grid) for grid in grids]
