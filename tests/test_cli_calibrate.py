@@ -199,7 +199,7 @@ def test_models_and_the_evaluation_take_missing_corners(tmp_path, monkeypatch):
         boards = read_boards(options.corners, image_set, views)
         for number, board in enumerate(boards):
             board.detection.corners[[number, 30 + number]] = np.nan
-        return boards
+        return boards, None
 
     monkeypatch.setattr("raxel.cli.seen.boards_for", without_some)
     small = [(b - CENTRE) * 0.3 + CENTRE for b in boards_of(PINHOLE)]

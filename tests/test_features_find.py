@@ -188,7 +188,9 @@ def test_two_boards_are_refused_and_both_are_told():
     assert "2 boards" in found.reason
     both = find_boards(np.hstack([one, one]))
     assert [board.found for board in both] == [True, True]
-    assert not find_board(np.hstack([one, one])).found
+    found = find_board(np.hstack([one, one]))
+    assert not found.found
+    assert found.complete == ((9, 6), (9, 6))
 
 
 def pictures_without_a_board():

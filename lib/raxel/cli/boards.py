@@ -3,15 +3,16 @@
 from raxel.errors import InputError
 from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, charuco
 from raxel.features.boards import check_chessboard, detect_boards, read_boards
+from raxel.features.size_vote import agreed
 from raxel.sets import Charuco
 
 NEED_SIZE = ("opencv", "celect")
 
 
 def boards_for(image_set, views, options, say):
-    """Boards of these views, as the options --corners and --detector say."""
+    """(Boards of these views, SizeVote or None), as --corners and --detector say."""
     if options.corners:
-        return read_boards(options.corners, image_set, views)
+        return read_boards(options.corners, image_set, views), None
     return detected(image_set, options, views, say)
 
 
@@ -23,9 +24,10 @@ def detector_name(image_set, options):
 
 
 def detected(image_set, options, views, say):
-    """Boards of these views by the option --detector.
+    """(Boards of these views, SizeVote or None) by the option --detector.
 
-    Raises InputError where the set lacks what this detector needs in every view.
+    Photographs of a board of unknown size vote for it. Raises InputError where the set
+    lacks what this detector needs in every view, and where they do not agree.
     """
     detector = detector_name(image_set, options)
     check_chessboard(image_set)
@@ -48,4 +50,7 @@ def detected(image_set, options, views, say):
             f"searched, but --detector {detector} needs these four clicks in each; add "
             f"them, or take --detector {DEFAULT_DETECTOR}"
         )
-    return detect_boards(image_set, detector, views, say)
+    boards = detect_boards(image_set, detector, views, say)
+    if image_set.target.columns is not None:
+        return boards, None
+    return agreed(image_set, boards, detector, say)

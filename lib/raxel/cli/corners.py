@@ -20,13 +20,15 @@ def corners(options, say):
         check_can_be_written(options.json)
     image_set = load_set(options.set)
     check_written([options.json], [image_set])
-    boards = detected(image_set, options, image_set.views, say)
+    boards, vote = detected(image_set, options, image_set.views, say)
     found = sum(board.detection.found for board in boards)
     kept = options.json and not found and Path(options.json).exists()
     if options.json and not kept:
         detector = detector_name(image_set, options)
-        write_boards(options.json, image_set, detector, boards)
+        write_boards(options.json, image_set, detector, boards, vote)
     print(f"{image_set.name}: board found in {found} of {len(boards)} images")
+    if vote:
+        print(f"{image_set.name}: {vote.line()}")
     for board in boards:
         if board.detection.missing:
             count, of = board.detection.missing, len(board.detection.corners)

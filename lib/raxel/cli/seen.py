@@ -10,6 +10,7 @@ from raxel.cli.boards import boards_for
 from raxel.cli.warnings import of_handedness
 from raxel.errors import CalibrationError, InputError
 from raxel.features.grids import decode_grids, read_grids
+from raxel.features.size_vote import SizeVote
 from raxel.sets import ActiveGrid, View
 from raxel.sets.words import words_of
 
@@ -25,12 +26,13 @@ class Entry(NamedTuple):
 class SeenViews(NamedTuple):
     """entries: an Entry for each view; views: what calibrations take of those found, in
     their order; grids: of each grid, for the results; warnings: what a reader must know
-    of the units."""
+    of the units; vote: how photographs voted for the size of a board, or None."""
 
     entries: list
     views: list
     grids: list
     warnings: list
+    vote: SizeVote | None = None
 
     def left_out(self):
         """The views that show nothing to use, for the result: [{file, reason}]."""
@@ -53,11 +55,15 @@ class SeenViews(NamedTuple):
         )
 
     def fields(self):
-        """What results hold of grids: {grids: [{file, pixels, points, step}]}."""
-        return {"grids": self.grids} if self.grids else {}
+        """What results hold of grids, {grids: [{file, pixels, points, step}]}, and of
+        a vote for the size of a board, {size: ...}."""
+        fields = {"grids": self.grids} if self.grids else {}
+        return fields | ({"size": self.vote.fields()} if self.vote else {})
 
     def lines(self):
-        """What to say of grids, for people."""
+        """What to say of grids and of a vote, for people."""
+        if self.vote:
+            yield self.vote.line()
         if not self.grids:
             return
         count = len(self.grids)
@@ -92,10 +98,10 @@ def seen_in(image_set, views, options, say):
     """SeenViews of these views, as --corners, --points and --detector say."""
     if isinstance(image_set.target, ActiveGrid):
         return _grids(image_set, views, options, say)
-    boards = boards_for(image_set, views, options, say)
+    boards, vote = boards_for(image_set, views, options, say)
     entries = [Entry(b.view, b.detection.found, b.detection.reason) for b in boards]
     seen = board_views(image_set, boards)
-    return SeenViews(entries, seen, [], list(_copies(seen)))
+    return SeenViews(entries, seen, [], list(_copies(seen)), vote)
 
 
 def _copies(views):

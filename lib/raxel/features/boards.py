@@ -56,13 +56,13 @@ def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
     return boards
 
 
-def write_boards(path, image_set, detector, boards):
+def write_boards(path, image_set, detector, boards, vote=None):
     """Write boards as JSON: {images: [{file, found, columns, rows, corners, ...}]}.
 
     A missing corner is null, and `missing` counts them. `sd` holds the standard
     deviation of each corner in px, null where the detector gives none. `partial` holds
     the part of a refused board that is in order: its corners, and the [row, column] of
-    each; null where there is none.
+    each; null where there is none. `vote`: a `size_vote.SizeVote`, written as `size`.
     """
     images = [
         {
@@ -79,7 +79,9 @@ def write_boards(path, image_set, detector, boards):
         }
         for board in boards
     ]
-    write_json(path, {"set": image_set.name, "detector": detector, "images": images})
+    size = {"size": vote.fields()} if vote else {}
+    about = {"set": image_set.name, "detector": detector} | size
+    write_json(path, about | {"images": images})
 
 
 def read_boards(path, image_set, views=None):

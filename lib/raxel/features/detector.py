@@ -28,7 +28,8 @@ class Detection(NamedTuple):
     (0, 2) where not found. `reason` says why not, in a few words. `sd` (rows *
     columns,) px: standard deviation of each corner from the noise of the image, by the
     rule of `raxel.sets.uncertainty`; None where a detector gives none. `partial`: what
-    is in order of a refused board, None where there is nothing.
+    is in order of a refused board, None where there is nothing. `complete`: sizes
+    (columns, rows) of the boards seen, where several are a reason to refuse.
     """
 
     found: bool
@@ -38,6 +39,7 @@ class Detection(NamedTuple):
     reason: str = ""
     sd: np.ndarray | None = None
     partial: Partial | None = None
+    complete: tuple = ()
 
     @property
     def missing(self):

@@ -103,6 +103,8 @@ def _numbers(image_set, result):
     """[(what, value in words)] of the camera and its fit."""
     camera, misfit = result["camera"], result["misfit"]
     yield "Image", f"{image_set.width} x {image_set.height} px"
+    if "size" in result:
+        yield "Board, by vote", _vote(result["size"])
     if "focal_px" in camera:
         f, p = camera["focal_px"], camera["principal_point_px"]
         yield "Focal lengths", f"{f[0]:.2f} and {f[1]:.2f} px"
@@ -162,6 +164,15 @@ def _shape(found, target, unit):
             f"{times * value:.3g} +- {times * sd:.2g} {of}, "
             f"{'used' if used else 'not used'}",
         )
+
+
+def _vote(size):
+    """How photographs voted for the size of a board, in words."""
+    told = [
+        f"{vote['columns']} x {vote['rows']} corners in {len(vote['files'])}"
+        for vote in size["votes"]
+    ]
+    return f"{', '.join(told)} of {size['photographs']} photographs"
 
 
 def warnings(texts):

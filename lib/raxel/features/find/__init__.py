@@ -95,7 +95,9 @@ def _unknown_size(seen, image):
     if len(boards) > 1:
         sizes = ", ".join(_size(v.seen) for v in boards)
         reason = f"{len(boards)} boards are seen ({sizes}); give columns and rows"
-        return _refused(boards[0].seen, image, None, None, reason)
+        found = _refused(boards[0].seen, image, None, None, reason)
+        shapes = (sorted(v.seen.known.shape, reverse=True) for v in boards)
+        return found._replace(complete=tuple(map(tuple, shapes)))
     if not boards:
         return _refused(grids[0], image, None, None, verdicts[0].fault)
     board = boards[0].seen
