@@ -5,9 +5,9 @@ import json
 import cv2
 import numpy as np
 
+from raxel.calibration.views.board_shape import BoardShape
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.cameras.core.base import Projection
-from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.sets.model import Chessboard
 from tests.image_sets import write_description
@@ -44,14 +44,17 @@ def board_poses(seed, count, distance, spread, tilt=0.5):
     return pose(R, t - R @ [*BOARD.points().mean(axis=0), 0.0])
 
 
-def boards_of(camera, seed=0, count=6, noise=0.05):
-    """Corners (N, 2) of each of `count` boards in the image, with noise in px."""
+def boards_of(camera, seed=0, count=6, noise=0.05, bend=0.0):
+    """Corners (N, 2) of each of `count` boards in the image, with noise in px; bend:
+    how far the ends of the board's x lie behind its middle, in mm."""
     distance, spread = ((120, 180), 110) if camera is FISHEYE else ((330, 480), 40)
     rng = np.random.default_rng(seed)
-    flat = on_plane(BOARD.points())
+    flat = BOARD.points()
+    half = np.ptp(flat, axis=0) / 2
+    shape = BoardShape(flat.mean(axis=0), half, np.array([bend, 0.0, 0.0, 0.0]))
     found = []
     for T in board_poses(seed, 10 * count, distance, spread):
-        pixels = camera.project(transform(T, flat)).pixels
+        pixels = camera.project(transform(T, shape.points(flat))).pixels
         pixels = pixels + noise * rng.normal(size=pixels.shape)
         if np.all((pixels >= 0) & (pixels <= [WIDTH - 1, HEIGHT - 1])):
             found.append(pixels)

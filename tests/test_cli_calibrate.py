@@ -194,6 +194,19 @@ def test_photographs_of_two_cameras_are_told(calibrate):
     assert "made: stability: of 11 divisions into halves the worst is '" in printed
 
 
+def test_a_bent_board_is_told_and_used(calibrate):
+    printed, result = calibrate(boards_of(PINHOLE, 3, 12, bend=2.0), "--model", "zhang")
+    shape = result["board_shape"]
+    used = [name for name in ("bend_x", "twist", "stretch") if shape[name]["used"]]
+    assert used == ["bend_x", "twist"]
+    assert abs(shape["bend_x"]["value"] - 2.0) < 4 * shape["bend_x"]["sd"] < 0.4
+    assert shape["shaped_px"] < shape["flat_px"]
+    assert "made: shape of the board: over its " in printed
+    (told,) = warnings_in(printed)
+    assert told.startswith("the board is not as stated: it bends by up to ")
+    assert result["rms_px"] < 1.5 * shape["shaped_px"]
+
+
 def test_models_and_the_evaluation_take_missing_corners(tmp_path, monkeypatch):
     def without_some(image_set, views, options, say):
         boards = read_boards(options.corners, image_set, views)

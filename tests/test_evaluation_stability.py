@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.evaluation.cross_validation import evaluate_camera
@@ -25,16 +26,16 @@ CAMERA, OTHER = lens(350.0), lens(357.0)  # 2 % apart
 
 
 def views_of(
-    cameras, seed, noise=NOISE_PX, poses=None, board=BOARD, shift=(0.0, 0.0, 0.0)
+    cameras, seed, noise=NOISE_PX, poses=None, solid=None, shift=(0.0, 0.0, 0.0)
 ):
-    """Views by cameras in turn; shift: motion in mm of each board from the first row of
-    its picture to the last."""
+    """Views by cameras in turn; solid: where the board's points are, None for flat;
+    shift: motion in mm of each board from the first row of its picture to the last."""
     rng = np.random.default_rng(seed)
     poses = board_poses(seed, COUNT) if poses is None else poses
     shifts = np.broadcast_to(shift, (len(poses), 3))
     views = []
     for k, (T, camera) in enumerate(zip(poses, cameras, strict=True)):
-        points = transform(T, on_plane(board))
+        points = transform(T, on_plane(BOARD) if solid is None else solid)
         pixels = camera.project(points).pixels
         for _ in range(5):
             time = pixels[:, 1:] / SIZE[1] - 0.5
@@ -83,7 +84,7 @@ def test_which_photographs_are_whose_need_not_be_known():
 
 
 def test_a_board_that_is_longer_one_way_is_told():
-    views = views_of(COUNT * [CAMERA], 3, board=BOARD * [1.005, 1.0])
+    views = views_of(COUNT * [CAMERA], 3, solid=on_plane(BOARD * [1.005, 1.0]))
     found = found_in(views)
     assert not found.stable
     assert found.divisions[0].disagreement_px > 2 * found.divisions[0].allowed_px
@@ -129,6 +130,37 @@ def test_wrong_corners_pull_at_neither_half():
     assert found.stable
     allowed = by_name(found, "near and far").allowed_px
     assert allowed == pytest.approx(clean.allowed_px, rel=0.15)
+
+
+def test_corners_that_err_together_in_each_photograph_are_no_fault():
+    # Each board is off by a quadratic of its own, as large as single corners' noise.
+    rng = np.random.default_rng(11)
+    x, y = ((BOARD - BOARD.mean(axis=0)) / np.ptp(BOARD, axis=0)).T * 2
+    shapes = np.stack([x**2, x * y, y**2], axis=1) - [1 / 3, 0, 1 / 3]
+    fields = 0.2 * rng.normal(size=(COUNT, 2, 3))
+    views = [
+        view._replace(pixels=view.pixels + shapes @ field.T)
+        for view, field in zip(views_of(COUNT * [CAMERA], 11), fields, strict=True)
+    ]
+    found = found_in(views, CAMERA)
+    assert found.same_camera
+    assert found.factor > 1.5
+    for division in found.divisions:
+        assert division.allowed_px > 1.3 * division.scatter_px
+    assert found_in(views_of(COUNT * [CAMERA], 11), CAMERA).factor < 1.3
+
+
+def test_a_bent_board_whose_shape_is_known_is_no_fault():
+    half = np.ptp(BOARD, axis=0) / 2
+    shape = BoardShape(BOARD.mean(axis=0), half, np.array([1.5, 0.0, 0.5, 0.004]))
+    views = views_of(COUNT * [CAMERA], 12, solid=shape.points(BOARD))
+    scores = evaluate_camera(CAMERA, views, shape)
+    assert scores.rms_px == pytest.approx(np.sqrt(2) * NOISE_PX, rel=0.1)
+    assert stability(CAMERA, scores.images, views, shape).stable
+    flat = evaluate_camera(CAMERA, views)
+    assert flat.rms_px > 3 * scores.rms_px
+    assert flat.mean_deg > 2 * scores.mean_deg
+    assert stability(CAMERA, flat.images, views).factor > 2
 
 
 def test_few_boards_are_not_tested():

@@ -91,7 +91,7 @@ def test_the_page_shows_what_halves_tell(tmp_path):
 def test_disagreement_is_drawn_as_long_as_it_is():
     pixels = np.array([[100.0, 60.0], [200.0, 60.0], [100.0, 200.0]])
     field = np.array([[0.5, 0.0], [0.5, 0.0], [np.nan, np.nan]])
-    division = Division("near and far", ((), ()), 0.5, 0.1, 0.5, field)
+    division = Division("near and far", ((), ()), 0.5, 0.1, 0.1, 0.5, field)
     drawn = disagreement_picture(WIDTH, HEIGHT, pixels, division)
     scattered = disagreement_picture(
         WIDTH, HEIGHT, pixels, division._replace(allowed_px=5.0)

@@ -12,7 +12,7 @@ from raxel.calibration.generic.standard import calibrate_generic
 from raxel.calibration.parametric.lens_board import BoardTest
 from raxel.calibration.parametric.lens_formula import calibrate_lens
 from raxel.calibration.parametric.lens_pupil import UNDECIDED
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.pinhole import calibrate_pinhole
 from raxel.calibration.smooth.boards import calibrate_spline
 from raxel.cameras.core.base import Camera
 from raxel.cli.described import WHAT_BENDS
@@ -38,7 +38,8 @@ class Fitted(NamedTuple):
 
 def zhang(views, size, unit):
     """A pinhole with two radial terms."""
-    return Fitted(calibrate_zhang(views, *size).camera, {"left_out": []})
+    found = calibrate_pinhole(views, *size)
+    return Fitted(found.camera, {"left_out": []} | _terms(found), found.board)
 
 
 def kannala_brandt(views, size, unit):
@@ -53,20 +54,30 @@ def unified(views, size, unit):
 
 def _lens(views, size, law):
     found = calibrate_lens(views, *size, law)
-    sd = np.sqrt(np.diag(found.covariance))
-    terms = zip(found.formula.names, found.values, sd, strict=True)
     wrong = [
         {"file": w.name, "corner": w.corner, "distance_px": w.distance_px}
         for w in found.wrong
     ]
     details = {
         "left_out": [],
-        "terms": {n: {"value": float(v), "sd": float(s)} for n, v, s in terms},
-        "sd_over_independent": found.error_factor,
+        **_terms(found),
         "wrong_points": wrong,
         "pupil": _told(found.pupil),
     }
     return Fitted(found.camera, details, found.board)
+
+
+def _terms(found):
+    """Parameters with standard deviations, and how much larger these are than if all
+    corners erred for themselves."""
+    if found.covariance is None:
+        return {}
+    sd = np.sqrt(np.diag(found.covariance))
+    terms = zip(found.formula.names, found.values, sd, strict=True)
+    return {
+        "terms": {n: {"value": float(v), "sd": float(s)} for n, v, s in terms},
+        "sd_over_independent": found.error_factor,
+    }
 
 
 def _told(pupil):

@@ -6,6 +6,11 @@ POSSIBLE = (
     "boards longer one way than stated, or bent; pictures of several cameras, or of "
     "another zoom or focus; a rolling shutter while something moved; wrong corners"
 )
+ERRATIC = (
+    "a rolling shutter while something moved; pictures of several cameras, or of "
+    "another zoom or focus; a lens, or a board, that this model does not follow; wrong "
+    "corners"
+)
 
 
 def stability_fields(found):
@@ -15,7 +20,9 @@ def stability_fields(found):
     worst = found.divisions[0]
     return {
         "stable": found.stable,
+        "same_camera": found.same_camera,
         "p_value": found.p_value,
+        "photographs_over_scatter": found.factor,
         **_told(worst),
         "halves": [list(names) for names in worst.halves],
         "divisions": [
@@ -28,6 +35,7 @@ def _told(division):
     return {
         "divided_by": division.name,
         "disagreement_px": division.disagreement_px,
+        "scatter_px": division.scatter_px,
         "allowed_px": division.allowed_px,
     }
 
@@ -50,11 +58,20 @@ def stability_warnings(found, words):
     """What to say of a camera that hangs on the photographs it was fitted to."""
     if found is None or found.stable:
         return []
+    if not found.same_camera:
+        return [
+            f"halves of the {words.target}s tell of different cameras: divided by "
+            f"'{found.divisions[0].name}', {_numbers(found, words)}; stated standard "
+            f"deviations do not hold; possible: {POSSIBLE}; stability of --json says "
+            f"which {words.target}s are in which half"
+        ]
+    worst = max(found.divisions, key=lambda each: each.disagreement_px)
     return [
-        f"halves of the {words.target}s tell of different cameras: divided by "
-        f"'{found.divisions[0].name}', {_numbers(found, words)}; stated standard "
-        f"deviations do not hold; possible: {POSSIBLE}; stability of --json says which "
-        f"{words.target}s are in which half"
+        f"{words.target}s differ from each other {found.factor:.1f} times as much as "
+        f"their {words.point}s' scatter explains: halves of them lead to rays up to "
+        f"{worst.disagreement_px:.2g} px apart; stated standard deviations have that "
+        f"in them if it is chance, and do not hold if all {words.target}s share it; "
+        f"possible: {ERRATIC}"
     ]
 
 
@@ -63,5 +80,6 @@ def _numbers(found, words):
     return (
         f"rays {worst.disagreement_px:.2g} px apart (RMS, after the best rotation, "
         f"where both saw {words.target}s), of which the {words.point}s' scatter "
-        f"explains {worst.allowed_px:.2g} px; p = {found.p_value:.2g}"
+        f"explains {worst.scatter_px:.2g} px, and {worst.allowed_px:.2g} px with what "
+        f"photographs of one half differ by; p = {found.p_value:.2g}"
     )

@@ -7,6 +7,14 @@ ways, and each half corrects the camera by a field of its own over the image: al
 polynomials of third degree in the pixel's place, its boards' poses fitted with them.
 The two fields should differ by what the scatter of the corners allows.
 
+Corners of one photograph may err together, by blur, by light, by what a lens formula
+leaves undone. Then halves differ by more than scatter says, and no fault need lie
+between them. So what they differ by is held against how far photographs of the same
+half do, whatever moves them: halves tell of different cameras where they lie beyond
+that. And where photographs differ from each other by more than twice what scatter
+explains, whichever way they are divided, that is said, too: a shutter does so where
+boards moved differently in each, and no mean of them is known to be right.
+
 A step of least squares from the fitted camera is each half's fit: no camera is fitted
 anew, so this asks little time, serves formulas and smooth rays alike (of OpenCV's fit
 nobody states a covariance), and holds where pupils move, at the distances of the
@@ -31,10 +39,11 @@ from raxel.evaluation.pixel_pose import pixels_by_point, pose_jacobian
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix, rotate, transform
 
-# p-value, times the number of divisions, below which halves disagree. Errors of real
-# corners are no more independent than to a factor of two in their squares.
-SURE = 1e-5
-LEAST_PX, TIMES = 0.1, 2.0  # disagreement that matters: at least, and beyond scatter
+SURE = 1e-5  # p-value, times the number of divisions, below which halves disagree
+LEAST_PX, TIMES = 0.1, 1.5  # disagreement that matters: at least, and beyond scatter
+# Times scatter by which photographs differ from each other, and what that does to rays
+# of halves: half as much to those of all.
+ERRATIC, ERRATIC_PX = 2.0, 0.5
 FEWEST_BOARDS = 6  # three a half
 DEGREE = 3
 ACROSS = 24  # pixels along the longer side at which fields are compared
@@ -42,6 +51,7 @@ FEWEST_PIXELS = 6  # that both halves saw
 UNKNOWN_PX = 2.0  # SD, RMS over the image, from which on a correction is not compared
 WIDTH, RAYLEIGH = 6.0, 1.1774  # of wrong corners; median distance at unit scale
 LEAST_SD_PX = 0.01  # of a coordinate: no corner is known better
+SINGULAR = 1e-9  # of the largest eigenvalue: what nothing determines
 
 
 class Division(NamedTuple):
@@ -49,22 +59,24 @@ class Division(NamedTuple):
 
     name: by what they were divided; halves: (names, names) of the boards;
     disagreement_px: RMS distance between where the halves see the same ray, after the
-    best rotation, over the part of the image in which both saw boards; allowed_px: what
-    the scatter of the corners leads one to expect of that; p_value: how often it
-    makes halves differ as much as these, over the whole image; field (N, 2) px: of the
+    best rotation, over the part of the image in which both saw boards; scatter_px: what
+    the scatter of single corners leads one to expect of that; allowed_px: that with
+    what photographs of one half differ by; p_value: how often halves of such
+    photographs differ as much as these, over the whole image; field (N, 2) px: of the
     second half less the first, NaN where not both saw boards.
     """
 
     name: str
     halves: tuple
     disagreement_px: float
+    scatter_px: float
     allowed_px: float
     p_value: float
     field: np.ndarray
 
     @property
     def times(self):
-        """How many times as far apart as scatter leads one to expect."""
+        """How many times as far apart as one has to expect."""
         return self.disagreement_px / self.allowed_px
 
     @property
@@ -72,19 +84,34 @@ class Division(NamedTuple):
         """Whether the halves are so far apart that it is worth a word."""
         return self.times > TIMES and self.disagreement_px > LEAST_PX
 
+    @property
+    def erratic(self):
+        """Whether they are so far apart for corners that err for themselves."""
+        least = max(TIMES * self.scatter_px, ERRATIC_PX)
+        return self.disagreement_px > least
+
 
 class Stability(NamedTuple):
     """divisions: list of Division: first what tells most, the others by p-value. That
-    is the one of least p-value of those that matter and that scatter hardly explains;
-    where there is none, the one most times as far apart as expected.
+    is the one of least p-value of those that matter and are not explained; where there
+    is none, the one most times as far apart as expected.
 
     pixels (N, 2): of their fields; p_value: of the first, times how many there are;
-    stable: whether no division matters with a p-value so small."""
+    same_camera: whether no division matters with a p-value so small; factor: how many
+    times as far as scatter explains photographs differ from each other, 1 or more;
+    steady: whether that is less than ERRATIC, or shows in no division by ERRATIC_PX."""
 
     divisions: list
     pixels: np.ndarray
     p_value: float
-    stable: bool
+    same_camera: bool
+    factor: float
+    steady: bool
+
+    @property
+    def stable(self):
+        """Whether nothing is to be said."""
+        return self.same_camera and self.steady
 
 
 class _Fields(NamedTuple):
@@ -132,28 +159,34 @@ def stability(camera, scores, views, shape=None):
     )
     widest = WIDTH * max(np.nanmedian(distances) / RAYLEIGH, LEAST_SD_PX)
     boards = [_board(camera, *pair, shape, fields.mixing, widest) for pair in pairs]
-    variance, free = _scatter(boards)
+    variance = _scatter(boards)
     seen = np.array([_seen(view, camera, fields.pixels) for _, view in pairs])
     names = np.array([view.name for _, view in pairs], object)
     divisions = []
     for name, first in _ways(pairs):
-        halves = _sums(boards, first), _sums(boards, ~first)
         both = seen[first].any(axis=0) & seen[~first].any(axis=0)
-        found = _compared(*halves, fields, both, variance, free)
+        found = _compared(boards, first, fields, both, variance)
         if found is not None:
             of_halves = tuple(names[first]), tuple(names[~first])
             divisions.append(Division(name, of_halves, *found))
     if not divisions:
         return None
+    factor, _ = _apart(boards, [np.ones(len(boards), bool)], variance)
+    return _judged(divisions, fields.pixels, factor)
+
+
+def _judged(divisions, pixels, factor):
+    """The Stability of what was found."""
     limit = SURE / len(divisions)
     apart = [each for each in divisions if each.matters and each.p_value < limit]
     if apart:
         worst = min(apart, key=lambda each: each.p_value)
     else:
         worst = max(divisions, key=lambda each: each.times)
-    divisions.sort(key=lambda each: (each is not worst, each.p_value))
+    divisions = sorted(divisions, key=lambda each: (each is not worst, each.p_value))
     p_value = min(1.0, len(divisions) * worst.p_value)
-    return Stability(divisions, fields.pixels, p_value, not apart)
+    steady = not (factor > ERRATIC and any(each.erratic for each in divisions))
+    return Stability(divisions, pixels, p_value, not apart, factor, steady)
 
 
 # ---------------------------------------------------------------------- the corrections
@@ -225,20 +258,52 @@ def _board(camera, score, view, shape, mixing, widest):
 
 
 def _scatter(boards):
-    """(variance of a coordinate, what it has of freedom): of what poses and one
-    correction by all boards leave. So what the camera does to all boards alike, of
-    which no half tells, does not count as scatter."""
+    """Variance of a coordinate: of what poses and one correction by all boards leave.
+    So what the camera does to all boards alike, of which no half tells, does not count
+    as scatter."""
     normal, right = _sums(boards, [True] * len(boards))
     taken = right @ np.linalg.pinv(normal, hermitian=True) @ right
     free = max(sum(board.free for board in boards) - len(right), 1)
     squares = sum(board.squares for board in boards) - taken
-    return max(squares / free, LEAST_SD_PX**2), free
+    return max(squares / free, LEAST_SD_PX**2)
 
 
 def _sums(boards, chosen):
     """normal and right of the chosen boards."""
     of_half = [board for board, inside in zip(boards, chosen, strict=True) if inside]
     return sum(board.normal for board in of_half), sum(board.right for board in of_half)
+
+
+def _apart(boards, parts, variance):
+    """(factor, freedom): how many times as far as scatter explains boards lie from what
+    their part, of those given as (n,) bool, says together, 1 or more; and how many
+    independent squares that is told by.
+
+    The squares of what each board asks for, in units of scatter, over what a fit to all
+    of the part leaves of them. As they are larger some ways than others there are fewer
+    of them than boards times ways (F. E. Satterthwaite 1946, doi:10.2307/3002019).
+    """
+    expected, ways = 0.0, 0.0
+    for part in parts:
+        normal, right = _sums(boards, part)
+        root, axes = _inverse_root(normal)
+        together = root @ (root.T @ right)
+        for board, inside in zip(boards, part, strict=True):
+            if inside:
+                asked = root.T @ (board.right - board.normal @ together)
+                share = root.T @ board.normal @ root
+                expected += np.trace(share) - np.sum(share**2)
+                ways = ways + np.outer(axes @ asked, axes @ asked)
+    factor = np.sqrt(max(np.trace(ways) / variance / expected, 1.0))
+    several = np.trace(ways) ** 2 / np.sum(ways**2)
+    return float(factor), (len(boards) - len(parts)) * several
+
+
+def _inverse_root(normal):
+    """W of W W', the pseudo-inverse of a normal matrix, and its axes."""
+    size, axes = np.linalg.eigh(normal)
+    told = size > SINGULAR * size[-1]
+    return axes[:, told] / np.sqrt(size[told]), axes[:, told]
 
 
 # ------------------------------------------------------------------------ the divisions
@@ -277,12 +342,14 @@ def _seen(view, camera, pixels):
     return view.covered(camera.width, camera.height)[v, u] > 0
 
 
-def _compared(half, other, fields, both, variance, free):
-    """(disagreement_px, allowed_px, p_value, field) of two halves, each (normal,
-    right); both (N,) bool: where both saw boards. None where that is nowhere."""
+def _compared(boards, first, fields, both, variance):
+    """(disagreement_px, scatter_px, allowed_px, p_value, field) of the boards that are
+    the first half, (n,) bool, and the others; both (N,) bool: where both saw boards.
+    None where that is nowhere."""
     from scipy.stats import f as fisher
 
-    (normal, right), whole = half, [sum(pair) for pair in zip(half, other, strict=True)]
+    normal, right = _sums(boards, first)
+    whole = _sums(boards, np.ones(len(boards), bool))
     # What one half says beyond what both together say, and its covariance.
     share = normal @ np.linalg.pinv(whole[0], hermitian=True)
     beyond = right - share @ whole[1]
@@ -292,11 +359,13 @@ def _compared(half, other, fields, both, variance, free):
         return None
     size, axes = size[told], axes[:, told]
     along = axes.T @ beyond
-    p_value = fisher.sf(np.sum(along**2 / size) / variance / len(size), len(size), free)
+    factor, freedom = _apart(boards, (first, ~first), variance)
+    ratio = np.mean(along**2 / size) / (variance * factor**2)
+    p_value = fisher.sf(ratio, len(size), freedom)
     shapes = _without(fields.turns[both], fields.shapes[both] @ axes)
     field = np.full(fields.pixels.shape, np.nan)
     field[both] = -shapes @ (along / size)
     disagreement = np.sqrt(np.mean(np.sum(field[both] ** 2, axis=1)))
     squares = np.mean(np.sum(shapes**2, axis=1), axis=0)
-    allowed = np.sqrt(variance * np.sum(squares / size))
-    return float(disagreement), float(allowed), float(p_value), field
+    scatter = float(np.sqrt(variance * np.sum(squares / size)))
+    return float(disagreement), scatter, factor * scatter, float(p_value), field

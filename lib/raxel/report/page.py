@@ -5,7 +5,7 @@ from html import escape
 from typing import NamedTuple
 
 from raxel.evaluation.cross_validation import ImageScore
-from raxel.evaluation.stability import LEAST_PX, SURE, TIMES
+from raxel.evaluation.stability import ERRATIC, ERRATIC_PX, LEAST_PX, SURE, TIMES
 from raxel.report.folder import MARK
 from raxel.sets.words import words_of
 
@@ -200,11 +200,16 @@ def _stability(found, words):
             f"'{found['divided_by']}', the worst division: "
             f"{found['disagreement_px']:.2g} px apart (RMS, after the best rotation), "
             f"of which the {words.point}s' scatter explains "
-            f"{found['allowed_px']:.2g} px.",
+            f"{found['scatter_px']:.2g} px, and {found['allowed_px']:.2g} px with what "
+            "photographs of one half differ by.",
         ),
-        f"<p>There is a warning where halves are {TIMES:g} times as far apart as the "
-        f"{words.point}s' scatter explains and {LEAST_PX:g} px or more, and scatter "
-        f"alone does so in fewer than one of {1 / SURE:,.0f} sets.</p>",
+        f"<p>{words.target.capitalize()}s differ from each other "
+        f"{found['photographs_over_scatter']:.2g} times as much as their "
+        f"{words.point}s' scatter explains. There is a warning where that is more than "
+        f"{ERRATIC:g} and leads to halves {ERRATIC_PX:g} px apart or more; and where "
+        f"halves are {TIMES:g} times as far apart as such {words.target}s explain and "
+        f"{LEAST_PX:g} px or more, and chance does so in fewer than one of "
+        f"{1 / SURE:,.0f} sets.</p>",
         _divisions(found["divisions"]),
         *(
             f"<p>{name} half of the worst division: {escape(', '.join(half))}.</p>"
@@ -214,8 +219,13 @@ def _stability(found, words):
 
 
 def _divisions(divisions):
-    keys = ("disagreement_px", ".2f"), ("allowed_px", ".2f"), ("p_value", ".2g")
-    heads = "Divided by", "Apart (px)", "Explained (px)", "p"
+    keys = (
+        ("disagreement_px", ".2f"),
+        ("scatter_px", ".2f"),
+        ("allowed_px", ".2f"),
+        ("p_value", ".2g"),
+    )
+    heads = "Divided by", "Apart (px)", "By scatter (px)", "Explained (px)", "p"
     rows = [
         f"<tr><td>{escape(each['divided_by'])}</td>"
         f"{numbers([told(each[key], form, '') for key, form in keys])}</tr>"
