@@ -56,9 +56,10 @@ def test_locations_are_in_mm_with_oblong_pixels_or_in_pixels():
     assert in_mm.location.dtype == in_mm.sigma.dtype == np.float32
     pixel = np.divide(scene.grid.monitor_mm, scene.grid.monitor_px)
     good = in_mm.mask & in_px.mask
-    for name in ("location", "sigma"):
+    # Second differences of places, which are rounded, have a part in sigma.
+    for name, rounding in (("location", 1e-5), ("sigma", 1e-3)):
         mm, px = getattr(in_mm, name)[good], getattr(in_px, name)[good]
-        np.testing.assert_allclose(mm, px * pixel, rtol=1e-5)
+        np.testing.assert_allclose(mm, px * pixel, rtol=rounding)
 
 
 @pytest.mark.parametrize("options", [{}, {"smooth": False}, {"neighbours": True}])

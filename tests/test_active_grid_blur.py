@@ -63,8 +63,9 @@ def test_the_outermost_pixels_are_as_good_as_they_say(blur, noise, share):
     rim = off[outermost(found.mask)]
     assert len(rim) > 1500
     assert np.mean(rim.max(axis=1) > 6) < 0.001
-    # By how much blur bends phases is known of ten by seven squares.
-    assert 0.58 < np.mean(off[found.mask] < 1) < 0.77
+    # By how much blur bends phases is known of ten by seven squares. Where that is many
+    # standard deviations, no factor of it lets two thirds be within one (`bias`).
+    assert 0.58 < np.mean(off[found.mask] < 1) < 0.82
     # No more is left out than windows, blur and its light beyond the rim reach.
     assert found.margin_px <= max(6, 4 + 5 * found.blur_px)
 

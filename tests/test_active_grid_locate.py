@@ -5,7 +5,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.features.active_grid import decode, locate
-from raxel.features.active_grid.bias import OF_WINDOWS, squared_bias
+from raxel.features.active_grid.bias import OF_SIGMA, OF_WINDOWS, squared_bias
 from raxel.features.active_grid.coding import read_coding
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
@@ -73,7 +73,7 @@ def test_the_bias_of_windows_is_that_of_a_bent_surface():
     scene = drawn(size=(400, 300), place=bent, dtype=np.uint16)
     codes = read_coding(scene.patterns, scene.grid.monitor_px)
     found = np.sqrt(squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1))[:, 1:-1]
-    expected = OF_WINDOWS / 2 * (1.2 + 0.4) * 8 / 400**2
+    expected = OF_SIGMA * OF_WINDOWS / 2 * (1.2 + 0.4) * 8 / 400**2
     assert found[0, :, 32:-32] == pytest.approx(expected, rel=0.02)
     assert found[1].max() < 0.02 * expected
 

@@ -17,6 +17,10 @@ from raxel.features.active_grid.reading import MIN_MODULATION
 
 OF_WINDOWS, OF_NEIGHBOURS = 4.0, 2 / 3  # variances of 7 x 7 and 3 x 3 pixels, px^2
 HALF, QUARTER = SQUARE // 2, SQUARE // 4
+# A bias of several standard deviations has the same sign all around: with 1.08 times
+# it, 65 to 80 % of errors are within one where it is 1 to 10 of them; with the bias
+# itself it is half of them.
+OF_SIGMA = 1.08
 FRAME = 2  # squares around the picture, of which nothing is known
 # Second differences over HALF px in periods: above is a break; below is no jump.
 MAX_BENT, MIN_JUMP = 0.15, 0.02
@@ -49,7 +53,7 @@ def squared_bias(images, codes, of_windows, blur_px, spread, orders=None):
             # What lies in no whole square goes on as those beside.
             left = [(0, n - m) for n, m in zip(bias[0].shape, shift.shape, strict=True)]
             filled = _filled(np.pad(shift, left), np.pad(known, left))
-            bias[axis] = np.maximum(np.square(filled) - chance, 0)
+            bias[axis] = np.maximum(np.square(OF_SIGMA * filled) - chance, 0)
     return np.ascontiguousarray(np.repeat(bias, SQUARE, axis=2)[:, :, :width])
 
 

@@ -11,10 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from raxel.features.active_grid.bends import widen_at_bends
 from raxel.features.active_grid.bias import OF_NEIGHBOURS, OF_WINDOWS, squared_bias
 from raxel.features.active_grid.blur import Blur, measured_blur
 from raxel.features.active_grid.breaks import EVERY, find_breaks
 from raxel.features.active_grid.coding import plan_arrays
+from raxel.features.active_grid.folds import fold_limits, share_at_folds, widen_at_folds
 from raxel.features.active_grid.layout import (
     AHEAD,
     ALONE,
@@ -142,10 +144,9 @@ def decode(
     Returns Decoded. Its sigma says what noise does to a pixel, and the bias of windows
     and blur where phases bend (`bias`); neighbours that share a window share both. A
     response that is not linear is not in it: with four steps its third order shifts
-    the phase. Nor is a fold, where places go on without a jump but by another step:
-    if the step changes by d per px, means of windows are off by up to 6/7 d within 3
-    px of it, and a blur of s px adds to that; with smooth=False it is s d / sqrt(2 pi),
-    by blur alone. Raises InputError for pictures and patterns that do not fit together.
+    the phase. Folds, where places go on without a jump but by another step, are in
+    it as far as noise lets them be seen (`folds`). Raises InputError for pictures and
+    patterns that do not fit together.
     """
     stack = PictureStack(images, patterns, monitor.monitor_px, white, black)
     limit = np.iinfo(stack.dtype).max if saturated is None else int(saturated)
@@ -181,6 +182,7 @@ def decode(
         _decode_all(stack, settings, pool, out)
         if margins[0]:
             _leave_out(margins, plan, pool, out)
+        _widen(settings, averaged + blurred**2, pool, out)
     location, sigma, cells, status = out
     if neighbours:
         smooth_neighbours(location, sigma, status, plan.reach)
@@ -240,6 +242,21 @@ def _leave_out(margins, plan, pool, out):
     list(pool.map(lambda part: find_breaks(*places, *part, broken), parts))
     list(pool.map(lambda part: leave_out_breaks(*part, margins[1], broken, out), parts))
     trim_sides(margins[1], plan.extent[:, None, None], out)
+
+
+def _widen(settings, variance, pool, out):
+    """Let sigma hold what windows and blur (variance, px^2) do to bends and folds."""
+    location, sigma, _, status = out
+    plan, places = settings.plan, (location, sigma)
+    limits = fold_limits(*places, plan.used)
+    of_folds = limits, plan.used, share_at_folds(variance)
+
+    def widen(first):
+        rows = first, first + ROWS_AT_ONCE
+        widen_at_folds(*places, *of_folds, *rows)
+        widen_at_bends(*places, settings.bias, plan, variance / 2, *rows)
+
+    list(pool.map(widen, range(0, len(status), ROWS_AT_ONCE)))
 
 
 def _decode_part(stack, first, settings, rows, out):

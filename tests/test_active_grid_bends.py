@@ -1,0 +1,46 @@
+"""Sigma holds what windows and blur do where a surface bends within few pixels."""
+
+import numpy as np
+import pytest
+
+from raxel.features.active_grid import decode
+from tests.active_grids import drawn
+
+SCENE = {"size": (320, 240), "monitor": (800, 600), "steps": 6, "blur": 1.0}
+
+
+def ball(u, v, monitor):
+    """As a ball shows it: places run away towards its rim."""
+    r = np.hypot(u, v) + 1e-9
+    scale = 0.12 * np.tan(3.0 * r) / r
+    return monitor[0] * (0.5 + scale * u), monitor[1] * 0.5 + monitor[0] * scale * v
+
+
+def ripples(u, v, monitor):
+    x, y = (0.5 + 0.8 * u) * monitor[0], 0.5 * monitor[1] + 0.8 * v * monitor[0]
+    wave = 0.012 * monitor[0]
+    return x + wave * np.sin(30 * u + 4 * v), y + wave * np.cos(30 * v)
+
+
+def within(one, **options):
+    found = decode(one.images, one.patterns, one.grid, **options)
+    inner = np.s_[24:-24, 24:-24]
+    off = np.abs(found.location - one.true)[inner] / found.sigma[inner]
+    off = off[np.isfinite(off)]
+    assert len(off) > 0.5 * one.images[0].size
+    return [float(np.mean(off < k)) for k in (1, 2, 3)]
+
+
+@pytest.mark.parametrize("place", [ball, ripples])
+@pytest.mark.parametrize("noise", [1.0, 3.0])
+def test_two_thirds_lie_within_one_sigma_on_a_mirror(place, noise):
+    one = drawn(**SCENE, place=place, noise=noise, seed=5)
+    shares = within(one)
+    assert 0.65 < shares[0] < 0.85
+    assert shares[1] > 0.95
+    assert shares[2] > 0.97
+
+
+def test_on_a_plane_it_stays_as_it_is():
+    one = drawn(**SCENE, noise=3.0, share=1.3, seed=5)
+    assert within(one)[0] == pytest.approx(0.683, abs=0.02)

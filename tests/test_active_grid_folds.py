@@ -1,0 +1,72 @@
+"""Facets that meet edge to edge: places go on, their steps do not, and sigma knows."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+from raxel.features.active_grid import decode
+from raxel.features.active_grid.folds import share_at_folds
+from tests.active_grids import drawn
+
+SCENE = {"size": (320, 240), "monitor": (800, 600), "steps": 6}
+
+
+def facets(u, v, monitor):
+    """Steps that change at four edges; `ridge` says where."""
+    x, y = (0.5 + 0.9 * u) * monitor[0], 0.5 * monitor[1] + 0.9 * v * monitor[0]
+    return x + 0.09 * monitor[0] * ridge(u, v), y
+
+
+def ridge(u, v):
+    turn = 2 * u + v
+    return np.abs(turn - np.round(turn))
+
+
+def caustic(u, v, monitor):
+    """Places turn round along two lines."""
+    return (0.5 + 0.3 * np.sin(6 * u)) * monitor[0], (0.5 + 0.9 * v) * monitor[1]
+
+
+def near_folds(one, found):
+    """(N,) errors in standard deviations along x, within 4 px of a fold."""
+    v, u = (np.indices(found.status.shape) - [[[120]], [[160]]]) / 320
+    away = 320 / np.hypot(2, 1) * np.minimum(ridge(u, v), 0.5 - ridge(u, v))
+    off = np.abs(found.location - one.true)[..., 0] / found.sigma[..., 0]
+    off[:24] = off[-24:] = np.nan
+    off[:, :24] = off[:, -24:] = np.nan
+    return off[(away < 4) & np.isfinite(off)], off[(away > 12) & np.isfinite(off)]
+
+
+@pytest.mark.parametrize(("blur", "noise"), [(0.7, 1.0), (0.7, 3.0), (2.0, 1.0)])
+def test_sigma_holds_at_folds(blur, noise):
+    one = drawn(**SCENE, place=facets, blur=blur, noise=noise, seed=3)
+    near, far = near_folds(one, decode(one.images, one.patterns, one.grid))
+    assert len(near) > 2000
+    assert np.mean(near < 1) > 0.6
+    assert np.mean(near < 3) > 0.96
+    assert np.mean(far < 1) < 0.82
+
+
+def test_without_it_errors_are_many_deviations(monkeypatch):
+    module = importlib.import_module("raxel.features.active_grid.decode")
+    monkeypatch.setattr(module, "widen_at_folds", lambda *_: None)
+    monkeypatch.setattr(module, "widen_at_bends", lambda *_: None)
+    one = drawn(**SCENE, place=facets, blur=0.7, noise=1.0, seed=3)
+    near, _ = near_folds(one, decode(one.images, one.patterns, one.grid))
+    assert np.mean(near < 3) < 0.93
+
+
+def test_sigma_holds_where_places_turn_round():
+    one = drawn(**SCENE, place=caustic, blur=1.0, noise=2.0, seed=3)
+    found = decode(one.images, one.patterns, one.grid)
+    inner = np.s_[24:-24, 24:-24]
+    off = np.abs(found.location - one.true)[inner] / found.sigma[inner]
+    assert np.nanmean(off < 1) == pytest.approx(0.72, abs=0.07)
+    assert np.nanmean(off < 3) > 0.985
+
+
+def test_the_mean_of_a_fold():
+    """Of a window of 7 x 7 pixels it is 6/7 of the change of step; less 8 px away."""
+    off = np.mean(np.abs(np.arange(-3, 4))) / 2
+    assert share_at_folds(4.0) == pytest.approx(off / (8 - 2 * off), rel=0.1)
