@@ -15,6 +15,7 @@ from raxel.calibration.mirror.from_pictures import _platter, _steps, mirror_view
 from raxel.cameras import load_camera
 from raxel.cli import main
 from raxel.errors import InputError
+from raxel.evaluation.mirror_benchmark import score_mirror_file
 from raxel.files import read_json
 from raxel.sets import PatternPlan
 from raxel.sets.mirror_set import load_mirror_set
@@ -93,6 +94,15 @@ def test_the_result_says_how_far_it_can_be_trusted(calibrated):
     sure = second["predicted_ray_error_deg"]
     assert 0.003 < sure["median"] < sure["largest"] < 0.5
     assert np.array(second["T_camera_grid"]).shape == (4, 4)
+    assert fit["viewer_error_counted"] is True
+
+
+def test_half_of_the_rays_are_off_by_what_is_predicted(folder, calibrated):
+    scores = score_mirror_file(load_mirror_set(folder), calibrated / "rays.npz")
+    stages = read_json(calibrated / "fit.json")["stages"]
+    for found, about in zip(scores["stages"], stages, strict=True):
+        predicted = about["predicted_ray_error_deg"]["median"]
+        assert 0.4 < found["rays"]["median_deg"] / predicted < 2.5
 
 
 def test_the_report_shows_shapes_residuals_and_what_was_flagged(folder, calibrated):

@@ -8,18 +8,22 @@ import numpy as np
 
 from raxel.calibration.mirror.from_pictures import mirror_views
 from raxel.calibration.mirror.stages import calibrate_mirror
+from raxel.calibration.views.boards import board_views
 from raxel.cli.outputs import check_written
 from raxel.cli.scores import known
 from raxel.cli.warnings import print_warnings
-from raxel.errors import InputError
+from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.mirror_benchmark import scored_pixels
+from raxel.evaluation.mirror_errors import predicted_errors, viewers_aside
 from raxel.evaluation.mirror_result import sampled_result, write_mirror_result
+from raxel.features.boards import detect_boards
 from raxel.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_mirror_report
 from raxel.sets import ImageSet, load_mirror_set
 
 # Options of `raxel calibrate` that a mirror set has no use for.
 NOT_OF_A_MIRROR = "corners", "points", "detector"
+NO_VIEWER = ", without the viewer's own error, which nobody states"
 SPREAD = 21  # places along either side of a mirror at which its rays are looked at
 
 
@@ -42,7 +46,8 @@ def calibrate_mirror_set(options, say):
     except InputError as fault:
         raise type(fault)(f"{mirror_set.description}: {fault}") from fault
     took = time.process_time() - began
-    result = _result(mirror_set, views, found, outputs)
+    expected = _expected(mirror_set, views, found, say)
+    result = _result(mirror_set, views, found, outputs, expected)
     for line in _lines(mirror_set, result):
         print(line)
     print_warnings(result["warnings"])
@@ -117,14 +122,19 @@ def _check_options(options, mirror_set):
             )
 
 
-def _result(mirror_set, views, found, outputs):
-    """What is written to --json."""
-    stages = [_stage(mirror_set, found, k, path) for k, path in enumerate(outputs)]
+def _result(mirror_set, views, found, outputs, expected):
+    """What is written to --json; expected: of `_expected`."""
+    errors, with_viewer = expected
+    stages = [
+        _stage(mirror_set, found, k, path) | {"predicted_ray_error_deg": error}
+        for k, (path, error) in enumerate(zip(outputs, errors, strict=True))
+    ]
     return {
         "set": mirror_set.name,
         "model": "spline mirror",
         "unit": "mm",
         "viewer": views.viewer.kind,
+        "viewer_error_counted": with_viewer,
         "clamp": {
             "points": views.clamp.points.tolist(),
             "rms_px": found.line.rms_px,
@@ -170,7 +180,6 @@ def _stage(mirror_set, found, stage, path):
         "camera": path,
         "functions": list(camera.grid.shape),
         "residual_mm": _spread(found.residuals_mm(stage)),
-        "predicted_ray_error_deg": _predicted(found.bundle, stage, camera),
     }
     if stage == 0:
         return fields
@@ -202,14 +211,37 @@ def _spread(residuals):
     return {"mean": float(np.mean(residuals)), "sd": float(np.std(residuals))}
 
 
-def _predicted(bundle, stage, camera):
-    """{median, largest} over the mirror: standard deviations of rays, degrees."""
+def _expected(mirror_set, views, found, say):
+    """([{median, largest}] over each stage's mirror: errors of rays to be expected,
+    degrees; whether the viewer's own error is in them)"""
+    pixels = [_spread_over(camera) for camera in found.cameras]
+    aside, counted = _viewers_aside(mirror_set, views, say), False
+    try:
+        errors, counted = predicted_errors(views, found, pixels, aside), bool(aside)
+    except CalibrationError:
+        errors = predicted_errors(views, found, pixels)
+    known = [each[np.isfinite(each)] for each in errors]
+    told = [
+        {"median": float(np.median(each)), "largest": float(np.max(each))}
+        for each in known
+    ]
+    return told, counted
+
+
+def _viewers_aside(mirror_set, views, say):
+    """Viewers a standard deviation aside; none where photographs do not tell it."""
+    if not isinstance(mirror_set.viewer, ImageSet):
+        return []
+    say("how far the viewer may be off")
+    boards = board_views(mirror_set.viewer, detect_boards(mirror_set.viewer))
+    return viewers_aside(views.viewer, boards)
+
+
+def _spread_over(camera):
+    """Pixels (SPREAD^2, 2) all over the mirror."""
     u, v = (np.linspace(b[0], b[-1], SPREAD) for b in camera.grid.breaks)
     p = camera.grid.unturned(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
-    along = np.column_stack([p, np.ones(len(p))])
-    sd = np.degrees(bundle.ray_sd(stage, camera.viewer.project(along).pixels))
-    sd = sd[np.isfinite(sd)]
-    return {"median": float(np.median(sd)), "largest": float(np.max(sd))}
+    return camera.viewer.project(np.column_stack([p, np.ones(len(p))])).pixels
 
 
 def _lines(mirror_set, result):
@@ -224,6 +256,7 @@ def _lines(mirror_set, result):
         f"{name}: first shape: rays meet within {primary['points_from_rays_mm']:.3f} "
         f"mm (mean); {places}"
     )
+    without = "" if result["viewer_error_counted"] else NO_VIEWER
     for k, stage in enumerate(result["stages"]):
         sure = stage["predicted_ray_error_deg"]
         stated = stage.get("deflection_mm")
@@ -232,5 +265,5 @@ def _lines(mirror_set, result):
         yield (
             f"{name}: stage {k}{bent}: residual {residual['mean']:.3f} mm (SD "
             f"{residual['sd']:.3f}), rays predicted to {sure['median']:.3f} deg "
-            f"(median), {sure['largest']:.3f} at most"
+            f"(median), {sure['largest']:.3f} at most{without}"
         )
