@@ -8,6 +8,7 @@ import yaml
 from raxel.cameras import load_camera
 from raxel.cli import main
 from raxel.errors import InputError
+from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards
 from raxel.features.charuco import find_charuco, markers_seen
 from raxel.sets import Charuco, load_set, write_set
@@ -88,8 +89,16 @@ def test_a_plain_set_of_charuco_boards_hears_of_it(tmp_path):
     (board, *_) = detect_boards(load_set(tmp_path / "set"))
     assert not board.detection.found
     reason = board.detection.reason
-    assert reason.endswith("a ChArUco board is read with target.kind: charuco")
-    assert "ArUco markers (4X4_50)" in reason
+    assert reason.startswith("this looks like a ChArUco board (24 ArUco markers of 4X4")
+    assert "give target.kind: charuco; as a chessboard: no board of 7 x 5" in reason
+
+
+@pytest.mark.parametrize("marker_mm", [16.0, 20.0, 24.0])
+def test_squares_with_small_markers_are_no_chessboard(marker_mm):
+    image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, "4X4_50", marker_mm))
+    for size in ((7, 5), (None, None)):
+        found = find_board(image, *size)
+        assert not found.found
 
 
 def test_no_markers_are_seen_on_a_plain_board(tmp_path):

@@ -67,7 +67,8 @@ def test_without_a_size_a_hole_is_borne_and_a_broken_side_is_not():
     place = r"\((\d+), (\d+)\)"
     told = re.fullmatch(
         rf"53 of 54 corners of a lattice of 9 x 6 are seen \(missing near {place}\); "
-        "give columns and rows",
+        "1 of 9 corners of row 1 from its top is missing, and where the size is not "
+        "given every side must be whole; give columns and rows",
         found.reason,
     )
     assert np.abs(np.array(told.groups(), float) - board.corners()[ON_SIDE]).max() < 2
@@ -83,7 +84,12 @@ def test_just_a_third_of_a_row_may_be_missing(gone, whole):
 def test_a_side_of_which_half_is_covered_is_no_side():
     board = drawn("straight")
     image = covered(board, 0, 1, 2, 3)
-    assert not find_board(image, 9, 6).found
+    refusal = find_board(image, 9, 6)
+    assert not refusal.found
+    rule = "4 of 9 corners of row 1 from its top are missing, and a third of a row or"
+    assert rule in refusal.reason
+    turned = find_board(np.ascontiguousarray(image.T), 9, 6)
+    assert "4 of 9 corners of column 1 from its left side" in turned.reason
     assert not find_board(image, 9, 5).found
 
 

@@ -68,7 +68,8 @@ def test_a_row_of_double_height_is_noticed(size):
     image = stretched(BOARD.image(), low, high)
     found = find_board(soft_and_noisy(image), *size)
     assert not found.found
-    assert "its squares are not equal" in found.reason
+    line = "between row 3 from its top and row 3 from its bottom are 2.0 times longer"
+    assert f"its squares are not equal: those {line} than" in found.reason
 
 
 @pytest.mark.parametrize("name", ["tilted", "bent", "strongly bent"])

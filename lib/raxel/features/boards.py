@@ -181,9 +181,13 @@ def _with_markers_named(detection, image):
     seen = markers_seen(image)
     if seen is None:
         return detection
-    word = f"{seen[0]} ArUco markers ({seen[1]}) are in the image: a ChArUco board is "
-    word += "read with target.kind: charuco"
-    return detection._replace(reason=f"{detection.reason}; {word}")
+    count, dictionary = seen
+    reason = (
+        f"this looks like a ChArUco board ({count} ArUco markers of {dictionary} are "
+        "in the image): give target.kind: charuco; as a chessboard: "
+        f"{detection.reason}"
+    )
+    return detection._replace(reason=reason)
 
 
 def _is_lack_of_memory(fault):

@@ -7,7 +7,7 @@ step turns round at once: dark and bright change sides.
 
 import numpy as np
 
-from raxel.features.find.patches import patches_of
+from raxel.features.find.patches import patches_of, predicted
 from raxel.features.find.ring import remapped
 
 # How far along the edge, in squares, and how far from it the step is taken.
@@ -51,6 +51,22 @@ def side_named(side, points):
     if abs(off[0]) > abs(off[1]):
         return "right side" if off[0] > 0 else "left side"
     return "bottom" if off[1] > 0 else "top"
+
+
+def line_named(grid, axis, k):
+    """Line k of a grid's rows (axis 0) or columns (1), as the image shows it: 'row 3
+    from its top'. Counted from its nearer end, 1 for the outermost."""
+    last = grid.known.shape[axis] - 1
+    end, number = (0, k) if 2 * k <= last else (last, last - k)
+    points = predicted(grid.points)
+    points = np.where(grid.known[..., None], grid.points, points)
+    side = points.take(end, axis=axis)
+    side, points = (a[np.isfinite(a).all(axis=-1)] for a in (side, points))
+    if not len(side):
+        side = points[:1]
+    name = side_named(side, points)
+    line = "row" if name in ("top", "bottom") else "column"
+    return f"{line} {number + 1} from its {name}"
 
 
 def _turned(image, patches, outward):

@@ -3,7 +3,13 @@
 import numpy as np
 
 from raxel.features.find.patches import patches_of
-from raxel.features.find.rim import grey_at, side_named, sides_of, steps_outward
+from raxel.features.find.rim import (
+    grey_at,
+    line_named,
+    side_named,
+    sides_of,
+    steps_outward,
+)
 
 # Steps of a lattice, as logarithms: a row's own may differ by so much from what the
 # rows beside it say, at the end of a lattice by so much. The strongest lenses that were
@@ -30,24 +36,32 @@ def unequal_pitch(grid):
     However a lens bends a board, its steps change from row to row as those before and
     after them say, in all columns alike.
     """
-    for lattice in (grid.points, grid.points.swapaxes(0, 1)):
+    for axis in (0, 1):
+        lattice = grid.points if axis else grid.points.swapaxes(0, 1)
         length = np.log(np.linalg.norm(np.diff(lattice, axis=1), axis=2))
         if length.shape[1] < 3:
             continue
         inner = length[:, 1:-1] - (length[:, :-2] + length[:, 2:]) / 2
         ends = length[:, [0, -1]] - 2 * length[:, [1, -2]] + length[:, [2, -3]]
-        if _largest(inner) > MOST_UNEQUAL or _largest(ends) > MOST_UNEQUAL_END:
+        off = np.concatenate([_medians(inner), _medians(ends)])
+        share = off / np.repeat([MOST_UNEQUAL, MOST_UNEQUAL_END], [inner.shape[1], 2])
+        worst = int(np.abs(share).argmax())
+        if abs(share[worst]) > 1:
+            what = "longer" if off[worst] > 0 else "shorter"
+            k = [*range(1, inner.shape[1] + 1), 0, inner.shape[1] + 1][worst]
+            lines = " and ".join(line_named(grid, axis, n) for n in (k, k + 1))
             return (
-                "its squares are not equal: a line of them is wider or narrower than "
-                "the lines beside it; give a board of equal squares"
+                f"its squares are not equal: those between {lines} are "
+                f"{np.exp(abs(off[worst])):.1f} times {what} than those beside let "
+                "expect; give a board of equal squares"
             )
     return ""
 
 
-def _largest(off):
-    """The largest size of the columns' medians of off (N, M), NaN where unknown."""
-    off = off[:, np.isfinite(off).any(axis=0)]
-    return np.abs(np.nanmedian(off, axis=0)).max(initial=0) if off.size else 0.0
+def _medians(off):
+    """Medians (M,) of the columns of off (N, M), 0 where nothing is known."""
+    known = np.isfinite(off).any(axis=0)
+    return np.where(known, np.nanmedian(np.where(known, off, 0), axis=0), 0)
 
 
 def cut_side(grid, image):

@@ -107,17 +107,22 @@ def _arch(grey, border_grey):
 
 def other_tone(grid, level):
     """The share of fields that is of the other tone: of the dark or of the bright ones,
-    whichever is more, the median field."""
+    whichever is more, the median field.
+
+    Which fields are bright is told at the corners. The tone of a field is that of its
+    brightest tenth, or darkest: most of it may be covered.
+    """
     grey = _fields(grid, level)
-    tone = np.median(grey, axis=2)
+    odd = np.add.outer(*map(np.arange, grid.known.shape)) % 2 == 1
+    even_bright = np.nansum(np.where(odd, -grid.sign, grid.sign)) > 0
+    bright = odd[:-1, :-1] != even_bright
+    low, high = np.percentile(grey, (10, 90), axis=2)
+    tone = np.where(bright, high, low)
     beside = _mean([shifted(tone, *d) for d in AXES])
-    odd = np.add.outer(*map(np.arange, tone.shape)) % 2 == 1
-    step = np.where(odd, beside - tone, tone - beside)
-    bright = odd != (np.nansum(step) > 0)
     above = grey > ((tone + beside) / 2)[..., None]
     other = (above != bright[..., None]).mean(axis=2)
-    told = np.isfinite(step)
-    each = [other[told & (odd == one)] for one in (True, False)]
+    told = np.isfinite(tone + beside)
+    each = [other[told & (bright == one)] for one in (True, False)]
     return max((np.median(some) for some in each if len(some)), default=0.0)
 
 

@@ -5,9 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.features.detector import as_8_bit
-from raxel.features.find.grids import LEAST_SIDE, Grid, holed, nearly_complete
+from raxel.features.find.grids import (
+    LEAST_SIDE,
+    ONE_MISSING_OF,
+    Grid,
+    holed,
+    nearly_complete,
+)
 from raxel.features.find.patches import predicted
-from raxel.features.find.rim import runs_on_beyond, side_named
+from raxel.features.find.rim import line_named, runs_on_beyond, side_named
 from raxel.features.find.sides import unequal_pitch
 from raxel.features.lattice import lattice_fault, spacing
 
@@ -68,14 +74,34 @@ def _lack(grid, sure, told):
     if seen and sure.count >= LEAST_SURE * known.size:
         return ""
     if seen or grid.complete:
-        return _unsure_ones(grid, unsure(grid))
+        return f"{_unsure_ones(grid, unsure(grid))}; two thirds of all must be sure"
     what = (
         f"{grid.count} of {columns * rows} corners of a lattice of {columns} x {rows} "
         f"are seen{_places(predicted(grid.points)[~grid.known], 'missing near')}"
     )
+    what += f"; {_lacking_line(grid)}"
     if unsure(grid).any():
         what += f"; {_unsure_ones(grid, unsure(grid))}"
     return what if told else f"{what}; give columns and rows"
+
+
+def _lacking_line(grid):
+    """Which row or column lacks too much, and what the rule is."""
+    lines = [(axis, k) for axis in (0, 1) for k in range(grid.known.shape[axis])]
+    seen = {line: grid.known.take(line[1], axis=line[0]) for line in lines}
+    axis, k = min(lines, key=lambda line: seen[line].mean())
+    if ONE_MISSING_OF * (~seen[axis, k]).sum() > len(seen[axis, k]):
+        rule = "a third of a row or column may be missing at most"
+    else:
+        ends = [line for line in lines if line[1] in (0, grid.known.shape[line[0]] - 1)]
+        axis, k = min(ends, key=lambda line: seen[line].mean())
+        rule = "where the size is not given every side must be whole"
+    lack = np.count_nonzero(~seen[axis, k])
+    verb = "are" if lack > 1 else "is"
+    return (
+        f"{lack} of {len(seen[axis, k])} corners of {line_named(grid, axis, k)} {verb} "
+        f"missing, and {rule}"
+    )
 
 
 def _unsure_ones(grid, which):
