@@ -7,6 +7,7 @@ from raxel.errors import InputError
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.bias import OF_SIGMA, OF_WINDOWS, squared_bias
 from raxel.features.active_grid.coding import read_coding
+from raxel.features.active_grid.response import no_ripple
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 
@@ -23,6 +24,9 @@ def test_locations_alone_are_those_of_the_decoder(steps, dtype):
     period = np.array([16, 36]) * (1.5, 1.25)
     off = np.abs(alone - found.location)[found.mask] / period
     assert np.abs(off - np.rint(off)).max() < 1e-4
+
+
+LINEAR = (no_ripple(), no_ripple())
 
 
 def test_arrays_are_written_over_and_one_axis_leaves_the_other_open():
@@ -72,7 +76,8 @@ def test_the_bias_of_windows_is_that_of_a_bent_surface():
 
     scene = drawn(size=(400, 300), place=bent, dtype=np.uint16)
     codes = read_coding(scene.patterns, scene.grid.monitor_px)
-    found = np.sqrt(squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1))[:, 1:-1]
+    squared = squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1, LINEAR)
+    found = np.sqrt(squared)[:, 1:-1]
     expected = OF_SIGMA * OF_WINDOWS / 2 * (1.2 + 0.4) * 8 / 400**2
     assert found[0, :, 32:-32] == pytest.approx(expected, rel=0.02)
     assert found[1].max() < 0.02 * expected
@@ -88,7 +93,7 @@ def test_facets_are_not_bent():
 
     scene = drawn(size=(400, 300), place=facets, dtype=np.uint16)
     codes = read_coding(scene.patterns, scene.grid.monitor_px)
-    found = squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1)
+    found = squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1, LINEAR)
     assert np.quantile(found, 0.9) < 1e-8  # square of 1e-4 periods
 
 

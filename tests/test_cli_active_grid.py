@@ -102,14 +102,14 @@ def test_the_patterns_of_a_monitor(tmp_path, capsys):
 
 
 def test_a_stub_for_several_poses(tmp_path, capsys):
-    """Each in a folder of its own; six steps need no word of the third harmonic."""
+    """Each in a folder of its own; six steps need no word of low harmonics."""
     words = ["--width", "203", "--height", "151", "--cells", "2"]
     four, six = tmp_path / "four", tmp_path / "six"
-    assert main(["patterns", *words, "--out", str(four)]) == 0
-    more = ["--size-mm", "406", "302", "--poses", "2", "--steps", "6"]
+    assert main(["patterns", *words, "--steps", "4", "--out", str(four)]) == 0
+    more = ["--size-mm", "406", "302", "--poses", "2"]
     assert main(["patterns", *words, *more, "--out", str(six)]) == 0
     texts = [(folder / "set.yaml").read_text() for folder in (four, six)]
-    assert ["third harmonic" in text for text in texts] == [True, False]
+    assert ["low harmonics" in text for text in texts] == [True, False]
     stub = yaml.safe_load(texts[1])
     assert stub["target"]["monitor_mm"] == [406.0, 302.0]
     photographed = tmp_path / "photographs"

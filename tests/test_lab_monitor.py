@@ -169,7 +169,7 @@ def test_the_chessboard_lies_where_the_patterns_say(tmp_path):
 
 def test_cells_are_the_plan_of_so_many_and_their_width_may_be_stated(tmp_path):
     rig = rig_of(tmp_path, small_rig(cells=leaf([8, 5], "1")))
-    assert len(patterns_of(rig.patterns)) == 20
+    assert len(patterns_of(rig.patterns)) == 24
     assert rig.patterns.cell_px == (20, 32)
     stated = small_rig(
         gray_bits=leaf([4, 4], "1"),

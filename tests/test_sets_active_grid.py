@@ -31,7 +31,7 @@ def described(folder, patterns, **view):
 
 @pytest.fixture
 def grid(tmp_path):
-    patterns = patterns_of(plan_of_cells(SIZE))
+    patterns = patterns_of(plan_of_cells(SIZE, phase_steps=4))
     return described(tmp_path, patterns, white="w.png", black="b.png")
 
 

@@ -16,7 +16,7 @@ def read_code(pictures):
 
 
 def test_the_thesis_has_twenty_patterns():
-    patterns = patterns_of(plan_of_cells((1024, 768)))
+    patterns = patterns_of(plan_of_cells((1024, 768), phase_steps=4))
     assert len(patterns) == 20
     assert sum(p.kind == "gray" for p in patterns) == 12
     assert {p.periods for p in patterns if p.kind == "phase"} == {8}

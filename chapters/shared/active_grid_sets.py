@@ -28,14 +28,15 @@ class ScoredGrid(NamedTuple):
 def decoded_grids(folder, count=None, **options):
     """Yield (name, Decoded) of each view of a rendered set, or of the first `count`.
 
-    options: of `decode`.
+    options: of `decode`. As in the thesis, no response is measured or corrected.
     """
     image_set = load_set(folder)
     for view in image_set.views[:count]:
         pictures = np.array(
             [read_image(image_set, shown.image) for shown in view.patterns]
         )
-        yield view.label, decode(pictures, view.patterns, image_set.target, **options)
+        settings = {"linear": True, **options}
+        yield view.label, decode(pictures, view.patterns, image_set.target, **settings)
 
 
 def seen_grids(folder, count=None, **options):

@@ -108,7 +108,9 @@ def grid_picture(rig, camera, T_camera_monitor, seed, window=None):
     white, black = pictures.pop(WHITE), pictures.pop(BLACK)
     target = taken.target
     images = np.array(list(pictures.values()))
-    found = decode(images, list(pictures), target, white=white, black=black)
+    found = decode(
+        images, list(pictures), target, white=white, black=black, linear=True
+    )
     true = points_seen(taken.camera, T_camera_monitor, target.monitor_mm)
     rows, columns = np.nonzero(found.mask & np.isfinite(true[..., 0]))
     pixels = np.column_stack([columns + window.u, rows + window.v]).astype(float)

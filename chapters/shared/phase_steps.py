@@ -58,8 +58,9 @@ def decoder_error(profile, count, samples):
     lines = np.rint(TOP * share).astype(np.uint16)
     pictures = np.repeat(lines[:, None], STRIP_ROWS, axis=1)
     found = decode(
-        pictures, patterns, monitor, smooth=False, margin_px=0, noise=1.0, threads=1
-    )
+        pictures, patterns, monitor,
+        smooth=False, margin_px=0, noise=1.0, linear=True, threads=1,
+    )  # fmt: skip
     place = found.location[STRIP_ROWS // 2, :, 0].astype(float)
     return phase, wrapped(2 * np.pi * place / samples - phase)
 

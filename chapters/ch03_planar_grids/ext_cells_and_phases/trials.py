@@ -137,8 +137,9 @@ def scores(view, plan, pictures):
     found, noise = {}, None
     for name, smooth in WAYS.items():
         decoded = decode(
-            pictures, patterns, MONITOR, smooth=smooth, noise=noise, threads=1
-        )
+            pictures, patterns, MONITOR,
+            smooth=smooth, noise=noise, linear=True, threads=1,
+        )  # fmt: skip
         noise = decoded.noise
         found[name] = _scored(view, plan, decoded)
     return found

@@ -188,7 +188,7 @@ def of_breaks(ridge):
     scales = {"rms_mm": 1, "median_mm": 1, "gross": 100}
     gain = median_interval(gain_of_decoding(ridge, KNOWN[0], SMOOTHING[0]))
     jump = np.median(ridge.column("jump_mm"))
-    periods = plan_of_cells(GRID.monitor_px).phase_periods[0]
+    periods = plan_of_cells(GRID.monitor_px, phase_steps=4).phase_periods[0]
     return {
         f"break.{short}.{key}": scale * np.median(ridge.column(f"{name}.{key}"))
         for name, short in shorts.items()

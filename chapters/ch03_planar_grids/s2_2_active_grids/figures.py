@@ -100,7 +100,9 @@ def ext_active_grid(results):
 def fig_3_8(results):
     """The patterns of the vertical axis, as the monitor is sent them."""
     counted = results["exp_c3_20_patterns"]
-    patterns = [p for p in patterns_of(plan_of_cells(SHOWN_PX)) if p.axis == "y"]
+    patterns = [
+        p for p in patterns_of(plan_of_cells(SHOWN_PX, phase_steps=4)) if p.axis == "y"
+    ]
     drawn, axes = new_figure(2, 6, height_in=2.9)
     binary, sines = (
         [p for p in patterns if p.kind == kind] for kind in ("gray", "phase")

@@ -17,8 +17,9 @@
 - `raxel patterns --width W --height H --out FOLDER [--cells N] [--steps N]
   [--offset PART] [--size-mm W H] [--chessboard COLUMNS ROWS] [--poses N]` draws what
   an active grid's monitor shows, with a set.yaml for the photographs.
-- `raxel decode SET --out FOLDER [--raw] [--neighbours] [--fill] [--margin PX]` finds
-  the point of the monitor that each pixel sees; `--points` takes FOLDER.
+- `raxel decode SET --out FOLDER [--raw] [--neighbours] [--fill] [--linear]
+  [--margin PX]` finds the point of the monitor that each pixel sees; `--points` takes
+  FOLDER.
 - `raxel show WHAT [--camera CAMERA] [--corners FILE] [--seed N] [--out FILE]` draws a
   rig, a camera, or the targets of a set before their camera: FILE is a picture (.png)
   or a page to turn (.html); without it the page opens in the browser.

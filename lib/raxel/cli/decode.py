@@ -25,7 +25,7 @@ def decode(options, say):
             found = decode_view(
                 image_set, view,
                 smooth=not options.raw, neighbours=options.neighbours,
-                fill=options.fill, margin_px=options.margin,
+                fill=options.fill, margin_px=options.margin, linear=options.linear,
             )  # fmt: skip
             if found.reason:
                 where = f"{image_set.description}: views: {view.label}"
@@ -65,6 +65,11 @@ def _summary(label, found):
         "noise_slope": decoded.noise.slope,
         "blur_px": decoded.blur_px,
         "margin_px": decoded.margin_px,
+        "response": {
+            "corrected": [bool(own.ripple.steps) for own in decoded.response],
+            "shift": [own.size for own in decoded.response],
+            "left": [own.left for own in decoded.response],
+        },
         "step_errors": list(found.step_errors),
         "noise_factors": list(found.noise_factors),
         "as_in_a_mirror": found.as_in_a_mirror,
@@ -109,5 +114,16 @@ def _line(view):
     )
     mirror = "; seen as in a mirror" if view["as_in_a_mirror"] else ""
     blur = "" if view["blur_px"] is None else f"; blur {view['blur_px']:.2g} px"
-    margin = f"{blur}, margin {view['margin_px']} px"
+    margin = f"{blur}, margin {view['margin_px']} px{_of_response(view)}"
     return f"{on_one_line(view['view'])}: {parts}; median sigma {sigma}{margin}{mirror}"
+
+
+def _of_response(view):
+    """What the response of monitor and camera did to places, and what is left."""
+    found = view["response"]
+    parts = [
+        f"{axis} by {shift:.2g} {view['unit']}, {left:.2g} left"
+        for axis, corrected, shift, left in zip("xy", *found.values(), strict=True)
+        if corrected
+    ]
+    return f"; response corrected: {'; '.join(parts)}" if parts else ""

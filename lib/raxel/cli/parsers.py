@@ -9,6 +9,7 @@ import math
 from raxel.cli import mirror_parsers, running
 from raxel.cli.names import read_name, written_name
 from raxel.cli.terminal import on_one_line
+from raxel.sets import PatternPlan
 
 DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb", "celect")
 MODELS = (
@@ -193,9 +194,9 @@ def _add_patterns(commands):
     parser.add_argument(
         "--steps",
         type=_count,
-        default=4,
-        help="of the sines: 4 (default) leave out even orders of a monitor's response, "
-        "6 or more the third as well",
+        default=PatternPlan.phase_steps,
+        help="of the sines: 6 (default) or more are disturbed by no order of a "
+        "monitor's response below the fifth, 4 by the third",
     )
     parser.add_argument(
         "--offset",
@@ -245,6 +246,11 @@ def _add_decode(commands):
     )
     parser.add_argument(
         "--fill", action="store_true", help="fill single holes from their neighbours"
+    )
+    parser.add_argument(
+        "--linear",
+        action="store_true",
+        help="monitor and camera answer in proportion: measure and correct nothing",
     )
     parser.add_argument(
         "--margin",

@@ -29,8 +29,9 @@ HEADER = """\
 # Further poses are further entries of views, with other names for their files.
 """
 STEPS = """\
-# Four steps of the sines are enough where monitor and camera answer in proportion. The
-# third harmonic of an answer that does not shifts places; --steps 6 is blind to it.
+# Fewer steps than six of the sines are for monitors and cameras that answer nearly in
+# proportion: of one that does not, low harmonics shift places. What can be told of that
+# from the pictures is corrected.
 """
 
 

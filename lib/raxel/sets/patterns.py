@@ -30,22 +30,22 @@ class PatternPlan:
 
     gray_bits: tuple[int, int] = (0, 0)
     gray_inverse: bool = False
-    phase_steps: int = 4
+    phase_steps: int = 6
     phase_periods: tuple[float, float] = (0.0, 0.0)
     cell_px: tuple[float, float] = (0.0, 0.0)
     phase_offset: float = 0.0
 
 
-def plan_of_cells(monitor_px, cells=8, phase_steps=4, offset=0.0):
+def plan_of_cells(monitor_px, cells=8, phase_steps=6, offset=0.0):
     """The plan of 3.2.2: Gray code with its inverse, and one sine period for each cell.
 
     monitor_px: (width, height); cells: along both axes, or (along x, along y); offset:
-    of the sines' first step, in periods. Cells
-    are whole pixels wide, so that the edges of the code lie where sines begin; the
-    last one may reach over the monitor's border. By default these are the 20 patterns
-    of the thesis. Four steps leave out every even order of a response that is not
-    linear, and keep the third; from six steps on that is gone as well: N steps are
-    disturbed by orders m N +- 1 only (Appendix A). Raises InputError for cells too
+    of the sines' first step, in periods. Cells are whole pixels wide, so that the edges
+    of the code lie where sines begin; the last one may reach over the monitor's border.
+    With four steps these are the 20 patterns of the thesis. N steps are disturbed by
+    orders m N +- 1 of a response that is not linear (Appendix A): four by the third,
+    which every monitor has, six from the fifth on, of which usual ones have next to
+    nothing. Raises InputError for cells too
     narrow, none at all, and fewer than three steps.
     """
     if not 3 <= phase_steps <= MOST_STEPS:

@@ -27,7 +27,7 @@ def photographed(camera, grid, T_camera_grid, rng):
     scene = monitor_scene(grid, T_camera_grid, background=0.05)
     traced = trace(camera, np.eye(4), scene)
     size = grid.monitor_px, grid.monitor_mm
-    patterns = patterns_of(plan_of_cells(grid.monitor_px))
+    patterns = patterns_of(plan_of_cells(grid.monitor_px, phase_steps=4))
     shown = [
         traced.shade({0: MonitorPattern(*size, pattern, LIGHT.radiance)})
         for pattern in patterns
@@ -43,7 +43,7 @@ def decoding_errors(camera, grid, T_camera_grid, rng):
     pictures, patterns = photographed(camera, grid, T_camera_grid, rng)
     seen = points_seen(camera, T_camera_grid, grid.monitor_mm)
     decoded = {
-        name: decode(pictures, patterns, grid, smooth=smooth, threads=1)
+        name: decode(pictures, patterns, grid, smooth=smooth, linear=True, threads=1)
         for name, smooth in SMOOTHED.items()
     }
     return {name: found.location - seen for name, found in decoded.items()}, seen

@@ -100,7 +100,7 @@ def decoded_as_text(pictures, light):
     """
     return decode(
         pictures.astype(np.uint16), light.patterns, light.monitor,
-        neighbours=True, fill=True, margin_px=MARGIN_PX, threads=1,
+        neighbours=True, fill=True, margin_px=MARGIN_PX, linear=True, threads=1,
     ).location  # fmt: skip
 
 
@@ -129,7 +129,7 @@ def light_of(T):
     lab = Laboratory(camera, sensor(1, 0), Optics(blur_sd_px=BLUR_PX))
     monitor = ActiveGrid((LIT_PX, LIT_PX), (LIT_MM, LIT_MM))
     size = monitor.monitor_px, monitor.monitor_mm
-    patterns = patterns_of(plan_of_cells(monitor.monitor_px, CELLS))
+    patterns = patterns_of(plan_of_cells(monitor.monitor_px, CELLS, phase_steps=4))
     response = Monitor(black_level=BLACK).radiance
     traced = trace(camera, np.eye(4), monitor_scene(monitor, T))
     shown = [
@@ -170,7 +170,7 @@ def bloom_trial(condition, rng):
             )
         pictures = np.array([spilling.expose(one, rng) for one in light.grid])
         location = decoded_as_text(pictures, light)
-        masked = decode(pictures, light.patterns, light.monitor, threads=1)
+        masked = decode(pictures, light.patterns, light.monitor, linear=True, threads=1)
         found[f"active grid.{name}"] = corner_error_in_grid(location, light)
         found[f"masked.{name}"] = corner_error_in_grid(masked.location, light)
         found[f"all pixels.{name}"] = grid_error(masked, light.points)

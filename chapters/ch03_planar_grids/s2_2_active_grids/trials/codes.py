@@ -33,11 +33,11 @@ def displayed(plan, monitor_px):
 def whole_display_trial(condition, rng):
     """Whether every monitor pixel is found at its own place, from what is sent."""
     size = tuple(condition["monitor_px"])
-    plan = plan_of_cells(size)
+    plan = plan_of_cells(size, phase_steps=4)
     patterns, pictures = displayed(plan, size)
     found = decode(
         pictures, patterns, ActiveGrid(size), smooth=False, margin_px=0,
-        noise=0.3, threads=1,
+        noise=0.3, linear=True, threads=1,
     )  # fmt: skip
     place = np.indices(size[::-1])[::-1].transpose(1, 2, 0)
     own = np.all(np.floor(found.location) == place, axis=-1)
@@ -76,8 +76,9 @@ def wrong_bit_trial(condition, rng):
             np.ix_(pair[::-1], range(STRIP_ROWS), beside)
         ]
         found = decode(
-            wrong, patterns, ActiveGrid(size), margin_px=0, noise=1.0, threads=1
-        )
+            wrong, patterns, ActiveGrid(size),
+            margin_px=0, noise=1.0, linear=True, threads=1,
+        )  # fmt: skip
         shift = np.abs(found.cells[STRIP_ROWS // 2, beside, 0] - cell[:-1])
         changes = changed >> (bits - 1 - bit) & 1
         at_edge += shift[changes == 1].tolist()
@@ -149,7 +150,7 @@ def wrong_bits(pictures, patterns, bit, white=None, black=None):
     """Which pixels (ROWS, W) the decoder reads wrong."""
     found = decode(
         pictures, patterns, ActiveGrid(bit.shape[::-1]), white=white, black=black,
-        margin_px=0, noise=1.0, threads=1,
+        margin_px=0, noise=1.0, linear=True, threads=1,
     )  # fmt: skip
     return found.cells[..., 0] != bit
 

@@ -50,7 +50,7 @@ def _found(lines):
     monitor = ActiveGrid((lines.shape[1], ROWS))
     found = decode(
         pictures, patterns_of(plan), monitor, smooth=False, margin_px=0, noise=0.3,
-        threads=1,
+        linear=True, threads=1,
     )  # fmt: skip
     return found.location[ROWS // 2, :, 0].astype(float)
 

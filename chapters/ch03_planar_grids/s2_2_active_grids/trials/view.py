@@ -103,8 +103,9 @@ class MonitorView:
         return np.array([lab.develop(one, rng) for one in radiances])
 
     def decoded(self, pictures, patterns, **given):
-        """`decode` of pictures of the rig's monitor."""
-        return decode(pictures, patterns, self.rig.target, threads=1, **given)
+        """`decode` of pictures of the rig's monitor, as if it were linear."""
+        settings = {"linear": True, "threads": 1, **given}
+        return decode(pictures, patterns, self.rig.target, **settings)
 
 
 def noiseless(sensor):

@@ -219,6 +219,7 @@ def location_of(pictures, patterns, target):
         neighbours=True,
         fill=True,
         margin_px=MARGIN_PX,
+        linear=True,
         threads=1,
     ).location
 

@@ -63,7 +63,7 @@ def viewing_trial(condition, rng):
     patterns, pictures = patterns_taken(rig, T, [condition["seed"]])
     found = decode(
         np.stack(pictures), patterns, rig.target,
-        neighbours=True, fill=True, threads=1,
+        neighbours=True, fill=True, linear=True, threads=1,
     )  # fmt: skip
     names = np.array([REASONS[k] for k in sorted(REASONS)])[found.status]
     whole = np.isin(names, DECODED)

@@ -44,6 +44,7 @@ def decoded(image_set, view, prepare=lambda picture: picture, **options):
         np.array([prepare(picture) for picture in patterns]),
         view.patterns,
         image_set.target,
+        linear=True,
         **others,
         **options,
     )

@@ -58,8 +58,9 @@ def filter_trial(condition, rng):
     out = {}
     for name, options in FILTERS.items():
         grid = decode(
-            pictures, view.patterns, image_set.target, fill=True, **lit, **options
-        )
+            pictures, view.patterns, image_set.target,
+            fill=True, linear=True, **lit, **options,
+        )  # fmt: skip
         for search, found_by in SEARCHES.items():
             corners = found_by(grid, metric)
             left = residual_of(corners, metric)

@@ -264,7 +264,8 @@ def decoded_in_patches(camera, start, metric, rng):
         *pictures, white, black = taken.reshape(-1, side, side)
         grid = decode(
             np.array(pictures), patterns, rig.target, white=white, black=black,
-            neighbours=True, fill=True, blur_px=camera.blur_sd(pixel), threads=1,
+            neighbours=True, fill=True, blur_px=camera.blur_sd(pixel), linear=True,
+            threads=1,
         )  # fmt: skip
         for name, search in searches.items():
             found[name].append(search(grid, place[None])[0] + pixel - HALF_DECODED)

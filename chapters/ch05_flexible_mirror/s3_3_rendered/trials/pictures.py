@@ -188,7 +188,7 @@ def decoded(scene, camera, window, count, place, rng):
         pictures = dict(photograph_patterns(taken, T, [seed, part]))
         levels = {"white": pictures.pop(WHITE), "black": pictures.pop(BLACK)}
         images = np.array(list(pictures.values()))
-        found = decode(images, list(pictures), taken.target, **levels)
+        found = decode(images, list(pictures), taken.target, linear=True, **levels)
         true = points_seen(taken.camera, T, taken.target.monitor_mm)
         more = np.where(np.isfinite(true), (factor - 1) * (found.location - true), 0)
         location[band.place] = found.location + more

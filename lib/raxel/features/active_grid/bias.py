@@ -14,6 +14,7 @@ import numpy as np
 
 from raxel.features.active_grid.layout import SQUARE, UNKNOWN
 from raxel.features.active_grid.reading import MIN_MODULATION
+from raxel.features.active_grid.response import undone
 
 OF_WINDOWS, OF_NEIGHBOURS = 4.0, 2 / 3  # variances of 7 x 7 and 3 x 3 pixels, px^2
 HALF, QUARTER = SQUARE // 2, SQUARE // 4
@@ -29,12 +30,12 @@ MAX_BENT, MIN_JUMP = 0.15, 0.02
 UNLIKE, BEYOND = 0.5, 4
 
 
-def squared_bias(images, codes, of_windows, blur_px, spread, orders=None):
+def squared_bias(images, codes, of_windows, blur_px, spread, ripples, orders=None):
     """(A, ceil(H / SQUARE), W) float32, squared periods: a row for each row of squares.
 
     images: n pictures (H, W); codes: A AxisCodes; of_windows: variance px^2 of what is
-    averaged; blur_px: standard deviation; spread: of a grey value, by noise. orders: as
-    of CodePlan, where sines tell of periods.
+    averaged; blur_px: standard deviation; spread: of a grey value, by noise; ripples:
+    A `response.Ripple`; orders: as of CodePlan, where sines tell of periods.
     """
     height, width = images[0].shape
     bias = np.zeros((len(codes), -(-height // SQUARE), -(-width // SQUARE)), np.float32)
@@ -42,7 +43,9 @@ def squared_bias(images, codes, of_windows, blur_px, spread, orders=None):
         settings = spread, of_windows, blur_px**2
         found = {
             axis: _shifts(
-                images, (code, orders[axis] if code.others else None), *settings
+                images,
+                (code, ripples[axis], orders[axis] if code.others else None),
+                *settings,
             )
             for axis, code in enumerate(codes)
             if code.steps
@@ -163,11 +166,11 @@ def _near_middles(squares, axis, away):
 def _seen_places(images, coding, around, least):
     """Places in periods, modulation, and what is known.
 
-    coding: an AxisCode and its cells where sines tell of these. around: four indices of
-    pixels, whose mean is taken. A bit without an inverse is compared with the mean of
-    the steps.
+    coding: an AxisCode, its Ripple, and its cells where sines tell of these. around:
+    four indices of pixels, whose mean is taken. A bit without an inverse is compared
+    with the mean of the steps.
     """
-    code, orders = coding
+    code, ripple, orders = coding
     count = images[0][around[0]].shape
     wave, mean = np.zeros(count, complex), np.zeros(count, np.float32)
     sine, cosine, _ = code.sines.weights
@@ -175,8 +178,10 @@ def _seen_places(images, coding, around, least):
         light = sum(images[k][part].astype(np.float32) for part in around)
         wave += weight / len(around) * light
         mean += light / (len(around) * len(code.steps))
+    known = np.abs(wave) > least
+    wave = undone(ripple, wave, *_shares_of(images[0].shape, around[-1]))
     turn = np.angle(wave) / (2 * np.pi) % 1
-    value, cell, size = np.zeros(count, bool), np.zeros(count, int), np.abs(wave)
+    value, cell = np.zeros(count, bool), np.zeros(count, int)
     for picture, inverse in code.bits:
         other = mean if inverse is None else images[inverse][around[0]]
         value = value ^ (images[picture][around[0]] > other)
@@ -184,8 +189,18 @@ def _seen_places(images, coding, around, least):
     if code.others:
         cell = orders[around[0]].astype(int)
     of_cell = (cell + 0.5) * code.cell / code.period
-    known = (size > least) & (cell != UNKNOWN)
-    return np.ceil(of_cell - turn - 0.5) + turn, size, known
+    known &= cell != UNKNOWN
+    return np.ceil(of_cell - turn - 0.5) + turn, np.abs(wave), known
+
+
+def _shares_of(shape, where):
+    """x and y from -1 to 1 of an index (rows, columns) into pictures."""
+    rows, columns = (
+        np.linspace(-1, 1, size)[n] for size, n in zip(shape, where, strict=True)
+    )
+    if isinstance(where[0], slice):
+        return np.broadcast_arrays(columns, rows[:, None])
+    return columns, rows
 
 
 def _filled(values, known):

@@ -266,7 +266,8 @@ def plan_arrays(codes, monitor_px, unit):
     real = (np.array(column, np.float32) for column in columns[4:])
     told = np.array([bool(code.others) for code in codes], np.int64)
     orders = np.zeros((count, 0, 0), np.uint16)
-    return CodePlan(pairs, steps, weights, *whole, *real, told, orders)
+    even = np.zeros(count, bool)
+    return CodePlan(pairs, steps, weights, *whole, *real, told, orders, even)
 
 
 def _even(count):

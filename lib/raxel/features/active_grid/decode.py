@@ -31,6 +31,7 @@ from raxel.features.active_grid.layout import (
     SATURATED,
     UNREADABLE,
     CodePlan,
+    Ripples,
     empty_rows,
     strips_of,
 )
@@ -39,6 +40,12 @@ from raxel.features.active_grid.noise import Noise, estimate_noise
 from raxel.features.active_grid.orders import told_cells
 from raxel.features.active_grid.places import place_rows
 from raxel.features.active_grid.reading import read_rows
+from raxel.features.active_grid.response import (
+    UNTOLD,
+    Response,
+    measured_response,
+    ripples_of,
+)
 from raxel.features.active_grid.rim import leave_out_breaks, trim_rim, trim_sides
 from raxel.features.active_grid.stack import PictureStack
 from raxel.processors import processors
@@ -69,7 +76,8 @@ class Decoded:
     of no meaning where `mask` is False. status: (H, W) uint8, a key of REASONS.
     noise: the Noise that sigma was computed with. blur_px: standard deviation of the
     blur, given or measured, None where it could not be. margin_px: what was left out at
-    the rim of the lit area.
+    the rim of the lit area. response: along x and y, by how much that of monitor and
+    camera shifts places and what of it is left, RMS, in `unit`.
     """
 
     location: np.ndarray
@@ -80,6 +88,7 @@ class Decoded:
     noise: Noise
     blur_px: float | None
     margin_px: int
+    response: tuple[Response, Response] = (UNTOLD, UNTOLD)
 
     @property
     def mask(self):
@@ -107,13 +116,15 @@ class DecoderSettings:
     mark_own: bool
     saturated: np.unsignedinteger
     variance: tuple[np.float32, ...]
+    ripples: Ripples
     bias: np.ndarray
 
 
 def decode(
     images, patterns, monitor, *,
     white=None, black=None, smooth=True, neighbours=False, fill=False,
-    margin_px=None, noise=None, saturated=None, blur_px=None, threads=None, into=None,
+    margin_px=None, noise=None, saturated=None, blur_px=None, linear=False,
+    threads=None, into=None,
 ):  # fmt: skip
     """Decode the pictures of one view of an active grid.
 
@@ -126,25 +137,27 @@ def decode(
     pictures of the monitor all white and black, for bits without an inverse; without
     them the mean of the phase steps is taken.
 
-    smooth: average the sines over 7 x 7 pixels, where such a window holds no dark
-    pixel and no two neighbours that are more than a quarter of a period apart; a
-    pixel whose window does keeps its own value. neighbours: average locations over
-    3 x 3 pixels under the same condition; fill: give pixels without a location the mean
-    of their neighbours, where these lie on opposite sides and agree (both 3.2.2).
-    margin_px: pixels so close to the rim of the lit area are left out, as a blurred one
-    sees what is beside it, and those about so close to a jump of the surface that is
-    seen; None: as far as windows and blur reach, MARGIN_PX at least. noise: standard
-    deviation of a grey value, or a `Noise`; None: estimated from the pictures.
-    saturated: the value from which a sine counts as clipped, by default the largest
-    one. blur_px: standard deviation of the blur of lens and monitor; None: measured at
-    the edges of the Gray code (`blur`). threads: by default one per processor. into: a
-    Decoded of an earlier view of this size and these patterns, whose arrays are written
-    over and handed back: to get new memory takes its time.
+    smooth: average the sines over 7 x 7 pixels, where such a window holds no dark pixel
+    and no two neighbours that are more than a quarter of a period apart; a pixel whose
+    window does keeps its own value. neighbours: average locations over 3 x 3 pixels
+    under the same condition; fill: give pixels without a location the mean of their
+    neighbours, where these lie on opposite sides and agree (both 3.2.2). margin_px:
+    pixels so close to the rim of the lit area are left out, as a blurred one sees what
+    is beside it, and those about so close to a jump of the surface that is seen; None:
+    as far as windows and blur reach, MARGIN_PX at least. noise: standard deviation of a
+    grey value, or a `Noise`; None: estimated from the pictures. saturated: the value
+    from which a sine counts as clipped, by default the largest one. blur_px: standard
+    deviation of the blur of lens and monitor; None: measured at the edges of the Gray
+    code (`blur`). linear: take it that monitor and camera answer in proportion, and
+    measure and correct nothing. threads: by default one per processor. into: a Decoded
+    of an earlier view of this size and these patterns, whose arrays are written over
+    and handed back: to get new memory takes its time.
 
-    Returns Decoded. Its sigma says what noise does to a pixel, and the bias of windows
-    and blur where phases bend (`bias`); neighbours that share a window share both. A
-    response that is not linear is not in it: with four steps its third order shifts
-    the phase. Folds, where places go on without a jump but by another step, are in
+    Returns Decoded. Its sigma says what noise does to a pixel, the bias of windows and
+    blur where phases bend (`bias`), and what is left of the response (`response`);
+    neighbours that share a window share all of it. With `linear`, what a response does
+    to places is not in it: with three steps the second order shifts the phase, with
+    four the third. Folds, where places go on without a jump but by another step, are in
     it as far as noise lets them be seen (`folds`). Raises InputError for pictures and
     patterns that do not fit together.
     """
@@ -166,16 +179,24 @@ def decode(
     if plan.told.any():
         orders = told_cells(images, stack.codes, monitor.monitor_px, noise, smooth)
         plan = plan._replace(orders=orders)
+    responses = (UNTOLD,) * len(stack.codes)
+    if not linear:
+        responses = measured_response(stack, noise, limit)
+    ripples = [response.ripple for response in responses]
+    plan = plan._replace(uneven=np.array([ripple.uneven for ripple in ripples]))
     averaged = OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
     blurred = blur.px if blur else 0.0
     spread = np.sqrt(noise.at(0))
+    of_pixels = averaged, blurred, spread
+    bias = squared_bias(images, stack.seen, *of_pixels, ripples, plan.orders)
     settings = DecoderSettings(
         plan=plan,
         smooth=smooth,
         mark_own=neighbours,
         saturated=stack.dtype.type(limit),
         variance=tuple(map(np.float32, noise)),
-        bias=squared_bias(images, stack.seen, averaged, blurred, spread, plan.orders),
+        ripples=ripples_of(ripples, stack.shape),
+        bias=_with_left(bias, responses),
     )
     out = _arrays((len(stack.codes), *stack.shape), into)
     with ThreadPoolExecutor(threads or processors()) as pool:
@@ -195,7 +216,23 @@ def decode(
         noise,
         blur.px if blur else None,
         margins[0],
+        _by_axis(responses, plan.length, stack.codes),
     )
+
+
+def _with_left(bias, responses):
+    """Squared periods of a bias, with what is left of the ripple of a response."""
+    left = [[response.left or 0.0] for response in responses]
+    return bias + np.float32(left)[..., None] ** 2
+
+
+def _by_axis(responses, lengths, codes):
+    """(along x, along y), in the unit of `lengths` of periods."""
+    found = {
+        code.axis: response.scaled(length)
+        for response, length, code in zip(responses, lengths, codes, strict=True)
+    }
+    return tuple(found.get(axis, UNTOLD) for axis in (0, 1))
 
 
 def _margins(margin_px, blur, smooth):
@@ -265,14 +302,14 @@ def _decode_part(stack, first, settings, rows, out):
     pictures, start = stack.rows(first, stop)
     plan = settings.plan
     plan = plan._replace(orders=plan.orders[:, start:])
-    to_read = plan, settings.saturated, settings.variance
+    to_read = plan, settings.saturated, settings.variance, settings.ripples
     to_place = plan, settings.smooth, settings.mark_own, settings.bias
     for strip in strips_of(pictures.shape[2]):
         known, end = max(first - start - REACH, 0), pictures.shape[1]
         for y in range(first - start, stop - start, ROWS_A_CALL):
             after = min(y + ROWS_A_CALL, stop - start)
             ahead = min(after + AHEAD, end)
-            read_rows(pictures, known, ahead, strip, *to_read, rows)
+            read_rows(pictures, (known, ahead, start), strip, *to_read, rows)
             part, known = (y, after, y + start), ahead
             place_rows(pictures, part, strip, *to_place, rows, out)
 

@@ -40,6 +40,7 @@ class CodePlan(NamedTuple):
     float32 (A,): ratio of cell to period; length of a period and extent of the monitor
     in the unit of locations; spread 2 / N of N steps. told: (A,) int64, whether cells
     are those of `orders`, (A, H, W) uint16, told by sines (`orders.period_cells`).
+    uneven: (A,) bool, whether the variance of a phase changes within windows.
     """
 
     pairs: np.ndarray
@@ -55,11 +56,29 @@ class CodePlan(NamedTuple):
     spread: np.ndarray
     told: np.ndarray
     orders: np.ndarray
+    uneven: np.ndarray
 
     @property
     def reach(self):
         """(A,) float32: how far apart neighbours may lie that see one surface."""
         return self.length * self.ratio * self.jump.astype(np.float32) / 2
+
+
+class Ripples(NamedTuple):
+    """By what phases of A axes are off (`response.Ripple`, `ripple`).
+
+    steps, times: (A,) int64, 0 where nothing is; origin: (A, 2), share: (A, 6), terms:
+    (A, 3) float32; across, down: float32, from columns and rows to the shares of the
+    picture, less 1.
+    """
+
+    steps: np.ndarray
+    origin: np.ndarray
+    times: np.ndarray
+    share: np.ndarray
+    terms: np.ndarray
+    across: np.float32
+    down: np.float32
 
 
 class Rows(NamedTuple):

@@ -27,7 +27,7 @@ COHERENT = np.float32(0.49 * 49**2)
 FAST = {"contract"}  # products added with one rounding
 _ZERO, _QUARTER, _HALF = np.float32(0), np.float32(0.25), np.float32(0.5)
 _ONE, _TINY = np.float32(1), np.float32(1e-20)
-_SHARE, _OF_CELL = np.float32(1 / 49), np.float32(1 / 12)
+_SHARE, _NINTH, _OF_CELL = np.float32(1 / 49), np.float32(1 / 9), np.float32(1 / 12)
 # arctan(q) / (2 pi q) as a polynomial in q^2 on [0, 1], right to 3e-8 turns.
 _TERMS = (0.159154837, -0.0530461211, 0.0317459458, -0.0221362732)
 _TERMS += (0.015346036, -0.00889872415, 0.00347959743, -0.000645304089)
@@ -138,6 +138,21 @@ def _turn_windows(axis, k, n, rows):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _even_out(axis, y, n, rows):
+    """Variances of windows from nine of their pixels, not from the middle one alone."""
+    waves, work, flags = rows.waves[axis], rows.work[axis], rows.flags[axis]
+    above, here, under = waves[(y - 2) % KEPT], waves[y % KEPT], waves[(y + 2) % KEPT]
+    for x in range(n - 2 * REACH):
+        at = VARIANCE + x + REACH
+        total = (above[at - 2] + above[at]) + above[at + 2]
+        total += (here[at - 2] + here[at]) + here[at + 2]
+        total += (under[at - 2] + under[at]) + under[at + 2]
+        own = work[SPREAD + x + REACH]
+        window = flags[OWN + x + REACH] == 0
+        work[SPREAD + x + REACH] = _NINTH * _SHARE * total if window else own
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _turn_ends(axis, k, n, rows):
     """As `_turn_own`, where windows go beyond the strip."""
     waves, work = rows.waves, rows.work
@@ -173,5 +188,7 @@ def turn_row(y, is_first, height, smooth, strip, plan, rows):
                 _move_rows(axis, y, n, rows)
             _turn_ends(axis, k, n, rows)
             _turn_windows(axis, k, n, rows)
+            if plan.uneven[axis]:
+                _even_out(axis, y, n, rows)
         else:
             _turn_own(axis, k, n, rows)

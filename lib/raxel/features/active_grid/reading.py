@@ -30,6 +30,7 @@ from raxel.features.active_grid.layout import (
     UNREADABLE,
     VARIANCE,
 )
+from raxel.features.active_grid.ripple import SHARE, undo_ripple
 
 # A pixel is dark below so many standard deviations of its noise.
 MIN_CONTRAST = np.float32(7.0)
@@ -166,6 +167,25 @@ def _to_unit_length(axis, k, n, spread, noise, rows):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _undo_response(axis, y, k, strip, ripples, rows):
+    """Phases as they were shown (`ripple`); y: of the picture."""
+    n, steps, share = strip.width, ripples.steps[axis], ripples.share[axis]
+    if not steps:
+        return
+    across, down = ripples.across, np.float32(y) * ripples.down - _ONE
+    level = share[0] + down * (share[2] + down * share[5])
+    slope, bend = share[1] + down * share[4], share[3]
+    waves, work = rows.waves[axis, k], rows.work[axis]
+    for x in range(n):
+        right = np.float32(strip.start + x) * across - _ONE
+        work[SHARE + x] = level + right * (slope + right * bend)
+    skew, second, third = ripples.terms[axis]
+    terms = skew, second, third
+    start = ripples.origin[axis, 0], ripples.origin[axis, 1]
+    undo_ripple(n, steps, start, ripples.times[axis], terms, waves, work)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _break_beside(axis, k, n, jump, rows):
     """Where the phases of two neighbours are more than a quarter of a turn apart.
 
@@ -217,7 +237,7 @@ def _mean_row(light, dark, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _read_row(images, y, strip, plan, white, noise, rows):
+def _read_row(images, y, top, strip, plan, white, noise, ripples, rows):
     """All that the own pixels of a row say, into the rows kept."""
     n, k, marks = strip.width, y % KEPT, rows.marks
     count, columns = len(plan.bits), slice(strip.start, strip.start + n)
@@ -248,6 +268,7 @@ def _read_row(images, y, strip, plan, white, noise, rows):
             _mark_code(axis, k, n, noise, rows)
         if used:
             _to_unit_length(axis, k, n, plan.spread[axis], noise, rows)
+            _undo_response(axis, top + y, k, strip, ripples, rows)
             own = plan.steps[axis, 2, :used]
             _mark_saturated(images, y, strip, own, white, k, rows)
     _bad_beside(k, n, marks)
@@ -269,19 +290,21 @@ def _close_row(y, is_last, n, plan, rows):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def read_rows(images, first, stop, strip, plan, white, noise, rows):
+def read_rows(images, part, strip, plan, white, noise, ripples, rows):
     """Read rows of a stack of pictures (n, H, W) into the rows kept.
 
-    first, stop: rows of the stack; the one before `first` is known, unless it is the
-    first that is read. strip: Strip; plan: CodePlan; white: the value from which a
-    phase step counts as saturated, of the pictures' type; noise: a Noise in float32, of
-    the variance in grey levels; rows: Rows.
+    part: (first, stop, top): rows of the stack; the one before `first` is known, unless
+    it is the first that is read; and the picture's row where the stack begins. strip:
+    Strip; plan: CodePlan; white: the value from which a phase step counts as saturated,
+    of the pictures' type; noise: a Noise in float32, of the variance in grey levels;
+    ripples: Ripples; rows: Rows.
     """
+    first, stop, top = part
     height, n = images.shape[1], strip.width
     if first == 0:
         rows.marks[-1, BELOW : BELOW + n] = 1  # above the first row is a break
     for y in range(first, stop):
-        _read_row(images, y, strip, plan, white, noise, rows)
+        _read_row(images, y, top, strip, plan, white, noise, ripples, rows)
     for y in range(max(first - 1, 0), stop - 1):
         _close_row(y, False, n, plan, rows)
     if stop == height:

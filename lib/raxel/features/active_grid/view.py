@@ -8,6 +8,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
 from raxel.features.active_grid.decode import Decoded, decode
+from raxel.features.active_grid.response import response_warnings
 from raxel.features.active_grid.specks import without_specks
 from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, read_colour
@@ -87,6 +88,7 @@ def decode_view(image_set, view, **options):
             "and are left out: noise is larger in the dark than it seems, and standard "
             f"deviations do not know of it; {_what_hides_noise(image_set, view)}"
         )
+    warnings += response_warnings(found, options.get("linear"))
     warnings = tuple(f"{view.label}: {text}" for text in warnings)
     picture = levels.get("white", images[0])
     mirrored = as_in_a_mirror(found.location)

@@ -1,0 +1,130 @@
+"""Pieces of rows and columns of pictures, and the phases that neighbours there share.
+
+What a response does to phases is looked for on them (`response`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.features.active_grid.reading import MIN_MODULATION
+
+# Rows and columns looked at are so many px wide, and so many altogether; of small
+# pictures at most so many each way.
+ACROSS, PIXELS, MOST_LINES = 7, 150_000, 16
+RECORDS, OF_RIPPLE = 32, 8  # means in a piece of line, and in each ripple
+ALONG = 7  # px of a mean along the line, at most
+RIPPLES = 2.0, 8.0  # in a piece: fewer are like bending, of more means hold too much
+MOST_ASLANT = 0.6  # ripples across a line: of more, a mean is blind to them
+MIN_RIPPLE_PX = 5.0  # a usual one; windows average what is finer
+
+
+class Pieces(NamedTuple):
+    """S pieces of lines, RECORDS means each, of K pixels.
+
+    waves: (S, RECORDS, K) complex64, of unit length; basis: (S, RECORDS, 6), `basis_of`
+    their places; phase: (S, RECORDS), of the means, unwrapped.
+    """
+
+    waves: np.ndarray
+    basis: np.ndarray
+    phase: np.ndarray
+
+
+class _Stripes(NamedTuple):
+    """L lines of n px: waves (L, ACROSS, n) complex64 of unit length; good (L, n) bool,
+    none of those across is dark or clipped; middle: (L,) px, where they lie."""
+
+    waves: np.ndarray
+    good: np.ndarray
+    middle: np.ndarray
+
+
+def basis_of(x, y):
+    """(..., 6): 1, x, y, x^2, x y, y^2 of places from -1 to 1 over the picture."""
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
+
+
+def pieces_of(stack, sines, noise, limit):
+    """[Pieces, ...] of some rows and some columns that go through enough ripples.
+
+    stack: a PictureStack; sines: `coding.Sines` of an axis; noise: a Noise; limit: the
+    value from which a sine counts as clipped.
+    """
+    found = []
+    if min(stack.shape) < 2 * ACROSS:
+        return found
+    for along in (1, 0):
+        lines = _lines(stack, sines, noise, limit, along)
+        pitch = _pitch(lines, len(sines.steps))
+        if pitch:
+            found.append(_cut(lines, pitch, len(sines.steps), stack.shape, along))
+    return found
+
+
+def _lines(stack, sines, noise, limit, along):
+    """The _Stripes along rows (along = 1) or columns of the pictures."""
+    across_px = stack.shape[1 - along]
+    most = min(MOST_LINES, PIXELS // (ACROSS * sum(stack.shape)))
+    count = max(1, min(most, across_px // (2 * ACROSS)))
+    first = np.linspace(0, across_px - ACROSS, count + 2)[1:-1].astype(int)
+    taken = (first[:, None] + np.arange(ACROSS)).ravel()
+    pictures = (stack.images[k] for k in sines.steps)
+    light = np.array([p[taken] if along else p[:, taken].T for p in pictures])
+    weights = sines.weights.astype(np.float32)
+    sine, cosine, mean = np.tensordot(weights, light.astype(np.float32), 1)
+    size = np.hypot(sine, cosine)
+    good = size**2 > MIN_MODULATION**2 * 2 / len(sines.steps) * noise.at(mean)
+    good &= light.max(axis=0) < limit
+    waves = (cosine + 1j * sine) / np.maximum(size, np.float32(1e-6))
+    waves = waves.reshape(count, ACROSS, -1)
+    return _Stripes(waves, good.reshape(waves.shape).all(axis=1), first + ACROSS // 2)
+
+
+def _pitch(lines, count):
+    """px between means, so that a usual ripple of `count` steps has OF_RIPPLE of them.
+
+    0 where lines are too short, too little is lit, or ripples are too fine.
+    """
+    most = lines.good.shape[1] // RECORDS
+    whole = slice(lines.good.shape[1] // 2 * 2)
+    pairs = lines.waves[..., whole].sum(axis=1)
+    pairs = pairs[:, ::2] + pairs[:, 1::2]
+    lit = lines.good[:, whole][:, ::2]
+    both = lit[:, 1:] & lit[:, :-1]
+    if not most or np.count_nonzero(both) < RECORDS:
+        return 0
+    turn = np.angle((pairs[:, 1:] * pairs[:, :-1].conj())[both])
+    of_pixel = max(np.median(np.abs(turn)) / 2, 1e-6)
+    ripple = 2 * np.pi / (count * of_pixel)
+    if ripple < MIN_RIPPLE_PX:
+        return 0
+    return int(np.clip(ripple // OF_RIPPLE, 1, most))
+
+
+def _cut(lines, pitch, count, shape, along):
+    """The Pieces of lines, those of one line not where those of the next begin."""
+    n, used = lines.good.shape[1], min(pitch, ALONG)
+    many = n // (pitch * RECORDS)
+    spare = n - many * pitch * RECORDS
+    line = np.arange(len(lines.good))
+    begin = spare * line // max(len(line) - 1, 1)
+    first = begin[:, None] + pitch * np.arange(many * RECORDS)
+    first, line = first.reshape(-1, RECORDS), np.repeat(line, many)
+    pixels = first[..., None] + np.arange(used)
+    kept = lines.good[line[:, None, None], pixels].all(axis=(1, 2))
+    first, line, pixels = first[kept], line[kept], pixels[kept]
+    across = np.arange(ACROSS)[:, None]
+    waves = lines.waves[line[:, None, None, None], across, pixels[:, :, None]]
+    one, other = waves[:, :, 0].sum(axis=2), waves[:, :, -1].sum(axis=2)
+    aslant = np.median(np.abs(np.angle(one * other.conj())), axis=1)
+    waves = waves.reshape(len(line), RECORDS, ACROSS * used)
+    phase = np.unwrap(np.angle(waves.sum(axis=2)), axis=1)
+    ripples = np.abs(phase[:, -1] - phase[:, 0]) * count / (2 * np.pi)
+    kept = (ripples > RIPPLES[0]) & (ripples < RIPPLES[1])
+    kept &= aslant * count / (2 * np.pi) < MOST_ASLANT
+    place = 2 * (first[kept] + (used - 1) / 2) / (n - 1) - 1
+    aside = 2 * lines.middle[line[kept], None] / (shape[1 - along] - 1) - 1
+    places = np.broadcast_arrays(place, aside)
+    basis = basis_of(*(places if along else places[::-1]))
+    return Pieces(waves[kept], basis, phase[kept])

@@ -1,0 +1,419 @@
+"""How places ripple by a response that is not linear, from the pictures themselves.
+
+Monitors have a gamma, cameras a tone curve. What they make of a sine holds harmonics,
+and places are off by a ripple that comes again N times in each period of N steps
+(`ripple`, Appendix A). No one pixel tells it: its steps follow some sine as well as
+they follow the right one. What tells it is that surfaces are smooth where a ripple is
+not: along a line of the picture, the phase is a polynomial of low degree plus the
+ripple, whose shape is known but for a few numbers. These are the same in all of the
+picture, or change over it slowly: with the angle at which the monitor is seen, the
+falloff of light, and blur.
+
+They are found by least squares on short pieces of some rows and columns, each with a
+polynomial of its own, through the very arithmetic that decodes: per pixel first, then
+means of neighbours. So noise and fine patterns weaken the ripple alike in both.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from raxel.features.active_grid.layout import COSINE, PITCH, SINE, STRIP, WORK, Ripples
+from raxel.features.active_grid.lines import RECORDS, basis_of, pieces_of
+from raxel.features.active_grid.reading import MIN_MODULATION
+from raxel.features.active_grid.ripple import (
+    IMAGINARY,
+    RATE,
+    REAL,
+    SHARE,
+    origin,
+    undo_ripple,
+)
+
+DEGREE = 3  # of the polynomial
+MIN_PIECES, FOR_FIELD = 6, 30  # for one number, and for how it changes in the picture
+MOST_SHARE = 0.45  # of harmonic N - 1: half is where phases turn back
+ROUNDS = 8
+SURE = 8  # standard deviations of what noise makes of it, to correct at all
+CONVERGED = 0.02  # of what is left of means
+USUAL, FALL = 0.3, 3.0  # of harmonics: twice what a gamma of 2.4 has
+ROUGH = 6  # times what smooth pieces leave
+STEPS_ASKED, MOST_STEPS = 4, 6  # of Newton's method, while numbers are looked for
+NEGLIGIBLE = 2e-5  # rad
+SAMPLES = 50_000  # pixels, for a mean
+UNEVEN = 0.1  # of the usual rate of phases
+MUCH = 0.8  # of a usual sigma, which holds it
+
+
+class Ripple(NamedTuple):
+    """The ripple of one axis of a view, as `ripple` has it.
+
+    steps: N, 0 where nothing is corrected; offset: of the sines' first step, in
+    periods; times: Newton's steps; share: (6,) real part of r1, as a polynomial 1, x,
+    y, x^2, x y, y^2 of the place in the picture, which goes from -1 to 1; terms: (3,)
+    imaginary part of r1, r2, r3; all float32.
+    """
+
+    steps: int
+    offset: float
+    times: int
+    share: np.ndarray
+    terms: np.ndarray
+
+    @property
+    def uneven(self):
+        """Whether phases run so unevenly that noise does within a window."""
+        return bool(self.steps * abs(self.share[0]) > UNEVEN)
+
+    def shares(self, x, y):
+        """Real part of r1 at places from -1 to 1."""
+        return basis_of(x, y) @ self.share
+
+
+class Response(NamedTuple):
+    """What is known of the response along one axis of a view.
+
+    ripple: Ripple. size: RMS in periods by which places were off, or would be by the
+    fit where nothing was corrected; left: alike, what is left, and in sigma. Both None
+    where the pictures do not tell. steps: of the sines, 0 where nothing was asked.
+    """
+
+    ripple: Ripple
+    size: float | None = None
+    left: float | None = None
+    steps: int = 0
+
+    def scaled(self, length):
+        """In the unit of `length`, of a period."""
+        if self.size is None:
+            return self
+        size, left = (float(value * length) for value in (self.size, self.left))
+        return self._replace(size=size, left=left)
+
+
+def no_ripple():
+    """The Ripple that leaves phases as they are."""
+    return Ripple(0, 0.0, 0, np.zeros(6, np.float32), np.zeros(3, np.float32))
+
+
+UNTOLD = Response(no_ripple())
+
+
+def ripples_of(ripples, shape):
+    """The layout.Ripples of A axes; shape: (H, W) of the pictures."""
+    down, across = (np.float32(2 / max(size - 1, 1)) for size in shape)
+    return Ripples(
+        np.array([ripple.steps for ripple in ripples], np.int64),
+        np.array([origin(ripple.offset) for ripple in ripples], np.float32),
+        np.array([ripple.times for ripple in ripples], np.int64),
+        np.array([ripple.share for ripple in ripples], np.float32),
+        np.array([ripple.terms for ripple in ripples], np.float32),
+        across,
+        down,
+    )
+
+
+def measured_response(stack, noise, limit):
+    """(Response, ...) for each AxisCode of a PictureStack.
+
+    noise: a Noise; limit: the value from which a sine counts as clipped.
+    """
+    return tuple(
+        _of_axis(stack, code.sines, noise, limit) if code.steps else UNTOLD
+        for code in stack.codes
+    )
+
+
+def response_warnings(decoded, linear):
+    """Lines on what is not known of the response of a Decoded, or left of it."""
+    lines = []
+    for axis, response in enumerate(decoded.response):
+        known = decoded.sigma[..., axis][decoded.mask]
+        known = known[np.isfinite(known)]
+        if linear or not len(known):
+            continue
+        if response.steps == 3 and response.size is None:
+            lines.append(
+                f"what the response of monitor and camera does to places along "
+                f"{'xy'[axis]} cannot be told from so few pixels or so fine stripes, "
+                "and standard deviations do not know of it; take six steps"
+            )
+        elif response.left is not None and response.left > MUCH * np.median(known):
+            lines.append(
+                f"of the {response.size:.2g} {decoded.unit} by which the response of "
+                f"monitor and camera shifts places along {'xy'[axis]}, "
+                f"{response.left:.2g} {decoded.unit} are left; take more steps"
+            )
+    return lines
+
+
+def _of_axis(stack, sines, noise, limit):
+    pieces = pieces_of(stack, sines, noise, limit)
+    total = sum(len(own.phase) for own in pieces)
+    if total < MIN_PIECES:
+        return _by_second_order(stack, sines.steps, noise)
+    return _fitted(pieces, sines, total >= FOR_FIELD)
+
+
+def _by_second_order(stack, steps, noise):
+    """The Response where no piece of line tells it, by what the steps say themselves.
+
+    Of four steps and more, the second harmonic is left. Of responses like powers of the
+    light, harmonic N - 1 is no more than its power N - 2.
+    """
+    count = len(steps)
+    if count < 4:
+        return Response(no_ripple(), steps=count)
+    apart = max(1, int(np.sqrt(np.prod(stack.shape) / SAMPLES)))
+    light = np.array([stack.images[k][::apart, ::apart] for k in steps], np.float32)
+    turn = np.exp(-2j * np.pi * np.arange(count) / count)
+    first, second = (2 / count * np.tensordot(turn**m, light, 1) for m in (1, 2))
+    least = MIN_MODULATION**2 * 2 / count * noise.at(light.mean(axis=0))
+    lit = np.abs(first) ** 2 > least
+    if not lit.any():
+        return Response(no_ripple(), steps=count)
+    first, second = first[lit], second[lit]
+    share = np.abs(np.mean(second * (first.conj() / np.abs(first)) ** 2))
+    size = (share / np.mean(np.abs(first))) ** (count - 2) / np.sqrt(2) / (2 * np.pi)
+    return Response(no_ripple(), size, size, count)
+
+
+def _fitted(pieces, sines, with_field):
+    """The Response that makes pieces of lines smooth."""
+    count = len(sines.steps)
+    used = _used(count, with_field)
+    usual = _usual(count)[used]
+    values, weights, as_seen = np.zeros(9), None, None
+    blind = _blind_to_polynomials()
+    for _ in range(ROUNDS):
+        ripple = _ripple_of(values, sines, STEPS_ASKED)
+        found = [_corrected(own, ripple) for own in pieces]
+        rest, slopes = (np.concatenate(part) for part in zip(*found, strict=True))
+        rest, slopes = (blind @ rest[..., None])[..., 0], blind @ slopes
+        as_seen = rest if as_seen is None else as_seen
+        asked = slopes[..., used]
+        change, weights = _step(values[used], usual, rest, asked, weights)
+        values[used] += change
+        values[0] = np.clip(values[0], -MOST_SHARE, MOST_SHARE)
+        rest = rest - asked @ change
+        if np.sqrt(np.mean((asked @ change) ** 2)) < CONVERGED * np.sqrt(
+            np.mean(rest**2)
+        ):
+            break
+    covariance = _covariance(usual, rest, asked, weights)
+    gain = values[used] @ np.linalg.solve(covariance, values[used])
+    basis = np.concatenate([own.basis.reshape(-1, 6) for own in pieces])
+    size = _size(values, basis, count)
+    of_fit = _of_fit(covariance, used, basis)
+    if gain < len(used) + SURE * np.sqrt(2 * len(used)):
+        left = np.sqrt(max(size**2, of_fit))
+        return Response(no_ripple(), size, left, count)
+    of_pieces = _of_pieces(rest, slopes[..., [0, 6]], weights)
+    ripple = _ripple_of(values, sines, _enough_steps(values, sines))
+    return Response(ripple, size, np.sqrt(of_fit + of_pieces), count)
+
+
+def _size(values, basis, count):
+    """RMS in periods of the shift of phases, all of them as often."""
+    psi = 2 * np.pi * np.arange(64) / 64
+    one = np.exp(-1j * psi)
+    share = (basis[::100] @ values[:6])[:, None] + 1j * values[6]
+    f = 1 + share * one + values[7] * one**2 + values[8] * one**3
+    return np.sqrt(np.mean(np.angle(f) ** 2)) / (2 * np.pi)
+
+
+def _of_fit(covariance, used, basis):
+    """Mean square in periods of what the numbers' own uncertainty makes of phases."""
+    full = np.zeros((9, 9))
+    full[np.ix_(used, used)] = covariance
+    own = np.mean(np.einsum("np,pq,nq->n", basis, full[:6, :6], basis))
+    return (own + np.trace(full[6:, 6:])) / 2 / (2 * np.pi) ** 2
+
+
+def _of_pieces(rest, slopes, weights):
+    """Mean square in periods of ripples that pieces still have, beyond their noise.
+
+    slopes: (S, RECORDS, 2), of a sine and a cosine.
+    """
+    kept = weights > 0
+    rest, slopes, weights = rest[kept], slopes[kept], weights[kept]
+    normal = np.einsum("snp,snq->spq", slopes, slopes)
+    right = np.einsum("snp,sn->sp", slopes, rest)
+    found = np.linalg.solve(normal, right[..., None])[..., 0]
+    squares = weights * np.sum(found * right, axis=1)
+    # Of chi squared with two degrees of freedom the median is 2 ln 2, and its relative
+    # standard deviation 1 / (ln 2 sqrt(S)).
+    excess = np.median(squares) / (2 * np.log(2)) - 1
+    if excess < 2 / (np.log(2) * np.sqrt(len(rest))):
+        return 0.0
+    variance = np.median(2 / (weights * np.trace(normal, axis1=1, axis2=2)))
+    return excess * variance / (2 * np.pi) ** 2
+
+
+def _enough_steps(values, sines):
+    """Newton's steps after which nothing changes any more."""
+    phase = 2 * np.pi * np.arange(256) / 256
+    wave, at = np.exp(1j * phase), np.zeros(256)
+    before = wave
+    for times in range(1, MOST_STEPS):
+        ripple = _ripple_of(values, sines, times)
+        now = undone(ripple, wave, at, at)
+        if np.abs(np.angle(now * before.conj())).max() < NEGLIGIBLE:
+            return max(times - 1, 1)
+        before = now
+    return MOST_STEPS
+
+
+def _used(count, with_field):
+    """Which of the nine numbers are asked for: share, imaginary part, r2, r3."""
+    numbers = [0, 6]
+    if with_field:
+        numbers += [1, 2, 3, 4, 5]
+    if count < 5:
+        numbers.append(7)
+    if count < 4:
+        numbers.append(8)
+    return np.array(sorted(numbers))
+
+
+def _ripple_of(values, sines, times):
+    share, terms = values[:6].astype(np.float32), values[6:].astype(np.float32)
+    return Ripple(len(sines.steps), sines.offset, times, share, terms)
+
+
+def _blind_to_polynomials():
+    """(RECORDS, RECORDS): what polynomials do not explain of means along a line."""
+    place = np.linspace(-1, 1, RECORDS)
+    basis = np.linalg.qr(np.vander(place, DEGREE + 1))[0]
+    return np.eye(RECORDS) - basis @ basis.T
+
+
+def _usual(count):
+    """(9,) standard deviations that numbers have before anything is measured.
+
+    Harmonic m of responses that are met is below USUAL FALL^(2 - m) of the first one.
+    """
+    orders = np.array([count - 1] * 7 + [2 * count - 1, 3 * count - 1])
+    usual = USUAL * FALL ** (2.0 - orders)
+    usual[1:7] /= FALL  # how it changes in the picture, and what no even blur makes
+    return usual
+
+
+def _step(values, usual, rest, slopes, weights):
+    """Change of the numbers, and weights of pieces by what is left of them."""
+    free = RECORDS - DEGREE - 1
+    if weights is None:
+        weights = np.full(len(rest), 1 / np.mean(rest**2))
+    for _ in range(2):
+        normal = _normal(usual, slopes, weights)
+        right = np.einsum("s,snp,sn->p", weights, slopes, rest) - values / usual**2
+        change = np.linalg.solve(normal, right)
+        left = np.sum((rest - slopes @ change) ** 2, axis=1) / free
+        smooth = np.quantile(left, 0.25)
+        # What lies across a break, or is bent more than a polynomial, says nothing.
+        weights = (left < ROUGH * smooth) / np.maximum(left, smooth)
+    return change, weights
+
+
+def _normal(usual, slopes, weights):
+    return np.einsum("s,snp,snq->pq", weights, slopes, slopes) + np.diag(1 / usual**2)
+
+
+def _covariance(usual, rest, slopes, weights):
+    """Of the numbers: by the noise of means, or by how pieces contradict each other.
+
+    The latter is larger where surfaces are not as smooth as a polynomial.
+    """
+    inverse = np.linalg.inv(_normal(usual, slopes, weights))
+    pulls = inverse @ np.einsum("s,snp,sn->ps", weights, slopes, rest)
+    known = np.count_nonzero(weights)
+    scatter = pulls @ pulls.T * known / max(known - len(inverse), 1)
+    share = np.trace(scatter @ np.linalg.inv(inverse)) / len(inverse)
+    return inverse * max(share, 1.0)
+
+
+def _corrected(pieces, ripple):
+    """(S, RECORDS) phases of means that are corrected, unwrapped, and (S, RECORDS, 9)
+    by how much of each number they become less."""
+    share = (pieces.basis @ ripple.share).astype(np.float32)
+    settings = _settings(ripple)
+    sums, slopes = _means(pieces.waves, share, *settings)
+    phase = pieces.phase + np.angle(sums * np.exp(-1j * pieces.phase))
+    of_share = slopes[..., :1] * pieces.basis
+    return phase, np.concatenate([of_share, slopes[..., 1:]], axis=-1)
+
+
+def undone(ripple, wave, x, y):
+    """Complex waves B exp(i phi) of any shape, seen at x, y, as they were shown.
+
+    x, y: from -1 to 1 over the picture, of the same shape. What N steps add up to is
+    exp(i psi) f: the modulation is divided by the length of f as well.
+    """
+    if not ripple.steps:
+        return wave
+    share = ripple.shares(x, y).astype(np.float32).ravel()
+    settings = _settings(ripple)
+    flat = np.ascontiguousarray(wave, np.complex128).ravel()
+    return _undone(flat, share, *settings).reshape(np.shape(wave))
+
+
+def _settings(ripple):
+    """As `undo_ripple` takes them."""
+    return ripple.steps, origin(ripple.offset), ripple.times, tuple(ripple.terms)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _undone(wave, share, steps, start, times, terms):
+    row, work = np.zeros(3 * PITCH, np.float32), np.zeros(WORK, np.float32)
+    out = np.empty_like(wave)
+    skew, second, third = terms
+    for first in range(0, len(wave), STRIP):
+        n = min(STRIP, len(wave) - first)
+        for x in range(n):
+            size = abs(wave[first + x]) + 1e-20
+            row[SINE + x] = wave[first + x].imag / size
+            row[COSINE + x] = wave[first + x].real / size
+            work[SHARE + x] = share[first + x]
+        undo_ripple(n, steps, start, times, terms, row, work)
+        for x in range(n):
+            one = complex(work[REAL + x], -work[IMAGINARY + x])
+            f = 1 + (work[SHARE + x] + 1j * skew) * one
+            f += second * one**2 + third * one**3
+            unit = complex(row[COSINE + x], row[SINE + x])
+            out[first + x] = abs(wave[first + x]) / max(abs(f), 0.1) * unit
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _means(waves, share, steps, start, times, terms):
+    """(S, RECORDS) sums of corrected waves, (S, RECORDS, 4) means of slopes."""
+    pieces, records, size = waves.shape[:3]
+    row, work = np.zeros(3 * PITCH, np.float32), np.zeros(WORK, np.float32)
+    sums = np.zeros((pieces, records), np.complex128)
+    slopes = np.zeros((pieces, records, 4))
+    skew, second, third = terms
+    n = records * size
+    for piece in range(pieces):
+        for k in range(records):
+            for x in range(size):
+                row[SINE + k * size + x] = waves[piece, k, x].imag
+                row[COSINE + k * size + x] = waves[piece, k, x].real
+                work[SHARE + k * size + x] = share[piece, k]
+        undo_ripple(n, steps, start, times, terms, row, work)
+        for k in range(records):
+            own = share[piece, k]
+            for x in range(k * size, (k + 1) * size):
+                sums[piece, k] += complex(row[COSINE + x], row[SINE + x])
+                c, s = work[REAL + x], -work[IMAGINARY + x]
+                c2, s2 = c * c - s * s, 2 * c * s
+                c3, s3 = c * c2 - s * s2, c * s2 + s * c2
+                real = 1 + own * c - skew * s + second * c2 + third * c3
+                imaginary = own * s + skew * c + second * s2 + third * s3
+                rate = work[RATE + x] / (size * (real * real + imaginary * imaginary))
+                # The imaginary parts of P* / f, i P* / f, P*^2 / f and P*^3 / f.
+                slopes[piece, k, 0] += rate * (s * real - c * imaginary)
+                slopes[piece, k, 1] += rate * (c * real + s * imaginary)
+                slopes[piece, k, 2] += rate * (s2 * real - c2 * imaginary)
+                slopes[piece, k, 3] += rate * (s3 * real - c3 * imaginary)
+    return sums, slopes

@@ -1,0 +1,138 @@
+"""Places behind a monitor with a gamma and a camera with a tone curve."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from raxel.features.active_grid import decode
+from raxel.features.active_grid.response import Ripple, response_warnings, undone
+from tests.active_grids import drawn
+
+SIZE = 480, 360
+
+
+def shown(gamma, steps, camera=lambda light: light, noise=1.5, **options):
+    """A Scene whose light, 0 to 1, goes through a gamma and a camera's curve."""
+    options = {"tilt": 0.25, "vignetting": 0.6, "seed": 3} | options
+    scene = drawn(size=SIZE, steps=steps, dtype=np.uint16, **options)
+    rng = np.random.default_rng(steps)
+    value = (scene.images / 257.0 - 20) / 180
+    light = camera(np.clip(value, 0, None) ** gamma)
+    pictures = 20 + 200 * light / light.max() + rng.normal(0, noise, light.shape)
+    return replace(scene, images=np.clip(np.rint(pictures), 0, 255).astype(np.uint8))
+
+
+@cache
+def seen(gamma, steps, linear=False, **options):
+    scene = shown(gamma, steps, **options)
+    found = decode(scene.images, scene.patterns, scene.grid, linear=linear)
+    off = np.abs(found.location - scene.true)[found.mask] / found.sigma[found.mask]
+    return found, [np.mean(off < k) for k in (1, 2, 3)]
+
+
+def shares(psi, steps, waves):
+    """Phases seen and true of harmonics {order: share of the first} in N steps."""
+    k = 2 * np.pi * np.arange(steps)[:, None] / steps
+    light = np.cos(psi + k) + sum(a * np.cos(m * (psi + k)) for m, a in waves.items())
+    return 2 / steps * np.sum(light * np.exp(-1j * k), axis=0)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.25, 0.1])
+@pytest.mark.parametrize(
+    ("steps", "waves", "terms"),
+    [
+        (3, {2: 0.28}, [0.28, 0, 0, 0]),
+        (3, {2: 0.2, 5: 0.01, 8: 0.004}, [0.2, 0, 0.01, 0.004]),
+        (4, {3: 0.05, 7: -0.01}, [0.05, 0, -0.01, 0]),
+        (8, {7: -0.02}, [-0.02, 0, 0, 0]),
+    ],
+)
+def test_harmonics_are_undone_as_sums_of_steps_have_them(steps, waves, terms, offset):
+    """psi is 90 degrees behind the phase of a sine that begins with the offset."""
+    psi = np.linspace(0.01, 2 * np.pi - 0.01, 500)
+    begin = 1j * np.exp(-2j * np.pi * offset)
+    wave = 0.7 * begin * shares(psi, steps, waves)
+    share = np.float32([terms[0], 0, 0, 0, 0, 0])
+    ripple = Ripple(steps, offset, 6, share, np.float32(terms[1:]))
+    found = undone(ripple, wave, np.zeros(500), np.zeros(500))
+    np.testing.assert_allclose(found, 0.7 * begin * np.exp(1j * psi), atol=3e-6)
+
+
+def test_shares_change_over_the_picture():
+    psi, x = np.full(3, 1.0), np.array([-1.0, 0.0, 0.5])
+    ripple = Ripple(
+        4, 0.0, 6, np.float32([0.02, 0.03, 0, 0.01, 0, 0]), np.zeros(3, "f4")
+    )
+    for k, share in enumerate((0.0, 0.02, 0.0375)):
+        wave = 1j * shares(psi, 4, {3: share})
+        found = undone(ripple, wave, x, np.zeros(3))
+        assert np.angle(found[k] / 1j) == pytest.approx(1.0, abs=3e-6)
+
+
+@pytest.mark.parametrize("steps", [3, 4, 5, 6, 8])
+def test_sigma_holds_behind_a_gamma(steps):
+    found, within = seen(2.2, steps)
+    assert 0.65 < within[0] < 0.71
+    assert 0.94 < within[1] < 0.97
+    assert within[2] > 0.99
+    assert found.counts()["at a break of the surface"] == 0
+    usual = np.median(found.sigma[found.mask], axis=0)
+    assert all(
+        own.left < 0.3 * sd for own, sd in zip(found.response, usual, strict=True)
+    )
+
+
+@pytest.mark.parametrize("steps", [3, 4])
+def test_without_correction_places_are_off_by_the_harmonics_of_a_gamma(steps):
+    """The fault, and by how much: dark is 10 of 180 grey levels of a Scene."""
+    found, _ = seen(2.2, steps)
+    plain, within = seen(2.2, steps, linear=True)
+    assert within[0] < 0.45
+    psi = 2 * np.pi * np.arange(64) / 64
+    waves = np.fft.rfft(((10 + 85 * (1 + np.cos(psi))) / 180) ** 2.2)
+    e = np.angle(1 + (waves[steps - 1] / waves[1]).real * np.exp(-1j * psi))
+    off = np.sqrt(np.mean(e**2)) / (2 * np.pi)
+    size = [own.size for own in found.response]
+    assert size == pytest.approx([300 / 8 * off, 180 / 8 * off], rel=0.05)
+    assert all(own.size is None for own in plain.response)
+
+
+def test_a_linear_response_is_left_alone():
+    found, _ = seen(1.0, 4)
+    plain, _ = seen(1.0, 4, linear=True)
+    assert [own.ripple.steps for own in found.response] == [0, 0]
+    np.testing.assert_array_equal(found.location, plain.location)
+    np.testing.assert_array_equal(found.status, plain.status)
+    assert np.nanmax(found.sigma / plain.sigma) < 1.05
+
+
+def filling(light):
+    """A camera that fills up."""
+    return 1 - np.exp(-1.5 * light)
+
+
+@pytest.mark.parametrize("steps", [3, 4])
+def test_a_camera_that_fills_up_bends_bright_parts_more(steps):
+    """Its harmonics fall with the light towards the corners."""
+    options = {"camera": filling, "noise": 1.0, "vignetting": 1.2}
+    found, within = seen(1.6, steps, **options)
+    assert 0.63 < within[0] < 0.72
+    assert np.abs(found.response[0].ripple.share[[3, 5]]).max() > 0.002
+
+
+def test_of_stripes_too_fine_to_tell_the_second_order_is_a_bound():
+    found, within = seen(2.2, 4, cells=36, noise=1.0)
+    assert [own.ripple.steps for own in found.response] == [0, 0]
+    assert within[1] > 0.95
+    linear, _ = seen(1.0, 4, cells=36, noise=1.0)
+    for own, other in zip(linear.response, found.response, strict=True):
+        assert own.left < 0.02 * other.left
+
+
+def test_three_steps_that_tell_nothing_are_warned_of():
+    found, _ = seen(2.2, 3, cells=36, noise=1.0)
+    assert len(response_warnings(found, False)) == 2
+    assert not response_warnings(found, True)
+    assert not response_warnings(seen(2.2, 3)[0], False)
