@@ -170,7 +170,7 @@ def test_a_picture_that_is_there_twice_is_told(calibrate):
 def test_few_boards_are_told(calibrate):
     printed, result = calibrate(boards_of(PINHOLE)[:4], "--model", "zhang")
     assert result["stability"] is None
-    assert "made: stability: not tested; it takes a formula or smooth rays" in printed
+    assert "made: stability: not tested; it takes 6 boards whose halves" in printed
     (told,) = warnings_in(printed)
     assert told.startswith("4 boards went into the fit")
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from raxel.calibration.generic.standard import calibrate_generic
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
@@ -166,3 +167,11 @@ def test_a_bent_board_whose_shape_is_known_is_no_fault():
 def test_few_boards_are_not_tested():
     views = views_of(COUNT * [CAMERA], 9)[:5]
     assert found_in(views, CAMERA) is None
+
+
+def test_tables_of_rays_are_held_against_their_own_errors():
+    views = views_of(7 * [CAMERA] + 7 * [OTHER], 3)
+    camera = calibrate_generic(views, *SIZE, rng=np.random.default_rng(0)).camera
+    found = found_in(views, camera)
+    assert not found.same_camera
+    assert found.steady

@@ -44,8 +44,8 @@ def stability_line(found, words):
     """What halves tell of each other, for people; words: of the target."""
     if found is None:
         return (
-            "stability: not tested; it takes a formula or smooth rays, and "
-            f"{FEWEST_BOARDS} {words.target}s whose halves overlap in the image"
+            f"stability: not tested; it takes {FEWEST_BOARDS} {words.target}s whose "
+            "halves overlap in the image"
         )
     worst = found.divisions[0]
     return (

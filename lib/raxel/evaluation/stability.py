@@ -20,8 +20,10 @@ anew, so this asks little time, serves formulas and smooth rays alike (of OpenCV
 nobody states a covariance), and holds where pupils move, at the distances of the
 boards. What a common rotation of all rays does is no disagreement, and what the halves
 do not determine is not compared. Where the corners were not found by one of the halves
-nothing is said in px. A table of rays is not tested: its errors change from pixel to
-pixel, and halves that lie on other pixels differ by them.
+nothing is said in px. A table of rays has errors of its own, which change from pixel to
+pixel and which no corner's scatter holds. Photographs of one half differ by them as
+those of two do; so its halves are compared, but how far photographs differ from each
+other is no fault of theirs, and is not judged.
 
 Which faults show in which division: boards stretched along one side, where they are
 turned or tilted another way; a camera that changed, in the order of the photographs; a
@@ -99,7 +101,8 @@ class Stability(NamedTuple):
     pixels (N, 2): of their fields; p_value: of the first, times how many there are;
     same_camera: whether no division matters with a p-value so small; factor: how many
     times as far as scatter explains photographs differ from each other, 1 or more;
-    steady: whether that is less than ERRATIC, or shows in no division by ERRATIC_PX."""
+    steady: whether that is less than ERRATIC, or shows in no division by ERRATIC_PX, or
+    is that of a table."""
 
     divisions: list
     pixels: np.ndarray
@@ -139,11 +142,9 @@ def stability(camera, scores, views, shape=None):
     """Stability of a camera on the views it was fitted to; scores: their ImageScores;
     shape: the board's BoardShape, None for one that is as stated.
 
-    None where it cannot be told: a table of rays, fewer than six boards, or halves that
-    never saw the same part of the image.
+    None where it cannot be told: fewer than six boards, or halves that never saw the
+    same part of the image.
     """
-    if camera.kind == "general":
-        return None
     pairs = [
         (score, view)
         for score, view in zip(scores, views, strict=True)
@@ -172,11 +173,12 @@ def stability(camera, scores, views, shape=None):
     if not divisions:
         return None
     factor, _ = _apart(boards, [np.ones(len(boards), bool)], variance)
-    return _judged(divisions, fields.pixels, factor)
+    return _judged(divisions, fields.pixels, factor, camera.kind == "general")
 
 
-def _judged(divisions, pixels, factor):
-    """The Stability of what was found."""
+def _judged(divisions, pixels, factor, table):
+    """The Stability of what was found; table: whether photographs differ by the errors
+    of single rays, too."""
     limit = SURE / len(divisions)
     apart = [each for each in divisions if each.matters and each.p_value < limit]
     if apart:
@@ -185,7 +187,8 @@ def _judged(divisions, pixels, factor):
         worst = max(divisions, key=lambda each: each.times)
     divisions = sorted(divisions, key=lambda each: (each is not worst, each.p_value))
     p_value = min(1.0, len(divisions) * worst.p_value)
-    steady = not (factor > ERRATIC and any(each.erratic for each in divisions))
+    erratic = factor > ERRATIC and any(each.erratic for each in divisions)
+    steady = table or not erratic
     return Stability(divisions, pixels, p_value, not apart, factor, steady)
 
 

@@ -190,8 +190,8 @@ def _stability(found, words):
     """What halves of the photographs tell of each other: picture, rule, table."""
     if found is None:
         return [
-            f"<p>Not tested: a table of rays, too few {words.target}s, or no part "
-            "of the image that halves of them share.</p>"
+            f"<p>Not tested: too few {words.target}s, or no part of the image that "
+            "halves of them share.</p>"
         ]
     return [
         figure(
