@@ -26,10 +26,10 @@ class Detection(NamedTuple):
     `corners` (rows * columns, 2) float64 pixels (u, v), row by row, x along the
     columns, in the order of `lattice.standard_order`, NaN for a corner that is missing;
     (0, 2) where not found. `reason` says why not, in a few words. `sd` (rows *
-    columns,) px: standard deviation of each corner from the noise of the image, by the
-    rule of `raxel.sets.uncertainty`; None where a detector gives none. `partial`: what
-    is in order of a refused board, None where there is nothing. `complete`: sizes
-    (columns, rows) of the boards seen, where several are a reason to refuse.
+    columns,) px: standard deviation of each corner, by the rule of
+    `raxel.sets.uncertainty`; None where a detector gives none. `partial`: what is in
+    order of a refused board, None where there is nothing. `complete`: sizes (columns,
+    rows) of the boards seen, where several are a reason to refuse.
     """
 
     found: bool

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.features.find.pixel_noise import influences, variances
 from raxel.features.find.ring import SMOOTHED_NOISE, remapped
 
 QUADRANT = np.array([0.2, 0.34])
@@ -28,6 +29,11 @@ class Effort(NamedTuple):
 
 QUICK, FULL = Effort(4, 5, 0.02, 1.67), Effort(7, 12, 1e-3, 1.15)
 FARTHEST = 0.3
+# Of the window, to each side: the part about a corner, which tells as much as the rest.
+NEAR_PART = 0.6
+# Of half a window: how far one is moved to see how its corner follows.
+ASIDE = 0.1
+LEAST_FOLLOWING = 1e-3
 # The window that is compared with itself after half a turn: share of the spacing to
 # each side, and samples along it.
 TURNED, TURNED_SAMPLES = 0.33, 12
@@ -48,14 +54,15 @@ class Fields(NamedTuple):
 class Placed(NamedTuple):
     """Corners put where the edges cross: points (N, 2), sd (N,) px, misfit (N,).
 
-    sd: from the level's noise; halves (N, 2, 2) px: how far opposite edges are apart,
-    see `_halves`. misfit: share of the edges' strength that does not point at the
-    corner; good (N,): whether the search ended near its start.
+    sd: of the level's noise, as that of `Grid`; apart (N, 2): how far the near and the
+    far part of the window disagree, in SDs of that noise, see `_near_and_far`. misfit:
+    share of the edges' strength that does not point at the corner; good (N,): whether
+    the search ended near its start.
     """
 
     points: np.ndarray
     sd: np.ndarray
-    halves: np.ndarray
+    apart: np.ndarray
     misfit: np.ndarray
     good: np.ndarray
 
@@ -122,8 +129,6 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
     the slope of the light, or blur that is not even, and pulls the corner aside. The
     standard deviation is that of the level's noise carried through this fit.
     """
-    from raxel.features.find.compiled import slopes_in_windows
-
     size = np.stack([np.linalg.norm(a, axis=1) for a in (patches.u, patches.v)], axis=1)
     window = window_px * level.scale
     half = np.minimum(WINDOW, window / np.maximum(size, 1e-6))
@@ -137,8 +142,7 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
     gradients = np.zeros((len(start), len(x), 2), np.float32)
     for _ in range(effort.iterations):
         local = now.of(active)
-        g = slopes_in_windows(level.grey, level.scale, local, half[active], effort.half)
-        g -= (weight[:, None] * g).sum(axis=1, keepdims=True) / weight.sum()
+        g = _slopes(level, local, half[active], weight, effort.half)
         gradients[active] = g
         shift = _solved(g, x, weight) * half[active]
         shift = np.clip(shift, -FARTHEST, FARTHEST)
@@ -148,10 +152,35 @@ def placed(patches, level, window_px=LARGEST_PX, effort=FULL):
         active = active[np.linalg.norm(move, axis=1) > effort.still]
         if not len(active):
             break
-    sd, misfit = _quality(gradients, x, weight, half, patches, level, effort.half)
-    halves = _halves(gradients, x, weight, half, patches)
+    window = np.stack([half[:, :1] * patches.u, half[:, 1:] * patches.v], axis=2)
+    follows = _follows(level, now, half, x, weight, effort.half)
+    sd = _sd_of_noise(gradients, x, weight, window, follows, level)
+    apart = _near_and_far(gradients, x, weight, window, level)
+    misfit = _misfit(gradients, x, weight)
     away = np.linalg.norm(points - start, axis=1) / np.maximum(patches.size, 1e-6)
-    return Placed(points, sd, halves, misfit, away < FARTHEST)
+    return Placed(points, sd, apart, misfit, away < FARTHEST)
+
+
+def _slopes(level, patches, half, weight, samples):
+    """Slopes (N, K, 2) in windows, per half window, without their mean."""
+    from raxel.features.find.compiled import slopes_in_windows
+
+    g = slopes_in_windows(level.grey, level.scale, patches, half, samples)
+    return g - (weight[:, None] * g).sum(axis=1, keepdims=True) / weight.sum()
+
+
+def _follows(level, patches, half, x, weight, samples):
+    """By how much q falls where the window is moved on, (N, 2, 2), about 1.
+
+    A window in the middle of its corner sees the four fields evenly; beside it, what it
+    takes in and what it leaves out move q as well.
+    """
+    change = np.empty((len(half), 2, 2))
+    for axis, along in enumerate((patches.u, patches.v)):
+        aside = ASIDE * half[:, axis : axis + 1] * along
+        g = _slopes(level, patches.moved(aside), half, weight, samples)
+        change[..., axis] = -_solved(g, x, weight) / ASIDE
+    return change
 
 
 def _solved(g, x, weight):
@@ -175,45 +204,37 @@ def _normal(g, x, weight):
     return A, (wg * toward[..., None]).sum(axis=1)
 
 
-def _halves(g, x, weight, half, patches):
-    """How far opposite edges are apart, halved, (N, 2, 2) px: in rising columns, rows.
+def _sd_of_noise(g, x, weight, window, follows, level):
+    """SD (N,) px that the level's noise gives to corners; window: see `variances`.
 
-    Two opposite edges say independently of each other where the corner lies across
-    them; the corner is in the middle, and moves by this vector when one is left out.
+    Infinite where no window follows its corner.
     """
-    mine = np.abs(x[:, :1]) > np.abs(x[:, 1:])
-    halves = []
-    for axis, across in ((1, patches.u), (0, patches.v)):
-        arm = (mine[:, 0] == (axis == 0)) * np.sign(x[:, axis])
-        moved = [_solved(g, x, weight * (arm != side)) for side in (1, -1)]
-        half_apart = (half * (moved[0] - moved[1]) / 2)[:, 1 - axis]
-        halves.append(half_apart[:, None] * across)
-    return np.stack(halves, axis=1)
+    _, moved = influences(g, x, weight)
+    some = np.linalg.det(follows) > LEAST_FOLLOWING
+    px = window @ np.linalg.inv(np.where(some[:, None, None], follows, np.eye(2)))
+    in_px = np.einsum("nab,nbkc->nakc", px, moved)
+    variance = variances(in_px, window, level).mean(axis=1)
+    return np.where(some, np.sqrt(variance), np.inf)
 
 
-def _quality(g, x, weight, half, patches, level, samples):
-    """(sd (N,) px, misfit (N,)) of corners whose windows are centred on them."""
-    A, _ = _normal(g, x, weight)
+def _near_and_far(g, x, weight, window, level):
+    """How far two parts of a window disagree about a corner, (N, 2): across u and v.
+
+    In SDs of what the level's noise alone would make of it. The near and the far part
+    of the edges say independently of each other where the corner is. Whatever is the
+    same after half a turn about it (blur, motion, thick ink, clipped whites, edges
+    that cross at a sharp angle) moves neither.
+    """
+    near = np.abs(x).max(axis=1) <= NEAR_PART
+    (here, moved), (there, also) = (
+        influences(g, x, weight, part) for part in (near, ~near)
+    )
+    return (here - there) / np.sqrt(variances(moved - also, window, level) + 1e-12)
+
+
+def _misfit(g, x, weight):
+    """Share (N,) of the edges' strength that does not point at the corner."""
     off = (g * x).sum(axis=2)
     length = np.sqrt((g**2).sum(axis=2) * (x**2).sum(axis=1))
     total = np.maximum((weight * length**2).sum(axis=1), 1e-9)
-    misfit = (weight * off**2).sum(axis=1) / total
-    J = np.stack([half[:, :1] * patches.u, half[:, 1:] * patches.v], axis=2)
-    reach = ((x @ np.swapaxes(J, 1, 2)) ** 2).sum(axis=2)
-    # Of white noise smoothed by sigma: SD of a derivative, and the area in px^2 over
-    # which it stays alike.
-    slope = level.noise / (np.sqrt(8 * np.pi) * level.sigma**2) / level.scale
-    area = 4 * np.pi * level.sigma**2
-    wg = g * (weight**2 * reach)[..., None]
-    B = slope**2 * (np.swapaxes(wg, 1, 2) @ g)
-    cell = np.abs(np.linalg.det(J)) / samples**2 / level.scale**2
-    alike = np.maximum(1, area / np.maximum(cell, 1e-9))
-    A = (
-        A
-        + 1e-9 * np.trace(A, axis1=1, axis2=2)[:, None, None] * np.eye(2)
-        + 1e-12 * (np.eye(2))
-    )
-    inverse = np.linalg.inv(A)
-    covariance = J @ inverse @ B @ inverse @ np.swapaxes(J, 1, 2)
-    largest = np.linalg.eigvalsh(covariance)[:, 1] * alike
-    return np.sqrt(np.maximum(largest, 0)), misfit
+    return (weight * off**2).sum(axis=1) / total

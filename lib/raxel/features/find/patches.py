@@ -33,6 +33,12 @@ class Patches(NamedTuple):
         """The same shapes around corners moved by shift (N, 2) px."""
         return self._replace(p=self.p + shift)
 
+    def shrunk(self, share):
+        """The same bends, for (s, t) that are the share (N,) of theirs."""
+        one = share[:, None]
+        bent = (one**2 * a for a in (self.uu, self.vv, self.w))
+        return Patches(self.p, one * self.u, one * self.v, *bent)
+
     def of(self, index):
         """Some of them."""
         return Patches(*(a[index] for a in self))
