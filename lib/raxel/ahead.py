@@ -29,6 +29,7 @@ from raxel.cameras import (
 from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.lookup import pixels_of
+from raxel.features.active_grid.response import no_ripple, undone
 from raxel.features.celect import celect
 from raxel.geometry import (
     intersect_rays_plane,
@@ -52,7 +53,7 @@ CAMERA = FisheyeCamera("equidistance", 150.0, [159.5, 119.5], 320, 240, np.pi / 
 PINHOLE = PerspectiveCamera([[150, 0, 160], [0, 150, 120], [0, 0, 1]], [], 320, 240)
 MIRROR = QuadricMirrorCamera.aligned(PINHOLE, "hyperboloid", (30, 20), 25.0)
 DISTANCE_MM = 110.0
-MONITOR_PX = 48, 32
+MONITOR_PX = 96, 64  # enough to look for what a response does
 
 
 def compile_ahead():
@@ -74,7 +75,7 @@ def compile_ahead():
     ray_table([view], T_camera_board[None], np.zeros(3), CAMERA.width, CAMERA.height)
     celect(picture, clicks, BOARD.columns, BOARD.rows)
     find_board(picture)
-    patterns = patterns_of(plan_of_cells(MONITOR_PX))
+    patterns = patterns_of(plan_of_cells(MONITOR_PX, cells=4, phase_steps=4))
     shown = [pattern_picture(pattern, MONITOR_PX) for pattern in patterns]
     for depth in (np.uint8, np.uint16):
         pictures = np.array(shown, depth)
@@ -85,6 +86,8 @@ def compile_ahead():
     remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)
     ray_table([dense_view(place)], T_camera_board[None], np.zeros(3), *MONITOR_PX)
     locate(shown, patterns, ActiveGrid(MONITOR_PX))
+    ripple = no_ripple()._replace(steps=patterns[-1].of, times=1)
+    undone(ripple, np.ones(1, complex), np.zeros(1), np.zeros(1))
     for kind in (np.float32, np.float64):
         grids = np.stack([place.reshape(-1, 2)] * 2).astype(kind)
         fit = homography_to_base(grids, np.ones(grids.shape[:2], bool), 1)

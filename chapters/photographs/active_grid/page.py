@@ -147,9 +147,10 @@ def active_grid_study(effort, folder):
 # %% [markdown]
 # ## Reading and limits
 #
-# - The standard deviation is of noise alone. With four phase steps the third
-#   harmonic of monitor and camera shifts places in the same way in every
-#   picture, and six steps remove it.
+# - The standard deviation is of noise, of bending, and of what is left of the
+#   response: harmonics of monitor and camera shift places in a ripple that comes
+#   again with each step. It is measured where surfaces are smooth, and taken off;
+#   where it is larger than the standard deviation, six steps and more have less.
 # - A pixel whose light comes from two places, by a reflection or through a
 #   blurred edge, reads one of them or a place between.
 # - Places are on the lit plane. That this plane is flat, and that its size

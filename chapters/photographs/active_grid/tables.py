@@ -1,5 +1,7 @@
 """The tables of an active grid's page."""
 
+import numpy as np
+
 from chapters.photographs.active_grid.results import MODELS, STUDY, GridStudy, noises
 from raxel.features.active_grid import REASONS
 from repro.page.wording import literal
@@ -26,6 +28,7 @@ def ext_grid_views(results):
             found = study.views.column(f"spread.{axis}.{name}")
             title = f"σ {axis}, {words} ({study.settings['unit']})"
             columns[title] = list(map(cell, found))
+        columns |= _of_response(study, axis)
     of_views = zip(study.reasons, study.views.texts("warnings"), strict=True)
     remarks = ["; ".join(filter(None, both)) for both in of_views]
     if any(remarks):
@@ -33,10 +36,23 @@ def ext_grid_views(results):
     return Table(
         columns,
         "Every view: shares of all its pixels by what became of them, the standard "
-        "deviation of a grey value of 100, and that of a place. A view with a "
-        "remark that refuses it goes no further.",
+        "deviation of a grey value of 100, and that of a place; by how much the "
+        "response of monitor and camera shifts places where it is not corrected, and "
+        "what is left of that (RMS). A view with a remark that refuses it goes no "
+        "further.",
         texts=("View", "Remark"),
     )
+
+
+def _of_response(study, axis):
+    """Columns of what the response does along an axis, none where no view tells it."""
+    columns = {}
+    for name, words in (("shift", "shift by the response"), ("left", "left of it")):
+        found = study.views.column(f"response.{axis}.{name}")
+        if np.isfinite(found).any():
+            title = f"{words.capitalize()} {axis} ({study.settings['unit']})"
+            columns[title] = list(map(cell, found))
+    return columns
 
 
 @table("ext_grid_camera", needs=NEEDS, evidence="photograph", per_set=KINDS)

@@ -54,7 +54,7 @@ def _shown(view):
 
 def view_part(folder, index, width_px):
     """One view: counts, noise, sigma, and small pictures of what was decoded."""
-    found, reason, warnings, picture, mirrored, _ = decoded(folder, index)
+    found, reason, warnings, picture, mirrored, *_ = decoded(folder, index)
     step = max(1, int(np.ceil(picture.shape[1] / width_px)))
     counts = found.counts()
     every = found.mask.size
@@ -76,6 +76,11 @@ def view_part(folder, index, width_px):
     result["sigma"] = found.sigma[::step, ::step]
     result["spread"] = {
         name: _spread(found.sigma[..., axis]) for axis, name in enumerate("xy")
+    }
+    result["response"] = {
+        name: {"shift": own.size, "left": own.left}
+        for name, own in zip("xy", found.response, strict=True)
+        if own.size is not None
     }
     return result
 

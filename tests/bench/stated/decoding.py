@@ -99,7 +99,7 @@ def level_of(pattern, place, length):
 
 
 def photographs(rig, patterns, rng):
-    """Pictures (n, H, W), true points (H, W, 2) mm, and what sees the monitor (H, W)."""
+    """Pictures (n, H, W), true points (H, W, 2) mm, and what sees them (H, W)."""
     places, u, v = seen_points(rig)
     inside = [(p >= 0) & (p < n) for p, n in zip(places, MONITOR_PX, strict=True)]
     lit = inside[0] & inside[1]

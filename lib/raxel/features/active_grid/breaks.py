@@ -19,8 +19,9 @@ EVERY = 2
 BEYOND = np.float32(5 * np.sqrt(6))
 # Of a step; so little does a smooth surface depart where its bending turns round.
 BENT = np.float32(0.1)
-# Of a period; the ripple that a gamma leaves is smaller, and where there is no noise,
-# rounding to whole grey levels is none that a mean takes away.
+# Of a period; what four steps and more leave of a gamma is smaller, what three leave is
+# taken off before (`response`), and where there is no noise, rounding to whole grey
+# levels is none that a mean takes away.
 MIN_SD = np.float32(0.02)
 _HALF = np.float32(0.5)
 
