@@ -42,6 +42,16 @@ def test_what_neighbours_share_is_not_wrong():
     assert without_wrong_corners(CAMERA, rolling).wrong == []
 
 
+def test_what_grows_towards_the_end_of_a_board_is_not_wrong():
+    views = views_of(COUNT * [CAMERA], 7)
+    view = next(v for v in views if np.isfinite(v.pixels).all())
+    pixels = view.pixels.reshape(view.rows, view.columns, 2)
+    for ring, off in enumerate((6.0, 2.5, 1.5, 0.7)):
+        own = np.maximum(*np.mgrid[: view.rows, : view.columns]) == ring
+        pixels[own] += [off, off]
+    assert without_wrong_corners(CAMERA, views).wrong == []
+
+
 @pytest.fixture
 def calibrated(tmp_path, capsys):
     def run(boards, model):
