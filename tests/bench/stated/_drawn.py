@@ -10,7 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-PARTS = 3
+PARTS = 2
 MARGIN = 1.0
 
 
