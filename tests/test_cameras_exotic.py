@@ -1,6 +1,7 @@
 """Cameras without a centre: parallel, crossed slits, pushbroom, axial; caustics."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from hypothesis import strategies as st
 from raxel.cameras import (
     AxialCamera,
     FisheyeCamera,
+    KannalaBrandtCamera,
+    MovingPupilCamera,
     OrthographicCamera,
     PerspectiveCamera,
     PushbroomCamera,
@@ -120,6 +123,13 @@ def test_rays_of_crossed_slits_meet_both_slits():
     assert np.abs(rays.origins[:, 2] - 2).max() < 1e-12
 
 
+def test_points_between_two_slits_are_not_seen():
+    """Rays begin at the slit ahead, z = 2; the other one is at z = -30."""
+    rays = XSLITS.rays(np.random.default_rng(8).uniform(0, [W, H], (50, 2)))
+    assert XSLITS.project(rays.origins + 5 * rays.directions).valid.all()
+    assert not XSLITS.project(rays.origins - 5 * rays.directions).valid.any()
+
+
 def test_slits_moved_together_become_a_pinhole():
     """A vertical and a horizontal slit a hair apart see as the pinhole does."""
     fields = SLITS | {
@@ -201,6 +211,20 @@ def test_the_caustic_of_the_axial_camera_is_known():
     np.testing.assert_allclose(sheets[:, 1], meridional, atol=1e-7)
 
 
+def test_a_moving_pupil_shows_points_beyond_its_caustic():
+    lens = KannalaBrandtCamera([1, 0.02], [28, 28], [31, 24], W, H)
+    camera = MovingPupilCamera(lens, [4.0, 1.0])
+    pixels = np.random.default_rng(9).uniform([40, 30], [60, 45], (50, 2))
+    rays = camera.rays(pixels)
+    # Its rays cross the axis, where they begin, and then their neighbours further out.
+    reach = np.linalg.norm(caustic_points(camera, pixels)[:, 1] - rays.origins, axis=1)
+    beyond = camera.project(rays.origins + 1.05 * reach[:, None] * rays.directions)
+    assert np.abs(beyond.pixels - pixels).max() < 1e-6
+    before = camera.project(rays.origins + 0.8 * reach[:, None] * rays.directions)
+    apart = np.linalg.norm(before.pixels - pixels, axis=1)
+    assert not (apart < 1e-3).any()
+
+
 def test_the_caustic_of_crossed_slits_is_the_slits():
     pixels = np.random.default_rng(5).uniform(5, [W - 5, H - 5], (50, 2))
     sheets = caustic_points(XSLITS, pixels)
@@ -223,6 +247,17 @@ def test_caustics_at_the_centre_and_at_infinity():
     sheets = caustic_points(PushbroomCamera(50, 31, [0, 2, 0], W, H), pixels)
     np.testing.assert_allclose(sheets[:2, 0], [[0, 40, 0], [0, 60, 0]], atol=1e-9)
     assert np.isnan(sheets[:, 1]).all()
+
+
+@BY_KIND
+def test_a_caustic_is_that_of_lines_wherever_their_rays_begin(camera):
+    def later(pixels):
+        rays = camera.rays(pixels)
+        return rays._replace(origins=rays.origins + 7 * rays.directions)
+
+    pixels = np.array([[10.0, 20], [40, 30], [52, 8]])
+    sheets = caustic_points(SimpleNamespace(rays=later), pixels)
+    np.testing.assert_allclose(sheets, caustic_points(camera, pixels), atol=1e-7)
 
 
 def test_centrality_is_the_distance_from_the_best_point():
