@@ -91,6 +91,25 @@ def test_the_pose_in_px_cannot_be_improved_also_where_rays_do_not_meet():
     assert np.abs(exact - T).max() < 1e-4
 
 
+def test_a_step_that_loses_a_corner_is_not_taken():
+    """The pose that would fit best lies a degree further out than the lens sees."""
+    lens = "equidistance", 100.0, [120.0, 90.0], WIDTH, HEIGHT
+    points = 20.0 * np.stack(np.meshgrid(np.arange(6), np.arange(5)), -1).reshape(-1, 2)
+    flat = on_plane(points)
+    T = pose(rotation_from_vector([0.1, 0.2, 0]), [50, -40, 150])
+    outward = pose(rotation_from_vector([0, np.radians(1), 0]), np.zeros(3)) @ T
+    x, y, z = transform(T, flat).T
+    limit = np.arctan2(np.hypot(x, y), z).max() + np.radians(0.1)
+    camera = FisheyeCamera(*lens, limit)
+    pixels = FisheyeCamera(*lens).project(transform(outward, flat)).pixels
+    at_start = pixels - camera.project(transform(T, flat)).pixels
+    found, residuals = refine_pose_in_pixels(camera, pixels, points, T)
+    assert np.isfinite(at_start).all()
+    assert camera.project(transform(found, flat)).valid.all()
+    assert np.isfinite(residuals).all()
+    assert rms(residuals) < rms(at_start)
+
+
 def test_corners_that_are_not_scored_have_no_share():
     table = GeneralCamera.from_camera(FISHEYE)
     mask = np.zeros_like(table.mask)
