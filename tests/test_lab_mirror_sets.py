@@ -16,6 +16,7 @@ from raxel.evaluation.mirror_result import sampled_result
 from raxel.files import read_json
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
+from raxel.lab import render_mirror_set as rendering
 from raxel.lab import target_poses
 from raxel.lab.mirror_set_rig import is_mirror_set_rig, load_mirror_set_rig
 from raxel.lab.render_mirror_set import render_mirror_set
@@ -92,6 +93,22 @@ def test_every_picture_has_noise_of_its_own(rendered):
     alike = np.corrcoef(dark) - np.eye(len(dark))
     assert np.abs(alike).max() < 0.5
     assert np.std(dark, axis=1).min() > 1
+
+
+def test_the_two_pictures_of_a_step_have_noise_of_their_own(rig, tmp_path, monkeypatch):
+    noises, specimens = [], []
+
+    def photograph(_, T, noise, specimen):
+        noises.append(noise.random(4))
+        specimens.append(specimen.random(4))
+        return np.zeros((96, 128), np.uint8)
+
+    monkeypatch.setattr(rendering, "photograph_board", photograph)
+    rendering._write_steps(rig, rig.cameras(3), tmp_path / "stages", 3, str)
+    before, after = noises
+    assert np.all(before != after)
+    # The mirror's spots are those of one specimen.
+    np.testing.assert_array_equal(*specimens)
 
 
 def test_boards_are_seen_before_and_after(rig):

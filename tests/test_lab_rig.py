@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 import yaml
 
+from raxel.cameras import FisheyeCamera
 from raxel.errors import InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import rig_limits
 from raxel.lab.rig import load_rig
+from raxel.lab.target_poses import Visibility, outline_of
 
 RIGS = sorted((Path(__file__).resolve().parents[1] / "data" / "rigs").glob("*.yaml"))
 ORIGINS = {"thesis", "data sheet", "physics", "choice"}
@@ -152,6 +154,25 @@ def test_shows_refuses_what_is_out_of_view(tmp_path):
     assert not rig.shows(pose(np.eye(3), [-15, -10, 900]))
     behind = rotation_from_vector(np.array([0, np.pi, 0]))
     assert not rig.shows(pose(behind, [15, -10, 120]))
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_the_margin_holds_at_all_four_borders(axis, sign):
+    """Of a picture of 160 x 120 px that a lens of 100 px a radian looks at squarely."""
+    lens = FisheyeCamera("equidistance", 100, [79.5, 59.5], 160, 120)
+    seen = Visibility(margin_px=10.0)
+    outline = outline_of([-10, -10], [20, 20])
+    lattice = np.stack(np.meshgrid([-5, 0, 5], [-5, 0, 5]), axis=-1)
+
+    def fault(distance_px):
+        shift = np.zeros(3)
+        edge = 120 * np.tan(((80, 60)[axis] - distance_px) / 100)
+        shift[axis], shift[2] = sign * (edge - 10), 120
+        return seen.fault(lens, pose(np.eye(3), shift), outline, lattice)
+
+    assert fault(11) == ""
+    assert fault(9) == "too near the image's border"
 
 
 def test_listed_poses_come_in_their_order(tmp_path):

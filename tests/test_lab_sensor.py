@@ -27,11 +27,15 @@ def test_mean_is_the_share_of_the_full_well():
         assert mean == pytest.approx(20000 * level, abs=4 * sd + 0.1)
 
 
-def test_photon_transfer_is_a_line_with_slope_one_and_the_read_noise_as_offset():
-    read = 30.0
-    sensor = Sensor(white_e=20000, full_well_e=40000, read_noise_e=read, bits=16)
+# Where white has many electrons, both noises are drawn as one.
+@pytest.mark.parametrize(("white", "read"), [(20000, 30.0), (80000, 120.0)])
+def test_photon_transfer_is_a_line_with_slope_one_and_the_read_noise_as_offset(
+    white, read
+):
+    full = 2 * white
+    sensor = Sensor(white_e=white, full_well_e=full, read_noise_e=read, bits=16)
     levels = np.linspace(0.02, 1.5, 12)
-    charges = [flat(sensor, lev, k) / 65535 * 40000 for k, lev in enumerate(levels)]
+    charges = [flat(sensor, lev, k) / 65535 * full for k, lev in enumerate(levels)]
     mean = np.array([charge.mean() for charge in charges])
     variance = np.array([charge.var() for charge in charges])
     # Each variance is known to sqrt(2 / COUNT): weigh by that.
