@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
+from raxel.features.active_grid.bends import widen_at_bends
+from raxel.features.active_grid.coding import plan_arrays, read_coding
 from tests.active_grids import drawn
 
 SCENE = {"size": (320, 240), "monitor": (800, 600), "steps": 6, "blur": 1.0}
@@ -44,3 +46,13 @@ def test_two_thirds_lie_within_one_sigma_on_a_mirror(place, noise):
 def test_on_a_plane_it_stays_as_it_is():
     one = drawn(**SCENE, noise=3.0, share=1.3, seed=5)
     assert within(one)[0] == pytest.approx(0.683, abs=0.02)
+
+
+def test_noise_of_a_flat_surface_is_no_bend():
+    """Else sigma would be wide where errors are large."""
+    rng = np.random.default_rng(5)
+    place = rng.normal(size=(1, 128, 400)).astype(np.float32)
+    sigma = np.ones_like(place)
+    plan = plan_arrays(read_coding(drawn().patterns, (200, 144)), (200, 144), (1, 1))
+    widen_at_bends(place, sigma, np.zeros((1, 4, 400), np.float32), plan, 10.0, 0, 128)
+    assert np.mean(sigma > 1.05) < 0.02

@@ -14,7 +14,10 @@ from raxel.features.active_grid.layout import SQUARE
 HALF = 8  # px, beyond a window, so that what noise does to each place is its own
 # Of a place's variance, that of the sum of both second differences.
 OF_NOISE = np.float32(4 + 4**2)
-_ZERO = np.float32(0)
+# Times that, two to three deviations: less is what noise makes of flat surfaces, and
+# would widen sigma where errors are large.
+BEYOND = np.float32(4)
+_ZERO, _ONE = np.float32(0), np.float32(1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -41,5 +44,7 @@ def widen_at_bends(location, sigma, bias, plan, share, start, stop):
                 own = spread[x] * spread[x]
                 more = off * off - squared * known[x] - by_noise * own
                 # Not so where one of the places is not known, which is NaN.
-                wider = np.sqrt(own + (more if more > _ZERO else _ZERO))
+                clear = more / (BEYOND * by_noise * own) - _ONE
+                clear = min(clear, _ONE) if clear > _ZERO else _ZERO
+                wider = np.sqrt(own + (clear * more if clear > _ZERO else _ZERO))
                 spread[x] = -wider if spread[x] < _ZERO else wider
