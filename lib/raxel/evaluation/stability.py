@@ -43,9 +43,10 @@ from raxel.geometry.poses import cross_matrix, rotate, transform
 
 SURE = 1e-5  # p-value, times the number of divisions, below which halves disagree
 LEAST_PX, TIMES = 0.1, 1.5  # disagreement that matters: at least, and beyond scatter
-# Times scatter by which photographs differ from each other, and what that does to rays
-# of halves: half as much to those of all.
-ERRATIC, ERRATIC_PX = 2.0, 0.5
+# Times scatter by which photographs differ from each other: more than corners do that
+# share as much with their neighbours as each errs for itself (2.8 at most). And what it
+# does to rays of halves, half of which it does to those of all.
+ERRATIC, ERRATIC_PX = 2.8, 0.5
 FEWEST_BOARDS = 6  # three a half
 DEGREE = 3
 ACROSS = 24  # pixels along the longer side at which fields are compared
