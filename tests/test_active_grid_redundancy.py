@@ -106,6 +106,8 @@ def test_sigma_holds_what_is_not_refused(noise, change):
     one = scene(noise=noise)
     found, _, told = examined(one, spoilt(one, "phase-x-1", change_of(change)))
     assert not any(doubt.spoils for doubt in told.doubts)
+    images = spoilt(one, "phase-x-1", change_of(change))
+    found = decode(images, one.patterns, one.grid, shared=told.factors)
     sigma = told.widened(found.sigma)[INNER]
     off = np.abs((found.location - one.true)[INNER]) / sigma
     off = off[np.isfinite(off)]

@@ -83,8 +83,10 @@ def test_sigma_is_widened_by_it(steps, what):
         images = np.rint(one.images * light[:, None, None]).astype(np.uint8)
     found = decode(images, one.patterns, one.grid)
     told = examine(images, one.patterns, one.grid, found)
+    shared = decode(images, one.patterns, one.grid, shared=told.factors)
+    np.testing.assert_array_equal(shared.mask, found.mask)
     inner = np.s_[20:-20, 20:-20]
-    off = np.abs(found.location - one.true)[inner] / told.widened(found.sigma)[inner]
+    off = np.abs(found.location - one.true)[inner] / told.widened(shared.sigma)[inner]
     off = off[np.isfinite(off)]
     assert 0.62 < np.mean(off < 1) < 0.83
     assert np.mean(off < 2) > 0.93

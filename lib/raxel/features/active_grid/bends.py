@@ -48,3 +48,21 @@ def widen_at_bends(location, sigma, bias, plan, share, start, stop):
                 clear = min(clear, _ONE) if clear > _ZERO else _ZERO
                 wider = np.sqrt(own + (clear * more if clear > _ZERO else _ZERO))
                 spread[x] = -wider if spread[x] < _ZERO else wider
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def share_noise(sigma, bias, length, shared):
+    """Multiply what noise has in sigma (A, H, W) by shared (A,), but not the bias.
+
+    bias: `bias.squared_bias`; length: (A,) of a period. sigma may be marked by a minus
+    sign.
+    """
+    for axis in range(len(sigma)):
+        more = shared[axis] * shared[axis] - 1
+        squared = more * length[axis] * length[axis]
+        for y in range(sigma.shape[1]):
+            spread, known = sigma[axis, y], bias[axis, y // SQUARE]
+            for x in range(len(spread)):
+                own = spread[x] * spread[x]
+                wider = np.sqrt(own + more * own - squared * known[x])
+                spread[x] = -wider if spread[x] < _ZERO else wider

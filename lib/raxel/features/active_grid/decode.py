@@ -11,12 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from raxel.features.active_grid.bends import widen_at_bends
+from raxel.features.active_grid.bends import share_noise, widen_at_bends
 from raxel.features.active_grid.bias import OF_NEIGHBOURS, OF_WINDOWS, squared_bias
 from raxel.features.active_grid.blur import Blur, measured_blur
 from raxel.features.active_grid.breaks import EVERY, find_breaks
 from raxel.features.active_grid.coding import plan_arrays
-from raxel.features.active_grid.folds import fold_limits, share_at_folds, widen_at_folds
+from raxel.features.active_grid.folds import (
+    scatter_of_places,
+    share_at_folds,
+    widen_at_folds,
+)
 from raxel.features.active_grid.layout import (
     AHEAD,
     ALONE,
@@ -124,7 +128,7 @@ def decode(
     images, patterns, monitor, *,
     white=None, black=None, smooth=True, neighbours=False, fill=False,
     margin_px=None, noise=None, saturated=None, blur_px=None, linear=False,
-    threads=None, into=None,
+    threads=None, into=None, shared=(1.0, 1.0),
 ):  # fmt: skip
     """Decode the pictures of one view of an active grid.
 
@@ -151,7 +155,9 @@ def decode(
     code (`blur`). linear: take it that monitor and camera answer in proportion, and
     measure and correct nothing. threads: by default one per processor. into: a Decoded
     of an earlier view of this size and these patterns, whose arrays are written over
-    and handed back: to get new memory takes its time.
+    and handed back: to get new memory takes its time. shared: (along x, along y), by
+    how much neighbours that share their noise make sigma larger than white noise does
+    (`checks.scatter`).
 
     Returns Decoded. Its sigma says what noise does to a pixel, the bias of windows and
     blur where phases bend (`bias`), and what is left of the response (`response`);
@@ -186,7 +192,7 @@ def decode(
     plan = plan._replace(uneven=np.array([ripple.uneven for ripple in ripples]))
     averaged = OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
     blurred = blur.px if blur else 0.0
-    spread = np.sqrt(noise.at(0))
+    spread = np.sqrt(noise.at(0)) * max(shared)
     of_pixels = averaged, blurred, spread
     bias = squared_bias(images, stack.seen, *of_pixels, ripples, plan.orders)
     settings = DecoderSettings(
@@ -201,6 +207,8 @@ def decode(
     out = _arrays((len(stack.codes), *stack.shape), into)
     with ThreadPoolExecutor(threads or processors()) as pool:
         _decode_all(stack, settings, pool, out)
+        if max(shared) > 1:
+            share_noise(out[1], settings.bias, plan.length, _of_axes(stack, shared))
         if margins[0]:
             _leave_out(margins, plan, pool, out)
         _widen(settings, averaged + blurred**2, pool, out)
@@ -285,13 +293,14 @@ def _widen(settings, variance, pool, out):
     """Let sigma hold what windows and blur (variance, px^2) do to bends and folds."""
     location, sigma, _, status = out
     plan, places = settings.plan, (location, sigma)
-    limits = fold_limits(*places, plan.used)
-    of_folds = limits, plan.used, share_at_folds(variance)
+    scatter = scatter_of_places(*places, plan.used)
+    of_folds = scatter, plan.used, share_at_folds(variance)
+    of_bends = settings.bias, plan, variance / 2
 
     def widen(first):
         rows = first, first + ROWS_AT_ONCE
         widen_at_folds(*places, *of_folds, *rows)
-        widen_at_bends(*places, settings.bias, plan, variance / 2, *rows)
+        widen_at_bends(*places, *of_bends, *rows)
 
     list(pool.map(widen, range(0, len(status), ROWS_AT_ONCE)))
 
@@ -312,6 +321,11 @@ def _decode_part(stack, first, settings, rows, out):
             read_rows(pictures, (known, ahead, start), strip, *to_read, rows)
             part, known = (y, after, y + start), ahead
             place_rows(pictures, part, strip, *to_place, rows, out)
+
+
+def _of_axes(stack, both):
+    """(A,) float32 of those axes that there are pictures of."""
+    return np.array([both[code.axis] for code in stack.codes], np.float32)
 
 
 def _both_axes(array, codes):

@@ -15,7 +15,8 @@ from raxel.features.active_grid.bias import OF_SIGMA
 HALF = 8  # px; of a second difference, which lies 2 HALF from those beside it
 # Variance, in that of a place, of such a difference less the mean of those beside it.
 OF_PLACES = 7.0
-BEYOND = 3.0  # standard deviations of it; sigma that noise has widened does no harm
+# Three standard deviations of it; sigma that noise has widened does no harm.
+OF_NOISE = np.float32(3 * np.sqrt(OF_PLACES))
 BENT = np.float32(0.5)  # of those beside: a smooth surface may depart so much
 # Differences that scatter more than noise lets them, by noise that neighbours share or
 # by ripples, do so far from folds as well, where they are least: a quarter of those of
@@ -24,13 +25,13 @@ ROWS, MANY, PART, OF_PART = 64, 100, 0.25, 0.3186
 _ZERO, _HALF = np.float32(0), np.float32(0.5)
 
 
-def fold_limits(location, sigma, used):
-    """(A,) float32: what differences of noise stay within, in standard deviations.
+def scatter_of_places(location, sigma, used):
+    """(A,) float32: standard deviations of places over stated ones, 1 at least.
 
     location, sigma: (A, H, W), NaN where not decoded; used: (A,), 0 without phases.
     """
     height, width = location.shape[1:]
-    limits = np.full(len(used), BEYOND * np.sqrt(OF_PLACES), np.float32)
+    scatter = np.ones(len(used), np.float32)
     rows, last = slice(None, None, -(-height // ROWS)), max(width - 6 * HALF, 0)
     for axis in np.flatnonzero(used):
         p = [location[axis, rows, k : k + last] for k in range(0, 7 * HALF, HALF)]
@@ -38,9 +39,9 @@ def fold_limits(location, sigma, used):
         apart = np.abs(apart / sigma[axis, rows, 3 * HALF : 3 * HALF + last])
         known = apart[np.isfinite(apart)]
         if len(known) > MANY:
-            scatter = np.quantile(known, PART) / OF_PART / np.sqrt(OF_PLACES)
-            limits[axis] *= max(1.0, scatter)
-    return limits
+            usual = np.quantile(known, PART) / OF_PART / np.sqrt(OF_PLACES)
+            scatter[axis] = max(1.0, usual)
+    return scatter
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -68,11 +69,11 @@ def _widen(spread, off, limit, gain):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def widen_at_folds(location, sigma, limits, used, share, start, stop):
+def widen_at_folds(location, sigma, scatter, used, share, start, stop):
     """Let sigma (A, H, W) hold what windows and blur do to folds, rows start to stop.
 
-    limits: as `fold_limits`; share: by how much a place is off at a fold, of what its
-    second difference is. sigma may be marked by a minus sign.
+    scatter: as `scatter_of_places`; share: by how much a place is off at a fold, of
+    what its second difference is. sigma may be marked by a minus sign.
     """
     height, width = location.shape[1:]
     reach, gain = 3 * HALF, np.float32((share * OF_SIGMA) ** 2)
@@ -80,7 +81,7 @@ def widen_at_folds(location, sigma, limits, used, share, start, stop):
     for axis in range(len(location)):
         if not used[axis]:
             continue
-        p = location[axis]
+        p, limit = location[axis], OF_NOISE * scatter[axis]
         for y in range(start, min(stop, height)):
             off[:] = _ZERO
             if n > 0:
@@ -94,7 +95,7 @@ def widen_at_folds(location, sigma, limits, used, share, start, stop):
                 above = p[y - reach], p[y - 2 * HALF], p[y - HALF]
                 below = p[y + HALF], p[y + 2 * HALF], p[y + reach]
                 _fold_beyond(*above, p[y], *below, off)
-            _widen(sigma[axis, y], off, limits[axis], gain)
+            _widen(sigma[axis, y], off, limit, gain)
 
 
 def share_at_folds(variance):

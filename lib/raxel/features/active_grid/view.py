@@ -67,6 +67,9 @@ def decode_view(image_set, view, **options):
         smooth = options.get("smooth", True)
         shown = view.patterns, image_set.target
         told = examine(images, *shown, found, **levels, smooth=smooth)
+        if max(told.factors) > 1:
+            options = {**options, "noise": found.noise, "shared": told.factors}
+            found = decode(images, *shown, **levels, **options)
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
     found, specks = without_specks(found)

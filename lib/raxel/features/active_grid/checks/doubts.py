@@ -47,9 +47,8 @@ class Examined(NamedTuple):
     factors: np.ndarray
 
     def widened(self, sigma):
-        """sigma (H, W, 2) with both."""
-        wider = np.hypot(sigma * self.factors, self.errors)
-        return wider.astype(np.float32)
+        """sigma (H, W, 2) with the errors; factors are for `decode`, as `shared`."""
+        return np.hypot(sigma, self.errors).astype(np.float32)
 
 
 def examine(images, patterns, monitor, decoded, white=None, black=None, smooth=True):

@@ -71,7 +71,8 @@ def step_errors(sample, noise, sigma, smooth):
             usual = usual * factors[axis]
         # What neither of the two explains is in the factor, where there is one.
         own = found.periods if factors[axis] == 1 else found.by_one
-        if own > (WIDENS if found.kind else WIDENS_UNEXPLAINED) * usual:
+        known = found.kind or scatter is None
+        if own > (WIDENS if known else WIDENS_UNEXPLAINED) * usual:
             errors[axis] = own * (OF_SINE if found.kind else 1)
         drifts = scatter and found.kind != MOTION and _drifts(scatter, usual)
         if drifts and scatter.periods > found.by_one:
