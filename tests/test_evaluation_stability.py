@@ -145,6 +145,7 @@ def test_corners_that_err_together_in_each_photograph_are_no_fault():
     ]
     found = found_in(views, CAMERA)
     assert found.same_camera
+    assert min(division.p_value for division in found.divisions) > 1e-3
     assert found.factor > 1.5
     for division in found.divisions:
         assert division.allowed_px > 1.3 * division.scatter_px
