@@ -121,39 +121,33 @@ def test_a_half_covered_corner_is_not_returned(side):
     assert np.nanmax(errors(found, board.corners())[0]) < 1.0
 
 
-def crossings(blur, noise, sigma, rng, count=60):
-    """A corner blurred by `blur` px, `count` times in noise: levels, and its patch."""
-    turn = 0.3
+def crossings(blur, angle, noise, sigma, rng, count=60):
+    """A corner of edges at an angle, `count` times in noise: levels, and its patch."""
+    along = [np.array([np.cos(turn), np.sin(turn)]) for turn in (0.3, 0.3 + angle)]
     v, u = (np.mgrid[: 61 * FINER, : 61 * FINER] + 0.5) / FINER - 30.5
-    a = np.cos(turn) * u + np.sin(turn) * v
-    b = np.cos(turn) * v - np.sin(turn) * u
-    sharp = np.sign(a) * np.sign(b) * np.minimum(1, FINER * np.abs(a))
-    sharp *= np.minimum(1, FINER * np.abs(b))
+    sides = [FINER * (x * v - y * u) for x, y in along]
+    sharp = np.prod([np.clip(side, -1, 1) for side in sides], axis=0)
     soft = cv2.GaussianBlur(sharp, (0, 0), blur * FINER)
     soft = 128 + 80 * cv2.resize(soft, (61, 61), interpolation=cv2.INTER_AREA)
-    levels = [
-        Level(
-            cv2.GaussianBlur(
-                (soft + rng.normal(0, noise, soft.shape)).astype(np.float32),
-                (0, 0),
-                sigma,
-            ),
-            1,
-            noise,
-            sigma,
-        )
-        for _ in range(count)
-    ]
-    u, v = np.array([[[np.cos(turn), np.sin(turn)]], [[-np.sin(turn), np.cos(turn)]]])
+
+    def level():
+        seen = soft + rng.normal(0, noise, soft.shape)
+        smooth = cv2.GaussianBlur(seen.astype(np.float32), (0, 0), sigma)
+        return Level(smooth, 1, noise, sigma)
+
     zero = np.zeros((1, 2))
-    return levels, Patches(zero + 30, 36 * u, 36 * v, zero, zero, zero)
+    shape = (36 * along[0][None], 36 * along[1][None], zero, zero, zero)
+    return [level() for _ in range(count)], Patches(zero + 30, *shape)
 
 
-@pytest.mark.parametrize("blur", [0.7, 3.0])
-@pytest.mark.parametrize(("window", "sigma"), [(7.0, 0.7), (14.0, 1.2)])
-def test_the_noise_of_pixels_is_carried_through_the_fit(blur, window, sigma):
+@pytest.mark.parametrize(
+    ("blur", "degrees", "window", "sigma"),
+    [(0.7, 90, 7.0, 0.7), (3.0, 90, 14.0, 1.2), (1.0, 35, 7.0, 0.7)],
+)
+def test_the_noise_of_pixels_is_carried_through_the_fit(blur, degrees, window, sigma):
     """To the scatter of the corner, and of what two parts of its window say of it."""
-    levels, patch = crossings(blur, 2.0, sigma, np.random.default_rng(5))
+    rng = np.random.default_rng(5)
+    levels, patch = crossings(blur, np.radians(degrees), 2.0, sigma, rng)
     put = [placed(patch, level, window, FULL) for level in levels]
     points = np.concatenate([one.points for one in put])
     apart = np.concatenate([one.apart for one in put])
