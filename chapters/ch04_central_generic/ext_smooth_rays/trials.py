@@ -180,7 +180,7 @@ def map_of_a_field(rng):
     """Boards, one calibration, its map and what it says of itself."""
     camera = bent_lens()
     views = seen_boards(camera, rng)
-    fit = calibrate_spline(views, SIZE_PX, SIZE_PX, rng=rng)
+    fit = calibrate_spline(views, SIZE_PX, SIZE_PX, rng=rng, board="flat")
     drawn = mapped(camera, fit, views)
     covered, length = drawn["covered"], np.linalg.norm(drawn["off"], axis=1)
     return drawn | {

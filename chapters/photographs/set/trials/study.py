@@ -147,7 +147,10 @@ def image_part(folder, image_set, index, size):
 
 
 def calibrated(boards, image_set, rng):
-    """Every model from the same boards: {model: calibration or None}, reasons."""
+    """Every model from the same boards: {model: calibration or None}, reasons.
+
+    All take boards for flat, as the methods compared do, and are scored on flat ones.
+    """
     views = [board.view for board in boards]
     width, height = image_set.width, image_set.height
     unit = image_set.target.unit
@@ -156,10 +159,14 @@ def calibrated(boards, image_set, rng):
         "general": lambda: calibrate_generic(views, width, height, rng=rng, units=unit),
         PEER: lambda: calibrate_opencv_fisheye(views, width, height),
         "kannala_brandt": lambda: calibrate_lens(
-            views, width, height, "kannala-brandt"
+            views, width, height, "kannala-brandt", board="flat"
         ),
-        "unified": lambda: calibrate_lens(views, width, height, "unified"),
-        "spline": lambda: calibrate_spline(views, width, height, rng=rng, units=unit),
+        "unified": lambda: calibrate_lens(
+            views, width, height, "unified", board="flat"
+        ),
+        "spline": lambda: calibrate_spline(
+            views, width, height, rng=rng, units=unit, board="flat"
+        ),
         "cgsp": lambda: calibrate_cgsp(views, width, height, rng=rng, units=unit),
     }
     models, reasons = {}, {}

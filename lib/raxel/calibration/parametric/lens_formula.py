@@ -107,9 +107,10 @@ def calibrate_lens(views, width, height, law, *, pupil="by test", board="by test
     return _completed(found, boards, views, width, height)
 
 
-def proposed_lenses(views, width, height):
+def proposed_lenses(views, width, height, board="by test"):
     """Every formula that may serve: of each law that of a central lens, and where both
-    tests say that the pupil moves, that of a lens whose pupil does.
+    tests say that the pupil moves, that of a lens whose pupil does; board: as of
+    `calibrate_lens`.
 
     Returns a list of LensCalibrations and one of the reasons why others are none.
     Raises as `calibrate_lens` does before a law is fitted.
@@ -117,7 +118,7 @@ def proposed_lenses(views, width, height):
     boards = _boards_of(views, "lens formula")
     given, found, faults = GivenBoards(boards, width, height), [], []
     for law in LAWS:
-        for each in _proposed(law, given):
+        for each in _proposed(law, given, board == "flat"):
             try:
                 found.append(_completed(each, boards, views, width, height))
             except CalibrationError as fault:

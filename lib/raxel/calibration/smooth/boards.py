@@ -75,19 +75,21 @@ class _Start(NamedTuple):
         return self.board.taken.points(points) if self.board else on_plane(points)
 
 
-def calibrate_spline(views, width, height, *, rng, units="mm", side=-1):
+def calibrate_spline(
+    views, width, height, *, rng, units="mm", side=-1, board="by test"
+):
     """Smooth rays from two or more views of a planar board.
 
     views: BoardViews or DenseViews, of which only the corners (the lattice's pixels)
     that were found count, all alike; width, height: the image in px. rng, units, side:
     of the generic method (`calibrate_generic`), which begins where no lens formula
-    fits.
+    fits; board: as of `calibrate_lens`.
 
     Returns SplineCalibration. Raises InputError as `calibrate_zhang` does;
     CalibrationError where no trend is found, or the views do not determine a field.
     """
     corners = [found_corners(view) for view in views]
-    lenses, faults = _lenses(views, width, height)
+    lenses, faults = _lenses(views, width, height, board)
     starts = [_lens_start(lens) for lens in lenses]
     if not starts:
         try:
@@ -109,9 +111,9 @@ def calibrate_spline(views, width, height, *, rng, units="mm", side=-1):
     return _completed(best, width, height)
 
 
-def _lenses(views, width, height):
+def _lenses(views, width, height, board):
     try:
-        return proposed_lenses(views, width, height)
+        return proposed_lenses(views, width, height, board)
     except CalibrationError as fault:
         return [], [str(fault)]
 
