@@ -42,6 +42,15 @@ def test_weak_corners_beyond_the_paper_lose_no_board_of_unknown_size(seed):
     assert is_right(find_board(on_cloth(seed)))
 
 
+def test_a_row_that_may_be_the_edge_of_the_paper_is_named():
+    """Of the row beyond the top three corners are seen, and one of them is sound."""
+    found = find_board(on_cloth(7, 14))
+    assert not found.found
+    what = "the last row of corners at its top may be the edge of the paper: 57 of 63"
+    assert found.reason.startswith(what)
+    assert "6 of 9 corners of row 1 from its top are missing" in found.reason
+
+
 def lattice_of(image):
     seen = search.seen_in(image)
     return seen.grids[0], seen.levels[0]

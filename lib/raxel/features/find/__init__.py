@@ -61,15 +61,18 @@ def _verdicts(seen, image, told):
     verdicts = []
     for grid in seen.grids:
         verdict = judged(grid, image, told)
-        side = doubtful_side(grid, level)
-        if verdict.fault and side:
-            doubt = (
-                f"the last row of corners at its {side} may be the edge of the paper"
-            )
-            verdict = verdict._replace(fault=f"{verdict.fault}; {doubt}")
         fault = shape_fault(grid, level) or verdict.fault
+        if verdict.fault == fault and fault and not grid.complete:
+            fault = _edge_named(doubtful_side(grid, level)) + fault
         verdicts.append(verdict._replace(fault=fault))
     return verdicts
+
+
+def _edge_named(side):
+    """What a lattice's doubtful side may be, before what is wrong with it."""
+    if not side:
+        return ""
+    return f"the last row of corners at its {side} may be the edge of the paper: "
 
 
 def _known_size(seen, image, columns, rows):
