@@ -70,13 +70,12 @@ def ended(grid, level, told):
     covers the board's end covers squares as well.
     """
     left, first = grid, {}
-    while True:
-        edges = [side for side in sides_seen(left, level) if side.is_edge(told)]
-        if not edges:
-            break
+    while edges := [side for side in sides_seen(left, level) if side.is_edge(told)]:
         edge = min(edges, key=lambda side: side.sound)
         first[edge.name] = edge.within
         left = without(left, edge.cells)
+        if left.count < LEAST_SIDE**2:
+            return grid
     return left if min(first.values(), default=1.0) >= LEAST_WITHIN else grid
 
 
