@@ -7,9 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from raxel.cameras import PerspectiveCamera
+from raxel.cameras import (
+    KannalaBrandtCamera,
+    MovingPupilCamera,
+    PerspectiveCamera,
+    UnifiedSphereCamera,
+)
 from raxel.cli import calibrate as calibrate_command
 from raxel.cli import main, scores
+from raxel.cli.described import camera_fields
 from raxel.evaluation.cross_validation import Evaluation
 from raxel.features.boards import detect_boards, read_boards
 from tests.image_sets import TILTS_DEG, write_drawn_set
@@ -102,6 +108,29 @@ def test_intrinsics_are_printed_and_written(calibrate):
     assert result["misfit"]["fits"] is True
     # 0.05 px each way.
     assert result["misfit"]["scatter_px"] == pytest.approx(0.05 * 2**0.5, rel=0.15)
+
+
+UNEQUAL = np.array([[300.0, 0, 151], [0, 310, 119], [0, 0, 1]])
+THETA = KannalaBrandtCamera([1.1, 0.05], [280, 290], [151, 119], WIDTH, HEIGHT)
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        PerspectiveCamera(UNEQUAL, [0.1], WIDTH, HEIGHT),
+        UnifiedSphereCamera(0.9, UNEQUAL, WIDTH, HEIGHT),
+        THETA,
+        MovingPupilCamera(THETA, [2.0]),
+    ],
+    ids=lambda camera: camera.kind,
+)
+def test_focal_lengths_are_px_per_radian_near_the_axis(camera):
+    turn = 1e-3
+    aside = 1e6 * np.tan(turn) * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+    far = np.column_stack([aside, np.full(4, 1e6)])
+    right, left, below, above = camera.project(far).pixels
+    focal = (right - left)[0] / (2 * turn), (below - above)[1] / (2 * turn)
+    assert camera_fields(camera, [])["focal_px"] == pytest.approx(focal, rel=1e-5)
 
 
 def test_what_went_into_no_camera_is_told(calibrate):

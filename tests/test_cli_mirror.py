@@ -4,6 +4,7 @@ import re
 import shutil
 from dataclasses import replace
 from html import escape
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -14,6 +15,7 @@ from chapters.shared.mirror_scores import ray_angles
 from raxel.calibration.mirror.from_pictures import _platter, _steps, mirror_views
 from raxel.cameras import load_camera
 from raxel.cli import main
+from raxel.cli.mirror import _primary
 from raxel.errors import InputError
 from raxel.evaluation.mirror_benchmark import score_mirror_file
 from raxel.files import read_json
@@ -103,6 +105,30 @@ def test_half_of_the_rays_are_off_by_what_is_predicted(folder, calibrated):
     for found, about in zip(scores["stages"], stages, strict=True):
         predicted = about["predicted_ray_error_deg"]["median"]
         assert 0.4 < found["rays"]["median_deg"] / predicted < 2.5
+
+
+def test_angles_of_the_monitors_places_are_written_in_degrees():
+    motion = SimpleNamespace(
+        distance=100.0, distance_sd=0.2, angle=np.pi / 6, angle_sd=np.pi / 360
+    )
+    found = SimpleNamespace(
+        primary=SimpleNamespace(
+            motions=[motion],
+            mirror=SimpleNamespace(misses=np.ones(3)),
+            residuals=np.ones(3),
+        ),
+        poses=SimpleNamespace(rms_px=0.1),
+    )
+    views = SimpleNamespace(grids=[SimpleNamespace(name=name) for name in "ab"])
+    (written,) = _primary(views, found)["grids"]
+    assert written == {
+        "first": "a",
+        "second": "b",
+        "distance_mm": 100.0,
+        "distance_sd_mm": 0.2,
+        "angle_deg": pytest.approx(30),
+        "angle_sd_deg": pytest.approx(0.5),
+    }
 
 
 def test_the_report_shows_shapes_residuals_and_what_was_flagged(folder, calibrated):
