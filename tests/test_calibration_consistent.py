@@ -100,6 +100,16 @@ def test_exact_points_give_the_truth():
         assert np.isnan(found.directions[~known]).all()
 
 
+def test_all_that_is_adjusted_takes_degrees_of_freedom():
+    """Of each point's two: two for a ray, three for the centre, six for a pose but the
+    base's."""
+    centre, T, _, points = exact_scene(6, count=12)
+    grids, rays = points.shape[:2]
+    found = adjust_consistent(points, None, centre, T)
+    left = 2 * grids * rays - 2 * rays - 3 - 6 * (grids - 1)
+    assert found.degrees_of_freedom == left
+
+
 def test_numbers_do_not_depend_on_the_processors(monkeypatch):
     scene, linear = drawn(0, rays=20_000)
     start = linear.centre, linear.T_base_grid

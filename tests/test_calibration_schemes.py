@@ -1,6 +1,7 @@
 """The thesis's other adjustments, rays by centroids, free lines, central or not."""
 
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,9 +22,16 @@ from raxel.calibration.adjust.bundle import homogeneous
 from raxel.calibration.adjust.free_centre import concurrence_system
 from raxel.calibration.adjust.ray_elimination import moved
 from raxel.calibration.adjust.relaxation import pose_vector, poses_of_vector
-from raxel.calibration.generic.central_test import correlation
+from raxel.calibration.generic.central_test import _squared_distance, correlation
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry import intersect_rays_plane, on_plane, transform
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
+from raxel.geometry.poses import tangent_bases
 from tests.calibration_scenes import scene as exact_scene
 from tests.wide_angle_scenes import centre_error, drawn
 
@@ -107,6 +115,22 @@ def test_weights_are_the_best_of_their_kind():
     equal, ours, other = np.sqrt(np.mean(np.square(errors), axis=(0, 2, 3)))
     assert ours < 0.8 * equal
     assert ours < other
+
+
+def test_noise_in_the_plane_and_of_a_pose_weigh_alike():
+    """Noise of 2 mm per axis and a pose that is 2 mm off do the same across a ray that
+    meets its grid squarely; one that leans by 60 degrees sees of the former less."""
+    lean = np.radians(60)
+    slanted = rotation_from_vector([0, lean, 0])
+    T = pose(np.array([np.eye(3), np.eye(3), slanted]), [[0, 0, 100.0]] * 3)
+    shifted = np.zeros((3, 6, 6))
+    shifted[1, 3:, 3:] = 4 * np.eye(3)
+    points = np.zeros((3, 1, 2))
+    weights = centroid_weights(
+        points, everything(points), np.zeros(3), T, shifted, 2.0, "plane"
+    )
+    across = (4 * np.cos(lean) ** 2 + 4) / 2
+    np.testing.assert_allclose(weights[:, 0], [100 / 4, 100 / 8, 100 / across])
 
 
 def test_jacobian_of_concurrence_equals_differences():
@@ -238,6 +262,26 @@ def test_central_or_not():
     assert found.distance_mm == pytest.approx(true, rel=0.1)
     assert 0.9 * found.at_least_mm < true < 1.1 * found.at_most_mm
     assert str(found).startswith("not central: ")
+
+
+def test_the_bounds_of_a_distance_are_as_wide_as_it_scatters():
+    """Lines that pass a point by some three standard deviations of their own."""
+    rng, count, found = np.random.default_rng(0), 60, []
+    u = rng.normal(size=(count, 3))
+    axes = tangent_bases(u / np.linalg.norm(u, axis=1)[:, None])
+    true = rng.normal(0, 3, (count, 2))
+    lines = SimpleNamespace(
+        used=np.ones(count, bool),
+        offset_covariance=np.broadcast_to(np.eye(2), (count, 2, 2)),
+        offset_of_poses=np.zeros((count, 2, 6)),
+        covariance=np.zeros((6, 6)),
+        axes=axes,
+    )
+    for _ in range(300):
+        lines.offsets = true + rng.normal(size=true.shape)
+        found.append(_squared_distance(None, lines, 1.0))
+    squares, deviations = np.transpose(found)
+    assert np.mean(deviations) == pytest.approx(np.std(squares), rel=0.15)
 
 
 def test_gross_errors_neither_hide_a_distance_nor_make_one():

@@ -219,6 +219,16 @@ def test_two_views_agree_with_the_motion_of_pairs():
     assert bundle.variance * 54 == pytest.approx(60 * pairs.rms**2, rel=1e-3)
 
 
+@pytest.mark.parametrize(("held", "unknowns"), [(None, 18), (3, 17)])
+def test_the_variance_counts_what_was_free(held, unknowns):
+    """Two equations a ray; three numbers a point, six a pose but the first, less one
+    where a distance is held."""
+    _, views = on_stage(10, 12)
+    found = bundle_rays(views, STAGE, held=held)
+    freedom = 2 * found.rays - 3 * found.used.sum() - unknowns
+    assert found.variance * freedom == pytest.approx(found.costs[-1])
+
+
 def test_more_views_tell_the_length_better():
     _, views = on_stage(7)
     two, all_four = bundle_rays(views[:2], STAGE[:2]), bundle_rays(views, STAGE)
