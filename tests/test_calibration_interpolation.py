@@ -262,5 +262,5 @@ def test_boards_with_missing_corners_are_taken():
 
 def test_the_command_says_how_many_of_each():
     views = views_of(BENT["bent lens"], count=3)
-    _, details = FITS["generic"](views, (WIDTH, HEIGHT), "mm")
-    assert details["interpolation"] == {"homographic": 0, "smooth": 3}
+    fitted = FITS["generic"](views, (WIDTH, HEIGHT), "mm")
+    assert fitted.details["interpolation"] == {"homographic": 0, "smooth": 3}

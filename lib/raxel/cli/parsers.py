@@ -9,7 +9,6 @@ import math
 from raxel.cli import mirror_parsers, running
 from raxel.cli.names import read_name, written_name
 from raxel.cli.terminal import on_one_line
-from raxel.sets import PatternPlan
 
 DETECTOR_NAMES = ("raxel", "opencv", "opencv-sb", "celect")
 MODELS = (
@@ -194,7 +193,7 @@ def _add_patterns(commands):
     parser.add_argument(
         "--steps",
         type=_count,
-        default=PatternPlan.phase_steps,
+        default=6,
         help="of the sines: 6 (default) or more are disturbed by no order of a "
         "monitor's response below the fifth, 4 by the third",
     )

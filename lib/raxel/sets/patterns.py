@@ -36,7 +36,7 @@ class PatternPlan:
     phase_offset: float = 0.0
 
 
-def plan_of_cells(monitor_px, cells=8, phase_steps=6, offset=0.0):
+def plan_of_cells(monitor_px, cells=8, phase_steps=PatternPlan.phase_steps, offset=0.0):
     """The plan of 3.2.2: Gray code with its inverse, and one sine period for each cell.
 
     monitor_px: (width, height); cells: along both axes, or (along x, along y); offset:

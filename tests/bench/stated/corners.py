@@ -1,10 +1,10 @@
 """Stated standard deviations of chessboard corners against their errors.
 
-Boards are drawn by the formulas of `_drawn`, and rendered by the laboratory; on
-recorded sets, whose folder RAXEL_RECORDED names, the consensus of other detectors
-stands for the truth, and its own error counts as the corner's. `within` counts axes of
-corners; `beyond3` corners whose distance from the truth is more than 3 SD of an axis,
-of which a Gaussian has 1.1 %. A decile is of the stated SD, over a set.
+Boards are drawn by the formulas of `_drawn`; on recorded sets, whose folder
+RAXEL_RECORDED names, the consensus of other detectors stands for the truth, and its
+own error counts as the corner's. `within` counts axes of corners; `beyond3` corners
+whose distance from the truth is more than 3 SD of an axis, of which a Gaussian has
+1.1 %. A decile is of the stated SD, over a set.
 """
 
 import os
