@@ -11,7 +11,8 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.results import (
     sigma_px,
 )
 from raxel.sets.patterns import patterns_of
-from tests.made_results import of_columns
+from repro.run.outcomes import Plan
+from tests.made_results import of_columns, written
 
 WIDTH_PX = trials.WIDTH_PX["quick"]
 
@@ -34,7 +35,7 @@ def test_errors_and_stated_sigma_are_those_of_the_theory(view, cells):
     rng = np.random.default_rng(cells)
     plan = trials.plan_for(cells, 4)
     light = trials.through_lens(view.values(plan), 1.0)
-    found = trials.scores(view, plan, trials.photographs(light, 2.0, rng))
+    found = trials.scores(view, plan, trials.photographs(light, 2.0, rng), linear=True)
     period = trials.period_px(cells, WIDTH_PX)
     for way, tolerance in ((BY_PIXEL, 0.03), (SMOOTHED, 0.12)):
         theory = sigma_px(period, 1.0, 2.0, 4, way)
@@ -60,7 +61,7 @@ def test_a_monitor_that_is_not_linear_shifts_phases_as_the_theory_says(view):
     light = trials.light_of(view.values(plan), plan, 1.2)
     rng = np.random.default_rng(0)
     pictures = trials.photographs(trials.through_lens(light, 0.5), 0.0, rng)
-    found = trials.scores(view, plan, pictures)[BY_PIXEL]
+    found = trials.scores(view, plan, pictures, linear=True)[BY_PIXEL]
     theory = bias_px(trials.period_px(4, WIDTH_PX), 0.5, 1.2, 3)
     assert found["rms_px"] == pytest.approx(theory, rel=0.05)
     assert found["within"] < 0.3
@@ -116,3 +117,21 @@ def three_grids():
 def test_a_grid_that_loses_pixels_is_not_advised():
     cells, error = results.best_cells(three_grids(), 1.0, 3.0, BY_PIXEL)
     assert (cells, error) == (16, pytest.approx(0.11))
+
+
+def test_an_undone_response_leaves_noise_alone_and_the_stated_sigma_holds():
+    """The same pictures, seen and corrected: by the theory, and by what is told."""
+    condition = {"cells": 8, "steps": [4], "gammas": [2.4], "width_px": 256}
+    ran = written(Plan(trials.corrected_trial, [condition], 1))
+    period = trials.period_px(8, 256)
+    shares = {}
+    for steps, reading, of_gamma in results.read_twice(ran):
+        found = of_gamma[2.4][SMOOTHED]
+        theory = results.smoothed_px(period, 2.4, steps, reading)
+        assert found.median("rms_px") == pytest.approx(theory, rel=0.1)
+        shares[reading] = found.median("within")
+    assert shares["seen"] < 0.4
+    assert 0.62 < shares["corrected"] < 0.75
+    assert found.median("told_px") == pytest.approx(
+        bias_px(period, trials.OUR_BLUR_PX, 2.4, 4), rel=0.05
+    )

@@ -14,8 +14,10 @@ from chapters.ch03_planar_grids.ext_cells_and_phases.trials import (
     OUR_CELLS,
     OUR_NOISE,
     OUR_STEPS,
+    READINGS,
     WHITE,
     name_of,
+    name_of_capture,
     period_px,
     pictures_of,
 )
@@ -66,6 +68,24 @@ def decoded(result, name, way):
         grid: DecodedGrid(result.one(cells=grid[0], steps=grid[1]), f"{name}.{way}")
         for grid in grids(result)
     }
+
+
+def read_twice(result):
+    """(steps, reading, {gamma: {way: DecodedGrid}}) of pictures decoded both ways."""
+    one = result.one()
+    for steps, reading in product(result.conditions[0]["steps"], READINGS):
+        names = {
+            gamma: name_of_capture(steps, gamma, reading)
+            for gamma in swept(result, "gammas")
+        }
+        yield (
+            steps,
+            reading,
+            {
+                gamma: {way: DecodedGrid(one, f"{name}.{way}") for way in WAYS}
+                for gamma, name in names.items()
+            },
+        )
 
 
 def linear_cases(result):
@@ -147,6 +167,18 @@ def rounding_px(period, blur, steps):
     return float(sigma_px(period, blur, 0.0, steps))
 
 
+def smoothed_px(period, gamma, steps, reading):
+    """RMS error of a coordinate, px, by the theory, smoothed, with noise and response.
+
+    The window averages the ripple, which has `steps` waves in a period.
+    """
+    noise = float(sigma_px(period, OUR_BLUR_PX, OUR_NOISE, steps, SMOOTHED))
+    if not READINGS[reading]:
+        return noise
+    ripple = bias_px(period, OUR_BLUR_PX, gamma, steps) * window_mean(steps, period)
+    return float(np.hypot(noise, ripple))
+
+
 def best_cells(result, blur, noise, way):
     """(cells, their RMS error) of the readable grid with the least; None for none."""
     of_grid = decoded(result, name_of(LINEAR, blur, noise), way)
@@ -196,6 +228,7 @@ def name_values(open_results):
         "within.least": 100 * min(within),
         "within.most": 100 * max(within),
         **of_steps(steps),
+        **of_correction(open_results("ext_corrected_runs")),
         **of_pictures(open_results("ext_pictures_runs")),
         **of_light(open_results("ext_light_runs")),
     }
@@ -233,6 +266,27 @@ def of_steps(steps):
         }
         found[f"bias.{count}"] = max(left.values())
         found[f"ordinary.{count}"] = left[ORDINARY]
+    return found
+
+
+def of_correction(result):
+    """What the response does to places and stated SDs, left as it is and undone."""
+    period, gamma = period_px(OUR_CELLS, width_of(result)), max(swept(result, "gammas"))
+    found = {
+        "strong": gamma,
+        "strong.width": width_of(result),
+        "strong.views": result.trials_per_condition,
+        "strong.shift": bias_px(period, OUR_BLUR_PX, gamma, OUR_STEPS),
+    }
+    for steps, reading, of_gamma in read_twice(result):
+        within = [100 * ways[SMOOTHED].median("within") for ways in of_gamma.values()]
+        strong = of_gamma[gamma]
+        found[f"{reading}.off.{steps}"] = strong[SMOOTHED].median("rms_px")
+        found[f"{reading}.within.{steps}"] = 100 * strong[SMOOTHED].median("within")
+        found[f"{reading}.pixels.{steps}"] = 100 * strong[BY_PIXEL].median("within")
+        found[f"{reading}.least.{steps}"] = min(within)
+        found[f"{reading}.most.{steps}"] = max(within)
+        found[f"{reading}.told.{steps}"] = strong[SMOOTHED].median("told_px")
     return found
 
 

@@ -44,6 +44,17 @@ WAYS = {"smoothed": True, "by pixel": False}
 FULL_WELL_E, READ_NOISE_E = 2000.0, 5.0
 LIGHTS = ("each picture alike", "24 sines", "the light of 4 steps")
 SINES = 24
+# Of the experiment on correction: with six steps a ripple is 5 px or wider, which the
+# decoder asks for, and gammas go up to what it is made for. READINGS: whether `decode`
+# takes the response as linear, as the thesis does.
+CORRECTED_WIDTH_PX = {"quick": 256, "full": 384}
+CORRECTED_STEPS = (4, 6)
+CORRECTED_GAMMAS = {
+    "quick": (LINEAR, ORDINARY),
+    "full": (LINEAR, 1.4, 1.8, 2.0, ORDINARY, 2.4),
+}
+CORRECTED_TRIALS = {"quick": 1, "full": 6}
+READINGS = {"seen": True, "corrected": False}
 SETTINGS = {
     "monitor_px": MONITOR.monitor_px,
     "monitor_mm": MONITOR.monitor_mm,
@@ -131,14 +142,17 @@ def period_px(cells, width):
     return cell * MONITOR.monitor_mm[0] * FOCAL_SHARE * width / DISTANCE_MM
 
 
-def scores(view, plan, pictures):
-    """Errors of the decoded pictures, in px of the camera, smoothed and by pixel."""
+def scores(view, plan, pictures, *, linear):
+    """Errors of the decoded pictures, in px of the camera, smoothed and by pixel.
+
+    linear: as `decode` has it; no response is measured and corrected.
+    """
     patterns = patterns_of(plan)
     found, noise = {}, None
     for name, smooth in WAYS.items():
         decoded = decode(
             pictures, patterns, MONITOR,
-            smooth=smooth, noise=noise, linear=True, threads=1,
+            smooth=smooth, noise=noise, linear=linear, threads=1,
         )  # fmt: skip
         noise = decoded.noise
         found[name] = _scored(view, plan, decoded)
@@ -166,7 +180,18 @@ def _scored(view, plan, decoded):
         "p95_px": float(np.quantile(px, 0.95)),
         "sigma_px": float(np.sqrt(np.mean(sigma**2)) / view.mm_per_px),
         "within": float(np.mean(error <= sigma)),
+        "within_2": float(np.mean(error <= 2 * sigma)),
+        "within_3": float(np.mean(error <= 3 * sigma)),
+        **_told(view, decoded),
     }
+
+
+def _told(view, decoded):
+    """RMS shift by the response, px, where the decoder was asked and could tell it."""
+    sizes = [one.size for one in decoded.response if one.size is not None]
+    if not sizes:
+        return {}
+    return {"told_px": float(np.sqrt(np.mean(np.square(sizes))) / view.mm_per_px)}
 
 
 def pictures_in_light(light, plan, which, rng):
@@ -210,3 +235,24 @@ def condition_of(effort, cells, steps, **changed):
 def name_of(gamma, blur_px, noise):
     """How the values of one response, blur and noise are called."""
     return f"gamma {gamma:g}, blur {blur_px:g}, noise {noise:g}"
+
+
+def name_of_capture(steps, gamma, reading):
+    """How the values of these steps, decoded in one of READINGS, are called."""
+    return f"{steps} steps, gamma {gamma:g}, {reading}"
+
+
+def corrected_trial(condition, rng):
+    """The same pictures of one view, decoded as the thesis does and corrected."""
+    view = drawn_view(condition["width_px"], rng)
+    found = {}
+    for steps in condition["steps"]:
+        plan = plan_for(condition["cells"], steps)
+        sent = view.values(plan)
+        for gamma in condition["gammas"]:
+            seen = through_lens(light_of(sent, plan, gamma), OUR_BLUR_PX)
+            pictures = photographs(seen, OUR_NOISE, rng)
+            for reading, linear in READINGS.items():
+                name = name_of_capture(steps, gamma, reading)
+                found[name] = scores(view, plan, pictures, linear=linear)
+    return found
