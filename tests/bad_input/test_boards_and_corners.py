@@ -175,6 +175,10 @@ CORNERS = {
         json.dumps({"images": [found("view0.png", 30, 6, 5)]}),
         r"images\[0\]\.columns: found 6; give 7, as the set's target",
     ),
+    "a list for a number": (
+        json.dumps({"images": [{**found("view0.png"), "columns": [7] * 999}]}),
+        r"images\[0\]\.columns: found a list of 999; give 7",
+    ),
     "no truth value": (
         json.dumps({"images": [{**found("view0.png"), "found": 1}]}),
         r"images\[0\]\.found: ",

@@ -64,7 +64,7 @@ def _type(rng, members, name):
     try:
         with np.errstate(all="ignore"):
             array = array.astype(wanted)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.zeros(array.shape, wanted)
     if rng.random() < 0.3:
         array = np.asfortranarray(array)

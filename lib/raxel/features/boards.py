@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.documents import one_line, shown
 from raxel.errors import InputError
 from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, DETECTORS
 from raxel.features.charuco import find_charuco, markers_seen
@@ -100,8 +101,8 @@ def read_boards(path, image_set, views=None):
     name = data.get("set")
     if name is not None and name != image_set.name:
         raise InputError(
-            f"{path}: set: found {name!r}, the set is {image_set.name!r}; give the "
-            "corners of this set"
+            f"{path}: set: found {shown(name)}, the set is {image_set.name!r}; "
+            "give the corners of this set"
         )
     found = {}
     labels = {view.label for view in image_set.views}
@@ -110,7 +111,7 @@ def read_boards(path, image_set, views=None):
         name = entry.get("file") if isinstance(entry, dict) else None
         if not isinstance(name, str) or name not in labels or name in found:
             raise InputError(
-                f"{path}: {field}.file: found {name!r}; name each image of "
+                f"{path}: {field}.file: found {shown(name)}; name each image of "
                 f"{image_set.description} once"
             )
         found[name] = _read_detection(f"{path}: {field}", entry, image_set)
@@ -234,7 +235,7 @@ def _read_detection(where, entry, image_set):
     if not isinstance(entry.get("found"), bool):
         raise InputError(f"{where}.found: found no truth value; give true or false")
     if not entry["found"]:
-        return refused(None, None, str(entry.get("reason", "")) or "not found")
+        return refused(None, None, one_line(entry.get("reason", "")) or "not found")
     target = image_set.target
     size = [
         _count(f"{where}.{key}", entry.get(key), expected)
@@ -245,8 +246,8 @@ def _read_detection(where, entry, image_set):
     stated = entry.get("missing", missing)
     if stated != missing or isinstance(stated, bool):
         raise InputError(
-            f"{where}.missing: found {stated!r}, but {missing} corners are null; give "
-            "their number, or leave it out"
+            f"{where}.missing: found {shown(stated)}, but {missing} corners are null; "
+            "give their number, or leave it out"
         )
     beyond = (corners < -0.5) | (
         corners > [image_set.width - 0.5, image_set.height - 0.5]
@@ -264,7 +265,7 @@ def _read_detection(where, entry, image_set):
 def _count(where, value, expected):
     if type(value) is not int or value < 3 or (expected and value != expected):
         wanted = f"{expected}, as the set's target" if expected else "3 or more"
-        raise InputError(f"{where}: found {value!r}; give {wanted}")
+        raise InputError(f"{where}: found {shown(value)}; give {wanted}")
     return value
 
 

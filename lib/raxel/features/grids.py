@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.archives import Archive
+from raxel.documents import shown
 from raxel.errors import InputError
 from raxel.features.active_grid.view import check_active_grid, decode_view
 from raxel.files import read_json
@@ -77,8 +78,8 @@ def read_grids(folder, image_set, views=None):
         name = data.get("set") if isinstance(data, dict) else None
         if name != image_set.name:
             raise InputError(
-                f"{summary}: set: found {name!r}, the set is {image_set.name!r}; give "
-                "the points of this set"
+                f"{summary}: set: found {shown(name)}, the set is {image_set.name!r}; "
+                "give the points of this set"
             )
     unit = "mm" if image_set.target.monitor_mm else "px"
     shape = image_set.height, image_set.width, 2
