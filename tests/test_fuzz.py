@@ -90,3 +90,18 @@ def test_points_beyond_all_monitors(tmp_path):
     kind, told = outcome(reader, tmp_path, 0)
     assert kind == REFUSED
     assert "points_mm: found 1e+300; no monitor is so large" in told
+
+
+def test_points_of_half_precision(tmp_path):
+    reader = READERS["points"]
+    reader.prepare(tmp_path)
+    half = np.full((HEIGHT, WIDTH, 2), 12.0, np.float16)
+    half[0, 0] = np.inf  # as larger ones become
+    half[0, 1] = np.nan
+    np.savez(tmp_path / reader.name, points_mm=half)
+    kind, told = outcome(reader, tmp_path, 0)
+    assert kind == REFUSED
+    assert "points_mm: found inf; no monitor is so large" in told
+    half[0, 0] = np.nan
+    np.savez(tmp_path / reader.name, points_mm=half)
+    assert outcome(reader, tmp_path, 0)[0] == READ

@@ -131,6 +131,7 @@ def _numbers(path, archive, name, shape):
 def _lengths(path, archive, name, shape):
     """Numbers that may be lengths on a monitor."""
     values = _numbers(path, archive, name, shape)
+    values = values.astype(np.result_type(values, np.float32))  # halves end below
     beyond = np.abs(values) > FARTHEST  # NaN is not
     if beyond.any():
         raise InputError(
