@@ -51,9 +51,9 @@ def _counts(name, options):
     """Counter of the outcomes of a reader's mutants."""
     count, number = Counter(), options.first
     end = options.first + options.mutants
-    with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
-        while number < end:
-            last = min(number + BATCH, end)
+    while number < end:
+        last = min(number + BATCH, end)
+        with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
             number = _batch(name, options, range(number, last), folder, count)
     return count
 
