@@ -300,6 +300,10 @@ def test_results_of_other_sets_are_refused(mirror_set, truth, tmp_path):
             {"viewer": (truth.viewer[0], truth.viewer[1] * [1, -1, -1])},
             "viewer.directions': turned by 180 degrees",
         ),
+        (
+            {"viewer": (truth.viewer[0], 0 * truth.viewer[1] + [0, 0, 1])},
+            "field 'viewer.directions': parallel",
+        ),
     ):
         with pytest.raises(InputError) as refused:
             score_mirror(mirror_set, truth._replace(**change))

@@ -187,7 +187,13 @@ def _turn(true, viewer):
             f"field 'viewer.pixels': found {len(seen)} in the picture; give "
             f"{FEWEST_RAYS} or more, all over it, or leave viewer out"
         )
-    R = nearest_rotation(wanted.T @ seen)
+    try:
+        R = nearest_rotation(wanted.T @ seen)
+    except InputError as fault:
+        raise InputError(
+            "field 'viewer.directions': parallel, so that they do not tell how the "
+            "viewer is turned; give rays all over the picture, or leave viewer out"
+        ) from fault
     turned = np.degrees(angle_between_rotations(R, np.eye(3)))
     if turned > MOST_TURN:
         raise InputError(
