@@ -9,6 +9,7 @@ import pytest
 from chapters.guides.stated_errors import figures, tables
 from chapters.guides.stated_errors.results import RECORD_RUN, facts, groups
 from chapters.shared.records import record
+from repro.page.style import check_axes
 from tests.made_results import plan_of, written
 
 PARTS = {one["part"]: one["rows"] for one in record("stated")["sets"]}
@@ -64,6 +65,7 @@ def test_the_figure_leaves_no_set_out(results):
         ]
         assert np.array_equal(np.sum(masks, axis=0), np.ones(len(PARTS[part])))
     drawn = figures.ext_stated_coverage(results)
+    check_axes(drawn.figure, "stated")
     ratios = [
         row["ratio"]
         for part in ("corners", "decoding", "decoding_hard", "calibration")

@@ -1,6 +1,7 @@
 """Errors over what was stated for them, for every set of the record at once."""
 
 import numpy as np
+from matplotlib.ticker import FixedFormatter
 
 from chapters.guides.stated_errors.results import RECORD_RUN, column, groups
 from repro.page.style import INK, series
@@ -36,7 +37,8 @@ def ext_stated_coverage(results):
     ratios.set(xscale="log", xlabel="Error over stated (1)")
     ratios.set_xticks([0.5, 1, 2, 5], ["0.5", "1", "2", "5"], minor=False)
     ratios.set_xticks([], minor=True)
-    ratios.set_yticks(range(len(kept)), list(kept))
+    ratios.set_yticks(range(len(kept)))
+    ratios.yaxis.set_major_formatter(FixedFormatter(list(kept)))
     ratios.invert_yaxis()
     beyonds.axvline(GAUSSIAN, color=INK, linewidth=0.8, linestyle=":")
     beyonds.set(xscale="log", xlabel="Beyond three stated SDs (%)")
