@@ -286,7 +286,9 @@ def of_correction(result):
         found[f"{reading}.pixels.{steps}"] = 100 * strong[BY_PIXEL].median("within")
         found[f"{reading}.least.{steps}"] = min(within)
         found[f"{reading}.most.{steps}"] = max(within)
-        found[f"{reading}.told.{steps}"] = strong[SMOOTHED].median("told_px")
+        told = strong[SMOOTHED].median("told_px")
+        if np.isfinite(told):  # who does not ask is not told
+            found[f"{reading}.told.{steps}"] = told
     return found
 
 
