@@ -217,3 +217,16 @@ def test_coding_and_clipping_are_stated_as_they_are(quality):
     image, truth = photographed(lens, board, photo, np.random.default_rng(2))
     off, sd = errors(find_board(image, 9, 6), truth)
     assert 0.7 < np.sqrt(np.mean((off / np.sqrt(2) / sd) ** 2)) < 1.4
+
+
+@pytest.mark.parametrize("blur", [0.3, 0.7])
+def test_edges_along_the_pixels_are_not_drawn_to_them(blur):
+    """What pixels do to such an edge all of its places share, so that nothing shows."""
+    lens = Lens("perspective", 600.0)
+    board = BoardBefore(9, 6, cv2.Rodrigues(np.array([0.02, 0.01, 0.02]))[0], None)
+    board = board._replace(t=[0, 0, 19.3] - board.R @ [4.2, 2.3, 0])
+    photo = Photo(blur=gaussian(blur), noise=0.3)
+    image, truth = photographed(lens, board, photo, np.random.default_rng(2))
+    off, sd = errors(find_board(image, 9, 6), truth)
+    assert np.sqrt(np.mean(off**2) / 2) < 0.005 / np.sqrt(blur / 0.7)
+    assert np.sqrt(np.mean((off / sd) ** 2) / 2) < 1.3

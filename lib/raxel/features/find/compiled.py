@@ -347,13 +347,37 @@ def slopes_in_windows(grey, scale, patches, half, samples):
                 s = half[n, 0] * ((j - samples - 1) / samples)
                 u = _bent(patches, n, 0, s, t) / scale
                 v = _bent(patches, n, 1, s, t) / scale
-                window[i, j] = grey_at(grey, np.float32(u), np.float32(v))
+                window[i, j] = _smooth_at(grey, u, v)
         for i in range(1, side - 1):
             for j in range(1, side - 1):
                 k = (i - 1) * (side - 2) + j - 1
                 slopes[n, k, 0] = (window[i, j + 1] - window[i, j - 1]) * per_half
                 slopes[n, k, 1] = (window[i + 1, j] - window[i - 1, j]) * per_half
     return slopes
+
+
+@njit(cache=True, error_model="numpy")
+def _smooth_at(grey, u, v):
+    """Grey at (u, v) px of a picture (h, w): its pixels, each spread as a cubic
+    B-spline; beyond the picture its border goes on."""
+    height, width = grey.shape
+    left, top = np.floor(u), np.floor(v)
+    x, y = int(left) - 1, int(top) - 1
+    across, down = _spread(u - left), _spread(v - top)
+    total = 0.0
+    for i in range(4):
+        row = _clipped(y + i, height)
+        for j in range(4):
+            total += down[i] * across[j] * grey[row, _clipped(x + j, width)]
+    return np.float32(total)
+
+
+@njit(cache=True, error_model="numpy")
+def _spread(f):
+    """What four pixels give to a place f px behind the second: a cubic B-spline's."""
+    g = 1 - f
+    inner = 2 / 3 - f * f * (1 - f / 2), 2 / 3 - g * g * (1 - g / 2)
+    return g**3 / 6, inner[0], inner[1], f**3 / 6
 
 
 @njit(cache=True, error_model="numpy")

@@ -40,8 +40,9 @@ ALIKE, CLEARER = 1.2, 0.6
 SURE_SD, SURE_MISFIT = 0.03, 0.25
 SHARP_SD = 0.05
 # SD of what pixels do to edges as sharp as they are without its showing: both parts of
-# a window err alike. Of corners drawn at random places and turns, blur 0 to 0.8 px.
-SAMPLING_PX = 0.004
+# a window err alike. Of corners drawn without noise at random places, turned anyhow or
+# along the pixels, blur 0.3 to 1.2 px.
+SAMPLING_PX = 0.002
 # Half covered corners of drawn boards are at 0.3 and above, whole ones of the recorded
 # photographs and of drawn boards in uneven light below 0.2.
 MOST_UNEVEN = 0.25

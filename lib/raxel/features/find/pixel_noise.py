@@ -13,9 +13,8 @@ covariance exp(-d^2 / 4 s^2) / (4 pi s^2).
 
 import numpy as np
 
-# Variance, px^2, that linear interpolation between pixels adds to the smoothing, on
-# average over a pixel: of f (1 - f).
-BETWEEN_PIXELS = 1 / 6
+# Variance, px^2, that the interpolation adds to the smoothing: of a cubic B-spline.
+BETWEEN_PIXELS = 1 / 3
 
 
 def influences(g, x, weight, part=1.0):
