@@ -129,7 +129,8 @@ def ext_stated_record(effort):
 # of it away than of white noise. Phases of neighbouring windows are compared, and
 # standard deviations multiplied by what these differ by beyond noise. A fold is where
 # the place turns round or its slope breaks; there the standard deviation
-# holds what a bend of that size can do within the window.
+# holds what a bend of that size can do within the window. *Told* is how a message
+# begins; its numbers and what to do follow there.
 #
 # ## Calibrations
 

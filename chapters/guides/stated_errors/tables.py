@@ -1,5 +1,7 @@
 """Stated errors beside errors that happened: a table for each part of the record."""
 
+import re
+
 from chapters.guides.stated_errors.results import RECORD_RUN, rows_of
 from repro.run.columns import in_columns
 from repro.run.experiment import table
@@ -15,8 +17,15 @@ def _part(results, name):
     what, date = (record.settings[f"{name}.{key}"] for key in ("what", "date"))
     # Words of a message are no Markdown.
     texts = tuple(head for head in ("Told",) if head in rows[0])
-    caption = f"{what.rstrip('.')}. A record of {date}."
+    for row in rows:
+        row |= {head: _start(row[head]) for head in texts}
+    caption = f"{what[0].upper()}{what[1:].rstrip('.')}. A record of {date}."
     return Table(in_columns(rows), caption, texts=texts)
+
+
+def _start(message):
+    """What a message says, without its numbers and advice; "" for none."""
+    return re.split("[:;(]", message or "")[0].strip()
 
 
 @table("ext_stated_corners", needs=NEEDS, evidence="rendered")

@@ -7,7 +7,8 @@ Each module of this package is a part. It has
 - `measured()`: yields rows, dictionaries with a `case` of its own (text) and numbers,
   texts or None under names that all rows of the part share.
 
-Names in COMMON mean the same in all parts: `count`, errors that were looked at;
+Names in COMMON mean the same in all parts: `count`, errors that were looked at, or
+sets, where a part heads it so;
 `within1` to `within3`, per cent of them within so many stated standard deviations;
 `ratio`, a robust standard deviation of errors over stated ones; `left_out`, per cent of
 what could have been answered and was not; `told`, what the user is told, in its words.

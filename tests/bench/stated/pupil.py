@@ -17,6 +17,7 @@ WHAT = (
     "perspective lens with distortion by the unified law"
 )
 TITLES = {
+    "count": "Sets",
     "moves": "Pupil moves",
     "undecided": "Undecided",
     "rests": "Rests",

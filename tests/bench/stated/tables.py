@@ -13,7 +13,7 @@ WHAT = (
     "tables of rays from 12 or 14 boards: said to hang on the photographs where they "
     "do not, and where two cameras or a stretched board make them"
 )
-TITLES = {"unstable": "Said to be unstable"}
+TITLES = {"count": "Sets", "unstable": "Said to be unstable"}
 SEED = 311_000
 SETS = {"cgsp": 10, "generic": 20}  # of either camera, sound
 FAULTY = 6
