@@ -9,6 +9,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.features.active_grid import Noise, decode
+from raxel.features.active_grid.noise import estimate_noise
 from raxel.sets import ActiveGrid, Pattern, PatternPlan
 from tests.active_grids import drawn
 
@@ -149,6 +150,17 @@ def test_a_code_finer_than_its_sines_needs_no_edges():
     assert off.max() < 0.1 * 300 / 16
 
 
+def test_sines_that_are_long_enough_need_no_finest_bits():
+    """Cells are then as wide as those of the finest bit that is there."""
+    scene = drawn(size=(240, 180), plan=PatternPlan((5, 5), True, 4, (8.0, 8.0)))
+    own = [k for k, p in enumerate(scene.patterns) if p.kind == "phase" or p.bit < 3]
+    assert len(own) == len(scene.patterns) - 8
+    patterns = [scene.patterns[k] for k in own]
+    found = decode(scene.images[own], patterns, scene.grid, smooth=False)
+    assert np.abs(errors(scene, found)).max() < 0.02 * 300 / 8
+    assert share_of_lit(scene, found) > 0.8
+
+
 def test_gray_code_alone_gives_the_middle_of_its_cells():
     plan = PatternPlan((5, 6), True)
     scene = drawn(size=(240, 180), plan=plan, noise=2.0, blur=0.7)
@@ -223,6 +235,17 @@ def test_the_noise_comes_from_the_pictures():
     np.testing.assert_allclose(
         found.floor + found.slope * level, 1 + 0.05 * level, rtol=0.1
     )
+
+
+def test_overexposed_pixels_tell_nothing_of_the_noise():
+    """They are all alike, however much the light on them scatters."""
+    rng = np.random.default_rng(1)
+    ramp = np.linspace(40, 340, 400)[None, :]
+    pictures = rng.normal(ramp, 4.0, (4, 300, 400))
+    pictures = np.clip(np.rint(pictures), 0, 250).astype(np.uint8)
+    found = estimate_noise(list(pictures), 250)
+    level = np.array([60.0, 140.0, 220.0])
+    np.testing.assert_allclose(found.at(level), 16 + 1 / 12, rtol=0.06)
 
 
 def test_what_cannot_be_trusted_is_counted():

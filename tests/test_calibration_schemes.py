@@ -222,6 +222,23 @@ def test_free_lines_do_not_overfit_a_central_camera():
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.02)
 
 
+def test_the_noise_of_a_few_free_lines_is_told_although_poses_follow_it():
+    """Two poses take twelve of the fifty coordinates that 25 lines leave."""
+    scene, linear = drawn(0, noise=0.0)
+    points, _ = beside_the_centre(scene, 0.0, 0)
+    central = central_of(points, linear)
+    variances = []
+    for first in range(39):
+        own = slice(first, None, 39)
+        few = central._replace(
+            whitening=central.whitening[:, own], directions=central.directions[own]
+        )
+        lines = relax_centrality(points[:, own], few)
+        assert lines.degrees_of_freedom == 2 * len(lines.used) - 12
+        variances.append(lines.noise**2)
+    assert np.mean(variances) == pytest.approx(1, abs=0.1)
+
+
 def test_lines_of_pixels_that_see_few_grids():
     scene, linear = drawn(1, noise=0.0, grids=4)
     points, _ = beside_the_centre(scene, 5.0, 0, sigma=0.0)

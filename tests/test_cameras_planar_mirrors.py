@@ -7,6 +7,7 @@ import pytest
 
 from raxel.cameras import (
     FisheyeCamera,
+    OrthographicCamera,
     PerspectiveCamera,
     PlanarMirrorsCamera,
     centrality,
@@ -80,6 +81,27 @@ def test_a_point_before_two_facets_has_two_pixels():
     assert second.valid.all()
     assert first.pixels[0, 0] < W / 2 < second.pixels[0, 0]
     np.testing.assert_array_equal(camera.project(point).pixels, first.pixels)
+
+
+@pytest.mark.parametrize("turned", [0, 180])
+def test_a_viewer_of_parallel_rays_sees_facets_from_its_side(turned):
+    """Whichever way their z axes point."""
+    viewer = OrthographicCamera(2.0, (319.5, 239.5), W, H)
+    facets = [facet(turned + 30, -70), facet(turned - 25, 70)]
+    poses, outlines = zip(*facets, strict=True)
+    camera = PlanarMirrorsCamera(viewer, np.array(poses), outlines)
+    pixels = random_pixels(15)
+    rays, shown = camera.rays(pixels), camera.facet_of(pixels)
+    points = rays.origins + 100 * rays.directions
+    for k, T in enumerate(camera.T_viewer_facets):
+        mine = rays.valid & (shown == k)
+        assert mine.sum() > 200
+        seen = camera.project_facet(points[mine], k)
+        assert seen.valid.all()
+        assert np.abs(seen.pixels - pixels[mine]).max() < 1e-9
+        normal = T[:3, 2] * -np.sign(T[2, 2])
+        behind = rays.origins[mine] - 50 * normal
+        assert not camera.project_facet(behind, k).valid.any()
 
 
 def test_a_facet_hides_what_lies_behind_it():

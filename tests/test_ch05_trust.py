@@ -8,6 +8,7 @@ from chapters.ch05_flexible_mirror.ext_trust.tables import coverage_table, targe
 from chapters.ch05_flexible_mirror.ext_trust.trials import course, lesson, sweeps
 from chapters.ch05_flexible_mirror.ext_trust.trials.scene import SureViewer
 from chapters.shared.gaussian_errors import CORNER_PX, DECODED_MM, GaussianErrors
+from chapters.shared.mirror_errors import MirrorErrors, pool_of
 from chapters.shared.mirror_rigs import mirror_rig
 from chapters.shared.mirror_runs import lattice
 from raxel.calibration.mirror.clamp import clamp_of_camera
@@ -180,6 +181,21 @@ def test_errors_of_the_scene_are_as_large_as_stated():
     assert np.std(errors.in_platter(np.zeros((5000, 2)), rng)) == pytest.approx(
         errors.platter_sd_mm, rel=0.03
     )
+
+
+def test_measured_errors_are_drawn_as_large_as_stated_at_any_noise_of_the_bench():
+    rng = np.random.default_rng(1)
+    true = rng.uniform(0, 300, (4000, 2))
+    error = 0.03 * np.sin(2 * np.pi * true / 40) + rng.normal(0, 0.02, true.shape)
+    pool = pool_of(error, true, [40.0, 40.0])
+    pixels = rng.normal(0, 0.1, (4000, 2))
+    for factor in (1.0, 2.5):
+        errors = MirrorErrors(pixels, 3 * pixels, pool, pool, factor)
+        stated = errors.platter_sd_mm
+        assert stated == pytest.approx(factor * np.sqrt(np.mean(error**2)), rel=0.02)
+        for drawn in (errors.in_platter(true, rng), errors.in_mirror(true, rng)):
+            assert np.std(drawn - true) == pytest.approx(stated, rel=0.03)
+        assert errors.plate_sd_px == pytest.approx(0.3, rel=0.03)
 
 
 def test_exercises_tell_right_from_wrong():

@@ -9,7 +9,7 @@ from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.stability import LEAST_PX, stability
+from raxel.evaluation.stability import LEAST_PX, SURE, Division, _judged, stability
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import rotation_from_vector, transform
 from tests.board_scenes import BOARD, COLUMNS, ROWS, board_poses
@@ -176,3 +176,18 @@ def test_tables_of_rays_are_held_against_their_own_errors():
     found = found_in(views, camera)
     assert not found.same_camera
     assert found.steady
+
+
+@pytest.mark.parametrize("times", [0.5, 2.0])
+def test_the_more_ways_there_are_to_divide_the_surer_one_of_them_has_to_be(times):
+    """As often as SURE says, one of all of them disagrees by chance, not each."""
+    count = 11
+    p_values = [times * SURE / count, *np.linspace(0.1, 0.9, count - 1)]
+    divisions = [
+        Division(f"{k}", ((), ()), 1.0, 0.1, 0.1, p, np.zeros((4, 2)))
+        for k, p in enumerate(p_values)
+    ]
+    found = _judged(divisions, np.zeros((4, 2)), 1.0, table=False)
+    assert found.same_camera == (times > 1)
+    if times < 1:
+        assert found.p_value == pytest.approx(times * SURE)

@@ -14,6 +14,7 @@ from raxel.geometry import (
     refine_homography,
     transfer_jacobian,
 )
+from raxel.geometry.robust_homography import CUT, robust_start
 
 H_TRUE = np.array([[1.2, 0.1, 5], [-0.2, 0.9, 3], [1e-4, -2e-4, 1]])
 seeds = st.integers(0, 2**32 - 1)
@@ -197,6 +198,17 @@ def test_the_line_at_infinity_has_no_image():
     H = np.array([[1.0, 0, 0], [0, 1, 0], [1, 0, 0]])
     assert np.isnan(apply_homography(H, [[0.0, 1]])).all()
     np.testing.assert_array_equal(apply_homography(H, [[2.0, 4]]), [[1, 2]])
+
+
+@pytest.mark.parametrize("sigma", [0.02, 3.0])
+def test_pairs_are_cut_at_a_number_of_deviations_of_their_noise(sigma):
+    """A standard deviation per axis, told by the pairs' distances."""
+    rng = np.random.default_rng(7)
+    source, target = noisy_pairs(rng, 8000, sigma)
+    _, limit = robust_start(source, target, rng)
+    assert limit == pytest.approx(CUT * sigma, rel=0.05)
+    _, given = robust_start(source, target, rng, sigma)
+    assert given == pytest.approx(CUT * sigma)
 
 
 square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from raxel.errors import InputError
 from raxel.geometry.planes import on_plane
@@ -81,6 +82,14 @@ def test_a_shadow_takes_its_depth_in_the_middle_and_half_at_its_radius():
     shadow = Shadow(np.zeros(2), 0.3, 40.0, 5.0)
     away = np.array([[0.0, 0.0], [40.0, 0.0], [0.0, 90.0]])
     np.testing.assert_allclose(shadow.passes(away), [0.7, 0.85, 1.0], atol=1e-6)
+
+
+def test_the_edge_of_a_shadow_is_a_normal_law_of_its_deviation():
+    shadow = Shadow(np.array([3.0, -2.0]), 0.4, 40.0, 5.0)
+    away = 40 + 5 * np.linspace(-2, 2, 9)
+    places = shadow.middle + away[:, None] * [0.6, 0.8]
+    expected = 1 - 0.4 * norm.sf(np.linspace(-2, 2, 9))
+    np.testing.assert_allclose(shadow.passes(places), expected, rtol=1e-9)
 
 
 def test_drawn_light_stays_in_its_ranges():

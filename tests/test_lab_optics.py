@@ -109,6 +109,17 @@ def test_blur_grows_from_centre_to_corner_with_the_square_of_the_radius():
         assert variance == pytest.approx(expected, rel=0.01, abs=2e-3)
 
 
+@pytest.mark.parametrize("fineness", [2, 3])
+def test_blur_is_alike_on_all_sides_of_the_centre_however_fine_the_pixels(fineness):
+    optics = Optics(blur_sd_px=(0.3, 3.0))
+    rng = np.random.default_rng(fineness)
+    quarter = rng.random((24 * fineness, 31 * fineness), np.float32)
+    half = np.hstack([quarter, quarter[:, ::-1]])
+    blurred = optics.apply(np.vstack([half, half[::-1]]), fineness)
+    np.testing.assert_allclose(blurred[:, ::-1], blurred, atol=1e-5)
+    np.testing.assert_allclose(blurred[::-1], blurred, atol=1e-5)
+
+
 def test_pinhole_falls_off_as_the_fourth_power_of_the_cosine():
     focal, width, height = 300.0, 400, 300
     light = Optics(exit_pupil_px=focal).vignetting(width, height)

@@ -79,6 +79,17 @@ def test_one_depth_is_found_with_the_shape():
     assert abs(share(found.camera) - 1) < abs(share(linear.camera) - 1) / 2
 
 
+@pytest.mark.parametrize("noise_px", [0.3, 0.6])
+def test_features_that_only_noise_moves_miss_by_one_standard_deviation(noise_px):
+    rng, push = np.random.default_rng(2), 0.3
+    before, after = scene(800.0, push=push)
+    after = after + noise_px * rng.standard_normal(after.shape)
+    settings = MirrorSettings(prior_sd=0.1, noise_px=noise_px)
+    outline = visible_pixels(push, 2, 2)
+    found = one_depth_update(FLAT, before, after, CLAMP, settings, outline=outline)
+    assert found.rms == pytest.approx(1, abs=0.12)
+
+
 def test_depth_without_a_prior_is_refused():
     with pytest.raises(CalibrationError, match="without a prior"):
         one_depth_update(FLAT, *scene(800.0), CLAMP, MirrorSettings())

@@ -14,7 +14,7 @@ from raxel.errors import InputError
 from raxel.files import read_json
 from raxel.sets import load_set, read_image
 from raxel.sets.image_files import decode, stated_size, whole_file
-from raxel.sets.tiff import READ
+from raxel.sets.tiff import READ, as_stored
 from tests.image_sets import boards, description, write_description
 
 LZW, DEFLATE, OLD_DEFLATE, PACK_BITS = 5, 8, 32946, 32773
@@ -210,8 +210,9 @@ def test_a_file_without_end_is_not_read(tmp_path, read):
 
 
 def tagged(image, **changed):
-    """A plain grey TIFF, little-endian, with tags of our own choice."""
+    """A plain grey TIFF with tags of our own choice; order: "<" or ">"."""
     height, width = image.shape
+    order = changed.get("order", "<")
     tags = {
         256: (4, width), 257: (4, height), 258: (3, 8 * image.itemsize), 259: (3, 1),
         262: (3, changed.get("photometric", 1)), 273: (4, 0),
@@ -220,11 +221,16 @@ def tagged(image, **changed):
     }  # fmt: skip
     end = 8 + 2 + 12 * len(tags) + 4
     tags[273] = (4, end)
+    # A value of two bytes lies in the first of the four that an entry has for it.
     entries = b"".join(
-        struct.pack("<HHII", tag, kind, 1, value) for tag, (kind, value) in tags.items()
+        struct.pack(order + "HHI", tag, kind, 1)
+        + struct.pack(order + {1: "B", 3: "H", 4: "I"}[kind], value).ljust(4, b"\0")
+        for tag, (kind, value) in tags.items()
     )
-    head = b"II*\0" + struct.pack("<IH", 8, len(tags))
-    return head + entries + bytes(4) + image.astype(image.dtype).tobytes()
+    signature = {"<": b"II*\0", ">": b"MM\0*"}[order]
+    head = signature + struct.pack(order + "IH", 8, len(tags))
+    pixels = image.astype(image.dtype.newbyteorder(order)).tobytes()
+    return head + entries + bytes(4) + pixels
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
@@ -235,6 +241,18 @@ def test_pixels_of_a_tiff_stay_where_the_sensor_had_them(orientation, depth, col
     data = tagged(image, orientation=orientation)
     np.testing.assert_array_equal(decode("a.tif", data, colour), image)
     assert stated_size(data) == (20, 12)
+
+
+@pytest.mark.parametrize("orientation", [1, 3, 6])
+@pytest.mark.parametrize("kind", [3, 4])
+def test_pixels_stay_where_they_were_whichever_byte_comes_first(orientation, kind):
+    image = np.arange(12 * 20, dtype=np.uint16).reshape(12, 20)
+    data = tagged(image, order=">", orientation=orientation, kind=kind)
+    found = decode("a.tif", data, cv2.IMREAD_GRAYSCALE)
+    np.testing.assert_array_equal(found, image)
+    # An upright one has to be one, for readers that mind.
+    upright = tagged(image, order=">", orientation=1, kind=kind)
+    assert as_stored(data) == upright
 
 
 @pytest.mark.parametrize("kind", [1, 4])

@@ -122,7 +122,8 @@ def test_no_calibration_weights_by_it_yet(calibrate):
     pixels = pixel_grid(WIDTH, HEIGHT)
     without, with_sd = (calibrate(v).camera.rays(pixels) for v in (views, stated))
     assert without.valid.any()
-    np.testing.assert_array_equal(with_sd.directions, without.directions)
+    # Sums run in another order where memory begins elsewhere.
+    np.testing.assert_allclose(with_sd.directions, without.directions, atol=1e-12)
 
 
 def test_nobody_s_word_is_nan_and_wrong_words_are_refused():
