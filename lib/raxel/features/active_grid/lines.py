@@ -23,12 +23,13 @@ class Pieces(NamedTuple):
     """S pieces of lines, RECORDS means each, of K pixels.
 
     waves: (S, RECORDS, K) complex64, of unit length; basis: (S, RECORDS, 6), `basis_of`
-    their places; phase: (S, RECORDS), of the means, unwrapped.
+    their places; phase: (S, RECORDS), of the means, unwrapped; back: its exp(-i phase).
     """
 
     waves: np.ndarray
     basis: np.ndarray
     phase: np.ndarray
+    back: np.ndarray
 
 
 class _Stripes(NamedTuple):
@@ -69,14 +70,18 @@ def _lines(stack, sines, noise, limit, along):
     count = max(1, min(most, across_px // (2 * ACROSS)))
     first = np.linspace(0, across_px - ACROSS, count + 2)[1:-1].astype(int)
     taken = (first[:, None] + np.arange(ACROSS)).ravel()
-    pictures = (stack.images[k] for k in sines.steps)
-    light = np.array([p[taken] if along else p[:, taken].T for p in pictures])
-    weights = sines.weights.astype(np.float32)
-    sine, cosine, mean = np.tensordot(weights, light.astype(np.float32), 1)
+    light = np.empty((len(taken), len(sines.steps), stack.shape[along]), np.float32)
+    for j, k in enumerate(sines.steps):
+        light[:, j] = stack.images[k][taken] if along else stack.images[k][:, taken].T
+    # Line by line: so small a product is not shared out to threads, which takes longer.
+    sine, cosine, mean = (sines.weights.astype(np.float32) @ light).swapaxes(0, 1)
     size = np.hypot(sine, cosine)
     good = size**2 > MIN_MODULATION**2 * 2 / len(sines.steps) * noise.at(mean)
-    good &= light.max(axis=0) < limit
-    waves = (cosine + 1j * sine) / np.maximum(size, np.float32(1e-6))
+    good &= light.max(axis=1) < limit
+    part = np.float32(1) / np.maximum(size, np.float32(1e-6))
+    waves = np.empty(size.shape, np.complex64)
+    np.multiply(cosine, part, out=waves.real)
+    np.multiply(sine, part, out=waves.imag)
     waves = waves.reshape(count, ACROSS, -1)
     return _Stripes(waves, good.reshape(waves.shape).all(axis=1), first + ACROSS // 2)
 
@@ -116,15 +121,16 @@ def _cut(lines, pitch, count, shape, along):
     first, line, pixels = first[kept], line[kept], pixels[kept]
     across = np.arange(ACROSS)[:, None]
     waves = lines.waves[line[:, None, None, None], across, pixels[:, :, None]]
-    one, other = waves[:, :, 0].sum(axis=2), waves[:, :, -1].sum(axis=2)
-    aslant = np.median(np.abs(np.angle(one * other.conj())), axis=1)
-    waves = waves.reshape(len(line), RECORDS, ACROSS * used)
-    phase = np.unwrap(np.angle(waves.sum(axis=2)), axis=1)
+    whole = waves.reshape(len(line), RECORDS, ACROSS * used)
+    phase = np.unwrap(np.angle(whole.sum(axis=2)), axis=1)
     ripples = np.abs(phase[:, -1] - phase[:, 0]) * count / (2 * np.pi)
-    kept = (ripples > RIPPLES[0]) & (ripples < RIPPLES[1])
-    kept &= aslant * count / (2 * np.pi) < MOST_ASLANT
+    kept = np.flatnonzero((ripples > RIPPLES[0]) & (ripples < RIPPLES[1]))
+    one, other = (waves[kept, :, k].sum(axis=2) for k in (0, -1))
+    aslant = np.median(np.abs(np.angle(one * other.conj())), axis=1)
+    kept = kept[aslant * count / (2 * np.pi) < MOST_ASLANT]
     place = 2 * (first[kept] + (used - 1) / 2) / (n - 1) - 1
     aside = 2 * lines.middle[line[kept], None] / (shape[1 - along] - 1) - 1
     places = np.broadcast_arrays(place, aside)
     basis = basis_of(*(places if along else places[::-1]))
-    return Pieces(waves[kept], basis, phase[kept])
+    phase = phase[kept]
+    return Pieces(whole[kept], basis, phase, np.exp(-1j * phase))

@@ -14,6 +14,7 @@ polynomial of its own, through the very arithmetic that decodes: per pixel first
 means of neighbours. So noise and fine patterns weaken the ripple alike in both.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -184,15 +185,15 @@ def _fitted(pieces, sines, with_field):
     count = len(sines.steps)
     used = _used(count, with_field)
     usual = _usual(count)[used]
-    values, weights, as_seen = np.zeros(9), None, None
+    values, weights = np.zeros(9), None
     blind = _blind_to_polynomials()
     for _ in range(ROUNDS):
-        ripple = _ripple_of(values, sines, STEPS_ASKED)
+        # Where all numbers are 0, one of Newton's steps says that nothing is shifted.
+        ripple = _ripple_of(values, sines, STEPS_ASKED if values.any() else 1)
         found = [_corrected(own, ripple) for own in pieces]
         rest, slopes = (np.concatenate(part) for part in zip(*found, strict=True))
         rest, slopes = (blind @ rest[..., None])[..., 0], blind @ slopes
-        as_seen = rest if as_seen is None else as_seen
-        asked = slopes[..., used]
+        asked = np.take(slopes, used, axis=2)
         change, weights = _step(values[used], usual, rest, asked, weights)
         values[used] += change
         values[0] = np.clip(values[0], -MOST_SHARE, MOST_SHARE)
@@ -227,7 +228,7 @@ def _of_fit(covariance, used, basis):
     """Mean square in periods of what the numbers' own uncertainty makes of phases."""
     full = np.zeros((9, 9))
     full[np.ix_(used, used)] = covariance
-    own = np.mean(np.einsum("np,pq,nq->n", basis, full[:6, :6], basis))
+    own = np.sum(full[:6, :6] * (basis.T @ basis)) / len(basis)
     return (own + np.trace(full[6:, 6:])) / 2 / (2 * np.pi) ** 2
 
 
@@ -238,8 +239,7 @@ def _of_pieces(rest, slopes, weights):
     """
     kept = weights > 0
     rest, slopes, weights = rest[kept], slopes[kept], weights[kept]
-    normal = np.einsum("snp,snq->spq", slopes, slopes)
-    right = np.einsum("snp,sn->sp", slopes, rest)
+    normal, right = slopes.swapaxes(1, 2) @ slopes, _right(slopes, rest)
     found = np.linalg.solve(normal, right[..., None])[..., 0]
     squares = weights * np.sum(found * right, axis=1)
     # Of chi squared with two degrees of freedom the median is 2 ln 2, and its relative
@@ -282,6 +282,7 @@ def _ripple_of(values, sines, times):
     return Ripple(len(sines.steps), sines.offset, times, share, terms)
 
 
+@cache
 def _blind_to_polynomials():
     """(RECORDS, RECORDS): what polynomials do not explain of means along a line."""
     place = np.linspace(-1, 1, RECORDS)
@@ -307,17 +308,32 @@ def _step(values, usual, rest, slopes, weights):
         weights = np.full(len(rest), 1 / np.mean(rest**2))
     for _ in range(2):
         normal = _normal(usual, slopes, weights)
-        right = np.einsum("s,snp,sn->p", weights, slopes, rest) - values / usual**2
+        right = weights @ _right(slopes, rest) - values / usual**2
         change = np.linalg.solve(normal, right)
         left = np.sum((rest - slopes @ change) ** 2, axis=1) / free
-        smooth = np.quantile(left, 0.25)
+        smooth = _lower_quartile(left)
         # What lies across a break, or is bent more than a polynomial, says nothing.
         weights = (left < ROUGH * smooth) / np.maximum(left, smooth)
     return change, weights
 
 
 def _normal(usual, slopes, weights):
-    return np.einsum("s,snp,snq->pq", weights, slopes, slopes) + np.diag(1 / usual**2)
+    of_pieces = slopes.swapaxes(1, 2) @ slopes
+    return np.tensordot(weights, of_pieces, 1) + np.diag(1 / usual**2)
+
+
+def _right(slopes, rest):
+    """(S, p), each piece's right side of the normal equations."""
+    return (slopes.swapaxes(1, 2) @ rest[..., None])[..., 0]
+
+
+def _lower_quartile(values):
+    """As `np.quantile` has it, which takes longer to start than to find it."""
+    place = (len(values) - 1) / 4
+    below = int(place)
+    ends = below, min(below + 1, len(values) - 1)
+    low, high = np.partition(values, ends)[list(ends)]
+    return low + (high - low) * (place - below)
 
 
 def _covariance(usual, rest, slopes, weights):
@@ -326,7 +342,7 @@ def _covariance(usual, rest, slopes, weights):
     The latter is larger where surfaces are not as smooth as a polynomial.
     """
     inverse = np.linalg.inv(_normal(usual, slopes, weights))
-    pulls = inverse @ np.einsum("s,snp,sn->ps", weights, slopes, rest)
+    pulls = inverse @ (weights[:, None] * _right(slopes, rest)).T
     known = np.count_nonzero(weights)
     scatter = pulls @ pulls.T * known / max(known - len(inverse), 1)
     share = np.trace(scatter @ np.linalg.inv(inverse)) / len(inverse)
@@ -339,7 +355,7 @@ def _corrected(pieces, ripple):
     share = (pieces.basis @ ripple.share).astype(np.float32)
     settings = _settings(ripple)
     sums, slopes = _means(pieces.waves, share, *settings)
-    phase = pieces.phase + np.angle(sums * np.exp(-1j * pieces.phase))
+    phase = pieces.phase + np.angle(sums * pieces.back)
     of_share = slopes[..., :1] * pieces.basis
     return phase, np.concatenate([of_share, slopes[..., 1:]], axis=-1)
 
