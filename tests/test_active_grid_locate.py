@@ -7,7 +7,7 @@ from raxel.errors import InputError
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.bias import OF_SIGMA, OF_WINDOWS, squared_bias
 from raxel.features.active_grid.coding import read_coding
-from raxel.features.active_grid.response import no_ripple
+from raxel.features.active_grid.undoing import no_ripple
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.response import Ripple, response_warnings, undone
+from raxel.features.active_grid.response import lower_quartile, response_warnings
+from raxel.features.active_grid.undoing import Ripple, undone
 from tests.active_grids import drawn
 
 SIZE = 480, 360
@@ -136,3 +137,10 @@ def test_three_steps_that_tell_nothing_are_warned_of():
     assert len(response_warnings(found, False)) == 2
     assert not response_warnings(found, True)
     assert not response_warnings(seen(2.2, 3)[0], False)
+
+
+def test_the_lower_quartile_is_numpys():
+    rng = np.random.default_rng(3)
+    for count in (1, 2, 5, 6, 7, 100):
+        values = rng.normal(size=count)
+        assert lower_quartile(values) == pytest.approx(np.quantile(values, 0.25))

@@ -29,7 +29,7 @@ from raxel.cameras import (
 from raxel.features import find_board
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.lookup import pixels_of
-from raxel.features.active_grid.response import no_ripple, undone
+from raxel.features.active_grid.undoing import no_ripple, undone
 from raxel.features.celect import celect
 from raxel.geometry import (
     intersect_rays_plane,

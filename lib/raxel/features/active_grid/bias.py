@@ -14,7 +14,7 @@ import numpy as np
 
 from raxel.features.active_grid.layout import SQUARE, UNKNOWN
 from raxel.features.active_grid.reading import MIN_MODULATION
-from raxel.features.active_grid.response import undone
+from raxel.features.active_grid.undoing import undone
 
 OF_WINDOWS, OF_NEIGHBOURS = 4.0, 2 / 3  # variances of 7 x 7 and 3 x 3 pixels, px^2
 HALF, QUARTER = SQUARE // 2, SQUARE // 4

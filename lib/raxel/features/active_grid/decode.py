@@ -44,14 +44,10 @@ from raxel.features.active_grid.noise import Noise, estimate_noise
 from raxel.features.active_grid.orders import told_cells
 from raxel.features.active_grid.places import place_rows
 from raxel.features.active_grid.reading import read_rows
-from raxel.features.active_grid.response import (
-    UNTOLD,
-    Response,
-    measured_response,
-    ripples_of,
-)
+from raxel.features.active_grid.response import UNTOLD, Response, measured_response
 from raxel.features.active_grid.rim import leave_out_breaks, trim_rim, trim_sides
 from raxel.features.active_grid.stack import PictureStack
+from raxel.features.active_grid.undoing import ripples_of
 from raxel.processors import processors
 
 ROWS_AT_ONCE = 128
