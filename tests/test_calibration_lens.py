@@ -7,6 +7,7 @@ import pytest
 
 from raxel.calibration import calibrate_lens
 from raxel.calibration.parametric.lens_laws import LensFormula, imaged_points
+from raxel.calibration.parametric.radial_alignment import LAWS
 from raxel.cameras import UnifiedSphereCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import evaluate_camera
@@ -21,6 +22,19 @@ LAW_OF = {
     "moving pupil": ["kannala-brandt"],
 }
 CASES = [(name, law) for name, laws in LAW_OF.items() for law in laws]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=["equidistance", "pinhole"])
+def test_laws_to_start_from_agree_with_themselves(law):
+    theta, step = np.linspace(0.05, 1.2, 24), 1e-6
+    radius = law.radius(theta)
+    np.testing.assert_allclose(law.angle(radius), theta, rtol=1e-12)
+    slope = (law.radius(theta + step) - law.radius(theta - step)) / (2 * step)
+    np.testing.assert_allclose(law.turned(radius), slope, rtol=1e-8)
+    # Near the axis, where the next term of a tangent is 2 theta^4 / 15.
+    near = theta[theta < 0.2]
+    series = near * (1 + law.k1 * near**2)
+    np.testing.assert_allclose(law.radius(near), series, rtol=0.14 * 0.2**4)
 
 
 @pytest.mark.parametrize("base", ["kannala-brandt", "unified", "perspective"])

@@ -175,6 +175,18 @@ def test_centrality_ends_a_billionth_of_a_millimetre_off_the_focus():
     assert not misaligned(PARALLEL, *PARABOLOID, (0, 0, 0), (1e-9, 0, 0)).central
 
 
+@pytest.mark.parametrize("side", ["inside", "outside"])
+def test_a_mirror_is_turned_about_its_apex_by_axes_of_the_viewer(side):
+    """Whichever way its own axes point."""
+    turn, offset = np.array([0.02, -0.03, 0.01]), np.array([1.0, -2.0, 0.5])
+    mirror = "hyperboloid", (20.0, 30.0), 25.0
+    straight = aligned(PINHOLE, *mirror, side=side).T_viewer_mirror
+    moved = misaligned(PINHOLE, *mirror, offset, turn, side=side).T_viewer_mirror
+    R = rotation_from_vector(turn)
+    np.testing.assert_allclose(moved[:3, :3], R @ straight[:3, :3], atol=1e-12)
+    np.testing.assert_allclose(moved[:3, 3], straight[:3, 3] + offset)
+
+
 def test_a_viewer_tilted_about_its_focus_stays_central():
     straight = aligned(PINHOLE, *HYPERBOLOID)
     T = pose(rotation_from_vector([0.1, 0.05, 0]), [0, 0, 0]) @ straight.T_viewer_mirror

@@ -100,3 +100,15 @@ def test_a_shift_of_the_image_is_measured_from_what_pixels_see():
     moved = seen(u - 1.2, v + 0.7)
     moved[:20] = np.nan
     np.testing.assert_allclose(shift_between(seen(u, v), moved), [1.2, -0.7], atol=0.01)
+
+
+def test_skewness_is_the_mean_cube_of_products_between_all_points():
+    """Mardia's b1 by its definition, the same in any axes."""
+    points = RNG.gamma(1.5, size=(200, 2)) @ [[1.0, 0.4], [0.0, 0.7]]
+    off = points - points.mean(axis=0)
+    between = off @ np.linalg.inv(off.T @ off / len(off)) @ off.T
+    expected = np.mean(between**3)
+    assert expected > 1
+    for turn in (0.0, 0.7):
+        R = rotation_from_vector(np.array([0, 0, turn]))[:2, :2]
+        assert scatter_of(points @ R.T)["skewness"] == pytest.approx(expected)

@@ -96,14 +96,17 @@ def test_white_noise_has_the_mean_and_the_deviation_that_are_told(scene):
     own = own_space(scene, SplineOrder((5, 3)))
     _, fitted = primary(scene, decoded_in(scene, own))(SplineOrder((5, 3)))
     exact, rng = fitted.points - fitted.residuals, np.random.default_rng(3)
-    drawn = [
-        whiteness(
-            fitted._replace(points=exact + rng.normal(0, 0.02, exact.shape))
-        ).excess
+    noisy = [
+        fitted._replace(points=exact + rng.normal(0, 0.02, exact.shape))
         for _ in range(60)
     ]
+    drawn = [whiteness(one).excess for one in noisy]
     assert abs(np.mean(drawn)) < 3 / np.sqrt(len(drawn))
     assert np.std(drawn) == pytest.approx(1, abs=0.3)
+    # Coefficients that were not fitted to this noise take none of it away.
+    spent = 1 - len(fitted.coefficients) / (2 * len(exact))
+    variance = spent * np.mean([one.variance for one in noisy])
+    assert variance == pytest.approx(0.02**2, rel=0.03)
 
 
 def test_poses_that_are_off_do_not_make_residuals_coloured(scene):
