@@ -96,7 +96,9 @@ class Photo(NamedTuple):
     """What becomes of the light. blur: its kernel over parts of pixels, or None; light:
     (du, dv, fall) slope over the picture and fall towards its corners; grey: of black
     and white; gamma: of the response; noise: SD in grey levels; shot: share of it that
-    grows with the root of the light; quality: of the coding, None for none."""
+    grows with the root of the light; mosaic: whether every pixel sees one colour only;
+    sharpened: so many times what a Gaussian of 1 px takes off is added; quality: of the
+    coding, None for none."""
 
     blur: np.ndarray = None
     light: tuple = (0.0, 0.0, 0.0)
@@ -104,6 +106,8 @@ class Photo(NamedTuple):
     gamma: float = 1.0
     noise: float = 1.0
     shot: float = 0.0
+    mosaic: bool = False
+    sharpened: float = 0.0
     quality: int = None
 
 
@@ -123,12 +127,23 @@ def drawn(lens, board, photo, rng):
     grey = 255 * np.maximum(light, 0) ** (1 / photo.gamma)
     own = np.sqrt(1 - photo.shot + photo.shot * np.clip(grey, 0, 255) / 128)
     grey = grey + photo.noise * own * rng.standard_normal(grey.shape)
-    picture = np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+    picture = _eight_bits(grey)
+    if photo.mosaic:
+        colour = cv2.cvtColor(picture, cv2.COLOR_BayerBG2BGR)
+        picture = cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY)
+    if photo.sharpened:
+        grey = picture.astype(np.float32)
+        grey += photo.sharpened * (grey - cv2.GaussianBlur(grey, (0, 0), 1.0))
+        picture = _eight_bits(grey)
     if photo.quality:
         options = [cv2.IMWRITE_JPEG_QUALITY, photo.quality]
         coded = cv2.imencode(".jpg", picture, options)[1]
         picture = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE)
     return picture, lens.pixels(board.points())
+
+
+def _eight_bits(grey):
+    return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
 
 
 def _light(lens, board):

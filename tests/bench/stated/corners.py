@@ -2,7 +2,9 @@
 
 Boards are drawn by the formulas of `_drawn`; on recorded sets, whose folder
 RAXEL_RECORDED names, the consensus of other detectors stands for the truth, and its
-own error counts as the corner's. `within` counts axes of corners; `beyond3` corners
+own error counts as the corner's: `truth_px` is how far they are from it, the farthest
+of each corner, the median of all. Where one detector alone is the reference its corners
+only say whether a board is right. `within` counts axes of corners; `beyond3` corners
 whose distance from the truth is more than 3 SD of an axis, of which a Gaussian has
 1.1 %. A decile is of the stated SD, over a set.
 """
@@ -16,6 +18,7 @@ import numpy as np
 from raxel.evaluation.reference_corners import corner_errors, is_right
 from raxel.features import find_board
 from raxel.features.lattice import orders, symmetries
+from raxel.files import read_json
 from raxel.sets import load_reference, load_set, read_image
 from tests.bench.stated._drawn import (
     Board,
@@ -31,7 +34,7 @@ from tests.bench.stated._drawn import (
 WHAT = (
     "Corners of chessboards: drawn through five lenses in blur, noise, coding and "
     "light of many kinds, ten pictures a set, and photographed, with the consensus of "
-    "other detectors for the truth"
+    "other detectors for the truth, whose own error counts as the corner's"
 )
 TITLES = {
     "sd_px": "Stated SD (px)",
@@ -39,6 +42,7 @@ TITLES = {
     "least_decile": "Least of a decile",
     "most_decile": "Most of a decile",
     "beyond3": "Corners beyond 3 SD (%)",
+    "truth_px": "Detectors apart (px)",
     "right_wrong_refused": "Right / wrong / refused",
     "without_size": "Without the size",
 }
@@ -55,6 +59,8 @@ LENSES = {
     "mirror": Lens("mirror", 170.0, 640, 640),
 }
 NEAR = Lens("equidistant", 220.0, 720, 720)
+ALONG_PIXELS = "along"
+NONE = np.zeros((0, 2)), np.zeros(0)
 
 
 def measured():
@@ -63,7 +69,8 @@ def measured():
         rng = np.random.default_rng([SEED, number])
         yield from _rows(name, [_tried(*_picture(name, rng)) for _ in range(PICTURES)])
     for folder in sorted(RECORDED.glob("*/corners.json")):
-        yield from _rows(folder.parent.name, list(_photographs(folder.parent)))
+        pictures = list(_photographs(folder.parent))
+        yield from _rows(folder.parent.name, pictures, _apart(folder))
 
 
 def _lens(lens, rng):
@@ -132,6 +139,23 @@ def _near(rng):
     return NEAR, None, Photo(blur, light, grey, gamma, noise=_low(rng))
 
 
+def _aligned(rng):
+    photo = Photo(gaussian(rng.uniform(0.3, 1)), noise=_low(rng))
+    return PLAIN, ALONG_PIXELS, photo
+
+
+def _sharpened(rng):
+    blur, sharpened = gaussian(rng.uniform(0.4, 1)), rng.uniform(0.3, 1.2)
+    quality = int(rng.uniform(85, 97))
+    photo = Photo(blur, noise=_low(rng), sharpened=sharpened, quality=quality)
+    return PLAIN, (18, 40), photo
+
+
+def _mosaic(rng):
+    photo = Photo(gaussian(rng.uniform(0.7, 1.2)), noise=_low(rng), mosaic=True)
+    return PLAIN, (18, 40), photo
+
+
 SETS = {
     **{name: lambda rng, lens=lens: _lens(lens, rng) for name, lens in LENSES.items()},
     "near board in a fisheye": _near,
@@ -146,6 +170,9 @@ SETS = {
     "uneven light": _uneven,
     "clipped whites": _clipped,
     "without noise": _clean,
+    "edges along the pixels": _aligned,
+    "sharpened, JPEG 85 to 97": _sharpened,
+    "colour mosaic": _mosaic,
 }
 
 
@@ -155,6 +182,8 @@ def _picture(name, rng):
         lens, squares, photo = SETS[name](rng)
         if squares is None:
             board = _board_before(lens, rng)
+        elif squares == ALONG_PIXELS:
+            board = _board_along(lens, rng)
         else:
             board = board_in_view(lens, *SIZE, rng.uniform(*squares), rng)
         if board is not None:
@@ -176,6 +205,15 @@ def _board_before(lens, rng):
     return board if inside and min(steps) > 8 else None
 
 
+def _board_along(lens, rng):
+    """A board whose edges run along the pixels, nearly."""
+    turn = np.append(0.03 * _unit(rng), rng.uniform(-0.03, 0.03))
+    R = cv2.Rodrigues(turn)[0]
+    middle = np.append((np.array(SIZE) - 1) / 2 + rng.uniform(-1, 1, 2), 0)
+    distance = np.array([0, 0, lens.focal / rng.uniform(24, 40)])
+    return Board(*SIZE, R, distance - R @ middle)
+
+
 def _unit(rng):
     angle = rng.uniform(0, 2 * np.pi)
     return np.array([np.cos(angle), np.sin(angle)])
@@ -192,9 +230,8 @@ def _tried(image, truth):
 
 
 def _of_best(found, truth):
-    none = np.zeros((0, 2)), np.zeros(0)
     if not found.found or {found.columns, found.rows} != set(SIZE):
-        return none
+        return NONE
     options = [
         (found.corners[order] - truth, found.sd[order])
         for order, size in orders(found.columns, found.rows)
@@ -214,6 +251,7 @@ def _photographs(folder):
     """As `_tried`, of each photograph of a recorded set, from its certain corners."""
     image_set = load_set(folder)
     reference = load_reference(image_set)
+    agreed = _agreed(folder / "corners.json")
     for view in image_set.views:
         image, known = read_image(image_set, view), reference[view.image]
         size = known.columns, known.rows
@@ -222,12 +260,22 @@ def _photographs(folder):
             is_right(corner_errors(one, known), known) if one.found else None
             for one in (told, counted)
         ]
-        yield *right, *_from_consensus(told, known)
+        consensus = told.found and view.image in agreed
+        yield *right, *(_from_consensus(told, known) if consensus else NONE)
+
+
+def _agreed(path):
+    """{image: median distance, px, of the farthest detector} of those with several."""
+    images = read_json(path)["images"]
+    apart = {name: one["spread_median_px"] for name, one in images.items()}
+    return {name: px for name, px in apart.items() if px is not None}
+
+
+def _apart(path):
+    return float(np.median(list(_agreed(path).values())))
 
 
 def _from_consensus(found, known):
-    if not found.found:
-        return np.zeros((0, 2)), np.zeros(0)
     options = [
         order
         for order, size in symmetries(found.corners, found.columns, found.rows)
@@ -245,8 +293,8 @@ def _farthest(corners, known):
     return np.nanmax(off[known.certain])
 
 
-def _rows(name, pictures):
-    """The row of a set: all its corners, and its deciles."""
+def _rows(name, pictures, apart=0.0):
+    """The row of a set: all its corners, and its deciles. apart: px, see `truth_px`."""
     told, counted, off, sd = zip(*pictures, strict=True)
     off, sd = np.concatenate(off), np.concatenate(sd)
     missing = sum(1 for one in told if one is None)
@@ -262,6 +310,7 @@ def _rows(name, pictures):
         "least_decile": min(deciles),
         "most_decile": max(deciles),
         "beyond3": 100 * np.mean(np.linalg.norm(z, axis=1) > 3),
+        "truth_px": apart,
         "left_out": 100 * missing / len(told),
         "right_wrong_refused": _counts(told),
         "without_size": _counts(counted),
