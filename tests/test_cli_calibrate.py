@@ -236,6 +236,60 @@ def test_a_bent_board_is_told_and_used(calibrate):
     assert result["rms_px"] < 1.5 * shape["shaped_px"]
 
 
+def test_an_evaluation_takes_the_shape_that_was_found(calibrate, tmp_path, capsys):
+    _, fitted = calibrate(boards_of(PINHOLE, 3, 12, bend=2.0), "--model", "zhang")
+    again = boards_of(PINHOLE, 4, 6, bend=2.0)
+    folder, corners = write_made_set(tmp_path / "again", again)
+    command = ["evaluate", tmp_path / "camera.npz", folder, "--corners", corners]
+    command = [*map(str, command), "--json", str(tmp_path / "scores.json")]
+
+    def scored(*more):
+        assert main([*command, *map(str, more)]) == 0, capsys.readouterr().err
+        return json.loads((tmp_path / "scores.json").read_text())
+
+    flat, shaped = scored(), scored("--board", tmp_path / "result.json")
+    assert flat["board"] == "as stated"
+    assert flat["rms_px"] > 3 * shaped["rms_px"]
+    # Corners are drawn with 0.05 px along each axis; six poses take some of it.
+    assert 0.04 < shaped["rms_px"] / np.sqrt(2) < 0.06
+    unused = fitted["board_shape"]
+    for term in ("bend_x", "bend_y", "twist"):
+        unused[term]["used"] = False
+    (tmp_path / "flat.json").write_text(json.dumps(fitted))
+    assert scored("--board", tmp_path / "flat.json")["rms_px"] == flat["rms_px"]
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "told"),
+    [
+        ("size", [160, 0], "board_shape.size[1]: found 0; give a length larger than 0"),
+        ("size", [80, 100], "board_shape.size: found 80 x 100, and the set's corners"),
+        ("middle", [900, 0], "board_shape.size: found "),
+        ("twist", {"value": "2", "used": True}, "board_shape.twist.value: found '2'"),
+        ("unit", "pitch", "unit: found 'pitch', and the set is in mm"),
+        ("board_shape", [], "board_shape: found a list"),
+        ("board_shape", "left out", "board_shape: missing"),
+    ],
+)
+def test_a_shape_that_is_not_of_this_board(tmp_path, capsys, field, value, told):
+    folder, corners = write_made_set(tmp_path / "set", boards_of(PINHOLE))
+    PINHOLE.save(tmp_path / "camera.npz")
+    term = {"value": 0.1, "used": True}
+    shape = dict.fromkeys(("bend_x", "bend_y", "twist", "stretch"), term)
+    shape |= {"middle": [80, 50], "size": [160, 100]}
+    data = {"unit": "mm", "board_shape": shape}
+    (data if field in data else shape)[field] = value
+    if value == "left out":
+        del data[field]
+    path = tmp_path / "result.json"
+    path.write_text(json.dumps(data))
+    command = ["evaluate", tmp_path / "camera.npz", folder, "--corners", corners]
+    assert main([*map(str, command), "--board", str(path)]) == 2
+    printed = capsys.readouterr().err
+    assert printed.startswith(f"raxel: {path}: {told}"), printed
+    assert printed.count("\n") == 1
+
+
 def test_models_and_the_evaluation_take_missing_corners(tmp_path, monkeypatch):
     def without_some(image_set, views, options, say):
         boards = read_boards(options.corners, image_set, views)

@@ -7,7 +7,9 @@
   [--report FOLDER] [--corners FILE] [--points FOLDER] [--detector NAME]
   [--rays RESULT]` fits a camera to a set of chessboards or of active grids.
 - `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--points FOLDER]
-  [--detector NAME] [--stage N]` scores a camera; only the targets' poses are fitted.
+  [--detector NAME] [--stage N] [--board FILE]` scores a camera; only the targets'
+  poses are fitted. FILE is what `raxel calibrate --json` wrote of the same board, whose
+  bends and stretch are taken from there.
 - `raxel undistort CAMERA SET --out FOLDER` writes the images as a pinhole would see
   them: new files, or in place of those of an earlier undistort, never of others. CAMERA
   may be a view's file of points from `raxel decode`: then no camera is needed, and the

@@ -1,17 +1,26 @@
 """The board's shape as it was found with a camera, in words and as JSON."""
 
+from pathlib import Path
+
 import numpy as np
 
 from raxel.calibration.parametric.lens_board import FEWEST, STRETCH
-from raxel.calibration.views.board_shape import BENDS, TERMS
+from raxel.calibration.views.board_shape import BENDS, TERMS, BoardShape
 from raxel.cli.scores import known
+from raxel.documents import shown, validate
+from raxel.errors import InputError
+from raxel.files import read_json
 
 PER_CENT = 100.0
+SCHEMA = Path(__file__).with_name("board_shape.schema.json")
+# How far a board may reach beyond, or end within, the one whose shape is taken: of its
+# outermost corners, some may have been seen in no photograph.
+BEYOND, WITHIN = 0.01, 0.5
 
 
 def shape_fields(test):
     """A BoardTest as JSON; None where there is none. Lengths are in the unit of the
-    result; `size` is what the corners span."""
+    result; `middle` and `size` are of what the corners span."""
     if test is None:
         return None
     shape = test.shape
@@ -20,12 +29,56 @@ def shape_fields(test):
         for name, value, sd in zip(TERMS, shape.values, test.sd, strict=True)
     }
     return values | {
+        "middle": shape.middle.tolist(),
         "size": (2 * shape.half).tolist(),
         "p_bends": test.p_bends,
         "p_stretch": test.p_stretch,
         "flat_px": known(test.flat_px),
         "shaped_px": known(test.shaped_px),
     }
+
+
+def read_shape(path, unit, views):
+    """The BoardShape with which a camera was fitted, None for a board as stated.
+
+    path: of what `raxel calibrate --json` wrote; unit: of the set that is looked at;
+    views: BoardViews or DenseViews of it. Raises InputError for another file or board.
+    """
+    data = read_json(path)
+    if not isinstance(data, dict) or "board_shape" not in data:
+        raise InputError(
+            f"{path}: board_shape: missing; give the file that raxel calibrate --json "
+            "wrote"
+        )
+    if data["board_shape"] is None:
+        return None
+    kept = {name: data.get(name) for name in ("unit", "board_shape")}
+    validate(kept, path, SCHEMA)
+    if kept["unit"] != unit:
+        raise InputError(
+            f"{path}: unit: found {shown(kept['unit'])}, and the set is in {unit}; "
+            "give the file of a camera from the same board"
+        )
+    found = kept["board_shape"]
+    middle, half = np.array(found["middle"]), np.array(found["size"]) / 2
+    _check_same_board(path, middle, half, views)
+    values = [found[name]["value"] * found[name]["used"] for name in TERMS]
+    return BoardShape(middle, half, np.array(values)) if any(values) else None
+
+
+def _check_same_board(path, middle, half, views):
+    points = np.concatenate(
+        [view.points[np.isfinite(view.pixels[:, 0])] for view in views]
+    )
+    low, high = points.min(axis=0), points.max(axis=0)
+    reach = np.maximum(high - middle, middle - low) / half
+    if (reach > 1 + BEYOND).any() or (high - low < 2 * WITHIN * half).any():
+        (wide, high_mm), (own, own_high) = 2 * half, high - low
+        raise InputError(
+            f"{path}: board_shape.size: found {wide:.4g} x {high_mm:.4g}, and the "
+            f"set's corners span {own:.4g} x {own_high:.4g}; give the file of a camera "
+            "from the same board"
+        )
 
 
 def shape_line(test, unit, target):

@@ -2,6 +2,7 @@
 
 from raxel.cameras.io import load_camera
 from raxel.cli import described, scores
+from raxel.cli.board_shape import read_shape
 from raxel.cli.outputs import check_written
 from raxel.cli.seen import check_options, seen_in
 from raxel.cli.warnings import of_left_out, print_warnings
@@ -30,7 +31,7 @@ def evaluate(options, say):
     if options.json:
         check_can_be_written(options.json)
     image_set = load_set(options.set)
-    read = options.camera, options.corners, options.points
+    read = options.camera, options.corners, options.points, options.board
     check_written([options.json], [image_set], read)
     check_options(image_set, options)
     camera = load_camera(options.camera)
@@ -39,7 +40,10 @@ def evaluate(options, say):
     views = marked or image_set.views
     seen = seen_in(image_set, views, options, say)
     seen.check_enough(image_set, 1, "an evaluation")
-    right = without_wrong_corners(camera, seen.views)
+    shape = None
+    if options.board:
+        shape = read_shape(options.board, image_set.target.unit, seen.views)
+    right = without_wrong_corners(camera, seen.views, shape)
     evaluation = right.whole
     missed, words = seen.left_out(), words_of(image_set.target)
     wrong = wrong_fields(wrong_points({}, right), evaluation.n_scored)
@@ -49,6 +53,7 @@ def evaluate(options, say):
     warnings += described.misfit_warnings(found, *DOES_NOT_FIT, words)
     if options.json:
         result = {"set": image_set.name, "camera": options.camera}
+        result["board"] = options.board or "as stated"
         result["views_scored"] = "marked evaluate" if marked else UNMARKED
         result |= scores.as_json(evaluation)
         result |= seen.fields()

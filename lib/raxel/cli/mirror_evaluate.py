@@ -26,7 +26,7 @@ def evaluate_mirror_set(options, say):
     if options.json:
         check_can_be_written(options.json)
     mirror_set = load_mirror_set(options.set)
-    for option in NOT_OF_A_MIRROR:
+    for option in (*NOT_OF_A_MIRROR, "board"):
         if getattr(options, option, None):
             raise InputError(
                 f"--{option}: found with {mirror_set.description}, a mirror set; "

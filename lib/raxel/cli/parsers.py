@@ -4,9 +4,8 @@ What runs a command stands in `running`.
 """
 
 import argparse
-import math
 
-from raxel.cli import mirror_parsers, running
+from raxel.cli import mirror_parsers, numbers, running
 from raxel.cli.names import read_name, written_name
 from raxel.cli.terminal import on_one_line
 
@@ -123,9 +122,16 @@ def _add_evaluate(commands):
     parser.add_argument(
         "--stage",
         metavar="N",
-        type=_seed,
+        type=numbers.seed,
         help="of a mirror set: whose camera it is, the number of deflections before; "
         "default: as the name of CAMERA ends, such as mirror-2.npz, else the last",
+    )
+    parser.add_argument(
+        "--board",
+        type=read_name,
+        metavar="FILE",
+        help="take the board's shape from what raxel calibrate --json wrote: the same "
+        "board; default: as stated in set.yaml",
     )
     _add_corners_file(parser)
     _add_points_folder(parser)
@@ -172,7 +178,7 @@ def _add_render(commands):
     )
     parser.add_argument(
         "--seed",
-        type=_seed,
+        type=numbers.seed,
         default=0,
         help="of poses and noise; the same seed gives the same bytes (default 0)",
     )
@@ -185,21 +191,21 @@ def _add_patterns(commands):
     parser = commands.add_parser("patterns", help=summary, description=summary)
     for side in ("width", "height"):
         parser.add_argument(
-            f"--{side}", type=_count, required=True, help="of the monitor, px"
+            f"--{side}", type=numbers.count, required=True, help="of the monitor, px"
         )
     parser.add_argument(
-        "--cells", type=_count, default=8, help="along either axis (default 8)"
+        "--cells", type=numbers.count, default=8, help="along either axis (default 8)"
     )
     parser.add_argument(
         "--steps",
-        type=_count,
+        type=numbers.count,
         default=6,
         help="of the sines: 6 (default) or more are disturbed by no order of a "
         "monitor's response below the fifth, 4 by the third",
     )
     parser.add_argument(
         "--offset",
-        type=_part,
+        type=numbers.part,
         metavar="PART",
         default=0.0,
         help="of a period by which sines are ahead: 0.25 for cosines (default 0)",
@@ -208,18 +214,18 @@ def _add_patterns(commands):
         "--size-mm",
         metavar=("W", "H"),
         nargs=2,
-        type=_length,
+        type=numbers.length,
         help="of the lit area, for set.yaml",
     )
     parser.add_argument(
         "--chessboard",
         metavar=("COLUMNS", "ROWS"),
         nargs=2,
-        type=_count,
+        type=numbers.count,
         help="of inner corners: one more picture, to be shown in the same pose",
     )
     parser.add_argument(
-        "--poses", type=_count, default=1, help="that set.yaml lists (default 1)"
+        "--poses", type=numbers.count, default=1, help="that set.yaml lists (default 1)"
     )
     parser.add_argument(
         "--out", type=written_name, metavar="FOLDER", required=True, help="a new folder"
@@ -254,7 +260,7 @@ def _add_decode(commands):
     parser.add_argument(
         "--margin",
         metavar="PX",
-        type=_seed,
+        type=numbers.seed,
         help="leave out so much at the rim of the lit area and at jumps (default: as "
         "far as windows and the blur reach, 6 at least)",
     )
@@ -278,7 +284,7 @@ def _add_show(commands):
     )
     _add_corners_file(parser)
     parser.add_argument(
-        "--seed", type=_seed, default=0, help="of a rig's poses (default 0)"
+        "--seed", type=numbers.seed, default=0, help="of a rig's poses (default 0)"
     )
     parser.add_argument(
         "--out",
@@ -326,39 +332,6 @@ def _add_bench(commands):
         "--json", type=written_name, metavar="FILE", help="write the scores here"
     )
     parser.set_defaults(command=running.run_bench)
-
-
-def _seed(text):
-    if not text.isascii() or not text.isdigit() or len(text) > 18:
-        raise argparse.ArgumentTypeError(f"found {text!r}; give a whole number from 0")
-    return int(text)
-
-
-def _length(text):
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0 < number <= 1e6:
-        raise argparse.ArgumentTypeError(f"found {text!r}; give a length in mm")
-    return number
-
-
-def _part(text):
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not abs(number) <= 1:
-        raise argparse.ArgumentTypeError(f"found {text!r}; give a number, -1 to 1")
-    return number
-
-
-def _count(text):
-    number = _seed(text)
-    if not 1 <= number <= 32000:
-        raise argparse.ArgumentTypeError(f"found {text}; give 1 to 32000")
-    return number
 
 
 def _command(commands, name, summary, run, camera=None, folder=A_SET):
