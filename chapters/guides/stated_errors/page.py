@@ -40,10 +40,15 @@ def ext_stated_record(effort):
 #   {glue:text}`drawn.ratio.least` to {glue:text}`drawn.ratio.most` times the stated
 #   one, and up to {glue:text}`drawn.beyond3.most` % of a set's corners are more than
 #   three standard deviations off; were errors Gaussian, it would be 1.1 %. In
-#   {glue:text}`photographed.rows` photographed sets the spread is
-#   {glue:text}`photographed.ratio.least` to {glue:text}`photographed.ratio.most`
-#   times the stated one, with {glue:text}`photographed.beyond3.least` to
-#   {glue:text}`photographed.beyond3.most` % beyond three.
+#   {glue:text}`photographed.rows` photographed sets the spread about a consensus of
+#   detectors is {glue:text}`photographed.ratio.least` to
+#   {glue:text}`photographed.ratio.most` times the stated one, with
+#   {glue:text}`photographed.beyond3.least` to {glue:text}`photographed.beyond3.most` %
+#   beyond three. There the truth itself is uncertain: those detectors are
+#   {glue:text}`photographed.truth_px.least` to
+#   {glue:text}`photographed.truth_px.most` px apart, while
+#   {glue:text}`photographed.sd_px.least` to {glue:text}`photographed.sd_px.most` px are
+#   stated.
 # - **Boards.** Of {glue:text}`boards.given.pictures` photographs of boards,
 #   {glue:text}`boards.given.right` are read right where their size is told,
 #   {glue:text}`boards.given.wrong` wrong, and {glue:text}`boards.given.refused` are
@@ -88,15 +93,23 @@ def ext_stated_record(effort):
 # show_table("ext_stated_corners", digits=3)
 
 # %% [markdown]
-# A corner's standard deviation has two parts. Noise of pixels goes through the fit of
-# two edges exactly. What else moves a corner (ink, a lens's blur that is not the same
+# A corner's standard deviation has three parts. Noise of pixels goes through the fit of
+# two edges exactly. What else moves a corner (compression, a blur that is not the same
 # to all sides, bends within the window) shows where the near part of the window says
-# something else than the far part, and corners around one share that factor.
+# something else than the far part; by that factor the first part is multiplied, and
+# corners around one have a say in it. The last part is a small constant for what
+# pixels do to edges that are as sharp as they are.
 #
 # *Error over stated* is a robust standard deviation of the errors over the stated
 # ones, so 1 is what it should be; below, too much is stated. A decile holds a tenth of
-# a set's corners, from the least to the most certain. On photographs the consensus of
-# several detectors stands for the truth, and its own error counts here as ours.
+# a set's corners, from the least to the most certain.
+#
+# On photographs nobody knows the truth. A consensus of several detectors stands for
+# it, and its own error counts here as ours: *detectors apart* is how far the farthest
+# of them lies from it, in the median. So these rows say that both together are larger
+# than stated, not whose the error is. What near and far cannot see is an error that a
+# whole edge shares: behind a sharp colour mosaic, edges along the pixels are off by
+# several stated deviations.
 #
 # ## Boards
 

@@ -73,7 +73,8 @@ def facts(record):
     found = {"command": record.settings["command"]}
     photographed = where(record, "corners", PHOTOGRAPHED)
     for kind, own in (("drawn", ~photographed), ("photographed", photographed)):
-        ranges = _ranges(record, "corners", ("ratio", "beyond3"), own)
+        names = "ratio", "beyond3", "truth_px", "sd_px"
+        ranges = _ranges(record, "corners", names, own)
         found |= {name.replace("corners", kind): x for name, x in ranges.items()}
     found |= _ranges(record, "decoding", ("within1", "within3", "left_out"))
     found |= _ranges(record, "decoding_hard", ("within1", "within3"))
