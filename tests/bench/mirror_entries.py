@@ -7,19 +7,15 @@ data/records/mirrors.json.
     python -m tests.bench.mirror_entries
 """
 
-import platform
-import subprocess
 import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
-
-import cv2
-import numpy as np
 
 from chapters.guides.mirror_benchmark.trials import LEVELS, RIGS, SEEDS, entries
 from raxel.files import write_json
 from raxel.lab.mirror_set_rig import load_mirror_set_rig
 from raxel.lab.render_mirror_set import render_mirror_set
+from tests.bench.provenance import commit, versions
 
 RECORD = Path("data/records/mirrors.json")
 SETS = Path("data/rigs/mirror-sets")
@@ -45,12 +41,7 @@ def recorded():
         "belong to one machine. No build makes it again, since each set takes a "
         "quarter of a minute.",
         "date": datetime.now(UTC).strftime("%Y-%m-%d"),
-        "versions": {
-            "raxel": f"commit {_commit()} of this repository",
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-            "opencv": cv2.__version__,
-        },
+        "versions": {"raxel": commit(), **versions()},
         "sets": sets,
     }
 
@@ -91,14 +82,6 @@ def _numbers(scores):
 
 def _rounded(value):
     return None if value is None else float(f"{value:.{DIGITS}g}")
-
-
-def _commit():
-    found = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    return found.stdout.strip()
 
 
 if __name__ == "__main__":

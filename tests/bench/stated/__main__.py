@@ -5,18 +5,16 @@ Writes data/records/stated.json. Without names, all parts: it takes long.
 
 import importlib
 import pkgutil
-import platform
-import subprocess
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from time import process_time
 
-import cv2
 import numpy as np
 
 from raxel.files import read_json, write_json
 from tests.bench import stated
+from tests.bench.provenance import commit, versions
 
 RECORD = Path("data/records/stated.json")
 DIGITS = 4
@@ -40,7 +38,7 @@ def measured_part(name):
         "what": module.WHAT,
         "titles": _titles(module, rows),
         "date": datetime.now(UTC).strftime("%Y-%m-%d"),
-        "raxel": f"commit {_commit()} of this repository",
+        "raxel": commit(),
         "seconds": round(process_time() - began),
         "rows": rows,
     }
@@ -62,11 +60,7 @@ def recorded(names):
         "places, calibrations. Each part has a line of its own.",
         "command": "python -m tests.bench.stated",
         "note": "A record: no build makes it again, since it takes long.",
-        "versions": {
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-            "opencv": cv2.__version__,
-        },
+        "versions": versions(),
         "sets": [found[name] for name in sorted(found)],
     }
 
@@ -79,14 +73,6 @@ def _rounded(value):
     if isinstance(value, float | np.floating):
         return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None
     return value
-
-
-def _commit():
-    found = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    return found.stdout.strip()
 
 
 if __name__ == "__main__":
