@@ -13,6 +13,7 @@ from raxel.calibration import (
 from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.views import dense
+from raxel.calibration.views.moments import add_points
 from raxel.cameras.core.base import pixel_grid
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError
@@ -215,3 +216,16 @@ def test_through_a_mirror_the_grid_is_its_image():
 def test_what_is_no_view_is_refused(location, more, told):
     with pytest.raises(InputError, match=f"one: {told}"):
         dense_view(location, **more, name="one")
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_points_count_by_their_deviations_along_both_axes(axis):
+    location = np.array([[[3.0, -2.0], [5.0, 7.0], [np.nan, 1.0]]], np.float32)
+    sigma = np.full((1, 3, 2), 0.5, np.float32)
+    sigma[0, 1, axis] = 1.2
+    sums, plane = np.zeros((1, 3, 9)), np.eye(3)
+    add_points(sums, location, sigma, plane, 2.0)
+    weight = np.array([2 / 0.5, 2 / (0.25 + 1.44), 0.0])
+    np.testing.assert_allclose(sums[0, :, 8], weight, rtol=1e-6)
+    np.testing.assert_allclose(sums[0, :2, 6], weight[:2] * [3, 5], rtol=1e-6)
+    np.testing.assert_allclose(sums[0, :2, 3], weight[:2] * [-6, 35], rtol=1e-6)

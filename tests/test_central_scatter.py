@@ -1,5 +1,7 @@
 """Scatter of rays about a centre, depth spread, and the shift of a lens."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -11,8 +13,9 @@ from chapters.shared.central_scatter import (
     scatter_of,
     tilted_over_facing,
 )
-from chapters.shared.central_sets import TrueGrids
+from chapters.shared.central_sets import TrueGrids, shared_rays, true_grids
 from chapters.shared.three_grids import calibrated, depth_spread
+from raxel.cameras import Rays
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 
 RNG = np.random.default_rng(3)
@@ -112,3 +115,33 @@ def test_skewness_is_the_mean_cube_of_products_between_all_points():
     for turn in (0.0, 0.7):
         R = rotation_from_vector(np.array([0, 0, turn]))[:2, :2]
         assert scatter_of(points @ R.T)["skewness"] == pytest.approx(expected)
+
+
+def test_rays_that_grids_share_keep_their_own_pixels():
+    width, height = 40, 25
+    points = seen_along(np.tile(CENTRE, (1000, 1)), directions_ahead(1000))
+    blind = RNG.random(1000) < 0.2
+    points[1, blind] = np.nan
+    for most in (5000, 300):
+        found = shared_rays(points, width, np.random.default_rng(0), most=most)
+        assert found.found == 1000 - blind.sum()
+        u, v = found.pixels.astype(int).T
+        assert u.max() < width
+        assert height - 5 < v.max() < height
+        np.testing.assert_array_equal(points[:, v * width + u], found.points)
+
+
+def test_the_scatter_of_true_rays_is_how_far_their_lines_pass_the_centre():
+    """Wherever on them they begin, as they do at a mirror."""
+    d = directions_ahead(3000)
+    aside = RNG.normal(0, 0.4, (3000, 3))
+    aside -= np.sum(aside * d, axis=1, keepdims=True) * d
+    origins = CENTRE + aside + RNG.uniform(5, 80, (3000, 1)) * d
+    camera = SimpleNamespace(rays=lambda pixels: Rays(origins, d, np.ones(3000, bool)))
+    T_camera_base = pose(rotation_from_vector(np.array([0.2, 0.1, -0.3])), [4.0, 5, 6])
+    poses = T_camera_base @ POSES
+    true = true_grids(camera, poses, np.zeros((3000, 2)))
+    np.testing.assert_allclose(true.T_base_grid, POSES, atol=1e-12)
+    expected = transform(inverse_pose(T_camera_base), CENTRE)
+    np.testing.assert_allclose(true.centre, expected, atol=0.3)
+    assert true.scatter_mm == pytest.approx(0.4 * np.sqrt(2), rel=0.05)
