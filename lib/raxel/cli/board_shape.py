@@ -73,11 +73,12 @@ def _check_same_board(path, middle, half, views):
     low, high = points.min(axis=0), points.max(axis=0)
     reach = np.maximum(high - middle, middle - low) / half
     if (reach > 1 + BEYOND).any() or (high - low < 2 * WITHIN * half).any():
-        (wide, high_mm), (own, own_high) = 2 * half, high - low
+        found, own = (
+            f"{wide:.4g} x {tall:.4g}" for wide, tall in (2 * half, high - low)
+        )
         raise InputError(
-            f"{path}: board_shape.size: found {wide:.4g} x {high_mm:.4g}, and the "
-            f"set's corners span {own:.4g} x {own_high:.4g}; give the file of a camera "
-            "from the same board"
+            f"{path}: board_shape.size: found {found}, and the set's corners span "
+            f"{own}; give the file of a camera from the same board"
         )
 
 
