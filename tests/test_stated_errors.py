@@ -58,6 +58,13 @@ def test_a_table_shows_every_row(results, part):
     assert list(shown.columns["Case"]) == [row["case"] for row in PARTS[part]]
 
 
+def test_a_message_is_shown_by_its_start():
+    assert tables._start("sines (a.png, b.png) do not fit: mend x; or y") == (
+        "sines do not fit"
+    )
+    assert tables._start(None) == ""
+
+
 def test_the_figure_leaves_no_set_out(results):
     for part in ("corners", "decoding", "decoding_hard", "calibration"):
         masks = [

@@ -25,7 +25,7 @@ def _part(results, name):
 
 def _start(message):
     """What a message says, without its numbers and advice; "" for none."""
-    return re.split("[:;,(]", message or "")[0].strip()
+    return re.split("[:;,]", re.sub(r" \([^)]*\)", "", message or ""))[0]
 
 
 @table("ext_stated_corners", needs=NEEDS, evidence="rendered")
