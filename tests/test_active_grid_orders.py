@@ -1,6 +1,7 @@
 """Sines of several periods without a Gray code: which period does a pixel see?"""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,9 @@ import pytest
 from raxel.errors import InputError
 from raxel.features.active_grid import decode, locate
 from raxel.features.active_grid.checks.doubts import examine
-from raxel.features.active_grid.coding import places_apart, read_coding
+from raxel.features.active_grid.coding import phase_weights, places_apart, read_coding
+from raxel.features.active_grid.noise import Noise
+from raxel.features.active_grid.orders import _phases
 from tests.active_grids import drawn, sines
 from tests.test_active_grid_doubts import facets
 
@@ -110,3 +113,15 @@ def test_steps_backwards_are_named(periods):
     told_of = [{name for name in names if name in way} for way in ways]
     assert {names[k] for k in pair} in told_of
     assert all(len(named) == 2 for named in told_of[:-1])
+
+
+def test_a_window_of_49_pixels_knows_its_phase_49_times_as_well():
+    """Variances of phases by propagation: 2 / N of a grey value's, over amplitude^2."""
+    shift = 2 * np.pi * np.arange(4) / 4
+    images = [np.full((20, 30), 100 + 40 * np.sin(1.2 + s), np.float32) for s in shift]
+    sines = SimpleNamespace(steps=range(4), weights=phase_weights(4))
+    own, means = _phases(images, [sines], 0, Noise(6.0))
+    for phases, pixels in ((own, 1), (means, 49)):
+        variance = 2 / 4 * 6.0 / pixels / 40**2 / (2 * np.pi) ** 2
+        np.testing.assert_allclose(phases.variances, variance, rtol=1e-4)
+        np.testing.assert_allclose(phases.turns, 1.2 / (2 * np.pi), rtol=1e-5)

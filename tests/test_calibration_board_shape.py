@@ -6,6 +6,7 @@ import pytest
 from raxel.calibration import calibrate_lens
 from raxel.calibration.parametric import lens_bundle
 from raxel.calibration.parametric.clustered import clustered_covariance
+from raxel.calibration.parametric.lens_board import _wald
 from raxel.calibration.parametric.lens_laws import LensFormula
 from raxel.calibration.views.board_shape import TERMS, BoardShape, shaped
 from raxel.geometry.planes import on_plane
@@ -84,6 +85,17 @@ def test_the_shape_is_found_with_the_camera(values, used):
     assert test.shaped_px < test.flat_px
     focal, sd = found.values[0], np.sqrt(found.covariance[0, 0])
     assert abs(focal - FOCAL_PX) < 3 * sd < 0.3
+
+
+@pytest.mark.parametrize("photographs", [6, 30])
+def test_a_shape_of_two_numbers_is_as_sure_as_fishers_law_says(photographs):
+    """Of two numbers the law has a closed form: (1 + q / n)^(-n / 2)."""
+    covariance = np.array([[4.0, 1.0], [1.0, 2.0]])
+    values = np.array([6.0, -3.0])
+    square, free = values @ np.linalg.inv(covariance) @ values, photographs - 1
+    assert _wald(values, covariance, photographs) == pytest.approx(
+        (1 + square / free) ** (-free / 2)
+    )
 
 
 def test_a_flat_board_stays_flat_and_few_photographs_ask_nothing():

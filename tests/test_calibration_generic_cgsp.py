@@ -1,9 +1,12 @@
 """CGSP complete: from boards and active grids to a camera."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from raxel.calibration import calibrate_cgsp, dense_view
+from raxel.calibration.generic import central_views
 from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.generic.central_views import centrality_of_views
 from raxel.calibration.views import dense
@@ -18,6 +21,10 @@ from tests.grid_scenes import SIZE_MM, grids_of, seen_points
 
 POSES = board_poses(3, 5)
 NOISE_MM = 0.05
+
+
+class Sampled(Exception):
+    """How many pixels were asked for."""
 
 
 @pytest.fixture(autouse=True)
@@ -178,3 +185,20 @@ def test_too_few_common_pixels_are_no_test():
     T[:, :3, 3] += [[-60.0, 0, 0], [0, 0, 0], [60, 0, 0]]
     views = grids_of(T, FISHEYE, NOISE_MM, size_mm=0.3 * SIZE_MM)
     assert centrality_of_views(views, WIDTH, HEIGHT, T) is None
+
+
+@pytest.mark.parametrize("every_pixel", [True, False])
+def test_no_more_pixels_are_tested_than_err_apart(monkeypatch, every_pixel):
+    """One for each window of the decoder, 7 x 7 px, or for each cell of a board."""
+
+    def taken(views, width, height, count):
+        raise Sampled(count)
+
+    monkeypatch.setattr(central_views, "sample_boards", taken)
+    monkeypatch.setattr(central_views, "interpolated_view", lambda view, way: (view, 0))
+    view = SimpleNamespace(
+        every_pixel=every_pixel, columns=9, rows=7, area=lambda: 4900.0, sd=None
+    )
+    with pytest.raises(Sampled) as told:
+        centrality_of_views([view] * 3, 100, 80, np.tile(np.eye(4), (3, 1, 1)))
+    assert told.value.args[0] == pytest.approx(3 * (100 if every_pixel else 8 * 6))

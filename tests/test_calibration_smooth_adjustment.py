@@ -1,12 +1,17 @@
 """Smooth rays directly from corners: exact, consistent, honest, and without a guess."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from raxel.calibration import BoardView, calibrate_spline
+from raxel.calibration.smooth import boards as smooth_boards
 from raxel.calibration.smooth import equations as linear_part
 from raxel.calibration.smooth.adjustment import adjust_spline
+from raxel.calibration.smooth.boards import _generic_start
 from raxel.calibration.smooth.equations import CornersOfBoards, grid_of
+from raxel.calibration.smooth.trend import RayTrend
 from raxel.cameras import KannalaBrandtCamera, MovingPupilCamera, RaySplineCamera
 from raxel.errors import CalibrationError
 from raxel.evaluation import evaluate_camera
@@ -188,6 +193,28 @@ def test_a_pupil_that_moves_stays_in_the_trend(monkeypatch):
     kept_out = evaluate_camera(found.camera, views[10:])
     assert kept_out.share_with_ray == 1
     assert kept_out.rms_px < 1.5 * np.sqrt(2) * 0.1
+
+
+def test_boards_of_a_generic_start_stand_in_the_frame_of_its_trend(monkeypatch):
+    """The generic method has a frame of its own, turned about the lens's centre."""
+    R = rotation_from_vector([0.3, -0.2, 0.5])
+    T_lens_grid = pose(rotation_from_vector([0.1, 0.2, 0.0]), [-30.0, -20.0, 400.0])
+    T_rays_grid = pose(R, np.zeros(3)) @ T_lens_grid
+    v, u = np.indices((H, W))
+    rays = LENS.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
+    table = SimpleNamespace(
+        mask=rays.valid.reshape(H, W),
+        directions=(rays.directions @ R.T).reshape(H, W, 3),
+    )
+    found = SimpleNamespace(
+        camera=table, used=[0], T_camera_grid=T_rays_grid[None], left_out={}
+    )
+    monkeypatch.setattr(smooth_boards, "calibrate_generic", lambda *a, **k: found)
+    monkeypatch.setattr(
+        smooth_boards, "trend_of_rays", lambda *a: RayTrend(LENS, R, 0.1)
+    )
+    start = _generic_start([], W, H, None, "mm", -1)
+    np.testing.assert_allclose(start.T_camera_grid[0], T_lens_grid, atol=1e-12)
 
 
 def test_one_board_and_boards_out_of_view_are_refused():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from raxel.calibration.smooth import table as smooth_module
-from raxel.calibration.smooth.prior import free_polynomials, penalty_matrix
+from raxel.calibration.smooth.prior import TIE, free_polynomials, penalty_matrix
 from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
 from raxel.calibration.smooth.table import smoothed_rays, smoothed_table
 from raxel.calibration.smooth.trend import trend_of_rays
@@ -190,6 +190,29 @@ def test_the_trend_of_rays_is_the_lens_they_come_from():
     np.testing.assert_allclose(found.R_rays_trend, R, atol=1e-6)
     np.testing.assert_allclose(found.camera.principal_point, (162, 118), atol=1e-4)
     assert found.scale_px < 1e-6
+
+
+def test_a_saddle_costs_the_same_however_it_is_turned():
+    """u^2 - v^2 bends along the axes, 2 u v is twisted: an eighth of a turn apart."""
+    n = 9
+    v, u = np.mgrid[:n, :n] - (n - 1) / 2
+    matrix = penalty_matrix((n, n)) - TIE * np.eye(n * n)
+    costs = [
+        field.ravel() @ matrix @ field.ravel() for field in (u**2 - v**2, 2 * u * v)
+    ]
+    # Second differences fit into a lattice less often than mixed ones.
+    assert costs == pytest.approx([8 * n * (n - 2), 8 * (n - 1) ** 2])
+
+
+def test_the_trend_tells_the_deviation_of_pixels():
+    rng = np.random.default_rng(11)
+    pixels = positions(rng, 300)
+    directions = LENS.rays(pixels).directions
+    noisy = pixels + rng.normal(0, 0.2, pixels.shape)
+    noisy[:6] += 40.0
+    assert trend_of_rays(noisy, directions, W, H).scale_px == pytest.approx(
+        0.2, rel=0.15
+    )
 
 
 def test_too_few_rays_and_two_centres_are_refused():

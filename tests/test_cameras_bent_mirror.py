@@ -103,6 +103,13 @@ def test_it_is_not_central_and_a_parallel_viewer_will_do():
     assert np.abs(back.pixels - pixels_of(6))[rays.valid].max() < 1e-9
 
 
+@pytest.mark.parametrize(
+    ("heights", "count"), [(BULGE, 9), (HOLLOW, 6), ([[0.0]], 0), ([[0, 1], [2, 3]], 1)]
+)
+def test_height_and_tilts_of_the_sheet_are_of_its_pose_and_counted_once(heights, count):
+    assert bent(heights).parameters == PINHOLE.parameters + 6 + count
+
+
 def test_it_comes_back_from_disk_and_from_plain_fields(tmp_path):
     camera = bent()
     camera.save(tmp_path / "camera.npz")

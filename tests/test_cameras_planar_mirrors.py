@@ -15,7 +15,7 @@ from raxel.cameras import (
 )
 from raxel.cameras.mirrors.ball import ball_facets
 from raxel.errors import InputError
-from raxel.geometry import pose, rotation_from_vector
+from raxel.geometry import pose, rotation_from_vector, vector_from_rotation
 from raxel.geometry.planes import intersect_rays_plane
 
 W, H = 640, 480
@@ -182,6 +182,17 @@ def test_tilts_of_a_ball_have_their_spread_and_belong_to_the_specimen():
     other, _ = ball_facets(**BALL, tilt_sd=0.02, specimen=4)
     assert (tilted == again).all()
     assert not (tilted == other).all()
+
+
+def test_a_facet_is_glued_on_askew_about_its_own_sides():
+    """Nowhere on the ball does glueing turn a facet in its own plane."""
+    straight, _ = ball_facets(**BALL)
+    tilted, _ = ball_facets(**BALL, tilt_sd=0.02, specimen=3)
+    turns = vector_from_rotation(
+        np.swapaxes(straight[:, :3, :3], 1, 2) @ tilted[:, :3, :3]
+    )
+    np.testing.assert_allclose(turns[:, 2], 0, atol=1e-12)
+    np.testing.assert_allclose(turns[:, :2].std(axis=0), 0.02, rtol=0.2)
 
 
 def test_a_ball_is_seen_as_facet_after_facet_says():

@@ -1,11 +1,15 @@
 """Detected boards against reference corners: errors in the best order, right or not."""
 
+import json
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from raxel.evaluation.reference_corners import corner_errors, is_right
 from raxel.features.detector import Detection, refused
 from raxel.sets import Chessboard, ReferenceCorners
+from raxel.sets.reference import load_reference
 
 COLUMNS, ROWS = 5, 4
 CORNERS = Chessboard(COLUMNS, ROWS, 20.0).points() + (100, 80)
@@ -77,3 +81,15 @@ def test_a_reference_without_a_certain_corner_refutes_nothing():
     errors = corner_errors(detected(CORNERS), nothing)
     assert errors.shape == (0,)
     assert is_right(errors, nothing)
+
+
+@pytest.mark.parametrize(
+    ("spread_px", "tolerance_px"), [(None, 1), (0.4, 1), (0.5, 1), (0.7, 1.4), (1, 2)]
+)
+def test_references_that_scatter_allow_twice_as_much(tmp_path, spread_px, tolerance_px):
+    entry = {"corners": CORNERS.tolist(), "spread_max_px": spread_px}
+    data = {"columns": COLUMNS, "rows": ROWS, "images": {"a.png": entry}}
+    (tmp_path / "corners.json").write_text(json.dumps(data), "utf-8")
+    described = SimpleNamespace(folder=tmp_path, reference="corners.json")
+    found = load_reference(described)["a.png"]
+    assert found.tolerance_px == pytest.approx(tolerance_px)

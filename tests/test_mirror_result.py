@@ -190,3 +190,18 @@ def test_the_command_refuses_in_a_line(mirror_set, result, tmp_path, capsys):
         == 2
     )
     assert "--rays: found with" in capsys.readouterr().err
+
+
+def test_a_picture_ends_half_a_pixel_beyond_its_outermost_centres(tmp_path):
+    ends = np.array([[-0.5, -0.5], [319.5, 239.5], [-0.5, 239.5], [319.5, -0.5]])
+    given = SOUND["stage0.pixels"].copy()
+    given[:4] = ends
+    path = tmp_path / "ends.npz"
+    np.savez(path, **fields(stage0__pixels=given))
+    read = read_mirror_result(path).stages[0].rays.pixels
+    np.testing.assert_array_equal(read[:4], ends)
+    for end in ends:
+        beyond = end + 0.01 * np.sign(end - [160, 120])
+        np.savez(path, **fields(stage0__pixels=with_row(given, beyond)))
+        with pytest.raises(InputError, match="outside a picture of 320 x 240 px"):
+            read_mirror_result(path)

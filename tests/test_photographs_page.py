@@ -22,7 +22,16 @@ from chapters.photographs.set.exercises import (
 from chapters.photographs.set.figures import fields, pictures
 from chapters.photographs.set.trials import study
 from chapters.shared.photographs import notes
-from chapters.shared.photographs.reading import PEER, Study, paired, pooled_rms
+from chapters.shared.photographs.reading import (
+    PEER,
+    Image,
+    Row,
+    Score,
+    Study,
+    paired,
+    pooled_rms,
+    share_with_ray,
+)
 from chapters.shared.photographs.undistort import undistorted
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import CalibrationError
@@ -146,6 +155,18 @@ def test_the_drawn_camera_is_recovered(drawn):
     assert seen.fit("undistorted.general.distortion_px") < 0.1
     # A ray comes from a few boards only, so it is noisier than a model of six numbers.
     assert pooled_rms(seen.held_out, "own", "general") < 0.3
+
+
+def test_a_corner_counts_alike_in_whatever_photograph_it_is():
+    def row(corners, rms_px):
+        score = Score(corners, rms_px, 0.0, "", np.zeros((corners, 2)), 0.0)
+        image = Image(0, "", "calibrate", True, "", np.zeros((48, 2)), 8, None)
+        return Row(image, 48, {"zhang": score}, {})
+
+    rows = [row(10, 1.0), row(30, 3.0), Row(None, 24, {}, {})]
+    assert pooled_rms(rows, "own", "zhang") == pytest.approx(np.sqrt(280 / 40))
+    assert share_with_ray(rows, "zhang") == pytest.approx(40 / (48 + 48 + 24))
+    assert np.isnan(pooled_rms(rows, "own", "general"))
 
 
 def test_photographs_kept_out_are_not_in_the_calibration(drawn, monkeypatch):

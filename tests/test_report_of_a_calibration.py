@@ -9,6 +9,7 @@ import pytest
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cli import main
 from raxel.evaluation.stability import Division
+from raxel.report.canvas import Canvas
 from raxel.report.folder import new_report
 from raxel.report.pictures import (
     ArrowScale,
@@ -188,6 +189,16 @@ def test_an_arrow_goes_from_the_corner_along_its_residual():
     vector, cut = scale.arrow(np.array([0.0, 50.0]))
     assert cut
     assert np.linalg.norm(vector) == pytest.approx(3 * 0.05 * WIDTH, rel=0.03)
+
+
+@pytest.mark.parametrize("width", [240, 1920])
+def test_the_key_of_the_arrows_is_as_long_as_the_arrow_it_stands_for(width):
+    scale = ArrowScale.of(np.tile([0.5, 0.0], (20, 1)), width)
+    canvas = Canvas(width, 30)
+    (key, words), _ = scale.legend(canvas)
+    assert words.startswith("0.5 px, drawn")
+    ends = canvas.place([[0.0, 0.0], scale.arrow(np.array([0.5, 0.0]))[0]])
+    assert key == pytest.approx(ends[1, 0] - ends[0, 0])
 
 
 def test_coverage_counts_boards_and_marks_where_rays_end():

@@ -121,6 +121,16 @@ def test_a_found_view_shows_everything_and_wastes_little(seed):
     assert reach.max() == pytest.approx(0.9, abs=0.01)
 
 
+def test_what_is_looked_at_is_mid_picture_and_the_angle_of_view_ends_at_its_edge():
+    """Half a pixel beyond the outermost centre, as pixel centres are whole numbers."""
+    edge = 10 * np.tan(np.radians(15.0))
+    scene = Scene([Points([[0, 0, 0]], "k")], (0, 0, 0), (0, 0, 10), (0, -1, 0))
+    points = [[0, 0, 10], [0, edge, 10], [0, -edge, 10], [edge, 0, 10]]
+    pixels = projected(scene, points, 720, 480)
+    expected = [[359.5, 239.5], [359.5, 479.5], [359.5, -0.5], [599.5, 239.5]]
+    np.testing.assert_allclose(pixels, expected, atol=1e-9)
+
+
 def test_a_scale_bar_is_as_long_as_it_says():
     parts = framed([Points([[0, 0, 0], [700, 300, 50]], "k")]).parts
     bar, said = parts[-2:]

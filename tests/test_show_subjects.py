@@ -18,6 +18,7 @@ from raxel.lab.render_set import POSES
 from raxel.lab.rig import Rig
 from raxel.sets import Chessboard, load_set
 from raxel.show import Points, Polyline, Segments, Surface, camera_scene
+from raxel.show.boards import surface_texture
 from raxel.show.cameras import MEASURED, field_edge, mirrors, moved, spread_pixels
 from raxel.show.rigs import rig_scene
 from raxel.show.scene import CLEAR, finite_points
@@ -109,6 +110,24 @@ def test_facets_are_shown_as_their_outlines():
     (facet,) = mirrors(camera)
     assert np.allclose(facet.points[0, :4], on_plane(outline) + [0, 0, 50])
     assert mirrors(PINHOLE) == []
+
+
+def test_a_texel_shows_what_lies_at_its_middle():
+    class Ramp:
+        """As bright as its place is far right and, in another channel, far down."""
+
+        def radiance(self, uv, cosine):
+            share = (uv - [10.0, 20.0]) / [8.0, 4.0]
+            return np.column_stack([share, 0 * cosine]) ** 2.2
+
+    shown = surface_texture(Ramp(), np.array([10.0, 20.0]), np.array([8.0, 4.0]), 1.0)
+    assert shown.shape == (4, 8, 3)
+    np.testing.assert_array_equal(
+        shown[0, :, 0], np.round(255 * (np.arange(8) + 0.5) / 8)
+    )
+    np.testing.assert_array_equal(
+        shown[:, 0, 1], np.round(255 * (np.arange(4) + 0.5) / 4)
+    )
 
 
 def test_moved_parts_keep_their_shape():
