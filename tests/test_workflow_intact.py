@@ -145,6 +145,37 @@ def test_a_record_that_names_files_elsewhere_removes_none(work):
         assert not record.exists()
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("README.md", "lib/raxel/x.py", "figures/README.md", "report/source/conf.py"),
+        *("data/synthetic/README.md", "lib", "", ".", "a\0b", "\ud800", "x" * 300),
+        *("figures/quick", "figures/quick/../../lib/raxel/x.py", "figures/quick/link"),
+    ],
+)
+def test_a_record_that_names_what_no_job_writes_removes_nothing(work, name):
+    source = work.root / "lib/raxel/x.py"
+    for path in ("README.md", "figures/README.md", "data/synthetic/README.md"):
+        write_atomic(work.root / path, "kept")
+    write_atomic(source, "kept")
+    write_atomic(work.root / "report/source/conf.py", "kept")
+    (work.root / "figures/quick/link").symlink_to(source)
+    before = sorted(work.root.rglob("*"))
+    record = work.root / "figures/quick/times/figure/y.json"
+    record.write_text(json.dumps({"files": {name: KNOWN}}))
+    drop_damaged(work)
+    assert sorted(work.root.rglob("*")) == before
+
+
+def test_records_that_are_no_files_do_no_harm(work, capsys):
+    records = work.root / "figures/quick/times/figure"
+    (records / "folder.json").mkdir()
+    (records / "link.json").symlink_to(records / "nowhere.json")
+    drop_damaged(work)
+    assert there(work) == list(FILES)
+    assert capsys.readouterr().err == ""
+
+
 def test_what_no_job_left_goes_where_only_jobs_write(work):
     """A result that was put there by hand is none; a note beside the figures stays."""
     foreign = [of_no_job(work, name) for name in ("results/y.json", "judged/p.json")]

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from itertools import chain
 from pathlib import Path
 
-from repro.run.rendered import TIMES
+from repro.run.rendered import FOLDER, TIMES
 from repro.run.results import write_json
 from repro.workflow.job import hash_of, stat_of
 from repro.workflow.terminal import say
@@ -24,6 +24,10 @@ MOST_SAID = 10
 SITE = "site"
 # What jobs alone write into: below the folder of a build.
 OF_JOBS = ("results", "shards", "judged")
+# And from the checkout; what is kept in git is no job's.
+OF_REPORT = ("build", "site", "site-quick", "notebooks", "answers")
+ALSO_OF_JOBS = (*(f"report/{name}" for name in OF_REPORT), FOLDER)
+KEPT = "README.md"
 
 
 def drop_damaged(work: Work) -> None:
@@ -31,9 +35,11 @@ def drop_damaged(work: Work) -> None:
     said: list[str] = []
     claimed: set[str] = set()
     folders = (work.root / work.base / "times", work.root / TIMES)
-    records = [record for folder in folders for record in folder.rglob("*.json")]
+    found = [record for folder in folders for record in folder.rglob("*.json")]
+    records = [record for record in found if record.is_file()]
+    written = [(work.root / name).resolve() for name in (work.base, *ALSO_OF_JOBS)]
     for record in sorted(records, key=lambda path: -path.stat().st_mtime_ns):
-        files = _files(record)
+        files = _files(record, work.root, written)
         if files is None:
             record.unlink()
             continue
@@ -54,28 +60,36 @@ def drop_damaged(work: Work) -> None:
         say(f"{more} more files: the same")
 
 
-def _files(record: Path) -> dict[str, list] | None:
+def _files(record: Path, root: Path, written: list[Path]) -> dict[str, list] | None:
     """Files of a job; None where its record is not as a job writes it."""
     try:
         content = json.loads(record.read_text("utf-8"))
-    except (ValueError, RecursionError):
+    except (OSError, ValueError, RecursionError):
         return None
     files = content.get("files", {}) if isinstance(content, dict) else None
-    if not isinstance(files, dict) or not all(map(_is_sound, files.items())):
+    if not isinstance(files, dict):
         return None
-    return files
-
-
-def _is_sound(entry: tuple[str, object]) -> bool:
-    """Whether an entry names a file of the checkout, its size, time and hash."""
-    name, known = entry
-    path = Path(name)
-    return (
-        not path.is_absolute()
-        and ".." not in path.parts
-        and isinstance(known, list)
-        and [type(part) for part in known] == [int, int, str]
+    sound = (
+        _is_place(root / name, written) and _is_stated(known)
+        for name, known in files.items()
     )
+    return files if all(sound) else None
+
+
+def _is_place(path: Path, written: list[Path]) -> bool:
+    """Whether a file may be there, and be a job's: what a record names is removed."""
+    try:
+        place = path.resolve()
+        free = not path.is_dir()
+    except (OSError, ValueError, RuntimeError):
+        return False
+    below = any(folder in place.parents for folder in written)
+    return free and below and place.name != KEPT
+
+
+def _is_stated(known: object) -> bool:
+    """Whether that is a size, a time of change and a hash."""
+    return isinstance(known, list) and [type(part) for part in known] == [int, int, str]
 
 
 def _drop_unknown(work: Work, claimed: set[str]) -> list[str]:
