@@ -247,7 +247,13 @@ def test_an_evaluation_takes_the_shape_that_was_found(calibrate, tmp_path, capsy
         assert main([*command, *map(str, more)]) == 0, capsys.readouterr().err
         return json.loads((tmp_path / "scores.json").read_text())
 
-    flat, shaped = scored(), scored("--board", tmp_path / "result.json")
+    flat = scored()
+    assert (
+        "a board that bends does not fit as a flat one; --board"
+        in capsys.readouterr().out
+    )
+    shaped = scored("--board", tmp_path / "result.json")
+    assert "made: boards are taken with the shape of " in capsys.readouterr().out
     assert flat["board"] == "as stated"
     assert flat["rms_px"] > 3 * shaped["rms_px"]
     # Corners are drawn with 0.05 px along each axis; six poses take some of it.
@@ -256,15 +262,36 @@ def test_an_evaluation_takes_the_shape_that_was_found(calibrate, tmp_path, capsy
     for term in ("bend_x", "bend_y", "twist"):
         unused[term]["used"] = False
     (tmp_path / "flat.json").write_text(json.dumps(fitted))
-    assert scored("--board", tmp_path / "flat.json")["rms_px"] == flat["rms_px"]
+    as_there = scored("--board", tmp_path / "flat.json")
+    assert (as_there["rms_px"], as_there["board"]) == (flat["rms_px"], "as stated")
 
 
 @pytest.mark.parametrize(
     ("field", "value", "told"),
     [
         ("size", [160, 0], "board_shape.size[1]: found 0; give a length larger than 0"),
-        ("size", [80, 100], "board_shape.size: found 80 x 100, and the set's corners"),
-        ("middle", [900, 0], "board_shape.size: found "),
+        ("size", [80, 120], "board_shape: found one from (40, 0) to (120, 120), and"),
+        (
+            "middle",
+            [900, 0],
+            "board_shape: found one from (820, -60) to (980, 60), and",
+        ),
+        ("corners", [8, 5], "board_shape.corners: found 8 x 5 corners, and the set"),
+        (
+            "corners",
+            None,
+            "board_shape.corners: found a monitor, and the set has 9 x 7",
+        ),
+        (
+            "stretch",
+            {"value": -1, "used": True},
+            "board_shape: found bends or a stretch",
+        ),
+        (
+            "bend_y",
+            {"value": 40, "used": True},
+            "board_shape: found bends or a stretch",
+        ),
         ("twist", {"value": "2", "used": True}, "board_shape.twist.value: found '2'"),
         ("unit", "pitch", "unit: found 'pitch', and the set is in mm"),
         ("board_shape", [], "board_shape: found a list"),
@@ -276,7 +303,7 @@ def test_a_shape_that_is_not_of_this_board(tmp_path, capsys, field, value, told)
     PINHOLE.save(tmp_path / "camera.npz")
     term = {"value": 0.1, "used": True}
     shape = dict.fromkeys(("bend_x", "bend_y", "twist", "stretch"), term)
-    shape |= {"middle": [80, 50], "size": [160, 100]}
+    shape |= {"middle": [80, 60], "size": [160, 120], "corners": [COLUMNS, ROWS]}
     data = {"unit": "mm", "board_shape": shape}
     (data if field in data else shape)[field] = value
     if value == "left out":

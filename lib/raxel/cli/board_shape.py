@@ -6,6 +6,7 @@ import numpy as np
 
 from raxel.calibration.parametric.lens_board import FEWEST, STRETCH
 from raxel.calibration.views.board_shape import BENDS, TERMS, BoardShape
+from raxel.calibration.views.correspondence import BoardView
 from raxel.cli.scores import known
 from raxel.documents import shown, validate
 from raxel.errors import InputError
@@ -16,11 +17,13 @@ SCHEMA = Path(__file__).with_name("board_shape.schema.json")
 # How far a board may reach beyond, or end within, the one whose shape is taken: of its
 # outermost corners, some may have been seen in no photograph.
 BEYOND, WITHIN = 0.01, 0.5
+STEEPEST = 0.5  # of half a side, or in length: beyond, it is no board
 
 
-def shape_fields(test):
+def shape_fields(test, views):
     """A BoardTest as JSON; None where there is none. Lengths are in the unit of the
-    result; `middle` and `size` are of what the corners span."""
+    result; `middle` and `size` are of what the corners of the views span; `corners` is
+    [columns, rows] of a chessboard, None of a monitor."""
     if test is None:
         return None
     shape = test.shape
@@ -29,6 +32,7 @@ def shape_fields(test):
         for name, value, sd in zip(TERMS, shape.values, test.sd, strict=True)
     }
     return values | {
+        "corners": _corners_of(views),
         "middle": shape.middle.tolist(),
         "size": (2 * shape.half).tolist(),
         "p_bends": test.p_bends,
@@ -60,26 +64,54 @@ def read_shape(path, unit, views):
             "give the file of a camera from the same board"
         )
     found = kept["board_shape"]
-    middle, half = np.array(found["middle"]), np.array(found["size"]) / 2
-    _check_same_board(path, middle, half, views)
-    values = [found[name]["value"] * found[name]["used"] for name in TERMS]
-    return BoardShape(middle, half, np.array(values)) if any(values) else None
+    shape = BoardShape(
+        np.array(found["middle"]),
+        np.array(found["size"]) / 2,
+        np.array([found[name]["value"] * found[name]["used"] for name in TERMS]),
+    )
+    _check_board(path, shape, found["corners"], views)
+    return shape if shape.values.any() else None
 
 
-def _check_same_board(path, middle, half, views):
+def _corners_of(views):
+    board = isinstance(views[0], BoardView)
+    return [views[0].columns, views[0].rows] if board else None
+
+
+def _check_board(path, shape, corners, views):
+    """Raise InputError for a shape of another board, or of none that there can be."""
+    own = _corners_of(views)
+    if corners != own:
+        raise InputError(
+            f"{path}: board_shape.corners: found {_of(corners)}, and the set has "
+            f"{_of(own)}; give the file of a camera from the same board"
+        )
     points = np.concatenate(
         [view.points[np.isfinite(view.pixels[:, 0])] for view in views]
     )
     low, high = points.min(axis=0), points.max(axis=0)
-    reach = np.maximum(high - middle, middle - low) / half
-    if (reach > 1 + BEYOND).any() or (high - low < 2 * WITHIN * half).any():
-        found, own = (
-            f"{wide:.4g} x {tall:.4g}" for wide, tall in (2 * half, high - low)
-        )
+    ends = shape.middle - shape.half, shape.middle + shape.half
+    beyond = np.maximum(ends[0] - low, high - ends[1]).max() / shape.half.max()
+    if beyond > BEYOND or (high - low < 2 * WITHIN * shape.half).any():
         raise InputError(
-            f"{path}: board_shape.size: found {found}, and the set's corners span "
-            f"{own}; give the file of a camera from the same board"
+            f"{path}: board_shape: found one from {_place(ends[0])} to "
+            f"{_place(ends[1])}, and the set's corners lie from {_place(low)} to "
+            f"{_place(high)}; give the file of a camera from the same board"
         )
+    steepest = np.abs(shape.values / [*[shape.half.min()] * 3, 1.0]).max()
+    if steepest > STEEPEST:
+        raise InputError(
+            f"{path}: board_shape: found bends or a stretch of {steepest:.2g} of the "
+            f"board; {STEEPEST:g} is the most; give the file as it was written"
+        )
+
+
+def _of(corners):
+    return f"{corners[0]} x {corners[1]} corners" if corners else "a monitor"
+
+
+def _place(point):
+    return f"({point[0]:.4g}, {point[1]:.4g})"
 
 
 def shape_line(test, unit, target):
@@ -116,7 +148,8 @@ def shape_warnings(test, unit, target):
     return [
         f"the {target} is not as stated: {' and '.join(told)}; the camera was fitted "
         f"with that ({test.flat_px:.3g} px RMS on {target}s kept out without it, "
-        f"{test.shaped_px:.3g} px with it); measure the {target}, or take a stiffer one"
+        f"{test.shaped_px:.3g} px with it); measure the {target}, or take a stiffer "
+        "one; raxel evaluate takes the shape with --board"
     ]
 
 

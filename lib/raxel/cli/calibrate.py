@@ -104,7 +104,7 @@ def _calibrated(image_set, views, asked, say):
         print(f"{image_set.name}: {line}")
     result = {"set": image_set.name, "model": model, "unit": image_set.target.unit}
     result |= {"camera": fields, **details, **scores.as_json(evaluation)}
-    result["board_shape"] = shape_fields(fitted.board)
+    result["board_shape"] = shape_fields(fitted.board, views)
     wrong = wrong_fields(wrong_points(details, right), evaluation.n_scored)
     found, warnings = _misfit(model, asked, right, details, words)
     warnings += wrong_warnings(wrong, right.evaluation.rms_px, words)

@@ -19,6 +19,10 @@ DOES_NOT_FIT = (
     "this camera does not fit",
     "is it the camera of this set, at the same zoom and focus?",
 )
+BENT = (
+    "a {target} that bends does not fit as a flat one; --board takes its shape from "
+    "what raxel calibrate --json wrote"
+)
 UNMARKED = "all: no view is marked evaluate"
 
 
@@ -51,9 +55,11 @@ def evaluate(options, say):
     warnings = of_left_out(missed) + seen.warnings
     warnings += wrong_warnings(wrong, right.evaluation.rms_px, words)
     warnings += described.misfit_warnings(found, *DOES_NOT_FIT, words)
+    if found.large and shape is None:
+        warnings.append(BENT.format(target=words.target))
     if options.json:
         result = {"set": image_set.name, "camera": options.camera}
-        result["board"] = options.board or "as stated"
+        result["board"] = "as stated" if shape is None else options.board
         result["views_scored"] = "marked evaluate" if marked else UNMARKED
         result |= scores.as_json(evaluation)
         result |= seen.fields()
@@ -65,6 +71,9 @@ def evaluate(options, say):
         )
     for line in seen.lines():
         print(f"{image_set.name}: {line}")
+    if options.board:
+        taken = "as stated, as there" if shape is None else "with the shape of"
+        print(f"{image_set.name}: {words.target}s are taken {taken} {options.board}")
     print(scores.line(image_set.name, evaluation, words.point))
     print_warnings(warnings)
 
