@@ -5,6 +5,7 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.bends import widen_at_bends
+from raxel.features.active_grid.bias import OF_SIGMA
 from raxel.features.active_grid.coding import plan_arrays, read_coding
 from tests.active_grids import drawn
 
@@ -55,4 +56,18 @@ def test_noise_of_a_flat_surface_is_no_bend():
     sigma = np.ones_like(place)
     plan = plan_arrays(read_coding(drawn().patterns, (200, 144)), (200, 144), (1, 1))
     widen_at_bends(place, sigma, np.zeros((1, 4, 400), np.float32), plan, 10.0, 0, 128)
-    assert np.mean(sigma > 1.05) < 0.02
+    assert np.mean(sigma > 1.05) < 0.025  # beyond 2.24 deviations, rims and all
+
+
+@pytest.mark.parametrize("shape", [(128, 400), (30, 40)])
+def test_up_to_the_rim_a_bend_is_known(shape):
+    """Beside what is not decoded, and along the picture's border."""
+    y, x = np.indices(shape, np.float32)
+    place = (0.01 * x * x - 0.02 * y * y)[None]
+    place[0, :, : shape[1] // 3] = np.nan
+    sigma = np.full_like(place, 1e-3)
+    plan = plan_arrays(read_coding(drawn().patterns, (200, 144)), (200, 144), (1, 1))
+    bias = np.zeros((1, 4, shape[1]), np.float32)
+    widen_at_bends(place, sigma, bias, plan, 10.0, 0, shape[0])
+    due = OF_SIGMA * 10.0 * 0.02
+    assert sigma[np.isfinite(place)] == pytest.approx(due, rel=0.02)

@@ -70,6 +70,12 @@ def patches(u, v, monitor):
     return x, (0.5 + 0.45 * v + 0.3 * np.cos(9 * turn)) * monitor[1]
 
 
+def ball(u, v, monitor):
+    """Above, a mirror squeezes half of the monitor into some pixels."""
+    x = (0.5 + 0.9 * u) * monitor[0]
+    return x, monitor[1] * (0.02 + 0.96 * (v / 0.75 + 0.5) ** 0.3)
+
+
 @pytest.mark.parametrize(
     "changes",
     [
@@ -86,6 +92,7 @@ def patches(u, v, monitor):
         {"plan": PatternPlan((10, 0), True, cell_px=(1.0, 0.0))},
         {"place": facets},
         {"place": patches},
+        {"place": ball, "cells": 16, "noise": 0.5, "blur": 3.0},
     ],
 )
 def test_good_pictures_raise_no_doubt(changes):

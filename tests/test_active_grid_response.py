@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
+from raxel.features.active_grid.harmonics import bound_of_shares, harmonics_of_powers
 from raxel.features.active_grid.response import lower_quartile, response_warnings
 from raxel.features.active_grid.undoing import Ripple, undone
 from tests.active_grids import drawn
@@ -123,13 +124,49 @@ def test_a_camera_that_fills_up_bends_bright_parts_more(steps):
     assert np.abs(found.response[0].ripple.share[[3, 5]]).max() > 0.002
 
 
-def test_of_stripes_too_fine_to_tell_the_second_order_is_a_bound():
+def test_of_stripes_too_fine_to_tell_the_steps_give_a_bound():
     found, within = seen(2.2, 4, cells=36, noise=1.0)
     assert [own.ripple.steps for own in found.response] == [0, 0]
     assert within[1] > 0.95
+    (line, _) = response_warnings(found, False)
+    assert line.startswith("places along x may be off by up to ")
+    assert "take six steps" in line
     linear, _ = seen(1.0, 4, cells=36, noise=1.0)
     for own, other in zip(linear.response, found.response, strict=True):
-        assert own.left < 0.02 * other.left
+        assert own.left < 0.1 * other.left
+
+
+def answered(curve, dark=0.02):
+    """(512,) harmonics of a response, in shares of the first."""
+    psi = 2 * np.pi * np.arange(1024) / 1024
+    waves = np.fft.rfft(curve(dark + (1 - dark) * (1 + np.cos(psi)) / 2)).real
+    return waves / waves[1]
+
+
+def test_harmonics_of_powers():
+    for power in (0.7, 1.8, 2.2):
+        found = harmonics_of_powers([power], 8)[0, 1:]
+        due = answered(lambda light, power=power: light**power, 0)[1:9]
+        np.testing.assert_allclose(found, due, atol=3e-4)
+
+
+@pytest.mark.parametrize("steps", [4, 5, 6, 8])
+def test_bounds_hold_and_are_not_far_above_what_they_bound(steps):
+    """In shares of a_1 that matter: 0.001 are less than 0.0002 of a period."""
+    for power in (0.45, 0.7, 1.2, 1.8, 2.0, 2.2, 2.4):
+        waves = answered(lambda light, power=power: light**power)
+        off = abs(waves[steps - 1] - waves[steps + 1])
+        bound = bound_of_shares(np.r_[0, waves[1 : steps - 1]], steps)
+        assert off < bound + 1e-5
+        assert bound < 20 * max(off, 0.0015)
+
+
+@pytest.mark.parametrize("steps", [6, 8])
+def test_a_curve_like_an_s_is_told_by_its_odd_harmonics(steps):
+    waves = answered(lambda light: np.tanh(3.5 * (light - 0.5)), 0)
+    bound = bound_of_shares(np.r_[0, waves[1 : steps - 1]], steps)
+    off = abs(waves[steps - 1] - waves[steps + 1])
+    assert off < bound < 10 * off
 
 
 def test_three_steps_that_tell_nothing_are_warned_of():

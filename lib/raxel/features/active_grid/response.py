@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.features.active_grid.harmonics import shift_bound
 from raxel.features.active_grid.lines import RECORDS, pieces_of
-from raxel.features.active_grid.reading import MIN_MODULATION
 from raxel.features.active_grid.undoing import Ripple, corrected, no_ripple, undone
 
 DEGREE = 3  # of the polynomial
@@ -33,7 +33,6 @@ USUAL, FALL = 0.3, 3.0  # of harmonics: twice what a gamma of 2.4 has
 ROUGH = 6  # times what smooth pieces leave
 STEPS_ASKED, MOST_STEPS = 4, 6  # of Newton's method, while numbers are looked for
 NEGLIGIBLE = 2e-5  # rad
-SAMPLES = 50_000  # pixels, for a mean
 MUCH = 0.8  # of a usual sigma, which holds it
 
 
@@ -49,6 +48,7 @@ class Response(NamedTuple):
     size: float | None = None
     left: float | None = None
     steps: int = 0
+    bound: bool = False
 
     def scaled(self, length):
         """In the unit of `length`, of a period."""
@@ -86,7 +86,18 @@ def response_warnings(decoded, linear):
                 f"{'xy'[axis]} cannot be told from so few pixels or so fine stripes, "
                 "and standard deviations do not know of it; take six steps"
             )
-        elif response.left is not None and response.left > MUCH * np.median(known):
+            continue
+        if response.left is None or response.left <= MUCH * np.median(known):
+            continue
+        if response.bound:
+            lines.append(
+                f"places along {'xy'[axis]} may be off by up to {response.left:.2g} "
+                f"{decoded.unit} (RMS) by the response of monitor and camera, "
+                "which so few pixels or so fine stripes do not tell, and standard "
+                f"deviations hold that; take {_more_steps(response.steps)}, or decode "
+                "with --linear if both answer in proportion"
+            )
+        else:
             lines.append(
                 f"of the {response.size:.2g} {decoded.unit} by which the response of "
                 f"monitor and camera shifts places along {'xy'[axis]}, "
@@ -95,35 +106,28 @@ def response_warnings(decoded, linear):
     return lines
 
 
+def _more_steps(count):
+    return "six steps" if count < 6 else "more steps"
+
+
 def _of_axis(stack, sines, noise, limit):
     pieces = pieces_of(stack, sines, noise, limit)
     total = sum(len(own.phase) for own in pieces)
     if total < MIN_PIECES:
-        return _by_second_order(stack, sines.steps, noise)
+        return _bounded(stack, sines.steps, noise)
     return _fitted(pieces, sines, total >= FOR_FIELD)
 
 
-def _by_second_order(stack, steps, noise):
+def _bounded(stack, steps, noise):
     """The Response where no piece of line tells it, by what the steps say themselves.
 
-    Of four steps and more, the second harmonic is left. Of responses like powers of the
-    light, harmonic N - 1 is no more than its power N - 2.
+    Of three steps nothing is left that says anything.
     """
     count = len(steps)
     if count < 4:
         return Response(no_ripple(), steps=count)
-    apart = max(1, int(np.sqrt(np.prod(stack.shape) / SAMPLES)))
-    light = np.array([stack.images[k][::apart, ::apart] for k in steps], np.float32)
-    turn = np.exp(-2j * np.pi * np.arange(count) / count)
-    first, second = (2 / count * np.tensordot(turn**m, light, 1) for m in (1, 2))
-    least = MIN_MODULATION**2 * 2 / count * noise.at(light.mean(axis=0))
-    lit = np.abs(first) ** 2 > least
-    if not lit.any():
-        return Response(no_ripple(), steps=count)
-    first, second = first[lit], second[lit]
-    share = np.abs(np.mean(second * (first.conj() / np.abs(first)) ** 2))
-    size = (share / np.mean(np.abs(first))) ** (count - 2) / np.sqrt(2) / (2 * np.pi)
-    return Response(no_ripple(), size, size, count)
+    bound = shift_bound(stack, steps, noise)
+    return Response(no_ripple(), bound, bound, count, True)
 
 
 def _fitted(pieces, sines, with_field):

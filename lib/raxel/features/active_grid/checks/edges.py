@@ -10,6 +10,9 @@ BREAK = 1.0  # rad
 # Periods, standard deviations by noise, and shares of the blur, which draws edges and
 # sines apart where a surface bends: what is beyond all three has moved.
 MOVED, BEYOND_NOISE, DRAWN = 0.006, 6, 0.1
+# Of what sines keep of a pixel's contrast where they keep most, 0.95 quantile. Where
+# blur washes finer ones out, their phase is that of coarser ones beside them.
+CLEAR = 0.25
 
 
 def moved_doubts(sample, axis, blur_px):
@@ -52,25 +55,31 @@ def phases_at_edges(sample, axis, pictures):
         return none
     apart = np.array([sample.apart(axis, bit) for bit in range(len(code.bits))])
     phase = sample.wave_of(code.sines, pictures)[0]
+    lit = sample.lit & _clear(sample, np.abs(phase))
     phase = phase / np.maximum(np.abs(phase), 1e-9)
     cells = _cells(apart)
     found = [
-        _at_edges(sample, code, apart, phase, cells, *slices)
-        for slices in neighbours(1)
+        _at_edges(code, apart, phase, cells, lit, *slices) for slices in neighbours(1)
     ]
     *told, breaks = (np.concatenate(parts) for parts in zip(*found, strict=True))
     # Among many breaks between surfaces, some look like edges.
     return told if len(told[0]) >= max(MIN_EDGES, breaks.sum()) else none
 
 
-def _at_edges(sample, code, apart, phase, cells, first, second):
+def _clear(sample, amplitudes):
+    """Where sines keep enough of the contrast for their phase to be their own."""
+    kept = amplitudes / np.maximum(sample.high - sample.low, 1e-6)
+    return kept > CLEAR * np.quantile(kept[sample.lit], 0.95)
+
+
+def _at_edges(code, apart, phase, cells, lit, first, second):
     """Where one bit changes on one surface: complex (E,) twice, (E,) and a count (1,).
 
     The phase there, interpolated to where picture and inverse are equal, and what the
     cells make it; how much it grows towards higher cells, rad; how often it breaks.
     """
     turn = np.angle(phase[second] * np.conj(phase[first]))
-    lit = sample.lit[first] & sample.lit[second]
+    lit = lit[first] & lit[second]
     up = cells[second] - cells[first]
     changed = (apart[(slice(None), *first)] > 0) != (apart[(slice(None), *second)] > 0)
     usual = np.median(np.abs(turn[lit])) if lit.any() else 0.0
