@@ -10,9 +10,18 @@ from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards
-from raxel.features.charuco import find_charuco, markers_seen
+from raxel.features.charuco import find_charuco
+from raxel.features.markers import markers_seen
 from raxel.sets import Charuco, load_set, write_set
-from tests.charuco_boards import FOCAL, HEIGHT, TARGET, TILTS_DEG, WIDTH, photograph
+from tests.charuco_boards import (
+    FOCAL,
+    HEIGHT,
+    TARGET,
+    TILTS_DEG,
+    WIDTH,
+    photograph,
+    sheet,
+)
 from tests.image_sets import description, write_description, write_drawn_set
 
 CHARUCO = {
@@ -23,6 +32,7 @@ CHARUCO = {
     "dictionary": "4X4_50",
     "marker_mm": 29.0,
 }
+PLAIN = {"kind": "chessboard", "columns": 7, "rows": 5, "pitch_mm": 40.0}
 
 
 def drawn_set(folder, **changes):
@@ -84,8 +94,7 @@ def test_another_dictionary_is_refused_with_what_was_read():
 
 
 def test_a_plain_set_of_charuco_boards_hears_of_it(tmp_path):
-    plain = {"kind": "chessboard", "columns": 7, "rows": 5, "pitch_mm": 40.0}
-    drawn_set(tmp_path / "set", target=plain)
+    drawn_set(tmp_path / "set", target=PLAIN)
     (board, *_) = detect_boards(load_set(tmp_path / "set"))
     assert not board.detection.found
     reason = board.detection.reason
@@ -99,6 +108,41 @@ def test_squares_with_small_markers_are_no_chessboard(marker_mm):
     for size in ((7, 5), (None, None)):
         found = find_board(image, *size)
         assert not found.found
+
+
+@pytest.mark.parametrize("marker_mm", [16.0, 32.0])
+def test_a_board_with_markers_is_named_whatever_was_wrong_with_it(marker_mm):
+    image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, "4X4_50", marker_mm))
+    for size in ((7, 5), (None, None)):
+        reason = find_board(image, *size).reason
+        assert reason.startswith("this looks like a ChArUco board (")
+        assert reason.count("this looks like") == 1
+
+
+def test_markers_that_leave_the_squares_plain_are_named_for_the_set(tmp_path, capsys):
+    """Of a third of the squares: the corners are right, and nothing is refused."""
+    image = cv2.GaussianBlur(sheet(Charuco(7, 5, 40.0, "4X4_50", 12.0)), (0, 0), 0.8)
+    cv2.imwrite(str(tmp_path / "view0.png"), image)
+    resolution = list(image.shape[::-1])
+    data = description(1, resolution=resolution, target=PLAIN)
+    write_description(tmp_path, data)
+    assert main(["corners", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert "board found in 1 of 1 images" in told.out
+    assert "view0.png: this looks like a ChArUco board" in told.err
+
+
+@pytest.mark.parametrize("name", ["4X4_50", "APRILTAG_16h5", "ARUCO_ORIGINAL"])
+def test_markers_of_a_dictionary_go_by_its_name(name):
+    image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, name, 29.0))
+    assert markers_seen(image) == (24, name)
+
+
+def test_a_large_picture_is_looked_at_smaller():
+    image, _ = photograph(TILTS_DEG[0])
+    large = cv2.resize(image, None, fx=5, fy=5, interpolation=cv2.INTER_LINEAR)
+    count, name = markers_seen(large)
+    assert (count >= 20, name) == (True, "4X4_50")
 
 
 def test_no_markers_are_seen_on_a_plain_board(tmp_path):

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from raxel.features import find_board
+from raxel.errors import InputError
+from raxel.features import find_board, find_boards
 from raxel.features.find.grids import Grid
 from raxel.features.find.sides import unequal_pitch
+from raxel.features.opencv import find_opencv_sb
 from tests.chessboards import Board, facing
 from tests.test_features_find import drawn, seen, soft_and_noisy
 
@@ -78,3 +80,47 @@ def test_a_bent_board_has_equal_squares(name):
     points = board.corners().reshape(board.rows, board.columns, 2)
     ones = np.ones(points.shape[:2])
     assert unequal_pitch(Grid(points, ones, ones, ones, ones)) == ""
+
+
+@pytest.mark.parametrize(
+    ("off", "side"), [((260, 0), "right side"), ((0, 150), "bottom")]
+)
+def test_a_board_that_runs_out_of_the_picture_is_no_smaller_board(off, side):
+    centre = 319.5 + off[0], 239.5 + off[1]
+    image = seen(Board(9, 6, facing(9, 6, 40, centre=centre)))
+    found = find_board(image, 9, 6)
+    assert not found.found
+    assert f"but the board may go on beyond its {side}" in found.reason
+    assert found.reason.endswith("outside the image; check columns and rows")
+
+
+def test_a_side_that_lacks_nothing_is_not_blamed():
+    """The board is whole, and asked for with a column more; its rim is near its top."""
+    image = seen(Board(8, 6, facing(8, 6, 40, centre=(319.5, 130))))
+    assert "beyond its top, outside" in find_board(image).reason
+    assert find_board(image, 9, 6).reason.endswith(
+        "8 x 6 corners found; check columns and rows"
+    )
+
+
+def test_what_lies_outside_the_image_is_no_shadow():
+    """The picture ends in the top squares: aslant, some of the next corners are in it,
+    but next to nothing of the fields behind them."""
+    homography = facing(5, 4, 105, turn=0.1, centre=(319.5, 268))
+    found = find_board(seen(Board(5, 4, homography, height=600)))
+    assert "may go on beyond its top, outside the image" in found.reason
+
+
+def test_a_board_of_which_squares_run_out_lies_in_no_shadow():
+    """White paper is seen behind three of seven corners of its top; squares of the
+    others end at the picture's rim."""
+    board = Board(7, 6, facing(7, 6, 60, turn=0.25, centre=(319.5, 204)))
+    found = find_board(seen(board))
+    assert (found.columns, found.rows) == (7, 6)
+
+
+@pytest.mark.parametrize("find", [find_board, find_boards, find_opencv_sb])
+def test_a_colour_picture_is_told_as_one(find):
+    size = () if find is find_boards else (9, 6)
+    with pytest.raises(InputError, match=r"shape \(480, 640, 3\); give grey"):
+        find(np.zeros((480, 640, 3), np.uint8), *size)

@@ -2,7 +2,12 @@
 
 from raxel.errors import InputError
 from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, charuco
-from raxel.features.boards import check_chessboard, detect_boards, read_boards
+from raxel.features.boards import (
+    check_chessboard,
+    detect_boards,
+    markers_beside,
+    read_boards,
+)
 from raxel.features.size_vote import agreed
 from raxel.sets import Charuco
 
@@ -51,6 +56,8 @@ def detected(image_set, options, views, say):
             f"them, or take --detector {DEFAULT_DETECTOR}"
         )
     boards = detect_boards(image_set, detector, views, say)
+    if beside := markers_beside(image_set, boards):
+        say(beside)
     if image_set.target.columns is not None:
         return boards, None
     return agreed(image_set, boards, detector, say)

@@ -8,9 +8,10 @@ import numpy as np
 from raxel.documents import one_line, shown
 from raxel.errors import InputError
 from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, DETECTORS
-from raxel.features.charuco import find_charuco, markers_seen
+from raxel.features.charuco import find_charuco
 from raxel.features.detector import Detection, refused
 from raxel.features.lattice import order_of_clicks
+from raxel.features.markers import looks_like, markers_seen, with_markers_named
 from raxel.files import read_json, write_json
 from raxel.sets.image_files import read_image
 from raxel.sets.model import Charuco, Chessboard, View
@@ -55,6 +56,23 @@ def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
         if say:
             say(f"{number}/{len(views)} {_line(boards[-1])}")
     return boards
+
+
+def markers_beside(image_set, boards):
+    """A line on markers in the squares of what was found as a chessboard, or ''.
+
+    One photograph is looked at, the first of those that show a board.
+    """
+    found = [board.view for board in boards if board.detection.found]
+    if isinstance(image_set.target, Charuco) or not found:
+        return ""
+    seen = markers_seen(read_image(image_set, found[0]))
+    if seen is None:
+        return ""
+    return (
+        f"{found[0].label}: {looks_like(*seen)} and is read as a chessboard; with "
+        "target.kind: charuco its markers would tell which corner is which"
+    )
 
 
 def write_boards(path, image_set, detector, boards, vote=None):
@@ -171,24 +189,10 @@ def _detect(image_set, view, detector):
         ) from fault
     milliseconds = round((time.perf_counter() - start) * 1000, 1)
     if not detection.found and not isinstance(target, Charuco):
-        detection = _with_markers_named(detection, image)
+        detection = with_markers_named(detection, image)
     if detection.found and view.outer_corners is not None:
         detection = _as_clicked(detection, np.array(view.outer_corners))
     return Board(view, detection, milliseconds)
-
-
-def _with_markers_named(detection, image):
-    """The refusal, with a word on markers where the image shows a ChArUco board."""
-    seen = markers_seen(image)
-    if seen is None:
-        return detection
-    count, dictionary = seen
-    reason = (
-        f"this looks like a ChArUco board ({count} ArUco markers of {dictionary} are "
-        "in the image): give target.kind: charuco; as a chessboard: "
-        f"{detection.reason}"
-    )
-    return detection._replace(reason=reason)
 
 
 def _is_lack_of_memory(fault):

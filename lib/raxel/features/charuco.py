@@ -15,15 +15,6 @@ from raxel.features.find.verdict import unsure
 NAME = "charuco"  # as corners files and results name this detector
 # A pose has six numbers; fewer corners judge nothing.
 FEWEST_CORNERS = 6
-# So many markers of one dictionary in an image are no chance patterns.
-TELLING_MARKERS = 4
-FAMILIES = ("4X4_50", "5X5_50", "6X6_50", "7X7_50", "ARUCO_ORIGINAL") + (
-    "APRILTAG_16h5",
-    "APRILTAG_25h9",
-    "APRILTAG_36h11",
-)
-# Boards begin with a dictionary's first markers, and larger ones with the smaller's.
-FIRST = 50
 
 
 def find_charuco(image, target):
@@ -57,25 +48,6 @@ def find_charuco(image, target):
     return Detection(
         True, points.reshape(-1, 2), target.columns, target.rows, sd=sd.ravel()
     )
-
-
-def markers_seen(image):
-    """(count, dictionary) of ArUco markers in an image of another target, or None.
-
-    The dictionary of whose first markers most are read, if these are too many to be
-    there by chance.
-    """
-    import cv2
-
-    counts = {}
-    for name in FAMILIES:
-        whole = _dictionary(name)
-        some = cv2.aruco.Dictionary(whole.bytesList[:FIRST], whole.markerSize)
-        detector = cv2.aruco.ArucoDetector(some)
-        numbers = detector.detectMarkers(as_8_bit(image))[1]
-        counts[name] = 0 if numbers is None else len(np.unique(numbers))
-    best = max(counts, key=counts.get)
-    return (counts[best], best) if counts[best] >= TELLING_MARKERS else None
 
 
 class _Seen:

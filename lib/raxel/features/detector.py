@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.errors import InputError
 from raxel.features.lattice import lattice_fault, standard_order
 
 SPAN_FOR_8_BIT = (0.1, 99.9)
@@ -66,7 +67,14 @@ def verified(corners, columns, rows, image):
 
 
 def as_8_bit(image):
-    """Grey (height, width) as uint8; deeper images are stretched over their range."""
+    """Grey (height, width) as uint8; deeper images are stretched over their range.
+
+    Raises InputError for an array of another shape, as that of a colour picture.
+    """
+    if image.ndim != 2:
+        raise InputError(
+            f"image: found an array of shape {image.shape}; give grey, (height, width)"
+        )
     if image.dtype == np.uint8:
         return image
     low, high = np.percentile(image, SPAN_FOR_8_BIT)

@@ -15,8 +15,9 @@ from raxel.features.find.ends import doubtful_side
 from raxel.features.find.search import seen_in
 from raxel.features.find.sides import cut_side, dark_side
 from raxel.features.find.squares import shape_fault
-from raxel.features.find.verdict import continues, judged, open_side
+from raxel.features.find.verdict import continues, judged, open_side, open_sides
 from raxel.features.lattice import standard_order
+from raxel.features.markers import with_markers_named
 
 
 def find_board(image, columns=None, rows=None):
@@ -27,15 +28,21 @@ def find_board(image, columns=None, rows=None):
     sides where the size is not given. Corners that are not certain to a third of a
     pixel (SD), at most a third of all, are missing (NaN) like those not seen. Otherwise
     the reason, and as `partial` the corners in order. Raises InputError for one count
-    without the other.
+    without the other, and for an array that is no grey image.
     """
     if (columns is None) != (rows is None):
         found, missing = ("columns", "rows") if rows is None else ("rows", "columns")
         raise InputError(f"{missing}: not given, but {found} is; give both or neither")
-    if min(image.shape) < 16:
+    grey = as_8_bit(image)
+    if min(grey.shape) < 16:
         return refused(columns, rows, "the image is too small to show a board")
+    detection = _found(image, grey, columns, rows)
+    return detection if detection.found else with_markers_named(detection, grey)
+
+
+def _found(image, grey, columns, rows):
     known = columns is not None and rows is not None
-    seen = seen_in(as_8_bit(image), (columns, rows) if known else None)
+    seen = seen_in(grey, (columns, rows) if known else None)
     if not seen.grids:
         of = f"of {columns} x {rows} interior corners" if known else "of any size"
         count = len(seen.nodes.points)
@@ -47,10 +54,14 @@ def find_board(image, columns=None, rows=None):
 
 
 def find_boards(image):
-    """Detections of all complete boards in an image; for more than one board."""
-    if min(image.shape) < 16:
+    """Detections of all complete boards in an image; for more than one board.
+
+    image: as `find_board`; InputError for an array that is no grey image.
+    """
+    grey = as_8_bit(image)
+    if min(grey.shape) < 16:
         return []
-    seen = seen_in(as_8_bit(image))
+    seen = seen_in(grey)
     verdicts = _verdicts(seen, image, told=False)
     return [_detection(v.sure, image) for v in verdicts if not v.fault]
 
@@ -86,9 +97,28 @@ def _known_size(seen, image, columns, rows):
     if boards:
         reason = f"{len(boards)} boards of {columns} x {rows} corners are seen"
         return _refused(grids[0], image, columns, rows, reason)
-    fault = verdicts[0].fault or f"{_size(grids[0])}; check columns and rows"
+    fault = verdicts[0].fault or _other_size(grids[0], image, wanted)
     reason = f"no board of {columns} x {rows} interior corners: {fault}"
     return _refused(grids[0], image, columns, rows, reason)
+
+
+def _other_size(grid, image, wanted):
+    """What a board's size is that is none of the wanted (columns, rows), in words."""
+    shape = grid.known.shape
+    lacking = {
+        axis
+        for size in wanted
+        if all(n <= most for n, most in zip(shape, size, strict=True))
+        for axis in (0, 1)
+        if shape[axis] < size[axis]
+    }
+    open_ = [name for axis, name in open_sides(grid, image) if axis in lacking]
+    but = f", but {_goes_on(open_[0])}" if open_ else ""
+    return f"{_size(grid)}{but}; check columns and rows"
+
+
+def _goes_on(side):
+    return f"the board may go on beyond its {side}, outside the image"
 
 
 def _unknown_size(seen, image):
@@ -116,7 +146,7 @@ def _doubt(board, image, others):
     grey = as_8_bit(image)
     side = open_side(board, image)
     if side:
-        return f"the board may go on beyond its {side}, outside the image"
+        return _goes_on(side)
     side = cut_side(board, grey)
     if side:
         return (

@@ -28,6 +28,8 @@ SHORT, WHOLE, MOST = 0.85, 0.12, 2 / 3
 MARGIN_AT, MARGIN_FROM = 0.15, 1.3
 ASIDE = np.array([-0.25, -0.15, 0.15, 0.25])
 DARK, WHITE = 0.1, 0.8
+# Of a side's corners, so many must have these places inside the image.
+LEAST_INSIDE = 1 / 3
 
 
 def unequal_pitch(grid):
@@ -92,25 +94,31 @@ def dark_side(grid, image):
             for side, length in zip(sides_of(grid), lengths, strict=True)
         ]
     )
-    if behind.min() < DARK and np.count_nonzero(behind > WHITE) >= 2:
-        side = _corners_of(grid)[behind.argmin()]
+    if np.any(behind < DARK) and np.count_nonzero(behind > WHITE) >= 2:
+        side = _corners_of(grid)[np.nanargmin(behind)]
         return side_named(side[np.isfinite(side[:, 0])], grid.points)
     return ""
 
 
 def _white_behind(grid, image, on_side, outward, length):
     """How white it is behind the squares of a side: 0 as a dark square, 1 as a bright
-    one; the median over its corners of the darkest place."""
+    one; the median over its corners of the darkest place. NaN where of fewer than a
+    third of its corners all places lie inside the image."""
     patches, _, _ = patches_of(grid.points)
     patches = patches.of(on_side)
 
-    def grey(along):
+    def places(along):
         axis = 0 if outward[0] else 1
         s, t = np.full(len(ASIDE), along * outward[axis]), ASIDE
         s, t = (s, t) if axis == 0 else (t, s)
-        return grey_at(image, patches.at(s, t).astype(np.float32))
+        return patches.at(s, t).astype(np.float32)
 
-    squares, behind = grey(np.mean(NEAR)), grey(length + MARGIN_AT)
+    near, far = places(np.mean(NEAR)), places(length + MARGIN_AT)
+    most = np.array(image.shape[::-1]) - 1
+    inside = np.all((far >= 0) & (far <= most), axis=(1, 2))
+    if inside.mean() < LEAST_INSIDE:
+        return np.nan
+    squares, behind = (grey_at(image, at[inside]) for at in (near, far))
     dark, bright = squares.min(axis=1), squares.max(axis=1)
     share = (behind.min(axis=1) - dark) / np.maximum(bright - dark, 1.0)
     return np.median(share)

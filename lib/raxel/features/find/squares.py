@@ -47,7 +47,8 @@ def shape_fault(grid, level):
     if other_tone(grid, level) > MOST_OTHER:
         return (
             "its fields are not filled evenly: there is something in the dark or the "
-            "bright ones; a chessboard has plain squares"
+            "bright ones; a chessboard has plain squares, a ChArUco board "
+            "(target.kind: charuco) markers in the bright ones"
         )
     return ""
 

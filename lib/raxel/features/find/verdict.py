@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.features.detector import as_8_bit
+from raxel.features.find.corners import QUADRANT
 from raxel.features.find.grids import (
     LEAST_SIDE,
     ONE_MISSING_OF,
@@ -149,24 +150,40 @@ def _runs_on(grid, image):
 
 
 def open_side(grid, image):
-    """Which side of a complete grid may go on beyond the image (`side_named`), or ''.
+    """Which side of a grid may go on beyond the image (`side_named`), or ''."""
+    return next((name for _, name in open_sides(grid, image)), "")
 
-    A board has ended where the next corners would lie inside the image and are none;
-    of each side a third (LEAST_SEEN) of these must lie inside.
+
+def open_sides(grid, image):
+    """[(axis, `side_named`)] of the sides of a grid that may go on beyond the image.
+
+    axis: 0 where rows may follow, 1 where columns. A board has ended where the next
+    corners would lie inside the image and are none, with as much of the fields behind
+    them as a corner is told by (QUADRANT); of each side a third (LEAST_SEEN) of these
+    must lie inside.
     """
     height, width = image.shape
+    lattice = np.where(grid.known[..., None], grid.points, predicted(grid.points))
     beyond = predicted(
-        np.pad(grid.points, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan)
+        np.pad(lattice, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan)
     )
-    sides = (beyond[0, 1:-1], beyond[-1, 1:-1], beyond[1:-1, 0], beyond[1:-1, -1])
-    for points in sides:
+    sides = (
+        (0, beyond[0, 1:-1], lattice[0]),
+        (0, beyond[-1, 1:-1], lattice[-1]),
+        (1, beyond[1:-1, 0], lattice[:, 0]),
+        (1, beyond[1:-1, -1], lattice[:, -1]),
+    )
+    found = []
+    for axis, following, last in sides:
+        points = following + QUADRANT[0] * (following - last)
+        points = points[np.isfinite(points[:, 0])]
         inside = np.all(
             (points > RIM_PX) & (points < np.array([width, height]) - 1 - RIM_PX),
             axis=1,
         )
-        if inside.mean() < LEAST_SEEN:
-            return side_named(points, grid.points)
-    return ""
+        if len(points) and inside.mean() < LEAST_SEEN:
+            found.append((axis, side_named(points, grid.points[grid.known])))
+    return found
 
 
 def continues(grid, others):
