@@ -9,7 +9,15 @@ from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.stability import LEAST_PX, SURE, Division, _judged, stability
+from raxel.evaluation.stability import (
+    BY_FOCAL,
+    LEAST_PX,
+    SURE,
+    SURE_GROUPS,
+    Division,
+    _judged,
+    stability,
+)
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import rotation_from_vector, transform
 from tests.board_scenes import BOARD, COLUMNS, ROWS, board_poses
@@ -81,7 +89,16 @@ def test_two_cameras_lie_apart_as_their_rays_do():
 
 def test_which_photographs_are_whose_need_not_be_known():
     mixed = [CAMERA, CAMERA, OTHER, CAMERA, OTHER, OTHER, OTHER]
-    assert not found_in(views_of(mixed + mixed[::-1], 2)).stable
+    cameras = mixed + mixed[::-1]
+    found = found_in(views_of(cameras, 2))
+    assert not found.same_camera
+    worst = found.divisions[0]
+    assert worst.name == BY_FOCAL
+    assert found.p_value == worst.p_value < SURE_GROUPS
+    of = [{cameras[int(name[:-4])] is OTHER for name in half} for half in worst.halves]
+    assert sorted(map(list, of)) == [[False], [True]]
+    # None of those that nothing but the boards' places divide tells as much.
+    assert all(each.p_value > SURE / 11 for each in found.divisions[1:])
 
 
 def test_a_board_that_is_longer_one_way_is_told():

@@ -15,6 +15,10 @@ that. And where photographs differ from each other by more than twice what scatt
 explains, whichever way they are divided, that is said, too: a shutter does so where
 boards moved differently in each, and no mean of them is known to be right.
 
+Photographs of two cameras may be mixed in a way that no such division comes near. So
+they are divided, too, by the focal length that each asks for, where these fall into two
+groups better than chance divides one.
+
 A step of least squares from the fitted camera is each half's fit: no camera is fitted
 anew, so this asks little time, serves formulas and smooth rays alike (of OpenCV's fit
 nobody states a covariance), and holds where pupils move, at the distances of the
@@ -38,10 +42,17 @@ import numpy as np
 
 from raxel.calibration.views.board_shape import board_points
 from raxel.evaluation.pixel_pose import pixels_by_point, pose_jacobian
+from raxel.evaluation.two_groups import two_groups
+from raxel.evaluation.ways_to_divide import ways_to_divide
 from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import cross_matrix, rotate, transform
+from raxel.geometry.poses import cross_matrix, transform
 
-SURE = 1e-5  # p-value, times the number of divisions, below which halves disagree
+# p-value, times the number of divisions, below which halves disagree. It takes corners
+# that err together to do so alike in all ways; as they do not, those that share as much
+# as each errs for itself show less than 1e-3 in one set of forty, 1e-4 in one of a
+# hundred. That of two groups holds whichever way corners err most.
+SURE, SURE_GROUPS = 1e-5, 3e-3
+BY_FOCAL = "focal length that each photograph asks for"
 LEAST_PX, TIMES = 0.1, 1.5  # disagreement that matters: at least, and beyond scatter
 # Times scatter by which photographs differ from each other: more than corners do that
 # share as much with their neighbours as each errs for itself (2.8 at most). And what it
@@ -96,10 +107,12 @@ class Division(NamedTuple):
 
 class Stability(NamedTuple):
     """divisions: list of Division: first what tells most, the others by p-value. That
-    is the one of least p-value of those that matter and are not explained; where there
-    is none, the one most times as far apart as expected.
+    is the one by focal length, there only where photographs fall into two groups; else
+    the one of least p-value of those that matter and are not explained; where there is
+    none, the one most times as far apart as expected.
 
-    pixels (N, 2): of their fields; p_value: of the first, times how many there are;
+    pixels (N, 2): of their fields; p_value: of the first, times how many there are,
+    which that by focal length has in it;
     same_camera: whether no division matters with a p-value so small; factor: how many
     times as far as scatter explains photographs differ from each other, 1 or more;
     steady: whether that is less than ERRATIC, or shows in no division by ERRATIC_PX, or
@@ -164,17 +177,28 @@ def stability(camera, scores, views, shape=None):
     variance = _scatter(boards)
     seen = np.array([_seen(view, camera, fields.pixels) for _, view in pairs])
     names = np.array([view.name for _, view in pairs], object)
-    divisions = []
-    for name, first in _ways(pairs):
+
+    def divided(name, first):
         both = seen[first].any(axis=0) & seen[~first].any(axis=0)
         found = _compared(boards, first, fields, both, variance)
-        if found is not None:
-            of_halves = tuple(names[first]), tuple(names[~first])
-            divisions.append(Division(name, of_halves, *found))
+        of_halves = tuple(names[first]), tuple(names[~first])
+        return None if found is None else Division(name, of_halves, *found)
+
+    divisions = [divided(*way) for way in ways_to_divide(pairs)]
+    divisions = [each for each in divisions if each is not None]
     if not divisions:
         return None
     factor, _ = _apart(boards, [np.ones(len(boards), bool)], variance)
-    return _judged(divisions, fields.pixels, factor, camera.kind == "general")
+    table = camera.kind == "general"
+    found = _judged(divisions, fields.pixels, factor, table)
+    first, p_value = _by_focal(boards, fields, camera)
+    by_focal = None
+    if p_value < SURE_GROUPS and not table:
+        by_focal = divided(BY_FOCAL, first)
+    if by_focal is None or not by_focal.matters:
+        return found
+    divisions = [by_focal._replace(p_value=p_value), *found.divisions]
+    return found._replace(divisions=divisions, p_value=p_value, same_camera=False)
 
 
 def _judged(divisions, pixels, factor, table):
@@ -313,31 +337,15 @@ def _inverse_root(normal):
 # ------------------------------------------------------------------------ the divisions
 
 
-def _ways(pairs):
-    """(by what boards are divided, (n,) bool: which are the first half)"""
-    n = len(pairs)
-    T = np.array([score.T_camera_grid for score, _ in pairs])
-    middles = np.array([np.nanmean(view.pixels, axis=0) for _, view in pairs])
-    centres = np.array([view.points.mean(axis=0) for _, view in pairs])
-    at = transform(T, on_plane(centres)[:, None])[:, 0]
-    distance = np.linalg.norm(at, axis=1)
-    # How the board is looked at, in its own frame.
-    x, y, _ = rotate(np.swapaxes(T, 1, 2), at[:, None])[:, 0].T / distance
-    along, normal = T[:, :3, 0], T[:, :3, 2]
-    yield "order of the photographs", np.arange(n) < n // 2
-    yield "every other photograph", np.arange(n) % 2 == 0
-    for name, values in (
-        ("left and right in the image", middles[:, 0]),
-        ("top and bottom in the image", middles[:, 1]),
-        ("near and far", distance),
-        ("tilted much and little", np.hypot(x, y)),
-        ("tilted about one side of the board and the other", np.abs(x) - np.abs(y)),
-        ("tilted about one diagonal of the board and the other", x * y),
-        ("turned in the image", np.abs(along[:, 1]) - np.abs(along[:, 0])),
-        ("leaning to the left and to the right", normal[:, 0]),
-        ("leaning up and down", normal[:, 1]),
-    ):
-        yield name, np.argsort(np.argsort(values, kind="stable")) < n // 2
+def _by_focal(boards, fields, camera):
+    """Two groups of the boards by the focal length that each asks for, (n,) bool, and
+    their p-value."""
+    middle = (np.array([camera.width, camera.height]) - 1) / 2
+    longer = _without(fields.turns, (fields.pixels - middle)[..., None])
+    shapes = fields.shapes.reshape(longer.size, -1)
+    direction = np.linalg.lstsq(shapes, longer.ravel())[0]
+    normal = np.array([board.normal for board in boards])
+    return two_groups(normal, np.array([board.right for board in boards]), direction)
 
 
 def _seen(view, camera, pixels):
