@@ -189,6 +189,25 @@ def test_one_board_that_does_not_belong_is_named(calibrate):
     assert told.startswith("4.png: does not fit as the other boards do: with it off by")
 
 
+def test_half_a_board_that_is_off_is_named_though_all_together_fit(calibrate):
+    boards = [*boards_of(PINHOLE, 1, 7), *boards_of(PINHOLE, 2, 7)]
+    boards[4] = boards[4] + [2.0, 0.0] * (np.arange(COLUMNS * ROWS)[:, None] % 2)
+    printed, result = calibrate(boards, "--model", "zhang")
+    assert result["misfit"]["fits"]
+    assert result["misfit"]["odd_board"] == "4.png"
+    told = warnings_in(printed)
+    assert sum("4.png: does not fit as the other boards do" in one for one in told) == 1
+    assert all("its shape was not asked for" not in one for one in told)
+
+
+def test_few_boards_that_are_bent_may_be_to_blame(calibrate):
+    printed, _ = calibrate(boards_of(PINHOLE, 4, 5, bend=4.0), "--model", "zhang")
+    (told,) = [one for one in warnings_in(printed) if "not fit" in one]
+    assert told.endswith(
+        "its shape was not asked for, which takes 6 boards and a formula"
+    )
+
+
 def test_a_picture_that_is_there_twice_is_told(calibrate):
     boards = boards_of(PINHOLE)
     printed, _ = calibrate([*boards, boards[2]], "--model", "zhang")
@@ -218,9 +237,8 @@ def test_photographs_of_two_cameras_are_told(calibrate):
     )
     assert found["divisions"][0]["divided_by"] == found["divided_by"]
     names = [f"{k}.png" for k in range(12)]
-    first, second = found["halves"]
-    assert sorted(first + second) == sorted(names)
-    assert "made: stability: of 11 divisions into halves the worst is '" in printed
+    assert sorted(found["halves"]) == sorted([names[:6], names[6:]])
+    assert "made: stability: of 12 divisions into halves the worst is '" in printed
 
 
 def test_a_bent_board_is_told_and_used(calibrate):

@@ -208,3 +208,10 @@ def test_the_more_ways_there_are_to_divide_the_surer_one_of_them_has_to_be(times
     assert found.same_camera == (times > 1)
     if times < 1:
         assert found.p_value == pytest.approx(times * SURE)
+
+
+def test_a_board_of_which_no_corner_is_right_tells_nothing():
+    views = views_of(COUNT * [CAMERA], 10)
+    away = np.random.default_rng(10).choice([-3.0, 3.0], BOARD.shape)
+    views[3] = views[3]._replace(pixels=views[3].pixels + away)
+    assert found_in(views, CAMERA) is not None

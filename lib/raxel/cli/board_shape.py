@@ -134,6 +134,17 @@ def shape_line(test, unit, target):
     )
 
 
+def not_asked(test, boards, target):
+    """What to add where a camera does not fit and nobody asked for the board's shape:
+    "" where there were boards enough."""
+    if test is not None or boards >= FEWEST:
+        return ""
+    return (
+        f"; a {target} that is bent does so, too: its shape was not asked for, which "
+        f"takes {FEWEST} {target}s and a formula"
+    )
+
+
 def shape_warnings(test, unit, target):
     """What to say of a board that is not as it is said to be."""
     if test is None or not test.used:

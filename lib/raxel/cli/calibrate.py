@@ -8,7 +8,7 @@ import numpy as np
 
 from raxel.calibration.generic.central_views import centrality_of_views
 from raxel.cli import described, models, scores
-from raxel.cli.board_shape import shape_fields, shape_line, shape_warnings
+from raxel.cli.board_shape import not_asked, shape_fields, shape_line, shape_warnings
 from raxel.cli.models import DOES_NOT_FIT, FEWEST_VIEWS, FITS
 from raxel.cli.outputs import check_written
 from raxel.cli.seen import check_options, seen_in
@@ -106,7 +106,7 @@ def _calibrated(image_set, views, asked, say):
     result |= {"camera": fields, **details, **scores.as_json(evaluation)}
     result["board_shape"] = shape_fields(fitted.board, views)
     wrong = wrong_fields(wrong_points(details, right), evaluation.n_scored)
-    found, warnings = _misfit(model, asked, right, details, words)
+    found, warnings = _misfit(model, asked, right, fitted, words)
     warnings += wrong_warnings(wrong, right.evaluation.rms_px, words)
     result |= {"misfit": described.misfit_fields(found), **wrong}
     if model in models.TABLES:
@@ -158,14 +158,16 @@ def _stability(fitted, right):
     return stability(fitted.camera, *zip(*used, strict=True), fitted.shape)
 
 
-def _misfit(model, asked, right, details, words):
+def _misfit(model, asked, right, fitted, words):
     """(Misfit of the views that went into the fit, warnings)"""
-    out = _left_out(details)
+    out = _left_out(fitted.details)
     pairs = list(zip(right.evaluation.images, right.views, strict=True))
     used = [pair for pair in pairs if pair[1].name not in out]
     found = misfit(*zip(*used, strict=True))
     blamed = "auto" if asked == "auto" and model not in models.TABLES else model
     warnings = described.misfit_warnings(found, *DOES_NOT_FIT[blamed], words)
+    bent = not_asked(fitted.board, len(used), words.target)
+    warnings = [warning + bent for warning in warnings]
     if out and not found.large:
         whole = misfit(*zip(*pairs, strict=True))
         if whole.large and not whole.odd_board:

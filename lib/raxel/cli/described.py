@@ -140,7 +140,7 @@ def misfit_warnings(found, what, cure, words):
     what: the subject of the sentence, such as "no central camera fits"; cure: what may
     be the cause, or what to do; words: of the target.
     """
-    if not found.large:
+    if not found.large and not found.odd_board:
         return []
     sure = [
         f"{words} {number:.2g} px"

@@ -20,6 +20,9 @@ BEYOND_PX = 0.25
 PLAIN_PX = 3.0
 PLAIN_TIMES_SD = 10.0
 ODD_TIMES = 2.5  # the residuals of the next board, where one is alone at fault
+# And where all together are not too large: the median of all boards' residuals, of so
+# many corners. Where some scatter twice as much as others it is 2.2 at most.
+ODD_TIMES_MEDIAN, ODD_CORNERS = 3.0, 12
 # The share of a second difference's variance: 1 + 4 + 1.
 SECOND = np.array([1.0, -2.0, 1.0]) / np.sqrt(6)
 
@@ -30,8 +33,8 @@ class Misfit(NamedTuple):
     rms_px: of the residuals; scatter_px: RMS distance by which corners move on their
     own, NaN where no three neighbours are scored; sd_px: as the detector states it, the
     same kind of number, NaN where it states none; large: whether the residuals are more
-    than the corners explain; odd_board: name of the one board that makes them so, ""
-    where it is not one alone.
+    than the corners explain; odd_board: name of the one board that makes them so, or
+    whose own are far larger than those of the others, "" where it is not one alone.
     """
 
     rms_px: float
@@ -54,13 +57,20 @@ def misfit(scores, views):
         if np.isfinite(score.rms_px)
     ]
     found = _misfit(pairs)
-    if found.large and len(pairs) > 2:
-        pairs.sort(key=lambda pair: pair[0].rms_px)
-        second, worst = (score.rms_px for score, _ in pairs[-2:])
+    if len(pairs) < 3:
+        return found
+    pairs.sort(key=lambda pair: pair[0].rms_px)
+    *others, second, worst = (score.rms_px for score, _ in pairs)
+    alone = worst > ODD_TIMES * second
+    if found.large:
         # One bad board pulls the camera, and so the others, with it.
-        if worst > ODD_TIMES * second or not _misfit(pairs[:-1]).large:
-            return found._replace(odd_board=pairs[-1][0].name)
-    return found
+        odd = alone or not _misfit(pairs[:-1]).large
+    else:
+        usual = np.median([*others, second, worst])
+        scored = np.isfinite(pairs[-1][0].residuals_px[:, 0]).sum()
+        odd = alone and worst > max(ODD_TIMES_MEDIAN * usual, BEYOND_PX)
+        odd = odd and scored >= ODD_CORNERS
+    return found._replace(odd_board=pairs[-1][0].name) if odd else found
 
 
 def _misfit(pairs):

@@ -275,7 +275,7 @@ def _board(camera, score, view, shape, mixing, widest):
     places = view.pixels[right] - off
     solid = board_points(points, shape)
     by_pose = pose_jacobian(camera, places, solid, score.T_camera_grid)
-    shapes = (_polynomials(places, camera) @ mixing).reshape(2 * len(off), -1)
+    shapes = (_polynomials(places, camera) @ mixing).reshape(off.size, mixing.shape[1])
     of_pose, _ = np.linalg.qr(by_pose)
     shapes = shapes - of_pose @ (of_pose.T @ shapes)
     off = off.ravel() - of_pose @ (of_pose.T @ off.ravel())
