@@ -62,18 +62,20 @@ def poses(rng, kind):
         yield pose(R, rng.uniform(near, far) * sight - R @ [*MIDDLE, 0.0])
 
 
-def drawn(rng, kind, *, shape=(0, 0, 0, 0), together_px=0.0, other=1.0, moves_mm=0.0,
-          wrong=0.0):  # fmt: skip
+def drawn(rng, kind, *, shape=(0, 0, 0, 0), together_px=0.0, other=1.0, in_order=True,
+          moves_mm=0.0, wrong=0.0):  # fmt: skip
     """BoardViews of one set; shape: values of a BoardShape; together_px: SD of what
     neighbouring corners share; other: focal length of the second half's camera over the
-    first's; moves_mm: motion from the first row to the last, each board's own way;
+    first's; in_order: whether that half comes after the first, or mixed with it;
+    moves_mm: motion from the first row to the last, each board's own way;
     wrong: share of corners that are several px off."""
     solid = BoardShape(MIDDLE, HALF, np.array(shape, float)).points(BOARD)
     gaps = np.linalg.norm(BOARD[:, None] - BOARD, axis=2) / TOGETHER_MM
     alike = np.linalg.cholesky(np.exp(-(gaps**2) / 2) + 1e-8 * np.eye(len(BOARD)))
     views, placed = [], poses(rng, kind)
+    place = np.arange(COUNT) if in_order else rng.permutation(COUNT)
     while len(views) < COUNT:
-        camera = camera_of(kind, other if len(views) >= COUNT // 2 else 1.0)
+        camera = camera_of(kind, other if place[len(views)] >= COUNT // 2 else 1.0)
         points, way = transform(next(placed), solid), rng.normal(size=3)
         way *= moves_mm / np.linalg.norm(way)
         pixels = camera.project(points).pixels
@@ -151,6 +153,7 @@ CASES = {
     "two cameras, 2 % apart": {"other": 1.02},
     "shutter, 2 mm of motion a frame": {"moves_mm": 2.0},
     "5 % of corners wrong": {"wrong": 0.05},
+    "two cameras, 2 % apart, mixed at random": {"other": 1.02, "in_order": False},
 }
 
 
