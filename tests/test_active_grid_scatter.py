@@ -104,3 +104,16 @@ def test_white_noise_widens_nothing():
         told = examine(one.images, one.patterns, one.grid, found)
         np.testing.assert_array_equal(told.factors, 1)
         np.testing.assert_array_equal(told.widened(found.sigma), found.sigma)
+
+
+def test_what_blur_leaves_of_a_curve_like_an_s_is_no_noise_that_neighbours_share():
+    """A tilted monitor: its harmonics are finer, and weaker, on one side."""
+    one = drawn(**SCENE | {"blur": 0.0}, steps=5, tilt=0.4)
+    light = np.tanh(2.5 * ((one.images / 255.0 - 0.1) / 0.7 - 0.5))
+    light = np.array([cv2.GaussianBlur(own, (0, 0), 2.0) for own in light])
+    light = 120 + 90 * light + np.random.default_rng(3).normal(0, 1, light.shape)
+    images = np.rint(light).astype(np.uint8)
+    found = decode(images, one.patterns, one.grid)
+    told = examine(images, one.patterns, one.grid, found)
+    assert told.factors.max() < 1.25
+    assert not any("share their noise" in doubt.text for doubt in told.doubts)

@@ -31,6 +31,8 @@ AS_WELL = 0.98  # of what the best one explains: it may be that one
 # Of the variance of windows: 3.6 times the deviation of a median of WINDOWS squares,
 # which noise passes twice in 10 000.
 MORE_THAN_NOISE = 0.3
+# Harmonics of powers; those of curves like an S as well, for means over windows.
+LARGEST, LARGE = (2,), (2, 3)
 LIGHT, MOTION = "light", "motion"
 
 
@@ -55,14 +57,16 @@ class Mismatch(NamedTuple):
 
 class _Pixels(NamedTuple):
     """P pixels of an axis' N steps: light (N, P), mean (P,), wave (P,) complex, their
-    slopes (2, P) along x and y, harmonics (C, P); plain: (P,), the light without a
-    pattern where there are three steps, else None; spare: variance of `left`."""
+    slopes (2, P) along x and y; at: (2, P), from -1 to 1; harmonics (C, P); plain:
+    (P,), the light without a pattern where there are three steps, else None; spare:
+    variance of `left`."""
 
     light: np.ndarray
     mean: np.ndarray
     wave: np.ndarray
     of_mean: np.ndarray
     of_wave: np.ndarray
+    at: np.ndarray
     harmonics: np.ndarray
     plain: np.ndarray | None
     spare: float
@@ -147,7 +151,9 @@ def mismatch(sample, axis, noise):
         error = np.hypot(error, _unexplained(best, windows, variance))
         if count > 3:
             white = noise.at(windows.mean)
-            scatter = scatter_of_steps(windows.light, windows.harmonics, white)
+            x, y = windows.at
+            every = _harmonics(windows, usual, LARGE, [x, y, x * x, x * y, y * y])
+            scatter = scatter_of_steps(windows.light, every, white)
     found = best.kind, names, *_size(best, spare)
     return Mismatch(*found, float(error), float(by_one), scatter)
 
@@ -214,32 +220,37 @@ def _pixels(light, wave, mean, where, usual, beside):
     ]
     own, (plain, spare) = wave[n, v, u], beside
     x, y = 2 * u / width - 1, 2 * (n * rows + v) / (len(wave) * rows) - 1
-    if plain is None:
-        levels = np.abs(own) / usual, mean[n, v, u] / usual
-        harmonics = _harmonics(own, x, y, *levels, len(light))
-    else:
-        plain = plain[n, v, u]
-        harmonics = _of_three(own, x, y, plain, usual)
     slopes = map(np.array, slopes)
-    steps = light[:, n, v, u], mean[n, v, u], own
-    return _Pixels(*steps, *slopes, harmonics, plain, spare)
+    steps = light[:, n, v, u], mean[n, v, u], own, *slopes, np.array([x, y])
+    if plain is None:
+        pixels = _Pixels(*steps, own[:0], None, spare)
+        own = _harmonics(pixels, usual, LARGEST, pixels.at)
+        return pixels._replace(harmonics=own)
+    plain = plain[n, v, u]
+    harmonics = _of_three(own, x, y, plain, usual)
+    return _Pixels(*steps, harmonics, plain, spare)
 
 
-def _harmonics(wave, x, y, size, level, count):
+def _harmonics(pixels, usual, large, across):
     """(C, P): what even a smooth response leaves of N steps.
 
     The response's curve follows from modulation and mean, which scattered light and the
     angle at which a facet shows the monitor change one by one; the monitor's own curve
-    changes with the angle, and so with the place in the picture.
+    changes with the angle, and so with the place in the picture. large: the orders of
+    which all that is looked for; blur leaves less of them the finer they are seen.
+    across: how they may change with the place.
     """
-    unit = wave / np.maximum(np.abs(wave), 1e-6)
-    places = [1.0, size, level, size**2, size * level, level**2, x, y]
+    count = len(pixels.light)
+    modulation = np.abs(pixels.wave)
+    unit = pixels.wave / np.maximum(modulation, 1e-6)
+    size, level = modulation / usual, pixels.mean / usual
+    places = [1.0, size, level, size**2, size * level, level**2, *across]
     columns = []
     # Others are taken for the level or the phase itself.
     orders = [n for n in range(2, count + 3) if 1 < n % count < count - 1]
     for order in orders:
-        for place in places if order == 2 else places[:2]:
-            value = np.abs(wave) * place * unit**order
+        for place in places if order in large else places[:2]:
+            value = modulation * place * unit**order
             columns += [value.real, value.imag]
     return np.array(columns)
 
