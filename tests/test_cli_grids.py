@@ -87,9 +87,8 @@ def test_a_set_without_points_is_decoded_and_drawn(rendered, tmp_path):
     options = "--model", "zhang"
     then = calibrated(image_set, tmp_path, *options, "--points", points)
     now = calibrated(image_set, tmp_path, *options, "--report", tmp_path / "report")
-    # What decoding warns of was told when the points were made.
-    assert any("response of monitor" in text for text in now.pop("warnings"))
-    assert then.pop("warnings") == []
+    # What the response may do is small beside sigma, so nothing is said of it.
+    assert now.pop("warnings") == then.pop("warnings") == []
     # Sums of the last digits may hang on where in memory arrays lie.
     assert numbers(now) == pytest.approx(numbers(then), rel=1e-9, abs=1e-12)
     assert worded(now) == worded(then)
