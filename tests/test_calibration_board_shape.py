@@ -7,6 +7,7 @@ from raxel.calibration import calibrate_lens
 from raxel.calibration.parametric import lens_bundle
 from raxel.calibration.parametric.clustered import clustered_covariance
 from raxel.calibration.parametric.lens_board import _wald
+from raxel.calibration.parametric.lens_fit import FormulaFit, covariance_of
 from raxel.calibration.parametric.lens_laws import LensFormula
 from raxel.calibration.views.board_shape import TERMS, BoardShape, shaped
 from raxel.geometry.planes import on_plane
@@ -110,6 +111,48 @@ def test_a_flat_board_stays_flat_and_few_photographs_ask_nothing():
     assert found.board is None
 
 
+def test_a_pull_grows_as_its_slope_says():
+    scales, step = np.array([0.1, 0.3]), 1e-6
+    off = np.random.default_rng(5).normal(scale=0.4, size=(2, 200, 2))
+
+    def pull(off):
+        weight, slope = lens_bundle.tukey_pull(np.sum(off**2, axis=2), scales)
+        return weight[..., None] * off, slope
+
+    grown = [
+        (pull(off + along)[0] - pull(off - along)[0])[..., k] / (2 * step)
+        for k, along in enumerate(step * np.eye(2))
+    ]
+    assert pull(off)[1] == pytest.approx(np.mean(grown, axis=0), abs=1e-5)
+    assert np.any(pull(off)[1] < 0)
+    assert np.any(pull(off)[1] == 0)
+
+
+def test_deviations_are_those_of_corners_and_not_of_weights():
+    """Gaussian corners: 2 % more variance than least squares have, as Tukey's loss
+    costs; wrong corners cost no more than that there are fewer right ones."""
+    rng, wrong = np.random.default_rng(6), 0.06
+    poses = board_poses(6, 16)
+    views = views_of(poses, noise=NOISE_PX, seed=6)
+    boards = lens_bundle.stacked([(view.pixels, view.points) for view in views])
+    formula = LensFormula("kannala-brandt", 2, 0, 0)
+    start = np.array([FOCAL_PX, FOCAL_PX, 122.0, 88.0, 0.0, 0.0])
+
+    def alone(boards):
+        found = lens_bundle.adjusted(formula, start, poses, boards, "tukey")
+        told = covariance_of(FormulaFit(formula, found), boards)
+        far = np.full(len(poses), 1e6)
+        exact = formula, found.values, found.T_camera_grid
+        normal = lens_bundle.told_by_boards(*exact, boards, far)[0].sum(axis=0)
+        squares = NOISE_PX**2 * np.linalg.inv(normal)
+        return np.mean(np.diag(told.alone) / np.diag(squares))
+
+    assert alone(boards) == pytest.approx(1.02, abs=0.06)
+    off = rng.random(boards.seen.shape) < wrong
+    boards.pixels[off] += rng.choice([-8.0, 8.0], (np.count_nonzero(off), 2))
+    assert alone(boards) == pytest.approx(1.02 / (1 - wrong), abs=0.08)
+
+
 def fitted_line(rng, together):
     """(estimate, its ClusteredCovariance) of three parameters from 12 groups of 40; in
     each group errors share what moves the first parameter, so strongly."""
@@ -133,15 +176,23 @@ def test_errors_shared_within_a_photograph_are_in_the_covariance(together):
     stated, alone = (
         np.sqrt(np.mean([np.diag(c[k]) for _, c in trials], axis=0)) for k in (0, 1)
     )
+    own = found / np.sqrt([np.diag(c.covariance) for _, c in trials])
     factor = np.mean([c.factor for _, c in trials])
     for _, one in trials:
-        least = np.linalg.eigvals(np.linalg.solve(one.alone, one.covariance)).min()
-        assert least > 1 - 1e-9
+        for wider, less in (
+            (one.estimated, one.alone),
+            (one.covariance, one.estimated),
+        ):
+            least = np.linalg.eigvals(np.linalg.solve(less, wider)).min()
+            assert least > 1 - 1e-9
     if not together:
         # What is less than alone by chance is raised, and what is more is not lowered.
         assert np.all((stated / spread > 0.95) & (stated / spread < 1.2))
+        assert np.all(np.abs(np.sqrt(np.mean(own**2, axis=0)) - 0.95) < 0.1)
         assert 1.0 <= factor < 1.15
     else:
         assert alone[0] < 0.6 * spread[0]
-        assert 0.85 < stated[0] / spread[0] < 1.2
+        assert 0.85 < stated[0] / spread[0] < 1.25
+        # A dozen numbers tell what the first errs by: without that 1.26.
+        assert np.sqrt(np.mean(own[:, 0] ** 2)) < 1.2
         assert factor > 1.2

@@ -66,9 +66,9 @@ def board_test(fit, boards, before=None):
     """
     if len(boards.seen) < FEWEST:
         return None
-    shape, covariance = _found_shape(fit, boards)
+    shape, covariance, estimated = _found_shape(fit, boards)
     p_values = [
-        _wald(shape.values[own], covariance[own, own], len(boards.seen))
+        _wald(shape.values[own], estimated[own, own], len(boards.seen))
         for own in (slice(len(BENDS)), slice(len(BENDS), None))
     ]
     asked = tuple(
@@ -96,22 +96,27 @@ def board_test(fit, boards, before=None):
 
 
 def _found_shape(fit, boards):
-    """The BoardShape of a fit and the covariance (4, 4) of its values; those that the
-    fit has none of come from another, in which all are free."""
+    """The BoardShape of a fit, the covariance (4, 4) of its values and the same as it
+    is estimated; those that the fit has none of come from another, in which all are
+    free."""
     free = _shaped(fit, TERMS, boards)
     own = slice(-len(TERMS), None)
-    covariance = covariance_of(free, boards).covariance[own, own]
+    covariances = _covariances(free, boards)[:, own, own].copy()
     values = free.result.values[own].copy()
     if fit.formula.board:
         of_fit = [fit.formula.names.index(name) for name in fit.formula.board]
         of_shape = [TERMS.index(name) for name in fit.formula.board]
         values[of_shape] = fit.result.values[of_fit]
-        covariance[np.ix_(of_shape, of_shape)] = covariance_of(fit, boards).covariance[
-            np.ix_(of_fit, of_fit)
-        ]
-    return boards.shape(free.formula, free.result.values)._replace(
-        values=values
-    ), covariance
+        of_board = _covariances(fit, boards)[:, of_fit][:, :, of_fit]
+        covariances[np.ix_((0, 1), of_shape, of_shape)] = of_board
+    shape = boards.shape(free.formula, free.result.values)
+    return shape._replace(values=values), *covariances
+
+
+def _covariances(fit, boards):
+    """(2, P, P): of errors, and as it is estimated."""
+    found = covariance_of(fit, boards)
+    return np.array([found.covariance, found.estimated])
 
 
 def _shaped(fit, names, boards):

@@ -154,6 +154,14 @@ def distance_loss(squares, scales, loss):
     return width / 3 * (1 - left**3), left**2
 
 
+def tukey_pull(squares, scales):
+    """(weight, slope), (n, M) each, of Tukey's loss at squared distances px^2: a corner
+    is pulled by weight times distance, and slope is how that grows with the distance,
+    the mean of both coordinates; 0 where a corner counts as wrong."""
+    left = np.maximum(1 - squares / (WIDTH * scales[:, None]) ** 2, 0.0)
+    return left**2, left * (3 * left - 2)
+
+
 def _minimised(formula, values, T, boards, loss, scales):
     residuals = _residuals(formula, values, T, boards)
     cost, damping = _costs(residuals, boards, loss, scales).sum(), 1e-4

@@ -180,8 +180,8 @@ def _completed(proposal, boards, views, width, height):
     formula, result = proposal.fit
     # Copies: what is kept for the next model is nobody's to change.
     values, poses = result.values.copy(), result.T_camera_grid.copy()
-    covariance, _, factor = covariance_of(proposal.fit, boards)
-    spread = float(np.sqrt(covariance[0, 0]) / values[0])
+    told = covariance_of(proposal.fit, boards)
+    spread = float(np.sqrt(told.estimated[0, 0]) / values[0])
     if not spread < UNDETERMINED:
         raise CalibrationError(
             f"{formula.base}: the focal length is not determined (standard deviation"
@@ -208,7 +208,7 @@ def _completed(proposal, boards, views, width, height):
         )
     rms = float(np.sqrt(np.mean(distances[boards.seen] ** 2)))
     return LensCalibration(
-        camera, poses, rms, formula, values, covariance, factor, wrong,
+        camera, poses, rms, formula, values, told.covariance, told.factor, wrong,
         proposal.pupil, proposal.board,
     )  # fmt: skip
 

@@ -59,7 +59,7 @@ def calibrate_pinhole(views, width, height):
         fx, fy, cx, cy, *radial = values[: len(PINHOLE.names)]
         K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
         camera = PerspectiveCamera(K, radial, width, height)
-    covariance, _, factor = covariance_of(fit, boards)
+    told = covariance_of(fit, boards)
     return PinholeCalibration(
-        camera, poses, fit.formula, values, covariance, factor, test
+        camera, poses, fit.formula, values, told.covariance, told.factor, test
     )
