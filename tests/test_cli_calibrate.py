@@ -98,6 +98,13 @@ def test_intrinsics_are_printed_and_written(calibrate):
     )
     numbers = [*camera["focal_px"], *camera["principal_point_px"], *camera["radial"]]
     assert [float(x) for x in told.groups()] == pytest.approx(numbers, abs=0.006)
+    sd = [result["terms"][name]["sd"] for name in ("fx", "fy", "cx", "cy")]
+    fx, fy, cx, cy = (f"{one:.2g}" for one in sd)
+    assert (
+        f"made: standard deviations: focal lengths {fx} and {fy} px, principal point "
+        f"({cx}, {cy}) px; all in all {result['sd_over_independent']:.2g} times"
+    ) in printed
+    assert np.all(np.abs(np.array(numbers[:2]) - 300) < 4 * np.array(sd[:2]))
     # The bend pulls in what a straight pinhole of this focal length would not hold.
     straight = 2 * np.degrees(np.arctan(0.5 * WIDTH / 300))
     field = camera["field_of_view_deg"]
@@ -216,11 +223,12 @@ def test_a_picture_that_is_there_twice_is_told(calibrate):
 
 
 def test_few_boards_are_told(calibrate):
-    printed, result = calibrate(boards_of(PINHOLE)[:4], "--model", "zhang")
-    assert result["stability"] is None
+    printed, result = calibrate(boards_of(PINHOLE)[:5], "--model", "zhang")
+    assert result["stability"] is result["board_shape"] is None
     assert "made: stability: not tested; it takes 6 boards whose halves" in printed
     (told,) = warnings_in(printed)
-    assert told.startswith("4 boards went into the fit")
+    assert told.startswith("5 boards went into the fit")
+    assert "nor whether halves of them agree was asked; take 10 or more" in told
 
 
 def test_photographs_of_two_cameras_are_told(calibrate):

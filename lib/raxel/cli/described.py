@@ -7,7 +7,8 @@ from raxel.evaluation.coverage import board_counts, field_of_view
 
 # A table of fewer of the image's pixels is a small part of a camera.
 LEAST_TABLE = 1 / 3
-FEW_BOARDS, ENOUGH_BOARDS = 5, 10
+# Fewer are not asked whether they are flat, nor whether halves of them agree.
+FEW_BOARDS, ENOUGH_BOARDS = 6, 10
 # Of a lens formula, beside focal lengths, principal point and radial terms.
 TERMS = {
     "xi": "xi",
@@ -118,8 +119,9 @@ def few_warnings(views, target):
         return []
     return [
         f"{boards} {target}s went into the fit: their own residuals hardly tell how "
-        f"wrong the camera is elsewhere; take {ENOUGH_BOARDS} or more, all over the "
-        "image and at other tilts"
+        f"wrong the camera is elsewhere, and neither whether the {target} is flat nor "
+        f"whether halves of them agree was asked; take {ENOUGH_BOARDS} or more, all "
+        "over the image and at other tilts"
     ]
 
 

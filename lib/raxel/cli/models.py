@@ -190,27 +190,37 @@ DOES_NOT_FIT = {
 
 def lines(details, unit):
     """What people are told of a fit beside the camera's numbers."""
+    if "terms" in details:
+        fx, fy, cx, cy = (details["terms"][n]["sd"] for n in ("fx", "fy", "cx", "cy"))
+        yield (
+            f"standard deviations: focal lengths {fx:.2g} and {fy:.2g} px, principal "
+            f"point ({cx:.2g}, {cy:.2g}) px; all in all "
+            f"{details['sd_over_independent']:.2g} times what they were if each corner "
+            "erred for itself"
+        )
     pupil = details.get("pupil")
-    if not pupil or pupil["central_px"] is None:
-        return
+    if pupil and pupil["central_px"] is not None:
+        yield _pupil_line(pupil, unit)
+
+
+def _pupil_line(pupil, unit):
     errors = (
         f"without that, {pupil['central_px']:.3g} px RMS on boards kept out, with it "
         f"{pupil['moving_px']:.3g} px"
     )
     by = f"{pupil['shift']:.3g} +- {pupil['shift_sd']:.2g} {unit}"
     if pupil["moves"]:
-        yield f"the entrance pupil moves by {by} over the field of view: {errors}"
-    elif pupil["verdict"] == UNDECIDED:
+        return f"the entrance pupil moves by {by} over the field of view: {errors}"
+    if pupil["verdict"] == UNDECIDED:
         why = f"which chance makes with p = {pupil['chance']:.2g}"
         if pupil["against"]:
             why = f"but {pupil['against']}, which fits better, says otherwise"
-        yield (
+        return (
             f"whether the entrance pupil moves is undecided, and it is taken to stand "
             f"still: if it does, by {by} over the field of view; {errors}, {why}"
         )
-    else:
-        yield (
-            "the entrance pupil is taken to stand still: one that moves fits better "
-            f"(p = {pupil['p_value']:.2g}), but not boards kept out "
-            f"({pupil['moving_px']:.3g} px RMS, {pupil['central_px']:.3g} px without)"
-        )
+    return (
+        "the entrance pupil is taken to stand still: one that moves fits better "
+        f"(p = {pupil['p_value']:.2g}), but not boards kept out "
+        f"({pupil['moving_px']:.3g} px RMS, {pupil['central_px']:.3g} px without)"
+    )

@@ -4,12 +4,14 @@ from raxel.evaluation.stability import FEWEST_BOARDS
 
 POSSIBLE = (
     "boards longer one way than stated, or bent; pictures of several cameras, or of "
-    "another zoom or focus; a rolling shutter while something moved; wrong corners"
+    "another zoom or focus; pictures turned, cropped or stabilised; a rolling shutter "
+    "while something moved; wrong corners"
 )
 ERRATIC = (
-    "a rolling shutter while something moved; pictures of several cameras, or of "
-    "another zoom or focus; a lens, or a board, that this model does not follow; wrong "
-    "corners"
+    "a rolling shutter while something moved; boards that bent otherwise in each "
+    "picture; pictures turned, cropped or stabilised; pictures of several cameras, or "
+    "of another zoom or focus; a lens, or a board, that this model does not follow; "
+    "wrong corners"
 )
 
 
