@@ -38,6 +38,19 @@ def test_without_noise_the_pose_is_exact_from_either_tilt():
     assert np.abs(again.T_camera_grid - T_TRUE).max() < 1e-8
 
 
+def test_the_other_tilt_looks_alike_along_the_line_of_sight():
+    viewpoint = np.array([150.0, -90.0, 40.0])
+    other = other_tilt(T_TRUE, GRID, viewpoint)
+    assert angle_between_rotations(other[:3, :3], T_TRUE[:3, :3]) > 0.1
+    middle = transform(T_TRUE, on_plane(GRID.mean(axis=0)[None]))[0]
+    sight = (middle - viewpoint) / np.linalg.norm(middle - viewpoint)
+    across = np.eye(3) - np.outer(sight, sight)
+    pictures = [
+        (transform(T, on_plane(GRID)) - middle) @ across for T in (T_TRUE, other)
+    ]
+    np.testing.assert_allclose(*pictures, atol=1e-9)
+
+
 def test_a_fifth_of_wrong_pairs_is_left_out():
     rng = np.random.default_rng(1)
     rays = CAMERA.rays(PIXELS + 0.2 * rng.standard_normal(PIXELS.shape))

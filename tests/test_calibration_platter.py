@@ -97,6 +97,20 @@ def test_errors_are_as_large_as_the_covariance_says():
     assert 0.4 < np.mean(turned) < 2.0
 
 
+def test_scatter_tells_the_noise_that_corners_do_not_state():
+    pictures, _ = platter_scene(np.random.default_rng(5), 0.2, places=2)
+    told = grid_poses_in_platter(VIEWER, pictures, THICKNESS)
+    bare = [
+        p._replace(board=p.board._replace(sd=None), grid=p.grid._replace(sd=None))
+        for p in pictures
+    ]
+    found = grid_poses_in_platter(VIEWER, bare, THICKNESS)
+    ratio = np.diag(found.covariance) / np.diag(told.covariance)
+    # 0.04 px^2, known to a few per cent by so many corners.
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-3)
+    assert ratio[0] == pytest.approx(1, abs=0.1)
+
+
 def test_a_decoded_monitor_is_moved_by_what_its_stage_moved():
     """0.2 px on the board, some um on the monitor: 0.05 mm and 0.02 degrees."""
     motions = []

@@ -225,6 +225,16 @@ def test_a_moving_pupil_shows_points_beyond_its_caustic():
     assert not (apart < 1e-3).any()
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_pupil_that_moves_either_way_shows_each_point_by_itself(sign):
+    lens = KannalaBrandtCamera([1, 0.02], [28, 28], [31, 24], W, H)
+    camera = MovingPupilCamera(lens, [sign * 4.0, sign * 1.0])
+    for pixel in ([40.0, 30], [58, 12], [3, 40]):
+        rays = camera.rays([pixel])
+        found = camera.project(rays.origins + 40 * rays.directions)
+        np.testing.assert_allclose(found.pixels, [pixel], atol=1e-8)
+
+
 def test_the_caustic_of_crossed_slits_is_the_slits():
     pixels = np.random.default_rng(5).uniform(5, [W - 5, H - 5], (50, 2))
     sheets = caustic_points(XSLITS, pixels)

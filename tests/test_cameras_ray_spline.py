@@ -152,6 +152,24 @@ def test_covariance_of_rays_is_that_of_drawn_fields():
         np.testing.assert_allclose(of_pixel, counted, atol=0.15 * counted.max())
 
 
+def test_covariance_of_rays_is_that_where_the_field_leads():
+    """A field that moves all pixels alike: their rays, differenced, turn as stated."""
+    cells = SHAPE[0] - 3, SHAPE[1] - 3
+    nodes = np.broadcast_to([4.0, 1, 9], (2 * cells[0] + 1, 2 * cells[1] + 1, 3))
+    away = np.broadcast_to([14.0, -11.0], CONTROL.shape)
+    camera = spline(away, covariance=nodes)
+    pixels = 40 + 0.6 * positions(20)
+    steps = 1e-3 * np.eye(2)
+    turns = [
+        camera.rays(pixels + s).directions - camera.rays(pixels - s).directions
+        for s in steps
+    ]
+    J = np.stack(turns, axis=2) / 2e-3
+    stated = camera.ray_covariance(pixels)
+    expected = J @ np.array([[4.0, 1], [1, 9]]) @ np.swapaxes(J, 1, 2)
+    np.testing.assert_allclose(stated, expected, atol=1e-5 * expected.max())
+
+
 def test_a_file_brings_all_of_it_back(tmp_path):
     cells = SHAPE[0] - 3, SHAPE[1] - 3
     covered = np.random.default_rng(7).random(cells) > 0.5

@@ -137,6 +137,16 @@ def test_falloff_curve_and_own_centre():
     assert light[20, 190] == pytest.approx(0.2)
 
 
+def test_a_curve_takes_of_what_the_pupil_leaves():
+    curve = ((0, 50, 100), (1.0, 0.8, 0.2))
+    both = Optics(exit_pupil_px=90.0, falloff=curve).vignetting(60, 40)
+    each = [
+        Optics(exit_pupil_px=90.0).vignetting(60, 40),
+        Optics(falloff=curve).vignetting(60, 40),
+    ]
+    np.testing.assert_allclose(both, each[0] * each[1], rtol=1e-6)
+
+
 def test_fringes_move_colours_by_the_ratio_of_their_scales():
     size, scales = 401, (1.002, 1.0, 0.997)
     image = np.repeat(

@@ -183,6 +183,17 @@ def test_pixels_without_a_ray_are_black_and_colour_agrees_with_grey():
     np.testing.assert_allclose(grey, colour @ [0.2126, 0.7152, 0.0722], atol=1e-6)
 
 
+def test_tiles_take_turns_and_every_second_row_is_shifted():
+    tiles = Tiles((8, 5), [0.1, 0.5, 0.9], 1.0, 0.3, shift=0.5)
+    v, u = np.mgrid[-3:4, -3:4]
+    middles = np.stack([8 * (u + 0.5 + 0.5 * (v % 2)), 5 * (v + 0.5)], axis=-1)
+    found = tiles.radiance(middles.reshape(-1, 2), np.ones(49))
+    expected = np.take([0.1, 0.5, 0.9], (u + v) % 3)
+    np.testing.assert_allclose(found.reshape(v.shape), expected, rtol=1e-6)
+    joints = np.array([[0.5, 2.5], [4.5, 7.5], [3.0, 0.5], [9.0, 5.5]])
+    np.testing.assert_allclose(tiles.radiance(joints, np.ones(4)), 0.3, rtol=1e-6)
+
+
 class Slope(Texture):
     """Radiance that rises linearly: its mean over a pixel is its middle's."""
 

@@ -13,6 +13,7 @@ from raxel.geometry.poses import (
     transform,
 )
 from raxel.multiview.epipolar import (
+    _angles_of_essential,
     depths,
     epipolar_angles,
     epipolar_system,
@@ -195,3 +196,11 @@ def test_planes_rotations_and_few_pairs_are_refused_in_one_line():
             with pytest.raises(CalibrationError, match=words) as refusal:
                 call(d_1, d_2)
             assert "\n" not in str(refusal.value)
+
+
+def test_an_essential_matrix_has_the_angles_of_its_motion():
+    _, (d_1, d_2), _ = all_around(9, noise=0.05)
+    T = pose(rotation_from_vector([0.1, 0.3, -0.1]), T_TRUE[:3, 3])
+    E = cross_matrix(T[:3, 3]) @ T[:3, :3]
+    found = _angles_of_essential(E[None], d_1, d_2)[0]
+    np.testing.assert_allclose(found, np.abs(epipolar_angles(T, d_1, d_2)), rtol=1e-9)

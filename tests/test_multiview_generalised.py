@@ -12,7 +12,7 @@ from raxel.multiview.generalised_linear import generalised_equations, generalise
 from raxel.multiview.generalised_motion import refine_generalised_pose
 from raxel.multiview.generalised_robust import generalised_pose_ransac
 from raxel.multiview.motion_information import motion_information
-from raxel.multiview.motion_samples import squared_gaps, turning_pairs
+from raxel.multiview.motion_samples import sampled_motions, squared_gaps, turning_pairs
 from raxel.multiview.noisy_rays import NoisyRays, angular_rays, rays_of_pixels
 from raxel.multiview.ray_gaps import gap_system, gaps, matched_rays, moved_motion
 from tests.ray_scenes import (
@@ -194,7 +194,7 @@ def test_an_origin_may_slide_along_its_ray():
 
 
 def test_errors_are_as_covariance_and_information_say():
-    inside, found, told = [], [], []
+    inside, found, told, stated = [], [], [], []
     for seed in range(40):
         A, B, _ = mirror_rays(seed, 40)
         best = refine_generalised_pose(A, B, T_MIRROR)
@@ -206,6 +206,7 @@ def test_errors_are_as_covariance_and_information_say():
         found.append([turn, aside, np.log(length)])
         known = motion_information(T_MIRROR, A, B)
         told.append([known.rotation_sd, known.direction_sd, known.scale_sd])
+        stated.append([best.rotation_sd, best.scale_sd])
     # Chi square with six degrees, divided by a variance of 34.
     assert np.mean(inside) == pytest.approx(6.4, abs=1.9)
     assert np.mean(np.array(inside) < 14.1) > 0.85
@@ -213,6 +214,32 @@ def test_errors_are_as_covariance_and_information_say():
         np.mean(np.square(found), axis=0) / np.mean(np.square(told), axis=0)
     )
     assert np.all((ratio > 0.75) & (ratio < 1.3))
+    # What a motion states of itself is that bound, but for the scatter of 34 degrees.
+    both = np.median(np.array(stated) / np.array(told)[:, [0, 2]], axis=0)
+    np.testing.assert_allclose(both, 1, atol=0.08)
+
+
+def test_sampled_motions_do_not_depend_on_the_unit_of_length():
+    A, B, _ = mirror_rays(5, 60)
+    pairs = matched_rays(A, B)
+    picks = np.random.default_rng(5).integers(60, size=(8, 7))
+    samples = turning_pairs(pairs).of(picks)
+    metres = samples._replace(p_1=samples.p_1 / 1000, p_2=samples.p_2 / 1000)
+    R, u = sampled_motions(samples, pairs.spread, 3.5)
+    again, shorter = sampled_motions(metres, pairs.spread / 1000, 3.5)
+    assert len(R) > 8
+    np.testing.assert_allclose(again, R, atol=1e-5)
+    np.testing.assert_allclose(1000 * shorter, u, atol=1e-3 * np.abs(u).max())
+
+
+def test_samples_have_the_gaps_of_all_pairs():
+    """Where rays turn about points, as those of a rig do."""
+    _, A, B = by_rig(np.random.default_rng(6), 40, T_RIG)
+    pairs = matched_rays(A, B)
+    R, u = pairs.about_centre(T_RIG)
+    samples = turning_pairs(pairs)
+    ours = squared_gaps(R[None], u[None], samples, 3.5)[0]
+    np.testing.assert_allclose(np.sqrt(ours), np.abs(gaps(R, u, pairs)), rtol=1e-6)
 
 
 def test_the_nearer_to_central_the_less_the_length_is_told():

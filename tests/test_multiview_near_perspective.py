@@ -58,7 +58,9 @@ def test_the_view_holds_what_is_wanted_upright_at_the_wanted_scale(view):
     middle = transform(T_BUST, np.array([[-0.5, 0, 0], [0.5, 0, 0], [0, 0.5, 0]]))
     step = view_pixels(view, middle)
     assert np.hypot(*(step[1] - step[0])) == pytest.approx(1, abs=0.15)
-    behind = view.centre - view.R_camera_view[:, 2]
+    R = view.R_camera_view
+    np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-12)
+    behind = view.centre - R[:, 2]
     assert np.isnan(view_pixels(view, behind[None])).all()
 
 

@@ -108,6 +108,19 @@ def test_facets_are_not_joined_and_what_both_see_is_averaged_by_sigma():
     assert seen[5:-5][:, 2:106].all()
 
 
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+def test_what_is_whole_does_not_depend_on_the_unit_of_length(unit):
+    rng = np.random.default_rng(6)
+    location = on_plane()
+    sigma = rng.uniform(0, 0.3, location.shape)
+    location = location + rng.normal(0, 3, location.shape) * (
+        rng.random(location.shape) < 0.1
+    )
+    cells = whole_cells(location, sigma)
+    assert 0.1 < cells.mean() < 0.9
+    np.testing.assert_array_equal(whole_cells(unit * location, unit * sigma), cells)
+
+
 def test_noise_tears_no_holes_into_a_surface():
     rng = np.random.default_rng(5)
     location = on_plane()

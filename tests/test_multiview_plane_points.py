@@ -80,6 +80,27 @@ def test_points_move_with_the_pose_as_is_said():
         np.testing.assert_allclose(by_pose[:, :, k], slope, rtol=1e-3, atol=1e-2)
 
 
+def test_a_circle_moves_with_the_pose_as_its_covariance_says():
+    pixels, _, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 40)
+    pixels = pixels[np.isfinite(scale)]
+    h = 1e-5
+    for step in np.eye(6):
+        T = [
+            T_BOARD @ pose(rotation_from_vector(s[:3]), s[3:])
+            for s in (h * step, -h * step)
+        ]
+        one, other = (measured_circle(CAMERA, pixels, moved, 1e-9).fit for moved in T)
+        change = np.append(one.centre - other.centre, one.radius - other.radius) / (
+            2 * h
+        )
+        sure = measured_circle(CAMERA, pixels, T_BOARD, 1e-9).fit.covariance
+        given = measured_circle(CAMERA, pixels, T_BOARD, 1e-9, np.diag(step)).fit
+        expected = np.outer(change, change)
+        np.testing.assert_allclose(
+            given.covariance - sure, expected, atol=1e-3 * np.abs(expected).max()
+        )
+
+
 def test_the_radius_errs_as_much_as_edges_and_pose_say():
     rng = np.random.default_rng(11)
     pixels, _, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 40)

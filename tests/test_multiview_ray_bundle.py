@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from raxel.cameras import Rays
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import (
     inverse_pose,
@@ -11,7 +12,7 @@ from raxel.geometry.poses import (
     vector_from_rotation,
 )
 from raxel.multiview.generalised_motion import refine_generalised_pose
-from raxel.multiview.noisy_rays import rays_of_pixels
+from raxel.multiview.noisy_rays import angular_rays, rays_of_pixels
 from raxel.multiview.ray_bundle import bundle_rays
 from raxel.multiview.ray_points import (
     PlacedPoints,
@@ -22,7 +23,7 @@ from raxel.multiview.ray_points import (
     moved_poses,
 )
 from raxel.multiview.triangulation import triangulate
-from tests.ray_scenes import ACROSS, BENT, SD_PX, by_rig, in_mirror, jittered
+from tests.ray_scenes import ACROSS, BENT, SD_PX, by_rig, in_mirror, jittered, unit
 
 TURN = np.array([0.3, 1.0, 0.2])
 STAGE = np.array(
@@ -111,6 +112,21 @@ def test_the_covariance_of_points_covers_both_ways():
         assert np.mean(inside) == pytest.approx(3, abs=0.3)
         assert least < np.mean(np.concatenate(inside) < 7.815) < 0.97
         assert np.mean(variances) == pytest.approx(1, abs=0.15)
+
+
+def test_the_distance_is_that_from_the_nearest_of_its_pivots():
+    """Of two cameras, one much nearer than the other, in either order."""
+    rng = np.random.default_rng(8)
+    X = rng.uniform([-100, -100, 900], [100, 100, 1000], (30, 3))
+    centres = np.array([[0.0, 0, 0], [150.0, 0, 600]])
+    sight = [angular_rays(Rays(c + 0 * X, unit(X - c), None), 1e-3) for c in centres]
+    for order in ([0, 1], [1, 0]):
+        found = triangulate([RayView(sight[k]) for k in order], [np.eye(4)] * 2)
+        assert found.valid.all()
+        along = found.points - centres[1]
+        away = np.linalg.norm(along, axis=1)
+        variance = np.einsum("ni,nij,nj->n", along, found.covariance, along)
+        np.testing.assert_allclose(found.distance_sd, np.sqrt(variance) / away**2)
 
 
 def test_noise_that_is_not_stated_is_told_by_the_scatter():
@@ -215,6 +231,8 @@ def test_two_views_agree_with_the_motion_of_pairs():
     apart = steps_of(bundle, [STAGE[0], pairs.T_2_1])[6:]
     assert np.all(np.abs(apart) < 0.02 * sd)
     assert bundle.scale_sd(1) == pytest.approx(pairs.scale_sd / pairs.rms, rel=0.1)
+    turn_sd = pairs.rotation_sd / pairs.rms
+    assert bundle.rotation_sd(1) == pytest.approx(turn_sd, rel=0.1)
     # Each pair has one equation more than its point has numbers.
     assert bundle.variance * 54 == pytest.approx(60 * pairs.rms**2, rel=1e-3)
 

@@ -1,13 +1,14 @@
 """Wrong corners are named and counted; they blame neither the lens nor the shutter."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from raxel.cli import main
 from raxel.evaluation.misfit import misfit
-from raxel.evaluation.wrong_corners import without_wrong_corners
+from raxel.evaluation.wrong_corners import _beside_neighbours, without_wrong_corners
 from tests.made_sets import COLUMNS, FISHEYE, PINHOLE, ROWS, boards_of, write_made_set
 from tests.test_evaluation_stability import CAMERA, COUNT, views_of
 
@@ -50,6 +51,15 @@ def test_what_grows_towards_the_end_of_a_board_is_not_wrong():
         own = np.maximum(*np.mgrid[: view.rows, : view.columns]) == ring
         pixels[own] += [off, off]
     assert without_wrong_corners(CAMERA, views).wrong == []
+
+
+def test_residuals_with_a_slope_continue_to_the_very_rim():
+    """At a rim all neighbours lie to one side: only their slope leads to the corner."""
+    j, i = np.mgrid[:5, :7]
+    lattice = SimpleNamespace(rows=5, columns=7)
+    slope = np.stack([0.3 * i - 0.2 * j + 1, 0.1 * i + 0.4 * j - 2], axis=2)
+    score = SimpleNamespace(residuals_px=slope.reshape(-1, 2))
+    np.testing.assert_allclose(_beside_neighbours(score, lattice)[0], 0, atol=1e-12)
 
 
 @pytest.fixture
