@@ -53,6 +53,16 @@ def test_a_motion_moves_the_vectors_as_it_moves_the_rays(rays):
     np.testing.assert_allclose(both, line_transform(T) @ line_transform(T), atol=1e-12)
 
 
+@pytest.mark.parametrize("of_motion", [line_transform, generalised_essential])
+def test_a_stack_of_motions_is_one_after_another(of_motion):
+    turns = np.random.default_rng(1).standard_normal((2, 3, 3))
+    stack = pose(rotation_from_vector(turns), 9 * turns[..., ::-1])
+    found = of_motion(stack)
+    assert found.shape == (2, 3, 6, 6)
+    for place in np.ndindex(2, 3):
+        np.testing.assert_allclose(found[place], of_motion(stack[place]), atol=1e-13)
+
+
 def test_lines_that_meet_satisfy_5_30_and_the_mixed_signs_do_not(rays):
     o, d = rays
     X = o + 300 * d

@@ -137,6 +137,19 @@ def test_falloff_curve_and_own_centre():
     assert light[20, 190] == pytest.approx(0.2)
 
 
+def test_a_picture_is_dimmed_by_as_much_as_the_lens_takes():
+    optics = Optics(exit_pupil_px=60.0)
+    light, rng = optics.vignetting(60, 40), np.random.default_rng(3)
+    for shape in ((40, 60), (40, 60, 3)):
+        image = rng.uniform(0, 1, shape).astype(np.float32)
+        shares = optics.apply(image) / image
+        np.testing.assert_allclose(
+            shares.reshape(40, 60, -1).T,
+            [light.T] * (shape[2] if len(shape) == 3 else 1),
+            rtol=1e-5,
+        )
+
+
 def test_a_curve_takes_of_what_the_pupil_leaves():
     curve = ((0, 50, 100), (1.0, 0.8, 0.2))
     both = Optics(exit_pupil_px=90.0, falloff=curve).vignetting(60, 40)

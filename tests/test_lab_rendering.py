@@ -246,6 +246,8 @@ def test_rows_in_blocks_make_the_same_picture(monkeypatch):
 def test_share_of_the_image_that_a_surface_fills():
     T = pose(np.eye(3), [0, 0, 50])
     half = Rectangle(T, 100, 100, (-50, 4.5))
+    most = Rectangle(T, 100, 100, (-50, 1.5))
+    assert visible_share(ORTHO, HERE, most) == 0.8
     assert visible_share(ORTHO, HERE, half) == 0.5
     behind = Rectangle(pose(np.eye(3), [0, 0, -50]), 100, 100, (-50, -50))
     with pytest.raises(InputError, match="the board fills 0 % of the image") as fault:

@@ -14,6 +14,7 @@ from raxel.geometry.poses import (
 )
 from raxel.multiview.epipolar import (
     _angles_of_essential,
+    _whitening,
     depths,
     epipolar_angles,
     epipolar_system,
@@ -204,3 +205,9 @@ def test_an_essential_matrix_has_the_angles_of_its_motion():
     E = cross_matrix(T[:3, 3]) @ T[:3, :3]
     found = _angles_of_essential(E[None], d_1, d_2)[0]
     np.testing.assert_allclose(found, np.abs(epipolar_angles(T, d_1, d_2)), rtol=1e-9)
+
+
+def test_whitened_directions_have_a_unit_second_moment():
+    _, d, _, _ = ahead(3)
+    white = d @ _whitening(d).T
+    np.testing.assert_allclose(white.T @ white / len(d), np.eye(3), atol=1e-10)
