@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from raxel.calibration.mirror.clamp import soft_clamp
 from raxel.calibration.mirror.clamp_line import (
     beam_give,
     clamp_line,
@@ -113,6 +114,18 @@ def test_a_line_that_stands_in_for_the_clamp_is_held_as_far_as_it_moves(quantity
     both = np.hypot(*slopes)
     np.testing.assert_allclose(clamp.slope_sd, both, rtol=0.03)
     assert (fixed_line(still, line).slope_sd < 0.01 * clamp.slope_sd).all()
+
+
+@pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
+def test_the_mirror_it_was_read_from_keeps_what_is_fixed(quantity):
+    camera, line = plane_camera(quantity), clamp_line(VIEWER, picks_on_line())
+    clamp = fixed_line(camera, line)
+    # Another direction than across the line as well: slopes are vectors.
+    for angle in (line.angle, line.angle + 0.9):
+        kept = soft_clamp(camera.grid, clamp._replace(angle=angle))
+        c = camera.coefficients.ravel("F")
+        assert len(kept.rows) == 2 * len(clamp.points)
+        np.testing.assert_allclose(kept.rows @ c, kept.values, rtol=1e-9)
 
 
 def test_no_line_is_refused():

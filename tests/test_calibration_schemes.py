@@ -301,6 +301,25 @@ def test_the_bounds_of_a_distance_are_as_wide_as_it_scatters():
     assert np.mean(deviations) == pytest.approx(np.std(squares), rel=0.15)
 
 
+def test_noise_that_poses_share_is_no_distance():
+    """Lines through one point, off by their own noise and by that of six numbers."""
+    rng, count, squares = np.random.default_rng(1), 60, []
+    u = rng.normal(size=(count, 3))
+    follows = rng.normal(size=(count, 2, 6))
+    lines = SimpleNamespace(
+        used=np.ones(count, bool),
+        offset_covariance=np.broadcast_to(np.eye(2), (count, 2, 2)),
+        offset_of_poses=follows,
+        covariance=0.25 * np.eye(6),
+        axes=tangent_bases(u / np.linalg.norm(u, axis=1)[:, None]),
+    )
+    for _ in range(300):
+        lines.offsets = rng.normal(size=(count, 2)) + follows @ rng.normal(0, 0.5, 6)
+        squares.append(_squared_distance(None, lines, 1.0)[0])
+    # 2 of the lines and 3 of the poses are noise; the point takes a twentieth of the 2.
+    assert np.mean(squares) == pytest.approx(-0.1, abs=0.25)
+
+
 def test_gross_errors_neither_hide_a_distance_nor_make_one():
     scene, linear = drawn(0, noise=0.0, grids=4)
     rng = np.random.default_rng(0)

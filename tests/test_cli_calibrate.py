@@ -140,6 +140,16 @@ def test_focal_lengths_are_px_per_radian_near_the_axis(camera):
     assert camera_fields(camera, [])["focal_px"] == pytest.approx(focal, rel=1e-5)
 
 
+def test_radial_terms_do_not_depend_on_the_scale_of_the_first():
+    """k1 times the px per unit is the focal length: the same lens, written twice."""
+    size = [151, 119], WIDTH, HEIGHT
+    one = KannalaBrandtCamera([2, 0.06, -0.01], [140, 145], *size)
+    other = KannalaBrandtCamera([1, 0.03, -0.005], [280, 290], *size)
+    told = [camera_fields(camera, []) for camera in (one, other)]
+    for name in ("focal_px", "radial", "principal_point_px"):
+        assert told[0][name] == pytest.approx(told[1][name])
+
+
 def test_what_went_into_no_camera_is_told(calibrate):
     small = [(b - CENTRE) * 0.25 + CENTRE for b in boards_of(PINHOLE)]
     beside = small[0] - [100, 70]

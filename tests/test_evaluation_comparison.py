@@ -164,6 +164,23 @@ def test_parts_that_gave_no_camera_are_told(views):
     assert doubt.endswith("boards do not overlap")
 
 
+def test_a_part_without_a_camera_of_one_is_left_out_of_what_is_shared(views):
+    def fails_once(views):
+        if views[0].name == "view1":
+            raise CalibrationError("boards do not overlap")
+        return GOOD
+
+    comparison = compare_models({"lens": lens, "some": fails_once}, views, 3)
+    for found in comparison.common.values():
+        assert [score.name for score in found.images] == [
+            "view1",
+            "view4",
+            "view2",
+            "view5",
+        ]
+        assert not found.left_out
+
+
 def test_models_that_answer_for_nothing_are_refused(views):
     builders = {"none": answering(GOOD, never), "lens": lens}
     assert compare_models(builders, views, 3).choice() == (

@@ -10,7 +10,7 @@ from chapters.shared.mirror_scores import load_height
 from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
 from raxel.calibration.mirror.update import MirrorSettings
 from raxel.errors import CalibrationError, InputError
-from raxel.features.film import carried_on, next_corners
+from raxel.features.film import _smooth, carried_on, next_corners
 from raxel.features.lattice import spacing
 from tests.film_scenes import film_scene
 
@@ -63,6 +63,18 @@ def test_corners_are_followed_within_their_stated_error():
     assert np.max(off / sd) < 4
     assert np.median(sd) < 0.05
     assert not (found.lost & found.regained).any()
+
+
+def test_flow_gone_astray_does_not_bend_the_flow_of_all():
+    rng = np.random.default_rng(4)
+    lattice = np.indices((9, 11)).reshape(2, -1).T
+    i, j = lattice.T / 10
+    true = np.stack([3 + 2 * i - j + i * j, 1 - 4 * j + 2 * i * i], axis=1)
+    motion = true + rng.normal(0, 0.01, true.shape)
+    astray = rng.random(len(true)) < 0.2
+    motion[astray] += rng.uniform(-20, 20, (astray.sum(), 2))
+    motion[::17] = np.nan
+    assert np.abs(_smooth(lattice, motion) - true).max() < 0.05
 
 
 def test_no_corner_becomes_its_neighbour_at_steps_of_half_a_square():

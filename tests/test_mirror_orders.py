@@ -15,8 +15,9 @@ from raxel.calibration import (
     raised_until_white,
     stage_by_order,
 )
+from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.sightings import normalised
-from raxel.calibration.mirror.whiteness import neighbours, whiteness
+from raxel.calibration.mirror.whiteness import _across, neighbours, whiteness
 from raxel.cameras import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.spline_grid import spline_grid
@@ -107,6 +108,33 @@ def test_white_noise_has_the_mean_and_the_deviation_that_are_told(scene):
     spent = 1 - len(fitted.coefficients) / (2 * len(exact))
     variance = spent * np.mean([one.variance for one in noisy])
     assert variance == pytest.approx(0.02**2, rel=0.03)
+
+
+def test_mean_and_deviation_are_those_of_the_fits_whole_projection(scene):
+    """Of r^T W r / r^T r for r = P e, P = I - J J^+: moments of quadratic forms."""
+    own = own_space(scene, SplineOrder((5, 3)))
+    _, fitted = primary(scene, decoded_in(scene, own))(SplineOrder((5, 3)))
+    rays, some = fitted.rays, slice(None, None, 8)
+    fitted = fitted._replace(
+        rays=RayPoints(rays.p[some], rays.grid, rays.quantity),
+        points=fitted.points[some],
+        motion=fitted.motion[some],
+        grids=fitted.grids[some],
+    )
+    rays, c = fitted.rays, fitted.coefficients
+    changes = [rays.jacobian(c, fitted.points), rays.across(c) @ fitted.motion]
+    J = _across(rays.surface(c)[1]) @ np.concatenate(changes, axis=2)
+    J = J.reshape(-1, J.shape[2])
+    J = J / np.linalg.norm(J, axis=0)
+    P = np.eye(len(J)) - J @ np.linalg.pinv(J, rcond=1e-9)
+    joined = neighbours(rays.p, fitted.grids)
+    A = P @ np.kron(joined.toarray(), np.eye(2)) @ P
+    freedom, trace = np.trace(P), np.trace(A)
+    square = (2 * np.sum(A * A.T) + trace**2) / (freedom * (freedom + 2))
+    unit = len(rays.p) / joined.nnz
+    told = whiteness(fitted)
+    mean, sd = trace / freedom, np.sqrt(square - (trace / freedom) ** 2)
+    np.testing.assert_allclose([told.expected, told.sd], [unit * mean, unit * sd], 1e-6)
 
 
 def test_poses_that_are_off_do_not_make_residuals_coloured(scene):
