@@ -93,9 +93,13 @@ def test_without_noise_nothing_is_white_and_the_reason_is_said(scene):
     assert np.all(np.diff([step.variance for step in found.steps]) < 0)
 
 
-def test_white_noise_has_the_mean_and_the_deviation_that_are_told(scene):
+@pytest.fixture(scope="module")
+def fitted(scene):
     own = own_space(scene, SplineOrder((5, 3)))
-    _, fitted = primary(scene, decoded_in(scene, own))(SplineOrder((5, 3)))
+    return primary(scene, decoded_in(scene, own))(SplineOrder((5, 3)))[1]
+
+
+def test_white_noise_has_the_mean_and_the_deviation_that_are_told(fitted):
     exact, rng = fitted.points - fitted.residuals, np.random.default_rng(3)
     noisy = [
         fitted._replace(points=exact + rng.normal(0, 0.02, exact.shape))
@@ -110,10 +114,8 @@ def test_white_noise_has_the_mean_and_the_deviation_that_are_told(scene):
     assert variance == pytest.approx(0.02**2, rel=0.03)
 
 
-def test_mean_and_deviation_are_those_of_the_fits_whole_projection(scene):
+def test_mean_and_deviation_are_those_of_the_fits_whole_projection(fitted):
     """Of r^T W r / r^T r for r = P e, P = I - J J^+: moments of quadratic forms."""
-    own = own_space(scene, SplineOrder((5, 3)))
-    _, fitted = primary(scene, decoded_in(scene, own))(SplineOrder((5, 3)))
     rays, some = fitted.rays, slice(None, None, 8)
     fitted = fitted._replace(
         rays=RayPoints(rays.p[some], rays.grid, rays.quantity),
