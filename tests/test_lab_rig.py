@@ -12,7 +12,7 @@ from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import rig_limits
 from raxel.lab.rig import load_rig
-from raxel.lab.target_poses import Visibility, outline_of
+from raxel.lab.target_poses import AroundPoses, DrawnPoses, Visibility, outline_of
 
 RIGS = sorted((Path(__file__).resolve().parents[1] / "data" / "rigs").glob("*.yaml"))
 ORIGINS = {"thesis", "data sheet", "physics", "choice"}
@@ -348,3 +348,25 @@ def test_a_file_that_is_none(tmp_path):
     (tmp_path / "text.yaml").write_text("hello")
     with pytest.raises(InputError, match=r"text.yaml: found 'hello'; give a mapping"):
         load_rig(tmp_path / "text.yaml")
+
+
+def test_a_target_looks_as_it_is_drawn_wherever_its_origin_is():
+    """Its four corners subtend the angle wanted; its middle is what is placed."""
+    angles = {"tilt": (0, 0.5), "turn": (0, 1.0)}
+    centre, size = np.array([10.0, -5, 3]), np.array([200.0, 140])
+    around = AroundPoses(
+        tuple(centre), (0.2, -0.1, 1), polar=(0.4, 0.4), subtense=(0.5, 0.5), **angles
+    )
+    drawn = DrawnPoses((300, 500), off_axis=(0, 0.3), **angles)
+    for poses in (around, drawn):
+        middles = []
+        for corner in (np.zeros(2), np.array([-30.0, 70])):
+            T = poses._one(np.random.default_rng(4), corner, size)
+            middles.append(transform(T, on_plane((corner + size / 2)[None]))[0])
+            if poses is around:
+                box = corner + size * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+                lines = transform(T, on_plane(box)) - centre
+                lines /= np.linalg.norm(lines, axis=1, keepdims=True)
+                widest = np.arccos((lines @ lines.T).min())
+                assert widest == pytest.approx(0.5, abs=1e-6)
+        np.testing.assert_allclose(*middles, atol=1e-9)
