@@ -17,8 +17,8 @@ SIZE = 480, 360
 
 def shown(gamma, steps, camera=lambda light: light, noise=1.5, **options):
     """A Scene whose light, 0 to 1, goes through a gamma and a camera's curve."""
-    options = {"tilt": 0.25, "vignetting": 0.6, "seed": 3} | options
-    scene = drawn(size=SIZE, steps=steps, dtype=np.uint16, **options)
+    options = {"tilt": 0.25, "vignetting": 0.6, "seed": 3, "size": SIZE} | options
+    scene = drawn(steps=steps, dtype=np.uint16, **options)
     rng = np.random.default_rng(steps)
     value = (scene.images / 257.0 - 20) / 180
     light = camera(np.clip(value, 0, None) ** gamma)
@@ -124,16 +124,58 @@ def test_a_camera_that_fills_up_bends_bright_parts_more(steps):
     assert np.abs(found.response[0].ripple.share[[3, 5]]).max() > 0.002
 
 
+def like_an_s(steepness):
+    """(light, 0 to 1) -> signal, with a toe and a shoulder."""
+    most = np.tanh(steepness / 2)
+    return lambda light: (np.tanh(steepness * (light - 0.5)) / most + 1) / 2
+
+
+SOFT, HARD = like_an_s(2.0), like_an_s(4.0)
+
+
+@pytest.mark.parametrize("camera", [None, SOFT, HARD])
+@pytest.mark.parametrize("steps", [3, 4, 5])
+def test_ripples_of_three_pixels_are_told(steps, camera):
+    """Means of seven pixels hold more than one of them."""
+    gamma, curve = (1.0, camera) if camera else (2.2, lambda light: light)
+    fine = {"size": (240, 180), "cells": int(65 / steps), "noise": 1.0}
+    found, within = seen(gamma, steps, camera=curve, **fine)
+    assert not any(own.bound or own.left is None for own in found.response)
+    assert within[0] > 0.65
+    assert within[1] > 0.945
+    assert within[2] > 0.985
+    assert not response_warnings(found, False)
+
+
+def test_stripes_that_turn_once_across_a_line_do_not_look_parallel_to_it():
+    """From side to side of it, the phase of a period of 5.4 px seems to stand still."""
+    found, within = seen(2.2, 4, cells=36, noise=1.0, size=(240, 180))
+    assert not any(own.ripple.steps for own in found.response)
+    assert within[1] > 0.95
+
+
+FINEST = {"cells": 36, "noise": 1.0, "size": (280, 210)}
+
+
 def test_of_stripes_too_fine_to_tell_the_steps_give_a_bound():
-    found, within = seen(2.2, 4, cells=36, noise=1.0)
+    found, within = seen(2.2, 4, **FINEST)
     assert [own.ripple.steps for own in found.response] == [0, 0]
     assert within[1] > 0.95
     (line, _) = response_warnings(found, False)
     assert line.startswith("places along x may be off by up to ")
     assert "take six steps" in line
-    linear, _ = seen(1.0, 4, cells=36, noise=1.0)
+    linear, _ = seen(1.0, 4, **FINEST)
     for own, other in zip(linear.response, found.response, strict=True):
         assert own.left < 0.1 * other.left
+
+
+@pytest.mark.parametrize("blur", [0.0, 0.7])
+@pytest.mark.parametrize("steps", [4, 5])
+def test_the_bound_knows_of_curves_like_an_s(steps, blur):
+    found, within = seen(1.0, steps, camera=HARD, blur=blur, **FINEST)
+    assert [own.bound for own in found.response] == [True, True]
+    assert within[1] > 0.94
+    assert response_warnings(found, False)
 
 
 def answered(curve, dark=0.02):
@@ -163,14 +205,25 @@ def test_bounds_hold_and_are_not_far_above_what_they_bound(steps):
 
 @pytest.mark.parametrize("steps", [6, 8])
 def test_a_curve_like_an_s_is_told_by_its_odd_harmonics(steps):
-    waves = answered(lambda light: np.tanh(3.5 * (light - 0.5)), 0)
+    waves = answered(like_an_s(3.5), 0)
     bound = bound_of_shares(np.r_[0, waves[1 : steps - 1]], steps)
     off = abs(waves[steps - 1] - waves[steps + 1])
     assert off < bound < 10 * off
 
 
+@pytest.mark.parametrize("dark", [0.0, 0.05, 0.1])
+@pytest.mark.parametrize("steepness", [1.5, 2.5, 4.0, 6.0])
+def test_bounds_of_four_and_five_steps_hold_for_curves_like_an_s(steepness, dark):
+    waves = answered(like_an_s(steepness), dark)
+    odd = waves[3::2].sum()
+    off = abs(waves[3] - waves[5])
+    assert off < bound_of_shares(waves[:3], 4, odd) < 2.5 * off
+    off = abs(waves[4] - waves[6] + waves[9] - waves[11])
+    assert off < bound_of_shares(np.r_[0, waves[1:4]], 5) + 1e-4
+
+
 def test_three_steps_that_tell_nothing_are_warned_of():
-    found, _ = seen(2.2, 3, cells=36, noise=1.0)
+    found, _ = seen(2.2, 3, cells=36, noise=1.0, size=(240, 180))
     assert len(response_warnings(found, False)) == 2
     assert not response_warnings(found, True)
     assert not response_warnings(seen(2.2, 3)[0], False)

@@ -183,7 +183,7 @@ def decode(
         plan = plan._replace(orders=orders)
     responses = (UNTOLD,) * len(stack.codes)
     if not linear:
-        responses = measured_response(stack, noise, limit)
+        responses = measured_response(stack, noise, limit, blur.px if blur else 0.0)
     ripples = [response.ripple for response in responses]
     plan = plan._replace(uneven=np.array([ripple.uneven for ripple in ripples]))
     averaged = OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours

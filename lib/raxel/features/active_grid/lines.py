@@ -16,7 +16,9 @@ RECORDS, OF_RIPPLE = 32, 8  # means in a piece of line, and in each ripple
 ALONG = 7  # px of a mean along the line, at most
 RIPPLES = 2.0, 8.0  # in a piece: fewer are like bending, of more means hold too much
 MOST_ASLANT = 0.6  # ripples across a line: of more, a mean is blind to them
-MIN_RIPPLE_PX = 5.0  # a usual one; windows average what is finer
+# Finer ones are seen pixel by pixel, on lines so wide; those of two pixels or three as
+# well, since their shape is known. Of hardly more than one pixel they look smooth.
+FINE_PX, FINEST_PX, FINE_ACROSS = 5.0, 2.0, 3
 
 
 class Pieces(NamedTuple):
@@ -57,10 +59,26 @@ def pieces_of(stack, sines, noise, limit):
         return found
     for along in (1, 0):
         lines = _lines(stack, sines, noise, limit, along)
-        pitch = _pitch(lines, len(sines.steps))
-        if pitch:
-            found.append(_cut(lines, pitch, len(sines.steps), stack.shape, along))
+        ripple, most = _usual_ripple(lines, len(sines.steps)), RIPPLES[1]
+        if not ripple or ripple < FINEST_PX:
+            continue
+        if ripple < FINE_PX:
+            lines, most = _split(lines), RECORDS / FINEST_PX
+        pitch = int(np.clip(ripple // OF_RIPPLE, 1, stack.shape[along] // RECORDS))
+        cut = lines, pitch, len(sines.steps), most
+        found.append(_cut(*cut, stack.shape, along))
     return found
+
+
+def _split(lines):
+    """Each of the lines as two that are FINE_ACROSS wide, at its sides."""
+    sides = slice(FINE_ACROSS), slice(-FINE_ACROSS, None)
+    aside = (ACROSS - FINE_ACROSS) // 2
+    return _Stripes(
+        np.concatenate([lines.waves[:, side] for side in sides]),
+        np.concatenate([lines.good, lines.good]),
+        np.concatenate([lines.middle - aside, lines.middle + aside]),
+    )
 
 
 def _lines(stack, sines, noise, limit, along):
@@ -86,11 +104,8 @@ def _lines(stack, sines, noise, limit, along):
     return _Stripes(waves, good.reshape(waves.shape).all(axis=1), first + ACROSS // 2)
 
 
-def _pitch(lines, count):
-    """px between means, so that a usual ripple of `count` steps has OF_RIPPLE of them.
-
-    0 where lines are too short, too little is lit, or ripples are too fine.
-    """
+def _usual_ripple(lines, count):
+    """px of a usual ripple of `count` steps; None where lines are too short or dark."""
     most = lines.good.shape[1] // RECORDS
     whole = slice(lines.good.shape[1] // 2 * 2)
     pairs = lines.waves[..., whole].sum(axis=1)
@@ -98,17 +113,18 @@ def _pitch(lines, count):
     lit = lines.good[:, whole][:, ::2]
     both = lit[:, 1:] & lit[:, :-1]
     if not most or np.count_nonzero(both) < RECORDS:
-        return 0
+        return None
     turn = np.angle((pairs[:, 1:] * pairs[:, :-1].conj())[both])
     of_pixel = max(np.median(np.abs(turn)) / 2, 1e-6)
-    ripple = 2 * np.pi / (count * of_pixel)
-    if ripple < MIN_RIPPLE_PX:
-        return 0
-    return int(np.clip(ripple // OF_RIPPLE, 1, most))
+    return 2 * np.pi / (count * of_pixel)
 
 
-def _cut(lines, pitch, count, shape, along):
-    """The Pieces of lines, those of one line not where those of the next begin."""
+def _cut(lines, pitch, count, most, shape, along):
+    """The Pieces of lines, those of one line not where those of the next begin.
+
+    pitch: px between means, OF_RIPPLE of them in a usual ripple of `count` steps; most:
+    ripples in a piece.
+    """
     n, used = lines.good.shape[1], min(pitch, ALONG)
     many = n // (pitch * RECORDS)
     spare = n - many * pitch * RECORDS
@@ -119,14 +135,16 @@ def _cut(lines, pitch, count, shape, along):
     pixels = first[..., None] + np.arange(used)
     kept = lines.good[line[:, None, None], pixels].all(axis=(1, 2))
     first, line, pixels = first[kept], line[kept], pixels[kept]
-    across = np.arange(ACROSS)[:, None]
+    wide = lines.waves.shape[1]
+    across = np.arange(wide)[:, None]
     waves = lines.waves[line[:, None, None, None], across, pixels[:, :, None]]
-    whole = waves.reshape(len(line), RECORDS, ACROSS * used)
+    whole = waves.reshape(len(line), RECORDS, wide * used)
     phase = np.unwrap(np.angle(whole.sum(axis=2)), axis=1)
     ripples = np.abs(phase[:, -1] - phase[:, 0]) * count / (2 * np.pi)
-    kept = np.flatnonzero((ripples > RIPPLES[0]) & (ripples < RIPPLES[1]))
-    one, other = (waves[kept, :, k].sum(axis=2) for k in (0, -1))
-    aslant = np.median(np.abs(np.angle(one * other.conj())), axis=1)
+    kept = np.flatnonzero((ripples > RIPPLES[0]) & (ripples < most))
+    # From pixel to pixel, since fine stripes turn more than once across a line.
+    aside = np.sum(waves[kept, :, 1:] * waves[kept, :, :-1].conj(), axis=(2, 3))
+    aslant = (wide - 1) * np.median(np.abs(np.angle(aside)), axis=1)
     kept = kept[aslant * count / (2 * np.pi) < MOST_ASLANT]
     place = 2 * (first[kept] + (used - 1) / 2) / (n - 1) - 1
     aside = 2 * lines.middle[line[kept], None] / (shape[1 - along] - 1) - 1

@@ -24,7 +24,7 @@ from raxel.features.active_grid.lines import RECORDS, pieces_of
 from raxel.features.active_grid.undoing import Ripple, corrected, no_ripple, undone
 
 DEGREE = 3  # of the polynomial
-MIN_PIECES, FOR_FIELD = 6, 30  # for one number, and for how it changes in the picture
+MIN_PIECES = 6
 MOST_SHARE = 0.45  # of harmonic N - 1: half is where phases turn back
 ROUNDS = 8
 SURE = 8  # standard deviations of what noise makes of it, to correct at all
@@ -61,13 +61,14 @@ class Response(NamedTuple):
 UNTOLD = Response(no_ripple())
 
 
-def measured_response(stack, noise, limit):
+def measured_response(stack, noise, limit, blur_px):
     """(Response, ...) for each AxisCode of a PictureStack.
 
-    noise: a Noise; limit: the value from which a sine counts as clipped.
+    noise: a Noise; limit: the value from which a sine counts as clipped; blur_px:
+    standard deviation of the blur, 0 where it is not known.
     """
     return tuple(
-        _of_axis(stack, code.sines, noise, limit) if code.steps else UNTOLD
+        _of_axis(stack, code, noise, limit, blur_px) if code.steps else UNTOLD
         for code in stack.codes
     )
 
@@ -110,30 +111,29 @@ def _more_steps(count):
     return "six steps" if count < 6 else "more steps"
 
 
-def _of_axis(stack, sines, noise, limit):
-    pieces = pieces_of(stack, sines, noise, limit)
-    total = sum(len(own.phase) for own in pieces)
-    if total < MIN_PIECES:
-        return _bounded(stack, sines.steps, noise)
-    return _fitted(pieces, sines, total >= FOR_FIELD)
+def _of_axis(stack, code, noise, limit, blur_px):
+    pieces = pieces_of(stack, code.sines, noise, limit)
+    if sum(len(own.phase) for own in pieces) < MIN_PIECES:
+        return _bounded(stack, code, noise, blur_px)
+    return _fitted(pieces, code.sines)
 
 
-def _bounded(stack, steps, noise):
+def _bounded(stack, code, noise, blur_px):
     """The Response where no piece of line tells it, by what the steps say themselves.
 
     Of three steps nothing is left that says anything.
     """
-    count = len(steps)
+    count = len(code.steps)
     if count < 4:
         return Response(no_ripple(), steps=count)
-    bound = shift_bound(stack, steps, noise)
+    bound = shift_bound(stack, code, noise, blur_px)
     return Response(no_ripple(), bound, bound, count, True)
 
 
-def _fitted(pieces, sines, with_field):
+def _fitted(pieces, sines):
     """The Response that makes pieces of lines smooth."""
     count = len(sines.steps)
-    used = _used(count, with_field)
+    used = _used(count)
     usual = _usual(count)[used]
     values, weights = np.zeros(9), None
     blind = _blind_to_polynomials()
@@ -215,16 +215,9 @@ def _enough_steps(values, sines):
     return MOST_STEPS
 
 
-def _used(count, with_field):
+def _used(count):
     """Which of the nine numbers are asked for: share, imaginary part, r2, r3."""
-    numbers = [0, 6]
-    if with_field:
-        numbers += [1, 2, 3, 4, 5]
-    if count < 5:
-        numbers.append(7)
-    if count < 4:
-        numbers.append(8)
-    return np.array(sorted(numbers))
+    return np.arange({3: 9, 4: 8}.get(count, 7))
 
 
 def _ripple_of(values, sines, times):
