@@ -31,11 +31,12 @@ def test_places_are_those_of_sines_without_offset(steps, offset):
     )
 
 
-def test_an_offset_that_is_not_stated_is_asked_for():
-    one = drawn(plan=plan_of_cells(MONITOR, 8, 5, 0.25), noise=1.0, blur=1.0)
+@pytest.mark.parametrize("steps", [5, 6])
+def test_an_offset_that_is_not_stated_is_asked_for(steps):
+    one = drawn(plan=plan_of_cells(MONITOR, 8, steps, 0.25), noise=1.0, blur=1.0)
     patterns = [replace(p, offset=0.0) for p in one.patterns]
     found = decode(one.images, patterns, one.grid)
     doubt = examine(one.images, patterns, one.grid, found).doubts[0]
     assert doubt.spoils
     assert "0.25 periods off the cells of its Gray code" in doubt.text
-    assert "offset" in doubt.text
+    assert "give offset: 0.25 if they begin there" in doubt.text

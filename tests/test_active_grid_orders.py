@@ -115,6 +115,36 @@ def test_steps_backwards_are_named(periods):
     assert all(len(named) == 2 for named in told_of[:-1])
 
 
+@pytest.mark.parametrize("periods", [(8, 9), (1, 16)])
+def test_pictures_of_two_periods_in_each_others_place_are_named(periods):
+    one = scene(periods, 6)
+    first, other = one.patterns[:6], one.patterns[6:12]
+    images = np.concatenate([one.images[6:12], one.images[:6], one.images[12:]])
+    (doubt,) = told(one, images=images)
+    assert doubt.spoils
+    ends = [f"{part[0].image} to {part[-1].image}" for part in (other, first)]
+    assert f"{ends[0]} and {ends[1]} are in each other's place: exchange" in doubt.text
+
+
+@pytest.mark.parametrize("offset", [0.1, 0.25, -1 / 12])
+def test_the_offset_of_all_sines_is_told(offset):
+    """A small one passed as sines that a response spoils, and shifted all places."""
+    one = drawn(patterns=sines((8, 9), 6, offset), noise=2.0, **USUAL)
+    begun_at_0 = [replace(pattern, offset=0.0) for pattern in one.patterns]
+    doubts = told(one, begun_at_0)
+    assert len(doubts) == 2
+    for doubt in doubts:
+        assert doubt.spoils
+        given = float(doubt.text.split("give offset: ")[1].split(" ")[0])
+        assert given == pytest.approx(offset % 1, abs=0.002)
+
+
+def test_sines_of_four_pixels_are_not_said_to_run_backwards():
+    """Of windows that hold a period and a half the mean is turned round."""
+    one = scene((1, 6, 40), 4, size=(200, 150), blur=0.4)
+    assert not any("are in each other's place" in doubt.text for doubt in told(one))
+
+
 def test_a_window_of_49_pixels_knows_its_phase_49_times_as_well():
     """Variances of phases by propagation: 2 / N of a grey value's, over amplitude^2."""
     shift = 2 * np.pi * np.arange(4) / 4

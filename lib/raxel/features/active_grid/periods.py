@@ -51,6 +51,16 @@ def share_told(turns, variances, periods):
     return float(np.mean(fit.told(scatter_of([phases], periods))))
 
 
+def usual_misfit(turns, variances, periods):
+    """Of P pixels of F sines (F, P): by how many periods each is off the places of the
+    first, in the mean (F,), and its periods over those of the first (F,)."""
+    lit = np.ones((1, turns.shape[1]), bool)
+    fit = fitted_periods(Phases(turns[:, None], variances[:, None], lit), periods)
+    shares = periods / periods[0]
+    off = fit.place[0] * shares[:, None] - turns
+    return np.mean(off - np.round(off), axis=1), shares
+
+
 def scatter_of(parts, periods):
     """By how much sums of squares of phases are larger than noise makes them, or 1."""
     left = np.concatenate(

@@ -11,6 +11,7 @@ from raxel.features.active_grid.checks.steps import (
     faulty_pictures,
     nearest_turned,
     put_right,
+    told_offset,
 )
 
 # Length of the mean of unit vectors. Without inverses a tone curve moves edges to dark
@@ -87,14 +88,16 @@ def edge_doubts(sample, axis, order, phase, due, along):
         ways = [turned] if turned else every_turned(len(order))
         yield _not_in_order(sample, axis, code.sines, order, ways)
     elif abs(turns) > OFF_CODE:
-        advice = "; mend step, offset, or inverse of its bits"
+        there = f"give offset: {told_offset(code.sines.offset + turns)}"
+        advice = f": {there} if they begin there, or mend step or inverse of its bits"
         if abs(turns) < OFF_STEP / len(names):
-            advice = ", as if something had moved; take all pictures in one pose"
-        elif turned:
             advice = (
-                f": {put_right(names, [turned.shown(order)])}, or give offset: "
-                f"{code.sines.offset + turns:.3g} if they begin there"
+                f", as if something had moved: {there} if they begin there, or take "
+                "all pictures in one pose"
             )
+        elif turned:
+            steps = put_right(names, [turned.shown(order)])
+            advice = f": {steps}, or {there} if they begin there"
         off = f"begin {abs(turns):.2f} periods off the cells of its Gray code"
         yield Doubt(True, f"{where} {off}{advice}")
 

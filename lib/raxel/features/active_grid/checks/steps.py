@@ -20,6 +20,7 @@ OF_SINES = 0.6  # share of a picture that is explained by what all have in commo
 MIN_LEFT = 0.01  # share that a sine leaves of the steps as they are listed
 HEALED = 0.4  # of it is left by an order that explains the pictures
 NEAREST = 0.2  # of a step: what is farther from one than this is no step
+OFFSETS, SAME_OFFSET = 24, 0.005  # in a period, and what is taken for one of them
 MAX_WAYS = 2  # to put pictures in order that are named, if as few are moved by each
 
 
@@ -55,6 +56,13 @@ def nearest_turned(turns, backwards, sines):
     if abs(ahead - round(ahead)) > NEAREST:
         return None
     return Turned(-1 if backwards else 1, round(ahead) % count)
+
+
+def told_offset(offset):
+    """An offset as it is written in set.yaml, by one that is measured."""
+    near = round(offset * OFFSETS) / OFFSETS
+    offset = near if abs(offset - near) < SAME_OFFSET else offset
+    return f"{offset % 1:.3g}"
 
 
 def put_right(names, orders):
