@@ -97,6 +97,30 @@ def test_sigma_is_widened_by_it(steps, what):
     assert np.nanmean(as_stated < 1) < 0.55
 
 
+@pytest.mark.parametrize("drift", [0.04, -0.08])
+def test_of_three_steps_the_code_tells_light_that_drifts(drift):
+    """They leave nothing to tell it by, and nothing was known of it."""
+    one = drawn(**SCENE, steps=3, noise=1.5, seed=1, dtype=np.uint16)
+    light = 1 + drift * np.linspace(-0.5, 0.5, len(one.images))
+    still, drifting = (
+        np.rint(one.images * gains / 257).astype(np.uint8)
+        for gains in (1.0, light[:, None, None])
+    )
+    found = decode(drifting, one.patterns, one.grid)
+    told = examine(drifting, one.patterns, one.grid, found)
+    inner = np.s_[20:-20, 20:-20]
+    known = found.mask[inner]
+    off = np.abs(found.location - one.true)[inner][known]
+    sigma = found.sigma[inner][known]
+    assert np.mean(off < 2 * sigma) < 0.93
+    wider = told.widened(found.sigma)[inner][known]
+    assert 0.6 < np.mean(off < wider) < 0.85
+    assert np.mean(off < 2 * wider) > 0.95
+    assert not any(doubt.spoils for doubt in told.doubts)
+    found = decode(still, one.patterns, one.grid)
+    assert not examine(still, one.patterns, one.grid, found).errors.any()
+
+
 def test_white_noise_widens_nothing():
     for steps in (4, 5, 6):
         one = drawn(**SCENE, steps=steps, noise=3.0, seed=steps)

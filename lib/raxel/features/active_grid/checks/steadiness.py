@@ -20,6 +20,7 @@ from raxel.features.active_grid.checks.redundancy import (
     mismatch,
 )
 from raxel.features.active_grid.checks.sample import Doubt
+from raxel.features.active_grid.checks.scatter import Scatter
 
 CLEAR = 0.75  # of the contrast: beyond what is blurred
 BRIGHTER, FAR_BRIGHTER = 0.06, 0.2  # shares of the light: a word, and too much
@@ -34,6 +35,8 @@ WORTH_SAYING = 1.3  # times the standard deviation: so much it is widened with a
 OF_SINE = 1.25
 OF_LARGEST = 0.3  # a second step that is off by such a share: no single one is
 FAR_OFF = 0.01  # periods
+# Of a bit and its inverse; pixels that are looked at; standard deviations.
+MIN_PAIRS, FOR_SLOPE, SURE_OF_DRIFT = 4, 5000, 4
 EXPOSE = (
     "switch automatic exposure off, expose for whole periods of the monitor's light, "
     "and take it again"
@@ -74,7 +77,11 @@ def step_errors(sample, noise, sigma, smooth):
         known = found.kind or scatter is None
         if own > (WIDENS if known else WIDENS_UNEXPLAINED) * usual:
             errors[axis] = own * (OF_SINE if found.kind else 1)
-        drifts = scatter and found.kind != MOTION and _drifts(scatter, usual)
+        # Of three steps in such light one seems to have moved.
+        drifts = found.kind != MOTION or scatter is None
+        if scatter is None:
+            scatter = _by_code(sample, axis)
+        drifts = drifts and scatter and _drifts(scatter, usual)
         if drifts and scatter.periods > found.by_one:
             errors[axis] = OF_SINE * scatter.periods
             doubts += _drift_doubts(sample, axis, scatter, scatter.periods / usual)
@@ -96,6 +103,65 @@ def _shared_noise(sample, factors):
             f"cameras that smooth do: standard deviations are taken {told} times as "
             "large as white noise would have them; save without loss",
         )
+
+
+def _by_code(sample, axis):
+    """A Scatter of three steps, whose light changes as that of the code does, or None.
+
+    They leave nothing to tell it by. Of a bit and its inverse a pixel is bright in one:
+    if light changes evenly, so do these, beside what each pair of them and each pixel
+    has for itself.
+    """
+    slope, spread = _slope_of_light(sample)
+    if abs(slope) <= SURE_OF_DRIFT * spread:
+        return None
+    steps = np.array(sample.codes[axis].steps)
+    drift = slope * (steps - steps.mean())
+    values = sample.pictures[steps][:, sample.lit]
+    turn = np.exp(-2j * np.pi * np.arange(len(steps)) / len(steps))
+    turned = (turn * (1 + drift)) @ values * np.conj(turn @ values)
+    periods = np.sqrt(np.mean((np.angle(turned) / (2 * np.pi)) ** 2))
+    return Scatter(1.0, 1.0, drift, float(periods))
+
+
+def _slope_of_light(sample):
+    """By which share light grows from picture to picture, and its standard deviation;
+    0 where fewer than MIN_PAIRS of bits and inverses tell."""
+    apart, pictures = [], []
+    for axis, code in enumerate(sample.codes):
+        for bit, (light, dark) in enumerate(code.bits):
+            own = sample.apart(axis, bit)
+            wide = spacing(own > 0, sample.lit) >= 2 * MIN_SPACING_PX
+            if dark is not None and wide:
+                apart.append(own)
+                pictures.append((light, dark))
+    if len(pictures) < MIN_PAIRS:
+        return 0.0, 0.0
+    some = np.argwhere(sample.lit)
+    at = tuple(some[:: 1 + len(some) // FOR_SLOPE].T)
+    apart, pictures = np.array([own[at] for own in apart]), np.array(pictures)
+    clear, which = np.abs(apart) > CLEAR, (apart < 0).astype(int)
+    when = np.take_along_axis(pictures, which, axis=1)
+    values = sample.pictures[(when, *at)]
+    return _even_change(values, when - when.mean(), clear)
+
+
+def _even_change(values, when, used):
+    """By which share values (K, P) change with `when`, and its standard deviation;
+    where `used`, beside factors of each row and of each column."""
+    weight = used / np.maximum(used.sum(axis=0), 1)
+    share = values / np.maximum(np.sum(weight * values, axis=0), 1e-6) - 1
+    # Factors of the columns are taken off: of the rows', one less is left.
+    rows = np.eye(len(values))[1:, :, None] * np.ones(values.shape[1])
+    columns = np.concatenate([when[None], rows])
+    columns = used * (columns - np.sum(weight * columns, axis=1, keepdims=True))
+    columns = columns.reshape(len(columns), -1)
+    share = (used * share).ravel()
+    inverse = np.linalg.inv(columns @ columns.T)
+    found = inverse @ (columns @ share)
+    left = share - found @ columns
+    free = max(np.count_nonzero(used) - values.shape[1] - len(found), 1)
+    return float(found[0]), float(np.sqrt(left @ left / free * inverse[0, 0]))
 
 
 def _drifts(scatter, usual):
