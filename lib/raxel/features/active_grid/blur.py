@@ -3,7 +3,8 @@
 A picture less its inverse goes from minus to plus the contrast across an edge, as the
 error function does where lens, focus and monitor blur it like a Gaussian. Its slope
 says how wide that is, wherever the edge lies. A tone curve that is concave, as files
-of cameras have, makes the blur look up to half as wide again, never narrower.
+of cameras have, makes the blur look up to half as wide again; one like an S, which is
+steepest in the middle, by its steepness there too narrow.
 """
 
 from typing import NamedTuple
