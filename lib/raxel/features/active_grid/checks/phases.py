@@ -92,8 +92,8 @@ def edge_doubts(sample, axis, order, phase, due, along):
         advice = f": {there} if they begin there, or mend step or inverse of its bits"
         if abs(turns) < OFF_STEP / len(names):
             advice = (
-                f", as if something had moved: {there} if they begin there, or take "
-                "all pictures in one pose"
+                ", as if something had moved; take all pictures in one pose, or "
+                f"{there} if they begin there"
             )
         elif turned:
             steps = put_right(names, [turned.shown(order)])
