@@ -124,3 +124,52 @@ def test_a_colour_picture_is_told_as_one(find):
     size = () if find is find_boards else (9, 6)
     with pytest.raises(InputError, match=r"shape \(480, 640, 3\); give grey"):
         find(np.zeros((480, 640, 3), np.uint8), *size)
+
+
+def covered(image, light, from_, slant=0):
+    """The picture with a sheet of one grey right of a column of pixels `from_`."""
+    v, u = np.mgrid[0 : image.shape[0], 0 : image.shape[1]]
+    return np.where(u > from_ + slant * (v - 240), light, image)
+
+
+@pytest.mark.parametrize("light", [70, 235])
+def test_a_sheet_whose_edge_is_that_of_squares_does_not_end_the_board(light):
+    """It hides a column and shows no cut square: its edge runs on beyond the board."""
+    image = covered(BOARD.image(), light, column(8) + 1)
+    found = find_board(soft_and_noisy(image))
+    assert not found.found
+    assert "the edge at its right side runs straight on beyond" in found.reason
+
+
+def test_a_slanting_sheet_does_not_end_the_board():
+    image = covered(BOARD.image(), 235, column(8), slant=0.02)
+    found = find_board(soft_and_noisy(image))
+    assert not found.found
+    assert "runs straight on beyond the board" in found.reason
+
+
+def test_a_board_that_lies_along_a_sheet_is_whole():
+    """The sheet lies half a square off: paper is seen between them."""
+    image = covered(BOARD.image(), 235, column(8) + 60)
+    found = find_board(soft_and_noisy(image))
+    assert (found.columns, found.rows) == (9, 6)
+
+
+def without_margin(image, ground):
+    """The picture of BOARD with `ground` in place of its white margin."""
+    (left, top), (right, bottom) = BOARD.corners()[[0, -1]]
+    v, u = np.mgrid[0 : image.shape[0], 0 : image.shape[1]]
+    on_board = (np.abs(u - (left + right) / 2) < (right - left) / 2 + 40) & (
+        np.abs(v - (top + bottom) / 2) < (bottom - top) / 2 + 40
+    )
+    return np.where(on_board, image, ground)
+
+
+def test_squares_in_a_shadow_beyond_a_side_are_seen():
+    """No side has white paper behind it: only the squares tell that they are some."""
+    image = without_margin(BOARD.image(), 30.0)
+    found = find_board(soft_and_noisy(image))
+    assert (found.columns, found.rows) == (9, 6)
+    found = find_board(shaded(image, 0, column(0), 0.2))
+    assert not found.found
+    assert "more squares stand in a shadow beyond its left side" in found.reason

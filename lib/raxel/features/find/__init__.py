@@ -4,13 +4,14 @@ Saddles of the grey values at several scales (`saddles`), those with four fields
 them (`ring`), edges followed from one to the next (`trace`), lattices grown from the
 links (`growth`), checked, filled and run on with the lattice's own shape (`grids`,
 `patches`, `corners`), cut where the paper ends (`ends`), and judged (`verdict`, `rim`,
-`sides`, `squares`). No model of the lens enters.
+`sides`, `covers`, `squares`). No model of the lens enters.
 """
 
 import numpy as np
 
 from raxel.errors import InputError
 from raxel.features.detector import Detection, Partial, as_8_bit, refused
+from raxel.features.find.covers import covered_side, shaded_side
 from raxel.features.find.ends import doubtful_side
 from raxel.features.find.search import seen_in
 from raxel.features.find.sides import cut_side, dark_side
@@ -134,14 +135,14 @@ def _unknown_size(seen, image):
     if not boards:
         return _refused(grids[0], image, None, None, verdicts[0].fault)
     board = boards[0].seen
-    doubt = _doubt(board, image, [v.seen for v in verdicts if v.fault])
+    doubt = _doubt(board, seen.levels[0], image, [v.seen for v in verdicts if v.fault])
     if doubt:
         reason = f"{_size(board)}, but {doubt}; give columns and rows"
         return _refused(board, image, None, None, reason)
     return _detection(boards[0].sure, image)
 
 
-def _doubt(board, image, others):
+def _doubt(board, level, image, others):
     """Why a board that was counted may not be the whole one, in words, or ''."""
     grey = as_8_bit(image)
     side = open_side(board, image)
@@ -159,6 +160,15 @@ def _doubt(board, image, others):
             f"behind its {side} it is dark, where other sides have white paper: a "
             "shadow may hide squares"
         )
+    side = covered_side(board, grey)
+    if side:
+        return (
+            f"the edge at its {side} runs straight on beyond the board: something that "
+            "lies before it may hide squares"
+        )
+    side = shaded_side(board, level)
+    if side:
+        return f"more squares stand in a shadow beyond its {side}"
     return "more of a lattice stands beside it" if continues(board, others) else ""
 
 

@@ -103,7 +103,7 @@ def sides_seen(grid, level):
     for axis, at in enumerate((i, j)):
         if known.shape[axis] <= LEAST_SIDE:
             continue
-        steps, inside = _steps(patches, level, axis)
+        steps, inside = steps_across(patches, level, axis)
         steps = steps * np.where((i + j) % 2 == 0, 1.0, -1.0)[:, None]
         for end, outer in ((0, 0), (known.shape[axis] - 1, 1)):
             row = at == end
@@ -131,7 +131,7 @@ def _mean(values):
     return values.mean() if len(values) else 0.0
 
 
-def _steps(patches, level, axis):
+def steps_across(patches, level, axis):
     """(steps (N, 2), inside (N,)): from one field to the next along a row, before and
     behind it, over their mean; and which corners have their fields inside the image.
 

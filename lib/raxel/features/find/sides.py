@@ -72,7 +72,7 @@ def cut_side(grid, image):
     A shadow or what covers part of a board cuts the squares of one side somewhere. A
     board may be printed with narrower squares at its end, but then on both sides.
     """
-    lengths = [_lengths(grid, image, *side) for side in sides_of(grid)]
+    lengths = [lengths_outward(grid, image, *side) for side in sides_of(grid)]
     for here, opposite in ((0, 1), (1, 0), (2, 3), (3, 2)):
         whole = np.abs(lengths[opposite] - 1) < WHOLE
         if np.mean(lengths[here] < SHORT) >= MOST and whole.mean() >= MOST:
@@ -87,7 +87,7 @@ def dark_side(grid, image):
     The edge of a shadow may lie where squares end. Behind it is then as dark as a dark
     square, while behind two other sides lies white paper.
     """
-    lengths = [_lengths(grid, image, *side) for side in sides_of(grid)]
+    lengths = [lengths_outward(grid, image, *side) for side in sides_of(grid)]
     behind = np.array(
         [
             _white_behind(grid, image, *side, min(np.median(length), MARGIN_FROM))
@@ -130,7 +130,7 @@ def _corners_of(grid):
     return points[0], points[-1], points[:, 0], points[:, -1]
 
 
-def _lengths(grid, image, on_side, outward):
+def lengths_outward(grid, image, on_side, outward):
     """Lengths (n,) of the edges that run outward of a side's corners, in squares."""
     patches, _, _ = patches_of(grid.points)
     along = np.linspace(0, REACH, SAMPLES)
