@@ -320,10 +320,11 @@ def test_sigma_holds_for_raw_pictures_whose_black_is_a_level(dtype):
 
 
 def test_stated_noise_is_taken():
+    # Without the response: what is left of one is in sigma, and no noise of pixels.
     scene = drawn(noise=3.0)
-    found = decoded(scene, noise=3.0, smooth=False)
+    found = decoded(scene, noise=3.0, smooth=False, linear=True)
     assert found.noise == Noise(9.0)
-    twice = decoded(scene, noise=Noise(36.0), smooth=False)
+    twice = decoded(scene, noise=Noise(36.0), smooth=False, linear=True)
     both = found.mask & twice.mask
     np.testing.assert_allclose(twice.sigma[both], 2 * found.sigma[both], rtol=1e-5)
 
