@@ -178,6 +178,18 @@ def test_the_bound_knows_of_curves_like_an_s(steps, blur):
     assert response_warnings(found, False)
 
 
+@pytest.mark.parametrize("cells", [8, 12])
+def test_the_dark_beside_the_monitor_has_no_say_in_the_bound(cells):
+    """Its noise is larger than that of the light, and a pixel of it turns anyhow."""
+    scene = shown(1.0, 4, **FINEST | {"cells": cells, "share": 0.2})
+    dark = ~np.isfinite(scene.true[..., 0])
+    noise = np.random.default_rng(5).normal(0, 3, (len(scene.images), dark.sum()))
+    scene.images[:, dark] = np.clip(np.rint(scene.images[:, dark] + noise), 0, 255)
+    found = decode(scene.images, scene.patterns, scene.grid)
+    assert [own.bound for own in found.response] == [True, True]
+    assert max(own.left for own in found.response) < 0.01
+
+
 def answered(curve, dark=0.02):
     """(512,) harmonics of a response, in shares of the first."""
     psi = 2 * np.pi * np.arange(1024) / 1024

@@ -17,6 +17,9 @@ import numpy as np
 from raxel.features.active_grid.reading import MIN_MODULATION
 
 SAMPLES = 50_000  # pixels, for a mean
+# Of the modulation of bright pixels: less is the dark beside the monitor, where noise
+# has harmonics of every kind, or light that tells little.
+LIT, BRIGHT = 0.2, 99
 PARTS = 3  # along each side of the picture
 # a_2 / a_1 of the powers 0.03 and 4: responses have less.
 MOST = 0.48, 0.5
@@ -30,6 +33,8 @@ LESS = 0.5
 STEEPER, ASIDE, FAR = 5.0, 4.0, 5.0
 # Share to which the blur is known by which sines are weaker than the code.
 BLUR_KNOWN = 0.3
+# Logarithm of by how much blur weakens sines at most: what is weaker is not decoded.
+MOST_WEAKER = 3.0
 
 
 def shift_bound(stack, code, noise, blur_px):
@@ -118,8 +123,10 @@ def _seen(stack, steps, noise):
     first, below, beside = (np.tensordot(turn, light, 1) for light in every)
     middle = every[0]
     least = MIN_MODULATION**2 * 2 / count * noise.at(middle.mean(axis=0))
-    lit = np.abs(first) ** 2 > least
     size = np.maximum(np.abs(first), 1e-6)
+    lit = size**2 > least
+    if lit.any():
+        lit &= size > LIT * np.percentile(size[lit], BRIGHT)
     back = first.conj() / size
     turned = np.hypot(*(np.angle(other * back) for other in (below, beside)))
     rows, columns = np.nonzero(lit)
@@ -150,7 +157,7 @@ def _odd_beyond_first(stack, code, sines, blur_px):
     Blur takes more of sines than of the coarsest bit.
     """
     half = np.abs(stack.apart(code.bits[0], sines.at)) / 2
-    weaker = (blur_px * sines.turn) ** 2 / 2
-    kept = np.exp(-weaker)
-    odd = np.sum(half * kept) / np.sum(sines.size) - 1
-    return odd, BLUR_KNOWN * np.average(weaker, weights=half * kept)
+    weaker = np.minimum((blur_px * sines.turn) ** 2 / 2, MOST_WEAKER)
+    kept = half * np.exp(-weaker)
+    odd = np.sum(kept) / np.sum(sines.size) - 1
+    return odd, BLUR_KNOWN * np.sum(weaker * kept) / max(np.sum(kept), 1e-6)
