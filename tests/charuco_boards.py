@@ -11,20 +11,24 @@ WIDTH, HEIGHT, FOCAL = 480, 360, 420.0
 TILTS_DEG = ((30, 0, 10), (-25, 20, 0), (5, -35, 100), (25, 25, 190))
 
 
-def sheet(target=TARGET):
-    """The board's print, SQUARE_PX a square, with a white margin of a square."""
-    squares = target.columns + 1, target.rows + 1
+def opencv_board(target):
+    """The same board as OpenCV has it."""
     dictionary = getattr(cv2.aruco, f"DICT_{target.dictionary}")
     board = cv2.aruco.CharucoBoard(
-        squares,
+        (target.columns + 1, target.rows + 1),
         target.pitch_mm,
         target.marker_mm,
         cv2.aruco.getPredefinedDictionary(dictionary),
     )
     board.setLegacyPattern(target.legacy)
-    size = SQUARE_PX * np.array(squares)
+    return board
+
+
+def sheet(target=TARGET):
+    """The board's print, SQUARE_PX a square, with a white margin of a square."""
+    size = SQUARE_PX * np.array([target.columns + 1, target.rows + 1])
     rim = SQUARE_PX
-    print_ = board.generateImage(tuple(map(int, size)))
+    print_ = opencv_board(target).generateImage(tuple(map(int, size)))
     return cv2.copyMakeBorder(
         print_, rim, rim, rim, rim, cv2.BORDER_CONSTANT, value=255
     )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.clamp import soft_clamp
+from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera, clamped, soft_clamp
 from raxel.calibration.mirror.clamp_line import (
     beam_give,
     clamp_line,
@@ -126,6 +126,20 @@ def test_the_mirror_it_was_read_from_keeps_what_is_fixed(quantity):
         c = camera.coefficients.ravel("F")
         assert len(kept.rows) == 2 * len(clamp.points)
         np.testing.assert_allclose(kept.rows @ c, kept.values, rtol=1e-9)
+
+
+def test_one_point_of_a_clamp_outside_the_knots_is_enough_to_refuse_it():
+    camera = plane_camera("distance")
+    line = fixed_line(camera, clamp_line(VIEWER, picks_on_line()))
+    points = np.vstack([line.points[:-1], [[0.9, 0.9]]])
+    for kept in (Clamp(points, line.values), Clamp(points, line.values, line.slopes)):
+        with pytest.raises(CalibrationError, match="outside the knots"):
+            clamped(camera.grid, kept)
+    with pytest.raises(CalibrationError, match="outside the knots"):
+        soft_clamp(camera.grid, line._replace(points=points))
+    pixels = VIEWER.project(np.column_stack([points, np.ones(len(points))])).pixels
+    with pytest.raises(CalibrationError, match="1 of 8 pixels lie outside"):
+        clamp_of_camera(camera, pixels)
 
 
 def test_no_line_is_refused():

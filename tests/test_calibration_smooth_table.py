@@ -1,6 +1,7 @@
 """Smooth rays from noisy ones: least noise, honest uncertainty, the trend elsewhere."""
 
 import tracemalloc
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -116,6 +117,23 @@ def test_errors_that_neighbours_share_are_counted_once():
     stated = found.camera.pixel_covariance(fresh)[:, 0, 0].mean()
     assert 0.4 < rms(off) / np.sqrt(stated) < 1.6
     assert rms(off) < 0.05
+
+
+def test_sharing_is_the_number_of_neighbours_that_err_alike():
+    """Whatever the squares' own errors are; also where they are those of a field."""
+    rng, side = np.random.default_rng(12), 8
+    across = W // side, H // side
+    pixels = np.stack(np.meshgrid(np.arange(W), np.arange(H)), axis=-1).reshape(-1, 2)
+    square = pixels // side
+    own = rng.normal(size=(*across, 2)) + 3.0
+    weights = rng.uniform(1, 2, across)[square[:, 0], square[:, 1]]
+    control = rng.normal(size=(*SHAPE, 2))
+    sums = SimpleNamespace(spacing=SPACING)
+    field = SimpleNamespace(control=control, sums=sums)
+    values = field_at(pixels.astype(float), control, SPACING)[0]
+    values += own[square[:, 0], square[:, 1]]
+    sharing = smooth_module._sharing(field, pixels, values, weights, side)
+    assert sharing == pytest.approx(side**2)
 
 
 def test_where_no_ray_is_known_it_is_the_trend():

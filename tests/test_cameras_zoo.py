@@ -21,6 +21,7 @@ from raxel.cameras import (
     camera_from,
     load_camera,
 )
+from raxel.cameras.lenses.brown import distortion_warp
 from raxel.errors import InputError
 from tests.camera_zoo import (
     CENTRE,
@@ -83,6 +84,20 @@ def test_files_bring_back_the_same_camera(name, tmp_path):
     assert CAMERAS[camera.kind] is type(camera)
     assert camera.projects
     assert camera.central
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("term", "fold"), [(0, 6), (1, 6), (2, 2), (3, 2)])
+def test_one_term_off_the_axis_moves_and_folds_the_plane_by_itself(term, fold, sign):
+    """Of p1, p2, s1, s2: the fold comes first where the term slopes most."""
+    size = 0.05 * sign
+    terms = np.where(np.arange(4) == term, size, 0.0)
+    warp = distortion_warp(np.zeros(0), terms[:2], terms[2:])(np.inf)
+    assert warp.limit == pytest.approx(1 / (fold * abs(size)), rel=1e-3)
+    x, y = p = np.array([0.3, -0.2])
+    moved = [2 * x * y, 3 * y**2 + x**2], [3 * x**2 + y**2, 2 * x * y]
+    moved += [x**2 + y**2, 0], [0, x**2 + y**2]
+    np.testing.assert_allclose(warp.value(p[None])[0], p + size * np.array(moved[term]))
 
 
 def test_parameters_of_the_older_kinds():

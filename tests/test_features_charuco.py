@@ -19,6 +19,7 @@ from tests.charuco_boards import (
     TARGET,
     TILTS_DEG,
     WIDTH,
+    opencv_board,
     photograph,
     sheet,
 )
@@ -130,6 +131,13 @@ def test_markers_that_leave_the_squares_plain_are_named_for_the_set(tmp_path, ca
     told = capsys.readouterr()
     assert "board found in 1 of 1 images" in told.out
     assert "view0.png: this looks like a ChArUco board" in told.err
+
+
+@pytest.mark.parametrize("legacy", [False, True])
+@pytest.mark.parametrize("counts", [(7, 5), (6, 5), (7, 4), (6, 4)])
+def test_a_board_needs_as_many_markers_as_are_drawn_on_it(counts, legacy):
+    board = opencv_board(Charuco(*counts, 40.0, "4X4_50", 29.0, legacy))
+    assert len(board.getIds()) == Charuco(*counts, 40.0).marker_count
 
 
 @pytest.mark.parametrize("name", ["4X4_50", "APRILTAG_16h5", "ARUCO_ORIGINAL"])

@@ -22,7 +22,9 @@ from raxel.lab.rig import load_rig
 from raxel.lab.scenes import board_scene
 from raxel.lab.sensor import Sensor
 from raxel.lab.sight import Crop
+from raxel.lab.target_poses import SIGHT_LINES, _mirror_points
 from test_lab_rig import MIRROR, changed, leaf
+from tests.bent_mirror_scenes import bent
 
 RIGS = Path(__file__).resolve().parents[1] / "data" / "rigs"
 AROUND = {
@@ -70,6 +72,18 @@ def test_a_target_between_viewer_and_mirror_is_refused(tmp_path):
     lattice = rig.target.points().reshape(3, 4, 2)
     fault = rig.visibility.fault(rig.camera, towards_mirror, outline, lattice)
     assert fault == "between viewer and mirror"
+
+
+def test_lines_of_sight_reach_over_all_of_a_mirror_in_an_oblong_picture():
+    """No place of it is farther from one than the steps between them."""
+    camera = bent(5.0)
+    pixels = rng().uniform(0, [camera.width - 1, camera.height - 1], (500, 2))
+    places = camera.rays(pixels).origins
+    places = places[np.isfinite(places[:, 0])]
+    gaps = np.linalg.norm(places[:, None] - _mirror_points(camera), axis=2)
+    step_px = (camera.width - 1) / (SIGHT_LINES - 1)
+    # Half a raster's diagonal, longer on a mirror that leans, and more at the rim.
+    assert gaps.min(axis=1).max() < 1.3 * step_px * 410 / 7600
 
 
 def test_light_is_the_level_at_the_middle_and_slopes_across():

@@ -66,6 +66,31 @@ def test_half_a_step_of_the_lattice_at_the_clamp_is_refused(step):
         labelled_like(before, half, clamp)
 
 
+def bent_lattice(clamp):
+    """Partials before and after a bend that leaves pixels `clamp` (L, 2) where they
+    are; 30 px a square, columns along x."""
+    flat = 30.0 * INDICES[:, ::-1] + [100, 80]
+    stretched = 1e-3 * (flat[:, :1] - clamp[0, 0]) ** 2 * [1, 0]
+    return Partial(flat, INDICES), Partial(flat + stretched, INDICES)
+
+
+@pytest.mark.parametrize("counted", range(len(TURNS)))
+def test_a_clamp_along_the_squares_does_not_turn_the_board_over(counted):
+    """Turned over about the clamp it would show the same places there."""
+    clamp = np.column_stack([np.full(9, 40.0), np.linspace(80, 440, 9)])
+    before, after = bent_lattice(clamp)
+    found = labelled_like(before, relabelled(after, counted, [2, 5]), clamp)
+    np.testing.assert_array_equal(found.indices, INDICES)
+
+
+def test_a_clamp_of_one_place_is_refused():
+    """Any quarter of a turn about it would do."""
+    clamp = np.column_stack([np.full(5, 40.0), np.linspace(258, 262, 5)])
+    before, after = bent_lattice(clamp)
+    with pytest.raises(InputError, match="which corner of the board is which"):
+        labelled_like(before, after, clamp)
+
+
 def test_too_few_corners_are_refused_by_name(step):
     before, after, clamp = step
     few = Partial(after.corners[:9], after.indices[:9])

@@ -221,6 +221,15 @@ def test_corners_that_only_the_picture_after_shows_settle_the_free_edge():
     )
 
 
+def test_corners_without_a_ray_before_are_seen_from_the_mirrors_middle():
+    """Then the linear stage takes the deflection for less, as of corners with one."""
+    near = np.where((GRID[:, 0] < 190)[:, None], BEFORE, np.nan)
+    every = PRIOR._replace(all_after=True)
+    found = update_mirror(FLAT, near, AFTER, GRID, CLAMP, every, outline=OUTLINE)
+    assert 0.2 < heights_at(found.linear, force_pixel(5.0))[0] / 5 < 0.7
+    assert angles_deg(found.linear, 5.0).mean() < 5
+
+
 def test_a_shape_that_is_open_somewhere_is_refused_though_features_count():
     """One feature in the last interval: rank, but no knowledge of the edge."""
     u = FLAT.grid.turned(np.nan_to_num(AFTER / 7600 - [0.203, 0.153]))[:, 0]
