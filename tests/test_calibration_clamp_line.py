@@ -1,8 +1,11 @@
 """The clamped edge of a mirror: its line in the picture, and what is fixed there."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from raxel.calibration.mirror import from_pictures
 from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera, clamped, soft_clamp
 from raxel.calibration.mirror.clamp_line import (
     beam_give,
@@ -10,7 +13,7 @@ from raxel.calibration.mirror.clamp_line import (
     edge_picks,
     fixed_line,
 )
-from raxel.cameras import SplineMirrorCamera
+from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import rotation_from_vector
 from raxel.geometry.spline_grid import spline_grid
@@ -52,6 +55,57 @@ def test_picks_move_onto_the_edge():
     found = edge_picks(picture, picks)
     assert np.abs(found[:, 0] - (120 + 0.07 * found[:, 1])).max() < 0.05
     assert np.isnan(edge_picks(np.full((200, 300), 7.0) + 0 * v, picks)).all()
+
+
+def edge_at(y):
+    """x of a mirror's left edge in a picture without distortion, px."""
+    return 120 + 0.07 * y
+
+
+def picks_of(monkeypatch, given, sd_px, wave=0.0):
+    """ClampPicks by given points in a picture of the edge; wave: px, of its waves."""
+    v, u = np.mgrid[:200, :300]
+    inside = edge_at(v) + wave * np.sin(v / 8) - u
+    monkeypatch.setattr(
+        from_pictures, "_lit", lambda image_set: 60 + 120 / (1 + np.exp(inside / 0.8))
+    )
+    viewer = PerspectiveCamera([[700, 0, 150], [0, 700, 100], [0, 0, 1]], [], 300, 200)
+    clamp = SimpleNamespace(points=given, sd_px=sd_px, hidden_mm=2.0)
+    mirror_set = SimpleNamespace(clamp=clamp, grids=None)
+    return from_pictures.clamp_picks(mirror_set, viewer)
+
+
+@pytest.mark.parametrize("count", [2, 6])
+@pytest.mark.parametrize(("aside", "taken"), [(2.4, True), (3.6, False), (-3.6, False)])
+def test_the_edge_is_taken_for_the_clamp_within_what_its_points_state(
+    monkeypatch, aside, taken, count
+):
+    """aside: standard deviations of a point, to the left or right of the edge."""
+    y, sd_px = np.linspace(20, 180, count)[::-1], 0.8
+    y[1:] = np.roll(y[1:], 2)
+    given = np.column_stack([edge_at(y) + aside * sd_px * np.hypot(1, 0.07), y])
+    picks = picks_of(monkeypatch, given, sd_px)
+    assert picks.hidden_mm == 2.0
+    off = picks.points[:, 0] - edge_at(picks.points[:, 1])
+    # Along all of what was given, in whichever order.
+    assert np.ptp(picks.points[:, 1]) == pytest.approx(160, abs=0.5)
+    if taken:
+        assert len(picks.points) == from_pictures.PICKS
+        assert np.abs(off).max() < 0.1
+        assert picks.sd_px < 0.1
+    else:
+        assert len(picks.points) == max(count, 3)
+        np.testing.assert_allclose(off, given[0, 0] - edge_at(y[0]), atol=1e-9)
+        assert picks.sd_px == sd_px
+
+
+@pytest.mark.parametrize(("wave", "taken"), [(0.4, True), (1.8, False)])
+def test_a_crooked_edge_is_taken_for_no_clamp(monkeypatch, wave, taken):
+    y = np.linspace(20, 180, 6)
+    given = np.column_stack([edge_at(y), y])
+    picks = picks_of(monkeypatch, given, 0.8, wave)
+    assert (len(picks.points) > len(given)) == taken
+    assert (picks.sd_px < 0.8) == taken
 
 
 def test_the_line_is_straight_without_distortion_and_wrong_picks_are_left_out():
