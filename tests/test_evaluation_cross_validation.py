@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from raxel.calibration.pose.three_point import moved_pose
 from raxel.cameras.lenses.fisheye import FisheyeCamera
 from raxel.cameras.tables.general import GeneralCamera
 from raxel.errors import CalibrationError, InputError
@@ -12,7 +13,12 @@ from raxel.evaluation.cross_validation import (
     fit_board_pose,
 )
 from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import angle_between_rotations, transform
+from raxel.geometry.poses import (
+    angle_between_rotations,
+    pose,
+    rotation_from_vector,
+    transform,
+)
 from tests.board_scenes import BOARD, FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 
 
@@ -108,6 +114,24 @@ def test_pose_from_rays_of_many_origins():
     found = fit_board_pose(directions, BOARD, origins)
     assert np.abs(found[:3, 3] - T[:3, 3]).max() < 1e-6
     assert angle_between_rotations(found[:3, :3], T[:3, :3]) < 1e-8
+
+
+def test_a_pose_from_rays_has_the_smallest_sines_of_all_poses_beside_it():
+    """A board that leans: what is near would weigh less by its distance from rays."""
+    T = pose(rotation_from_vector([0.2, 1.1, 0.1]), [-60.0, -40.0, 150.0])
+    rng = np.random.default_rng(16)
+    directions = transform(T, on_plane(BOARD)) + 0.05 * rng.normal(size=(len(BOARD), 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+
+    def squares(pose_):
+        sight = transform(pose_, on_plane(BOARD))
+        sines = np.cross(directions, sight) / np.linalg.norm(sight, axis=1)[:, None]
+        return np.sum(sines**2)
+
+    found = fit_board_pose(directions, BOARD)
+    steps = np.concatenate([np.eye(6), -np.eye(6)]) * np.repeat([1e-5, 1e-3], 3)
+    least = min(squares(moved_pose(found, step)) for step in steps)
+    assert squares(found) < least
 
 
 def test_every_view_is_kept_out_once():

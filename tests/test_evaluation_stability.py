@@ -15,7 +15,12 @@ from raxel.evaluation.stability import (
     SURE,
     SURE_GROUPS,
     Division,
+    _apart,
+    _board,
+    _BoardSystem,
     _judged,
+    _polynomials,
+    _scatter,
     stability,
 )
 from raxel.geometry.planes import on_plane
@@ -208,6 +213,45 @@ def test_the_more_ways_there_are_to_divide_the_surer_one_of_them_has_to_be(times
     assert found.same_camera == (times > 1)
     if times < 1:
         assert found.p_value == pytest.approx(times * SURE)
+
+
+def systems(rng, boards, ways, free, sd=1.0):
+    """_BoardSystems of corrections that are nought: `free` numbers a board."""
+    found = []
+    for _ in range(boards):
+        shapes, off = rng.normal(size=(free, ways)), sd * rng.normal(size=free)
+        found.append(
+            _BoardSystem(shapes.T @ shapes, shapes.T @ off, float(off @ off), free)
+        )
+    return found
+
+
+def test_scatter_is_told_without_what_poses_and_corrections_take():
+    """Few numbers: six a board, less four for all, of which two boards leave eight."""
+    rng = np.random.default_rng(20)
+    found = [_scatter(systems(rng, 2, 4, 6, sd=0.3)) for _ in range(600)]
+    # Of 600 draws of a chi square with 8, the mean is known to 2 %.
+    assert np.mean(found) == pytest.approx(0.3**2, rel=0.08)
+    view = views_of([CAMERA], 21, poses=board_poses(21, 1))[0]
+    score = evaluate_camera(CAMERA, [view]).images[0]
+    mixing = np.eye(_polynomials(view.pixels[:1], CAMERA).shape[2])
+    own = _board(CAMERA, score, view, None, mixing, 1.0)
+    assert own.free == 2 * np.isfinite(view.pixels[:, 0]).sum() - 6
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+def test_boards_tell_how_far_they_lie_apart_by_their_number_less_their_parts(parts):
+    """In one way alone; each board then is a number, and each part takes one."""
+    rng, sd = np.random.default_rng(22), 0.3
+    first = np.arange(7) < 7 // parts
+    halves = [first] if parts == 1 else [first, ~first]
+    found = [_apart(systems(rng, 7, 1, 30, sd), halves, sd**2) for _ in range(200)]
+    factors, freedoms = np.transpose(found)
+    np.testing.assert_allclose(freedoms, 7 - parts)
+    # Of a factor that is one at least, half of all: a median little above one.
+    assert np.median(factors) < 1.1
+    far = [_apart(systems(rng, 7, 1, 30, 2 * sd), halves, sd**2)[0] for _ in range(200)]
+    assert np.mean(np.square(far)) == pytest.approx(4, rel=0.15)
 
 
 def test_a_board_of_which_no_corner_is_right_tells_nothing():

@@ -11,7 +11,7 @@ from raxel.multiview.epipolar import epipolar_angles
 from raxel.multiview.generalised_linear import generalised_equations, generalised_pose
 from raxel.multiview.generalised_motion import refine_generalised_pose
 from raxel.multiview.generalised_robust import generalised_pose_ransac
-from raxel.multiview.motion_information import motion_information
+from raxel.multiview.motion_information import MotionInformation, motion_information
 from raxel.multiview.motion_samples import sampled_motions, squared_gaps, turning_pairs
 from raxel.multiview.noisy_rays import NoisyRays, angular_rays, rays_of_pixels
 from raxel.multiview.ray_gaps import gap_system, gaps, matched_rays, moved_motion
@@ -126,6 +126,27 @@ def test_with_the_length_known_a_short_step_is_found_by_few_points():
     expected = np.mean(told, axis=0)
     assert 0.5 < np.sqrt(np.mean(np.square(turns))) / expected[0] < 1.6
     assert 0.5 < np.sqrt(np.mean(np.square(sides))) / expected[1] < 1.6
+
+
+@pytest.mark.parametrize("sd", [0.32, 0.34])
+def test_a_length_is_told_to_a_third_of_itself(sd):
+    """Three standard deviations are then as long as the motion."""
+    told = np.diag([1e4] * 5 + [sd**-2])
+    found = MotionInformation(told, 10.0, np.zeros(3), 1.0)
+    assert found.scale_sd == pytest.approx(sd)
+    assert found.scale_told == (3 * sd < 1)
+
+
+def test_rays_turn_about_the_points_of_theirs_next_to_a_place():
+    rng = np.random.default_rng(14)
+    about = np.array([5.0, -30.0, 12.0])
+    directions = unit(rng.normal(size=(20, 3)))
+    rays = Rays(rng.uniform(-50, 50, (20, 3)), directions, np.ones(20, bool))
+    pivots, sd = angular_rays(rays, 2e-3, about=about).pivots()
+    np.testing.assert_allclose(sd, 2e-3)
+    np.testing.assert_allclose(np.sum((pivots - about) * directions, 1), 0, atol=1e-9)
+    off = np.cross(pivots - rays.origins, directions)
+    np.testing.assert_allclose(off, 0, atol=1e-9)
 
 
 def test_as_many_pairs_as_unknowns_tell_no_uncertainty():

@@ -245,6 +245,18 @@ def test_the_variance_counts_what_was_free(held, unknowns):
     found = bundle_rays(views, STAGE, held=held)
     freedom = 2 * found.rays - 3 * found.used.sum() - unknowns
     assert found.variance * freedom == pytest.approx(found.costs[-1])
+    assert found.rms**2 * 2 * found.rays == pytest.approx(found.costs[-1])
+
+
+def test_noise_that_a_bundle_is_not_told_comes_from_the_scatter():
+    _, views = on_stage(11, 20)
+    stated = bundle_rays(views, STAGE)
+    wrong = [v._replace(rays=v.rays._replace(covariance=9 * v.rays.covariance))
+             for v in views]  # fmt: skip
+    told = bundle_rays(wrong, STAGE, stated=False)
+    for name in ("covariance", "point_covariance"):
+        found, known = (np.trace(getattr(b, name), 0, -2, -1) for b in (told, stated))
+        np.testing.assert_allclose(found / known, stated.variance, rtol=1e-3)
 
 
 def test_more_views_tell_the_length_better():

@@ -36,6 +36,41 @@ def test_corners_that_stand_alone_are_found_and_no_others():
     assert not misfit(found.evaluation.images, found.views).large
 
 
+def boards_off(rng, deviations, corners=63):
+    """Scores and views of boards of 7 columns with independent residuals, px."""
+    named = [(f"{k}", sd) for k, sd in enumerate(deviations)]
+    scores = []
+    for name, sd in named:
+        off = sd * rng.standard_normal((corners, 2))
+        rms = np.sqrt(np.mean(np.sum(off**2, axis=1)))
+        scores.append(SimpleNamespace(name=name, residuals_px=off, rms_px=rms))
+    view = SimpleNamespace(rows=corners // 7, columns=7, sd=np.full(corners, 0.2))
+    return scores, len(named) * [view]
+
+
+def test_corners_that_err_alone_scatter_by_all_that_they_are_off():
+    found = misfit(*boards_off(np.random.default_rng(1), [0.3] * 30))
+    assert found.rms_px == pytest.approx(0.3 * np.sqrt(2), rel=0.03)
+    assert found.scatter_px == pytest.approx(found.rms_px, rel=0.03)
+    assert found.sd_px == pytest.approx(0.2 * np.sqrt(2))
+
+
+@pytest.mark.parametrize(
+    ("deviations", "corners", "odd"),
+    [
+        ([0.1, 0.1, 0.1, 0.1, 0.6], 63, "4"),
+        ([0.01, 0.01, 0.01, 0.01, 0.06], 63, ""),  # however odd, a good board
+        ([0.1, 0.1, 0.1, 0.1, 0.6], 7, ""),  # too few corners to tell
+        ([0.1, 0.1, 0.1, 0.6, 0.6], 63, ""),
+        ([0.1, 0.1, 0.1, 0.1, 0.2], 63, ""),
+    ],
+)
+def test_a_board_is_odd_where_it_alone_is_far_off(deviations, corners, odd):
+    found = misfit(*boards_off(np.random.default_rng(2), deviations, corners))
+    assert not found.large
+    assert found.odd_board == odd
+
+
 def test_what_neighbours_share_is_not_wrong():
     assert without_wrong_corners(CAMERA, views_of(COUNT * [CAMERA], 5)).wrong == []
     # 9 mm of motion a picture, and a lens of another law.
