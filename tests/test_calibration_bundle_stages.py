@@ -1,6 +1,7 @@
 """All stages of a bending mirror and the grids seen in it, adjusted together."""
 
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from raxel.calibration.mirror.bundle import (
     _sightings,
     _spaces,
+    _variance,
     _whitening,
     bundle_stages,
 )
@@ -251,6 +253,21 @@ def test_a_stage_without_its_grid_before_is_said_to_be_less_certain():
     parted = bundle_stages(starts, parted, T, clamp=clamp)
     known, lost = (found.ray_sd(2, pixels) for found in (whole, parted))
     assert np.nanmean(lost) > 1.5 * np.nanmean(known)
+
+
+def test_the_noise_of_few_corners_is_told_although_shapes_and_poses_follow_it():
+    """Of three views with 24 numbers, sixteen are taken by what is fitted."""
+    rng, problem = np.random.default_rng(40), SimpleNamespace(layout=lambda s: (0, 16))
+    basis = np.linalg.qr(rng.normal(size=(24, 16)))[0]
+    found = []
+    for _ in range(600):
+        off = rng.standard_normal(24)
+        off -= basis @ (basis.T @ off)
+        variance, freedom = _variance(problem, off.reshape(3, 4, 2), None)
+        found.append(variance)
+    assert freedom == 8
+    # Of 600 draws of a chi square with 8, the mean is known to 2 %.
+    assert np.mean(found) == pytest.approx(1, abs=0.08)
 
 
 def test_what_leaves_a_shape_open_is_refused():

@@ -1,5 +1,7 @@
 """Whether a pupil moves: not for want of a law, not by chance, not by one law alone."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,8 @@ from raxel.calibration.parametric.lens_pupil import (
     UNDECIDED,
     AskedLaw,
     PupilTest,
+    _ratio_test,
+    _rms,
     agreed,
 )
 from raxel.cli.models import lines
@@ -83,3 +87,32 @@ def test_what_is_undecided_is_printed_so():
     )
     (line,) = lines({"pupil": pupil | {"against": "unified"}}, "mm")
     assert line.endswith("0.29 px, but unified, which fits better, says otherwise")
+
+
+def test_terms_that_are_none_are_found_as_often_as_fishers_law_says():
+    """Few corners: of 32 coordinates two poses and seven parameters leave thirteen."""
+    rng, boards = np.random.default_rng(30), SimpleNamespace(seen=np.ones((2, 8), bool))
+    formula = SimpleNamespace(names=tuple("abcdefg"), pupil=2)
+    p_values = []
+    for _ in range(1000):
+        more, taken = 0.01 * rng.chisquare([13, 2])
+        central, moving = (
+            SimpleNamespace(formula=formula, result=SimpleNamespace(cost=cost))
+            for cost in (more + taken, more)
+        )
+        p_values.append(_ratio_test(central, moving, boards))
+    # Uniform: of a thousand, the mean is known to 0.009.
+    assert np.mean(p_values) == pytest.approx(0.5, abs=0.03)
+    assert np.mean(np.less(p_values, 0.1)) == pytest.approx(0.1, abs=0.03)
+
+
+def test_a_kept_out_error_is_that_of_all_corners_whatever_board_they_are_on():
+    rng, seen = np.random.default_rng(31), np.arange(20) < [[20], [3], [8], [5]]
+    squares = rng.uniform(0, 1, seen.shape) * [[1], [9], [4], [1]]
+    of_boards = np.array(
+        [own[there].mean() for own, there in zip(squares, seen, strict=True)]
+    )
+    of_boards[3], known = np.nan, seen.copy()
+    known[3] = False
+    found = _rms(of_boards, SimpleNamespace(seen=seen))
+    assert found == pytest.approx(np.sqrt(squares[known].mean()))

@@ -1,5 +1,7 @@
 """One stage of dynamic calibration: accuracy, support, wrong matches, refusals."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,9 @@ from raxel.calibration.mirror.refine import ray_sd
 from raxel.calibration.mirror.sightings import normalised
 from raxel.calibration.mirror.support import need_support, support_of, supported_grid
 from raxel.calibration.mirror.update import (
+    ALIKE,
     MirrorSettings,
+    _beyond_noise,
     update_from_active_grid,
     update_from_scene,
     update_mirror,
@@ -228,6 +232,29 @@ def test_corners_without_a_ray_before_are_seen_from_the_mirrors_middle():
     found = update_mirror(FLAT, near, AFTER, GRID, CLAMP, every, outline=OUTLINE)
     assert 0.2 < heights_at(found.linear, force_pixel(5.0))[0] / 5 < 0.7
     assert angles_deg(found.linear, 5.0).mean() < 5
+
+
+@pytest.mark.parametrize("misfit", [0.0, 3e-4])
+def test_misfit_is_what_rays_are_off_beyond_noise(misfit):
+    """Noise of 0.1 mm and misfit, radians, at each of two components of a ray."""
+    rng, reach = np.random.default_rng(13), reaches(4000)
+    noise = 0.1 * rng.standard_normal((4000, 2))
+    bends = misfit * np.linalg.norm(reach, axis=1)[:, None]
+    off = np.pad(noise + bends * rng.standard_normal((4000, 2)), ((0, 0), (0, 1)))
+    fit = SimpleNamespace(residuals=off, sd_mm=0.1)
+    found, widening = _beyond_noise(fit, reach)
+    assert found == pytest.approx(misfit, rel=0.05)
+    beyond = np.mean(bends**2) / 0.1**2
+    assert widening == pytest.approx(1 + ALIKE * beyond, rel=0.05)
+
+
+def reaches(count):
+    """(count, 3) mm, from a mirror to points 250 to 350 mm away."""
+    rng = np.random.default_rng(12)
+    away = rng.normal(size=(count, 3))
+    return (
+        away / np.linalg.norm(away, axis=1)[:, None] * rng.uniform(250, 350, (count, 1))
+    )
 
 
 def test_a_shape_that_is_open_somewhere_is_refused_though_features_count():
