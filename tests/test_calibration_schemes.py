@@ -22,7 +22,12 @@ from raxel.calibration.adjust.bundle import homogeneous
 from raxel.calibration.adjust.free_centre import concurrence_system
 from raxel.calibration.adjust.ray_elimination import moved
 from raxel.calibration.adjust.relaxation import pose_vector, poses_of_vector
-from raxel.calibration.generic.central_test import _squared_distance, correlation
+from raxel.calibration.generic import central_test
+from raxel.calibration.generic.central_test import (
+    _judged,
+    _squared_distance,
+    correlation,
+)
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import (
     intersect_rays_plane,
@@ -352,3 +357,32 @@ def test_neighbours_of_a_window_count_for_less():
     inflated = np.var(sums) / (2 * smooth.size)
     # At the rim of so small a picture there are fewer neighbours.
     assert inflated == pytest.approx(correlation(7), rel=0.25)
+
+
+def test_errors_alike_are_judged_by_as_many_as_are_independent(monkeypatch):
+    """Noise alone, each of its numbers six times over: all that it is judged by is as
+    large by chance as it says; bounds hold for 95 % each."""
+    rng, alike, square = np.random.default_rng(50), 6, 4.0
+    judged, above, below = [], [], []
+    for _ in range(1000):
+        left, taken = alike * rng.chisquare([20, 5])
+        central = SimpleNamespace(
+            cost=left + taken, degrees_of_freedom=25 * alike, centre=None
+        )
+        lines = SimpleNamespace(
+            cost=left, degrees_of_freedom=20 * alike, noise=1.0, used=np.ones(3, bool)
+        )
+        found = square + 0.5 * rng.standard_normal()
+        monkeypatch.setattr(
+            central_test, "_squared_distance", lambda *_, s=found: (s, 0.5)
+        )
+        judged.append(_judged(central, lines, alike, stated=True))
+        above.append(judged[-1].at_least_mm ** 2 > square)
+        below.append(judged[-1].at_most_mm ** 2 < square)
+    # Of a thousand, uniform numbers' mean is known to 0.009, a twentieth to 0.007.
+    for name in ("p_value", "p_of_noise"):
+        values = [getattr(one, name) for one in judged]
+        assert np.mean(values) == pytest.approx(0.5, abs=0.04)
+        assert np.mean(np.less(values, 0.1)) == pytest.approx(0.1, abs=0.04)
+    assert np.mean(above) == pytest.approx(0.05, abs=0.03)
+    assert np.mean(below) == pytest.approx(0.05, abs=0.03)
