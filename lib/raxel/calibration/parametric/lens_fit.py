@@ -128,6 +128,7 @@ def _on_spheres(start, boards):
 
 
 def refitted(fit, formula, boards, loss, scales=None):
+    """The FormulaFit of another formula, from where a fit ended."""
     values = fit.formula.moved_to(formula, fit.result.values)
     result = adjusted(formula, values, fit.result.T_camera_grid, boards, loss, scales)
     return FormulaFit(formula, result)
