@@ -160,3 +160,16 @@ def test_undistorted_images_do_not_leave_their_folder(folder, camera, capsys):
     words[-1] = str(folder.parent / "linked")
     assert main(words) == 0
     assert (out / "sub" / "view0.png").is_file()
+
+
+def test_a_place_is_refused_before_the_work_is_done(
+    folder, camera, monkeypatch, capsys
+):
+    """Boards are looked for by `show` where no corners are given: a minute, perhaps."""
+    monkeypatch.setattr("raxel.show.sets.set_scene", lambda *_: pytest.fail("found"))
+    words = needed("show", folder, camera, {"--out": folder / "view0.png"})
+    assert "choose another name" in refused(capsys, words)
+    link = folder.parent / "link.html"
+    link.symlink_to(folder / "set.yaml")
+    words = needed("show", folder, camera, {"--out": link})
+    assert "choose another name" in refused(capsys, words)

@@ -7,6 +7,7 @@ import struct
 import numpy as np
 import pytest
 
+from tests.fuzz import outcome as outcomes
 from tests.fuzz.grids import HEIGHT, WIDTH
 from tests.fuzz.outcome import READ, REFUSED, outcome
 from tests.fuzz.readers import READERS, write_mutant
@@ -105,3 +106,16 @@ def test_points_of_half_precision(tmp_path):
     half[0, 0] = np.nan
     np.savez(tmp_path / reader.name, points_mm=half)
     assert outcome(reader, tmp_path, 0)[0] == READ
+
+
+@pytest.mark.parametrize(
+    ("held", "kind"), [((3e9, 3e9), READ), ((1e9, 3e9), "memory"), ((1e9, 2e9), READ)]
+)
+def test_memory_is_that_of_the_file_and_not_of_what_ran_before(
+    held, kind, tmp_path, monkeypatch
+):
+    reader = READERS["points"]
+    reader.prepare(tmp_path)
+    (tmp_path / reader.name).write_bytes(reader.samples()[0][0])
+    monkeypatch.setattr(outcomes, "_most_memory", iter(held).__next__)
+    assert outcome(reader, tmp_path, 1)[0] == kind

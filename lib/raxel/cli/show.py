@@ -27,23 +27,21 @@ def show(options, say):
                 f"{' or '.join(FORMS)}"
             )
         check_can_be_written(out)
+        check_written([out], [], [options.what, options.camera, options.corners])
     needed = need_rendering if out and out.suffix.lower() == ".png" else need_packages
     needed()
-    scene, title, image_sets = _scene(options, say)
+    scene, title = _scene(options, out, say)
     if out is None:
         folder = Path(tempfile.mkdtemp(prefix="raxel-show-"))
         out = folder / f"{title.split(':')[0]}.html"
-    else:
-        read = [options.what, options.camera, options.corners]
-        check_written([out], image_sets, read)
     _write(out, scene, title)
     print(f"{scene.note}\n{out}")
     if options.out is None and _has_display():
         webbrowser.open(out.as_uri())
 
 
-def _scene(options, say):
-    """(scene, title, image sets that were read)"""
+def _scene(options, out, say):
+    """(scene, title); `out` is no file of a set that is read for it, or None."""
     what = Path(options.what)
     if what.is_dir():
         from raxel.show.sets import set_scene
@@ -54,10 +52,11 @@ def _scene(options, say):
                 "calibrate, then raxel show on the camera that it writes"
             )
         image_set = load_set(what)
+        check_written([out], [image_set])
         camera = options.camera and load_camera(options.camera)
         boards = options.corners and read_boards(options.corners, image_set)
         scene = set_scene(image_set, camera, say, boards)
-        return scene, f"{image_set.name}: targets before the camera", [image_set]
+        return scene, f"{image_set.name}: targets before the camera"
     for option in ("camera", "corners"):
         if getattr(options, option):
             raise InputError(
@@ -67,13 +66,13 @@ def _scene(options, say):
     if what.suffix == ".npz":
         from raxel.show.cameras import camera_scene
 
-        return camera_scene(load_camera(what), what.stem), f"{what.stem}: a camera", []
+        return camera_scene(load_camera(what), what.stem), f"{what.stem}: a camera"
     if what.suffix in (".yaml", ".yml"):
         from raxel.lab import load_rig
         from raxel.show.rigs import rig_scene
 
         rig = load_rig(what)
-        return rig_scene(rig, options.seed), f"{rig.name}: a rig", []
+        return rig_scene(rig, options.seed), f"{rig.name}: a rig"
     found = "this ending" if what.exists() else "no such file"
     raise InputError(
         f"{what}: {found}; give a rig (.yaml), a camera (.npz) or the folder of a set"
