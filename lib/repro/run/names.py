@@ -26,6 +26,7 @@ class Sources:
     def __init__(self, root: Path) -> None:
         self.root = root
         self.asked: set[Path] = set()
+        self._files: dict[str, Path | None] = {}
         self._bodies: dict[Path, list[ast.stmt]] = {}
         self._known: dict[Path, tuple[dict[str, ast.stmt], dict]] = {}
 
@@ -76,6 +77,11 @@ class Sources:
 
     def file(self, module: str) -> Path | None:
         """The file of a module of the checkout."""
+        if module not in self._files:
+            self._files[module] = self._file(module)
+        return self._files[module]
+
+    def _file(self, module: str) -> Path | None:
         base = self.root if module.startswith("chapters.") else self.root / "lib"
         stem = base.joinpath(*module.split("."))
         for path in (stem.with_suffix(".py"), stem / "__init__.py"):

@@ -52,6 +52,7 @@ class Border:
     def __init__(self, sources: Sources) -> None:
         self.sources = sources
         self._known: dict[ast.stmt, list[tuple[str, Place]]] = {}
+        self._within: dict[tuple[Path, Path], bool] = {}
         self._library = sources.root / "lib" / LIBRARY
         self._chapters = sources.root / "chapters"
 
@@ -77,7 +78,7 @@ class Border:
                 continue
             seen.add(place.node)
             for name, named in self._named(place):
-                if named.path.is_relative_to(self._chapters):
+                if self._is_within(named.path, self._chapters):
                     heappush(todo, (steps + 1, next(numbers), named))
                 elif self._is_of_library(named) and (named.path, name) not in found:
                     one = self._called(name, named, steps)
@@ -99,7 +100,12 @@ class Border:
         return Called(room, is_private, is_leaf, steps, name, place.path, line)
 
     def _is_of_library(self, place: Place) -> bool:
-        return place.path.is_relative_to(self._library) and _is_code(place.node)
+        return self._is_within(place.path, self._library) and _is_code(place.node)
+
+    def _is_within(self, path: Path, folder: Path) -> bool:
+        if (path, folder) not in self._within:
+            self._within[path, folder] = path.is_relative_to(folder)
+        return self._within[path, folder]
 
     def _named(self, place: Place) -> list[tuple[str, Place]]:
         """Definitions that a definition names, in the order of its text."""
