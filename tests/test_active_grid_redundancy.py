@@ -60,6 +60,12 @@ def error(one, found):
     return np.sqrt(np.nanmean(off**2)) / (one.grid.monitor_mm[0] / 8)
 
 
+@cache
+def clean_error(steps):
+    one = scene(steps)
+    return error(one, decode(one.images, one.patterns, one.grid))
+
+
 CHANGES = {
     "a third brighter": ("phase-x-1", lambda p: 1.3 * p, LIGHT, 0.3),
     "darker": ("phase-x-2", lambda p: 0.87 * p, LIGHT, -0.13),
@@ -82,8 +88,7 @@ def test_the_picture_its_change_and_the_error_by_it(steps, name):
     assert off.kind == kind
     # A shift is found by differences over two pixels of the blurred picture.
     assert off.size == pytest.approx(size, rel=0.12 if kind == MOTION else 0.05)
-    clean = error(one, decode(one.images, one.patterns, one.grid))
-    by_it = np.sqrt(error(one, found) ** 2 - clean**2)
+    by_it = np.sqrt(error(one, found) ** 2 - clean_error(steps) ** 2)
     assert off.periods == pytest.approx(by_it, rel=0.2 if kind == MOTION else 0.15)
     stated = OF_SINE * off.by_one * one.grid.monitor_mm[0] / 8
     assert told.errors[0] == pytest.approx(stated, rel=1e-3)
@@ -158,8 +163,7 @@ def test_of_three_steps_the_code_knows_the_light(share):
     found, off, told = examined(one, spoilt(one, "phase-x-1", lambda p: share * p))
     assert (off.kind, off.pictures) == (LIGHT, (13,))
     assert off.size == pytest.approx(share - 1, rel=0.2)
-    clean = error(one, decode(one.images, one.patterns, one.grid))
-    by_it = np.sqrt(error(one, found) ** 2 - clean**2)
+    by_it = np.sqrt(error(one, found) ** 2 - clean_error(3) ** 2)
     assert by_it < off.periods < 1.7 * by_it
     assert "phase-x-1.png" in told.doubts[0].text
 
