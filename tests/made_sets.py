@@ -44,17 +44,19 @@ def board_poses(seed, count, distance, spread, tilt=0.5):
     return pose(R, t - R @ [*BOARD.points().mean(axis=0), 0.0])
 
 
-def boards_of(camera, seed=0, count=6, noise=0.05, bend=0.0):
+def boards_of(camera, seed=0, count=6, noise=0.05, bend=0.0, row=0.0):
     """Corners (N, 2) of each of `count` boards in the image, with noise in px; bend:
-    how far the ends of the board's x lie behind its middle, in mm."""
+    how far the ends of the board's x lie behind its middle; row: how far its third row
+    is printed along x from where it should be, in mm."""
     distance, spread = ((120, 180), 110) if camera is FISHEYE else ((330, 480), 40)
     rng = np.random.default_rng(seed)
     flat = BOARD.points()
     half = np.ptp(flat, axis=0) / 2
     shape = BoardShape(flat.mean(axis=0), half, np.array([bend, 0.0, 0.0, 0.0]))
-    found = []
+    solid, found = shape.points(flat), []
+    solid[flat[:, 1] == 2 * BOARD.pitch_mm, 0] += row
     for T in board_poses(seed, 10 * count, distance, spread):
-        pixels = camera.project(transform(T, shape.points(flat))).pixels
+        pixels = camera.project(transform(T, solid)).pixels
         pixels = pixels + noise * rng.normal(size=pixels.shape)
         if np.all((pixels >= 0) & (pixels <= [WIDTH - 1, HEIGHT - 1])):
             found.append(pixels)

@@ -37,9 +37,11 @@ from tests.made_sets import (
 @pytest.fixture
 def calibrate(tmp_path, capsys):
     """(boards, *options) -> (what was printed, the JSON file)"""
+    runs = []
 
     def run(boards, *options):
-        folder, corners = write_made_set(tmp_path / "set", boards)
+        folder, corners = write_made_set(tmp_path / f"set{len(runs)}", boards)
+        runs.append(folder)
         out, result = tmp_path / "camera.npz", tmp_path / "result.json"
         arguments = ["calibrate", str(folder), "--corners", str(corners)]
         arguments += ["--out", str(out), "--json", str(result), *map(str, options)]
@@ -270,6 +272,22 @@ def test_a_bent_board_is_told_and_used(calibrate):
     (told,) = warnings_in(printed)
     assert told.startswith("the board is not as stated: it bends by up to ")
     assert result["rms_px"] < 1.5 * shape["shaped_px"]
+
+
+def test_a_misprinted_row_is_told(calibrate):
+    printed, result = calibrate(boards_of(PINHOLE, 3, 10, row=0.4), "--model", "zhang")
+    found = result["board_corners"]
+    assert found["as_stated"] is False
+    assert found["worst"] // COLUMNS == 2
+    (told,) = warnings_in(printed)
+    assert told.startswith("corners of the board do not lie where they are said to: ")
+    offset = np.linalg.norm(found["offsets"][found["worst"]])
+    assert f"and row 2, counted from 0, is {offset:.2g} +- " in told
+    assert "measure the board, or take one that is printed on a stiff plate" in told
+    printed, result = calibrate(boards_of(PINHOLE, 3, 10), "--model", "zhang")
+    assert result["board_corners"]["as_stated"] is True
+    assert warnings_in(printed) == []
+    assert "made: corners of the board: nothing that all boards share says " in printed
 
 
 def test_an_evaluation_takes_the_shape_that_was_found(calibrate, tmp_path, capsys):

@@ -8,6 +8,7 @@ from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
+from raxel.evaluation.corrections import polynomials
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.stability import (
     BY_FOCAL,
@@ -19,7 +20,6 @@ from raxel.evaluation.stability import (
     _board,
     _BoardSystem,
     _judged,
-    _polynomials,
     _scatter,
     stability,
 )
@@ -234,7 +234,7 @@ def test_scatter_is_told_without_what_poses_and_corrections_take():
     assert np.mean(found) == pytest.approx(0.3**2, rel=0.08)
     view = views_of([CAMERA], 21, poses=board_poses(21, 1))[0]
     score = evaluate_camera(CAMERA, [view]).images[0]
-    mixing = np.eye(_polynomials(view.pixels[:1], CAMERA).shape[2])
+    mixing = np.eye(polynomials(view.pixels[:1], CAMERA).shape[2])
     own = _board(CAMERA, score, view, None, mixing, 1.0)
     assert own.free == 2 * np.isfinite(view.pixels[:, 0]).sum() - 6
 

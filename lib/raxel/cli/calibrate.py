@@ -8,6 +8,7 @@ import numpy as np
 
 from raxel.calibration.generic.central_views import centrality_of_views
 from raxel.cli import described, models, scores
+from raxel.cli.board_corners import corner_fields, corner_line, corner_warnings
 from raxel.cli.board_shape import not_asked, shape_fields, shape_line, shape_warnings
 from raxel.cli.models import DOES_NOT_FIT, FEWEST_VIEWS, FITS
 from raxel.cli.outputs import check_written
@@ -16,6 +17,7 @@ from raxel.cli.stability import stability_fields, stability_line, stability_warn
 from raxel.cli.warnings import of_left_out, print_warnings
 from raxel.cli.wrong_points import wrong_fields, wrong_points, wrong_warnings
 from raxel.errors import InputError
+from raxel.evaluation.board_corners import board_corners
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.stability import stability
@@ -116,13 +118,19 @@ def _calibrated(image_set, views, asked, say):
         print(f"{image_set.name}: {described.centre_line(test, *lengths)}")
         warnings += described.centre_warnings(test, *lengths)
     warnings += shape_warnings(fitted.board, result["unit"], words.target)
-    halves = _stability(fitted, right)
+    whole = _used(fitted, evaluation.images, views)
+    corners = board_corners(fitted.camera, *whole, fitted.shape)
+    result["board_corners"] = corner_fields(corners)
+    print(f"{image_set.name}: {corner_line(corners, result['unit'], words)}")
+    images, used = _used(fitted, right.evaluation.images, right.views)
+    halves = stability(fitted.camera, images, used, fitted.shape)
     result["stability"] = stability_fields(halves)
     print(f"{image_set.name}: {stability_line(halves, words)}")
     # Of a camera that does not fit all is said; its halves differ, too.
-    warnings += [] if found.large else stability_warnings(halves, words)
+    if not found.large:
+        warnings += corner_warnings(corners, fitted.board, result["unit"], words)
+        warnings += stability_warnings(halves, words)
     warnings += described.coverage_warnings(fields, words.target)
-    used = [view for view in views if view.name not in _left_out(details)]
     warnings += described.few_warnings(used, words.target)
     if comparison:
         result["chosen_because"] = why
@@ -150,12 +158,11 @@ def _central_or_not(right, size, details):
     return centrality_of_views(used, *size, np.array(poses))
 
 
-def _stability(fitted, right):
-    """Stability of the camera on the views that went into the fit, or None."""
+def _used(fitted, images, views):
+    """(ImageScores, views) of those that went into the fit."""
     out = _left_out(fitted.details)
-    pairs = zip(right.evaluation.images, right.views, strict=True)
-    used = [pair for pair in pairs if pair[1].name not in out]
-    return stability(fitted.camera, *zip(*used, strict=True), fitted.shape)
+    pairs = zip(images, views, strict=True)
+    return zip(*(pair for pair in pairs if pair[1].name not in out), strict=True)
 
 
 def _misfit(model, asked, right, fitted, words):

@@ -41,11 +41,16 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.views.board_shape import board_points
-from raxel.evaluation.pixel_pose import pixels_by_point, pose_jacobian
+from raxel.evaluation.apart import apart
+from raxel.evaluation.corrections import (
+    correction_fields,
+    polynomials,
+    seen_on,
+    without_turns,
+)
+from raxel.evaluation.pixel_pose import pose_jacobian
 from raxel.evaluation.two_groups import two_groups
 from raxel.evaluation.ways_to_divide import ways_to_divide
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import cross_matrix, transform
 
 # p-value, times the number of divisions, below which halves disagree. It takes corners
 # that err together to do so alike in all ways; as they do not, those that share as much
@@ -59,13 +64,10 @@ LEAST_PX, TIMES = 0.1, 1.5  # disagreement that matters: at least, and beyond sc
 # does to rays of halves, half of which it does to those of all.
 ERRATIC, ERRATIC_PX = 2.8, 0.5
 FEWEST_BOARDS = 6  # three a half
-DEGREE = 3
-ACROSS = 24  # pixels along the longer side at which fields are compared
 FEWEST_PIXELS = 6  # that both halves saw
 UNKNOWN_PX = 2.0  # SD, RMS over the image, from which on a correction is not compared
 WIDTH, RAYLEIGH = 6.0, 1.1774  # of wrong corners; median distance at unit scale
 LEAST_SD_PX = 0.01  # of a coordinate: no corner is known better
-SINGULAR = 1e-9  # of the largest eigenvalue: what nothing determines
 
 
 class Division(NamedTuple):
@@ -131,17 +133,6 @@ class Stability(NamedTuple):
         return self.same_camera and self.steady
 
 
-class _Fields(NamedTuple):
-    """pixels (N, 2) that have a ray; shapes (N, 2, K): corrections of 1 px RMS each,
-    without rotations; turns (N, 2, 3): what rotations do; mixing (P, K): the shapes'
-    polynomials."""
-
-    pixels: np.ndarray
-    shapes: np.ndarray
-    turns: np.ndarray
-    mixing: np.ndarray
-
-
 class _BoardSystem(NamedTuple):
     """What a board, with its pose free, says of the corrections: normal (K, K), right
     (K,); squares: of what the pose leaves; free: coordinates less pose."""
@@ -166,7 +157,7 @@ def stability(camera, scores, views, shape=None):
     ]
     if len(pairs) < FEWEST_BOARDS:
         return None
-    fields = _fields(camera, pairs)
+    fields = correction_fields(camera, pairs)
     if fields is None:
         return None
     distances = np.linalg.norm(
@@ -175,7 +166,7 @@ def stability(camera, scores, views, shape=None):
     widest = WIDTH * max(np.nanmedian(distances) / RAYLEIGH, LEAST_SD_PX)
     boards = [_board(camera, *pair, shape, fields.mixing, widest) for pair in pairs]
     variance = _scatter(boards)
-    seen = np.array([_seen(view, camera, fields.pixels) for _, view in pairs])
+    seen = np.array([seen_on(view, camera, fields.pixels) for _, view in pairs])
     names = np.array([view.name for _, view in pairs], object)
 
     def divided(name, first):
@@ -220,53 +211,6 @@ def _judged(divisions, pixels, factor, table):
 # ---------------------------------------------------------------------- the corrections
 
 
-def _fields(camera, pairs):
-    """The _Fields of a camera, None where hardly a pixel has a ray."""
-    step = max(camera.width, camera.height) / ACROSS
-    u = np.arange(step / 2, camera.width, step)
-    v = np.arange(step / 2, camera.height, step)
-    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2) - 0.5
-    middles = [
-        transform(score.T_camera_grid, on_plane(view.points)).mean(axis=0)
-        for score, view in pairs
-    ]
-    rays = camera.rays(pixels)
-    points = rays.origins + np.median(np.linalg.norm(middles, axis=1)) * rays.directions
-    turns = pixels_by_point(camera, pixels, points) @ -cross_matrix(points)
-    known = rays.valid & np.isfinite(turns).all(axis=(1, 2)) & turns.any(axis=(1, 2))
-    pixels, turns = pixels[known], turns[known]
-    powers = _polynomials(pixels, camera)
-    count = powers.shape[2]
-    if len(pixels) < count:
-        return None
-    rest = _without(turns, powers).reshape(-1, count)
-    size, axes = np.linalg.eigh(rest.T @ rest)
-    # Three of the polynomials are nearly what the rotations do.
-    mixing = axes[:, 3:] * np.sqrt(len(pixels) / size[3:])
-    shapes = rest @ mixing
-    return _Fields(pixels, shapes.reshape(len(pixels), 2, -1), turns, mixing)
-
-
-def _polynomials(pixels, camera):
-    """(N, 2, P): each polynomial along u, then each along v."""
-    size = np.array([camera.width, camera.height])
-    x, y = ((2 * pixels - (size - 1)) / size.max()).T
-    along = np.stack(
-        [x**a * y**b for a in range(DEGREE + 1) for b in range(DEGREE + 1 - a)], axis=1
-    )
-    none = np.zeros_like(along)
-    return np.stack(
-        [np.hstack([along, none]), np.hstack([none, along])], axis=1
-    )  # fmt: skip
-
-
-def _without(turns, fields):
-    """Fields (N, 2, K) less what of them is a rotation, turns (N, 2, 3)."""
-    flat, basis = fields.reshape(-1, fields.shape[2]), turns.reshape(-1, 3)
-    share = np.linalg.solve(basis.T @ basis, basis.T @ flat)
-    return (flat - basis @ share).reshape(fields.shape)
-
-
 def _board(camera, score, view, shape, mixing, widest):
     """The _BoardSystem of a view, of corners no more than `widest` px off."""
     off = score.residuals_px
@@ -275,7 +219,7 @@ def _board(camera, score, view, shape, mixing, widest):
     places = view.pixels[right] - off
     solid = board_points(points, shape)
     by_pose = pose_jacobian(camera, places, solid, score.T_camera_grid)
-    shapes = (_polynomials(places, camera) @ mixing).reshape(off.size, mixing.shape[1])
+    shapes = (polynomials(places, camera) @ mixing).reshape(off.size, mixing.shape[1])
     of_pose, _ = np.linalg.qr(by_pose)
     shapes = shapes - of_pose @ (of_pose.T @ shapes)
     off = off.ravel() - of_pose @ (of_pose.T @ off.ravel())
@@ -296,6 +240,12 @@ def _scatter(boards):
     return max(squares / free, LEAST_SD_PX**2)
 
 
+def _equations(boards):
+    """normal (n, K, K) and right (n, K)."""
+    normal = np.array([board.normal for board in boards])
+    return normal, np.array([board.right for board in boards])
+
+
 def _sums(boards, chosen):
     """normal and right of the chosen boards."""
     of_half = [board for board, inside in zip(boards, chosen, strict=True) if inside]
@@ -305,33 +255,12 @@ def _sums(boards, chosen):
 def _apart(boards, parts, variance):
     """(factor, freedom): how many times as far as scatter explains boards lie from what
     their part, of those given as (n,) bool, says together, 1 or more; and how many
-    independent squares that is told by.
-
-    The squares of what each board asks for, in units of scatter, over what a fit to all
-    of the part leaves of them. As they are larger some ways than others there are fewer
-    of them than boards times ways (F. E. Satterthwaite 1946, doi:10.2307/3002019).
-    """
-    expected, ways = 0.0, 0.0
-    for part in parts:
-        normal, right = _sums(boards, part)
-        root, axes = _inverse_root(normal)
-        together = root @ (root.T @ right)
-        for board, inside in zip(boards, part, strict=True):
-            if inside:
-                asked = root.T @ (board.right - board.normal @ together)
-                share = root.T @ board.normal @ root
-                expected += np.trace(share) - np.sum(share**2)
-                ways = ways + np.outer(axes @ asked, axes @ asked)
-    factor = np.sqrt(max(np.trace(ways) / variance / expected, 1.0))
-    several = np.trace(ways) ** 2 / np.sum(ways**2)
-    return float(factor), (len(boards) - len(parts)) * several
-
-
-def _inverse_root(normal):
-    """W of W W', the pseudo-inverse of a normal matrix, and its axes."""
-    size, axes = np.linalg.eigh(normal)
-    told = size > SINGULAR * size[-1]
-    return axes[:, told] / np.sqrt(size[told]), axes[:, told]
+    independent squares that is told by."""
+    normal, right = _equations(boards)
+    first, *others = (apart(normal[part], right[part]) for part in parts)
+    whole = sum(others, first)
+    factor = np.sqrt(max(whole.variance / variance, 1.0))
+    return float(factor), (len(boards) - len(parts)) * whole.several
 
 
 # ------------------------------------------------------------------------ the divisions
@@ -341,17 +270,10 @@ def _by_focal(boards, fields, camera):
     """Two groups of the boards by the focal length that each asks for, (n,) bool, and
     their p-value."""
     middle = (np.array([camera.width, camera.height]) - 1) / 2
-    longer = _without(fields.turns, (fields.pixels - middle)[..., None])
+    longer = without_turns(fields.turns, (fields.pixels - middle)[..., None])
     shapes = fields.shapes.reshape(longer.size, -1)
     direction = np.linalg.lstsq(shapes, longer.ravel())[0]
-    normal = np.array([board.normal for board in boards])
-    return two_groups(normal, np.array([board.right for board in boards]), direction)
-
-
-def _seen(view, camera, pixels):
-    """Which of the pixels (N, 2) lie on a view's board: (N,) bool."""
-    u, v = np.rint(pixels).astype(int).T
-    return view.covered(camera.width, camera.height)[v, u] > 0
+    return two_groups(*_equations(boards), direction)
 
 
 def _compared(boards, first, fields, both, variance):
@@ -374,7 +296,7 @@ def _compared(boards, first, fields, both, variance):
     factor, freedom = _apart(boards, (first, ~first), variance)
     ratio = np.mean(along**2 / size) / (variance * factor**2)
     p_value = fisher.sf(ratio, len(size), freedom)
-    shapes = _without(fields.turns[both], fields.shapes[both] @ axes)
+    shapes = without_turns(fields.turns[both], fields.shapes[both] @ axes)
     field = np.full(fields.pixels.shape, np.nan)
     field[both] = -shapes @ (along / size)
     disagreement = np.sqrt(np.mean(np.sum(field[both] ** 2, axis=1)))

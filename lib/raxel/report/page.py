@@ -132,6 +132,8 @@ def _numbers(image_set, result):
     yield f"Single {point}s scatter by", told(misfit["scatter_px"], ".3f", " px")
     yield f"Stated of single {point}s", told(misfit["stated_sd_px"], ".3f", " px")
     yield from _shape(result["board_shape"], target, result["unit"])
+    if (corners := result["board_corners"]) is not None:
+        yield f"{target.capitalize()}: {point}s beside these", _beside(corners)
     if of := result["wrong_points_of"]:
         counts = ", ".join(f"{name}: {n}" for name, n in of.items())
         yield f"{point.capitalize()}s without weight", counts
@@ -164,6 +166,17 @@ def _shape(found, target, unit):
             f"{times * value:.3g} +- {times * sd:.2g} {of}, "
             f"{'used' if used else 'not used'}",
         )
+
+
+def _beside(corners):
+    """Whether corners lie where they are taken to be, in words."""
+    if corners["as_stated"]:
+        return f"where they are taken to be (p = {corners['p_value']:.2g})"
+    number = corners["worst"]
+    return (
+        f"number {number} is {math.hypot(*corners['offsets'][number]):.2g} off (p = "
+        f"{corners['p_value']:.2g})"
+    )
 
 
 def _vote(size):
