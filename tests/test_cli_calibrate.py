@@ -261,6 +261,32 @@ def test_photographs_of_two_cameras_are_told(calibrate):
     assert "made: stability: of 12 divisions into halves the worst is '" in printed
 
 
+def test_a_lens_that_focuses_anew_is_told(calibrate):
+    breaths = 0.008 * np.random.default_rng(8).normal(size=14)
+    boards = [
+        boards_of(
+            PerspectiveCamera(
+                K * [[1 + b, 1, 1], [1, 1 + b, 1], [1, 1, 1]],
+                [-0.2, 0.05],
+                WIDTH,
+                HEIGHT,
+            ),
+            seed,
+            1,
+        )[0]
+        for seed, b in enumerate(breaths)
+    ]
+    printed, result = calibrate(boards, "--model", "zhang")
+    (told,) = warnings_in(printed)
+    found = result["stability"]
+    assert found["stable"] is False
+    assert found["same_camera"] is True
+    sd = found["focal_lengths"]["sd"]
+    assert sd == pytest.approx(np.std(breaths), rel=0.35)
+    assert told.startswith("boards do not ask for one focal length: ")
+    assert f"scatter by {100 * sd:.2g} % (SD) beyond" in told
+
+
 def test_a_bent_board_is_told_and_used(calibrate):
     printed, result = calibrate(boards_of(PINHOLE, 3, 12, bend=2.0), "--model", "zhang")
     shape = result["board_shape"]

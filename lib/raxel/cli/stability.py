@@ -25,6 +25,7 @@ def stability_fields(found):
         "same_camera": found.same_camera,
         "p_value": found.p_value,
         "photographs_over_scatter": found.factor,
+        "focal_lengths": found.focal and found.focal._asdict(),
         **_told(worst),
         "halves": [list(names) for names in worst.halves],
         "divisions": [
@@ -66,6 +67,17 @@ def stability_warnings(found, words):
             f"'{found.divisions[0].name}', {_numbers(found, words)}; stated standard "
             f"deviations do not hold; possible: {POSSIBLE}; stability of --json says "
             f"which {words.target}s are in which half"
+        ]
+    if not found.one_focal:
+        focal = found.focal
+        return [
+            f"{words.target}s do not ask for one focal length: those that they ask for "
+            f"scatter by {100 * focal.sd:.2g} % (SD) beyond what explains how "
+            f"{words.target}s differ in all else, {focal.times:.1f} times as far as "
+            f"that (p = {focal.p_value:.2g}); stated standard deviations have that in "
+            "them only if it is chance; possible: a lens that focused anew, or a zoom "
+            "that moved; pictures of several cameras; a rolling shutter while boards "
+            "moved"
         ]
     worst = max(found.divisions, key=lambda each: each.disagreement_px)
     return [

@@ -17,7 +17,9 @@ boards moved differently in each, and no mean of them is known to be right.
 
 Photographs of two cameras may be mixed in a way that no such division comes near. So
 they are divided, too, by the focal length that each asks for, where these fall into two
-groups better than chance divides one.
+groups better than chance divides one. Where they form no groups, they may differ all
+the same: how far apart the focal lengths lie that photographs ask for is held against
+how far they differ in all else (`raxel.evaluation.one_way`).
 
 A step of least squares from the fitted camera is each half's fit: no camera is fitted
 anew, so this asks little time, serves formulas and smooth rays alike (of OpenCV's fit
@@ -48,6 +50,7 @@ from raxel.evaluation.corrections import (
     seen_on,
     without_turns,
 )
+from raxel.evaluation.one_way import OneWay, one_way
 from raxel.evaluation.pixel_pose import pose_jacobian
 from raxel.evaluation.two_groups import two_groups
 from raxel.evaluation.ways_to_divide import ways_to_divide
@@ -56,7 +59,7 @@ from raxel.evaluation.ways_to_divide import ways_to_divide
 # that err together to do so alike in all ways; as they do not, those that share as much
 # as each errs for itself show less than 1e-3 in one set of forty, 1e-4 in one of a
 # hundred. That of two groups holds whichever way corners err most.
-SURE, SURE_GROUPS = 1e-5, 3e-3
+SURE, SURE_GROUPS, SURE_FOCAL = 1e-5, 3e-3, 1e-5
 BY_FOCAL = "focal length that each photograph asks for"
 LEAST_PX, TIMES = 0.1, 1.5  # disagreement that matters: at least, and beyond scatter
 # Times scatter by which photographs differ from each other: more than corners do that
@@ -118,7 +121,8 @@ class Stability(NamedTuple):
     same_camera: whether no division matters with a p-value so small; factor: how many
     times as far as scatter explains photographs differ from each other, 1 or more;
     steady: whether that is less than ERRATIC, or shows in no division by ERRATIC_PX, or
-    is that of a table."""
+    is that of a table; focal: OneWay, by how much each photograph asks for a focal
+    length of its own, relative; None where too few tell, and of a table."""
 
     divisions: list
     pixels: np.ndarray
@@ -126,11 +130,17 @@ class Stability(NamedTuple):
     same_camera: bool
     factor: float
     steady: bool
+    focal: OneWay | None = None
+
+    @property
+    def one_focal(self):
+        """Whether photographs are of one focal length, as far as can be told."""
+        return self.focal is None or self.focal.p_value > SURE_FOCAL
 
     @property
     def stable(self):
         """Whether nothing is to be said."""
-        return self.same_camera and self.steady
+        return self.same_camera and self.steady and self.one_focal
 
 
 class _BoardSystem(NamedTuple):
@@ -182,9 +192,14 @@ def stability(camera, scores, views, shape=None):
     factor, _ = _apart(boards, [np.ones(len(boards), bool)], variance)
     table = camera.kind == "general"
     found = _judged(divisions, fields.pixels, factor, table)
-    first, p_value = _by_focal(boards, fields, camera)
+    if table:
+        return found
+    longer = _longer(fields, camera)
+    focal = one_way(*_equations(boards), longer, variance)
+    found = found._replace(focal=focal)
+    first, p_value = two_groups(*_equations(boards), longer)
     by_focal = None
-    if p_value < SURE_GROUPS and not table:
+    if p_value < SURE_GROUPS:
         by_focal = divided(BY_FOCAL, first)
     if by_focal is None or not by_focal.matters:
         return found
@@ -266,14 +281,11 @@ def _apart(boards, parts, variance):
 # ------------------------------------------------------------------------ the divisions
 
 
-def _by_focal(boards, fields, camera):
-    """Two groups of the boards by the focal length that each asks for, (n,) bool, and
-    their p-value."""
+def _longer(fields, camera):
+    """The correction (K,) of a camera whose focal length grows, by 1 for all of it."""
     middle = (np.array([camera.width, camera.height]) - 1) / 2
     longer = without_turns(fields.turns, (fields.pixels - middle)[..., None])
-    shapes = fields.shapes.reshape(longer.size, -1)
-    direction = np.linalg.lstsq(shapes, longer.ravel())[0]
-    return two_groups(*_equations(boards), direction)
+    return np.linalg.lstsq(fields.shapes.reshape(longer.size, -1), longer.ravel())[0]
 
 
 def _compared(boards, first, fields, both, variance):

@@ -29,7 +29,7 @@ def two_groups(normal, right, direction):
     """
     from scipy.stats import beta
 
-    y, covariance = _beyond(normal, right, direction)
+    y, covariance = beyond_together(normal, right, direction)
     size, axes = np.linalg.eigh(covariance)
     told = size > ALIKE * size[-1]
     free = np.count_nonzero(told)
@@ -49,7 +49,7 @@ def two_groups(normal, right, direction):
     return first[best], float(min(1.0, (2.0 ** (n - 1) - 1) * once))
 
 
-def _beyond(normal, right, direction):
+def beyond_together(normal, right, direction):
     """What photographs say of the direction beyond what all say together, (n,), and its
     covariance (n, n) in units of their scatter."""
     inverse = np.linalg.pinv(normal.sum(axis=0), hermitian=True)

@@ -1,0 +1,60 @@
+"""Photographs that differ more in one correction than in all others."""
+
+import numpy as np
+import pytest
+
+from raxel.evaluation.one_way import one_way
+
+COUNT, WAYS = 14, 12
+
+
+def equations(rng, own=0.0, together=1.0, count=COUNT):
+    """Equations of photographs that each ask for a first correction of its own, of SD
+    `own`; together: how many times as far as scatter explains all else differs."""
+    slopes = rng.normal(size=(count, 40, WAYS)) * rng.uniform(0.3, 3, (count, 1, 1))
+    asked = np.zeros((count, WAYS))
+    asked[:, 0] = own * rng.normal(size=count)
+    off = together * rng.normal(size=(count, 40)) + np.einsum(
+        "nik,nk->ni", slopes, asked
+    )
+    return np.swapaxes(slopes, 1, 2) @ slopes, np.einsum("nik,ni->nk", slopes, off)
+
+
+FIRST = np.eye(WAYS)[0]
+
+
+@pytest.mark.parametrize("together", [1.0, 3.0])
+def test_photographs_that_differ_alike_in_all_ways_are_no_oftener_told_than_said(
+    together,
+):
+    """However far they differ, and not much more seldom."""
+    rng = np.random.default_rng(1)
+    found = [one_way(*equations(rng, 0, together), FIRST, 1.0) for _ in range(400)]
+    p_values = np.array([each.p_value for each in found])
+    for p in (0.1, 0.5):
+        assert 0.3 < np.mean(p_values < p) / p < 1.1
+    assert p_values.min() > 1e-4
+    assert np.mean([each.times for each in found]) == pytest.approx(1, abs=0.1)
+
+
+def test_what_they_differ_by_is_found_as_it_is():
+    rng = np.random.default_rng(2)
+    found = [one_way(*equations(rng, 0.5, 2.0), FIRST, 1.0) for _ in range(100)]
+    assert np.sqrt(np.mean([f.sd**2 for f in found])) == pytest.approx(0.5, rel=0.1)
+    # In the unit of the direction.
+    longer = one_way(*equations(np.random.default_rng(3), 0.5), 2 * FIRST, 1.0)
+    once = one_way(*equations(np.random.default_rng(3), 0.5), FIRST, 1.0)
+    assert longer.sd == pytest.approx(once.sd / 2)
+    assert longer.p_value == pytest.approx(once.p_value)
+
+
+def test_other_ways_and_all_together_are_no_difference_in_this_one():
+    rng = np.random.default_rng(4)
+    normal, right = equations(rng, 1.0)
+    assert one_way(normal, right, FIRST, 1.0).p_value < 1e-12
+    assert one_way(normal, right, np.eye(WAYS)[1], 1.0).p_value > 1e-3
+    normal, right = equations(rng)
+    shared = right + 100 * normal @ FIRST
+    alone, moved = (one_way(normal, each, FIRST, 1.0) for each in (right, shared))
+    assert moved.p_value == pytest.approx(alone.p_value)
+    assert one_way(normal[:3], right[:3], FIRST, 1.0) is None
