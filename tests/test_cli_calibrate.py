@@ -234,6 +234,19 @@ def test_a_picture_that_is_there_twice_is_told(calibrate):
     assert told.startswith("6.png: its corners are those of 2.png, to the last digit")
 
 
+def test_frames_that_hardly_differ_are_told(calibrate):
+    """And what they share is not laid to the board, nor to another camera."""
+    boards = boards_of(PINHOLE, 6, 9)
+    rng = np.random.default_rng(5)
+    frames = [boards[4] + 0.02 * rng.normal(size=boards[4].shape) for _ in range(30)]
+    printed, _ = calibrate([*boards, *frames], "--model", "zhang")
+    (told,) = warnings_in(printed)
+    assert told.startswith(
+        "30 of 39 photographs show the board where another does, such as 9.png and "
+        "4.png: they say little more than one of them"
+    )
+
+
 def test_few_boards_are_told(calibrate):
     printed, result = calibrate(boards_of(PINHOLE)[:5], "--model", "zhang")
     assert result["stability"] is result["board_shape"] is None

@@ -9,6 +9,7 @@ from raxel.calibration.views.dense import dense_view
 from raxel.cli.boards import boards_for
 from raxel.cli.warnings import of_handedness
 from raxel.errors import CalibrationError, InputError
+from raxel.evaluation.near_copies import near_copies
 from raxel.features.grids import decode_grids, read_grids
 from raxel.features.size_vote import SizeVote
 from raxel.sets import ActiveGrid, View
@@ -101,7 +102,8 @@ def seen_in(image_set, views, options, say):
     boards, vote = boards_for(image_set, views, options, say)
     entries = [Entry(b.view, b.detection.found, b.detection.reason) for b in boards]
     seen = board_views(image_set, boards)
-    return SeenViews(entries, seen, [], list(_copies(seen)), vote)
+    warnings = [*_copies(seen), *_near_copies(seen)]
+    return SeenViews(entries, seen, [], warnings, vote)
 
 
 def _copies(views):
@@ -115,6 +117,29 @@ def _copies(views):
                 "picture that is there twice counts twice, and kept out it proves "
                 "nothing: take it out of views"
             )
+
+
+def _near_copies(views):
+    """A warning where boards stand where others do, with corners of their own."""
+    first = near_copies(views)
+    near = [
+        (view.name, views[k].name)
+        for view, k in zip(views, first, strict=True)
+        if view.name != views[k].name and not _same(view, views[k])
+    ]
+    if not near:
+        return
+    (name, other), count = near[0], len(near)
+    yield (
+        f"{count} of {len(views)} photographs show{'s' * (count == 1)} the board where "
+        f"another does, such as {name} and {other}: they say little more than one of "
+        "them and count as many, so standard deviations of a fit are too small; keep one "
+        "of each in views, and take boards at other places"
+    )
+
+
+def _same(one, other):
+    return one.pixels.tobytes() == other.pixels.tobytes()
 
 
 def _grids(image_set, views, options, say):

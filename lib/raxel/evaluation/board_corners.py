@@ -34,6 +34,7 @@ from raxel.evaluation.corrections import (
     seen_on,
     without_turns,
 )
+from raxel.evaluation.near_copies import once_each
 from raxel.evaluation.pixel_pose import pixels_by_point, pose_jacobian
 from raxel.geometry.poses import transform
 
@@ -112,6 +113,7 @@ def board_corners(camera, scores, views, shape=None):
         for score, view in zip(scores, views, strict=True)
         if np.isfinite(score.rms_px)
     ]
+    pairs = once_each(pairs)
     if len(pairs) < FEWEST_BOARDS or any(view.every_pixel for _, view in pairs):
         return None
     if len({(view.columns, view.rows) for _, view in pairs}) > 1:

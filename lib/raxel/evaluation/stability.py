@@ -50,6 +50,7 @@ from raxel.evaluation.corrections import (
     seen_on,
     without_turns,
 )
+from raxel.evaluation.near_copies import once_each
 from raxel.evaluation.one_way import OneWay, one_way
 from raxel.evaluation.pixel_pose import pose_jacobian
 from raxel.evaluation.two_groups import two_groups
@@ -165,6 +166,7 @@ def stability(camera, scores, views, shape=None):
         for score, view in zip(scores, views, strict=True)
         if np.isfinite(score.rms_px)
     ]
+    pairs = once_each(pairs)
     if len(pairs) < FEWEST_BOARDS:
         return None
     fields = correction_fields(camera, pairs)
