@@ -133,8 +133,8 @@ def _near_copies(views):
     yield (
         f"{count} of {len(views)} photographs show{'s' * (count == 1)} the board where "
         f"another does, such as {name} and {other}: they say little more than one of "
-        "them and count as many, so standard deviations of a fit are too small; keep one "
-        "of each in views, and take boards at other places"
+        "them and count as many, so standard deviations of a fit are too small; keep "
+        "one of each in views, and take boards at other places"
     )
 
 
