@@ -11,7 +11,8 @@ def test_a_photograph_is_a_near_copy_of_the_first_that_it_hardly_differs_from():
     radius = np.sqrt(np.mean(np.var(views[1].pixels, axis=0)))
 
     def moved(times):
-        return views[1]._replace(pixels=views[1].pixels + times * radius * np.array([0.6, -0.8]))
+        shift = times * radius * np.array([0.6, -0.8])
+        return views[1]._replace(pixels=views[1].pixels + shift)
 
     near, far = moved(0.013), moved(0.015)
     assert list(near_copies([*views, near, far])) == [0, 1, 2, 3, 1, 5]
