@@ -16,7 +16,7 @@ from tests.bench.stated._drawn import Board as BoardBefore
 from tests.bench.stated._drawn import Lens, Photo, gaussian
 from tests.bench.stated._drawn import drawn as photographed
 from tests.chessboards import Board, facing
-from tests.test_features_find import seen
+from tests.test_features_find import seen, soft_and_noisy
 
 FINER = 4
 
@@ -211,6 +211,20 @@ def test_a_lens_that_bends_strongly_costs_no_certainty():
     assert not found.missing
     assert 0.7 < np.sqrt(np.mean((off / np.sqrt(2) / sd) ** 2)) < 1.4
     assert sd.max() < 0.15
+
+
+def test_corners_along_the_edge_of_a_shadow_are_missing():
+    """All of such a row err alike, so that each finds its error usual."""
+    board = Board(9, 6, facing(9, 6, 34, turn=0.2))
+    row = board.corners().reshape(6, 9, 2)[2]
+    v, u = np.mgrid[: board.height, : board.width]
+    along = (row[-1] - row[0]) / np.linalg.norm(row[-1] - row[0])
+    behind = (v - row[0, 1]) * along[0] - (u - row[0, 0]) * along[1] > 1
+    image = soft_and_noisy(board.image() * np.where(behind, 0.5, 1), 2.0, noise=1.0)
+    found = find_board(image, 9, 6)
+    off, _ = errors(found, board.corners())
+    assert found.missing == 9
+    assert off[np.isfinite(off)].max() < 0.2
 
 
 @pytest.mark.parametrize("quality", [75, 90])

@@ -39,6 +39,12 @@ def times_noise(apart):
     return np.where(known, np.maximum(np.sqrt(usual), own), np.nan)
 
 
+def at_most_usual(times):
+    """`times_noise` (rows, columns), none larger than the median of the board."""
+    known = times[np.isfinite(times)]
+    return np.minimum(times, np.median(known)) if len(known) else times
+
+
 def _around(square, known):
     """Mean (rows, columns) of numbers (rows, columns, 2) around every cell."""
     board = (square.sum() + BEFORE) / (2 * np.count_nonzero(known) + BEFORE)

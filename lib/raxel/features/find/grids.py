@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.agreement import CHANCE, times_noise
+from raxel.features.find.agreement import CHANCE, at_most_usual, times_noise
 from raxel.features.find.corners import (
     FULL,
     QUICK,
@@ -46,6 +46,8 @@ SAMPLING_PX = 0.002
 # Half covered corners of drawn boards are at 0.3 and above, whole ones of the recorded
 # photographs and of drawn boards in uneven light below 0.2.
 MOST_UNEVEN = 0.25
+# Three of them are a pixel.
+MOST_SD = 1 / 3
 # How far from a corner half a turn says where it is: beyond, edges bend otherwise than
 # the lattice about it says, where a lens bends strongly.
 TURNED_PX = 10.0
@@ -115,9 +117,10 @@ def settled(grid, levels):
     levels: from smooth to sharp; a sharper one is taken where noise leaves a corner
     certain in it, for smoothing moves corners of small squares. The SD is that of the
     pixels' noise, as many times larger as edges say (`agreement`), and what pixels do
-    (SAMPLING_PX). A corner of which
-    something covers a part has an infinite SD: edges of what covers it take part in the
-    fit, and nothing in the fit tells.
+    (SAMPLING_PX). A corner of which something covers a part has an infinite SD: edges
+    of what covers it take part in the fit, and nothing in the fit tells. So has one
+    that half a turn moves by more than MOST_SD and by more than chance does, which is
+    taken as usual on the board: a row along the edge of a shadow disagrees with itself.
     """
     grid = Grid(*(a.copy() for a in grid))
     apart = np.full((*grid.known.shape, 2), np.nan)
@@ -130,13 +133,17 @@ def settled(grid, levels):
         grid.points[i, j], grid.sd[i, j] = put.points[better], put.sd[better]
         grid.misfit[i, j] = put.misfit[better]
         apart[i, j] = put.apart[better]
-    grid = grid._replace(sd=np.hypot(grid.sd * times_noise(apart), SAMPLING_PX))
+    times = times_noise(apart)
+    sd, chance = (
+        np.hypot(grid.sd * k, SAMPLING_PX) for k in (times, at_most_usual(times))
+    )
     patches, i, j = patches_of(grid.points)
     uneven, _ = half_turned(patches, levels[0])
     _, shift = half_turned(patches.shrunk(_near_share(patches, levels[0])), levels[0])
-    certain = np.maximum(grid.sd[i, j], shift / CHANCE)
-    grid.sd[i, j] = np.where(uneven > MOST_UNEVEN, np.inf, certain)
-    return grid
+    off = (shift > MOST_SD) & (shift > CHANCE * chance[i, j])
+    sd[i, j] = np.maximum(sd[i, j], shift / CHANCE)
+    sd[i, j] = np.where(off | (uneven > MOST_UNEVEN), np.inf, sd[i, j])
+    return grid._replace(sd=sd)
 
 
 def _near_share(patches, level):

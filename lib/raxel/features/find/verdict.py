@@ -8,6 +8,7 @@ from raxel.features.detector import as_8_bit
 from raxel.features.find.corners import QUADRANT
 from raxel.features.find.grids import (
     LEAST_SIDE,
+    MOST_SD,
     ONE_MISSING_OF,
     Grid,
     holed,
@@ -18,8 +19,6 @@ from raxel.features.find.rim import line_named, runs_on_beyond, side_named
 from raxel.features.find.sides import unequal_pitch
 from raxel.features.lattice import lattice_fault, spacing
 
-# Three of them are a pixel.
-MOST_SD = 1 / 3
 # Of a board whose corners are seen, so many must be sure.
 LEAST_SURE = 2 / 3
 # Share of the edges' strength that may point past a corner. On rendered boards blur had
