@@ -29,6 +29,7 @@ from raxel.features.active_grid.layout import (
     DARK,
     DECODED,
     FILLED,
+    PASSED,
     REACH,
     RIM,
     ROWS_A_CALL,
@@ -62,6 +63,7 @@ REASONS = {
     BESIDE: "beside the monitor",
     RIM: "at the rim of the lit area",
     BREAK: "at a break of the surface",
+    PASSED: "something passed before it",
 }
 
 

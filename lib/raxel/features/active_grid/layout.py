@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-DECODED, FILLED, DARK, SATURATED, UNREADABLE, ALONE, BESIDE, RIM, BREAK = range(9)
+DECODED, FILLED, DARK, SATURATED, UNREADABLE = range(5)
+ALONE, BESIDE, RIM, BREAK, PASSED = range(5, 10)
 
 UNKNOWN = 65535  # in CodePlan.orders: no cell
 REACH = 3  # of the smoothing window, 7 x 7, to each side

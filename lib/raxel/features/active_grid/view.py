@@ -7,7 +7,10 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
+from raxel.features.active_grid.checks.passing import NOTHING, passing, passing_warnings
+from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.decode import Decoded, decode
+from raxel.features.active_grid.layout import PASSED
 from raxel.features.active_grid.response import response_warnings
 from raxel.features.active_grid.specks import without_specks
 from raxel.geometry.pixel_cells import as_in_a_mirror
@@ -59,17 +62,9 @@ def decode_view(image_set, view, **options):
     images = np.array(_pictures(image_set, view))
     levels = dict(zip(_levels(view), images[len(view.patterns) :], strict=True))
     images = images[: len(view.patterns)]
-    clipped = clipped_at(images, view.patterns)
-    if clipped:
-        options = {"saturated": clipped.level, **options}
+    shown = view.patterns, image_set.target
     try:
-        found = decode(images, view.patterns, image_set.target, **levels, **options)
-        smooth = options.get("smooth", True)
-        shown = view.patterns, image_set.target
-        told = examine(images, *shown, found, **levels, smooth=smooth)
-        if max(told.factors) > 1:
-            options = {**options, "noise": found.noise, "shared": told.factors}
-            found = decode(images, *shown, **levels, **options)
+        found, told, passed = decode_checked(images, *shown, **levels, **options)
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
     found, specks = without_specks(found)
@@ -85,6 +80,7 @@ def decode_view(image_set, view, **options):
             f"its blur cannot be measured; the margin of {found.margin_px} px is right "
             "for blur of 1 px or less: give more with --margin where it is larger"
         )
+    warnings += passed
     if specks:
         warnings.append(
             f"{100 * specks:.0f} % of what was decoded were specks beside the lit area "
@@ -97,6 +93,39 @@ def decode_view(image_set, view, **options):
     mirrored = as_in_a_mirror(found.location)
     errors, factors = (tuple(map(float, x)) for x in (told.errors, told.factors))
     return DecodedView(found, reason, warnings, picture, mirrored, errors, factors)
+
+
+def decode_checked(images, patterns, monitor, *, smooth=True, linear=False, **options):
+    """Decoded, what its pictures say against themselves, as Examined, and lines on what
+    passed before the monitor; arguments as of `decode`.
+
+    With `linear`, no pixel is asked whether something passed before it.
+    """
+    clipped = clipped_at(images, patterns)
+    if clipped:
+        options = {"saturated": clipped.level, **options}
+    options |= {"smooth": smooth, "linear": linear}
+    levels = {level: options.get(level) for level in LEVELS}
+    found, passed = decode(images, patterns, monitor, **options), NOTHING
+    if not linear:
+        passed = passing(images, read_coding(patterns, monitor.monitor_px), found)
+    spoilt = {"smooth": smooth, "spoilt": passed.mask}
+    told = examine(images, patterns, monitor, found, **levels, **spoilt)
+    if max(told.factors) > 1:
+        options |= {"noise": found.noise, "shared": told.factors}
+        found = decode(images, patterns, monitor, **options)
+    count = _leave_out(found, passed)
+    return found, told, passing_warnings(passed, patterns, count)
+
+
+def _leave_out(decoded, passed):
+    """Take their places from pixels before which something passed; how many had one."""
+    if passed.mask is None:
+        return 0
+    mask = decoded.mask & passed.mask
+    decoded.status[mask] = PASSED
+    decoded.location[mask] = decoded.sigma[mask] = np.nan
+    return int(np.count_nonzero(mask))
 
 
 def _what_hides_noise(image_set, view):

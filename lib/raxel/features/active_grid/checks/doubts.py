@@ -51,10 +51,14 @@ class Examined(NamedTuple):
         return np.hypot(sigma, self.errors).astype(np.float32)
 
 
-def examine(images, patterns, monitor, decoded, white=None, black=None, smooth=True):
+def examine(
+    images, patterns, monitor, decoded,
+    white=None, black=None, smooth=True, spoilt=None,
+):  # fmt: skip
     """What these pictures say against themselves, as Examined.
 
-    As `decode`, whose result `decoded` is, with windows averaged or not (smooth). What
+    As `decode`, whose result `decoded` is, with windows averaged or not (smooth).
+    spoilt: (H, W) bool, pixels before which something passed (`passing`). What
     is not told: two axes exchanged as a whole, or one of them reversed as a whole,
     which is what a mirror does; light that drifts by a few percent over all pictures,
     and turns no phase by more than noise; a step of three that is brighter, where no
@@ -66,7 +70,7 @@ def examine(images, patterns, monitor, decoded, white=None, black=None, smooth=T
     errors, factors = np.zeros(2), np.ones(2)
     codes = read_coding(patterns, monitor.monitor_px)
     levels = white, black
-    sample = sampled(images, patterns, codes, monitor, decoded.noise, levels)
+    sample = sampled(images, patterns, codes, monitor, decoded.noise, levels, spoilt)
     found += _levels(sample, white, black)
     if sample is not None:
         found += code_doubts(sample)

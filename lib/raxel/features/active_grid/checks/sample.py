@@ -58,8 +58,11 @@ class Sample:
         return parts[1] + 1j * parts[0], parts[2]
 
 
-def sampled(images, patterns, codes, monitor, noise, levels):
-    """The Sample of a view's pictures, or None where too little of it is lit."""
+def sampled(images, patterns, codes, monitor, noise, levels, spoilt=None):
+    """The Sample of a view's pictures, or None where too little of it is lit.
+
+    spoilt: (H, W) bool, pixels that do not count as lit.
+    """
     height, width = images[0].shape
     rows = _rows(height, width)
     levels = [level for level in levels if level is not None]
@@ -71,6 +74,8 @@ def sampled(images, patterns, codes, monitor, noise, levels):
     spread = np.sqrt(noise.at((high + low) / 2))
     usual = np.quantile(contrast, 0.95)
     lit = contrast > np.maximum(MIN_CONTRAST * spread, MIN_SHARE * usual)
+    if spoilt is not None:
+        lit &= ~spoilt[rows].reshape(lit.shape)
     if np.count_nonzero(lit) < MIN_LIT:
         return None
     names = [p.image for p in patterns]

@@ -1,0 +1,347 @@
+"""Something that passed before the monitor in some of the pictures, pixel by pixel.
+
+A hand in two of six pictures of a sine spoils the places of those pixels that it
+covers, and no others. Each pixel is asked by itself, against what noise does:
+
+- Of N steps of a sine, N - 3 numbers are left. What the response and the light of each
+  step leave there follows from phase, modulation, level and place in the picture; it is
+  fitted to all pixels, by a few numbers, and taken off.
+- Of three steps nothing is left, and two of four can hide from it. But the steps along
+  x and those along y have one mean.
+- A picture of the Gray code and its inverse add up to the same light whatever the bit.
+  To turn a bit over, one of the two has to change by all of the contrast.
+"""
+
+from itertools import combinations
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from scipy.stats import chi2
+
+from raxel.features.active_grid.layout import DARK, REACH, SATURATED
+
+WINDOW = 2 * REACH + 1
+FITTED, MIN_FITTED = 4000, 1000  # pixels that the response is fitted to
+ROUNDS = 6
+SURE = 7  # standard deviations of what is left
+AROUND = 4  # px about such pixels that are left out as well: half covered ones
+TURNED = 0.75  # of the contrast; an edge behind a tone curve has 0.6 at most
+MIN_PAIRS = 3  # of pictures and inverses: one of two is as likely as the other
+SMALLEST = np.ones((3, 3), np.uint8)
+EVERYWHERE = 0.5  # of all pixels: something else is wrong
+NEW = 0.1  # of the pixels that a test finds, for its pictures to be named as well
+EXPLAINED = 0.9  # of what is left, by the pictures that are named
+NAMED_OF = 2000  # pixels, enough to tell pictures by
+OF_PLACE = [0, 6, 7, 8, 9, 10]  # of the shares, those that go with the place alone
+FEW = 2  # of the numbers by which harmonics change: those of small ones
+
+
+class Passing(NamedTuple):
+    """mask: (H, W) bool, where something passed, None where that was not asked;
+    pictures: by their place in the stack, of each tuple one or several in which it did.
+    """
+
+    mask: np.ndarray
+    pictures: tuple[tuple[int, ...], ...]
+
+
+NOTHING = Passing(None, ())
+
+
+def passing(images, codes, decoded):
+    """The Passing of pictures that were decoded.
+
+    images: n pictures (H, W); codes: AxisCodes; decoded: their Decoded.
+    """
+    seen = ~np.isin(decoded.status, (DARK, SATURATED))
+    steps = [_Steps.of(images, code, seen) for code in codes if len(code.steps) > 2]
+    found = [_of_steps(own, seen, decoded.noise) for own in steps]
+    if len(steps) == 2:
+        # Where one axis has told already, the means tell of it.
+        alone = [one for one, own in zip(steps, found, strict=True) if own is not None]
+        named = alone if len(alone) == 1 else steps
+        found.append(_of_means(*steps, seen, decoded.noise, named))
+    found.append(_of_bits(images, codes, seen))
+    mask, pictures = np.zeros(seen.shape, bool), []
+    for own in found:
+        if own is not None:
+            new = np.count_nonzero(own.mask & ~mask)
+            if new > NEW * np.count_nonzero(own.mask):
+                pictures += own.pictures
+            mask |= _around(own.mask)
+    return Passing(mask, tuple(dict.fromkeys(pictures)))
+
+
+def _around(mask):
+    """What is near, too."""
+    square = np.ones((2 * AROUND + 1,) * 2, np.uint8)
+    return cv2.dilate(mask.astype(np.uint8), square) > 0
+
+
+def passing_warnings(passed, patterns, count):
+    """Lines on a Passing of pictures with these Patterns; count: of pixels that it
+    took their places."""
+    if not count:
+        return []
+    named = [_any_of([patterns[k].image for k in some]) for some in passed.pictures]
+    return [
+        f"something passed before the monitor in {' and '.join(named)}: "
+        f"{count} pixels are left out there; take these "
+        "pictures again to have them"
+    ]
+
+
+def _any_of(names):
+    if len(names) > 2:
+        return f"some of {names[0]} to {names[-1]}"
+    return " or ".join(names)
+
+
+class _Steps(NamedTuple):
+    """Of N steps: pictures (N,), light (N, H, W) float32, mean (H, W), modulation alike
+    and unit complex (H, W), which turns with the phase; usual: a modulation, as a unit.
+    """
+
+    pictures: tuple[int, ...]
+    light: np.ndarray
+    mean: np.ndarray
+    size: np.ndarray
+    unit: np.ndarray
+    usual: float
+
+    @classmethod
+    def of(cls, images, code, good):
+        light = np.array([images[k] for k in code.steps], np.float32)
+        sine, cosine, level = code.sines.weights.astype(np.float32)
+        wave = np.tensordot(cosine + 1j * sine, light, 1)
+        # Of step 0, whatever the offset.
+        wave *= np.complex64(np.exp(2j * np.pi * code.sines.offset))
+        size = np.abs(wave)
+        usual = float(np.median(size[good])) if good.any() else 1.0
+        unit = wave / np.maximum(size, 1e-6)
+        mean = np.tensordot(level, light, 1)
+        return cls(code.steps, light, mean, size, unit, usual)
+
+    def shares(self, where):
+        """(11, ...): by what harmonics may change, at an index into pictures."""
+        height, width = self.mean.shape
+        v, u = np.ogrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
+        x, y = (np.broadcast_to(one, self.mean.shape)[where] for one in (u, v))
+        size, level = self.size[where] / self.usual, self.mean[where] / self.usual
+        alike = size, level, size**2, size * level, level**2
+        columns = np.ones_like(size), *alike, x, y, x * x, x * y, y * y
+        return np.array(columns, np.float32)
+
+
+class _Term(NamedTuple):
+    """A harmonic in number m of those left: modulation times unit^power times shares,
+    of which as many as there are coefficients, complex."""
+
+    m: int
+    power: int
+    count: int
+
+
+def _terms(count):
+    """The harmonics that N steps have left over, below the one that is N + 2."""
+    found = []
+    for m in range(2, count // 2 + 1):
+        powers = {m, m - count} if 2 * m < count else {m}
+        for power in sorted(powers, key=abs):
+            found.append(_Term(m, power, 11 if abs(power) <= 3 else FEW))
+    return found
+
+
+def _left_over(count):
+    """(M, N) complex: numbers 2 to N / 2 of the Fourier transform of steps, such that
+    white noise of variance 1 gives all of them N - 3 together."""
+    m = np.arange(2, count // 2 + 1)[:, None]
+    waves = np.exp(-2j * np.pi * m * np.arange(count) / count)
+    return waves * np.where(2 * m == count, 1, np.sqrt(2)) / np.sqrt(count)
+
+
+def _of_steps(steps, good, noise):
+    """What steps of a sine leave besides it, as Passing, or None."""
+    count = len(steps.light)
+    some = np.argwhere(good)
+    if count < 4 or len(some) < MIN_FITTED:
+        return None
+    some = tuple(some[:: -(-len(some) // FITTED)].T)
+    gains, terms = _response(steps, some)
+    transform = _left_over(count) * (1 - gains)
+    left = np.tensordot(transform.astype(np.complex64), steps.light, 1)
+    shares = steps.shares(np.s_[:, :])
+    for term, found in terms:
+        own = np.tensordot(found.astype(np.complex64), shares[: term.count], 1)
+        own *= steps.size * _power(steps.unit, term.power)
+        left[term.m - 2] -= own.real if 2 * term.m == count else own
+    if count % 2 == 0:
+        left[-1].imag = 0
+    variance = noise.at(steps.mean).astype(np.float32)
+    mask = np.zeros(good.shape, bool)
+    for size in (1, WINDOW):
+        means, known = _means(left, good, size)
+        squares = np.sum(np.abs(means) ** 2, axis=0) * known / variance
+        mask |= _beyond(squares, good, count - 3)
+    return _named(mask, good, lambda where: _by_steps(steps, left[:, *where]))
+
+
+def _power(unit, power):
+    """unit^power of complex numbers of unit length, by products alone."""
+    found = one = unit if power > 0 else unit.conj()
+    for _ in range(abs(power) - 1):
+        found = found * one
+    return found
+
+
+def _response(steps, some):
+    """(N,) light of each step less 1, and [(_Term, coefficients), ...], as most of some
+    pixels have them."""
+    count = len(steps.light)
+    transform, light = _left_over(count), steps.light[:, *some]
+    size, unit = steps.size[some], steps.unit[some]
+    shares, terms = steps.shares(some), _terms(count)
+    # All of them brighter is no difference, and would explain everything.
+    columns = [
+        transform[:, [k]] * light[k] - transform[:, [0]] * light[0]
+        for k in range(1, count)
+    ]
+    for term in terms:
+        wave = size * _power(unit, term.power)
+        for share in shares[: term.count]:
+            for one in (1, 1j):
+                column = np.zeros((len(transform), len(size)), complex)
+                column[term.m - 2] = one * wave * share
+                columns.append(column)
+    values = _real(transform @ light, count)
+    basis = np.array([_real(column, count) for column in columns])
+    found = _robust(values, basis)
+    numbers, at = [], count - 1
+    for term in terms:
+        pairs = found[at : at + 2 * term.count].reshape(-1, 2)
+        numbers.append((term, pairs[:, 0] + 1j * pairs[:, 1]))
+        at += 2 * term.count
+    gains = found[: count - 1]
+    return np.array([-gains.sum(), *gains]), numbers
+
+
+def _real(values, count):
+    """(N - 3, P) of complex (M, P)."""
+    imaginary = values.imag[:-1] if count % 2 == 0 else values.imag
+    return np.concatenate([values.real, imaginary])
+
+
+def _robust(values, basis):
+    """Coefficients (C,) of basis (C, K, P) for values (K, P) of most of P."""
+    scale = np.sqrt(np.mean(basis**2, axis=(1, 2))) + 1e-9
+    basis = basis / scale[:, None, None]
+    weights, flat = np.ones(values.shape[1]), basis.reshape(len(basis), -1)
+    for _ in range(ROUNDS):
+        own = (basis * weights).reshape(len(basis), -1)
+        normal = own @ flat.T + 1e-6 * weights.sum() * np.eye(len(basis))
+        found = np.linalg.solve(normal, own @ values.ravel())
+        off = np.sum((values - np.tensordot(found, basis, 1)) ** 2, axis=0)
+        weights = 1 / (1 + off / np.median(off)) ** 2
+    return found / scale
+
+
+def _means(values, good, size):
+    """Means (K, H, W) over the good pixels of windows, and of how many they are."""
+    if size == 1:
+        return values * good, good.astype(np.float32)
+    window = {"ddepth": -1, "ksize": (size, size), "borderType": cv2.BORDER_CONSTANT}
+    known = cv2.boxFilter(good.astype(np.float32), normalize=False, **window)
+    sums = []
+    for one in values:
+        parts = cv2.merge([one.real * good, one.imag * good])
+        sums.append(cv2.boxFilter(parts, normalize=False, **window))
+    sums = np.array(sums)
+    return (sums[..., 0] + 1j * sums[..., 1]) / np.maximum(known, 1), known
+
+
+def _beyond(squares, good, freedom):
+    """(H, W) bool: good pixels where squares are SURE beyond what most leave."""
+    usual = np.median(squares[good][:: 1 + np.count_nonzero(good) // 50_000])
+    limit = chi2.isf(2 * _tail(SURE), freedom)
+    return good & (squares > limit * max(usual / chi2.median(freedom), 1))
+
+
+def _tail(sure):
+    return chi2.sf(sure**2, 1) / 2
+
+
+def _of_means(one, other, good, noise, named):
+    """Where the means of the steps along x and y differ, as Passing, or None."""
+    if np.count_nonzero(good) < MIN_FITTED:
+        return None
+    some = np.argwhere(good)
+    some = tuple(some[:: -(-len(some) // FITTED)].T)
+
+    def columns(where):
+        mean = (one.mean[where] + other.mean[where]) / 2
+        found = list(mean * one.shares(where)[OF_PLACE])
+        for own in (one, other):
+            wave = own.size[where] * _power(own.unit[where], len(own.light))
+            found += [own.size[where], wave.real, wave.imag]
+        return np.array(found)
+
+    difference = one.mean - other.mean
+    found = _robust(difference[some][None], columns(some)[:, None])
+    left = difference - np.tensordot(found.astype(np.float32), columns(np.s_[:, :]), 1)
+    share = 1 / len(one.light) + 1 / len(other.light)
+    variance = share * noise.at(one.mean).astype(np.float32)
+    mask = np.zeros(good.shape, bool)
+    for size in (1, WINDOW):
+        means, known = _means(left[None].astype(np.complex64), good, size)
+        mask |= _beyond(means[0].real ** 2 * known / variance, good, 1)
+    return _named(mask, good, lambda where: tuple(own.pictures for own in named))
+
+
+def _of_bits(images, codes, good):
+    """Where a picture and its inverse add up to other light than others do."""
+    pairs = [pair for code in codes for pair in code.bits if pair[1] is not None]
+    if len(pairs) < MIN_PAIRS:
+        return None
+    sums, most = [], np.zeros(good.shape, np.float32)
+    for light, dark in pairs:
+        light, dark = (images[k].astype(np.float32) for k in (light, dark))
+        sums.append(cv2.blur(light + dark, (3, 3)))
+        most = np.maximum(most, np.abs(light - dark))
+    low, high = np.minimum.reduce(sums), np.maximum.reduce(sums)
+    mask = good & (high - low > TURNED * most)
+
+    def by_pairs(where):
+        own = np.array([one[where] for one in sums])
+        off = np.abs(own - np.median(own, axis=0)) > TURNED / 2 * most[where]
+        count = off.sum(axis=1)
+        return tuple(pairs[k] for k in np.flatnonzero(count > 0.2 * count.max()))
+
+    return _named(mask, good, by_pairs)
+
+
+def _named(mask, good, pictures):
+    """The Passing of what is 3 px wide at least; None of nothing, or of everything."""
+    mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, SMALLEST) > 0
+    count = np.count_nonzero(mask)
+    if not 0 < count < EVERYWHERE * np.count_nonzero(good):
+        return None
+    where = np.argwhere(mask)
+    where = tuple(where[:: -(-len(where) // NAMED_OF)].T)
+    return Passing(mask, pictures(where))
+
+
+def _by_steps(steps, left):
+    """((picture, ...), ...): the fewest that explain what is left (M, P)."""
+    count = len(steps.light)
+    own = _real(_left_over(count), count)
+    left = _real(left, count)
+    for many in range(1, min(2, count - 4) + 1):
+        shares = []
+        for some in combinations(range(count), many):
+            basis = np.linalg.qr(own[:, some])[0]
+            shares.append((np.sum((basis.T @ left) ** 2), some))
+        best, some = max(shares)
+        if best > EXPLAINED * np.sum(left**2):
+            return tuple((steps.pictures[k],) for k in some)
+    return (tuple(steps.pictures),)

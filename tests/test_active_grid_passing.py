@@ -1,0 +1,113 @@
+"""A hand in some of the pictures takes its pixels with it, and no others."""
+
+from functools import cache
+
+import cv2
+import numpy as np
+import pytest
+
+from raxel.features.active_grid import decode
+from raxel.features.active_grid.checks.passing import passing, passing_warnings
+from raxel.features.active_grid.coding import read_coding
+from raxel.features.active_grid.layout import PASSED
+from raxel.features.active_grid.view import decode_checked
+from tests.active_grids import drawn
+
+SIZE = 200, 150
+INNER = np.s_[4:-4, 4:-4]  # where blur has no border of the picture to mirror
+
+
+@cache
+def scene(steps=6, **changes):
+    return drawn(size=SIZE, noise=2.0, blur=1.0, share=0.9, steps=steps, **changes)
+
+
+def hand():
+    """(H, W): how much of each pixel it covers."""
+    v, u = np.indices(SIZE[::-1])
+    inside = ((u - 90) / 24) ** 2 + ((v - 80) / 19) ** 2 < 1
+    return cv2.GaussianBlur(inside.astype(float), (0, 0), 1.0)
+
+
+def covered(one, names, grey):
+    """The pictures, some of them with a hand of this grey value."""
+    share, images = hand(), one.images.astype(float)
+    for k, pattern in enumerate(one.patterns):
+        if pattern.image.removesuffix(".png") in names:
+            images[k] += share * (grey - images[k])
+    return np.rint(images).astype(np.uint8)
+
+
+def asked(one, images):
+    """Decoded before and what passed, without what pictures say as a whole."""
+    found = decode(images, one.patterns, one.grid)
+    codes = read_coding(one.patterns, one.grid.monitor_px)
+    return found, passing(images, codes, found)
+
+
+def told(one, passed):
+    (line,) = passing_warnings(passed, one.patterns, np.count_nonzero(passed.mask))
+    return f" {line}"
+
+
+def off(one, found, left=True):
+    """Errors of inner pixels that are left, in standard deviations."""
+    errors = np.abs(found.location - one.true) / found.sigma
+    return errors[INNER][(found.mask & left)[INNER]]
+
+
+SINES = [
+    (6, ["phase-x-1"], 60, " phase-x-1.png:"),
+    (6, ["phase-x-1", "phase-x-2"], 25, " phase-x-1.png and phase-x-2.png:"),
+    (4, ["phase-x-1", "phase-x-2"], 25, " some of phase-x-0.png to phase-x-3.png:"),
+    (3, ["phase-y-0"], 120, " and some of phase-y-0.png to phase-y-2.png:"),
+]
+
+
+@pytest.mark.parametrize(("steps", "names", "grey", "words"), SINES)
+def test_a_hand_in_pictures_of_a_sine(steps, names, grey, words):
+    one = scene(steps)
+    found, passed = asked(one, covered(one, names, grey))
+    assert off(one, found).max() > 15
+    left = off(one, found, ~passed.mask)
+    assert left.max() < 6
+    assert words in told(one, passed)
+    near = cv2.dilate((hand() > 0.01).astype(np.uint8), np.ones((17, 17))) > 0
+    assert not passed.mask[~near].any()
+
+
+def test_a_hand_that_turns_bits_over():
+    """Darker than the black of the monitor: a wrong bit is read well."""
+    one = scene()
+    found, passed = asked(one, covered(one, ["gray-x-01"], 5))
+    assert passed.mask[hand() > 0.9].all()
+    assert off(one, found).max() > 100
+    assert " gray-x-01.png or gray-x-01-inverse.png:" in told(one, passed)
+    assert off(one, found, ~passed.mask).max() < 6
+
+
+@pytest.mark.parametrize("power", [0.45, 1.0, 2.2])
+@pytest.mark.parametrize("changes", [{}, {"steps": 4, "cells": 16}, {"steps": 3}])
+def test_nothing_passed_before_steady_pictures(changes, power):
+    """Whatever a response leaves of sines and makes of edges."""
+    one = scene(**changes)
+    images = np.rint(255 * (one.images / 255) ** power).astype(np.uint8)
+    _, passed = asked(one, images)
+    assert not passed.mask.any()
+    assert passed.pictures == ()
+
+
+def test_pixels_are_left_out_and_counted_and_linear_asks_none():
+    one = scene(4)
+    images = covered(one, ["phase-x-1", "phase-x-2"], 25)
+    found, examined, lines = decode_checked(images, one.patterns, one.grid)
+    count = np.count_nonzero(found.status == PASSED)
+    assert found.counts()["something passed before it"] == count > 300
+    assert np.isnan(found.location[found.status == PASSED]).all()
+    assert f"{count} pixels are left out" in lines[0]
+    # The rest is examined without them: nothing else is wrong.
+    assert examined.errors.max() == 0
+    assert examined.factors.max() == 1
+    found, _, lines = decode_checked(images, one.patterns, one.grid, linear=True)
+    assert lines == []
+    assert not (found.status == PASSED).any()
