@@ -354,6 +354,15 @@ def test_sines_that_nobody_showed_are_told():
     assert doubt.text.startswith("phase-y-0.png to phase-y-3.png show no sines along y")
 
 
+def test_mosaics_of_colour_cameras_are_told():
+    images = scene().images.astype(float)
+    images[:, ::2, ::2] *= 0.6
+    images[:, 1::2, 1::2] *= 0.45
+    doubt = first(np.rint(images).astype(np.uint8))
+    assert doubt.spoils
+    assert "mosaics; give their colour pictures" in doubt.text
+
+
 @pytest.mark.parametrize(("slope", "falls"), [(0.0, False), (-0.1, True)])
 def test_clipped_sines_that_stand_still_do_not_fall(slope, falls):
     one = scene()

@@ -111,3 +111,28 @@ def test_pixels_are_left_out_and_counted_and_linear_asks_none():
     found, _, lines = decode_checked(images, one.patterns, one.grid, linear=True)
     assert lines == []
     assert not (found.status == PASSED).any()
+
+
+def in_bands(one, percent, seed=5):
+    """Light that is brighter and darker from row to row, otherwise in each picture."""
+    begin = np.random.default_rng(seed).uniform(0, 1, (len(one.images), 1, 1))
+    turns = np.arange(SIZE[1])[:, None] / 50 + begin
+    light = 1 + percent / 100 * np.sin(2 * np.pi * turns)
+    return np.clip(np.rint(one.images * light), 0, 255).astype(np.uint8)
+
+
+def test_bands_of_light_are_in_sigma_and_told():
+    one = scene()
+    found, told, _ = decode_checked(in_bands(one, 3), one.patterns, one.grid)
+    left = off(one, found)
+    # By noise alone, and what neighbours share of it, 0.8 and 0.5 of them.
+    assert np.mean(left < 3) > 0.93
+    assert (np.mean(left < 4, axis=0) > 0.95).all()
+    assert any("bands of a flickering light" in doubt.text for doubt in told.doubts)
+
+
+def test_steady_light_has_no_bands():
+    one = scene()
+    assert asked(one, one.images)[1].bands == (1.0, 1.0)
+    brighter = one.images * np.linspace(0.8, 1, len(one.images))[:, None, None]
+    assert asked(one, np.rint(brighter).astype(np.uint8))[1].bands == (1.0, 1.0)

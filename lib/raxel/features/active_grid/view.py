@@ -109,8 +109,8 @@ def decode_checked(images, patterns, monitor, *, smooth=True, linear=False, **op
     found, passed = decode(images, patterns, monitor, **options), NOTHING
     if not linear:
         passed = passing(images, read_coding(patterns, monitor.monitor_px), found)
-    spoilt = {"smooth": smooth, "spoilt": passed.mask}
-    told = examine(images, patterns, monitor, found, **levels, **spoilt)
+    levels |= {"smooth": smooth, "spoilt": passed.mask, "bands": passed.bands}
+    told = examine(images, patterns, monitor, found, **levels)
     if max(told.factors) > 1:
         options |= {"noise": found.noise, "shared": told.factors}
         found = decode(images, patterns, monitor, **options)

@@ -25,6 +25,7 @@ CLIPPED = 0.1
 OUTSIDE = 0.2
 # Values so much more frequent than those below them are where a camera stops counting.
 SPIKE = 5
+MOSAIC = 0.1  # of the light: pixels of every second row or column differ by more
 MIN_AT_LIMIT = 5e-4
 FEW = 50_000  # pixels, enough for a median
 
@@ -53,12 +54,13 @@ class Examined(NamedTuple):
 
 def examine(
     images, patterns, monitor, decoded,
-    white=None, black=None, smooth=True, spoilt=None,
+    white=None, black=None, smooth=True, spoilt=None, bands=(1.0, 1.0),
 ):  # fmt: skip
     """What these pictures say against themselves, as Examined.
 
     As `decode`, whose result `decoded` is, with windows averaged or not (smooth).
-    spoilt: (H, W) bool, pixels before which something passed (`passing`). What
+    spoilt: (H, W) bool, pixels before which something passed, and bands, as of
+    `passing.Passing`. What
     is not told: two axes exchanged as a whole, or one of them reversed as a whole,
     which is what a mirror does; light that drifts by a few percent over all pictures,
     and turns no phase by more than noise; a step of three that is brighter, where no
@@ -78,18 +80,21 @@ def examine(
         # In the wrong order, pictures seem unsteady as well.
         if not any(doubt.spoils for doubt in found):
             found += steadiness_doubts(sample)
-            of_steps, errors, factors = _of_steps(sample, monitor, decoded, smooth)
+            of_steps, errors, factors = _of_steps(
+                sample, monitor, decoded, smooth, bands
+            )
             found += of_steps
             for axis, code in enumerate(codes):
                 if not errors[code.axis]:
                     found += moved_doubts(sample, axis, decoded.blur_px)
+    found += _mosaic(images, codes, decoded)
     found += _outside(decoded, codes)
     found += _overexposed(decoded)
     found = sorted(found, key=lambda doubt: not doubt.spoils)
     return Examined(found, errors, factors)
 
 
-def _of_steps(sample, monitor, decoded, smooth):
+def _of_steps(sample, monitor, decoded, smooth, bands):
     """Doubts, errors (2,) and factors (2,) by steps that do not agree."""
     size = monitor.monitor_mm or monitor.monitor_px
     lengths = np.array(
@@ -104,7 +109,8 @@ def _of_steps(sample, monitor, decoded, smooth):
     axes = [code.axis for code in sample.codes]
     usual = np.median(known[:: 1 + len(known) // FEW], axis=0)[axes]
     noise, stated = decoded.noise, usual / lengths
-    of_steps, periods, wider = step_errors(sample, noise, stated, smooth)
+    bands = [bands[axis] for axis in axes]
+    of_steps, periods, wider = step_errors(sample, noise, stated, smooth, bands)
     errors, factors = np.zeros(2), np.ones(2)
     errors[axes], factors[axes] = periods * lengths, wider
     return of_steps, errors, factors
@@ -143,6 +149,23 @@ def _levels(sample, white, black):
             True,
             "its black picture is brighter than its white one; exchange white and "
             "black",
+        )
+
+
+def _mosaic(images, codes, decoded):
+    """Raw pictures of colour sensors: neighbours see other colours."""
+    steps = next((code.steps for code in codes if len(code.steps) > 2), ())
+    if not steps:
+        return
+    parts = [np.s_[down::2, right::2] for down in (0, 1) for right in (0, 1)]
+    light = np.array([sum(images[k][part].mean() for k in steps) for part in parts])
+    apart = np.ptp(light) / max(light.mean(), 1e-6)
+    if apart > MOSAIC:
+        yield Doubt(
+            not decoded.mask.any(),
+            f"pixels of every second row or column differ by {100 * apart:.0f} % of "
+            "their light, which is taken for noise: raw pictures of a colour camera "
+            "are mosaics; give their colour pictures, or grey ones made of them",
         )
 
 

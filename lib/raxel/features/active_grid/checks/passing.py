@@ -32,6 +32,9 @@ SMALLEST = np.ones((3, 3), np.uint8)
 EVERYWHERE = 0.5  # of all pixels: something else is wrong
 NEW = 0.1  # of the pixels that a test finds, for its pictures to be named as well
 EXPLAINED = 0.9  # of what is left, by the pictures that are named
+WORTH_SAYING = 30  # pixels
+WIDE = 3  # times the variance of noise: less is what a response leaves
+MIN_LONG = 60  # pixels of a row or column
 NAMED_OF = 2000  # pixels, enough to tell pictures by
 OF_PLACE = [0, 6, 7, 8, 9, 10]  # of the shares, those that go with the place alone
 FEW = 2  # of the numbers by which harmonics change: those of small ones
@@ -40,10 +43,13 @@ FEW = 2  # of the numbers by which harmonics change: those of small ones
 class Passing(NamedTuple):
     """mask: (H, W) bool, where something passed, None where that was not asked;
     pictures: by their place in the stack, of each tuple one or several in which it did.
+    bands: along x and y, by how much bands of light, which change from step to step,
+    make the variance of means over windows larger than noise does; 1 where none do.
     """
 
     mask: np.ndarray
     pictures: tuple[tuple[int, ...], ...]
+    bands: tuple[float, float] = (1.0, 1.0)
 
 
 NOTHING = Passing(None, ())
@@ -56,7 +62,10 @@ def passing(images, codes, decoded):
     """
     seen = ~np.isin(decoded.status, (DARK, SATURATED))
     steps = [_Steps.of(images, code, seen) for code in codes if len(code.steps) > 2]
-    found = [_of_steps(own, seen, decoded.noise) for own in steps]
+    found, bands = [], [1.0, 1.0]
+    for own in steps:
+        passed, bands[own.axis] = _of_steps(own, seen, decoded.noise)
+        found.append(passed)
     if len(steps) == 2:
         # Where one axis has told already, the means tell of it.
         alone = [one for one, own in zip(steps, found, strict=True) if own is not None]
@@ -70,7 +79,7 @@ def passing(images, codes, decoded):
             if new > NEW * np.count_nonzero(own.mask):
                 pictures += own.pictures
             mask |= _around(own.mask)
-    return Passing(mask, tuple(dict.fromkeys(pictures)))
+    return Passing(mask, tuple(dict.fromkeys(pictures)), tuple(bands))
 
 
 def _around(mask):
@@ -82,7 +91,7 @@ def _around(mask):
 def passing_warnings(passed, patterns, count):
     """Lines on a Passing of pictures with these Patterns; count: of pixels that it
     took their places."""
-    if not count:
+    if count < WORTH_SAYING:
         return []
     named = [_any_of([patterns[k].image for k in some]) for some in passed.pictures]
     return [
@@ -99,10 +108,12 @@ def _any_of(names):
 
 
 class _Steps(NamedTuple):
-    """Of N steps: pictures (N,), light (N, H, W) float32, mean (H, W), modulation alike
-    and unit complex (H, W), which turns with the phase; usual: a modulation, as a unit.
+    """Of N steps of an axis: pictures (N,), light (N, H, W) float32, mean (H, W), size
+    alike, the modulation, and unit complex (H, W), which turns with the phase; usual: a
+    modulation, as a unit.
     """
 
+    axis: int
     pictures: tuple[int, ...]
     light: np.ndarray
     mean: np.ndarray
@@ -121,7 +132,7 @@ class _Steps(NamedTuple):
         usual = float(np.median(size[good])) if good.any() else 1.0
         unit = wave / np.maximum(size, 1e-6)
         mean = np.tensordot(level, light, 1)
-        return cls(code.steps, light, mean, size, unit, usual)
+        return cls(code.axis, code.steps, light, mean, size, unit, usual)
 
     def shares(self, where):
         """(11, ...): by what harmonics may change, at an index into pictures."""
@@ -162,11 +173,12 @@ def _left_over(count):
 
 
 def _of_steps(steps, good, noise):
-    """What steps of a sine leave besides it, as Passing, or None."""
+    """What steps of a sine leave besides it, as Passing, or None, and by how much bands
+    of light make it more than noise."""
     count = len(steps.light)
     some = np.argwhere(good)
     if count < 4 or len(some) < MIN_FITTED:
-        return None
+        return None, 1.0
     some = tuple(some[:: -(-len(some) // FITTED)].T)
     gains, terms = _response(steps, some)
     transform = _left_over(count) * (1 - gains)
@@ -184,7 +196,26 @@ def _of_steps(steps, good, noise):
         means, known = _means(left, good, size)
         squares = np.sum(np.abs(means) ** 2, axis=0) * known / variance
         mask |= _beyond(squares, good, count - 3)
-    return _named(mask, good, lambda where: _by_steps(steps, left[:, *where]))
+    bands = _bands(left, good, variance, _usual(squares, good, count - 3))
+    named = _named(mask, good, lambda where: _by_steps(steps, left[:, *where]))
+    return named, bands
+
+
+def _bands(left, good, variance, of_windows):
+    """of_windows, where whole rows or columns are off by more than windows; else 1."""
+    if of_windows < WIDE:
+        return 1.0
+    freedom = 2 * len(left) - (not left[-1].imag.any())
+    for along in (1, 0):
+        known = good.sum(axis=along)
+        long = known > MIN_LONG
+        known = known.clip(1)
+        means = np.sum(left * good, axis=along + 1) / known
+        due = np.sum(variance * good, axis=along) / known**2
+        squares = np.sum(np.abs(means) ** 2, axis=0)[long] / due[long]
+        if long.any() and np.median(squares) > of_windows * chi2.median(freedom):
+            return of_windows
+    return 1.0
 
 
 def _power(unit, power):
@@ -260,15 +291,16 @@ def _means(values, good, size):
     return (sums[..., 0] + 1j * sums[..., 1]) / np.maximum(known, 1), known
 
 
+def _usual(squares, good, freedom):
+    """Squares of good pixels in those of noise."""
+    some = squares[good][:: 1 + np.count_nonzero(good) // 50_000]
+    return float(np.median(some) / chi2.median(freedom))
+
+
 def _beyond(squares, good, freedom):
     """(H, W) bool: good pixels where squares are SURE beyond what most leave."""
-    usual = np.median(squares[good][:: 1 + np.count_nonzero(good) // 50_000])
-    limit = chi2.isf(2 * _tail(SURE), freedom)
-    return good & (squares > limit * max(usual / chi2.median(freedom), 1))
-
-
-def _tail(sure):
-    return chi2.sf(sure**2, 1) / 2
+    limit = chi2.isf(chi2.sf(SURE**2, 1), freedom)
+    return good & (squares > limit * max(_usual(squares, good, freedom), 1))
 
 
 def _of_means(one, other, good, noise, named):

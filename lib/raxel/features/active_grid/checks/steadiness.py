@@ -29,6 +29,7 @@ MOVED_PX, FAR_MOVED_PX = 0.7, 1.2
 # these are widened, if it is known by what, and if not; worth a word, alike; too much,
 # if they are FAR_OFF as well.
 WIDENS, WIDENS_UNEXPLAINED, WORTH_A_WORD, UNEXPLAINED, TOO_FAR = 0.3, 2, 2, 4, 10
+BEYOND_LOCAL = 1.5  # times the variance: what JPEG leaves in rows is up to 1.3 times
 WORTH_SAYING = 1.3  # times the standard deviation: so much it is widened with a word
 # Errors that go as a sine are within their RMS in half of the pixels, and within so
 # much more of it in 0.69 of them, as those of a normal law are.
@@ -54,21 +55,25 @@ def steadiness_doubts(sample):
     return [*_unsteady_light(sample), *_motion(sample)]
 
 
-def step_errors(sample, noise, sigma, smooth):
+def step_errors(sample, noise, sigma, smooth, bands):
     """Doubts, RMS errors of places (A,) in periods by steps that do not agree, and
     factors (A,) by which sigma is larger since neighbours share their noise.
 
     noise: a Noise; sigma: (A,), standard deviation of most places, in periods; smooth:
-    whether they are those of windows. An error is 0, and a factor 1, where what is
-    stated can hold it.
+    whether they are those of windows; bands: (A,), of `passing.Passing`. An error is 0,
+    and a factor 1, where what is stated can hold it.
     """
     doubts, errors, factors = [], np.zeros(len(sigma)), np.ones(len(sigma))
+    banded = np.zeros(len(sigma), bool)
     for axis, usual in enumerate(sigma):
         found = mismatch(sample, axis, noise)
         if found is None:
             continue
         scatter = found.scatter
         variance = scatter.of(smooth) if scatter else 1.0
+        # What is local, as in JPEG files, windows beside each other know as well.
+        if smooth and bands[axis] > BEYOND_LOCAL * variance:
+            variance, banded[axis] = bands[axis], True
         if variance > 1 + MORE_THAN_NOISE:
             factors[axis] = np.sqrt(variance)
             usual = usual * factors[axis]
@@ -87,22 +92,42 @@ def step_errors(sample, noise, sigma, smooth):
             doubts += _drift_doubts(sample, axis, scatter, scatter.periods / usual)
         else:
             doubts += _step_doubts(sample, axis, found, found.periods / usual)
-    return [*doubts, *_shared_noise(sample, factors)], errors, factors
+    doubts += _shared_noise(sample, np.where(banded, 1, factors))
+    doubts += _in_bands(sample, np.where(banded, factors, 1))
+    return doubts, errors, factors
 
 
 def _shared_noise(sample, factors):
     """A Doubt or none; factors: (A,) by which sigma is larger."""
     if factors.max() > WORTH_SAYING:
-        told = " and ".join(
-            f"{factor:.2g} ({'xy'[code.axis]})"
-            for code, factor in zip(sample.codes, factors, strict=True)
-        )
         yield Doubt(
             False,
             "neighbouring pixels share their noise, or hide it, as JPEG files and "
-            f"cameras that smooth do: standard deviations are taken {told} times as "
-            "large as white noise would have them; save without loss",
+            f"cameras that smooth do: {_times(sample, factors)}; save without loss",
         )
+
+
+def _in_bands(sample, factors):
+    """As `_shared_noise`."""
+    if factors.max() > WORTH_SAYING:
+        yield Doubt(
+            False,
+            "light changes from picture to picture in rows or columns, as where bands "
+            "of a flickering light roll through or something moved: "
+            f"{_times(sample, factors)}; expose for whole periods of lamps and of the "
+            "monitor's light, and keep camera and monitor at rest",
+        )
+
+
+def _times(sample, factors):
+    told = " and ".join(
+        f"{factor:.2g} ({'xy'[code.axis]})"
+        for code, factor in zip(sample.codes, factors, strict=True)
+    )
+    return (
+        f"standard deviations are taken {told} times as large as white noise would "
+        "have them"
+    )
 
 
 def _by_code(sample, axis):
