@@ -136,3 +136,12 @@ def test_steady_light_has_no_bands():
     assert asked(one, one.images)[1].bands == (1.0, 1.0)
     brighter = one.images * np.linspace(0.8, 1, len(one.images))[:, None, None]
     assert asked(one, np.rint(brighter).astype(np.uint8))[1].bands == (1.0, 1.0)
+
+
+@pytest.mark.parametrize("name", ["gray-x-00-inverse", "gray-x-02-inverse"])
+def test_a_hand_in_one_picture_of_the_code_is_no_blur(name):
+    one = scene()
+    usual = decode(one.images, one.patterns, one.grid, linear=True)
+    found = decode(covered(one, [name], 15), one.patterns, one.grid, linear=True)
+    assert found.blur_px == pytest.approx(usual.blur_px, rel=0.03)
+    assert found.margin_px == usual.margin_px

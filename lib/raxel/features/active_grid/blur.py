@@ -26,6 +26,7 @@ AREAS = 3  # along each side of the picture, each with a blur of its own
 EDGES = 6  # of each area
 MIN_PIXELS = 100  # of an area, or of the whole picture where no area has so many
 DARK_BELOW = 7  # deviations of the noise: contrasts that the decoder takes for none
+TURNED = 0.75  # of the contrast, as of `checks.passing`
 FARTHEST = 3  # standard deviations of the blur, beyond which there is no light
 
 
@@ -112,12 +113,17 @@ def _edges(apart, lit, step):
     return _Edges(*(array[..., kept] for array in every))
 
 
-def _apart(stack, pairs, bit, v, u):
-    """Pictures less inverses of bits (E,) at rows v and columns u, (E, ...) float32."""
-    out = np.empty(np.broadcast_shapes(v.shape, u.shape), np.float32)
+def _apart(values, pairs, bit, v, u):
+    """Pictures less inverses of bits (E,) at rows v and columns u, (E, ...) float32.
+
+    values: `PictureStack.apart`, or `together`, NaN where there is no inverse.
+    """
+    out = np.full(np.broadcast_shapes(v.shape, u.shape), np.nan, np.float32)
     for k in np.unique(bit):
         own = bit == k
-        out[own] = stack.apart(pairs[k], (v[own], u[own]))
+        found = values(pairs[k], (v[own], u[own]))
+        if found is not None:
+            out[own] = found
     return out
 
 
@@ -128,7 +134,7 @@ def _spread(stack, pairs, edges, least):
     """
     walk = np.arange(edges.step.max(initial=0) + 1)
     line = edges.place[..., None] + np.sign(edges.step)[..., None] * walk
-    values = _apart(stack, pairs, edges.bit, *line)
+    values = _apart(stack.apart, pairs, edges.bit, *line)
     crossed = np.argmax((values > 0) != (values[:, :1] > 0), axis=1)
     middle = edges.place + np.sign(edges.step) * crossed
     middle = [
@@ -138,14 +144,20 @@ def _spread(stack, pairs, edges, least):
     around = np.arange(-REACH_PX, REACH_PX + 1)
     v, u = (at[:, None] + around for at in middle)
     where = v[:, :, None], u[:, None, :]
-    own = _apart(stack, pairs, edges.bit, *where)
-    most = np.maximum(np.abs(own), np.abs(_apart(stack, pairs, edges.other, *where)))
+    own = _apart(stack.apart, pairs, edges.bit, *where)
+    most = np.maximum(
+        np.abs(own), np.abs(_apart(stack.apart, pairs, edges.other, *where))
+    )
     # Patches one below the other; what they give each other is left out with the rim.
     share = (own / np.maximum(most, 1)).reshape(-1, len(around))
     share = cv2.GaussianBlur(share, (0, 0), SMOOTHED_PX).reshape(own.shape)
     rim = 1 + round(3 * SMOOTHED_PX)
     near = np.abs(share[:, rim:-rim, rim:-rim]) < NEAR_EDGE
     whole = (most > least).all(axis=(1, 2))
+    # Where something covers one picture, it and its inverse are alike without an edge.
+    light = [_apart(stack.together, pairs, n, *where) for n in (edges.bit, edges.other)]
+    off = cv2.blur((light[0] - light[1]).reshape(-1, len(around)), (3, 3))
+    whole &= ~(np.abs(off.reshape(own.shape)) > TURNED * most).any(axis=(1, 2))
     whole &= np.mean(near, axis=(1, 2)) < TOO_FINE
     edge, y, x = np.nonzero(near & whole[:, None, None])
     y, x = y + rim, x + rim

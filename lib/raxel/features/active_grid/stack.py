@@ -99,6 +99,13 @@ class PictureStack:
         steps = self.made[inverse - len(self.images)][1]
         return 2 * value - 2 * np.mean([self.images[k][where] for k in steps], axis=0)
 
+    def together(self, pair, where):
+        """As `apart`, a picture and its inverse, or None where none was taken."""
+        if pair[1] >= len(self.images):
+            return None
+        light, dark = (self.images[k][where].astype(np.float32) for k in pair)
+        return light + dark
+
     def for_noise(self):
         """Pictures without many edges: the sines, else the coarsest bits."""
         sines = [k for code in self.codes for k in code.steps]
