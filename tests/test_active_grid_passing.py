@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
+from raxel.features.active_grid.checks import leftover
 from raxel.features.active_grid.checks.passing import passing, passing_warnings
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.layout import PASSED
@@ -145,3 +146,23 @@ def test_a_hand_in_one_picture_of_the_code_is_no_blur(name):
     found = decode(covered(one, [name], 15), one.patterns, one.grid, linear=True)
     assert found.blur_px == pytest.approx(usual.blur_px, rel=0.03)
     assert found.margin_px == usual.margin_px
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_pictures_without_noise_are_asked_without_a_warning(dtype):
+    """All steps agree to the last digit, and a hand still shows."""
+    one = drawn(size=SIZE, noise=0.0, blur=0.0, share=0.9, steps=6)
+    _, passed = asked(one, one.images.astype(dtype))
+    assert not passed.mask[INNER].any()
+    _, passed = asked(one, covered(one, ["phase-x-1"], 120).astype(dtype))
+    assert passed.mask[60:100, 75:105].all()
+
+
+def test_blocks_of_rows_make_no_difference(monkeypatch):
+    one = scene()
+    images = covered(one, ["phase-x-1", "phase-x-4"], 120)
+    whole = asked(one, images)[1]
+    monkeypatch.setattr(leftover, "AT_ONCE", 7 * SIZE[0])
+    parts = asked(one, images)[1]
+    assert parts.pictures == whole.pictures
+    np.testing.assert_array_equal(parts.mask, whole.mask)

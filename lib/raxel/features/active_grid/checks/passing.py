@@ -19,11 +19,21 @@ import cv2
 import numpy as np
 from scipy.stats import chi2
 
+from raxel.features.active_grid.checks.leftover import (
+    Steps,
+    blocks_of_rows,
+    left_of,
+    left_over,
+    power,
+    real,
+    response,
+    robust,
+)  # fmt: skip
 from raxel.features.active_grid.layout import DARK, REACH, SATURATED
 
 WINDOW = 2 * REACH + 1
 FITTED, MIN_FITTED = 4000, 1000  # pixels that the response is fitted to
-ROUNDS = 6
+ROUNDED, DITHERED = 1 / 12, 1 / 4  # grey levels squared, see `_of_mean`
 SURE = 7  # standard deviations of what is left
 AROUND = 4  # px about such pixels that are left out as well: half covered ones
 TURNED = 0.75  # of the contrast; an edge behind a tone curve has 0.6 at most
@@ -37,7 +47,6 @@ WIDE = 3  # times the variance of noise: less is what a response leaves
 MIN_LONG = 60  # pixels of a row or column
 NAMED_OF = 2000  # pixels, enough to tell pictures by
 OF_PLACE = [0, 6, 7, 8, 9, 10]  # of the shares, those that go with the place alone
-FEW = 2  # of the numbers by which harmonics change: those of small ones
 
 
 class Passing(NamedTuple):
@@ -61,7 +70,7 @@ def passing(images, codes, decoded):
     images: n pictures (H, W); codes: AxisCodes; decoded: their Decoded.
     """
     seen = ~np.isin(decoded.status, (DARK, SATURATED))
-    steps = [_Steps.of(images, code, seen) for code in codes if len(code.steps) > 2]
+    steps = [Steps.of(images, code, seen) for code in codes if len(code.steps) > 2]
     found, bands = [], [1.0, 1.0]
     for own in steps:
         passed, bands[own.axis] = _of_steps(own, seen, decoded.noise)
@@ -107,71 +116,6 @@ def _any_of(names):
     return " or ".join(names)
 
 
-class _Steps(NamedTuple):
-    """Of N steps of an axis: pictures (N,), light (N, H, W) float32, mean (H, W), size
-    alike, the modulation, and unit complex (H, W), which turns with the phase; usual: a
-    modulation, as a unit.
-    """
-
-    axis: int
-    pictures: tuple[int, ...]
-    light: np.ndarray
-    mean: np.ndarray
-    size: np.ndarray
-    unit: np.ndarray
-    usual: float
-
-    @classmethod
-    def of(cls, images, code, good):
-        light = np.array([images[k] for k in code.steps], np.float32)
-        sine, cosine, level = code.sines.weights.astype(np.float32)
-        wave = np.tensordot(cosine + 1j * sine, light, 1)
-        # Of step 0, whatever the offset.
-        wave *= np.complex64(np.exp(2j * np.pi * code.sines.offset))
-        size = np.abs(wave)
-        usual = float(np.median(size[good])) if good.any() else 1.0
-        unit = wave / np.maximum(size, 1e-6)
-        mean = np.tensordot(level, light, 1)
-        return cls(code.axis, code.steps, light, mean, size, unit, usual)
-
-    def shares(self, where):
-        """(11, ...): by what harmonics may change, at an index into pictures."""
-        height, width = self.mean.shape
-        v, u = np.ogrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
-        x, y = (np.broadcast_to(one, self.mean.shape)[where] for one in (u, v))
-        size, level = self.size[where] / self.usual, self.mean[where] / self.usual
-        alike = size, level, size**2, size * level, level**2
-        columns = np.ones_like(size), *alike, x, y, x * x, x * y, y * y
-        return np.array(columns, np.float32)
-
-
-class _Term(NamedTuple):
-    """A harmonic in number m of those left: modulation times unit^power times shares,
-    of which as many as there are coefficients, complex."""
-
-    m: int
-    power: int
-    count: int
-
-
-def _terms(count):
-    """The harmonics that N steps have left over, below the one that is N + 2."""
-    found = []
-    for m in range(2, count // 2 + 1):
-        powers = {m, m - count} if 2 * m < count else {m}
-        for power in sorted(powers, key=abs):
-            found.append(_Term(m, power, 11 if abs(power) <= 3 else FEW))
-    return found
-
-
-def _left_over(count):
-    """(M, N) complex: numbers 2 to N / 2 of the Fourier transform of steps, such that
-    white noise of variance 1 gives all of them N - 3 together."""
-    m = np.arange(2, count // 2 + 1)[:, None]
-    waves = np.exp(-2j * np.pi * m * np.arange(count) / count)
-    return waves * np.where(2 * m == count, 1, np.sqrt(2)) / np.sqrt(count)
-
-
 def _of_steps(steps, good, noise):
     """What steps of a sine leave besides it, as Passing, or None, and by how much bands
     of light make it more than noise."""
@@ -180,21 +124,16 @@ def _of_steps(steps, good, noise):
     if count < 4 or len(some) < MIN_FITTED:
         return None, 1.0
     some = tuple(some[:: -(-len(some) // FITTED)].T)
-    gains, terms = _response(steps, some)
-    transform = _left_over(count) * (1 - gains)
-    left = np.tensordot(transform.astype(np.complex64), steps.light, 1)
-    shares = steps.shares(np.s_[:, :])
-    for term, found in terms:
-        own = np.tensordot(found.astype(np.complex64), shares[: term.count], 1)
-        own *= steps.size * _power(steps.unit, term.power)
-        left[term.m - 2] -= own.real if 2 * term.m == count else own
-    if count % 2 == 0:
-        left[-1].imag = 0
+    gains, terms = response(steps, some)
+    transform = (left_over(count) * (1 - gains)).astype(np.complex64)
+    left = np.empty((len(transform), *good.shape), np.complex64)
+    for rows in blocks_of_rows(good.shape):
+        left[:, rows] = left_of(steps, transform, terms, rows)
     variance = noise.at(steps.mean).astype(np.float32)
     mask = np.zeros(good.shape, bool)
     for size in (1, WINDOW):
         means, known = _means(left, good, size)
-        squares = np.sum(np.abs(means) ** 2, axis=0) * known / variance
+        squares = np.sum(np.abs(means) ** 2, axis=0) / _of_mean(variance, known)
         mask |= _beyond(squares, good, count - 3)
     bands = _bands(left, good, variance, _usual(squares, good, count - 3))
     named = _named(mask, good, lambda where: _by_steps(steps, left[:, *where]))
@@ -218,65 +157,6 @@ def _bands(left, good, variance, of_windows):
     return 1.0
 
 
-def _power(unit, power):
-    """unit^power of complex numbers of unit length, by products alone."""
-    found = one = unit if power > 0 else unit.conj()
-    for _ in range(abs(power) - 1):
-        found = found * one
-    return found
-
-
-def _response(steps, some):
-    """(N,) light of each step less 1, and [(_Term, coefficients), ...], as most of some
-    pixels have them."""
-    count = len(steps.light)
-    transform, light = _left_over(count), steps.light[:, *some]
-    size, unit = steps.size[some], steps.unit[some]
-    shares, terms = steps.shares(some), _terms(count)
-    # All of them brighter is no difference, and would explain everything.
-    columns = [
-        transform[:, [k]] * light[k] - transform[:, [0]] * light[0]
-        for k in range(1, count)
-    ]
-    for term in terms:
-        wave = size * _power(unit, term.power)
-        for share in shares[: term.count]:
-            for one in (1, 1j):
-                column = np.zeros((len(transform), len(size)), complex)
-                column[term.m - 2] = one * wave * share
-                columns.append(column)
-    values = _real(transform @ light, count)
-    basis = np.array([_real(column, count) for column in columns])
-    found = _robust(values, basis)
-    numbers, at = [], count - 1
-    for term in terms:
-        pairs = found[at : at + 2 * term.count].reshape(-1, 2)
-        numbers.append((term, pairs[:, 0] + 1j * pairs[:, 1]))
-        at += 2 * term.count
-    gains = found[: count - 1]
-    return np.array([-gains.sum(), *gains]), numbers
-
-
-def _real(values, count):
-    """(N - 3, P) of complex (M, P)."""
-    imaginary = values.imag[:-1] if count % 2 == 0 else values.imag
-    return np.concatenate([values.real, imaginary])
-
-
-def _robust(values, basis):
-    """Coefficients (C,) of basis (C, K, P) for values (K, P) of most of P."""
-    scale = np.sqrt(np.mean(basis**2, axis=(1, 2))) + 1e-9
-    basis = basis / scale[:, None, None]
-    weights, flat = np.ones(values.shape[1]), basis.reshape(len(basis), -1)
-    for _ in range(ROUNDS):
-        own = (basis * weights).reshape(len(basis), -1)
-        normal = own @ flat.T + 1e-6 * weights.sum() * np.eye(len(basis))
-        found = np.linalg.solve(normal, own @ values.ravel())
-        off = np.sum((values - np.tensordot(found, basis, 1)) ** 2, axis=0)
-        weights = 1 / (1 + off / np.median(off)) ** 2
-    return found / scale
-
-
 def _means(values, good, size):
     """Means (K, H, W) over the good pixels of windows, and of how many they are."""
     if size == 1:
@@ -289,6 +169,13 @@ def _means(values, good, size):
         sums.append(cv2.boxFilter(parts, normalize=False, **window))
     sums = np.array(sums)
     return (sums[..., 0] + 1j * sums[..., 1]) / np.maximum(known, 1), known
+
+
+def _of_mean(variance, known):
+    """Variance of a mean of so many pixels. Where next to no noise is in the picture,
+    neighbours are rounded alike, and what is rounded is no smaller in their mean."""
+    alone = variance / np.maximum(known, 1)
+    return np.where(variance > DITHERED, alone, np.maximum(alone, ROUNDED))
 
 
 def _usual(squares, good, freedom):
@@ -314,19 +201,22 @@ def _of_means(one, other, good, noise, named):
         mean = (one.mean[where] + other.mean[where]) / 2
         found = list(mean * one.shares(where)[OF_PLACE])
         for own in (one, other):
-            wave = own.size[where] * _power(own.unit[where], len(own.light))
+            wave = own.size[where] * power(own.unit[where], len(own.light))
             found += [own.size[where], wave.real, wave.imag]
         return np.array(found)
 
     difference = one.mean - other.mean
-    found = _robust(difference[some][None], columns(some)[:, None])
-    left = difference - np.tensordot(found.astype(np.float32), columns(np.s_[:, :]), 1)
+    found = robust(difference[some][None], columns(some)[:, None])
+    left, found = difference.copy(), found.astype(np.float32)
+    for rows in blocks_of_rows(good.shape):
+        left[rows] -= np.tensordot(found, columns(rows), 1)
     share = 1 / len(one.light) + 1 / len(other.light)
     variance = share * noise.at(one.mean).astype(np.float32)
     mask = np.zeros(good.shape, bool)
     for size in (1, WINDOW):
         means, known = _means(left[None].astype(np.complex64), good, size)
-        mask |= _beyond(means[0].real ** 2 * known / variance, good, 1)
+        squares = means[0].real ** 2 / _of_mean(variance, known)
+        mask |= _beyond(squares, good, 1)
     return _named(mask, good, lambda where: tuple(own.pictures for own in named))
 
 
@@ -366,8 +256,8 @@ def _named(mask, good, pictures):
 def _by_steps(steps, left):
     """((picture, ...), ...): the fewest that explain what is left (M, P)."""
     count = len(steps.light)
-    own = _real(_left_over(count), count)
-    left = _real(left, count)
+    own = real(left_over(count), count)
+    left = real(left, count)
     for many in range(1, min(2, count - 4) + 1):
         shares = []
         for some in combinations(range(count), many):
