@@ -93,9 +93,16 @@ def test_the_page_quotes_what_the_record_says(results):
     ]
     for name in ("pictures", "right", "wrong", "refused"):
         assert found[f"boards.given.{name}"] == sum(row[name] for row in photographs)
-    sound = [row for row in PARTS["calibration"] if row["case"].startswith("sound")]
-    assert found["sets.false"] == sum(row["halves"] + row["erratic"] for row in sound)
+    sound = [
+        row
+        for row in PARTS["calibration"]
+        if row["case"].startswith(("sound", "corners err together"))
+    ]
+    said = "shape", "corners", "halves", "focal", "erratic"
+    assert found["sets.false"] == sum(row[name] for row in sound for name in said)
     assert found["focal.most"] == pytest.approx(
-        max(row["ratio"] for row in sound), rel=5e-3
+        max(row["rms"] for row in sound), rel=5e-3
     )
+    near = [row for row in PARTS["calibration"] if "1 % apart" in row["case"]]
+    assert found["near.told"] == sum(row["halves"] + row["focal"] for row in near)
     assert found["readers.faults"] == sum(row["faults"] for row in PARTS["readers"])

@@ -8,6 +8,7 @@ from raxel.calibration.parametric.pinhole import calibrate_pinhole
 from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import KannalaBrandtCamera, PerspectiveCamera
+from raxel.evaluation.board_corners import board_corners
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.stability import stability
 from raxel.evaluation.wrong_corners import without_wrong_corners
@@ -20,16 +21,21 @@ WHAT = (
 )
 TITLES = {
     "sets": "Sets",
+    "rms": "RMS of errors over stated",
     "rays_px": "Rays off (px, median)",
     "rays_over_stated": "Rays off over stated (median)",
     "shape": "Sets whose board's shape is used",
+    "corners": "Sets whose board's corners lie elsewhere",
     "halves": "Sets whose halves disagree",
+    "focal": "Sets whose focal lengths alone differ",
     "erratic": "Sets whose photographs differ",
 }
 SIZE, COUNT, NOISE_PX = (1280, 960), 14, 0.1
 SETS = {"pinhole": 40, "fisheye": 20}
+MORE = 3  # times as many sets where standard deviations are to be those of the errors
 BOARD = 24.0 * np.stack(np.meshgrid(np.arange(10), np.arange(7)), -1).reshape(-1, 2)
 MIDDLE, HALF = BOARD.mean(axis=0), np.ptp(BOARD, axis=0) / 2
+DENT, DENT_MM, ROW = np.array([72.0, 96.0]), 40.0, 4  # middle, radius; which row is off
 TOGETHER_MM = 80.0  # over which corners of a photograph err alike
 STEP_PX = 64  # between pixels whose rays are compared
 SEED = 25_301
@@ -63,13 +69,17 @@ def poses(rng, kind):
 
 
 def drawn(rng, kind, *, shape=(0, 0, 0, 0), together_px=0.0, other=1.0, in_order=True,
-          moves_mm=0.0, wrong=0.0):  # fmt: skip
+          moves_mm=0.0, wrong=0.0, dent_mm=0.0, row_mm=0.0):  # fmt: skip
     """BoardViews of one set; shape: values of a BoardShape; together_px: SD of what
     neighbouring corners share; other: focal length of the second half's camera over the
     first's; in_order: whether that half comes after the first, or mixed with it;
     moves_mm: motion from the first row to the last, each board's own way;
-    wrong: share of corners that are several px off."""
+    wrong: share of corners that are several px off; dent_mm: depth of a dent; row_mm:
+    how far one row is printed along x from where it should be."""
     solid = BoardShape(MIDDLE, HALF, np.array(shape, float)).points(BOARD)
+    far = np.linalg.norm(BOARD - DENT, axis=1) / DENT_MM
+    solid[:, 2] += dent_mm * np.exp(-(far**2) / 2)
+    solid[10 * ROW : 10 * (ROW + 1), 0] += row_mm
     gaps = np.linalg.norm(BOARD[:, None] - BOARD, axis=2) / TOGETHER_MM
     alike = np.linalg.cholesky(np.exp(-(gaps**2) / 2) + 1e-8 * np.eye(len(BOARD)))
     views, placed = [], poses(rng, kind)
@@ -139,7 +149,11 @@ def one_set(seed, kind, **how):
         "errors": (found.values[:2] - focal) / sd,
         "rays": rays_off(found, true),
         "shape": bool(found.board.used),
+        "corners": not board_corners(
+            found.camera, scores.images, views, shape
+        ).as_stated,
         "halves": not halves.same_camera,
+        "focal": halves.same_camera and not halves.one_focal,
         "erratic": not halves.steady,
     }
 
@@ -154,7 +168,11 @@ CASES = {
     "shutter, 2 mm of motion a frame": {"moves_mm": 2.0},
     "5 % of corners wrong": {"wrong": 0.05},
     "two cameras, 2 % apart, mixed at random": {"other": 1.02, "in_order": False},
+    "two cameras, 1 % apart, mixed at random": {"other": 1.01, "in_order": False},
+    "board with a dent of 0.5 mm": {"dent_mm": 0.5},
+    "one row of the board off by 0.5 mm": {"row_mm": 0.5},
 }
+SOUND = "sound", "corners err together by 0.1 px"
 
 
 def measured():
@@ -162,6 +180,7 @@ def measured():
     for number, (case, how) in enumerate(CASES.items()):
         for kind, sets in SETS.items():
             first = SEED + 1000 * number
+            sets *= MORE if case in SOUND else 1
             found = [one_set(first + k, kind, **how) for k in range(sets)]
             errors = np.abs(np.concatenate([each["errors"] for each in found]))
             rays, stated = np.array([each["rays"] for each in found]).T
@@ -170,9 +189,10 @@ def measured():
                 row[f"within{k}"] = 100 * np.mean(errors <= k)
             row |= {
                 "ratio": 1.4826 * np.median(errors),
+                "rms": np.sqrt(np.mean(errors**2)),
                 "rays_px": np.median(rays),
                 "rays_over_stated": np.median(rays / stated),
             }
-            for name in ("shape", "halves", "erratic"):
+            for name in ("shape", "corners", "halves", "focal", "erratic"):
                 row[name] = sum(each[name] for each in found)
             yield row
