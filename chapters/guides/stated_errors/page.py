@@ -76,12 +76,12 @@ def ext_stated_record(effort):
 #   {glue:text}`cameras.sets` sets, and 1 % apart, mixed at random, in
 #   {glue:text}`near.told` of {glue:text}`near.sets`; a dent in the board or a row that
 #   is printed half a millimetre off, which no bend explains, in
-#   {glue:text}`dented.corners` of {glue:text}`dented.sets`; motion during the exposure in {glue:text}`shutter.erratic` of
-#   {glue:text}`shutter.sets` by photographs that differ. False alarms:
-#   {glue:text}`sets.false` in {glue:text}`sets.sound` sound sets. Tables of rays hang
-#   less on a formula, and tell less: of sets of two cameras or a stretched board
-#   {glue:text}`tables.found` of {glue:text}`tables.faulty` are noticed, and
-#   {glue:text}`tables.false` of {glue:text}`tables.sound` sound ones are said to be
+#   {glue:text}`dented.corners` of {glue:text}`dented.sets`; motion during the exposure
+#   in {glue:text}`shutter.erratic` of {glue:text}`shutter.sets` by photographs that
+#   differ. False alarms: {glue:text}`sets.false` in {glue:text}`sets.sound` sound sets.
+#   Tables of rays hang less on a formula, and tell less: of sets of two cameras or a
+#   stretched board {glue:text}`tables.found` of {glue:text}`tables.faulty` are noticed,
+#   and {glue:text}`tables.false` of {glue:text}`tables.sound` sound ones are said to be
 #   unstable.
 # - **A pupil that moves.** It is said to move in {glue:text}`pupil.false` of
 #   {glue:text}`pupil.central` central lenses, and in {glue:text}`pupil.found` of
