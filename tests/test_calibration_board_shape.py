@@ -1,13 +1,16 @@
 """A board that is bent or longer one way: its shape is found with the camera."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from raxel.calibration import calibrate_lens
-from raxel.calibration.parametric import lens_bundle
+from raxel.calibration.parametric import lens_board, lens_bundle, lens_fit
 from raxel.calibration.parametric.clustered import clustered_covariance
-from raxel.calibration.parametric.lens_board import _wald
-from raxel.calibration.parametric.lens_fit import FormulaFit, covariance_of
+from raxel.calibration.parametric.lens_board import _wald, board_test
+from raxel.calibration.parametric.lens_fit import FormulaFit, _criterion, covariance_of
 from raxel.calibration.parametric.lens_laws import LensFormula
 from raxel.calibration.views.board_shape import TERMS, BoardShape, shaped
 from raxel.geometry.planes import on_plane
@@ -197,3 +200,93 @@ def test_errors_shared_within_a_photograph_are_in_the_covariance(together):
         assert 0.85 < stated[0] / spread[0] < 1.25
         assert np.sqrt(np.mean(own[:, 0] ** 2)) < 1.2
         assert factor > 1.2
+
+
+def asked_for(gain, monkeypatch, count=20):
+    """(used, px of what was there, px of what is asked for), where boards kept out gain
+    so many px^2, each."""
+    formula = LensFormula("kannala-brandt", 2, 0, 0)
+    boards, fit = SimpleNamespace(seen=np.ones((count, 4))), FormulaFit(formula, None)
+    shape = shape_of(9.0, 9.0, 9.0, 0.0)
+    found = shape, np.eye(4), np.eye(4)
+    squares = {"flat": 4 + gain, "shaped": np.full(count, 4.0)}
+    monkeypatch.setattr(lens_board, "_found_shape", lambda *_: found)
+    monkeypatch.setattr(lens_board, "_shaped", lambda *_: "shaped")
+    monkeypatch.setattr(
+        lens_board,
+        "kept_out_squares",
+        lambda one, _: squares["shaped" if one == "shaped" else "flat"],
+    )
+    return board_test(fit, boards)
+
+
+def test_a_shape_pays_where_boards_kept_out_gain_twice_what_their_mean_scatters(
+    monkeypatch,
+):
+    rng, paid = np.random.default_rng(52), {0.0: [], 0.75: []}
+    for _ in range(200):
+        scatter = rng.standard_normal(20)
+        for mean, found in paid.items():
+            found.append(bool(asked_for(mean + scatter, monkeypatch).used))
+    # Student's t of 19 is beyond 2 by chance once in 33.
+    assert 0.01 < np.mean(paid[0.0]) < 0.06
+    assert np.mean(paid[0.75]) > 0.85
+    for gain, used in ((0.0005**2, ()), (0.0015**2, TERMS[:3])):
+        assert asked_for(np.full(20, gain), monkeypatch).used == used
+    test = asked_for(np.full(20, 5.0), monkeypatch)
+    assert (test.flat_px, test.shaped_px) == (3.0, 2.0)
+
+
+def test_a_term_that_is_none_is_kept_as_seldom_as_schwarz_says():
+    """Of 240 coordinates it lowers squares by a chi square with one; log 240 is 5.5."""
+    rng, boards = np.random.default_rng(53), SimpleNamespace(seen=np.ones((3, 40)))
+    kept = []
+    for _ in range(3000):
+        left, taken = rng.chisquare([239, 1]) / 240
+        fits = [
+            SimpleNamespace(
+                formula=SimpleNamespace(names=tuple(names)),
+                result=SimpleNamespace(cost=cost),
+            )
+            for names, cost in (("abcd", left + taken), ("abcde", left))
+        ]
+        less, more = (_criterion(fit, boards) for fit in fits)
+        kept.append(more < less)
+    # 0.019 of 3000, known to 0.003.
+    assert np.mean(kept) == pytest.approx(chi2.sf(np.log(240), 1), abs=0.008)
+
+
+def test_boards_kept_out_are_predicted_by_the_others_and_count_by_their_corners(
+    monkeypatch,
+):
+    """A constant that each fit takes as the mean of its boards' pixels, with gaps."""
+    rng = np.random.default_rng(54)
+    seen = rng.random((7, 30)) < 0.7
+    pixels = rng.normal(size=(7, 1, 2)) + 0.3 * rng.normal(size=(7, 30, 2))
+    pixels[2, 3] += 90.0
+    seen[2, 3] = True
+    scales = np.linspace(1.0, 2.0, 7)
+    boards = lens_bundle.StackedBoards(pixels, np.zeros((7, 30, 3)), seen, None)
+
+    def adjusted(formula, values, poses, inside, loss, of_loss):
+        assert len(poses) == len(inside.seen) == len(of_loss)
+        return SimpleNamespace(values=inside.pixels[inside.seen].mean(axis=0))
+
+    monkeypatch.setattr(lens_fit, "adjusted", adjusted)
+    monkeypatch.setattr(
+        lens_fit,
+        "posed_residuals",
+        lambda _, values, poses, kept: np.where(
+            kept.seen[..., None], kept.pixels - values, np.nan
+        ),
+    )
+    result = SimpleNamespace(
+        scales=scales, T_camera_grid=np.zeros((7, 4, 4)), values=None
+    )
+    found = lens_fit.kept_out_squares(FormulaFit(None, result), boards)
+    for k in range(7):
+        others = np.arange(7) % 5 != k % 5
+        mean = pixels[others][seen[others]].mean(axis=0)
+        squares = np.sum((pixels[k][seen[k]] - mean) ** 2, axis=1)
+        expected = np.minimum(squares, (lens_bundle.WIDTH * scales[k]) ** 2).mean()
+        assert found[k] == pytest.approx(expected)

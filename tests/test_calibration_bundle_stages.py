@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from raxel.calibration.mirror.bundle import (
+    _misfit,
     _sightings,
     _spaces,
     _variance,
     _whitening,
+    _widening,
     bundle_stages,
 )
 from raxel.calibration.mirror.bundle_system import BundleProblem, State, moved
@@ -19,6 +21,7 @@ from raxel.calibration.mirror.clamp_line import ClampLine, fixed_line
 from raxel.calibration.pose.three_point import moved_pose
 from raxel.cameras import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
+from raxel.geometry.poses import pose
 from tests.mirror_scenes import (
     VIEWER,
     H,
@@ -288,3 +291,58 @@ def test_what_leaves_a_shape_open_is_refused():
     aside = views[1].view._replace(pixels=views[1].view.pixels + [2900, 0])
     with pytest.raises(CalibrationError, match="within the knots of stage 1"):
         bundle_stages(starts, [views[1]._replace(view=aside)], T, clamp=clamp)
+
+
+@pytest.mark.parametrize("misfit", [0.0, 4e-4])
+def test_misfit_is_what_scene_rays_are_off_at_each_component_beyond_noise(misfit):
+    """Noise of 3e-4 and misfit, radians; points 300 mm from the mirror along z."""
+    rng, count, noise = np.random.default_rng(41), 4000, 3e-4
+    off = np.hypot(noise, misfit) * rng.standard_normal((count, 2))
+    rays = SimpleNamespace(
+        surface=lambda c: (np.zeros((count, 3)), np.tile([0.0, 0, 1], (count, 1))),
+        residuals=lambda c, placed: 300 * np.pad(off, ((0, 0), (0, 1))),
+    )
+    view = SimpleNamespace(
+        unknown_sd=False, points=np.zeros((count, 2)), grid=0, stage=1, rays=rays
+    )
+    problem = SimpleNamespace(coefficients=lambda state: [None, None], seen=[view])
+    state = SimpleNamespace(T=pose(np.eye(3), [[0.0, 0, 300]]))
+    found = _misfit(problem, state, [off / noise])
+    np.testing.assert_allclose(found, [0, misfit], rtol=0.05)
+
+
+def seen_by(stages, coefficients):
+    """A problem whose views show these stages, each of a dozen coefficients."""
+    space = SimpleNamespace(directions=np.eye(coefficients))
+    return SimpleNamespace(
+        layout=lambda state: (0, coefficients * 2),
+        residuals=lambda state: (state, None),
+        spaces=[space, space],
+        seen=[SimpleNamespace(stage=stage, unknown_sd=False) for stage in stages],
+    )
+
+
+def test_noise_alone_is_no_misfit_and_little_more_than_noise_is_one():
+    rng, problem = np.random.default_rng(42), seen_by([0, 1], 12)
+    told = {1.0: [], 1.25: []}
+    for _ in range(1000):
+        # Of 424 numbers, 24 are taken by what is fitted: a deviation is 0.07.
+        off = rng.standard_normal(424)
+        off *= np.sqrt(400 / 424)
+        for variance, found in told.items():
+            views = np.sqrt(variance) * off.reshape(2, 106, 2)
+            found.append(np.any(_widening(problem, views) != 1))
+    assert np.mean(told[1.0]) < 0.01
+    assert np.mean(told[1.25]) > 0.6
+
+
+def test_a_misfit_of_few_functions_counts_as_often_as_these_however_many_corners():
+    """The mean of all numbers of the first shape, of which the misfit has twelve."""
+    problem, rng, count = seen_by([0, 1], 12), np.random.default_rng(43), 600
+    widening, means = [], []
+    for _ in range(400):
+        misfit = np.repeat(3 * rng.standard_normal(12), count // 12)
+        off = (rng.standard_normal(count) + misfit).reshape(-1, 2)
+        widening.append(_widening(problem, [off, off])[0])
+        means.append(off.mean())
+    assert np.mean(widening) / count == pytest.approx(np.var(means), rel=0.2)

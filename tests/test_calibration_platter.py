@@ -151,3 +151,27 @@ def test_impossible_pictures_are_refused():
     none = first.grid._replace(pixels=np.full_like(first.grid.pixels, np.nan))
     with pytest.raises(CalibrationError, match="picture 0: grid: found 0 corners"):
         grid_poses_in_platter(VIEWER, [first._replace(grid=none)], THICKNESS)
+
+
+def few(seen, rng):
+    """Six of a view's corners, from one end to the other, off by 0.2 px."""
+    found = np.flatnonzero(np.isfinite(seen.pixels[:, 0]))
+    some, pixels = found[np.linspace(0, len(found) - 1, 6).astype(int)], seen.pixels
+    pixels = pixels[some] + 0.2 * rng.standard_normal((6, 2))
+    return seen._replace(pixels=pixels, points=seen.points[some])
+
+
+def test_few_corners_tell_their_noise_although_poses_follow_it():
+    """Of six corners of the board and six of the monitor, half of all numbers."""
+    told, rng, (picture, *_) = [], np.random.default_rng(6), platter_scene()[0]
+    for _ in range(12):
+        parts = [few(part, rng) for part in picture[:2]]
+        known, found = (
+            grid_poses_in_platter(
+                VIEWER, [PlatterPicture(*(p._replace(sd=sd) for p in parts))], THICKNESS
+            )
+            for sd in (np.full(6, 0.2), None)
+        )
+        told.append(found.covariance[0, 0] / known.covariance[0, 0])
+    # Of 12 draws of a chi square with twelve, the mean is known to 12 %.
+    assert np.mean(told) == pytest.approx(1, abs=0.35)

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from raxel.calibration import rays_from_known_motion
+from raxel.calibration.mirror import planar_start
 from raxel.calibration.mirror.planar_start import _image, _jacobian, calibrate_flat
-from raxel.calibration.mirror.platter import grid_poses_in_platter
-from raxel.calibration.mirror.primary import calibrate_primary
+from raxel.calibration.mirror.platter import grid_poses_in_platter, reflected_pose
+from raxel.calibration.mirror.primary import _refined, calibrate_primary
 from raxel.calibration.mirror.primary_start import mirror_points
+from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.sightings import sighting
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import intersect_rays_plane
@@ -224,3 +226,44 @@ def test_what_determines_no_mirror_is_refused():
     )) for v in views]  # fmt: skip
     with pytest.raises(CalibrationError, match="the last knot interval along u"):
         calibrate_primary(true.viewer, narrow, GRIDS, span=true.grid.corners)
+
+
+def test_six_corners_tell_their_noise_although_a_plane_follows_it(monkeypatch):
+    """Of a dozen numbers, three are the plane's."""
+    monkeypatch.setattr(planar_start.SplineMirrorCamera, "fitted", lambda *_: None)
+    exact, told = view(flexible_camera(0.0), BOARDS[0], BOARD, *CELLS), []
+    seen = np.flatnonzero(np.isfinite(exact.pixels[:, 0]))
+    some = seen[np.linspace(0, len(seen) - 1, 6).astype(int)]
+    exact = exact._replace(pixels=exact.pixels[some], points=BOARD[some])
+    known = calibrate_flat(VIEWER, exact._replace(sd=np.full(6, 0.2)), BOARDS[0])
+    image = reflected_pose(BOARDS[0], known.plane)
+    monkeypatch.setattr(planar_start, "seen_pose", lambda _: image)
+    rng = np.random.default_rng(9)
+    for _ in range(60):
+        noisy = exact.pixels + 0.2 * rng.standard_normal((6, 2))
+        found = calibrate_flat(VIEWER, exact._replace(pixels=noisy), BOARDS[0])
+        told.append(found.covariance[2, 2] / known.covariance[2, 2])
+    # Of 60 draws of a chi square with nine, the mean is known to 6 %.
+    assert np.mean(told) == pytest.approx(1, abs=0.15)
+
+
+def test_few_points_tell_their_noise_although_the_spline_follows_it():
+    """Of 64 numbers, 21 are coefficients."""
+    true, rng, squares = spline_camera(), np.random.default_rng(9), []
+    u, v = (
+        np.linspace(b[0], b[-1], 4 * k)
+        for b, k in zip(true.grid.breaks, (2, 1), strict=True)
+    )
+    image = true.grid.unturned(np.stack(np.meshgrid(u, v), -1).reshape(-1, 2))
+    exact = true.coefficients.ravel("F")
+    S, scene = RayPoints(image, true.grid, "inverse depth").surface(exact)
+    points = intersect_rays_plane(S, scene, GRIDS[0]).points
+    unknown = np.full((6, 6), np.nan)
+    for _ in range(25):
+        noisy = points + 0.01 * rng.standard_normal(points.shape)
+        sighted = [(image, noisy)]
+        found = _refined(true.grid, "inverse depth", exact, sighted, GRIDS[:1], unknown)
+        off = found.coefficients - exact
+        squares.append(off @ np.linalg.solve(found.covariance, off) / len(off))
+    # Over a variance that 43 numbers tell: 43 / 41, known to 7 %.
+    assert np.mean(squares) == pytest.approx(43 / 41, abs=0.2)
