@@ -37,3 +37,17 @@ def test_a_damped_step_does_not_know_the_units():
 def test_a_start_that_is_not_finite_is_refused():
     with pytest.raises(CalibrationError, match="not finite"):
         descend(rosenbrock, np.add, np.array([np.nan, 1.0]), **STOP)
+
+
+def test_a_step_too_far_is_no_rest_where_much_stays_that_nothing_can_change():
+    """An angle falls to zero beside a residual of 100; Gauss's own step climbs."""
+    found, *_ = descend(
+        lambda x: gauss_newton(
+            np.array([np.arctan(x[0]), 100.0]),
+            lambda: np.array([[1 / (1 + x[0] ** 2)], [0]]),
+        ),
+        np.add,
+        np.array([3.0]),
+        **STOP,
+    )
+    assert abs(found[0]) < 1e-4

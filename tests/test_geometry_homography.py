@@ -14,6 +14,7 @@ from raxel.geometry import (
     refine_homography,
     transfer_jacobian,
 )
+from raxel.geometry.homography import random_samples
 from raxel.geometry.robust_homography import CUT, robust_start
 
 H_TRUE = np.array([[1.2, 0.1, 5], [-0.2, 0.9, 3], [1e-4, -2e-4, 1]])
@@ -246,3 +247,28 @@ def test_weights_must_be_usable():
         homography_dlt(square, square, [1, 1, -1, 1])
     with pytest.raises(InputError, match="at least 4"):
         homography_dlt(square, square, [1, 1, 0, 1])
+
+
+def test_the_covariance_of_few_pairs_is_as_large_although_eight_numbers_follow_them():
+    """Seven pairs: eight of fourteen numbers are the homography's."""
+    rng, source = (
+        np.random.default_rng(9),
+        np.random.default_rng(8).uniform(0, 9, (7, 2)),
+    )
+    exact, told = apply_homography(H_TRUE, source), []
+    for _ in range(200):
+        target = exact + 1e-4 * rng.standard_normal((7, 2))
+        told.append(np.trace(fit_homography(source, target, H_TRUE).covariance))
+    many = np.tile(source, (3000, 1))
+    target = apply_homography(H_TRUE, many) + 1e-4 * rng.standard_normal(many.shape)
+    right = 3000 * np.trace(fit_homography(many, target, H_TRUE).covariance)
+    # Of 200 draws of a chi square with six, the mean is known to 4 %.
+    assert np.mean(told) == pytest.approx(right, rel=0.15)
+
+
+@given(seeds)
+def test_samples_are_of_four_different_pairs(seed):
+    picks = random_samples(np.random.default_rng(seed), 6, 50)
+    assert np.all(np.diff(np.sort(picks, axis=1), axis=1) > 0)
+    assert picks.min() >= 0
+    assert picks.max() < 6

@@ -28,3 +28,13 @@ def test_columns_without_a_plane_are_refused():
             pose_from_homography(H)
     with pytest.raises(InputError, match="rank below 2"):
         pose_from_homography(np.ones((3, 3)))
+
+
+def test_both_axes_of_the_plane_count_alike():
+    T = pose(rotation_from_vector(np.array([0.3, -0.5, 1.1])), [20.0, -30.0, 400.0])
+    H = np.column_stack([T[:3, 0], 1.1 * T[:3, 1], T[:3, 3]])
+    found, swapped = (
+        pose_from_homography(H[:, order]) for order in ([0, 1, 2], [1, 0, 2])
+    )
+    np.testing.assert_allclose(found[:3, 3], swapped[:3, 3], rtol=1e-12)
+    np.testing.assert_allclose(found[:3, 3], T[:3, 3] / 1.05, rtol=1e-12)

@@ -121,6 +121,15 @@ def test_what_is_whole_does_not_depend_on_the_unit_of_length(unit):
     np.testing.assert_array_equal(whole_cells(unit * location, unit * sigma), cells)
 
 
+def test_a_pixel_that_is_unsure_tears_no_hole_on_any_of_its_sides():
+    location = on_plane()
+    sigma = np.zeros(location.shape)
+    location[20, 30] += 1.5 * np.median(np.diff(location[..., 0], axis=1)) * 3
+    assert not whole_cells(location, sigma)[19:21, 29:31].any()
+    sigma[20, 30] = np.ptp(location[20, 29:31])
+    assert whole_cells(location, sigma)[19:21, 29:31].all()
+
+
 def test_noise_tears_no_holes_into_a_surface():
     rng = np.random.default_rng(5)
     location = on_plane()

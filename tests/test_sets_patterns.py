@@ -5,8 +5,10 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.lab import MonitorPattern
+from raxel.lab.patterns import MonitorBoard
 from raxel.sets import pattern_picture, patterns_of, plan_of_cells
-from raxel.sets.patterns import cell_width
+from raxel.sets.model import MonitorChessboard, Pattern
+from raxel.sets.patterns import cell_width, chessboard_of_corners, chessboard_picture
 
 
 def read_code(pictures):
@@ -80,3 +82,31 @@ def test_an_offset_of_a_quarter_makes_cosines():
 def test_plans_that_no_monitor_can_show(cells, steps, message):
     with pytest.raises(InputError, match=message):
         plan_of_cells((640, 480), cells, steps)
+
+
+def test_a_chessboard_is_sent_as_the_laboratory_shows_it_wherever_its_lines_lie():
+    """Also where lines are no borders of pixels: each has the colour of its middle."""
+    size, board = (97, 61), MonitorChessboard(7, 5, 8.3, (20.23, 13.71))
+    v, u = np.indices(size[::-1])
+    uv = np.column_stack([u.ravel(), v.ravel()]) + 0.5
+    shown = MonitorBoard(size, None, board).radiance(uv, np.ones(len(uv)))
+    sent = chessboard_picture(board, size)
+    np.testing.assert_array_equal(sent.ravel(), 255 * shown)
+
+
+@pytest.mark.parametrize("size", [(97, 61), (1366, 768)])
+def test_a_chessboard_is_in_the_middle_and_as_large_as_it_can_be(size):
+    board = chessboard_of_corners(size, 7, 5)
+    first = np.array(board.origin_px) - board.pitch_px
+    last = np.array(size) - first - board.pitch_px * np.array([8, 6])
+    assert (first >= 0).all()
+    assert np.isin(last - first, [0, 1]).all()
+    assert ((board.pitch_px + 1) * np.array([8, 6]) > size).any()
+
+
+def test_a_code_without_a_cell_width_fills_the_monitor_along_its_own_axis():
+    """The most significant bit changes in the middle, the others in between."""
+    for bit, edges in ((0, [32]), (1, [16, 48])):
+        pattern = Pattern("", "y", "gray", bit=bit, of=3)
+        sent = pattern_picture(pattern, (96, 64))[:, 0].astype(int)
+        np.testing.assert_array_equal(np.flatnonzero(np.diff(sent)) + 1, edges)
