@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from raxel.calibration import calibrate_cgsp, dense_view
-from raxel.calibration.generic import central_views
+from raxel.calibration.generic import central_views, cgsp
 from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.generic.central_views import centrality_of_views
 from raxel.calibration.views import dense
@@ -202,3 +202,29 @@ def test_no_more_pixels_are_tested_than_err_apart(monkeypatch, every_pixel):
     with pytest.raises(Sampled) as told:
         centrality_of_views([view] * 3, 100, 80, np.tile(np.eye(4), (3, 1, 1)))
     assert told.value.args[0] == pytest.approx(3 * (100 if every_pixel else 8 * 6))
+
+
+def test_each_point_of_a_grid_has_the_deviations_of_its_own_pixel(monkeypatch):
+    rng = np.random.default_rng(11)
+    views = [
+        SimpleNamespace(every_pixel=True, sigma=rng.uniform(1, 2, (6, 9, 2)))
+        for _ in range(4)
+    ]
+    pixels = np.column_stack([rng.integers(0, 9, 20), rng.integers(0, 6, 20)])
+    samples = SimpleNamespace(
+        pixels=pixels, points=np.zeros((4, 20, 2)), seen=np.ones((4, 20), bool)
+    )
+    start = SimpleNamespace(linear=SimpleNamespace(centre=None))
+    growth = SimpleNamespace(boards=[2, 0, 3], T_base_grid=None, start=start)
+    result = SimpleNamespace(centre=None, T_base_grid=None, directions=None)
+    given = {}
+
+    def adjusted(*_, sigma, loss):
+        given["sigma"] = sigma
+        return result
+
+    monkeypatch.setattr(cgsp, "adjust_consistent", adjusted)
+    cgsp._adjusted(views, samples, growth)
+    for own, board in zip(given["sigma"], growth.boards, strict=True):
+        for sigma, (u, v) in zip(own, pixels, strict=True):
+            np.testing.assert_array_equal(sigma, views[board].sigma[v, u])

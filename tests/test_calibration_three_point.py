@@ -224,3 +224,17 @@ def test_a_start_from_spread_triples_bears_two_wrong_points_in_five():
         found = pose_of_spread_triples(directions, points, count=14)
         off.append(np.degrees(angle_between_rotations(T[:3, :3], found[:3, :3])))
     assert max(off) < 0.5
+
+
+@pytest.mark.parametrize("nearer", [-2.0, 2.0])
+def test_a_point_before_the_feet_of_both_others_is_found_as_one_beyond_them(nearer):
+    """Two points over one place of the third's ray: there both depths fit, mirrored."""
+    corners = np.array([[3.0, 0, 10], [0, 0, 10 + nearer], [-1, 4, 10]])
+    depths = np.linalg.norm(corners, axis=1)
+    # The triangle laid flat: what is given are its sides.
+    side = np.linalg.norm(corners - corners[0], axis=1)
+    across = np.linalg.norm(corners[1] - corners[2])
+    x = (side[1] ** 2 + side[2] ** 2 - across**2) / (2 * side[1])
+    flat = np.array([[0, 0], [side[1], 0], [x, np.sqrt(side[2] ** 2 - x**2)]])
+    found = three_point_depths(unit(corners)[None], flat[None])[0]
+    assert np.nanmin(np.abs(found - depths).max(axis=1)) < 1e-6

@@ -67,7 +67,7 @@ def test_code_comes_from_the_generator_alone():
 
 
 @pytest.mark.parametrize("turns", range(4))
-@pytest.mark.parametrize("size", [(5, 5), (5, 7), (8, 6)])
+@pytest.mark.parametrize("size", [(5, 5), (5, 6), (5, 7), (8, 6)])
 def test_every_block_is_found_where_it_is(turns, size):
     for row, column in ((0, 0), (1, 3), (4, 2), (3, 5)):
         squares, indices = block(row, column, *size, turns=turns)

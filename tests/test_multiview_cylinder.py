@@ -168,3 +168,12 @@ def test_a_parallel_viewer_with_a_paraboloid_has_a_panorama():
     row = int(view.horizon)
     radius = np.linalg.norm(source_pixels(camera, view)[row] - [159.5, 119.5], axis=1)
     np.testing.assert_allclose(radius, 6.0 * 14.0, atol=1e-3)
+
+
+@pytest.mark.parametrize("width", [400, 401])
+def test_the_picture_is_the_same_to_both_sides_of_what_lies_ahead(camera, width):
+    view = cylindrical_view(camera, DOWN, AHEAD, width)
+    pixels = np.column_stack([np.arange(width), np.full(width, view.horizon)])
+    across = view.directions(pixels) @ view.R_camera_view
+    np.testing.assert_allclose(across[:, 0], -across[::-1, 0], atol=1e-12)
+    assert np.argmax(across[:, 2]) in ((width - 1) // 2, width // 2)
