@@ -6,6 +6,7 @@ from scipy.special import erf
 
 from raxel.errors import InputError
 from raxel.lab.optics import Optics, gaussian_blur, magnified
+from raxel.lab.sight import Crop
 from raxel.lab.textures import LUMINANCE
 
 
@@ -218,3 +219,18 @@ def test_pixels_of_the_sensor_are_means_of_the_finer_ones():
     for colour in range(3):
         grey = Optics().apply(fine[..., colour], 3)
         assert np.allclose(grey, expected[..., colour], rtol=1e-6)
+
+
+def test_a_part_of_a_picture_has_the_light_of_its_own_place():
+    optics = Optics(exit_pupil_px=60.0)
+    part = Crop(30, 20, 16, 12, 64, 48)
+    found = optics.apply(np.ones((12, 16), np.float32), window=part)
+    np.testing.assert_array_equal(found, optics.vignetting(64, 48)[part.place])
+
+
+@pytest.mark.parametrize(("centre", "radii"), [(None, 1.0), ((0.0, 0.0), 2.0)])
+def test_the_strongest_blur_is_that_of_the_farthest_corner(centre, radii):
+    """The variance grows from 0.25 by 3.75 for each squared half diagonal."""
+    optics = Optics(blur_sd_px=(0.5, 2.0), centre_px=centre)
+    found = optics.strongest_blur_px(3000, 2000)
+    assert found == pytest.approx(np.sqrt(0.25 + 3.75 * radii**2), rel=1e-3)
