@@ -327,3 +327,16 @@ def test_an_image_plane_through_a_slit_is_refused():
     fields = SLITS | {"slit_directions": [[0, 1, 0], [1, 0, 0]], "image_distance": 2}
     with pytest.raises(InputError, match=r"field 'image_distance'.*holds a slit"):
         XSlitsCamera(**fields)
+
+
+def test_centrality_is_the_distance_of_lines_from_their_middle_all_ways():
+    """Pairs of lines to both sides of a point, 3 and 4 mm off across each other."""
+    rng, middle = np.random.default_rng(10), np.array([5.0, -2.0, 7.0])
+    first = np.linalg.qr(rng.normal(size=(40, 3, 3)))[0]
+    d = first[:, :, 2]
+    off = 3 * first[:, :, 0] + 4 * first[:, :, 1]
+    along = rng.uniform(-9, 9, (80, 1)) * np.concatenate([d, d])
+    origins = middle + np.concatenate([off, -off]) + along
+    rays = Rays(origins, np.concatenate([d, d]), np.ones(80, bool))
+    np.testing.assert_allclose(closest_point(rays), middle, atol=1e-9)
+    assert centrality(rays) == pytest.approx(5.0)

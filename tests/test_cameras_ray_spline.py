@@ -204,3 +204,13 @@ def test_what_makes_no_such_camera_is_named(name):
     with pytest.raises(InputError, match=message) as fault:
         RaySplineCamera(**fields | {"width": W, "height": H} | change)
     assert "\n" not in str(fault.value)
+
+
+def test_no_field_is_steeper_than_the_bound_that_rises_along_both_axes_at_once():
+    """Four slopes of 0.4 px per px along both axes; at their foot the field is zero."""
+    v, u = np.mgrid[:13, :13] - 6.0
+    height = 0.4 * SPACING * np.maximum(5 - np.abs(u) - np.abs(v), 0)
+    control = np.stack([height, 0 * height], axis=2)
+    assert steepest(control, SPACING) == pytest.approx(0.4 * np.sqrt(2))
+    _, slopes = field_at(np.array([[6.0, 6]]) * SPACING, control, SPACING)
+    assert np.linalg.norm(slopes[0], ord=2) == pytest.approx(0.4 * np.sqrt(2))
