@@ -10,7 +10,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration import adjust_consistent, relax_centrality
+from raxel.calibration import (
+    adjust_consistent,
+    rays_from_known_motion,
+    relax_centrality,
+)
 from raxel.calibration.smooth.table import _displacements
 from raxel.cameras import GeneralCamera
 from raxel.cameras.core.smooth_rays import SmoothRays
@@ -80,6 +84,12 @@ def free_lines():
     return lines.T_base_grid, lines.directions, lines.origins
 
 
+def known_motion():
+    _, T, _, points = scene(3, grids=4, count=60)
+    points = points + np.random.default_rng(4).normal(0, 0.01, points.shape)
+    return tuple(rays_from_known_motion(points, T))
+
+
 def smooth_grid():
     rays = SmoothRays(FISHEYE).grid(np.arange(0.0, W, 3), np.arange(0.0, H, 3))
     return tuple(rays)
@@ -130,6 +140,7 @@ CASES = {
         70,
         lambda: board_view().whole_pixels(300, 240, 3),
     ),
+    "known motion": ("raxel.calibration.generic.known_motion.BLOCK", 7, known_motion),
     "free lines": ("raxel.calibration.adjust.free_lines.BLOCK", 7, free_lines),
     "displacements": (
         "raxel.calibration.smooth.table.BLOCK",
