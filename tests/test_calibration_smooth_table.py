@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from raxel.calibration.smooth import table as smooth_module
+from raxel.calibration.smooth import trend as smooth_trend
 from raxel.calibration.smooth.prior import TIE, free_polynomials, penalty_matrix
 from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
 from raxel.calibration.smooth.table import smoothed_rays, smoothed_table
@@ -277,3 +278,11 @@ def test_a_ray_of_large_weight_is_wrong_where_one_of_small_weight_is_right():
     # Nothing is wrong by a twentieth of a pixel, of whatever weight.
     values = np.where(np.arange(count)[:, None] % 9, 1e-4, 0.05) * np.ones(2)
     assert smooth_module._near(field, pixels, values, weights).all()
+
+
+@pytest.mark.parametrize(("share", "passes"), [(0.9, False), (1.1, True)])
+def test_a_law_passes_pi_where_the_image_reaches_farther(share, passes):
+    """r = 50 (theta + theta^3 / 100) px from the middle, the corners so far away."""
+    values = np.array([0, 0, 0, 7.0, 9.0, np.log(50), np.log(50), 1.0, 0.01])
+    corner = share * 50 * (np.pi + np.pi**3 / 100)
+    assert smooth_trend._passes_pi(values, np.array([[7.0, 9 + corner]])) == passes

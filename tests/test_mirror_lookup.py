@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.lookup import BoundaryTable, described
+from raxel.calibration.mirror.lookup import (
+    SAME_DEG,
+    BoundaryTable,
+    _sees_alike,
+    described,
+)
 from raxel.calibration.mirror.sightings import normalised
 from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
 from raxel.errors import InputError
@@ -114,3 +119,11 @@ def test_shapes_of_another_viewer_are_refused(cameras):
     )
     with pytest.raises(InputError, match="camera 1 has another viewer"):
         BoundaryTable([edges(0.0), edges(2.0)], [first, moved])
+
+
+@pytest.mark.parametrize(("times", "alike"), [(0.5, True), (2.0, False)])
+def test_viewers_are_alike_to_a_millionth_of_a_degree(times, alike):
+    moved = VIEWER.K.copy()
+    moved[0, 2] += VIEWER.K[0, 0] * np.radians(times * SAME_DEG)
+    other = PerspectiveCamera(moved, VIEWER.radial, VIEWER.width, VIEWER.height)
+    assert _sees_alike(VIEWER, other) == alike

@@ -1,13 +1,19 @@
 """Result files of mirror sets that are wrong in one way each, and the command."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from raxel.cameras import Rays
 from raxel.cli import main
 from raxel.errors import InputError
-from raxel.evaluation.mirror_result import read_mirror_result, write_mirror_result
+from raxel.evaluation.mirror_result import (
+    read_mirror_result,
+    sampled_result,
+    write_mirror_result,
+)
 from raxel.files import read_json
 from tests.scored_mirrors import true_mirror, true_result, write_scored_set
 
@@ -205,3 +211,23 @@ def test_a_picture_ends_half_a_pixel_beyond_its_outermost_centres(tmp_path):
         np.savez(path, **fields(stage0__pixels=with_row(given, beyond)))
         with pytest.raises(InputError, match="outside a picture of 320 x 240 px"):
             read_mirror_result(path)
+
+
+def test_a_result_has_of_each_pixel_its_own_ray_and_its_viewers_own():
+    """Every second pixel has a ray, and every third a viewer's."""
+    pixels = np.column_stack([np.arange(30.0), 2 * np.arange(30.0)])
+
+    def camera(every):
+        own = np.arange(30) % every == every - 1
+        at = np.where(own[:, None], np.column_stack([pixels, np.arange(30)]), np.nan)
+        return SimpleNamespace(rays=lambda _: Rays(at, at + 1, own))
+
+    seen = camera(2)
+    seen.viewer = camera(3)
+    found = sampled_result(SimpleNamespace(name="a", size=(40, 80)), [seen], pixels)
+    rays = found.stages[0].rays
+    assert len(rays.pixels) == 15
+    np.testing.assert_array_equal(rays.pixels, rays.origins[:, :2])
+    np.testing.assert_array_equal(rays.pixels, rays.directions[:, :2] - 1)
+    assert len(found.viewer[0]) == 10
+    np.testing.assert_array_equal(found.viewer[0], found.viewer[1][:, :2] - 1)
