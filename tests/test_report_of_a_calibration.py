@@ -216,3 +216,13 @@ def test_coverage_counts_boards_and_marks_where_rays_end():
     assert colour(110, 70) == (222, 165, 100)
     assert colour(280, 200) == (255, 255, 255)
     assert colour(199.7, 70) == (0, 120, 255)
+
+
+@pytest.mark.parametrize("size", [(300, 200), (3000, 2000)])
+def test_the_image_fills_the_picture_from_rim_to_rim(size):
+    """Rims lie half a pixel beyond the outermost centres, in both."""
+    canvas = Canvas(*size)
+    whole = np.array(canvas.picture.shape[1::-1])
+    ends = canvas.place([[-0.5, -0.5], np.array(size) - 0.5])
+    np.testing.assert_allclose(ends, [[-0.5, -0.5], whole - 0.5], atol=0.5)
+    np.testing.assert_array_equal(ends[0], -0.5)
