@@ -170,6 +170,19 @@ def test_a_line_that_stands_in_for_the_clamp_is_held_as_far_as_it_moves(quantity
     assert (fixed_line(still, line).slope_sd < 0.01 * clamp.slope_sd).all()
 
 
+def test_a_line_that_is_off_by_its_deviation_is_held_as_one_so_far_from_the_clamp():
+    """0.01 in the picture are some mm on the mirror, others at each of its points."""
+    camera, off = plane_camera("distance"), 0.01
+    line = clamp_line(VIEWER, picks_on_line())
+    pushed = {"length": 150.0, "deflection": 15.0}
+    found = fixed_line(camera, line._replace(offset_sd=off), **pushed)
+    at = [camera.mirror.points(found.points + way * found.u) for way in (0, 1e-5)]
+    for k, mm in enumerate(np.linalg.norm(at[1] - at[0], axis=1) * off / 1e-5):
+        hidden = fixed_line(camera, line._replace(offset_sd=0.0), hidden=mm, **pushed)
+        assert found.value_sd[k] == pytest.approx(hidden.value_sd[k], rel=1e-3)
+        assert found.slope_sd[k] == pytest.approx(hidden.slope_sd[k], rel=1e-3)
+
+
 @pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
 def test_the_mirror_it_was_read_from_keeps_what_is_fixed(quantity):
     camera, line = plane_camera(quantity), clamp_line(VIEWER, picks_on_line())
