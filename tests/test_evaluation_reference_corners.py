@@ -95,7 +95,8 @@ def test_a_reference_without_a_certain_corner_refutes_nothing():
 
 
 @pytest.mark.parametrize(
-    ("spread_px", "tolerance_px"), [(None, 1), (0.4, 1), (0.5, 1), (0.7, 1.4), (1, 2)]
+    ("spread_px", "tolerance_px"),
+    [(None, 1), (0.4, 1), (0.5, 1), (0.7, 1.4), (1, 2), (1.2, 1)],
 )
 def test_references_that_scatter_allow_twice_as_much(tmp_path, spread_px, tolerance_px):
     entry = {"corners": CORNERS.tolist(), "spread_max_px": spread_px}
