@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.checks import leftover
+from raxel.features.active_grid.checks import outliers
+from raxel.features.active_grid.checks import passing as passing_module
 from raxel.features.active_grid.checks.passing import passing, passing_warnings
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.layout import PASSED
@@ -162,7 +163,22 @@ def test_blocks_of_rows_make_no_difference(monkeypatch):
     one = scene()
     images = covered(one, ["phase-x-1", "phase-x-4"], 120)
     whole = asked(one, images)[1]
-    monkeypatch.setattr(leftover, "AT_ONCE", 7 * SIZE[0])
+    monkeypatch.setattr(outliers, "AT_ONCE", 7 * SIZE[0])
     parts = asked(one, images)[1]
     assert parts.pictures == whole.pictures
     np.testing.assert_array_equal(parts.mask, whole.mask)
+
+
+@pytest.mark.parametrize("grey", [20, 120])
+def test_of_large_pictures_every_third_pixel_says_where_to_look(grey, monkeypatch):
+    one = scene()
+    images = covered(one, ["phase-x-1", "gray-y-01"], grey)
+    whole = asked(one, images)[1]
+    monkeypatch.setattr(outliers, "WHOLE", 1000)
+    monkeypatch.setattr(passing_module, "WHOLE", 1000)
+    monkeypatch.setattr(outliers, "AT_ONCE", 5 * SIZE[0])
+    large = asked(one, images)[1]
+    assert set(large.pictures) == set(whole.pictures)
+    both = np.count_nonzero(large.mask & whole.mask)
+    assert both > 0.97 * np.count_nonzero(large.mask | whole.mask)
+    assert not asked(one, one.images)[1].mask[INNER].any()

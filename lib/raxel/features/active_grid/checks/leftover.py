@@ -13,43 +13,61 @@ import numpy as np
 
 ROUNDS = 6
 EXACT = 1e-9  # grey levels squared: pictures without noise leave what floats round
-AT_ONCE = 2**18  # pixels, of which each takes some 200 bytes meanwhile
 FEW = 2  # of the numbers by which harmonics change: those of small ones
 
 
 class Steps(NamedTuple):
-    """Of N steps of an axis: pictures (N,), light (N, H, W) float32, mean (H, W), size
-    alike, the modulation, and unit complex (H, W), which turns with the phase; usual: a
-    modulation, as a unit.
-    """
+    """N steps of an axis: their numbers in the stack and pictures (H, W); weights (N,)
+    complex and level (N,) that give the wave, which turns with the phase, and the mean;
+    usual: a modulation, as a unit."""
 
     axis: int
-    pictures: tuple[int, ...]
+    numbers: tuple[int, ...]
+    pictures: list
+    weights: np.ndarray
+    level: np.ndarray
+    usual: float
+
+    @classmethod
+    def of(cls, images, code, some):
+        """Those of an AxisCode; some: an index into pictures, of lit pixels."""
+        sine, cosine, level = code.sines.weights.astype(np.float32)
+        # Of step 0, whatever the offset.
+        turn = np.exp(2j * np.pi * code.sines.offset)
+        weights = ((cosine + 1j * sine) * turn).astype(np.complex64)
+        pictures = [images[k] for k in code.steps]
+        own = cls(code.axis, code.steps, pictures, weights, level, 1.0)
+        return own._replace(usual=float(np.median(own.at(some).size)))
+
+    def at(self, where):
+        """What is seen at an index into pictures, a tuple."""
+        light = np.array([picture[where] for picture in self.pictures], np.float32)
+        wave = np.tensordot(self.weights, light, 1)
+        size = np.abs(wave)
+        unit = wave / np.maximum(size, 1e-6)
+        shape = self.pictures[0].shape
+        v, u = np.ogrid[-1 : 1 : shape[0] * 1j, -1 : 1 : shape[1] * 1j]
+        x, y = (np.broadcast_to(one, shape)[where] for one in (u, v))
+        mean = np.tensordot(self.level, light, 1)
+        return Seen(light, mean, size, unit, x, y, self.usual)
+
+
+class Seen(NamedTuple):
+    """light (N, ...), mean and size (...), the modulation, and unit complex (...),
+    float32; x, y (...), place in the picture from -1 to 1; usual, as of Steps."""
+
     light: np.ndarray
     mean: np.ndarray
     size: np.ndarray
     unit: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
     usual: float
 
-    @classmethod
-    def of(cls, images, code, good):
-        light = np.array([images[k] for k in code.steps], np.float32)
-        sine, cosine, level = code.sines.weights.astype(np.float32)
-        wave = np.tensordot(cosine + 1j * sine, light, 1)
-        # Of step 0, whatever the offset.
-        wave *= np.complex64(np.exp(2j * np.pi * code.sines.offset))
-        size = np.abs(wave)
-        usual = float(np.median(size[good])) if good.any() else 1.0
-        unit = wave / np.maximum(size, 1e-6)
-        mean = np.tensordot(level, light, 1)
-        return cls(code.axis, code.steps, light, mean, size, unit, usual)
-
-    def shares(self, where):
-        """(11, ...): by what harmonics may change, at an index into pictures."""
-        height, width = self.mean.shape
-        v, u = np.ogrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
-        x, y = (np.broadcast_to(one, self.mean.shape)[where] for one in (u, v))
-        size, level = self.size[where] / self.usual, self.mean[where] / self.usual
+    def shares(self):
+        """(11, ...): by what harmonics may change."""
+        x, y = self.x, self.y
+        size, level = self.size / self.usual, self.mean / self.usual
         alike = size, level, size**2, size * level, level**2
         columns = np.ones_like(size), *alike, x, y, x * x, x * y, y * y
         return np.array(columns, np.float32)
@@ -82,20 +100,16 @@ def left_over(count):
     return waves * np.where(2 * m == count, 1, np.sqrt(2)) / np.sqrt(count)
 
 
-def blocks_of_rows(shape):
-    """Slices of rows with AT_ONCE pixels each, or a single row."""
-    high = max(1, AT_ONCE // shape[1])
-    return [slice(top, top + high) for top in range(0, shape[0], high)]
-
-
-def left_of(steps, transform, terms, rows):
-    """(M, rows, W) complex: what a transform of the steps leaves, less the terms."""
-    count = len(steps.light)
-    left = np.tensordot(transform, steps.light[:, rows], 1)
-    shares, size, unit = steps.shares(rows), steps.size[rows], steps.unit[rows]
+def left_of(seen, transform, terms):
+    """(M, ...) complex: what a transform of the steps leaves, less the terms."""
+    count = len(seen.light)
+    left, shares = np.tensordot(transform, seen.light, 1), seen.shares()
     for term, found in terms:
-        own = np.tensordot(found.astype(np.complex64), shares[: term.count], 1)
-        own *= size * power(unit, term.power)
+        even, odd = (
+            np.tensordot(part.astype(np.float32), shares[: term.count], 1)
+            for part in (found.real, found.imag)
+        )
+        own = (even + 1j * odd) * seen.size * power(seen.unit, term.power)
         left[term.m - 2] -= own.real if 2 * term.m == count else own
     if count % 2 == 0:
         left[-1].imag = 0
@@ -110,20 +124,18 @@ def power(unit, exponent):
     return found
 
 
-def response(steps, some):
+def response(seen):
     """(N,) light of each step less 1, and [(_Term, coefficients), ...], as most of some
-    pixels have them."""
-    count = len(steps.light)
-    transform, light = left_over(count), steps.light[:, *some]
-    size, unit = steps.size[some], steps.unit[some]
-    shares, terms = steps.shares(some), _terms(count)
+    pixels have them, which are Seen."""
+    count, light, size = len(seen.light), seen.light, seen.size
+    transform, shares, terms = left_over(count), seen.shares(), _terms(count)
     # All of them brighter is no difference, and would explain everything.
     columns = [
         transform[:, [k]] * light[k] - transform[:, [0]] * light[0]
         for k in range(1, count)
     ]
     for term in terms:
-        wave = size * power(unit, term.power)
+        wave = size * power(seen.unit, term.power)
         for share in shares[: term.count]:
             for one in (1, 1j):
                 column = np.zeros((len(transform), len(size)), complex)

@@ -21,7 +21,6 @@ from scipy.stats import chi2
 
 from raxel.features.active_grid.checks.leftover import (
     Steps,
-    blocks_of_rows,
     left_of,
     left_over,
     power,
@@ -29,14 +28,19 @@ from raxel.features.active_grid.checks.leftover import (
     response,
     robust,
 )  # fmt: skip
-from raxel.features.active_grid.layout import DARK, REACH, SATURATED
+from raxel.features.active_grid.checks.outliers import (
+    STRIDE,
+    WHOLE,
+    beyond_noise,
+    rows_near,
+    with_margin,
+)
+from raxel.features.active_grid.layout import DARK, SATURATED
 
-WINDOW = 2 * REACH + 1
 FITTED, MIN_FITTED = 4000, 1000  # pixels that the response is fitted to
-ROUNDED, DITHERED = 1 / 12, 1 / 4  # grey levels squared, see `_of_mean`
-SURE = 7  # standard deviations of what is left
 AROUND = 4  # px about such pixels that are left out as well: half covered ones
 TURNED = 0.75  # of the contrast; an edge behind a tone curve has 0.6 at most
+NEARLY_TURNED = 0.65
 MIN_PAIRS = 3  # of pictures and inverses: one of two is as likely as the other
 SMALLEST = np.ones((3, 3), np.uint8)
 EVERYWHERE = 0.5  # of all pixels: something else is wrong
@@ -70,16 +74,19 @@ def passing(images, codes, decoded):
     images: n pictures (H, W); codes: AxisCodes; decoded: their Decoded.
     """
     seen = ~np.isin(decoded.status, (DARK, SATURATED))
-    steps = [Steps.of(images, code, seen) for code in codes if len(code.steps) > 2]
     found, bands = [], [1.0, 1.0]
-    for own in steps:
-        passed, bands[own.axis] = _of_steps(own, seen, decoded.noise)
-        found.append(passed)
-    if len(steps) == 2:
-        # Where one axis has told already, the means tell of it.
-        alone = [one for one, own in zip(steps, found, strict=True) if own is not None]
-        named = alone if len(alone) == 1 else steps
-        found.append(_of_means(*steps, seen, decoded.noise, named))
+    lit = np.flatnonzero(seen)
+    if len(lit) >= MIN_FITTED:
+        some = np.unravel_index(lit[:: -(-len(lit) // FITTED)], seen.shape)
+        steps = [Steps.of(images, code, some) for code in codes if len(code.steps) > 2]
+        for own in steps:
+            passed, bands[own.axis] = _of_steps(own, some, seen, decoded.noise)
+            found.append(passed)
+        if len(steps) == 2:
+            # Where one axis has told already, the means tell of it.
+            told = [own for own, it in zip(steps, found, strict=True) if it]
+            named = told if len(told) == 1 else steps
+            found.append(_of_means(*steps, some, seen, decoded.noise, named))
     found.append(_of_bits(images, codes, seen))
     mask, pictures = np.zeros(seen.shape, bool), []
     for own in found:
@@ -116,108 +123,69 @@ def _any_of(names):
     return " or ".join(names)
 
 
-def _of_steps(steps, good, noise):
+def _of_steps(steps, some, good, noise):
     """What steps of a sine leave besides it, as Passing, or None, and by how much bands
     of light make it more than noise."""
-    count = len(steps.light)
-    some = np.argwhere(good)
-    if count < 4 or len(some) < MIN_FITTED:
+    count = len(steps.pictures)
+    if count < 4:
         return None, 1.0
-    some = tuple(some[:: -(-len(some) // FITTED)].T)
-    gains, terms = response(steps, some)
+    gains, terms = response(steps.at(some))
     transform = (left_over(count) * (1 - gains)).astype(np.complex64)
-    left = np.empty((len(transform), *good.shape), np.complex64)
-    for rows in blocks_of_rows(good.shape):
-        left[:, rows] = left_of(steps, transform, terms, rows)
-    variance = noise.at(steps.mean).astype(np.float32)
-    mask = np.zeros(good.shape, bool)
-    for size in (1, WINDOW):
-        means, known = _means(left, good, size)
-        squares = np.sum(np.abs(means) ** 2, axis=0) / _of_mean(variance, known)
-        mask |= _beyond(squares, good, count - 3)
-    bands = _bands(left, good, variance, _usual(squares, good, count - 3))
-    named = _named(mask, good, lambda where: _by_steps(steps, left[:, *where]))
-    return named, bands
+
+    def asked(where):
+        seen = steps.at(where)
+        left = left_of(seen, transform, terms)
+        return left, noise.at(seen.mean).astype(np.float32)
+
+    found = beyond_noise(asked, good, count - 3)
+    named = _named(found.mask, good, lambda where: _by_steps(count, asked(where)[0]))
+    if named is not None:
+        numbers = [tuple(steps.numbers[k] for k in some) for some in named.pictures]
+        named = named._replace(pictures=tuple(numbers))
+    return named, _bands(found)
 
 
-def _bands(left, good, variance, of_windows):
-    """of_windows, where whole rows or columns are off by more than windows; else 1."""
-    if of_windows < WIDE:
+def _bands(found):
+    """By how much windows are off, where whole rows or columns are by more; else 1."""
+    if found.of_windows < WIDE:
         return 1.0
+    left, good = found.left, found.good
     freedom = 2 * len(left) - (not left[-1].imag.any())
     for along in (1, 0):
         known = good.sum(axis=along)
         long = known > MIN_LONG
         known = known.clip(1)
         means = np.sum(left * good, axis=along + 1) / known
-        due = np.sum(variance * good, axis=along) / known**2
+        due = np.sum(found.variance * good, axis=along) / known**2
         squares = np.sum(np.abs(means) ** 2, axis=0)[long] / due[long]
-        if long.any() and np.median(squares) > of_windows * chi2.median(freedom):
-            return of_windows
+        if long.any() and np.median(squares) > found.of_windows * chi2.median(freedom):
+            return found.of_windows
     return 1.0
 
 
-def _means(values, good, size):
-    """Means (K, H, W) over the good pixels of windows, and of how many they are."""
-    if size == 1:
-        return values * good, good.astype(np.float32)
-    window = {"ddepth": -1, "ksize": (size, size), "borderType": cv2.BORDER_CONSTANT}
-    known = cv2.boxFilter(good.astype(np.float32), normalize=False, **window)
-    sums = []
-    for one in values:
-        parts = cv2.merge([one.real * good, one.imag * good])
-        sums.append(cv2.boxFilter(parts, normalize=False, **window))
-    sums = np.array(sums)
-    return (sums[..., 0] + 1j * sums[..., 1]) / np.maximum(known, 1), known
-
-
-def _of_mean(variance, known):
-    """Variance of a mean of so many pixels. Where next to no noise is in the picture,
-    neighbours are rounded alike, and what is rounded is no smaller in their mean."""
-    alone = variance / np.maximum(known, 1)
-    return np.where(variance > DITHERED, alone, np.maximum(alone, ROUNDED))
-
-
-def _usual(squares, good, freedom):
-    """Squares of good pixels in those of noise."""
-    some = squares[good][:: 1 + np.count_nonzero(good) // 50_000]
-    return float(np.median(some) / chi2.median(freedom))
-
-
-def _beyond(squares, good, freedom):
-    """(H, W) bool: good pixels where squares are SURE beyond what most leave."""
-    limit = chi2.isf(chi2.sf(SURE**2, 1), freedom)
-    return good & (squares > limit * max(_usual(squares, good, freedom), 1))
-
-
-def _of_means(one, other, good, noise, named):
+def _of_means(one, other, some, good, noise, named):
     """Where the means of the steps along x and y differ, as Passing, or None."""
-    if np.count_nonzero(good) < MIN_FITTED:
-        return None
-    some = np.argwhere(good)
-    some = tuple(some[:: -(-len(some) // FITTED)].T)
 
-    def columns(where):
-        mean = (one.mean[where] + other.mean[where]) / 2
-        found = list(mean * one.shares(where)[OF_PLACE])
-        for own in (one, other):
-            wave = own.size[where] * power(own.unit[where], len(own.light))
-            found += [own.size[where], wave.real, wave.imag]
+    def columns(pair):
+        found = list((pair[0].mean + pair[1].mean) / 2 * pair[0].shares()[OF_PLACE])
+        for own in pair:
+            wave = own.size * power(own.unit, len(own.light))
+            found += [own.size, wave.real, wave.imag]
         return np.array(found)
 
-    difference = one.mean - other.mean
-    found = robust(difference[some][None], columns(some)[:, None])
-    left, found = difference.copy(), found.astype(np.float32)
-    for rows in blocks_of_rows(good.shape):
-        left[rows] -= np.tensordot(found, columns(rows), 1)
-    share = 1 / len(one.light) + 1 / len(other.light)
-    variance = share * noise.at(one.mean).astype(np.float32)
-    mask = np.zeros(good.shape, bool)
-    for size in (1, WINDOW):
-        means, known = _means(left[None].astype(np.complex64), good, size)
-        squares = means[0].real ** 2 / _of_mean(variance, known)
-        mask |= _beyond(squares, good, 1)
-    return _named(mask, good, lambda where: tuple(own.pictures for own in named))
+    pair = one.at(some), other.at(some)
+    difference = pair[0].mean - pair[1].mean
+    found = robust(difference[None], columns(pair)[:, None]).astype(np.float32)
+    share = 1 / len(one.pictures) + 1 / len(other.pictures)
+
+    def asked(where):
+        pair = one.at(where), other.at(where)
+        left = pair[0].mean - pair[1].mean - np.tensordot(found, columns(pair), 1)
+        variance = share * noise.at(pair[0].mean).astype(np.float32)
+        return left[None].astype(np.complex64), variance
+
+    mask = beyond_noise(asked, good, 1).mask
+    return _named(mask, good, lambda where: tuple(own.numbers for own in named))
 
 
 def _of_bits(images, codes, good):
@@ -225,21 +193,57 @@ def _of_bits(images, codes, good):
     pairs = [pair for code in codes for pair in code.bits if pair[1] is not None]
     if len(pairs) < MIN_PAIRS:
         return None
-    sums, most = [], np.zeros(good.shape, np.float32)
-    for light, dark in pairs:
-        light, dark = (images[k].astype(np.float32) for k in (light, dark))
-        sums.append(cv2.blur(light + dark, (3, 3)))
-        most = np.maximum(most, np.abs(light - dark))
-    low, high = np.minimum.reduce(sums), np.maximum.reduce(sums)
-    mask = good & (high - low > TURNED * most)
+    mask = np.zeros(good.shape, bool)
+    for rows in _rows_of_bits(images, pairs, good):
+        near, own = with_margin(rows, 1)
+        parts = [[images[k][near] for k in pair] for pair in pairs]
+        spread, most = _spread(parts, lambda light: cv2.blur(light, (3, 3)))
+        mask[rows] = good[rows] & (spread > TURNED * most)[own]
 
     def by_pairs(where):
-        own = np.array([one[where] for one in sums])
-        off = np.abs(own - np.median(own, axis=0)) > TURNED / 2 * most[where]
+        light = [[_about(images[k], where) for k in pair] for pair in pairs]
+        own, apart = np.sum(light, axis=1), np.abs(np.diff(light, axis=1))
+        off = np.abs(own - np.median(own, axis=0)) > TURNED / 2 * apart.max(axis=0)
         count = off.sum(axis=1)
         return tuple(pairs[k] for k in np.flatnonzero(count > 0.2 * count.max()))
 
     return _named(mask, good, by_pairs)
+
+
+def _spread(pairs, smooth):
+    """How far apart the light of pictures and inverses together lies, smooth, and the
+    most that the two of a pair are apart; pairs: [(picture, inverse), ...]."""
+    low = high = most = None
+    for pair in pairs:
+        light, dark = (one.astype(np.float32) for one in pair)
+        own, apart = smooth(light + dark), np.abs(light - dark)
+        low = own if low is None else np.minimum(low, own)
+        high = own if high is None else np.maximum(high, own)
+        most = apart if most is None else np.maximum(most, apart)
+    return high - low, most
+
+
+def _rows_of_bits(images, pairs, good):
+    """Slices of rows in which a bit may have been turned over: all of a small picture;
+    those where the means of STRIDE x STRIDE pixels nearly say so of a large one."""
+    if good.size <= WHOLE:
+        return [slice(0, len(good))]
+    size = good.shape[1] // STRIDE, good.shape[0] // STRIDE
+    small = (
+        [cv2.resize(images[k], size, interpolation=cv2.INTER_AREA) for k in pair]
+        for pair in pairs
+    )
+    spread, most = _spread(small, lambda light: light)
+    middle = slice(STRIDE // 2, None, STRIDE)
+    lit = good[middle, middle][: size[1], : size[0]]
+    return rows_near(lit & (spread > NEARLY_TURNED * most), good.shape)
+
+
+def _about(picture, where):
+    """(P,) means of the 3 x 3 pixels about some."""
+    v, u = (np.array(at)[:, None] + np.arange(-1, 2) for at in where)
+    v, u = (at.clip(0, n - 1) for at, n in zip((v, u), picture.shape, strict=True))
+    return picture[v[:, :, None], u[:, None, :]].mean(axis=(1, 2), dtype=float)
 
 
 def _named(mask, good, pictures):
@@ -253,9 +257,8 @@ def _named(mask, good, pictures):
     return Passing(mask, pictures(where))
 
 
-def _by_steps(steps, left):
-    """((picture, ...), ...): the fewest that explain what is left (M, P)."""
-    count = len(steps.light)
+def _by_steps(count, left):
+    """((step, ...), ...): the fewest of N steps that explain what is left (M, P)."""
     own = real(left_over(count), count)
     left = real(left, count)
     for many in range(1, min(2, count - 4) + 1):
@@ -265,5 +268,5 @@ def _by_steps(steps, left):
             shares.append((np.sum((basis.T @ left) ** 2), some))
         best, some = max(shares)
         if best > EXPLAINED * np.sum(left**2):
-            return tuple((steps.pictures[k],) for k in some)
-    return (tuple(steps.pictures),)
+            return tuple((k,) for k in some)
+    return (tuple(range(count)),)
