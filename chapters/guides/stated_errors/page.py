@@ -154,7 +154,7 @@ def ext_stated_record(effort):
 # show_table("ext_stated_calibration", digits=3)
 
 # %% [markdown]
-# Each row is some tens of drawn sets of photographs. *Shape used*: the board's bends,
+# Each row is 20 to 120 drawn sets of photographs. *Shape used*: the board's bends,
 # twist or stretch were fitted with the camera, since the photographs asked for it.
 # *Board's corners lie elsewhere*: all photographs together say that some corners are
 # not where the board has them, in a form that is no bend and no stretch.
