@@ -182,3 +182,14 @@ def test_of_large_pictures_every_third_pixel_says_where_to_look(grey, monkeypatc
     both = np.count_nonzero(large.mask & whole.mask)
     assert both > 0.97 * np.count_nonzero(large.mask | whole.mask)
     assert not asked(one, one.images)[1].mask[INNER].any()
+
+
+def test_the_dark_beside_the_monitor_is_not_asked():
+    """Its noise is larger than that of the light, and is taken for bands."""
+    one = drawn(size=(320, 240), noise=2.0, blur=1.0, share=0.4, steps=4)
+    dark = ~np.isfinite(one.true[..., 0])
+    noise = np.random.default_rng(5).normal(0, 17, (len(one.images), dark.sum()))
+    one.images[:, dark] = np.clip(np.rint(one.images[:, dark] + noise), 0, 255)
+    found, passed = asked(one, one.images)
+    assert passed.bands == (1.0, 1.0)
+    assert not (passed.mask & found.mask).any()

@@ -94,8 +94,8 @@ def test_a_brighter_picture_is_the_file_of_more_light():
 
 
 def test_wells_that_overflow_take_no_corners():
-    """At the edges of the Gray code they look like a blur, and widen the margin that
-    the decoder chooses by more than a square: it leaves the outermost corners out.
+    """At the edges of the Gray code they are taken for no blur, which would widen the
+    margin that the decoder chooses by more than a square: the outermost corners stay.
     """
     rig = rig_named("monitor-d200-small")
     poses = rig.draw_poses(np.random.default_rng(0), len(rig.poses.names))
@@ -105,8 +105,10 @@ def test_wells_that_overflow_take_no_corners():
     found = pixels_of(sweeps.location_of(bright, patterns, rig.target), points)
     assert np.isfinite(found).all()
     chosen = decode(np.asarray(bright, np.uint16), patterns, rig.target)
-    assert chosen.margin_px > 2 * sweeps.MARGIN_PX
-    assert np.isnan(pixels_of(chosen.location, points)[:, 0]).sum() >= 4 * 14
+    assert chosen.margin_px == sweeps.MARGIN_PX
+    # Those that overflow are clipped, and left out as such.
+    kept = np.isfinite(pixels_of(chosen.location, points)[:, 0])
+    assert kept.mean() > 0.5
 
 
 def test_each_level_is_run_once_and_the_sweeps_meet():

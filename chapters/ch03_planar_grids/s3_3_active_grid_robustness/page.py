@@ -244,10 +244,8 @@ def over_all_pixels(effort):
 # grow along their columns, and corners move with them. Sines are clipped at
 # their crests; corners lie half way up. The decoder that this repository
 # recommends would leave clipped pixels out; here it does not, as the thesis
-# masks nothing. It would also leave out a wide margin within the rim of the
-# monitor: it takes the overflow at edges of the Gray code for a blur of 5 px
-# and more, and all that such a blur reaches would go, the outermost corners
-# with it. So the margin is fixed here, at what it is in sharp pictures. The
+# masks nothing. The margin within the rim of the monitor is fixed at what it is
+# in sharp pictures, as overflow at edges of the Gray code is no blur. The
 # table of exposures photographs anew what the sweeps reckon from finished
 # files; both agree. The test of blooming in
 # [3.2.2](s2_2_active_grids.ipynb) asks at corners too, in smaller pictures

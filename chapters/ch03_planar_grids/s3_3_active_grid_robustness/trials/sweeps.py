@@ -55,9 +55,8 @@ GAIN = 4 / 3
 WINDOW_PX, BLUR_SHARE, LEAST_WINDOW_PX = 15, 2 / 15, 5
 # Fewer corners than this share, and a method has failed.
 LEAST_FOUND = 0.5
-# Left out at the rim of the lit area, as the decoder does in sharp pictures. Its own
-# margin follows the blur at edges of the Gray code, and wells that overflow there look
-# like a blur of several px.
+# Left out at the rim of the lit area, as the decoder does in sharp pictures, at every
+# level: its own margin follows the blur at edges of the Gray code.
 MARGIN_PX = 6
 SETTINGS = {
     "corners": [15, 15],

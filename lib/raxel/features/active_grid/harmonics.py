@@ -14,12 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.features.active_grid.layout import BRIGHT, LIT
 from raxel.features.active_grid.reading import MIN_MODULATION
 
 SAMPLES = 50_000  # pixels, for a mean
-# Of the modulation of bright pixels: less is the dark beside the monitor, where noise
-# has harmonics of every kind, or light that tells little.
-LIT, BRIGHT = 0.2, 99
 PARTS = 3  # along each side of the picture
 # a_2 / a_1 of the powers 0.03 and 4: responses have less.
 MOST = 0.48, 0.5

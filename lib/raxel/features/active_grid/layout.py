@@ -12,6 +12,9 @@ DECODED, FILLED, DARK, SATURATED, UNREADABLE = range(5)
 ALONE, BESIDE, RIM, BREAK, PASSED = range(5, 10)
 
 UNKNOWN = 65535  # in CodePlan.orders: no cell
+# Of the modulation of bright pixels: less is the dark beside the monitor, where noise
+# has harmonics of every kind, or light that tells little.
+LIT, BRIGHT = 0.2, 99
 REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
 SQUARE = 32  # px; in each such square of the picture a bias is taken as the same

@@ -49,10 +49,10 @@ class Steps(NamedTuple):
         v, u = np.ogrid[-1 : 1 : shape[0] * 1j, -1 : 1 : shape[1] * 1j]
         x, y = (np.broadcast_to(one, shape)[where] for one in (u, v))
         mean = np.tensordot(self.level, light, 1)
-        return Seen(light, mean, size, unit, x, y, self.usual)
+        return SeenSteps(light, mean, size, unit, x, y, self.usual)
 
 
-class Seen(NamedTuple):
+class SeenSteps(NamedTuple):
     """light (N, ...), mean and size (...), the modulation, and unit complex (...),
     float32; x, y (...), place in the picture from -1 to 1; usual, as of Steps."""
 
@@ -126,7 +126,7 @@ def power(unit, exponent):
 
 def response(seen):
     """(N,) light of each step less 1, and [(_Term, coefficients), ...], as most of some
-    pixels have them, which are Seen."""
+    pixels have them, which are SeenSteps."""
     count, light, size = len(seen.light), seen.light, seen.size
     transform, shares, terms = left_over(count), seen.shares(), _terms(count)
     # All of them brighter is no difference, and would explain everything.

@@ -35,7 +35,7 @@ from raxel.features.active_grid.checks.outliers import (
     rows_near,
     with_margin,
 )
-from raxel.features.active_grid.layout import DARK, SATURATED
+from raxel.features.active_grid.layout import BRIGHT, DARK, LIT, SATURATED
 
 FITTED, MIN_FITTED = 4000, 1000  # pixels that the response is fitted to
 AROUND = 4  # px about such pixels that are left out as well: half covered ones
@@ -75,18 +75,19 @@ def passing(images, codes, decoded):
     """
     seen = ~np.isin(decoded.status, (DARK, SATURATED))
     found, bands = [], [1.0, 1.0]
-    lit = np.flatnonzero(seen)
-    if len(lit) >= MIN_FITTED:
-        some = np.unravel_index(lit[:: -(-len(lit) // FITTED)], seen.shape)
-        steps = [Steps.of(images, code, some) for code in codes if len(code.steps) > 2]
+    of_sines = [code for code in codes if len(code.steps) > 2]
+    lit = seen & _lit(images, of_sines, seen)
+    if np.count_nonzero(lit) >= MIN_FITTED:
+        some = _some(lit)
+        steps = [Steps.of(images, code, some) for code in of_sines]
         for own in steps:
-            passed, bands[own.axis] = _of_steps(own, some, seen, decoded.noise)
+            passed, bands[own.axis] = _of_steps(own, some, lit, decoded.noise)
             found.append(passed)
         if len(steps) == 2:
             # Where one axis has told already, the means tell of it.
             told = [own for own, it in zip(steps, found, strict=True) if it]
             named = told if len(told) == 1 else steps
-            found.append(_of_means(*steps, some, seen, decoded.noise, named))
+            found.append(_of_means(*steps, some, lit, decoded.noise, named))
     found.append(_of_bits(images, codes, seen))
     mask, pictures = np.zeros(seen.shape, bool), []
     for own in found:
@@ -96,6 +97,25 @@ def passing(images, codes, decoded):
                 pictures += own.pictures
             mask |= _around(own.mask)
     return Passing(mask, tuple(dict.fromkeys(pictures)), tuple(bands))
+
+
+def _lit(images, codes, seen):
+    """(H, W) bool: pixels that see the monitor's sines along x or y. In the dark beside
+    it noise is not what it is where there is light."""
+    stride = 1 if seen.size <= WHOLE else STRIDE
+    every = (slice(None, None, stride),) * 2
+    lit = np.zeros(seen[every].shape, bool)
+    for code in codes if seen.any() else ():
+        size = Steps.of(images, code, _some(seen)).at(every).size
+        lit |= size > LIT * np.percentile(size[seen[every]], BRIGHT)
+    height, width = seen.shape
+    return lit.repeat(stride, axis=0).repeat(stride, axis=1)[:height, :width]
+
+
+def _some(good):
+    """An index of FITTED pixels that count, or of all."""
+    found = np.flatnonzero(good)
+    return np.unravel_index(found[:: -(-len(found) // FITTED)], good.shape)
 
 
 def _around(mask):
