@@ -11,6 +11,7 @@ from raxel.cli import main
 from raxel.evaluation.stability import Division
 from raxel.report.canvas import Canvas
 from raxel.report.folder import new_report
+from raxel.report.page import _beside
 from raxel.report.pictures import (
     ArrowScale,
     corner_picture,
@@ -226,3 +227,16 @@ def test_the_image_fills_the_picture_from_rim_to_rim(size):
     ends = canvas.place([[-0.5, -0.5], np.array(size) - 0.5])
     np.testing.assert_allclose(ends, [[-0.5, -0.5], whole - 0.5], atol=0.5)
     np.testing.assert_array_equal(ends[0], -0.5)
+
+
+@pytest.mark.parametrize(
+    ("as_stated", "told"),
+    [
+        (True, "where they are taken to be (p = 0.0002)"),
+        (False, "number 1, from 0, is 0.13 mm off (p = 0.0002)"),
+    ],
+)
+def test_where_corners_of_the_board_lie_has_a_unit(as_stated, told):
+    offsets = [[0.0, 0.0, 0.0], [0.03, 0.04, 0.12]]
+    found = {"as_stated": as_stated, "p_value": 2e-4, "worst": 1, "offsets": offsets}
+    assert _beside(found, "mm") == told

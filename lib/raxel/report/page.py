@@ -133,7 +133,8 @@ def _numbers(image_set, result):
     yield f"Stated of single {point}s", told(misfit["stated_sd_px"], ".3f", " px")
     yield from _shape(result["board_shape"], target, result["unit"])
     if (corners := result["board_corners"]) is not None:
-        yield f"{target.capitalize()}: {point}s beside these", _beside(corners)
+        name = f"{target.capitalize()}: {point}s"
+        yield name, _beside(corners, result["unit"])
     if of := result["wrong_points_of"]:
         counts = ", ".join(f"{name}: {n}" for name, n in of.items())
         yield f"{point.capitalize()}s without weight", counts
@@ -168,15 +169,13 @@ def _shape(found, target, unit):
         )
 
 
-def _beside(corners):
+def _beside(corners, unit):
     """Whether corners lie where they are taken to be, in words."""
     if corners["as_stated"]:
         return f"where they are taken to be (p = {corners['p_value']:.2g})"
     number = corners["worst"]
-    return (
-        f"number {number} is {math.hypot(*corners['offsets'][number]):.2g} off (p = "
-        f"{corners['p_value']:.2g})"
-    )
+    off, p_value = math.hypot(*corners["offsets"][number]), corners["p_value"]
+    return f"number {number}, from 0, is {off:.2g} {unit} off (p = {p_value:.2g})"
 
 
 def _vote(size):
