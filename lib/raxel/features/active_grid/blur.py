@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from scipy.special import erfinv, ndtri
 
-from raxel.features.active_grid.layout import REACH
+from raxel.features.active_grid.layout import REACH, TURNED
 
 SAMPLES = 10_000  # pixels looked at for edges, all over the picture
 REACH_PX = 12  # of the patch around an edge
@@ -26,7 +26,6 @@ AREAS = 3  # along each side of the picture, each with a blur of its own
 EDGES = 6  # of each area
 MIN_PIXELS = 100  # of an area, or of the whole picture where no area has so many
 DARK_BELOW = 7  # deviations of the noise: contrasts that the decoder takes for none
-TURNED = 0.75  # of the contrast, as of `checks.passing`
 FARTHEST = 3  # standard deviations of the blur, beyond which there is no light
 
 

@@ -35,11 +35,10 @@ from raxel.features.active_grid.checks.outliers import (
     rows_near,
     with_margin,
 )
-from raxel.features.active_grid.layout import BRIGHT, DARK, LIT, SATURATED
+from raxel.features.active_grid.layout import BRIGHT, DARK, LIT, SATURATED, TURNED
 
 FITTED, MIN_FITTED = 4000, 1000  # pixels that the response is fitted to
 AROUND = 4  # px about such pixels that are left out as well: half covered ones
-TURNED = 0.75  # of the contrast; an edge behind a tone curve has 0.6 at most
 NEARLY_TURNED = 0.65
 MIN_PAIRS = 3  # of pictures and inverses: one of two is as likely as the other
 SMALLEST = np.ones((3, 3), np.uint8)
