@@ -1,0 +1,59 @@
+"""`raxel evaluate --board`: a shape that is not of the set's board is refused."""
+
+import json
+
+import pytest
+
+from raxel.cli import main
+from tests.made_sets import COLUMNS, PINHOLE, ROWS, boards_of, write_made_set
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "told"),
+    [
+        ("size", [160, 0], "board_shape.size[1]: found 0; give a length larger than 0"),
+        ("size", [80, 120], "board_shape: found one from (40, 0) to (120, 120), and"),
+        (
+            "middle",
+            [900, 0],
+            "board_shape: found one from (820, -60) to (980, 60), and",
+        ),
+        ("corners", [8, 5], "board_shape.corners: found 8 x 5 corners, and the set"),
+        (
+            "corners",
+            None,
+            "board_shape.corners: found a monitor, and the set has 9 x 7",
+        ),
+        (
+            "stretch",
+            {"value": -1, "used": True},
+            "board_shape: found bends or a stretch",
+        ),
+        (
+            "bend_y",
+            {"value": 40, "used": True},
+            "board_shape: found bends or a stretch",
+        ),
+        ("twist", {"value": "2", "used": True}, "board_shape.twist.value: found '2'"),
+        ("unit", "pitch", "unit: found 'pitch', and the set is in mm"),
+        ("board_shape", [], "board_shape: found a list"),
+        ("board_shape", "left out", "board_shape: missing"),
+    ],
+)
+def test_a_shape_that_is_not_of_this_board(tmp_path, capsys, field, value, told):
+    folder, corners = write_made_set(tmp_path / "set", boards_of(PINHOLE))
+    PINHOLE.save(tmp_path / "camera.npz")
+    term = {"value": 0.1, "used": True}
+    shape = dict.fromkeys(("bend_x", "bend_y", "twist", "stretch"), term)
+    shape |= {"middle": [80, 60], "size": [160, 120], "corners": [COLUMNS, ROWS]}
+    data = {"unit": "mm", "board_shape": shape}
+    (data if field in data else shape)[field] = value
+    if value == "left out":
+        del data[field]
+    path = tmp_path / "result.json"
+    path.write_text(json.dumps(data))
+    command = ["evaluate", tmp_path / "camera.npz", folder, "--corners", corners]
+    assert main([*map(str, command), "--board", str(path)]) == 2
+    printed = capsys.readouterr().err
+    assert printed.startswith(f"raxel: {path}: {told}"), printed
+    assert printed.count("\n") == 1
