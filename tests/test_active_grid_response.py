@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from raxel.features.active_grid import decode
+from raxel.features.active_grid import decode, harmonics
 from raxel.features.active_grid.harmonics import bound_of_shares, harmonics_of_powers
+from raxel.features.active_grid.noise import Noise
 from raxel.features.active_grid.response import lower_quartile, response_warnings
 from raxel.features.active_grid.undoing import Ripple, undone
 from tests.active_grids import drawn
@@ -195,6 +197,20 @@ def answered(curve, dark=0.02):
     psi = 2 * np.pi * np.arange(1024) / 1024
     waves = np.fft.rfft(curve(dark + (1 - dark) * (1 + np.cos(psi)) / 2)).real
     return waves / waves[1]
+
+
+def test_a_bounded_ripple_shifts_as_a_sine_of_that_size_does(monkeypatch):
+    """Phases that a response shifts by a sine of 0.03 rad, in the mean over all."""
+    psi = np.linspace(0, 60, 600) + np.linspace(0, 9, 40)[:, None]
+    steps = 2 * np.pi * np.arange(6) / 6
+    images = [100 + 50 * np.cos(psi + step) for step in steps]
+    monkeypatch.setattr(harmonics, "bound_of_shares", lambda *_: 0.03)
+    found = harmonics.shift_bound(
+        SimpleNamespace(shape=psi.shape, images=images),
+        SimpleNamespace(steps=range(6), bits=()), Noise(1.0), 0.0,
+    )  # fmt: skip
+    due = np.sqrt(np.mean((0.03 * np.sin(6 * psi)) ** 2)) / (2 * np.pi)
+    assert found == pytest.approx(due, rel=0.01)
 
 
 def test_harmonics_of_powers():

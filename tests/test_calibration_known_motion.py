@@ -71,6 +71,18 @@ def test_two_points_give_their_join_and_its_pluecker_matrix():
     np.testing.assert_allclose(rays.pluecker(), join, atol=1e-9)
 
 
+def test_rays_of_many_grids_begin_on_the_first_that_they_see():
+    origins, directions = bundle(4)
+    T = grids(5, 4)
+    points = seen_on(origins, directions, T)
+    seen = np.ones(points.shape[:2], bool)
+    seen[0, ::2] = False
+    rays = rays_from_known_motion(points, T, seen)
+    first = [transform(T[k], np.c_[points[k], np.zeros(len(origins))]) for k in (0, 1)]
+    due = np.where(seen[0][:, None], *first)
+    np.testing.assert_allclose(rays.origins, due, atol=1e-8)
+
+
 def test_the_order_of_the_grids_gives_the_sense():
     origins, directions = bundle(3)
     T = grids(4, 3)

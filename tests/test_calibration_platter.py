@@ -6,6 +6,7 @@ import pytest
 from raxel.calibration.mirror.platter import (
     PlatterPicture,
     _Problem,
+    grid_motion,
     grid_poses_in_platter,
     platter_plane,
     reflected_pose,
@@ -15,6 +16,7 @@ from raxel.calibration.mirror.sightings import other_tilt, seen_pose, sighting
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import pose, rotate, transform, vector_from_rotation
 from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import cross_matrix
 from tests.mirror_scenes import THICKNESS, VIEWER, lattice, platter_scene, posed, view
 
 MIDDLE = np.array([120.0, 90.0])
@@ -46,6 +48,24 @@ def test_reflected_poses_are_proper_and_come_back():
     flat = on_plane(lattice(3, 4, 20.0))
     image = transform(reflection(plane), transform(found, flat))
     np.testing.assert_allclose(image, transform(T, flat), atol=1e-10)
+
+
+def test_a_turn_of_all_grids_about_the_camera_is_no_motion_between_them():
+    """Errors that two poses share, as a platter's plane makes them, move both alike."""
+    T = np.stack(
+        [posed([20, 10, -70], [30, 40, 600]), posed([5, 60, 25], [90, 9, 500])]
+    )
+    towards = np.swapaxes(T[:, :3, :3], 1, 2)
+    shift = -towards @ cross_matrix(T[:, :3, 3])
+    shared = np.concatenate([towards, shift], axis=1).reshape(12, 3)
+    little = 1e-14 * np.eye(12)
+    found = grid_motion(T, 1e-4 * shared @ shared.T + little, 0, 1, MIDDLE)
+    assert found.angle_sd < 1e-6
+    assert found.distance_sd < 1e-4
+    alone = np.zeros((12, 12))
+    alone[:6, :6] = 1e-4 * (shared @ shared.T)[:6, :6]
+    one = grid_motion(T, alone, 0, 1, MIDDLE)
+    assert one.angle_sd == pytest.approx(1e-2 * np.sqrt(3))
 
 
 @pytest.mark.parametrize("places", [1, 2])

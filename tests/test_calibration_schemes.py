@@ -131,6 +131,27 @@ def test_noise_in_the_plane_and_of_a_pose_weigh_alike():
     np.testing.assert_allclose(weights[:, 0], [100 / 4, 100 / 8, 100 / across])
 
 
+def test_a_turn_of_a_pose_moves_points_off_oblique_rays():
+    """By differences: what each turn and shift of a grid does to a point, across the
+    ray that sees it, on any side and at any slant."""
+    rng = np.random.default_rng(4)
+    T = pose(rotation_from_vector([0.3, -0.5, 0.7]), [20.0, -30.0, 150.0])
+    points, step = rng.uniform(-80, 80, (6, 2)), 1e-6
+    root = rng.normal(size=(6, 6)) * np.repeat([[1e-2], [1.0]], 3, axis=0)
+    weights = centroid_weights(
+        points[None], np.ones((1, 6), bool), np.zeros(3), T[None],
+        (root @ root.T)[None], 1e-9, "plane",
+    )[0]  # fmt: skip
+    seen = transform(T, on_plane(points))
+    length = np.linalg.norm(seen, axis=1)
+    across = np.eye(3) - seen[:, :, None] * seen[:, None] / length[:, None, None] ** 2
+    turns = [T @ pose(rotation_from_vector(step * e), np.zeros(3)) for e in np.eye(3)]
+    shifts = [pose(np.eye(3), step * e) @ T for e in np.eye(3)]
+    moves = [transform(U, on_plane(points)) - seen for U in turns + shifts]
+    off = across @ np.stack(moves, axis=2) / step @ root
+    np.testing.assert_allclose(weights, length / (off**2).sum((1, 2)) * 2, rtol=1e-4)
+
+
 def test_jacobian_of_concurrence_equals_differences():
     centre, T, _, points = exact_scene(4, count=30)
     rng = np.random.default_rng(0)

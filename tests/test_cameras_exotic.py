@@ -194,6 +194,14 @@ def test_points_before_the_axial_caustic_have_the_pixel_of_another_ray():
     assert along > caustic_reach(again)[0]
 
 
+def test_points_beyond_the_axial_caustic_are_seen_at_small_angles_too():
+    pixels = np.array([[33.0, 24.0], [38, 20], [45, 30]])
+    rays = AXIAL.rays(pixels)
+    reach = 1.05 * caustic_reach(rays)[:, None]
+    found = AXIAL.project(rays.origins + reach * rays.directions)
+    np.testing.assert_allclose(found.pixels, pixels, atol=1e-8)
+
+
 def caustic_reach(rays):
     """Where neighbouring axial rays meet: (N,) along them from the axis."""
     angle = np.arccos(rays.directions[:, 2])

@@ -65,6 +65,15 @@ def test_corners_are_followed_within_their_stated_error():
     assert not (found.lost & found.regained).any()
 
 
+def test_a_negative_of_a_film_is_followed_alike():
+    scene, flat, bent = film()
+    found = next_corners(flat.picture, bent.picture, flat.true, *scene.size)
+    negative = next_corners(
+        255 - flat.picture, 255 - bent.picture, flat.true, *scene.size
+    )
+    np.testing.assert_allclose(negative.corners, found.corners, atol=0.01)
+
+
 def test_flow_gone_astray_does_not_bend_the_flow_of_all():
     rng = np.random.default_rng(4)
     lattice = np.indices((9, 11)).reshape(2, -1).T

@@ -10,6 +10,7 @@ from raxel.evaluation.mirror_benchmark import (
     score_mirror,
     scored_pixels,
 )
+from raxel.evaluation.mirror_mistakes import check_points
 from raxel.evaluation.mirror_result import (
     SampledRays,
     StageAnswer,
@@ -267,6 +268,15 @@ def test_what_is_told_otherwise_than_asked_for_is_refused(name, mirror_set, trut
         score_mirror(mirror_set, changed(truth, change))
     assert fault in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("way", np.vstack([np.eye(3), -np.eye(3)]).tolist())
+def test_points_beside_the_sheet_are_refused_on_every_side(way):
+    camera = true_mirror(STAGES[0])
+    sheet = camera.mirror.point(camera.mirror.nodes().reshape(-1, 2))[0]
+    aside = sheet + 1.5 * camera.mirror.size.max() * np.array(way)
+    with pytest.raises(InputError, match=r"a: the points lie about .* and the mirror"):
+        check_points("a", transform(camera.T_viewer_mirror, aside), camera)
 
 
 def test_a_poor_result_is_scored(mirror_set, truth):

@@ -24,7 +24,7 @@ def test_a_window_is_that_part_of_the_whole_picture():
     rig = rig_named("ordinary-lens")
     scene = board_scene(rig.target, rig.draw_poses(np.random.default_rng(0), 1)[0])
     size = rig.camera.width, rig.camera.height
-    window = Crop(size[0] // 4, size[1] // 3, 160, 120, *size)
+    window = Crop(size[0] // 2, size[1] // 6, 160, 120, *size)
     whole = rig.laboratory().irradiance(scene, np.eye(4), window=window)
     part = windowed(rig, window)
     again = part.laboratory().irradiance(scene, np.eye(4))

@@ -277,6 +277,16 @@ def test_median_ratio_and_welch_agree_on_the_sign():
     assert stats.welch_less(large, small) > 0.99
 
 
+@pytest.mark.parametrize("statistic", ["median", "mean"])
+def test_pairs_are_drawn_together_into_a_ratio(statistic):
+    """What both trials of a pair share is no scatter of their ratio."""
+    trials = np.random.default_rng(3).lognormal(0, 1, 60)
+    both = stats.ratio_of(statistic, 1.2 * trials, trials, paired=True)
+    assert (both.low, both.high) == pytest.approx((1.2, 1.2))
+    apart = stats.ratio_of(statistic, 1.2 * trials, trials)
+    assert apart.low < 1 < 1.4 < apart.high
+
+
 FAILED = np.full(50, np.nan)
 GOOD = np.linspace(1.0, 2.0, 50)
 MOSTLY_FAILED = np.where(np.arange(50) < 30, np.nan, GOOD)
