@@ -9,7 +9,9 @@ import pytest
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features import find_board
+from raxel.features.boards import Board as Looked
 from raxel.features.boards import detect_boards
+from raxel.features.detector import Detection, refused
 from raxel.features.size_vote import agreed, votes_of
 from raxel.sets import load_set
 from tests.chessboards import Board, facing
@@ -100,6 +102,23 @@ def test_photographs_of_two_boards_are_refused_in_one_line(tmp_path, counts):
     assert "do not agree on the board's size: 7 x 5 in" in told
     assert "6 x 4 in" in told
     assert told.endswith("give columns and rows, or make a set for each board")
+
+
+def test_photographs_without_a_board_vote_for_none(tmp_path, monkeypatch):
+    """Most of them: of those that show one, all agree."""
+
+    def looked(image_set, detector, views, say=None):
+        return [Looked(view, refused(7, 5, "none"), None) for view in views]
+
+    monkeypatch.setattr("raxel.features.size_vote.detect_boards", looked)
+    empty = np.full((HEIGHT, WIDTH), 120, np.uint8)
+    image_set = written(tmp_path / "set", *4 * [empty])
+    first, *others = looked(image_set, "raxel", image_set.views)
+    first = first._replace(detection=Detection(True, np.zeros((35, 2)), 7, 5))
+    boards, vote = agreed(image_set, [first, *others], "raxel")
+    assert vote.votes == {(7, 5): ["view0.png"]}
+    assert vote.again == ["view1.png", "view2.png", "view3.png"]
+    assert [board.detection.found for board in boards] == [True, False, False, False]
 
 
 def test_nothing_is_voted_where_nothing_is_complete(tmp_path):
