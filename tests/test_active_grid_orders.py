@@ -12,6 +12,7 @@ from raxel.features.active_grid.checks.doubts import examine
 from raxel.features.active_grid.coding import phase_weights, places_apart, read_coding
 from raxel.features.active_grid.noise import Noise
 from raxel.features.active_grid.orders import _phases
+from raxel.features.active_grid.periods import Phases, fitted_periods
 from tests.active_grids import drawn, sines
 from tests.test_active_grid_doubts import facets
 
@@ -143,6 +144,22 @@ def test_sines_of_four_pixels_are_not_said_to_run_backwards():
     """Of windows that hold a period and a half the mean is turned round."""
     one = scene((1, 6, 40), 4, size=(200, 150), blur=0.4)
     assert not any("are in each other's place" in doubt.text for doubt in told(one))
+
+
+@pytest.mark.parametrize("periods", [(8, 9), (3, 20), (1, 5, 14)])
+def test_what_a_place_leaves_of_sines_is_their_noise_less_a_place(periods):
+    """Sums of squares in variances, of sines of unlike noise: one for each but one."""
+    rng, periods = np.random.default_rng(8), np.float32(periods)
+    sd = 0.002 * np.arange(1, len(periods) + 1)[::-1, None, None]
+    place = rng.uniform(0.2, 0.8, (40, 50))
+    turns = place * periods[:, None, None] + sd * rng.normal(size=(len(sd), 40, 50))
+    variances = np.broadcast_to(sd**2, turns.shape)
+    phases = Phases(
+        np.float32(turns % 1), np.float32(variances), np.ones(place.shape, bool)
+    )
+    found = fitted_periods(phases, periods)
+    assert found.left.mean() == pytest.approx(len(periods) - 1, rel=0.1)
+    np.testing.assert_allclose(found.place / periods[0], place, atol=0.03)
 
 
 def test_a_window_of_49_pixels_knows_its_phase_49_times_as_well():

@@ -82,6 +82,16 @@ def test_the_frames_belong_together(six_boards):
     )
 
 
+def test_a_board_twice_as_far_off_weighs_a_quarter(six_boards):
+    """Of those that were placed by rays; the first three count in full."""
+    _, found = six_boards
+    assert (found.weights[:3] == 1).all()
+    times = found.grid_rms_deg / np.sqrt(np.mean(found.grid_rms_deg[:3] ** 2))
+    assert times[3:].max() > 1.1
+    due = np.minimum(1, times[3:] ** -2.0)
+    np.testing.assert_allclose(found.weights[3:], due, rtol=1e-6)
+
+
 def test_boards_kept_out_are_predicted(six_boards):
     _, found = six_boards
     score = evaluate_camera(found.camera, views_of(board_poses(50, 3)))

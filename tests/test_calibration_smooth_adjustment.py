@@ -218,6 +218,22 @@ def test_boards_of_a_generic_start_stand_in_the_frame_of_its_trend(monkeypatch):
     np.testing.assert_allclose(start.T_camera_grid[0], T_lens_grid, atol=1e-12)
 
 
+def test_that_trend_is_taken_whose_best_field_predicts_best(monkeypatch):
+    """A spacing of cells that is not taken says nothing against its trend."""
+    held_out_px = {"one": {8: 0.9, 16: 0.2}, "other": {8: 0.3, 16: 0.4}}
+
+    def laid(name, *_):
+        return SimpleNamespace(
+            name=name, adjustment=SimpleNamespace(held_out_px=held_out_px[name])
+        )
+
+    monkeypatch.setattr(smooth_boards, "_lenses", lambda *_: (["other", "one"], []))
+    monkeypatch.setattr(smooth_boards, "_lens_start", lambda name: name)
+    monkeypatch.setattr(smooth_boards, "_laid", laid)
+    monkeypatch.setattr(smooth_boards, "_completed", lambda best, *_: best.name)
+    assert calibrate_spline([], W, H, rng=None) == "one"
+
+
 def test_one_board_and_boards_out_of_view_are_refused():
     _, seen, start, _ = scene(7, 0.1, count=2)
     with pytest.raises(CalibrationError, match="boards to adjust with: 1; two or more"):
