@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.features.active_grid import decode
-from raxel.features.active_grid.checks.doubts import clipped_at, examine
-from raxel.sets import plan_of_cells
+from raxel.features.active_grid.checks import edges
+from raxel.features.active_grid.checks.doubts import clipped_at
+from raxel.features.active_grid.coding import read_coding
 from tests.active_grids import drawn
 
 
@@ -24,13 +24,26 @@ def test_values_that_are_many_times_as_frequent_are_where_a_camera_stops(
         assert found == (200, pytest.approx(60 * times / image.size))
 
 
-@pytest.mark.parametrize(("offset", "moved"), [(0.003, False), (0.02, True)])
-def test_sines_may_begin_a_little_off_their_code_and_no_more(offset, moved):
-    """A fiftieth of a period is half a pixel here, and more than the blur explains."""
-    plans = [plan_of_cells((200, 144), 8, 5, begin) for begin in (offset, 0.0)]
-    one, stated = (
-        drawn(plan=plan, size=(240, 180), noise=0.3, blur=1.0, seed=2) for plan in plans
-    )
-    found = decode(one.images, stated.patterns, one.grid)
-    doubts = examine(one.images, stated.patterns, one.grid, found).doubts
-    assert [("something moved" in doubt.text) for doubt in doubts] == 2 * [True] * moved
+@pytest.mark.parametrize(
+    ("off", "noise", "blur_px", "moved"),
+    [
+        (0.003, 0.001, 1.0, False),  # so little a response may do
+        (0.02, 0.001, 1.0, True),  # half a pixel
+        (0.02, 0.001, None, True),
+        (0.02, 0.1, 1.0, False),  # noise of the mean is a third of it
+        (0.02, 0.02, 1.0, True),
+        (0.02, 0.001, 8.0, False),  # blur draws edges and sines apart by more
+    ],
+)
+def test_sines_may_begin_a_little_off_their_code_and_no_more(
+    monkeypatch, off, noise, blur_px, moved
+):
+    """Periods of 25 px, at 300 edges; off and noise of one edge in periods."""
+    one = drawn(steps=5)
+    codes = read_coding(one.patterns, one.grid.monitor_px)
+    sample = SimpleNamespace(names=[p.image for p in one.patterns], codes=codes)
+    turns = off + noise * np.random.default_rng(6).normal(size=300)
+    seen = np.exp(2j * np.pi * turns), np.ones(300), np.full(300, 2 * np.pi / 25)
+    monkeypatch.setattr(edges, "phases_at_edges", lambda *_: seen)
+    found = list(edges.moved_doubts(sample, 0, blur_px))
+    assert [("something moved" in doubt.text) for doubt in found] == [True] * moved
