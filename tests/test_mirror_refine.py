@@ -71,6 +71,22 @@ def test_jacobians_agree_with_differences(quantity):
 
 
 @QUANTITIES
+def test_residuals_move_with_their_places_in_the_picture(quantity):
+    camera, _, _, p, points = scene(quantity=quantity)
+    c = 1.01 * camera.coefficients.ravel("F")
+    inside = np.all(np.abs(p - p.mean(axis=0)) < 0.3 * np.ptp(p, axis=0), axis=1)
+    p, points, step = p[inside], points[inside], 1e-5
+    slopes = RayPoints(p, camera.grid, quantity).picture_jacobian(c, points)
+    off = [
+        RayPoints(p + sign * step * np.array([0.6, -0.8]), camera.grid, quantity)
+        for sign in (1, -1)
+    ]
+    moved = np.subtract(*(rays.residuals(c, points) for rays in off)) / (2 * step)
+    due = slopes @ [0.6, -0.8]
+    np.testing.assert_allclose(moved, due, atol=1e-5 * np.abs(due).max())
+
+
+@QUANTITIES
 def test_the_residual_is_the_distance_of_the_thesis(quantity):
     camera, _, _, p, points = scene(quantity=quantity)
     c = 1.01 * camera.coefficients.ravel("F")
