@@ -7,6 +7,7 @@ import pytest
 
 from raxel.features.active_grid.checks import edges
 from raxel.features.active_grid.checks.doubts import clipped_at
+from raxel.features.active_grid.checks.frequencies import _common_offset, _offset_doubts
 from raxel.features.active_grid.coding import read_coding
 from tests.active_grids import drawn
 
@@ -47,3 +48,40 @@ def test_sines_may_begin_a_little_off_their_code_and_no_more(
     monkeypatch.setattr(edges, "phases_at_edges", lambda *_: seen)
     found = list(edges.moved_doubts(sample, 0, blur_px))
     assert [("something moved" in doubt.text) for doubt in found] == [True] * moved
+
+
+def seen_sines(periods, begun, sd=0.002):
+    """(turns, variances, periods) of 2000 pixels; the sines begin elsewhere."""
+    rng, periods = np.random.default_rng(7), np.float32(periods)
+    place = rng.uniform(0.1, 0.9, 2000)
+    turns = place * periods[:, None] + np.reshape(begun, (-1, 1))
+    turns = turns + sd * rng.normal(size=turns.shape)
+    return np.float32(turns % 1), np.full(turns.shape, np.float32(sd**2)), periods
+
+
+@pytest.mark.parametrize(
+    ("periods", "begun", "doubted"),
+    [
+        ((8, 9), 0.03, False),  # a cell's thirtieth: ripples look like it
+        ((8, 9), 0.06, True),
+        ((20, 20.5), (0.0, -0.0015), False),  # of a mean of noise, 0.06 by these two
+        ((20, 20.5), (0.0, -0.003), True),
+    ],
+)
+def test_sines_may_begin_a_little_off_each_other_and_no_more(periods, begun, doubted):
+    every = [SimpleNamespace(offset=0.0)] * 2
+    found = list(_offset_doubts(every, *seen_sines(periods, begun), "x"))
+    assert len(found) == doubted
+    if np.ndim(begun) == 0 and doubted:
+        offset = float(found[0].text.split("give offset: ")[1].split(" ")[0])
+        assert offset == pytest.approx(begun, abs=0.005)
+
+
+@pytest.mark.parametrize(("periods", "known"), [((8, 9), True), ((1, 16), False)])
+def test_an_offset_is_advised_where_no_other_would_do(periods, known):
+    """Of 1 and 16 periods any of fifteen offsets would make them fit."""
+    every = [SimpleNamespace(offset=0.0)] * 2
+    begun = 0.4 if known else 0.5 / 15
+    found = list(_common_offset(every, *seen_sines(periods, begun)))
+    assert len(found) == known
+    assert all("give offset: 0.4 " in way for way in found)
