@@ -7,8 +7,13 @@ import pytest
 
 from raxel.features.active_grid.checks import edges
 from raxel.features.active_grid.checks.doubts import clipped_at
-from raxel.features.active_grid.checks.frequencies import _common_offset, _offset_doubts
+from raxel.features.active_grid.checks.frequencies import (
+    _common_offset,
+    _offset_doubts,
+    _windows,
+)
 from raxel.features.active_grid.coding import read_coding
+from raxel.features.active_grid.noise import Noise
 from tests.active_grids import drawn
 
 
@@ -85,3 +90,17 @@ def test_an_offset_is_advised_where_no_other_would_do(periods, known):
     found = list(_common_offset(every, *seen_sines(periods, begun)))
     assert len(found) == known
     assert all("give offset: 0.4 " in way for way in found)
+
+
+def test_windows_know_the_phases_of_doubted_sines_49_times_as_well():
+    """By propagation: 2 / N of a grey value's variance, over amplitude squared."""
+    wave = np.full((30, 40), 40 * np.exp(1.2j), np.complex64)
+    sample = SimpleNamespace(
+        lit=np.ones(wave.size, bool),
+        wave_of=lambda *_: (wave, np.full(wave.shape, np.float32(100))),
+    )
+    four = SimpleNamespace(steps=range(4))
+    turns, variances = _windows(sample, [four], Noise(6.0))
+    np.testing.assert_allclose(turns, 1.2 / (2 * np.pi), rtol=1e-5)
+    due = 2 / 4 * 6.0 / 49 / 40**2 / (2 * np.pi) ** 2
+    np.testing.assert_allclose(variances, due, rtol=1e-4)
