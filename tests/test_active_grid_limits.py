@@ -33,7 +33,7 @@ def test_values_that_are_many_times_as_frequent_are_where_a_camera_stops(
 @pytest.mark.parametrize(
     ("off", "noise", "blur_px", "moved"),
     [
-        (0.003, 0.001, 1.0, False),  # so little a response may do
+        (0.003, 0.001, None, False),  # so little a response may do
         (0.02, 0.001, 1.0, True),  # half a pixel
         (0.02, 0.001, None, True),
         (0.02, 0.1, 1.0, False),  # noise of the mean is a third of it
