@@ -206,7 +206,9 @@ def asked_for(gain, monkeypatch, count=20):
     """(used, px of what was there, px of what is asked for), where boards kept out gain
     so many px^2, each."""
     formula = LensFormula("kannala-brandt", 2, 0, 0)
-    boards, fit = SimpleNamespace(seen=np.ones((count, 4))), FormulaFit(formula, None)
+    none, fit = np.zeros((count, 4, 2)), FormulaFit(formula, None)
+    seen = np.ones((count, 4), bool)
+    boards = lens_bundle.StackedBoards(none, none, seen, None, np.arange(count))
     shape = shape_of(9.0, 9.0, 9.0, 0.0)
     found = shape, np.eye(4), np.eye(4)
     squares = {"flat": 4 + gain, "shaped": np.full(count, 4.0)}
@@ -235,6 +237,30 @@ def test_a_shape_pays_where_boards_kept_out_gain_twice_what_their_mean_scatters(
         assert asked_for(np.full(20, gain), monkeypatch).used == used
     test = asked_for(np.full(20, 5.0), monkeypatch)
     assert (test.flat_px, test.shaped_px) == (3.0, 2.0)
+
+
+def test_boards_that_are_there_thrice_tell_no_more():
+    """With the errors they share a board seems no more bent, and a fit no surer."""
+    start = np.array([FOCAL_PX, FOCAL_PX, 122.0, 88.0, 0.0, 0.0])
+    formula, once = LensFormula("kannala-brandt", 2, 0, 0), np.arange(COUNT)
+
+    def told(of, copies=None):
+        poses = board_poses(4, COUNT)
+        views = views_of(poses, noise=NOISE_PX, seed=4)
+        corners = [(views[k].pixels[::3], views[k].points[::3]) for k in of]
+        boards = lens_bundle.stacked(corners, copies)
+        found = lens_bundle.adjusted(formula, start, poses[of], boards, "tukey")
+        fit = FormulaFit(formula, found)
+        sd = np.sqrt(covariance_of(fit, boards).covariance[0, 0])
+        return sd, np.log10(board_test(fit, boards).p_bends)
+
+    thrice = np.repeat(once, 3)
+    (sd, bends), single = told(thrice, thrice), told(once)
+    assert sd / single[0] == pytest.approx(1, abs=0.1)
+    assert bends == pytest.approx(single[1], abs=0.3)
+    alone = told(thrice)
+    assert alone[0] < 0.7 * single[0]
+    assert alone[1] < 2 * single[1]
 
 
 def test_a_term_that_is_none_is_kept_as_seldom_as_schwarz_says():
@@ -266,7 +292,9 @@ def test_boards_kept_out_are_predicted_by_the_others_and_count_by_their_corners(
     pixels[2, 3] += 90.0
     seen[2, 3] = True
     scales = np.linspace(1.0, 2.0, 7)
-    boards = lens_bundle.StackedBoards(pixels, np.zeros((7, 30, 3)), seen, None)
+    boards = lens_bundle.StackedBoards(
+        pixels, np.zeros((7, 30, 3)), seen, None, np.array([0, 1, 2, 3, 4, 5, 0])
+    )
 
     def adjusted(formula, values, poses, inside, loss, of_loss):
         assert len(poses) == len(inside.seen) == len(of_loss)
@@ -284,8 +312,9 @@ def test_boards_kept_out_are_predicted_by_the_others_and_count_by_their_corners(
         scales=scales, T_camera_grid=np.zeros((7, 4, 4)), values=None
     )
     found = lens_fit.kept_out_squares(FormulaFit(None, result), boards)
+    parts = np.array([0, 1, 2, 3, 4, 0, 0])  # a near copy of the first stays with it
     for k in range(7):
-        others = np.arange(7) % 5 != k % 5
+        others = parts != parts[k]
         mean = pixels[others][seen[others]].mean(axis=0)
         squares = np.sum((pixels[k][seen[k]] - mean) ** 2, axis=1)
         expected = np.minimum(squares, (lens_bundle.WIDTH * scales[k]) ** 2).mean()

@@ -118,6 +118,18 @@ def test_each_camera_is_built_once_and_never_sees_its_part(views):
     ]
 
 
+def test_a_near_copy_is_kept_out_with_the_view_that_it_is_like(views):
+    built, moved = [], views[0]._replace(pixels=views[0].pixels + 0.1, name="moved")
+
+    def remember(views):
+        built.append([view.name for view in views])
+        return lens(views)
+
+    compare_models({"a": remember}, [views[0], moved, *views[1:3]], 4)
+    own = ["view0", "moved"]
+    assert built == [["view1", "view2"], [*own, "view2"], [*own, "view1"]]
+
+
 def answering(camera, keep):
     """A builder of a table with the rays of `camera` where keep(u, v) says so."""
     whole = GeneralCamera.from_camera(camera)

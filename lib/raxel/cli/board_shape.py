@@ -119,7 +119,7 @@ def shape_line(test, unit, target):
     if test is None:
         return (
             f"shape of the {target}: taken as stated; to ask takes {FEWEST} {target}s "
-            "and a formula, or smooth rays on one"
+            "at other places and a formula, or smooth rays on one"
         )
     wide, high = 2 * test.shape.half
     (bend_x, bend_y, twist), stretch = test.shape.values[:3], test.shape.values[3]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from raxel.calibration.views.near_copies import near_copies
 from raxel.cli.scores import known
 from raxel.evaluation.coverage import board_counts, field_of_view
 
@@ -114,7 +115,8 @@ def coverage_warnings(fields, target):
 
 def few_warnings(views, target):
     """What to say of a camera that few boards were seen by: [] for active grids."""
-    boards = sum(not view.every_pixel for view in views)
+    boards = [view for view in views if not view.every_pixel]
+    boards = len(set(near_copies(boards)))
     if not 0 < boards < FEW_BOARDS:
         return []
     return [

@@ -6,10 +6,10 @@ import numpy as np
 
 from raxel.calibration.views.boards import board_views
 from raxel.calibration.views.dense import dense_view
+from raxel.calibration.views.near_copies import near_copies
 from raxel.cli.boards import boards_for
 from raxel.cli.warnings import of_handedness
 from raxel.errors import CalibrationError, InputError
-from raxel.evaluation.near_copies import near_copies
 from raxel.features.grids import decode_grids, read_grids
 from raxel.features.size_vote import SizeVote
 from raxel.sets import ActiveGrid, View
@@ -114,8 +114,8 @@ def _copies(views):
         if other != view.name:
             yield (
                 f"{view.name}: its corners are those of {other}, to the last digit; a "
-                "picture that is there twice counts twice, and kept out it proves "
-                "nothing: take it out of views"
+                "picture that is there twice says nothing more, and pulls the fit "
+                "twice: take it out of views"
             )
 
 
@@ -133,8 +133,8 @@ def _near_copies(views):
     yield (
         f"{count} of {len(views)} photographs show{'s' * (count == 1)} the board where "
         f"another does, such as {name} and {other}: they say little more than one of "
-        "them and count as many, so standard deviations of a fit are too small; keep "
-        "one of each in views, and take boards at other places"
+        "them; standard deviations and tests count them together, and a fit is pulled "
+        "by each: keep one of each in views, and take boards at other places"
     )
 
 

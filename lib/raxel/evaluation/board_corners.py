@@ -27,6 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.views.board_shape import board_points
+from raxel.calibration.views.near_copies import once_each
 from raxel.evaluation.apart import apart, inverse_root
 from raxel.evaluation.corrections import (
     correction_fields,
@@ -34,7 +35,6 @@ from raxel.evaluation.corrections import (
     seen_on,
     without_turns,
 )
-from raxel.evaluation.near_copies import once_each
 from raxel.evaluation.pixel_pose import pixels_by_point, pose_jacobian
 from raxel.geometry.poses import transform
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.views.near_copies import near_copies
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import cross_validate
 
@@ -86,17 +87,18 @@ def compare_models(builders, views, folds):
     """Cross-validate models on the same parts of `views`.
 
     builders: {model: callable, as `cross_validate` takes}; views: BoardViews or
-    DenseViews with different names; folds: number of parts. Give the simplest model
+    DenseViews with different names; folds: number of parts, fewer where fewer views are
+    no near copies of others, which stay in one part. Give the simplest model
     first. Returns ModelComparison.
     """
     cameras = {model: _Remembering(build) for model, build in builders.items()}
-    own, refused = {}, {}
+    own, refused, parts = {}, {}, _parts(views, folds)
     for model, build in cameras.items():
         try:
-            own[model] = cross_validate(build, views, folds)
+            own[model] = cross_validate(build, views, parts)
         except CalibrationError as fault:
             refused[model] = str(fault)
-    common = _on_shared(cameras, own, views, folds) if len(own) > 1 else {}
+    common = _on_shared(cameras, own, views, parts) if len(own) > 1 else {}
     errors = {model: counted_error_px(found, views) for model, found in own.items()}
     return ModelComparison(own, common, refused, errors)
 
@@ -113,13 +115,23 @@ def counted_error_px(evaluation, views):
     return float(np.sqrt(squares / count)) if count else np.nan
 
 
-def _on_shared(cameras, own, views, folds):
+def _parts(views, folds):
+    """Indices of the views of each part, near copies in one, but where all views are
+    copies of one."""
+    groups = np.unique(near_copies(views), return_inverse=True)[1]
+    if not groups.any():
+        groups = np.arange(len(views))
+    folds = min(folds, groups.max() + 1)
+    return [np.flatnonzero(groups % folds == part) for part in range(folds)]
+
+
+def _on_shared(cameras, own, views, parts):
     """Evaluations on the corners that all answer for; {} where there are none.
 
     Without the others a board has another pose, at which a model may miss a corner that
     it had: this goes round until all answer for all.
     """
-    parts = _parts_of_all(own, views, folds)
+    parts = _parts_of_all(own, parts)
     common = own
     while parts:
         views = _shared_corners(common, views)
@@ -159,8 +171,8 @@ def _shared_corners(evaluations, views):
     return shared
 
 
-def _parts_of_all(evaluations, views, folds):
+def _parts_of_all(evaluations, parts):
     """The parts that every model gave a camera for."""
     folds_of = [{score.fold for score in e.images} for e in evaluations.values()]
     whole = set.intersection(*folds_of)
-    return [list(range(fold, len(views), folds)) for fold in sorted(whole)]
+    return [parts[fold] for fold in sorted(whole)]

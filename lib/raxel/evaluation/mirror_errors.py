@@ -19,6 +19,7 @@ from raxel.calibration.parametric.lens_bundle import adjusted, stacked
 from raxel.calibration.parametric.lens_fit import FormulaFit, covariance_of
 from raxel.calibration.parametric.lens_laws import LensFormula
 from raxel.calibration.parametric.zhang import found_corners
+from raxel.calibration.views.near_copies import near_copies
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.geometry.poses import nearest_rotation
 
@@ -32,7 +33,7 @@ def viewers_aside(camera, boards):
     K = camera.K
     values = np.array([K[0, 0], K[1, 1], *K[:2, 2], *camera.radial])
     poses = [score.T_camera_grid for score in evaluate_camera(camera, boards).images]
-    seen = stacked([found_corners(view) for view in boards])
+    seen = stacked([found_corners(view) for view in boards], near_copies(boards))
     fit = FormulaFit(PINHOLE, adjusted(PINHOLE, values, poses, seen, "tukey"))
     variances, axes = np.linalg.eigh(covariance_of(fit, seen).covariance)
     return [

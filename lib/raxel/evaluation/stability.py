@@ -43,6 +43,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.views.board_shape import board_points
+from raxel.calibration.views.near_copies import once_each
 from raxel.evaluation.apart import apart
 from raxel.evaluation.corrections import (
     correction_fields,
@@ -50,7 +51,6 @@ from raxel.evaluation.corrections import (
     seen_on,
     without_turns,
 )
-from raxel.evaluation.near_copies import once_each
 from raxel.evaluation.one_way import OneWay, one_way
 from raxel.evaluation.pixel_pose import pose_jacobian
 from raxel.evaluation.two_groups import two_groups

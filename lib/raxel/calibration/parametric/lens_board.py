@@ -64,11 +64,12 @@ def board_test(fit, boards, before=None):
     What the fit has of the shape stays; of the rest is asked whether it is to be used.
     before: the BoardTest that led to this fit, None for one of flat boards.
     """
-    if len(boards.seen) < FEWEST:
+    count = boards.groups.max() + 1
+    if count < FEWEST:
         return None
     shape, covariance, estimated = _found_shape(fit, boards)
     p_values = [
-        _wald(shape.values[own], estimated[own, own], len(boards.seen))
+        _wald(shape.values[own], estimated[own, own], count)
         for own in (slice(len(BENDS)), slice(len(BENDS), None))
     ]
     asked = tuple(
@@ -86,7 +87,8 @@ def board_test(fit, boards, before=None):
     squares = [
         kept_out_squares(each, boards) for each in (fit, _shaped(fit, asked, boards))
     ]
-    gain = squares[0] - squares[1]
+    gain = boards.of_groups(squares[0] - squares[1])
+    gain /= np.bincount(boards.groups)
     error = np.std(gain, ddof=1) / np.sqrt(len(gain))
     pays = np.mean(gain) > max(GAIN * error, MIN_GAIN_PX**2)
     px = [float(np.sqrt(np.mean(of_boards))) for of_boards in squares]

@@ -34,16 +34,31 @@ POSE_STEPS = 20
 
 class StackedBoards(NamedTuple):
     """pixels (n, M, 2), points (n, M, 3) with z = 0, seen (n, M) bool; outline (2, 2):
-    the middle of all boards' points and half of their extent along x and y."""
+    the middle of all boards' points and half of their extent along x and y; copies
+    (n,): equal numbers for near copies."""
 
     pixels: np.ndarray
     points: np.ndarray
     seen: np.ndarray
     outline: np.ndarray
+    copies: np.ndarray
 
     def some(self, chosen):
         """The boards that are chosen, (n,) bool."""
-        return StackedBoards(*(part[chosen] for part in self[:3]), self.outline)
+        parts = (part[chosen] for part in self[:3])
+        return StackedBoards(*parts, self.outline, self.copies[chosen])
+
+    @property
+    def groups(self):
+        """(n,): the number of each board's group of near copies, counted from 0."""
+        return np.unique(self.copies, return_inverse=True)[1]
+
+    def of_groups(self, values):
+        """Sums (G, ...) of values (n, ...) of boards: one of each group."""
+        groups = self.groups
+        summed = np.zeros((groups.max() + 1, *values.shape[1:]))
+        np.add.at(summed, groups, values)
+        return summed
 
     def shape(self, formula, values):
         """The BoardShape of a formula's parameters (P,); what it has none of is 0."""
@@ -70,8 +85,9 @@ class AdjustedLens(NamedTuple):
     normal: np.ndarray
 
 
-def stacked(corners):
-    """StackedBoards of (pixels, points) pairs, (N, 2) each."""
+def stacked(corners, copies=None):
+    """StackedBoards of (pixels, points) pairs, (N, 2) each; copies: as `near_copies`
+    numbers them, None for boards none of which is one."""
     most = max(len(pixels) for pixels, _ in corners)
     found = np.zeros((len(corners), most, 2))
     points, seen = np.zeros((len(corners), most, 3)), np.zeros(found.shape[:2], bool)
@@ -82,7 +98,8 @@ def stacked(corners):
         points[k, len(pixels) :, :2] = flat[0]
     ends = points[seen].min(axis=0)[:2], points[seen].max(axis=0)[:2]
     outline = np.array([(ends[1] + ends[0]) / 2, (ends[1] - ends[0]) / 2])
-    return StackedBoards(found, points, seen, outline)
+    copies = np.arange(len(corners)) if copies is None else copies
+    return StackedBoards(found, points, seen, outline, copies)
 
 
 def adjusted(formula, values, T_camera_grid, boards, loss, scales=None):

@@ -171,12 +171,14 @@ def _criterion(fit, boards, terms=None):
 
 def kept_out_squares(fit, boards):
     """Mean squared distance (n,) px^2 on each board, kept out of fits with the same
-    terms; a corner counts as at most WIDTH scales of its board off. NaN where fewer
-    than two others are left."""
+    terms, and its near copies with it; a corner counts as at most WIDTH scales of its
+    board off. NaN where fewer than two others are left."""
     n, scales = len(boards.seen), fit.result.scales
     poses, squares = fit.result.T_camera_grid, np.full(n, np.nan)
-    for part in range(min(PARTS, n)):
-        out = np.arange(n) % min(PARTS, n) == part
+    groups = boards.groups
+    parts = min(PARTS, groups.max() + 1)
+    for part in range(parts):
+        out = groups % parts == part
         if n - out.sum() < 2:
             continue
         inside, kept = boards.some(~out), boards.some(out)
@@ -192,7 +194,8 @@ def kept_out_squares(fit, boards):
 
 
 def covariance_of(fit, boards):
-    """ClusteredCovariance of the parameters, from what the residuals leave.
+    """ClusteredCovariance of the parameters, from what the residuals leave. Near copies
+    count together, as corners of one photograph do.
 
     A corner far off pulls less than its distance says, and less the farther it is: so
     the loss is less curved than its weights are (P. J. Huber and E. M. Ronchetti 2009,
@@ -209,7 +212,8 @@ def covariance_of(fit, boards):
     told = told_by_boards(
         fit.formula, found.values, found.T_camera_grid, boards, found.scales
     )
-    return clustered_covariance(told[0] * curved, told[1], max(variance, FLOOR_PX**2))
+    normal, gradient = (boards.of_groups(each) for each in told)
+    return clustered_covariance(normal * curved, gradient, max(variance, FLOOR_PX**2))
 
 
 def free_of(fit, boards):

@@ -33,6 +33,7 @@ from raxel.calibration.parametric.lens_pupil import (
     pupil_test,
 )
 from raxel.calibration.parametric.zhang import found_corners
+from raxel.calibration.views.near_copies import near_copies
 from raxel.cameras.core.base import Camera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import transform
@@ -133,7 +134,7 @@ def _boards_of(views, method):
             f"{method}: {len(corners)} view given; two or more boards at different"
             " tilts are needed"
         )
-    return stacked(corners)
+    return stacked(corners, near_copies(views))
 
 
 @lru_cache(maxsize=KEPT * len(LAWS))

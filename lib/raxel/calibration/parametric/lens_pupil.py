@@ -91,6 +91,7 @@ def pupil_test(law, central, boards):
     best, with_it = _best(moving, boards)
     errors = [_rms(squares, boards) for squares in (without, with_it)]
     gain = (without - with_it) * boards.seen.sum(axis=1)
+    gain = boards.of_groups(gain)
     chance = _chance(gain[np.isfinite(gain)])
     verdict = _said(*errors, chance)
     test = PupilTest(p_value, *errors, chance, *pupil_shift(best, boards), verdict)

@@ -15,6 +15,7 @@ from raxel.calibration.parametric.lens_bundle import adjusted, stacked
 from raxel.calibration.parametric.lens_fit import FormulaFit, covariance_of, refitted
 from raxel.calibration.parametric.lens_laws import LensFormula
 from raxel.calibration.parametric.zhang import calibrate_zhang, found_corners
+from raxel.calibration.views.near_copies import near_copies
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 
 PINHOLE = LensFormula("perspective", 2, 0, 0)
@@ -40,7 +41,7 @@ def calibrate_pinhole(views, width, height):
     found = calibrate_zhang(views, width, height)
     K = found.camera.K
     values = np.array([K[0, 0], K[1, 1], *K[:2, 2], *found.camera.radial])
-    boards = stacked([found_corners(view) for view in views])
+    boards = stacked([found_corners(view) for view in views], near_copies(views))
     fit = FormulaFit(
         PINHOLE, adjusted(PINHOLE, values, found.T_camera_grid, boards, "tukey")
     )

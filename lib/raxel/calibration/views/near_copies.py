@@ -1,8 +1,9 @@
 """Photographs that show the board where another one does: frames of a film, say.
 
 They share more than the board: what light, blur and the grid of pixels do to corners
-there. So they say hardly more than one of them, though each counts, and what they share
-looks like the board's, or like another camera's.
+there. So they say hardly more than one of them, and what they share looks like the
+board's, or like another camera's. Where a fit takes all of them, its covariance and its
+tests count them together, as they do the corners of one photograph.
 """
 
 import numpy as np
