@@ -229,9 +229,10 @@ def test_few_boards_that_are_bent_may_be_to_blame(calibrate):
 
 def test_a_picture_that_is_there_twice_is_told(calibrate):
     boards = boards_of(PINHOLE)
-    printed, _ = calibrate([*boards, boards[2]], "--model", "zhang")
+    printed, _ = calibrate([*boards, *boards[2:4]], "--model", "zhang")
     (told,) = warnings_in(printed)
     assert told.startswith("6.png: its corners are those of 2.png, to the last digit")
+    assert "(1 more such: 7.png)" in told
 
 
 def test_frames_that_hardly_differ_are_told(calibrate):

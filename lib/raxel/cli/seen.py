@@ -15,6 +15,8 @@ from raxel.features.size_vote import SizeVote
 from raxel.sets import ActiveGrid, View
 from raxel.sets.words import words_of
 
+NAMED = 5  # photographs in a warning
+
 
 class Entry(NamedTuple):
     """A view of the set, whether it can be used, and why not."""
@@ -107,16 +109,27 @@ def seen_in(image_set, views, options, say):
 
 
 def _copies(views):
-    """Warnings of views whose corners are those of another, to the last digit."""
-    first = {}
+    """A warning where corners of views are those of others, to the last digit."""
+    first, copies = {}, []
     for view in views:
         other = first.setdefault(view.pixels.tobytes(), view.name)
         if other != view.name:
-            yield (
-                f"{view.name}: its corners are those of {other}, to the last digit; a "
-                "picture that is there twice says nothing more, and pulls the fit "
-                "twice: take it out of views"
-            )
+            copies.append((view.name, other))
+    if not copies:
+        return
+    (name, other), more = copies[0], len(copies) - 1
+    others = f" ({more} more such: {_named(copies[1:])})" if more else ""
+    yield (
+        f"{name}: its corners are those of {other}, to the last digit{others}; a "
+        "picture that is there twice says nothing more, and pulls the fit twice: take "
+        "it out of views"
+    )
+
+
+def _named(copies):
+    rest = len(copies) - NAMED
+    names = ", ".join(name for name, _ in copies[:NAMED])
+    return f"{names} and {rest} more" if rest > 0 else names
 
 
 def _near_copies(views):

@@ -13,6 +13,10 @@ ERRATIC = (
     "of another zoom or focus; a lens, or a board, that this model does not follow; "
     "wrong corners"
 )
+ODD = (
+    "a picture that was cropped, turned, mirrored or scaled; another camera, zoom or "
+    "focus; wrong corners; something that moved"
+)
 
 
 def stability_fields(found):
@@ -26,6 +30,7 @@ def stability_fields(found):
         "p_value": found.p_value,
         "photographs_over_scatter": found.factor,
         "focal_lengths": found.focal and found.focal._asdict(),
+        "odd_one": found.odd and found.odd._asdict(),
         **_told(worst),
         "halves": [list(names) for names in worst.halves],
         "divisions": [
@@ -61,6 +66,15 @@ def stability_warnings(found, words):
     """What to say of a camera that hangs on the photographs it was fitted to."""
     if found is None or found.stable:
         return []
+    odd = found.odd
+    if odd and (found.same_camera or odd.p_value < found.p_value):
+        return [
+            f"{odd.name}: tells of another camera than all other {words.target}s do: "
+            f"it lies {odd.times:.1f} times as far from what they say as they lie from "
+            f"each other (p = {odd.p_value:.2g}), and moves rays by "
+            f"{odd.rays_px:.2g} px (RMS); possible: {ODD}; look at it, or take it out "
+            "of views"
+        ]
     if not found.same_camera:
         return [
             f"halves of the {words.target}s tell of different cameras: divided by "

@@ -19,7 +19,9 @@ Photographs of two cameras may be mixed in a way that no such division comes nea
 they are divided, too, by the focal length that each asks for, where these fall into two
 groups better than chance divides one. Where they form no groups, they may differ all
 the same: how far apart the focal lengths lie that photographs ask for is held against
-how far they differ in all else (`raxel.evaluation.one_way`).
+how far they differ in all else (`raxel.evaluation.one_way`). And one photograph may
+differ from all others: a picture that was cropped or turned, say
+(`raxel.evaluation.odd_one`).
 
 A step of least squares from the fitted camera is each half's fit: no camera is fitted
 anew, so this asks little time, serves formulas and smooth rays alike (of OpenCV's fit
@@ -51,6 +53,7 @@ from raxel.evaluation.corrections import (
     seen_on,
     without_turns,
 )
+from raxel.evaluation.odd_one import odd_one
 from raxel.evaluation.one_way import OneWay, one_way
 from raxel.evaluation.pixel_pose import pose_jacobian
 from raxel.evaluation.two_groups import two_groups
@@ -60,7 +63,7 @@ from raxel.evaluation.ways_to_divide import ways_to_divide
 # that err together to do so alike in all ways; as they do not, those that share as much
 # as each errs for itself show less than 1e-3 in one set of forty, 1e-4 in one of a
 # hundred. That of two groups holds whichever way corners err most.
-SURE, SURE_GROUPS, SURE_FOCAL = 1e-5, 3e-3, 1e-4
+SURE, SURE_GROUPS, SURE_FOCAL, SURE_ODD = 1e-5, 3e-3, 1e-4, 1e-5
 BY_FOCAL = "focal length that each photograph asks for"
 LEAST_PX, TIMES = 0.1, 1.5  # disagreement that matters: at least, and beyond scatter
 # Times scatter by which photographs differ from each other: more than corners do that
@@ -111,6 +114,18 @@ class Division(NamedTuple):
         return self.disagreement_px > least
 
 
+class OddPhotograph(NamedTuple):
+    """One that tells of another camera than all others do. name: its view's; times: how
+    many times as far it lies from them as they lie from each other; p_value: of that,
+    of as many as there are; rays_px: RMS by which it moves the rays of all, after the
+    best rotation, where boards were seen."""
+
+    name: str
+    times: float
+    p_value: float
+    rays_px: float
+
+
 class Stability(NamedTuple):
     """divisions: list of Division: first what tells most, the others by p-value. That
     is the one by focal length, there only where photographs fall into two groups; else
@@ -123,7 +138,8 @@ class Stability(NamedTuple):
     times as far as scatter explains photographs differ from each other, 1 or more;
     steady: whether that is less than ERRATIC, or shows in no division by ERRATIC_PX, or
     is that of a table; focal: OneWay, by how much each photograph asks for a focal
-    length of its own, relative; None where too few tell, and of a table."""
+    length of its own, relative; None where too few tell, and of a table; odd:
+    OddPhotograph, None where there is none, and of a table."""
 
     divisions: list
     pixels: np.ndarray
@@ -132,6 +148,7 @@ class Stability(NamedTuple):
     factor: float
     steady: bool
     focal: OneWay | None = None
+    odd: OddPhotograph | None = None
 
     @property
     def one_focal(self):
@@ -141,7 +158,8 @@ class Stability(NamedTuple):
     @property
     def stable(self):
         """Whether nothing is to be said."""
-        return self.same_camera and self.steady and self.one_focal
+        fine = self.same_camera and self.steady and self.one_focal
+        return fine and self.odd is None
 
 
 class _BoardSystem(NamedTuple):
@@ -198,15 +216,33 @@ def stability(camera, scores, views, shape=None):
         return found
     longer = _longer(fields, camera)
     focal = one_way(*_equations(boards), longer, variance)
-    found = found._replace(focal=focal)
+    odd = _odd(boards, fields, seen.any(axis=0), variance, names)
+    found = found._replace(focal=focal, odd=odd)
     first, p_value = two_groups(*_equations(boards), longer)
     by_focal = None
     if p_value < SURE_GROUPS:
         by_focal = divided(BY_FOCAL, first)
     if by_focal is None or not by_focal.matters:
         return found
+    if odd and (odd.name,) in by_focal.halves:
+        return found
     divisions = [by_focal._replace(p_value=p_value), *found.divisions]
     return found._replace(divisions=divisions, p_value=p_value, same_camera=False)
+
+
+def _odd(boards, fields, seen, variance, names):
+    """The OddPhotograph of boards, None where none is; seen (N,) bool: the pixels of
+    the fields where boards were seen."""
+    found = odd_one(*_equations(boards), variance)
+    if found is None or found.p_value > SURE_ODD:
+        return None
+    shapes = without_turns(fields.turns[seen], fields.shapes[seen])
+    moved = np.sqrt(np.mean(np.sum((shapes @ found.change) ** 2, axis=1)))
+    by_chance = np.einsum("nak,kl,nal->n", shapes, found.spread, shapes, optimize=True)
+    if moved < max(LEAST_PX, TIMES * np.sqrt(variance * np.mean(by_chance))):
+        return None
+    name = names[found.index]
+    return OddPhotograph(name, found.times, found.p_value, float(moved))
 
 
 def _judged(divisions, pixels, factor, table):
