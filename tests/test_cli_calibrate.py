@@ -227,6 +227,16 @@ def test_few_boards_that_are_bent_may_be_to_blame(calibrate):
     )
 
 
+def test_boards_whose_columns_and_rows_are_exchanged_are_told_so(calibrate):
+    turned = [
+        corners.reshape(ROWS, COLUMNS, 2).swapaxes(0, 1).reshape(-1, 2)
+        for corners in boards_of(PINHOLE)
+    ]
+    printed, _ = calibrate(turned, "--model", "zhang")
+    (told,) = [one for one in warnings_in(printed) if "not fit these" in one]
+    assert "are columns and rows exchanged" in told
+
+
 def test_a_picture_that_is_there_twice_is_told(calibrate):
     boards = boards_of(PINHOLE)
     printed, _ = calibrate([*boards, *boards[2:4]], "--model", "zhang")

@@ -10,6 +10,8 @@ from raxel.evaluation.coverage import board_counts, field_of_view
 LEAST_TABLE = 1 / 3
 # Fewer are not asked whether they are flat, nor whether halves of them agree.
 FEW_BOARDS, ENOUGH_BOARDS = 6, 10
+# RMS distance by which single corners scatter that are not where they are said to be.
+OTHER_ORDER_PX = 10.0
 # Of a lens formula, beside focal lengths, principal point and radial terms.
 TERMS = {
     "xi": "xi",
@@ -162,6 +164,11 @@ def misfit_warnings(found, what, cure, words):
             f"{found.odd_board}: does not fit as the other {words.target}s do: with it "
             f"{off}; if its {words.point}s are right, {what} these {words.target}s"
         ]
+    if found.scatter_px > OTHER_ORDER_PX:
+        cure = (
+            f"no finder's {words.point}s scatter so: are columns and rows exchanged, "
+            f"or {words.point}s in another order than row by row? If not, {cure}"
+        )
     return [f"{what} these {words.target}s: {off}; {cure}"]
 
 
