@@ -17,7 +17,7 @@ noise of points and poses has in them.
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy.special import chdtrc, fdtrc, ndtri
 
 from raxel.calibration.adjust.consistent import adjust_consistent
 from raxel.calibration.adjust.free_lines import relax_centrality
@@ -31,7 +31,7 @@ MIN_CLEAN = 0.8  # of the rays: with more gross errors, lines follow some of the
 ROUNDS = 4  # in which rays with gross errors are left out
 MEDIAN = 2 * np.log(2)  # of a chi square with two degrees of freedom
 WIDE = 4.0  # times the median variance: from here on a line counts less
-QUANTILE = stats.norm.ppf(0.95)
+QUANTILE = ndtri(0.95)
 
 
 class CentralTest(NamedTuple):
@@ -153,14 +153,12 @@ def _judged(central, lines, alike, stated):
     more = central.degrees_of_freedom - lines.degrees_of_freedom
     saved = (central.cost - lines.cost) / more
     ratio = saved / (lines.cost / lines.degrees_of_freedom)
-    p = stats.f.sf(ratio, more / alike, lines.degrees_of_freedom / alike)
+    p = fdtrc(more / alike, lines.degrees_of_freedom / alike, ratio)
     square, deviation = _squared_distance(central, lines, alike)
     low, high = square - QUANTILE * deviation, square + QUANTILE * deviation
     p_of_noise = noise_ratio = np.nan
     if stated:
-        p_of_noise = stats.chi2.sf(
-            central.cost / alike, central.degrees_of_freedom / alike
-        )
+        p_of_noise = chdtrc(central.degrees_of_freedom / alike, central.cost / alike)
         noise_ratio = lines.noise
     square, low, high = (float(np.sqrt(max(s, 0.0))) for s in (square, low, high))
     return CentralTest(
