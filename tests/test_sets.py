@@ -269,7 +269,7 @@ def test_a_jpeg_that_lost_a_part_inside_is_refused(tmp_path, capfd, stretch):
     data = encoded("jpg", np.random.default_rng(3).integers(0, 255, SIZE, np.uint8))
     middle = len(data) // 2
     image_set = one_image_set(tmp_path, "a.jpg", data[:middle] + stretch + data[-2:])
-    with pytest.raises(InputError, match=r"a\.jpg: damaged"):
+    with pytest.raises(InputError, match=r"a\.jpg: .*damaged"):
         read_image(image_set, "a.jpg")
     assert capfd.readouterr().err == ""
 

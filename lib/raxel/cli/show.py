@@ -73,7 +73,7 @@ def _scene(options, out, say):
 
         rig = load_rig(what)
         return rig_scene(rig, options.seed), f"{rig.name}: a rig"
-    found = "this ending" if what.exists() else "no such file"
+    found = f"found ending {what.suffix!r}" if what.exists() else "no such file"
     raise InputError(
         f"{what}: {found}; give a rig (.yaml), a camera (.npz) or the folder of a set"
     )

@@ -26,6 +26,10 @@ BY_RUN_LENGTHS = (
     "a BMP packed by run lengths, which may leave pixels out; save it as PNG, or "
     "unpacked"
 )
+IN_PLANES = (
+    "a TIFF of more than 8 bit with a plane for each colour, which is not read; save "
+    "it as PNG, or with the colours of a pixel together"
+)
 JPEG_SIGNATURE = b"\xff\xd8\xff"
 JPEG_START, JPEG_END, JPEG_SCAN = 0xD8, 0xD9, 0xDA
 JPEG_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
@@ -92,7 +96,10 @@ def decode(path, data, colour):
     stored = tiff.as_stored(data) if tiff.is_tiff(data) else data
     image = _decode_quietly(np.frombuffer(stored, np.uint8), mode)
     if image is None:
-        raise InputError(f"{path}: damaged, it cannot be decoded; {CUT_OFF}")
+        raise InputError(
+            f"{path}: cannot be decoded: damaged, or of a kind that is not read; "
+            f"{CUT_OFF}, or save it as PNG"
+        )
     height, width = image.shape[:2]
     if (width, height) != stated_size(data):
         stated = " x ".join(map(str, stated_size(data)))
@@ -140,10 +147,11 @@ def file_fault(data):
         return BY_RUN_LENGTHS
     try:
         complete = whole(data) and min(stated_size(data)) > 0
+        if complete:
+            mistaken = tiff.is_tiff(data) and tiff.planes_are_mistaken(data)
+            return IN_PLANES if mistaken else None
     except (struct.error, LookupError, OverflowError):
-        complete = False
-    if complete:
-        return None
+        pass
     return f"cut off or damaged (its {len(data)} bytes do not hold it whole); {CUT_OFF}"
 
 

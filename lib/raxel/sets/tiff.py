@@ -1,8 +1,9 @@
 """TIFF, where its decoder says nothing: whole files, size, orientation, negatives.
 
-libtiff fills in what a cut-off file lacks, and OpenCV turns and mirrors by the tag of
-orientation though it is told not to. Tags are those of TIFF 6.0 and of its form with
-64-bit places.
+libtiff fills in what a cut-off file lacks and multiplies by what is transparent, and
+OpenCV turns and mirrors by the tag of orientation though it is told not to, and takes
+planes of 16 bit for pixels. Tags are those of TIFF 6.0 and of its form with 64-bit
+places.
 """
 
 import struct
@@ -14,14 +15,17 @@ SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 # Bytes of a value of each type that is read.
 SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 16: 8}
 OFFSETS, LENGTHS = (273, 324), (279, 325)
-WIDTH, HEIGHT, PACKING, FILL_ORDER = 256, 257, 259, 266
-PHOTOMETRIC, ORIENTATION = 262, 274
+WIDTH, HEIGHT, BITS, PACKING, FILL_ORDER = 256, 257, 258, 259, 266
+PHOTOMETRIC, ORIENTATION, PLANES, EXTRA = 262, 274, 284, 338
 READ = {
     *OFFSETS,
     *LENGTHS,
-    *(WIDTH, HEIGHT, PACKING, FILL_ORDER, PHOTOMETRIC, ORIENTATION),
+    *(WIDTH, HEIGHT, BITS, PACKING, FILL_ORDER, PHOTOMETRIC),
+    *(ORIENTATION, PLANES, EXTRA),
 }
-WHITE_IS_ZERO, AS_STORED = 0, 1
+WHITE_IS_ZERO, A_PLANE_EACH = 0, 2
+# Pixels stay where they are stored; what is opaque is multiplied in already.
+AS_STORED = {ORIENTATION: 1, EXTRA: 1}
 DEFLATE = (8, 32946)
 # No more comes out of the strips of a usable picture: four samples of 32 bit, twice.
 MOST_BYTES_A_PIXEL = 32
@@ -44,15 +48,23 @@ def white_is_zero(data):
     return WHITE_IS_ZERO in directory(data).get(PHOTOMETRIC, ())
 
 
+def planes_are_mistaken(data):
+    """Whether the first picture has a plane of more than 8 bit for each colour."""
+    values = directory(data)
+    bits = values.get(BITS, np.ones(1))
+    planes = values.get(PLANES, np.ones(1))[0]
+    return planes == A_PLANE_EACH and len(bits) > 1 and bits[0] > 8
+
+
 def as_stored(data):
-    """The bytes with an orientation that leaves the pixels where they are stored."""
+    """The bytes with tags that leave pixels where, and as light as, they are stored."""
     order, entries = _entries(data)
-    if ORIENTATION not in entries:
-        return data
-    kind, _, place = entries[ORIENTATION]
-    size = SIZES[kind]
-    upright = AS_STORED.to_bytes(size, "little" if order == "<" else "big")
-    return data[:place] + upright + data[place + size :]
+    for tag in AS_STORED.keys() & entries.keys():
+        kind, _, place = entries[tag]
+        size = SIZES[kind]
+        value = AS_STORED[tag].to_bytes(size, "little" if order == "<" else "big")
+        data = data[:place] + value + data[place + size :]
+    return data
 
 
 def is_whole(data):
