@@ -132,6 +132,21 @@ def test_names_of_files_that_are_no_text_are_read_with_the_same_strictness(tmp_p
         read_yaml(path)
 
 
+@pytest.mark.parametrize("written", ["025", "-017", "1:30", "1:30.5", "01_0"])
+def test_numbers_that_yaml_reads_in_eights_or_sixties_are_refused(tmp_path, written):
+    path = tmp_path / "a.yaml"
+    path.write_text(f"name: a\npitch_mm: {written}\n")
+    found = f"line 2: '{written}' is no plain number; write 25, not 025 or 1:30"
+    with pytest.raises(InputError, match=found):
+        read_yaml(path)
+
+
+def test_plain_numbers_and_quoted_texts_are_read_as_they_are(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text('[0, -25, 0.25, 1_000, 2.5e+1, "025", "1:30", 0x19]')
+    assert read_yaml(path) == [0, -25, 0.25, 1000, 25.0, "025", "1:30", 25]
+
+
 def test_no_yaml_of_the_repository_has_a_key_twice():
     root = Path(__file__).resolve().parents[1]
     paths = [

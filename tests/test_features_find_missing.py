@@ -214,7 +214,7 @@ def test_missing_corners_survive_the_disk(tmp_path):
         ({"corners": [None] * 35}, "images[0].corners: every corner is null"),
         ({"corners": TWO_LACK, "missing": 1}, "images[0].missing: found 1"),
         ({"corners": TWO_LACK, "missing": True}, "missing: found true"),
-        ({"corners": [[9, None]] * 35}, "images[0].corners: a corner is no point"),
+        ({"corners": [[9, None]] * 35}, "images[0].corners[0]: found a list of 2"),
     ],
 )
 def test_faults_of_missing_corners_are_named(tmp_path, entry, found):

@@ -71,6 +71,11 @@ def test_a_folder_that_is_not_there_is_named(tmp_path):
         write_whole(tmp_path, "")
 
 
+def test_json_that_an_editor_saved_with_a_mark_of_its_bytes_is_read(tmp_path):
+    (tmp_path / "a.json").write_text('{"a": 1}', encoding="utf-8-sig")
+    assert read_json(tmp_path / "a.json") == {"a": 1}
+
+
 def write_both(first, one, second, other):
     with together() as place:
         write_json(place(first), one)

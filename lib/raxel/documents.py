@@ -27,9 +27,10 @@ class _Refused(Exception):
 
 
 class _Strict:
-    """YAML's plain core: no dates, no key given twice.
+    """YAML's plain core: no dates, no key given twice, numbers in tens.
 
-    Dates would turn a text such as 2026-01-31 into another type.
+    Dates would turn a text such as 2026-01-31 into another type; 025 would be the 21
+    that it is in eights, and 1:30 the 90 that it is in sixties.
     """
 
     yaml_implicit_resolvers: ClassVar = {
@@ -50,6 +51,9 @@ class _Strict:
         return super().construct_mapping(node, deep)
 
     def construct_object(self, node, deep=False):
+        if node.tag in _NUMBERS and _NOT_IN_TENS.match(node.value):
+            found = f"{shown(node.value)} is no plain number"
+            _refuse(node.start_mark, found, "write 25, not 025 or 1:30; quote a text")
         try:
             return super().construct_object(node, deep)
         except ValueError as fault:
@@ -66,6 +70,9 @@ class _Loader(_Strict, yaml.SafeLoader):
     """For what libyaml does not take: halves of characters, as in names of files."""
 
 
+_NUMBERS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
+# In eights, and in sixties.
+_NOT_IN_TENS = re.compile(r"[-+]?(0[0-7_]+$|[0-9_]+:)")
 _HALF_CHARACTER = re.compile(r"\\u[dD][89a-fA-F]")
 
 

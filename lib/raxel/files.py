@@ -155,7 +155,7 @@ def read_json(path):
     path = Path(path)
     check_size(path, MOST_JSON_BYTES)
     try:
-        return json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
+        return json.loads(path.read_text(encoding="utf-8-sig"), parse_constant=_refuse)
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
     except json.JSONDecodeError as fault:

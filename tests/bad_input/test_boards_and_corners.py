@@ -185,7 +185,21 @@ CORNERS = {
     ),
     "no point": (
         json.dumps({"images": [{**found("view0.png"), "corners": [[1, "a"]] * 35}]}),
-        r"images\[0\]\.corners: a corner is no point",
+        r"images\[0\]\.corners\[0\]: found a list of 2, no point; give \[x, y\]",
+    ),
+    "a truth value for a number": (
+        json.dumps({"images": [{**found("view0.png"), "corners": [[1, True]] * 35}]}),
+        r"images\[0\]\.corners\[0\]: found a list of 2, no point",
+    ),
+    "a text for a number": (
+        json.dumps({"images": [{**found("view0.png"), "corners": [[1, "2"]] * 35}]}),
+        r"images\[0\]\.corners\[0\]: found a list of 2, no point",
+    ),
+    "more than a float holds": (
+        json.dumps(
+            {"images": [{**found("view0.png"), "corners": [[1, 10**400]] * 35}]}
+        ),
+        r"images\[0\]\.corners\[0\]: found a list of 2, no point",
     ),
     "outside the image": (
         json.dumps({"images": [{**found("view0.png"), "corners": [[99999, 1]] * 35}]}),

@@ -17,6 +17,9 @@ from raxel.sets.image_files import read_image
 from raxel.sets.model import Charuco, Chessboard, View
 from raxel.sets.uncertainty import plain_sd, sd_from_plain
 
+# Beyond any picture, and below what a float can hold.
+MOST_PX = 1e9
+
 
 class Board(NamedTuple):
     """What was found in one view; `milliseconds` is None where it was not measured."""
@@ -285,15 +288,22 @@ def _corners(where, points, count):
             f"{where}: every corner is null; give those that were found, or say found: "
             "false"
         )
-    try:
-        there = np.array([point for point in points if point is not None], dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        there = np.empty(0)
-    if there.shape != (known.sum(), 2) or not np.isfinite(there).all():
-        raise InputError(
-            f"{where}: a corner is no point; give [x, y], finite numbers, or null for "
-            "one that is missing"
-        )
+    for index, point in enumerate(points):
+        if point is not None and not _is_point(point):
+            raise InputError(
+                f"{where}[{index}]: found {shown(point)}, no point; give [x, y], "
+                "finite numbers, or null for one that is missing"
+            )
+    there = np.array([point for point in points if point is not None], dtype=float)
     corners = np.full((count, 2), np.nan)
     corners[known] = there
     return corners
+
+
+def _is_point(point):
+    """Two numbers that a picture could have; a truth value or a text is none."""
+    return (
+        isinstance(point, list)
+        and len(point) == 2
+        and all(type(x) in (int, float) and abs(x) < MOST_PX for x in point)
+    )
