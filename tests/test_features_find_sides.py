@@ -141,6 +141,26 @@ def test_a_sheet_whose_edge_is_that_of_squares_does_not_end_the_board(light):
     assert "the edge at its right side runs straight on beyond" in found.reason
 
 
+def test_a_sheet_nearly_as_bright_as_the_paper_does_not_end_the_board():
+    image = covered(BOARD.image(), 203, column(8) + 1)
+    found = find_board(soft_and_noisy(image, noise=1))
+    assert not found.found
+    assert "the edge at its right side runs straight on beyond" in found.reason
+
+
+def test_what_covers_a_few_squares_of_a_side_may_hide_a_column():
+    """A hand in the middle of the side: the squares beside it end as they should."""
+    image = BOARD.image()
+    v = BOARD.corners().reshape(6, 9, 2)[:, 8, 1]
+    image[round(v[1]) + 5 : round(v[4]) - 5, round(column(7)) + 15 :] = 150
+    image[:, round(column(8)) - 1 :] = np.where(
+        image[:, round(column(8)) - 1 :] < 150, 210, image[:, round(column(8)) - 1 :]
+    )
+    found = find_board(soft_and_noisy(image))
+    assert not found.found
+    assert "squares at its right side are cut short" in found.reason
+
+
 def test_a_slanting_sheet_does_not_end_the_board():
     image = covered(BOARD.image(), 235, column(8), slant=0.02)
     found = find_board(soft_and_noisy(image))

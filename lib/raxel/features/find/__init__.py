@@ -16,7 +16,13 @@ from raxel.features.find.ends import doubtful_side
 from raxel.features.find.search import seen_in
 from raxel.features.find.sides import cut_side, dark_side
 from raxel.features.find.squares import shape_fault
-from raxel.features.find.verdict import continues, judged, open_side, open_sides
+from raxel.features.find.verdict import (
+    continues,
+    judged,
+    lies_on_pattern,
+    open_side,
+    open_sides,
+)
 from raxel.features.lattice import standard_order
 from raxel.features.markers import with_markers_named
 
@@ -71,10 +77,11 @@ def _verdicts(seen, image, told):
     """What each lattice is: `verdict.Judged`, by its corners and by its fields."""
     level = seen.levels[0]
     verdicts = []
-    for grid in seen.grids:
-        verdict = judged(grid, image, told)
+    for grid, part in zip(seen.grids, seen.parted, strict=True):
+        verdict = judged(grid, image, told, part)
         fault = shape_fault(grid, level) or verdict.fault
-        if verdict.fault == fault and fault and not grid.complete:
+        named = not grid.complete and not lies_on_pattern(grid)
+        if verdict.fault == fault and fault and named:
             fault = _edge_named(doubtful_side(grid, level)) + fault
         verdicts.append(verdict._replace(fault=fault))
     return verdicts
@@ -151,8 +158,8 @@ def _doubt(board, level, image, others):
     side = cut_side(board, grey)
     if side:
         return (
-            f"the squares at its {side} are cut short, as by a shadow or by something "
-            "before the board"
+            f"the squares at its {side} are cut short, as by a shadow, by glare or by "
+            "something before the board"
         )
     side = dark_side(board, grey)
     if side:

@@ -22,8 +22,9 @@ FOOT, FARTHER = 0.25, 0.5
 # Lengths of outer squares farther than this from their median tell nothing of an edge.
 OFF_LINE = 0.25
 # On the scale of the squares: what is of one tone differs by less; an edge has a step
-# of more, and of so many times what the tones on either side of it differ by.
-ONE_TONE, STEP, SHARP = 0.1, 0.1, 4.0
+# of more, and of so many times what the tones on either side of it differ by. White
+# paper upon white paper has a step of three hundredths.
+ONE_TONE, STEP, SHARP = 0.1, 0.025, 4.0
 # Of the places beyond the ends, so many must be seen, and the edge at this share: what
 # lies before it may be of the same tone in places.
 LEAST_SEEN, LEAST_SHARP = 3, 0.5

@@ -19,15 +19,20 @@ ENDED = 0.3
 # A step that turns does so within so many px; beyond, something else may stand.
 AT_ONCE_PX = 4.0
 MOST_SAMPLES = 400
-SHARE_OF_EDGES = 0.6
+# Behind so many edges of a side, that many more squares may stand. A patterned ground
+# turns every second step, three of a side's four by chance; squares turn all of them.
+SHARE_OF_EDGES, SURE_SHARE_OF_EDGES = 0.6, 0.8
 
 
-def runs_on_beyond(grid, image):
-    """Which side of a complete grid more squares stand beyond (`side_named`), or ''."""
+def runs_on_beyond(grid, image, share):
+    """Which side of a complete grid more squares stand beyond (`side_named`), or ''.
+
+    share: of a side's edges, how many must be followed by the turn of a next square.
+    """
     patches, _, _ = patches_of(grid.points)
     for on_side, outward in sides_of(grid):
         side = patches.of(on_side)
-        if _turned(image, side, outward).mean() > SHARE_OF_EDGES:
+        if _turned(image, side, outward).mean() > share:
             return side_named(side.p, grid.points)
     return ""
 

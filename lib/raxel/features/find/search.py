@@ -10,6 +10,7 @@ from raxel.features.find.growth import as_grid, lattices_of
 from raxel.features.find.ring import Nodes, joined, nodes_of
 from raxel.features.find.saddles import levels_of, noise_sd, saddles_of, sharp_level
 from raxel.features.find.trace import links_of
+from raxel.features.find.windows import window_of
 
 LEAST_NODES = 7
 MOST_LATTICES = 8
@@ -18,11 +19,13 @@ SAME_PX = 2.5
 
 class Seen(NamedTuple):
     """What an image shows: grids, the one with most corners first; nodes: all corners
-    of four fields (`ring.Nodes`); levels: the image at its scales."""
+    of four fields (`ring.Nodes`); levels: the image at its scales; parted: which grids
+    are parts of lattices that run on beyond the board."""
 
     grids: list
     nodes: Nodes
     levels: list
+    parted: tuple = ()
 
 
 def seen_in(image, size=None):
@@ -44,8 +47,16 @@ def seen_in(image, size=None):
     grids = grids_of(nodes, links, levels)
     grids = [ended(grid, levels[0], told=size is not None) for grid in grids]
     grids = [trimmed(grid) for grid in grids]
+    parted = [False] * len(grids)
     if size:
-        grids = [cut_to(grid, (size, size[::-1])) for grid in grids]
+        sizes = size[::-1], size
+        grids = [cut_to(grid, sizes) for grid in grids]
+        parts = [
+            None if grid.known.shape in sizes else window_of(grid, sizes, levels[0])
+            for grid in grids
+        ]
+        parted = [part is not None for part in parts]
+        grids = [part or grid for part, grid in zip(parts, grids, strict=True)]
     whole = [nearly_complete(grid) for grid in grids]
     if any(whole):
         sharp = levels[0], sharp_level(grey, noise)
@@ -53,7 +64,9 @@ def seen_in(image, size=None):
             settled(grid, sharp) if some else grid
             for grid, some in zip(grids, whole, strict=True)
         ]
-    return Seen(sorted(grids, key=lambda grid: -grid.count), nodes, levels)
+    order = sorted(range(len(grids)), key=lambda k: -grids[k].count)
+    parted = tuple(parted[k] for k in order)
+    return Seen([grids[k] for k in order], nodes, levels, parted)
 
 
 def grids_of(nodes, links, levels):

@@ -22,6 +22,8 @@ NEAR = (0.1, 0.3)
 # Squares of which most end before this share were cut by something, if most of those on
 # the opposite side are whole to WHOLE: only then does the lattice tell their length.
 SHORT, WHOLE, MOST = 0.85, 0.12, 2 / 3
+# What covers a few of them leaves this much: two or more, and a quarter of the side.
+VERY_SHORT, LEAST_VERY_SHORT, SHARE_VERY_SHORT = 0.7, 2, 0.25
 
 # So far behind the squares' end, but no farther out than from MARGIN_FROM, and so far
 # aside of an edge, is looked for paper; DARK and WHITE on the scale of the squares.
@@ -75,10 +77,17 @@ def cut_side(grid, image):
     lengths = [lengths_outward(grid, image, *side) for side in sides_of(grid)]
     for here, opposite in ((0, 1), (1, 0), (2, 3), (3, 2)):
         whole = np.abs(lengths[opposite] - 1) < WHOLE
-        if np.mean(lengths[here] < SHORT) >= MOST and whole.mean() >= MOST:
+        cut = np.mean(lengths[here] < SHORT) >= MOST or _some_cut(lengths[here])
+        if cut and whole.mean() >= MOST:
             side = _corners_of(grid)[here]
             return side_named(side[np.isfinite(side[:, 0])], grid.points)
     return ""
+
+
+def _some_cut(lengths):
+    """Whether a few squares of a side (n,) end far before the others."""
+    count = np.count_nonzero(lengths < VERY_SHORT)
+    return count >= max(LEAST_VERY_SHORT, SHARE_VERY_SHORT * len(lengths))
 
 
 def dark_side(grid, image):

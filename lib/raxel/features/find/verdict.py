@@ -8,6 +8,7 @@ from raxel.features.detector import as_8_bit
 from raxel.features.find.corners import QUADRANT
 from raxel.features.find.grids import (
     LEAST_SIDE,
+    MOST_CHANCE,
     MOST_SD,
     ONE_MISSING_OF,
     Grid,
@@ -15,7 +16,13 @@ from raxel.features.find.grids import (
     nearly_complete,
 )
 from raxel.features.find.patches import predicted
-from raxel.features.find.rim import line_named, runs_on_beyond, side_named
+from raxel.features.find.rim import (
+    SHARE_OF_EDGES,
+    SURE_SHARE_OF_EDGES,
+    line_named,
+    runs_on_beyond,
+    side_named,
+)
 from raxel.features.find.sides import unequal_pitch
 from raxel.features.lattice import lattice_fault, spacing
 
@@ -30,6 +37,8 @@ LEAST_SEEN = 0.34
 RIM_PX = 2.0
 # Places that a refusal names.
 MOST_PLACES = 3
+# A hand or a sheet leaves one or two sides of a board ragged.
+RAGGED_SIDES = 3
 # A lattice cut off lies on the next rings of the grid: so many, so near (in steps).
 BEYOND_RINGS, ON_LATTICE, SHARE_ON = 3, 0.25, 0.6
 
@@ -43,16 +52,18 @@ class Judged(NamedTuple):
     fault: str
 
 
-def judged(grid, image, told):
+def judged(grid, image, told, part=False):
     """Whether a grid is a board that could be returned: `Judged`.
 
     told: whether its size is given. If so it may lack corners, as `nearly_complete`
     says; if not, every corner of its sides must be seen: a side that is broken does not
-    say that the board ends there.
+    say that the board ends there. part: whether it is the part of a lattice that was
+    told from the rest (`windows`), where more squares do stand beyond its sides.
     """
     sure = holed(grid, unsure(grid))
     fault = _lack(grid, sure, told) or _misplaced(sure, image)
-    return Judged(grid, sure, fault or _runs_on(grid, image))
+    fault = fault or ("" if part else _runs_on(grid, image, told))
+    return Judged(grid, sure, fault)
 
 
 def unsure(grid):
@@ -75,6 +86,8 @@ def _lack(grid, sure, told):
         return ""
     if seen or grid.complete:
         return f"{_unsure_ones(grid, unsure(grid))}; two thirds of all must be sure"
+    if lies_on_pattern(grid):
+        return _of_pattern(grid, told)
     what = (
         f"{grid.count} of {columns * rows} corners of a lattice of {columns} x {rows} "
         f"are seen{_places(predicted(grid.points)[~grid.known], 'missing near')}"
@@ -83,6 +96,24 @@ def _lack(grid, sure, told):
     if unsure(grid).any():
         what += f"; {_unsure_ones(grid, unsure(grid))}"
     return what if told else f"{what}; give columns and rows"
+
+
+def lies_on_pattern(grid):
+    """Whether squares go on about a board, raggedly on three sides or more."""
+    known = grid.known
+    sides = known[0], known[-1], known[:, 0], known[:, -1]
+    ragged = sum(side.mean() < MOST_CHANCE for side in sides)
+    return ragged >= RAGGED_SIDES and not nearly_complete(grid)
+
+
+def _of_pattern(grid, told):
+    """What to do about squares that go on about a board."""
+    part = "no part of this size differs from the rest" if told else "no end is seen"
+    give = "" if told else "give columns and rows, or "
+    return (
+        f"squares go on about the board, as of tiles or checked cloth ({grid.count} "
+        f"corners), and {part}; {give}show it with a white margin or on plain ground"
+    )
 
 
 def _lacking_line(grid):
@@ -115,7 +146,10 @@ def _unsure_ones(grid, which):
     elif worst > MOST_SD:
         what = f"uncertain by up to {worst:.2f} px, where {MOST_SD:.2f} px is the most"
     else:
-        what = "not to be placed: something covers a part, or blur has mixed its edges"
+        what = (
+            "not to be placed: something covers a part, the edge of a shadow or of a "
+            "reflection crosses it, or blur has mixed its edges"
+        )
     verb = "are" if count > 1 else "is"
     return f"{of} {verb} {what}{_places(grid.points[which], 'near')}"
 
@@ -136,16 +170,23 @@ def _misplaced(grid, image):
     least = spacing(corners, *size).min()
     if least < LEAST_SPACING:
         return (
-            f"corners lie {least:.1f} px apart; below {LEAST_SPACING:g} px they cannot "
-            "be placed well: come nearer, or use larger squares"
+            f"corners lie {np.floor(10 * least) / 10:.1f} px apart; below "
+            f"{LEAST_SPACING:g} px they cannot be placed well: come nearer, or use "
+            "larger squares"
         )
     return lattice_fault(corners, *size, image) or unequal_pitch(grid)
 
 
-def _runs_on(grid, image):
+def _runs_on(grid, image, told):
     """The side beyond which a grid's squares go on, in words, or ''."""
-    side = runs_on_beyond(grid, as_8_bit(image))
-    return f"more squares stand beyond its {side}" if side else ""
+    share = SURE_SHARE_OF_EDGES if told else SHARE_OF_EDGES
+    side = runs_on_beyond(grid, as_8_bit(image), share)
+    if not side:
+        return ""
+    return (
+        f"more squares stand beyond its {side}, of the board or of what lies behind; a "
+        "white margin about the board would tell them apart"
+    )
 
 
 def open_side(grid, image):

@@ -1,0 +1,87 @@
+"""A board of known size in a lattice that runs on over what lies about it.
+
+Tiles or checked cloth carry the lattice of a board on that is cut along its squares.
+What tells the two apart is by how much dark and bright differ, over their mean, since
+light takes both down alike: that changes at once where the board ends.
+"""
+
+import numpy as np
+
+from raxel.features.find.agreement import CHANCE
+from raxel.features.find.ends import steps_across
+from raxel.features.find.grids import LEAST_SIDE, MOST_CHANCE, Grid, nearly_complete
+from raxel.features.find.patches import patches_of, predicted
+
+# What differs by this share of the board's own difference is of other tones: paint,
+# ink and light from aside differ by less from row to row of one board.
+OTHER_TONES = 0.2
+
+
+def window_of(grid, sizes, level):
+    """The part of a grid that is a board of one of `sizes`, (rows, columns), or None.
+
+    level: `saddles.Level`. Two thirds of each of its rows are seen, and beyond each of
+    its sides the grid ends, holds next to nothing, or has other tones. None as well
+    where that holds for several parts.
+    """
+    known, found = grid.known, []
+    rooms = [
+        (slice(i, i + high), slice(j, j + wide))
+        for high, wide in set(sizes)
+        for i in range(len(known) - high + 1)
+        for j in range(known.shape[1] - wide + 1)
+    ]
+    steps = _steps(grid, level) if rooms else None
+    for room in rooms:
+        part = Grid(*(a[room] for a in grid))
+        if nearly_complete(part) and _ends(known, steps, room):
+            found.append(part)
+    return found[0] if len(found) == 1 else None
+
+
+def _steps(grid, level):
+    """Steps (rows, columns, 2) from field to field along rows, before and behind them,
+    and along columns; of one sign behind on a whole board, of the other before."""
+    points = np.where(grid.known[..., None], grid.points, predicted(grid.points))
+    patches, i, j = patches_of(points)
+    both = []
+    for axis in (0, 1):
+        steps, inside = steps_across(patches, level, axis)
+        steps = steps * np.where((i + j) % 2 == 0, 1.0, -1.0)[:, None]
+        all_steps = np.full((*grid.known.shape, 2), np.nan)
+        all_steps[i, j] = np.where(inside[:, None], steps, np.nan)
+        both.append(all_steps)
+    return both
+
+
+def _ends(known, steps, room):
+    """Whether a part of a grid, two slices, ends at all of its sides."""
+    for axis, of_axis in enumerate(steps):
+        along = room[1 - axis]
+        lines, seen = (a if axis == 0 else a.swapaxes(0, 1) for a in (of_axis, known))
+        first, last = room[axis].start, room[axis].stop - 1
+        for beyond, outer in ((first - 1, 0), (last + 1, 1)):
+            if not 0 <= beyond < len(lines):
+                continue
+            few = seen[beyond, along].mean() < MOST_CHANCE
+            own = lines[first : last + 1, along, 1 - outer]
+            if not few and not _other_tones(-lines[beyond, along, outer], own):
+                return False
+    return True
+
+
+def _other_tones(beyond, own):
+    """Whether steps (n,) beyond a side are surely not as a board's `own` (rows, n),
+    which may differ from row to row: with the paint of its squares, or in glare."""
+    beyond = beyond[np.isfinite(beyond)]
+    of_rows = np.array([row[np.isfinite(row)].mean() for row in own if _some(row)])
+    if len(beyond) < LEAST_SIDE or len(of_rows) < LEAST_SIDE or not of_rows.mean():
+        return False
+    usual = of_rows.mean()
+    sd = beyond.std(ddof=1) / np.sqrt(len(beyond))
+    chance = np.hypot(sd, of_rows.std(ddof=1)) / abs(usual)
+    return abs(beyond.mean() / usual - 1) > max(OTHER_TONES, CHANCE * chance)
+
+
+def _some(row):
+    return np.isfinite(row).any()
