@@ -3,8 +3,9 @@
 Saddles of the grey values at several scales (`saddles`), those with four fields around
 them (`ring`), edges followed from one to the next (`trace`), lattices grown from the
 links (`growth`), checked, filled and run on with the lattice's own shape (`grids`,
-`patches`, `corners`), cut where the paper ends (`ends`), and judged (`verdict`, `rim`,
-`sides`, `covers`, `squares`). No model of the lens enters.
+`patches`, `corners`), cut where the paper ends (`ends`) or where its ground begins
+(`windows`), and judged (`verdict`, `rim`, `sides`, `covers`, `squares`). No model of
+the lens enters.
 """
 
 import numpy as np
@@ -80,7 +81,7 @@ def _verdicts(seen, image, told):
     for grid, part in zip(seen.grids, seen.parted, strict=True):
         verdict = judged(grid, image, told, part)
         fault = shape_fault(grid, level) or verdict.fault
-        named = not grid.complete and not lies_on_pattern(grid)
+        named = not grid.complete and not lies_on_pattern(grid, image)
         if verdict.fault == fault and fault and named:
             fault = _edge_named(doubtful_side(grid, level)) + fault
         verdicts.append(verdict._replace(fault=fault))

@@ -37,8 +37,8 @@ LEAST_SEEN = 0.34
 RIM_PX = 2.0
 # Places that a refusal names.
 MOST_PLACES = 3
-# A hand or a sheet leaves one or two sides of a board ragged.
-RAGGED_SIDES = 3
+# A hand or a sheet leaves one or two sides of a board ragged, and no others outside.
+RAGGED_SIDES = 2
 # A lattice cut off lies on the next rings of the grid: so many, so near (in steps).
 BEYOND_RINGS, ON_LATTICE, SHARE_ON = 3, 0.25, 0.6
 
@@ -61,7 +61,7 @@ def judged(grid, image, told, part=False):
     told from the rest (`windows`), where more squares do stand beyond its sides.
     """
     sure = holed(grid, unsure(grid))
-    fault = _lack(grid, sure, told) or _misplaced(sure, image)
+    fault = _lack(grid, sure, image, told) or _misplaced(sure, image)
     fault = fault or ("" if part else _runs_on(grid, image, told))
     return Judged(grid, sure, fault)
 
@@ -71,7 +71,7 @@ def unsure(grid):
     return grid.known & ~((grid.sd <= MOST_SD) & (grid.misfit <= MOST_MISFIT))
 
 
-def _lack(grid, sure, told):
+def _lack(grid, sure, image, told):
     """Why too many corners are missing or unsure, or ''."""
     rows, columns = sorted(grid.known.shape)
     if min(rows, columns) < LEAST_SIDE:
@@ -86,7 +86,7 @@ def _lack(grid, sure, told):
         return ""
     if seen or grid.complete:
         return f"{_unsure_ones(grid, unsure(grid))}; two thirds of all must be sure"
-    if lies_on_pattern(grid):
+    if lies_on_pattern(grid, image):
         return _of_pattern(grid, told)
     what = (
         f"{grid.count} of {columns * rows} corners of a lattice of {columns} x {rows} "
@@ -98,12 +98,14 @@ def _lack(grid, sure, told):
     return what if told else f"{what}; give columns and rows"
 
 
-def lies_on_pattern(grid):
-    """Whether squares go on about a board, raggedly on three sides or more."""
+def lies_on_pattern(grid, image):
+    """Whether squares go on about a board: sides are ragged or outside the image."""
     known = grid.known
     sides = known[0], known[-1], known[:, 0], known[:, -1]
     ragged = sum(side.mean() < MOST_CHANCE for side in sides)
-    return ragged >= RAGGED_SIDES and not nearly_complete(grid)
+    if nearly_complete(grid) or ragged < RAGGED_SIDES:
+        return False
+    return ragged > RAGGED_SIDES or len(open_sides(grid, image)) >= RAGGED_SIDES
 
 
 def _of_pattern(grid, told):

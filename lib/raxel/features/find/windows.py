@@ -2,7 +2,8 @@
 
 Tiles or checked cloth carry the lattice of a board on that is cut along its squares.
 What tells the two apart is by how much dark and bright differ, over their mean, since
-light takes both down alike: that changes at once where the board ends.
+light takes both down alike: that changes at once where the board ends. So may the
+distance of corners, or few are seen there.
 """
 
 import numpy as np
@@ -11,6 +12,7 @@ from raxel.features.find.agreement import CHANCE
 from raxel.features.find.ends import steps_across
 from raxel.features.find.grids import LEAST_SIDE, MOST_CHANCE, Grid, nearly_complete
 from raxel.features.find.patches import patches_of, predicted
+from raxel.features.find.sides import MOST_UNEQUAL_END
 
 # What differs by this share of the board's own difference is of other tones: paint,
 # ink and light from aside differ by less from row to row of one board.
@@ -21,9 +23,11 @@ def window_of(grid, sizes, level):
     """The part of a grid that is a board of one of `sizes`, (rows, columns), or None.
 
     level: `saddles.Level`. Two thirds of each of its rows are seen, and beyond each of
-    its sides the grid ends, holds next to nothing, or has other tones. None as well
-    where that holds for several parts.
+    its sides the grid ends, holds little, or has other tones or another pitch. None as
+    well where that holds for several parts, and of a grid that is whole: another board.
     """
+    if nearly_complete(grid):
+        return None
     known, found = grid.known, []
     rooms = [
         (slice(i, i + high), slice(j, j + wide))
@@ -34,7 +38,7 @@ def window_of(grid, sizes, level):
     steps = _steps(grid, level) if rooms else None
     for room in rooms:
         part = Grid(*(a[room] for a in grid))
-        if nearly_complete(part) and _ends(known, steps, room):
+        if nearly_complete(part) and _ends(grid.points, steps, room):
             found.append(part)
     return found[0] if len(found) == 1 else None
 
@@ -54,20 +58,30 @@ def _steps(grid, level):
     return both
 
 
-def _ends(known, steps, room):
-    """Whether a part of a grid, two slices, ends at all of its sides."""
+def _ends(points, steps, room):
+    """Whether a part of a lattice, two slices, ends at all of its sides."""
     for axis, of_axis in enumerate(steps):
         along = room[1 - axis]
-        lines, seen = (a if axis == 0 else a.swapaxes(0, 1) for a in (of_axis, known))
+        lines, corners = (a.swapaxes(0, axis)[:, along] for a in (of_axis, points))
         first, last = room[axis].start, room[axis].stop - 1
-        for beyond, outer in ((first - 1, 0), (last + 1, 1)):
+        for beyond, inward, outer in ((first - 1, 1, 0), (last + 1, -1, 1)):
             if not 0 <= beyond < len(lines):
                 continue
-            few = seen[beyond, along].mean() < MOST_CHANCE
-            own = lines[first : last + 1, along, 1 - outer]
-            if not few and not _other_tones(-lines[beyond, along, outer], own):
+            few = np.isfinite(corners[beyond, :, 0]).mean() < MOST_CHANCE
+            next_ones = corners[[beyond + k * inward for k in range(3)]]
+            own = lines[first : last + 1, :, 1 - outer]
+            tones = -lines[beyond, :, outer]
+            if not (few or _other_pitch(next_ones) or _other_tones(tones, own)):
                 return False
     return True
+
+
+def _other_pitch(lines):
+    """Whether the first of three lines of corners (3, n, 2) stands as no board's."""
+    lengths = np.log(np.linalg.norm(np.diff(lines, axis=0), axis=2))
+    off = np.subtract(*lengths)
+    off = off[np.isfinite(off)]
+    return len(off) >= LEAST_SIDE and abs(np.median(off)) > MOST_UNEQUAL_END
 
 
 def _other_tones(beyond, own):

@@ -1,0 +1,55 @@
+"""A board cut along its squares and laid on squares: found where its size is given."""
+
+import numpy as np
+import pytest
+
+from raxel.features import find_board
+from tests.chessboards import Board, facing
+from tests.test_features_find import distance, soft_and_noisy
+
+BOARD = Board(6, 4, facing(6, 4, 40, turn=0.35), width=520, height=400)
+
+
+def on_tiles(dark, bright, shift=(0.0, 0.0)):
+    """BOARD without a margin on checked tiles as large as its squares."""
+    v, u = np.mgrid[0 : BOARD.height, 0 : BOARD.width].astype(float)
+    x, y = BOARD._board(u, v)
+    on_board = (x > -1) & (x < 6) & (y > -1) & (y < 4)
+    board = np.where((np.floor(x) + np.floor(y)) % 2 == 0, 35, 210)
+    odd = (np.floor(x + shift[0]) + np.floor(y + shift[1])) % 2 == 0
+    image = np.where(on_board, board, np.where(odd, dark, bright)).astype(float)
+    return soft_and_noisy(image)
+
+
+@pytest.mark.parametrize("shift", [(0, 0), (1, 0)])
+@pytest.mark.parametrize("tiles", [(60, 180), (180, 90)])
+def test_a_board_on_tiles_of_its_own_size_is_found_by_their_tones(tiles, shift):
+    """Whether its squares go on in step with the tiles or not."""
+    found = find_board(on_tiles(*tiles, shift), 6, 4)
+    assert found.found, found.reason
+    assert distance(found, BOARD.corners(), 6, 4) < 0.3
+
+
+def test_tiles_that_look_like_the_board_are_named():
+    image = on_tiles(50, 190)
+    told, counted = find_board(image, 6, 4), find_board(image)
+    assert not told.found
+    assert not counted.found
+    for reason in (told.reason, counted.reason):
+        assert "squares go on about the board" in reason
+        assert "white margin" in reason
+    assert "no part of this size differs from the rest" in told.reason
+
+
+@pytest.mark.parametrize("size", [(5, 4), (6, 3), (7, 4)])
+def test_a_wrong_size_is_refused_on_tiles(size):
+    assert not find_board(on_tiles(60, 180), *size).found
+
+
+def test_a_column_of_fainter_paint_does_not_end_a_board():
+    """The board is whole; with a column too few given, no part of it is one."""
+    image = BOARD.image()
+    edge = round(BOARD.corners().reshape(4, 6, 2)[:, 5, 0].mean())
+    image[:, edge:] = 120 + (image[:, edge:].astype(float) - 120) * 0.6
+    assert not find_board(soft_and_noisy(image), 5, 4).found
+    assert find_board(soft_and_noisy(image), 6, 4).found
