@@ -154,8 +154,9 @@ def test_a_corner_that_cannot_be_placed_is_missing_or_named():
     u, v = points[0, 0]
     fault = judged(unsure, board.image(), told=True).fault
     assert fault.startswith(
-        "19 of 54 corners are not to be placed: something covers a part, or blur has "
-        f"mixed its edges (near ({u:.0f}, {v:.0f})"
+        "19 of 54 corners are not to be placed: something covers a part, the edge of a "
+        "shadow or of a reflection crosses it, or blur has mixed its edges (near "
+        f"({u:.0f}, {v:.0f})"
     )
     unsure.sd[:3, :] = 0.41
     unsure.sd[2, 4] = 0.05
