@@ -13,9 +13,21 @@ import numpy as np
 
 from raxel.features.active_grid.checks.code import code_doubts
 from raxel.features.active_grid.checks.edges import moved_doubts
+from raxel.features.active_grid.checks.jolts import (
+    changes_over,
+    jolt_doubts,
+    jolts,
+    without_means_of,
+)
+from raxel.features.active_grid.checks.motion import motion_doubts
 from raxel.features.active_grid.checks.phases import phase_doubts
 from raxel.features.active_grid.checks.sample import Doubt, sampled
-from raxel.features.active_grid.checks.steadiness import steadiness_doubts, step_errors
+from raxel.features.active_grid.checks.steadiness import (
+    WIDENS,
+    WORTH_A_WORD,
+    step_errors,
+    unsteady_light,
+)
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.layout import BESIDE, DARK, SATURATED
 from raxel.sets.patterns import pattern_picture
@@ -79,11 +91,12 @@ def examine(
         found += phase_doubts(sample, decoded.noise)
         # In the wrong order, pictures seem unsteady as well.
         if not any(doubt.spoils for doubt in found):
-            found += steadiness_doubts(sample)
+            found += unsteady_light(sample)
+            far = list(motion_doubts(sample))
             of_steps, errors, factors = _of_steps(
-                sample, monitor, decoded, smooth, bands
+                sample, monitor, decoded, smooth, bands, far
             )
-            found += of_steps
+            found += far + of_steps
             for axis, code in enumerate(codes):
                 if not errors[code.axis]:
                     found += moved_doubts(sample, axis, decoded.blur_px)
@@ -94,8 +107,9 @@ def examine(
     return Examined(found, errors, factors)
 
 
-def _of_steps(sample, monitor, decoded, smooth, bands):
-    """Doubts, errors (2,) and factors (2,) by steps that do not agree."""
+def _of_steps(sample, monitor, decoded, smooth, bands, far):
+    """Doubts, errors (2,) and factors (2,) by steps that do not agree, and by movements
+    between them; far: doubts about such as are told already."""
     size = monitor.monitor_mm or monitor.monitor_px
     lengths = np.array(
         [
@@ -104,16 +118,26 @@ def _of_steps(sample, monitor, decoded, smooth, bands):
         ]
     )
     known = decoded.sigma[decoded.mask]
-    if not len(known):
-        return [], np.zeros(2), np.ones(2)
-    axes = [code.axis for code in sample.codes]
-    usual = np.median(known[:: 1 + len(known) // FEW], axis=0)[axes]
-    noise, stated = decoded.noise, usual / lengths
-    bands = [bands[axis] for axis in axes]
-    of_steps, periods, wider = step_errors(sample, noise, stated, smooth, bands)
     errors, factors = np.zeros(2), np.ones(2)
+    if not len(known):
+        return [], errors, factors
+    axes = [code.axis for code in sample.codes]
+    every = np.median(known[:: 1 + len(known) // FEW], axis=0)
+    noise, stated = decoded.noise, every[axes] / lengths
+    bands = [bands[axis] for axis in axes]
+    moved = jolts(sample, decoded.blur_px)
+    jolted = [jolt.within for jolt in moved]
+    told = step_errors(sample, noise, stated, smooth, bands, jolted)
+    doubts, periods, wider, mean_moved = told
     errors[axes], factors[axes] = periods * lengths, wider
-    return of_steps, errors, factors
+    moved = without_means_of(moved, mean_moved)
+    if moved:
+        off = [changes_over(jolt.shift, decoded.location) for jolt in moved]
+        off = np.max(off, axis=0)
+        errors = np.hypot(errors, np.where(off > WIDENS * every, off, 0))
+        if not far:
+            doubts += jolt_doubts(sample, moved, off, WORTH_A_WORD * every)
+    return doubts, errors, factors
 
 
 def _equal_pictures(images, patterns):

@@ -10,6 +10,7 @@ pixels: a few coefficients, fitted to some of them such that few odd ones have n
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
 
 ROUNDS = 6
 EXACT = 1e-9  # grey levels squared: pictures without noise leave what floats round
@@ -127,6 +128,39 @@ def power(unit, exponent):
 def response(seen):
     """(N,) light of each step less 1, and [(_Term, coefficients), ...], as most of some
     pixels have them, which are SeenSteps."""
+    count, terms = len(seen.light), _terms(len(seen.light))
+    found = robust(*_of_response(seen))
+    numbers, at = [], count - 1
+    for term in terms:
+        pairs = found[at : at + 2 * term.count].reshape(-1, 2)
+        numbers.append((term, pairs[:, 0] + 1j * pairs[:, 1]))
+        at += 2 * term.count
+    gains = found[: count - 1]
+    return np.array([-gains.sum(), *gains]), numbers
+
+
+def beside_response(seen, changes):
+    """What is left of steps beside response and light, (K,), and of changes of steps,
+    (C, N, ...) to (C, K), in standard deviations of most pixels, as SeenSteps.
+
+    Pixels that are far off hardly count.
+    """
+    values, basis = _of_response(seen)
+    count, transform = len(seen.light), left_over(len(seen.light))
+    off = np.sum((values - np.tensordot(robust(values, basis), basis, 1)) ** 2, axis=0)
+    usual = np.median(off) / chi2.median(len(values))
+    weight = 1 / np.sqrt(1 + off / np.median(off)) / np.sqrt(usual)
+    own = [values, *(real(np.tensordot(transform, one, 1), count) for one in changes)]
+    own = weight * np.array(own)
+    q = np.linalg.qr((weight * basis).reshape(len(basis), -1).T)[0]
+    own = own.reshape(len(own), -1)
+    own = own - (own @ q) @ q.T
+    return own[0], own[1:]
+
+
+def _of_response(seen):
+    """Values (N - 3, P) that are left of some pixels, and basis (C, N - 3, P) of what
+    response and light make of them."""
     count, light, size = len(seen.light), seen.light, seen.size
     transform, shares, terms = left_over(count), seen.shares(), _terms(count)
     # All of them brighter is no difference, and would explain everything.
@@ -141,16 +175,8 @@ def response(seen):
                 column = np.zeros((len(transform), len(size)), complex)
                 column[term.m - 2] = one * wave * share
                 columns.append(column)
-    values = real(transform @ light, count)
     basis = np.array([real(column, count) for column in columns])
-    found = robust(values, basis)
-    numbers, at = [], count - 1
-    for term in terms:
-        pairs = found[at : at + 2 * term.count].reshape(-1, 2)
-        numbers.append((term, pairs[:, 0] + 1j * pairs[:, 1]))
-        at += 2 * term.count
-    gains = found[: count - 1]
-    return np.array([-gains.sum(), *gains]), numbers
+    return real(transform @ light, count), basis
 
 
 def real(values, count):

@@ -129,11 +129,9 @@ def mismatch(sample, axis, noise):
         lit = lit & (sums > 0)
         spare = 3 + 9 / (2 * max(np.median(sums[sample.lit]), 1))
     one_surface = _on_one_surface(light, wave, lit)
-    good = np.argwhere(one_surface)
-    if len(good) < MIN_PIXELS:
+    some, usual = _some(one_surface, wave)
+    if some is None:
         return None
-    usual = float(np.median(np.abs(wave[tuple(good.T)])))
-    some = good[:: -(-len(good) // PIXELS)].T
     pixels = _pixels(light, wave, mean, some, usual, (plain, spare))
     variance = noise.at(pixels.mean).mean() * spare
     fits = [fit for k in range(count) for fit in _fits(pixels, k, variance)]
@@ -156,6 +154,32 @@ def mismatch(sample, axis, noise):
             scatter = scatter_of_steps(windows.light, every, white)
     found = best.kind, names, *_size(best, spare)
     return Mismatch(*found, float(error), float(by_one), scatter)
+
+
+def axis_pixels(sample, axis, every, reach):
+    """Pixels of an axis of a Sample with four steps or more, each `every`-th that
+    `mismatch` takes, with slopes from `reach` px before them to as many behind; None of
+    too few."""
+    steps = sample.codes[axis].steps
+    wave, mean = sample.wave(axis)
+    wave = wave * np.exp(2j * np.pi * sample.codes[axis].sines.offset)
+    light = sample.pictures[list(steps)]
+    some, usual = _some(_on_one_surface(light, wave, sample.lit), wave)
+    if some is None:
+        return None
+    spare = len(steps) / (len(steps) - 3)
+    some = some[:, ::every]
+    return _pixels(light, wave, mean, some, usual, (None, spare), reach)
+
+
+def _some(good, wave):
+    """An index of PIXELS pixels that count, or of all, and their usual modulation;
+    None of too few."""
+    found = np.argwhere(good)
+    if len(found) < MIN_PIXELS:
+        return None, None
+    usual = float(np.median(np.abs(wave[tuple(found.T)])))
+    return found[:: -(-len(found) // PIXELS)].T, usual
 
 
 def _size(fit, spare):
@@ -207,14 +231,15 @@ def _on_one_surface(light, wave, lit):
     return np.array(bands).astype(bool)
 
 
-def _pixels(light, wave, mean, where, usual, beside):
+def _pixels(light, wave, mean, where, usual, beside, reach=1):
     """_Pixels at (band, row, column) of bands; usual: a modulation, as a unit."""
     n, v, u = where
     rows, width = wave.shape[1:]
+    right, down = np.minimum(u + reach, width - 1), np.minimum(v + reach, rows - 1)
     slopes = [
         [
-            (array[n, v, np.minimum(u + 1, width - 1)] - array[n, v, u - 1]) / 2,
-            (array[n, np.minimum(v + 1, rows - 1), u] - array[n, v - 1, u]) / 2,
+            (array[n, v, right] - array[n, v, u - reach]) / (2 * reach),
+            (array[n, down, u] - array[n, v - reach, u]) / (2 * reach),
         ]
         for array in (mean, wave)
     ]
@@ -268,10 +293,10 @@ def _of_three(wave, x, y, plain, usual):
 def _fits(pixels, k, variance):
     """The change of light and the shift of step k that leave least."""
     value, changes = pixels.left(k)
-    without, _, _ = _robust(value, pixels.harmonics)
+    without, _, _ = clipped_fit(value, pixels.harmonics)
     for kind, used in (LIGHT, [0]), (MOTION, [1, 2]):
         columns = np.concatenate([changes[used], pixels.harmonics])
-        usual, found, inverse = _robust(value, columns)
+        usual, found, inverse = clipped_fit(value, columns)
         own, rest = found[: len(used)], found[len(used) :]
         covariance = inverse[: len(used), : len(used)] * max(usual, variance)
         certain = np.sqrt(own @ np.linalg.solve(covariance, own))
@@ -280,7 +305,7 @@ def _fits(pixels, k, variance):
         yield _Fit(without - usual, kind, k, *both, certain, rest)
 
 
-def _robust(value, columns):
+def clipped_fit(value, columns):
     """The variance that least squares leave, coefficients, and their covariance for
     values of variance 1; values that are far off do not count in a second fit."""
     kept = np.ones(len(value), bool)

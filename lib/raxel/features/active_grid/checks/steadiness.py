@@ -1,18 +1,15 @@
-"""Did light, camera and monitor stay as they were from picture to picture?
+"""Did light and steps stay as they were from picture to picture?
 
-Light: where a picture of the code is bright, it is as bright as the others are. By a
+Where a picture of the code is bright, it is as bright as the others are. By a
 share q more of it an edge moves q sqrt(pi / 8) standard deviations of the blur, which
 spoils no place: limits far above noise miss nothing there. Over whole periods all steps
-of a sine give the same light. Rest: a picture and its inverse add up to one without
-pattern, as the steps of a sine do. Where these differ from each other as if the first
-were shifted, something moved, to first order in the shift.
+of a sine give the same light.
 """
-
-from itertools import pairwise
 
 import numpy as np
 
 from raxel.features.active_grid.checks.code import MIN_SPACING_PX, spacing
+from raxel.features.active_grid.checks.motion import FAR_MOVED_PX
 from raxel.features.active_grid.checks.redundancy import (
     LIGHT,
     MORE_THAN_NOISE,
@@ -24,7 +21,6 @@ from raxel.features.active_grid.checks.scatter import Scatter
 
 CLEAR = 0.75  # of the contrast: beyond what is blurred
 BRIGHTER, FAR_BRIGHTER = 0.06, 0.2  # shares of the light: a word, and too much
-MOVED_PX, FAR_MOVED_PX = 0.7, 1.2
 # Errors of places by steps that do not agree, in standard deviations: so large that
 # these are widened, if it is known by what, and if not; worth a word, alike; too much,
 # if they are FAR_OFF as well.
@@ -42,33 +38,30 @@ EXPOSE = (
     "switch automatic exposure off, expose for whole periods of the monitor's light, "
     "and take it again"
 )
-EDGE = 0.2  # of the steepest slope
-FEW_EDGES = 0.3  # of those along the other direction
-SURE = 8  # standard deviations of the estimated motion
-TONE = 2  # times what a tone curve does: less may be its as well
 PHASE_BINS = 16
 MIN_IN_BIN = 30
 
 
-def steadiness_doubts(sample):
-    """Doubts about the light and the rest of a Sample whose pictures are in order."""
-    return [*_unsteady_light(sample), *_motion(sample)]
-
-
-def step_errors(sample, noise, sigma, smooth, bands):
-    """Doubts, RMS errors of places (A,) in periods by steps that do not agree, and
-    factors (A,) by which sigma is larger since neighbours share their noise.
+def step_errors(sample, noise, sigma, smooth, bands, jolted=()):
+    """Doubts, RMS errors of places (A,) in periods by steps that do not agree, factors
+    (A,) by which sigma is larger since neighbours share their noise, and by how much
+    the mean of steps moved at most, px, where one did alone.
 
     noise: a Noise; sigma: (A,), standard deviation of most places, in periods; smooth:
-    whether they are those of windows; bands: (A,), of `passing.Passing`. An error is 0,
-    and a factor 1, where what is stated can hold it.
+    whether they are those of windows; bands: (A,), of `passing.Passing`; jolted: axes
+    amid whose steps something moved for good (`jolts`), which are not asked. An error
+    is 0, and a factor 1, where what is stated can hold it.
     """
     doubts, errors, factors = [], np.zeros(len(sigma)), np.ones(len(sigma))
+    mean_moved = 0.0
     banded = np.zeros(len(sigma), bool)
     for axis, usual in enumerate(sigma):
-        found = mismatch(sample, axis, noise)
+        found = None if axis in jolted else mismatch(sample, axis, noise)
         if found is None:
             continue
+        if found.kind == MOTION:
+            size = found.size / len(sample.codes[axis].steps)
+            mean_moved = max(mean_moved, size)
         scatter = found.scatter
         variance = scatter.of(smooth) if scatter else 1.0
         # What is local, as in JPEG files, windows beside each other know as well.
@@ -94,7 +87,7 @@ def step_errors(sample, noise, sigma, smooth, bands):
             doubts += _step_doubts(sample, axis, found, found.periods / usual)
     doubts += _shared_noise(sample, np.where(banded, 1, factors))
     doubts += _in_bands(sample, np.where(banded, factors, 1))
-    return doubts, errors, factors
+    return doubts, errors, factors, mean_moved
 
 
 def _shared_noise(sample, factors):
@@ -239,7 +232,8 @@ def _step_doubts(sample, axis, found, times):
         )
 
 
-def _unsteady_light(sample):
+def unsteady_light(sample):
+    """Doubts about the light of a Sample whose pictures are in order."""
     groups = [dict(_light_of_bits(sample))]
     # More steps than three say more, and more exactly, and so do three beside a code
     # with its inverse (`step_errors`).
@@ -310,90 +304,3 @@ def _light_of_steps(sample, axis):
         share = sample.pictures[picture][sample.lit] / level
         binned = np.bincount(place, share, minlength=PHASE_BINS) / count
         yield picture, float(binned.mean())
-
-
-def _motion(sample):
-    """The largest motion, as one Doubt or none."""
-    found = []
-    flat = sorted(_without_pattern(sample), key=lambda one: min(one[0]))
-    fitted = [_shifts(plain, flat[0][1], pattern) for _, plain, pattern in flat]
-    shifts = [shift for shift, _, _ in fitted]
-    # One tone curve is behind all pictures, and coarse bits have few edges to know it.
-    least = TONE * max((np.hypot(*tone) for _, _, tone in fitted), default=0.0)
-    for (pictures, _, _), (_, within, _) in zip(flat, fitted, strict=True):
-        within = within * (np.hypot(*within) > least)
-        found.append((within, "between {} and {}", pictures))
-    for (before, after), (last, first) in zip(
-        pairwise(shifts), pairwise(flat), strict=True
-    ):
-        pictures = last[0][-1], first[0][0]
-        found.append((after - before, "between {} and {}", pictures))
-    sizes = [float(np.hypot(*shift)) for shift, _, _ in found]
-    if sizes and max(sizes) > MOVED_PX:
-        size = max(sizes)
-        _, when, pictures = found[sizes.index(size)]
-        when = when.format(sample.names[pictures[0]], sample.names[pictures[-1]])
-        yield Doubt(
-            size > FAR_MOVED_PX,
-            f"the picture moved by about {size:.1f} px {when}; camera and monitor must "
-            "be at rest: take the pictures again",
-        )
-
-
-def _without_pattern(sample):
-    """(pictures, their mean without pattern, half of what the pattern adds or None)"""
-    for axis, code in enumerate(sample.codes):
-        for light, dark in code.bits:
-            if dark is not None:
-                a, b = sample.pictures[light], sample.pictures[dark]
-                yield (light, dark), (a + b) / 2, (a - b) / 4
-        if code.steps:
-            yield code.steps, sample.wave(axis)[1], None
-
-
-def _shifts(plain, reference, pattern):
-    """Shift (2,) px against the reference, of a picture against its inverse, and what
-    the tone curve does to these two, alike.
-
-    At an edge of the pattern a tone curve makes both together brighter or darker,
-    whichever side is bright. What a shift leaves turns with the side; unless it is far
-    more, it is the tone curve's as well.
-    """
-    columns = [reference, np.ones_like(reference), *_slopes(reference)]
-    if pattern is None:
-        return _fitted(plain, columns)[2:], np.zeros(2), np.zeros(2)
-    slopes = [_edges(slope) for slope in _slopes(pattern)]
-    # Where edges end at the monitor's border, a few go across their own direction.
-    count = [np.count_nonzero(slope) for slope in slopes]
-    slopes = [
-        s * (n > FEW_EDGES * max(count)) for s, n in zip(slopes, count, strict=True)
-    ]
-    found = _fitted(plain, [*columns, *slopes, *map(np.abs, slopes)])
-    return found[2:4], found[4:6], found[6:]
-
-
-def _slopes(picture):
-    """Changes per pixel along u and v within each band."""
-    if picture.shape[1] < 2:
-        return np.gradient(picture, axis=2), np.zeros_like(picture)
-    return np.gradient(picture, axis=2), np.gradient(picture, axis=1)
-
-
-def _edges(slope):
-    """The slope where there is an edge, 0 where there is noise."""
-    size = np.abs(slope)
-    return np.where(size > EDGE * size.max(), slope, 0)
-
-
-def _fitted(values, columns):
-    """Coefficients of the columns, 0 for those that are not SURE."""
-    basis = np.stack([column.ravel() for column in columns], axis=1).astype(float)
-    used = basis.any(axis=0)
-    scale = np.where(used, np.sqrt(np.mean(basis**2, axis=0)), 1)
-    basis = basis / scale
-    normal = basis.T @ basis + 1e-9 * len(basis) * np.eye(len(scale))
-    inverse = np.linalg.inv(normal)
-    found = inverse @ (basis.T @ values.ravel())
-    left = values.ravel() - basis @ found
-    spread = np.sqrt(np.mean(left**2) * np.diag(inverse))
-    return np.where(used & (np.abs(found) > SURE * spread), found / scale, 0)
