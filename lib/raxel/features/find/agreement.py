@@ -16,10 +16,12 @@ NEAR = 1.5
 # As much as so many numbers, of which each corner has two, is known beforehand: of
 # a board, that errors are those of noise; of a corner, that they are its board's.
 BEFORE, OF_BOARD = 2.0, 2.0
-# What stands out by more SDs than these is one corner's, and no neighbour's: by chance
-# alone, 0.5 % of the variance is lost. So many rounds, each with the last one's
-# SDs, leave next to nothing of the largest.
-STANDS_OUT, ROUNDS = 3.0, 6
+# What stands out by more SDs than these is one corner's, and no neighbour's. So many
+# rounds, each with the last one's SDs, leave next to nothing of the largest, also where
+# a row of corners, a third of those around its neighbours, lies in the edge of a shadow.
+STANDS_OUT, ROUNDS = 1.5, 12
+# Of the variance of a Gaussian, what is left where it is cut at so many SDs.
+LEFT = 0.778
 # A corner whose own parts disagree by more than this many SDs is less certain than its
 # neighbours; up to there it is chance.
 CHANCE = 2.5
@@ -34,7 +36,8 @@ def times_noise(apart):
     square = np.where(known[..., None], apart, 0.0) ** 2
     usual = np.full(known.shape, np.inf)
     for _ in range(ROUNDS):
-        usual = _around(np.minimum(square, (STANDS_OUT**2 * usual)[..., None]), known)
+        cut = np.minimum(square, (STANDS_OUT**2 * usual)[..., None])
+        usual = _around(cut / LEFT, known)
     own = np.sqrt(square.max(axis=2)) / CHANCE
     return np.where(known, np.maximum(np.sqrt(usual), own), np.nan)
 
@@ -43,6 +46,15 @@ def at_most_usual(times):
     """`times_noise` (rows, columns), none larger than the median of the board."""
     known = times[np.isfinite(times)]
     return np.minimum(times, np.median(known)) if len(known) else times
+
+
+def with_shift(sd, shift):
+    """SDs of corners that half a turn moves by `shift`, px: beyond chance, it is theirs.
+
+    What a whole window shares, a shadow's soft edge or a stain, moves its near and its
+    far part alike.
+    """
+    return np.hypot(sd, np.sqrt(np.maximum(shift**2 - (CHANCE * sd) ** 2, 0)))
 
 
 def _around(square, known):

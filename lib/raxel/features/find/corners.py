@@ -81,34 +81,52 @@ def fields_of(patches, level):
     return Fields(least > LEAST_EVEN * np.maximum(most, 1e-6), sign, least)
 
 
-def half_turned(patches, level):
-    """Corners beside themselves after half a turn, in a Level: (uneven, shift) (N,).
+def uneven(patches, level):
+    """By how much corners differ from themselves after half a turn, in a Level: (N,).
 
     The four fields of a corner are the same after half a turn about it, however they
     are blurred; what covers part of it, or an edge of a shadow across it, is not.
-    uneven: root of the share of the odd part in the window, without a slope of the
-    light and without what the level's noise explains; shift: px from the corner to the
-    place about which the window is nearest to even.
+    Returned is the root of the share of the odd part in the window, without a slope of
+    the light and without what the level's noise explains.
     """
-    k = np.linspace(-TURNED, TURNED, TURNED_SAMPLES)
-    t, s = (a.ravel() for a in np.meshgrid(k, k, indexing="ij"))
-    here, turned = (sampled(level, patches.at(a * s, a * t)) for a in (1, -1))
-    even, odd = (here + turned) / 2, (here - turned) / 2
-    even = even - even.mean(axis=1, keepdims=True)
-    slope = np.column_stack([s, t])
-    level_light = np.eye(len(s)) - slope @ np.linalg.inv(slope.T @ slope) @ slope.T
-    odd = odd @ level_light
+    _, even, odd, _ = _even_and_odd(patches, level, TURNED_SAMPLES)
     noise = SMOOTHED_NOISE * level.noise / np.sqrt(2)
     share = np.maximum((odd**2).mean(axis=1) - noise**2, 0)
-    share = share / np.maximum((even**2).mean(axis=1), 1e-6)
-    field = even.reshape(-1, TURNED_SAMPLES, TURNED_SAMPLES)
-    change = np.stack(np.gradient(field, k, k, axis=(2, 1)), axis=3)
-    change = level_light @ change.reshape(*even.shape, 2)
+    return np.sqrt(share / np.maximum((even**2).mean(axis=1), 1e-6))
+
+
+def half_turned(patches, level, samples):
+    """How far (N,) px corners are from where half a turn says they are, in a Level.
+
+    That is the place about which the window is nearest to even, see `uneven`; samples:
+    along it.
+    """
+    k, even, odd, flat = _even_and_odd(patches, level, samples)
+    field = even.reshape(-1, len(k), len(k))
+    change = np.gradient(field, k, k, axis=(2, 1))
+    change = np.stack([flat(one.reshape(even.shape)) for one in change], axis=2)
     normal = np.swapaxes(change, 1, 2) @ change + 1e-9 * np.eye(2)
     right = -np.swapaxes(change, 1, 2) @ odd[..., None]
     ds, dt = np.linalg.solve(normal, right)[..., 0].T
-    shift = ds[:, None] * patches.u + dt[:, None] * patches.v
-    return np.sqrt(share), np.linalg.norm(shift, axis=1)
+    return np.linalg.norm(ds[:, None] * patches.u + dt[:, None] * patches.v, axis=1)
+
+
+def _even_and_odd(patches, level, samples):
+    """Places (samples,) along a window, its even and its odd part (N, samples^2).
+
+    Of the even part its mean is taken off, of the odd part a slope of the light, as by
+    the function that is returned with them.
+    """
+    k = np.linspace(-TURNED, TURNED, samples)
+    t, s = (a.ravel() for a in np.meshgrid(k, k, indexing="ij"))
+    here, turned = (sampled(level, patches.at(a * s, a * t)) for a in (1, -1))
+    even, odd = (here + turned) / 2, (here - turned) / 2
+    slope = np.column_stack([s, t]) / np.linalg.norm(s)
+
+    def flat(values):
+        return values - (values @ slope) @ slope.T
+
+    return k, even - even.mean(axis=1, keepdims=True), flat(odd), flat
 
 
 def sampled(level, pixels):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.features.find.agreement import CHANCE
-from raxel.features.find.corners import QUADRANT, half_turned, sampled
+from raxel.features.find.corners import QUADRANT, sampled, uneven
 from raxel.features.find.grids import (
     FAKE_COUNT,
     FAKE_SHARE,
@@ -98,7 +98,7 @@ def sides_seen(grid, level):
         return []
     points = np.where(known[..., None], grid.points, predicted(grid.points))
     patches, i, j = patches_of(points)
-    even = known[i, j] & (half_turned(patches, level)[0] <= MOST_UNEVEN)
+    even = known[i, j] & (uneven(patches, level) <= MOST_UNEVEN)
     sides = []
     for axis, at in enumerate((i, j)):
         if known.shape[axis] <= LEAST_SIDE:

@@ -5,7 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.agreement import CHANCE, at_most_usual, times_noise
+from raxel.features.find.agreement import (
+    CHANCE,
+    at_most_usual,
+    times_noise,
+    with_shift,
+)
 from raxel.features.find.corners import (
     FULL,
     QUICK,
@@ -14,8 +19,15 @@ from raxel.features.find.corners import (
     fields_of,
     half_turned,
     placed,
+    uneven,
 )
-from raxel.features.find.patches import AXES, patches_of, predicted, shifted
+from raxel.features.find.patches import (
+    AXES,
+    bent_patches_of,
+    patches_of,
+    predicted,
+    shifted,
+)
 
 ROUNDS = 12
 SNAP, INNER_SNAP = 0.3, 0.45
@@ -51,6 +63,9 @@ MOST_SD = 1 / 3
 # How far from a corner half a turn says where it is: beyond, edges bend otherwise than
 # the lattice about it says, where a lens bends strongly.
 TURNED_PX = 10.0
+# Samples along a window that half a turn moves: less than a pixel apart they say what
+# moves its corner; farther apart, what pixels do to edges as sharp as they are.
+DENSE, THIN = 24, 12
 
 
 class Grid(NamedTuple):
@@ -138,12 +153,24 @@ def settled(grid, levels):
         np.hypot(grid.sd * k, SAMPLING_PX) for k in (times, at_most_usual(times))
     )
     patches, i, j = patches_of(grid.points)
-    uneven, _ = half_turned(patches, levels[0])
-    _, shift = half_turned(patches.shrunk(_near_share(patches, levels[0])), levels[0])
+    shift, of_pixels = (_shift(grid.points, levels[0], n)[i, j] for n in (DENSE, THIN))
     off = (shift > MOST_SD) & (shift > CHANCE * chance[i, j])
-    sd[i, j] = np.maximum(sd[i, j], shift / CHANCE)
-    sd[i, j] = np.where(off | (uneven > MOST_UNEVEN), np.inf, sd[i, j])
+    off |= uneven(patches, levels[0]) > MOST_UNEVEN
+    sd[i, j] = with_shift(np.maximum(sd[i, j], of_pixels / CHANCE), shift)
+    sd[i, j] = np.where(off, np.inf, sd[i, j])
     return grid._replace(sd=sd)
+
+
+def _shift(points, level, samples):
+    """How far half a turn moves corners (rows, columns, 2), by the bend that suits.
+
+    On a side nobody sees how the lattice bends, and an even window tells.
+    """
+    least = np.full(points.shape[:2], np.inf)
+    for patches, i, j in patches_of(points), bent_patches_of(points):
+        near = patches.shrunk(_near_share(patches, level))
+        least[i, j] = np.fmin(least[i, j], half_turned(near, level, samples))
+    return least
 
 
 def _near_share(patches, level):
