@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board
-from raxel.features.find.agreement import times_noise
+from raxel.features.find.agreement import times_noise, with_shift
 from raxel.features.find.corners import FULL, placed
-from raxel.features.find.patches import Patches
+from raxel.features.find.patches import Patches, patches_of, side_patches_of
 from raxel.features.find.saddles import Level
 from raxel.features.lattice import orders
 from tests.bench.stated._drawn import Board as BoardBefore
@@ -180,7 +180,7 @@ def test_one_side_of_a_board_may_be_worse_than_the_other():
     apart[:, 12:] *= 5
     stated = times_noise(apart)
     # Each corner counts its board's mean, here 3.6, as one corner more beside it.
-    assert np.median(stated[:, :8]) < 1.5
+    assert np.median(stated[:, :8]) < 1.6
     assert np.median(stated[:, 16:]) == pytest.approx(5, rel=0.2)
 
 
@@ -196,6 +196,35 @@ def test_a_corner_whose_parts_disagree_is_less_certain_than_others():
     apart[3, 4] = np.nan
     assert np.isnan(times_noise(apart)[3, 4])
     assert np.isfinite(times_noise(apart)[others]).all()
+
+
+def test_a_row_in_a_shadow_s_edge_is_uncertain_for_itself():
+    apart = scattered(1.0, 7, (6, 9))
+    apart[2] *= 50
+    stated = np.median(times_noise(apart), axis=1)
+    assert stated[2] > 10
+    # The median of a row counts its own parts' chance, too.
+    assert stated[[0, 1, 3, 4, 5]].max() < 3
+
+
+def test_what_half_a_turn_moves_by_chance_is_stated_already():
+    sd, shift = np.array([0.01, 0.01, 0.01]), np.array([0.0, 0.025, 0.2])
+    stated = with_shift(sd, shift)
+    np.testing.assert_allclose(stated, [0.01, 0.01, 0.2], rtol=0.02)
+
+
+def test_a_lattice_goes_on_bending_beyond_its_sides():
+    """Bends that change evenly are told exactly, where a parabola's would be off."""
+    i, j = np.mgrid[:6, :7].astype(float)
+    points = np.stack([30 * j + 0.4 * j**3, 30 * i + 0.2 * i**3 + j**2], axis=2)
+    patches, rows, columns = side_patches_of(points)
+    assert set(zip(rows, columns, strict=True)) == {
+        (a, b) for a in range(6) for b in range(7) if a in (0, 5) or b in (0, 6)
+    }
+    true = np.stack([1.2 * columns, np.ones(len(rows))], axis=1)
+    np.testing.assert_allclose(patches.uu, true, atol=1e-9)
+    plain, _, columns = patches_of(points)
+    assert np.abs(plain.uu[:, 0] - 1.2 * columns).max() > 1
 
 
 def test_a_lens_that_bends_strongly_costs_no_certainty():

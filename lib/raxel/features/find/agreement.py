@@ -17,8 +17,8 @@ NEAR = 1.5
 # a board, that errors are those of noise; of a corner, that they are its board's.
 BEFORE, OF_BOARD = 2.0, 2.0
 # What stands out by more SDs than these is one corner's, and no neighbour's. So many
-# rounds, each with the last one's SDs, leave next to nothing of the largest, also where
-# a row of corners, a third of those around its neighbours, lies in the edge of a shadow.
+# rounds, each with the last one's SDs, leave little of the largest, also where a row of
+# corners lies in the edge of a shadow: it is a third of those around its neighbours.
 STANDS_OUT, ROUNDS = 1.5, 12
 # Of the variance of a Gaussian, what is left where it is cut at so many SDs.
 LEFT = 0.778
@@ -49,10 +49,10 @@ def at_most_usual(times):
 
 
 def with_shift(sd, shift):
-    """SDs of corners that half a turn moves by `shift`, px: beyond chance, it is theirs.
+    """SDs (N,) px of corners that half a turn moves by `shift` (N,) px.
 
-    What a whole window shares, a shadow's soft edge or a stain, moves its near and its
-    far part alike.
+    Beyond chance it is theirs: what a whole window shares, a shadow's soft edge or a
+    stain, moves its near and its far part alike.
     """
     return np.hypot(sd, np.sqrt(np.maximum(shift**2 - (CHANCE * sd) ** 2, 0)))
 

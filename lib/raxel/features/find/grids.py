@@ -5,12 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.find.agreement import (
-    CHANCE,
-    at_most_usual,
-    times_noise,
-    with_shift,
-)
+from raxel.features.find.agreement import CHANCE, at_most_usual, times_noise, with_shift
 from raxel.features.find.corners import (
     FULL,
     QUICK,
@@ -23,10 +18,10 @@ from raxel.features.find.corners import (
 )
 from raxel.features.find.patches import (
     AXES,
-    bent_patches_of,
     patches_of,
     predicted,
     shifted,
+    side_patches_of,
 )
 
 ROUNDS = 12
@@ -131,11 +126,12 @@ def settled(grid, levels):
 
     levels: from smooth to sharp; a sharper one is taken where noise leaves a corner
     certain in it, for smoothing moves corners of small squares. The SD is that of the
-    pixels' noise, as many times larger as edges say (`agreement`), and what pixels do
-    (SAMPLING_PX). A corner of which something covers a part has an infinite SD: edges
-    of what covers it take part in the fit, and nothing in the fit tells. So has one
-    that half a turn moves by more than MOST_SD and by more than chance does, which is
-    taken as usual on the board: a row along the edge of a shadow disagrees with itself.
+    pixels' noise, as many times larger as edges say (`agreement`), what pixels do
+    (SAMPLING_PX), and by how much half a turn moves the corner beyond chance.
+    A corner of which something covers a part has an infinite SD: edges of what covers
+    it take part in the fit, and nothing in the fit tells. So has one that half a turn
+    moves by more than MOST_SD and by more than chance does, which is taken as usual on
+    the board: a row along the edge of a shadow disagrees with itself.
     """
     grid = Grid(*(a.copy() for a in grid))
     apart = np.full((*grid.known.shape, 2), np.nan)
@@ -153,24 +149,27 @@ def settled(grid, levels):
         np.hypot(grid.sd * k, SAMPLING_PX) for k in (times, at_most_usual(times))
     )
     patches, i, j = patches_of(grid.points)
-    shift, of_pixels = (_shift(grid.points, levels[0], n)[i, j] for n in (DENSE, THIN))
-    off = (shift > MOST_SD) & (shift > CHANCE * chance[i, j])
+    near = patches.shrunk(_near_share(patches, levels[0]))
+    thin = half_turned(near, levels[0], THIN)
+    off = (thin > MOST_SD) & (thin > CHANCE * chance[i, j])
     off |= uneven(patches, levels[0]) > MOST_UNEVEN
-    sd[i, j] = with_shift(np.maximum(sd[i, j], of_pixels / CHANCE), shift)
+    shift = np.full(sd.shape, np.nan)
+    shift[i, j] = half_turned(near, levels[0], DENSE)
+    shift = _at_sides(shift, grid.points, levels[0])[i, j]
+    sd[i, j] = with_shift(np.maximum(sd[i, j], thin / CHANCE), shift)
     sd[i, j] = np.where(off, np.inf, sd[i, j])
     return grid._replace(sd=sd)
 
 
-def _shift(points, level, samples):
-    """How far half a turn moves corners (rows, columns, 2), by the bend that suits.
+def _at_sides(shift, points, level):
+    """Shifts (rows, columns), at the sides those by the bend that suits better.
 
-    On a side nobody sees how the lattice bends, and an even window tells.
+    Nobody sees how the lattice bends there, and an even window tells.
     """
-    least = np.full(points.shape[:2], np.inf)
-    for patches, i, j in patches_of(points), bent_patches_of(points):
-        near = patches.shrunk(_near_share(patches, level))
-        least[i, j] = np.fmin(least[i, j], half_turned(near, level, samples))
-    return least
+    patches, i, j = side_patches_of(points)
+    near = patches.shrunk(_near_share(patches, level))
+    shift[i, j] = np.fmin(shift[i, j], half_turned(near, level, DENSE))
+    return shift
 
 
 def _near_share(patches, level):

@@ -138,8 +138,8 @@ def patches_of(grid):
     return Patches(*(a[i, j] for a in shape)), i - 1, j - 1
 
 
-def bent_patches_of(grid):
-    """As `patches_of`, with bends at the sides that change as they do inside.
+def side_patches_of(grid):
+    """As `patches_of`, of corners on the sides, with bends that change as inside.
 
     `patches_of` gives a corner on a side the bend of the one next to it.
     """
@@ -152,7 +152,8 @@ def bent_patches_of(grid):
     patches, i, j = patches_of(full)
     rows, columns = grid.shape[:2]
     inside = (i > 0) & (i <= rows) & (j > 0) & (j <= columns)
-    return patches.of(inside), i[inside] - 1, j[inside] - 1
+    side = inside & ((i == 1) | (i == rows) | (j == 1) | (j == columns))
+    return patches.of(side), i[side] - 1, j[side] - 1
 
 
 def _mean(arrays):
