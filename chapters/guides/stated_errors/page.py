@@ -96,12 +96,14 @@ def ext_stated_record(effort):
 # show_table("ext_stated_corners", digits=3)
 
 # %% [markdown]
-# A corner's standard deviation has three parts. Noise of pixels goes through the fit of
+# A corner's standard deviation has four parts. Noise of pixels goes through the fit of
 # two edges exactly. What else moves a corner (compression, a blur that is not the same
 # to all sides, bends within the window) shows where the near part of the window says
 # something else than the far part; by that factor the first part is multiplied, and
-# corners around one have a say in it. The last part is a small constant for what
-# pixels do to edges that are as sharp as they are.
+# corners around one have a say in it, but a row of them in the edge of a shadow speaks
+# for itself only. A small constant is for what pixels do to edges that are as sharp as
+# they are. The last part is by how much half a turn of its window moves the corner, as
+# far as that is beyond chance.
 #
 # *Error over stated* is a robust standard deviation of the errors over the stated
 # ones, so 1 is what it should be; below, too much is stated. A decile holds a tenth of
