@@ -3,7 +3,8 @@
 Two tests. A picture and its inverse share the light: each pixel is bright in one of
 them. And where one bit alone changes from a pixel to one beside it, the code goes one
 up or down, whatever the scene: only that makes it a Gray code. Bits in each other's
-place, or turned over, count in leaps; which exchange would mend that is tried out.
+place, or turned over, count in leaps; which exchange would mend that is tried out. A
+bit that is there twice, in another's place, is told before.
 """
 
 from itertools import combinations
@@ -21,6 +22,9 @@ LEAPS = 0.5  # of the edges of a bit
 HEALED = 0.2  # of the leaps are left by an exchange that explains them
 BEYOND_REPAIR = 0.4  # of all edges
 READ = 0.7  # of the lit pixels, for a bit to count as seen
+# Of the pixels at which two bits are read: as many alike, or opposite, and one bit is
+# shown twice, where each sign has its share. No two bits change at the same places.
+ALIKE, BOTH_SIGNS = 0.98, 0.05
 
 
 def code_doubts(sample):
@@ -98,6 +102,10 @@ def _out_of_order(sample):
         signs.append(apart > 0)
         strong.append(sample.lit & (np.abs(apart) > STRONG))
         widths.append(spacing(signs[-1], strong[-1]))
+    doubled = list(_doubled([_name(sample, bit) for bit in bits], signs, strong))
+    if doubled:
+        yield from doubled
+        return
     seen = [np.count_nonzero(s) > READ * np.count_nonzero(sample.lit) for s in strong]
     orders, coarser = _countable(sample, bits, widths, seen)
     if coarser:
@@ -128,6 +136,25 @@ def _out_of_order(sample):
             f"the Gray code of axis {where} leaps from cell to cell; check the order "
             f"of its pictures, their axis, bit and inverse: {_listed(own)}",
         )
+
+
+def _doubled(names, signs, strong):
+    """Doubts about bits that change where another one does; names: pairs, of each."""
+    for one, other in combinations(range(len(names)), 2):
+        both = strong[one] & strong[other]
+        first, second = signs[one][both], signs[other][both]
+        if not len(first):
+            continue
+        alike = np.mean(first == second)
+        shares = [np.mean(sign) for sign in (first, second)]
+        two = min(*shares, *(1 - share for share in shares)) > BOTH_SIGNS
+        if two and max(alike, 1 - alike) > ALIKE:
+            yield Doubt(
+                True,
+                f"{_both(names[other])}: the same stripes as of {_both(names[one])}; "
+                "one of both is there twice: put the right pictures there or take them "
+                "again",
+            )
 
 
 def _name(sample, place):
