@@ -98,7 +98,7 @@ def test_the_page_quotes_what_the_record_says(results):
         for row in PARTS["calibration"]
         if row["case"].startswith(("sound", "corners err together"))
     ]
-    said = "shape", "corners", "halves", "focal", "erratic"
+    said = "shape", "corners", "halves", "focal", "erratic", "odd"
     assert found["sets.false"] == sum(row[name] for row in sound for name in said)
     assert found["focal.most"] == pytest.approx(
         max(row["rms"] for row in sound), rel=5e-3

@@ -41,9 +41,9 @@ DRAWN_BOARDS = "on paper", "on cloth", "partly hidden", "circles", "other patter
 PHOTOGRAPHED = "fisheye-", "mirror-", "ordinary-", "wide-"
 # Of calibrations: what is as it is said to be, what is told in columns of its own, and
 # what no fit takes up, so that no standard deviation can hold it.
-SOUND = "sound", "err together"
-TOLD = "shape", "corners", "halves", "focal", "erratic"
-UNTOLD = "two cameras", "shutter", "wrong", "dent", "one row"
+SOUND = "sound", "err together", "three times"
+TOLD = "shape", "corners", "halves", "focal", "erratic", "odd"
+UNTOLD = "two cameras", "shutter", "wrong", "dent", "one row", "cropped"
 # Of calibrations: what is not as it is said to be.
 FAULTS = {
     "bent": ("bent",),
@@ -52,6 +52,7 @@ FAULTS = {
     "near": ("1 % apart",),
     "dented": ("dent", "one row"),
     "shutter": ("shutter",),
+    "cropped": ("cropped",),
 }
 
 

@@ -29,6 +29,7 @@ TITLES = {
     "halves": "Sets whose halves disagree",
     "focal": "Sets whose focal lengths alone differ",
     "erratic": "Sets whose photographs differ",
+    "odd": "Sets with one odd photograph",
 }
 SIZE, COUNT, NOISE_PX = (1280, 960), 14, 0.1
 SETS = {"pinhole": 40, "fisheye": 20}
@@ -37,6 +38,7 @@ BOARD = 24.0 * np.stack(np.meshgrid(np.arange(10), np.arange(7)), -1).reshape(-1
 MIDDLE, HALF = BOARD.mean(axis=0), np.ptp(BOARD, axis=0) / 2
 DENT, DENT_MM, ROW = np.array([72.0, 96.0]), 40.0, 4  # middle, radius; which row is off
 TOGETHER_MM = 80.0  # over which corners of a photograph err alike
+COPIED = 0.3  # of the noise: what near copies of a photograph differ by
 STEP_PX = 64  # between pixels whose rays are compared
 SEED = 25_301
 
@@ -69,13 +71,15 @@ def poses(rng, kind):
 
 
 def drawn(rng, kind, *, shape=(0, 0, 0, 0), together_px=0.0, other=1.0, in_order=True,
-          moves_mm=0.0, wrong=0.0, dent_mm=0.0, row_mm=0.0):  # fmt: skip
+          moves_mm=0.0, wrong=0.0, dent_mm=0.0, row_mm=0.0, cropped_px=0.0,
+          copies=1):  # fmt: skip
     """BoardViews of one set; shape: values of a BoardShape; together_px: SD of what
     neighbouring corners share; other: focal length of the second half's camera over the
     first's; in_order: whether that half comes after the first, or mixed with it;
     moves_mm: motion from the first row to the last, each board's own way;
     wrong: share of corners that are several px off; dent_mm: depth of a dent; row_mm:
-    how far one row is printed along x from where it should be."""
+    how far one row is printed along x from where it should be; cropped_px: of the first
+    photograph, at its left; copies: how often each photograph is there."""
     solid = BoardShape(MIDDLE, HALF, np.array(shape, float)).points(BOARD)
     far = np.linalg.norm(BOARD - DENT, axis=1) / DENT_MM
     solid[:, 2] += dent_mm * np.exp(-(far**2) / 2)
@@ -98,8 +102,16 @@ def drawn(rng, kind, *, shape=(0, 0, 0, 0), together_px=0.0, other=1.0, in_order
         pixels += together_px * alike @ rng.normal(size=pixels.shape)
         off = rng.random(len(pixels)) < wrong
         pixels[off] += 5 * rng.normal(size=(np.count_nonzero(off), 2))
+        pixels[:, 0] -= cropped_px * (not views)
         views.append(BoardView(pixels, BOARD, 10, 7, f"{len(views)}.png"))
-    return views
+    if copies == 1:
+        return views
+    own = COPIED * NOISE_PX * rng.normal(size=(copies, COUNT, *pixels.shape))
+    return [
+        view._replace(pixels=view.pixels + own[k, n], name=f"{n}-{k}.png")
+        for n, view in enumerate(views)
+        for k in range(copies)
+    ]
 
 
 def fitted(views, kind):
@@ -155,6 +167,7 @@ def one_set(seed, kind, **how):
         "halves": not halves.same_camera,
         "focal": halves.same_camera and not halves.one_focal,
         "erratic": not halves.steady,
+        "odd": halves.odd is not None,
     }
 
 
@@ -171,6 +184,8 @@ CASES = {
     "two cameras, 1 % apart, mixed at random": {"other": 1.01, "in_order": False},
     "board with a dent of 0.5 mm": {"dent_mm": 0.5},
     "one row of the board off by 0.5 mm": {"row_mm": 0.5},
+    "one photograph cropped by 20 px": {"cropped_px": 20.0},
+    "each photograph three times": {"copies": 3},
 }
 SOUND = "sound", "corners err together by 0.1 px"
 
@@ -193,6 +208,6 @@ def measured():
                 "rays_px": np.median(rays),
                 "rays_over_stated": np.median(rays / stated),
             }
-            for name in ("shape", "corners", "halves", "focal", "erratic"):
+            for name in ("shape", "corners", "halves", "focal", "erratic", "odd"):
                 row[name] = sum(each[name] for each in found)
             yield row
