@@ -165,6 +165,9 @@ def ext_stated_record(effort):
 # more than photographs of one half do. *Focal lengths alone differ*: no halves do, but
 # photographs differ more in the focal length that each asks for than in all else.
 # *Photographs differ*: one from another, by more than their corners' scatter.
+# *One odd photograph*: one lies farther from what all others say of the camera than
+# these lie from each other. Each photograph three times, with a third of the noise
+# anew, stands for the frames of a film: they count together.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_stated_tables")
