@@ -79,10 +79,11 @@ def ext_stated_record(effort):
 #   {glue:text}`dented.corners` of {glue:text}`dented.sets`; motion during the exposure
 #   in {glue:text}`shutter.erratic` of {glue:text}`shutter.sets` by photographs that
 #   differ; one photograph among fourteen that lacks 20 px at its left, by its name, in
-#   {glue:text}`cropped.odd` of {glue:text}`cropped.sets`. False alarms: {glue:text}`sets.false` in {glue:text}`sets.sound` sound sets.
-#   Tables of rays hang less on a formula, and tell less: of sets of two cameras or a
-#   stretched board {glue:text}`tables.found` of {glue:text}`tables.faulty` are noticed,
-#   and {glue:text}`tables.false` of {glue:text}`tables.sound` sound ones are said to be
+#   {glue:text}`cropped.odd` of {glue:text}`cropped.sets`. False alarms:
+#   {glue:text}`sets.false` in {glue:text}`sets.sound` sound sets. Tables of rays hang
+#   less on a formula, and tell less: of sets of two cameras or a stretched board
+#   {glue:text}`tables.found` of {glue:text}`tables.faulty` are noticed, and
+#   {glue:text}`tables.false` of {glue:text}`tables.sound` sound ones are said to be
 #   unstable.
 # - **A pupil that moves.** It is said to move in {glue:text}`pupil.false` of
 #   {glue:text}`pupil.central` central lenses, and in {glue:text}`pupil.found` of
