@@ -177,13 +177,16 @@ def grid_motion(T_camera_grid, covariance, first, second, point):
     J[3:, 6 * second : 6 * second + 3] = np.eye(3)
     spread = J @ covariance @ J.T
     along = shift / max(distance, 1e-300)
+    # Of errors that are exactly alike rounding may leave less than nothing.
+    variances = along @ spread[:3, :3] @ along, np.trace(spread[3:, 3:])
+    distance_sd, angle_sd = np.sqrt(np.maximum(variances, 0.0)).tolist()
     return GridMotion(
         shift,
         rotation,
         float(distance),
         float(angle),
-        float(np.sqrt(along @ spread[:3, :3] @ along)),
-        float(np.sqrt(np.trace(spread[3:, 3:]))),
+        distance_sd,
+        angle_sd,
     )
 
 
