@@ -181,12 +181,7 @@ def grid_motion(T_camera_grid, covariance, first, second, point):
     variances = along @ spread[:3, :3] @ along, np.trace(spread[3:, 3:])
     distance_sd, angle_sd = np.sqrt(np.maximum(variances, 0.0)).tolist()
     return GridMotion(
-        shift,
-        rotation,
-        float(distance),
-        float(angle),
-        distance_sd,
-        angle_sd,
+        shift, rotation, float(distance), float(angle), distance_sd, angle_sd
     )
 
 
