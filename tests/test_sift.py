@@ -31,6 +31,16 @@ def test_features_of_a_moved_picture_are_found_where_it_went():
     assert np.all(np.diff(found.ratio) >= 0)
 
 
+def test_what_is_there_twice_matches_where_it_is_more_alike():
+    """A match is nearest both ways round, so that no place has two."""
+    second = textured()[:, :160]
+    noise = np.random.default_rng(2).normal(0, 4, second.shape)
+    again = np.clip(second + noise, 0, 255).astype(np.uint8)
+    found = match_features(np.hstack([second, again]), second)
+    assert len(found.ratio) > 60
+    assert np.mean(found.pixels[0, :, 0] < 160) > 0.8
+
+
 def test_pixel_centres_are_at_integers():
     """A picture that is turned by half a turn has its places turned about its middle,
     and one of blobs has them where the blobs are."""
