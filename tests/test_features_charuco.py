@@ -10,7 +10,7 @@ from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards
-from raxel.features.charuco import find_charuco
+from raxel.features.charuco import find_charuco, without_markers
 from raxel.features.markers import markers_seen
 from raxel.sets import Charuco, load_set, write_set
 from tests.charuco_boards import (
@@ -69,9 +69,22 @@ def test_a_board_in_a_mirror_is_seen_from_behind():
     straight = find_charuco(image, TARGET)
     again = found.corners.reshape(5, 7, 2)[:, ::-1] * [-1, 1] + [WIDTH - 1, 0]
     np.testing.assert_allclose(again.reshape(-1, 2), straight.corners, atol=1e-9)
+    sd = found.sd.reshape(5, 7)[:, ::-1].ravel()
+    np.testing.assert_allclose(sd, straight.sd, rtol=1e-9)
+    assert np.nanmax(sd) > 1.1 * np.nanmin(sd)
     lattice = found.corners.reshape(5, 7, 2)
     along, down = lattice[2, 4] - lattice[2, 3], lattice[3, 3] - lattice[2, 3]
     assert along[0] * down[1] - along[1] * down[0] > 0
+
+
+@pytest.mark.parametrize("slope", [(0.6, 0.0), (0.0, 0.6), (0.4, -0.3)])
+def test_paint_over_a_marker_goes_on_as_the_light_around_it(slope):
+    v, u = np.mgrid[:90, :120]
+    light = np.rint(150 + slope[0] * (u - 60) + slope[1] * (v - 45)).astype(np.uint8)
+    grey, marker = light.copy(), np.array([[45, 30], [75, 32], [73, 60], [44, 58]])
+    cv2.fillConvexPoly(grey, marker, 20)
+    painted = without_markers(grey, [marker.astype(float)], 40 / 29)
+    assert np.abs(painted.astype(int) - light).max() <= 1
 
 
 def test_what_is_hidden_is_missing_and_nothing_else_moves():
