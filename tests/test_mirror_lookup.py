@@ -1,5 +1,7 @@
 """A mirror's shape by its boundary: exact on entries, near between, told beyond."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -127,3 +129,24 @@ def test_viewers_are_alike_to_a_millionth_of_a_degree(times, alike):
     moved[0, 2] += VIEWER.K[0, 0] * np.radians(times * SAME_DEG)
     other = PerspectiveCamera(moved, VIEWER.radial, VIEWER.width, VIEWER.height)
     assert _sees_alike(VIEWER, other) == alike
+
+
+def test_a_boundary_is_as_far_off_as_its_points_are(cameras):
+    """The table's ones differ along u; off them it is 3 px along v."""
+    first = edges(0.0)
+    table = BoundaryTable([first, first + [2.0, 0.0]], cameras[:2])
+    found = table.look_up(first + [1.0, 3.0], noise_px=1.0)
+    assert found.off_px == pytest.approx(3.0)
+    assert found.place == pytest.approx(0.5)
+    assert not found.flags
+    assert len(table.look_up(first + [1.0, 3.2], noise_px=1.0).flags) == 1
+
+
+def test_a_boundary_is_described_alike_however_densely_it_is_traced():
+    even = np.linspace(0, 1, 30)
+    corners = np.array([[10.0, 20], [200, 30], [190, 140], [15, 150], [10, 20]])
+
+    def traced(places):
+        return [a + places[:, None] * (b - a) for a, b in pairwise(corners)]
+
+    np.testing.assert_allclose(described(traced(even**3)), described(traced(even)))

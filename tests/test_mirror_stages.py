@@ -1,10 +1,12 @@
 """A bending mirror from its views: accuracy, and bad views refused or flagged."""
 
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from raxel.calibration.mirror.checks import check_two_pictures
 from raxel.calibration.mirror.from_pictures import ordered_like
 from raxel.calibration.mirror.stages import calibrate_mirror
 from raxel.errors import CalibrationError, InputError
@@ -192,3 +194,15 @@ def test_places_of_the_monitor_that_are_one_are_refused():
         calibrate_mirror(views._replace(platter=twice))
     with pytest.raises(CalibrationError, match="check the grids' poses"):
         calibrate_mirror(views._replace(grids=views.grids[::-1]))
+
+
+def test_a_monitor_shown_twice_in_one_place_is_told_though_pixels_stray():
+    """What single pixels decode wrongly is no other place."""
+    grids = [SimpleNamespace(name=name) for name in ("near", "far")]
+    once = np.random.default_rng(0).uniform(0, 300, (200, 2))
+    again = once + 0.1
+    again[:30] += 80
+    again[-5:] = np.nan
+    with pytest.raises(CalibrationError, match="same points of the monitor in near"):
+        check_two_pictures(np.stack([once, again]), grids)
+    check_two_pictures(np.stack([once, once + [5.0, 0.0]]), grids)
