@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import breaks, decode
+from raxel.features.active_grid.coding import plan_arrays, read_coding
 from raxel.sets import PatternPlan
+from raxel.sets.model import Pattern
 from tests.active_grids import drawn
 
 BROKEN = "at a break of the surface"
@@ -140,3 +142,18 @@ def found_in(row, along):
     breaks.find_breaks(location, sigma, used, length, 0, 80, found)
     alike = found[:, 40] if along else found[20]
     return np.flatnonzero(alike) * (2 if along else 1)
+
+
+@pytest.mark.parametrize("bits", [5, 7, 9])
+def test_neighbours_without_phases_are_as_near_whatever_the_cells(bits):
+    """A 64th of the monitor's sides to each side, in its own unit."""
+    monitor_px, mm_per_px = (1024, 512), 0.25
+    patterns = [
+        Pattern(f"{axis}{bit}{inverse}", axis, "gray", bits, bit=bit, inverse=inverse)
+        for axis in "xy"
+        for bit in range(bits)
+        for inverse in (False, True)
+    ]
+    codes = read_coding(patterns, monitor_px)
+    plan = plan_arrays(codes, monitor_px, 2 * [mm_per_px])
+    np.testing.assert_allclose(plan.reach, mm_per_px * np.array(monitor_px) / 64)
