@@ -6,7 +6,7 @@ from scipy.stats import norm
 
 from raxel.errors import InputError
 from raxel.lab.monitor import Monitor
-from raxel.lab.sensor import Sensor, bloom, demosaiced, mosaic
+from raxel.lab.sensor import Sensor, bloom, compressed, demosaiced, mosaic
 from raxel.lab.tone_steps import tone_steps
 
 SHAPE = 250, 400
@@ -193,3 +193,10 @@ def test_steps_of_the_tone_curve_are_the_curve_rounded(tone):
     share[1:3, :250] = np.resize(steps[np.isfinite(steps)], 250)
     share[2] = np.nextafter(share[1], np.float32(-9))
     np.testing.assert_array_equal(sensor.develop(share), sensor.number(share))
+
+
+@pytest.mark.parametrize("colour", [(200, 60, 20), (20, 180, 90), (60, 40, 220)])
+def test_a_compressed_picture_keeps_its_colours(colour):
+    """An even one, of which compression loses next to nothing."""
+    picture = np.full((32, 48, 3), colour, np.uint8)
+    assert np.abs(compressed(picture, 95).astype(int) - picture).max() <= 3
