@@ -12,13 +12,7 @@ from raxel.calibration.mirror.platter import (
     reflected_pose,
     reflection,
 )
-from raxel.calibration.mirror.sightings import (
-    magnification,
-    normalised,
-    other_tilt,
-    seen_pose,
-    sighting,
-)
+from raxel.calibration.mirror.sightings import other_tilt, seen_pose, sighting
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import pose, rotate, transform, vector_from_rotation
 from raxel.geometry.planes import on_plane
@@ -225,10 +219,3 @@ def test_a_corner_keeps_its_own_standard_deviation_where_others_are_missing():
     kept = np.delete(np.arange(20), [0, 7])
     np.testing.assert_array_equal(seen.sd, sd[kept])
     np.testing.assert_array_equal(seen.points, shown.points[kept])
-
-
-def test_a_shift_of_a_viewing_ray_is_as_many_pixels_as_its_magnification_says():
-    pixels = np.array([[300.0, 200], [500, 350]])
-    here, beside = (normalised(VIEWER, pixels + [step, 0]) for step in (0, 1))
-    moved = np.linalg.norm(beside - here, axis=1)
-    np.testing.assert_allclose(magnification(VIEWER, pixels) * moved, 1, rtol=0.1)

@@ -101,6 +101,22 @@ def test_a_circle_moves_with_the_pose_as_its_covariance_says():
         )
 
 
+def test_a_circle_is_as_sure_whichever_way_its_plane_has_its_axes():
+    pinhole = PerspectiveCamera(
+        [[900, 0, 320.0], [0, 700, 240], [0, 0, 1]], [], 640, 480
+    )
+    T = posed([35, -50, 5], [-20, 10, 500])
+    found = []
+    for turn in (0.0, 0.4, 1.0):
+        turned = T @ pose(rotation_from_vector([0, 0, turn]), np.zeros(3))
+        pixels, _, _ = circle_outline(pinhole, turned, (0.0, 0.0), 60.0, 90)
+        assert np.isfinite(pixels).all()
+        found.append(measured_circle(pinhole, pixels, turned, 0.2).fit.covariance)
+    for one in found[1:]:
+        assert one[2, 2] == pytest.approx(found[0][2, 2], rel=1e-3)
+        assert np.trace(one) == pytest.approx(np.trace(found[0]), rel=1e-3)
+
+
 def test_the_radius_errs_as_much_as_edges_and_pose_say():
     rng = np.random.default_rng(11)
     pixels, _, scale = circle_outline(CAMERA, T_BOARD, CENTRE, 87.21, 40)
