@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.generic import central_test
+from raxel.calibration.generic import central_test, central_views
 from raxel.calibration.generic.central_test import _judged, _squared_distance
+from raxel.calibration.views.correspondence import BoardView
 from raxel.geometry.poses import tangent_bases
 
 
@@ -102,3 +103,20 @@ def test_bounds_of_a_distance_hold_where_lines_share_the_errors_of_poses(apart, 
     square, reach = np.sum(left**2) / count, central_test.QUANTILE * deviations
     assert np.mean(squares - reach > square) < 0.05
     assert np.mean(squares + reach < square) < 0.05
+
+
+def test_a_camera_is_tested_by_as_many_pixels_as_boards_have_cells(monkeypatch):
+    """Errors of two pixels in one cell are alike: more of them would tell no more."""
+    monkeypatch.setattr(
+        central_views, "centrality_test", lambda points, seen, *_, **__: seen.sum()
+    )
+    columns, rows, cell = 12, 9, 40.0
+    board = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1)
+    board = board.reshape(-1, 2)
+    views = [
+        BoardView(cell * board + [60 + 10 * k, 50], 20.0 * board, columns, rows)
+        for k in range(3)
+    ]
+    T = np.broadcast_to(np.eye(4), (3, 4, 4))
+    found = central_views.centrality_of_views(views, 640, 480, T)
+    assert found == pytest.approx(3 * (columns - 1) * (rows - 1), rel=0.15)
