@@ -350,3 +350,14 @@ def test_memory_beyond_the_pictures_is_bounded():
     tracemalloc.stop()
     assert found.counts()["too little contrast"] == 1_190_000
     assert peak / 1_190_000 < 24
+
+
+def test_texture_in_the_dark_is_no_noise_of_the_light():
+    """Where what is darkest scatters most, noise is told as even, by the rest."""
+    rng = np.random.default_rng(3)
+    ramp = np.linspace(30, 230, 400)[None, :] + np.zeros((4, 300, 1))
+    sd = np.where(ramp < 50, 9.0, 2.0)
+    pictures = np.clip(np.rint(rng.normal(ramp, sd)), 0, 255).astype(np.uint8)
+    found = estimate_noise(list(pictures), 250)
+    assert found.slope == 0
+    assert found.floor == pytest.approx(4 + 1 / 12, rel=0.15)

@@ -95,3 +95,18 @@ def test_distances_of_points_from_rays_are_those_across_them():
     np.testing.assert_allclose(
         ray_point_distances(points, origins, along_z), [[0.0, 1.0]]
     )
+
+
+def test_wrong_points_of_the_first_grids_do_not_make_further_ones_right():
+    """A tenth of them are 60 mm off; the usual distance is that of the others."""
+    _, _, points, start = begun(noise=0.2)
+    points[1, ::10] += [60.0, 0.0]
+    limits = []
+
+    def place(rays, seen, rng, threshold):
+        limits.append(threshold)
+        return grid_pose_ransac(rays, seen, rng, threshold)
+
+    found = calibrate_central(points, start, place, np.random.default_rng(1))
+    assert found.used == [0, 1, 2, 3, 4]
+    assert max(limits) < 2.0
