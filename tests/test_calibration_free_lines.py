@@ -16,7 +16,7 @@ from tests.calibration_scenes import scene
 
 
 def test_offsets_follow_the_poses_as_lines_fitted_anew_do():
-    centre, T, _, points = scene(3, grids=4, count=40)
+    centre, T, _, points = scene(3, grids=4, count=20)
     points = points + np.random.default_rng(3).normal(0, 0.01, points.shape)
     central = adjust_consistent(points, None, centre, T, sigma=0.01)
     lines = relax_centrality(points, central, tolerance=1e-9)

@@ -126,6 +126,17 @@ def test_known_errors_of_the_shape_have_their_sizes(mirror_set, truth):
     assert scores["all"]["deflection_rms_mm"] == pytest.approx(expected)
 
 
+def test_heights_towards_the_light_are_negative(mirror_set, truth):
+    away = true_mirror(STAGES[1]).T_viewer_mirror[:3, 2]
+
+    def sunk(pixels, origins, directions, points):
+        return pixels, origins, directions, points - 0.3 * away
+
+    height = score_mirror(mirror_set, changed(truth, sunk, [1]))["stages"][1]["height"]
+    assert height["mean_mm"] == pytest.approx(-0.3, abs=1e-6)
+    assert height["rms_mm"] == pytest.approx(0.3, abs=1e-6)
+
+
 def test_many_points_in_one_place_count_once(mirror_set, truth):
     camera = true_mirror(STAGES[1])
     away = camera.T_viewer_mirror[:3, 2]
