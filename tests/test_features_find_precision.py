@@ -9,6 +9,7 @@ import pytest
 from raxel.features import find_board
 from raxel.features.find.agreement import times_noise, with_shift
 from raxel.features.find.corners import FULL, placed
+from raxel.features.find.grids import _at_sides
 from raxel.features.find.patches import Patches, patches_of, side_patches_of
 from raxel.features.find.saddles import Level
 from raxel.features.lattice import orders
@@ -254,6 +255,14 @@ def test_corners_along_the_edge_of_a_shadow_are_missing():
     off, _ = errors(found, board.corners())
     assert found.missing == 9
     assert off[np.isfinite(off)].max() < 0.2
+
+
+def test_a_part_of_a_board_whose_outer_lines_nobody_sees_has_no_sides():
+    """As of a ChArUco board: its numbers tell a place far inside."""
+    points = np.full((6, 6, 2), np.nan)
+    points[2:4, 2:4] = 30.0 * np.stack(np.meshgrid([1, 2], [1, 2]), axis=-1)
+    shift = np.arange(36.0).reshape(6, 6)
+    np.testing.assert_array_equal(_at_sides(shift.copy(), points, None), shift)
 
 
 @pytest.mark.parametrize("quality", [75, 90])

@@ -167,6 +167,8 @@ def _at_sides(shift, points, level):
     Nobody sees how the lattice bends there, and an even window tells.
     """
     patches, i, j = side_patches_of(points)
+    if not len(i):  # part of a board whose outer lines nobody sees
+        return shift
     near = patches.shrunk(_near_share(patches, level))
     shift[i, j] = np.fmin(shift[i, j], half_turned(near, level, DENSE))
     return shift
