@@ -16,6 +16,7 @@ from raxel.sets import Charuco, load_set, write_set
 from tests.charuco_boards import (
     FOCAL,
     HEIGHT,
+    SQUARE_PX,
     TARGET,
     TILTS_DEG,
     WIDTH,
@@ -97,6 +98,16 @@ def test_what_is_hidden_is_missing_and_nothing_else_moves():
     assert 6 <= known.sum() < 30
     assert (truth[known, 0] > WIDTH // 2 - 1).all()
     assert np.linalg.norm((found.corners - truth)[known], axis=1).max() < 0.2
+
+
+def test_a_single_row_of_corners_is_refused():
+    """Two rows of squares are seen: nothing says what lies across."""
+    print_ = sheet()
+    hidden, seen = np.full_like(print_, 255), slice(2 * SQUARE_PX, 4 * SQUARE_PX)
+    hidden[seen] = print_[seen]
+    found = find_charuco(hidden, TARGET)
+    assert not found.found
+    assert "in two rows and columns are needed" in found.reason
 
 
 def test_another_dictionary_is_refused_with_what_was_read():

@@ -9,6 +9,7 @@ import numpy as np
 
 from raxel.features.detector import Detection, as_8_bit, refused
 from raxel.features.find.grids import Grid, holed, settled
+from raxel.features.find.patches import patches_of
 from raxel.features.find.saddles import levels_of, noise_sd, sharp_level
 from raxel.features.find.verdict import unsure
 
@@ -87,7 +88,8 @@ def _placed(grey, seen, target):
     unplaced = np.where(np.isfinite(seen.points[..., 0]), np.inf, np.nan)
     blank = np.full(shape, np.nan)
     grid = Grid(seen.points, unplaced, unplaced.copy(), blank, blank)
-    if seen.count < FEWEST_CORNERS:
+    beside, _, _ = patches_of(seen.points)
+    if seen.count < FEWEST_CORNERS or not len(beside.p):  # as of a single row
         return np.full_like(seen.points, np.nan), blank
     plain = without_markers(grey, seen.markers, target.pitch_mm / target.marker_mm)
     plain = plain.astype(np.float32)
