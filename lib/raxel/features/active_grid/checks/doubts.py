@@ -28,6 +28,7 @@ from raxel.features.active_grid.checks.steadiness import (
     step_errors,
     unsteady_light,
 )
+from raxel.features.active_grid.checks.tones import tone_doubts
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.layout import BESIDE, DARK, SATURATED
 from raxel.sets.patterns import pattern_picture
@@ -75,7 +76,8 @@ def examine(
     `passing.Passing`. What
     is not told: two axes exchanged as a whole, or one of them reversed as a whole,
     which is what a mirror does; light that drifts by a few percent over all pictures,
-    and turns no phase by more than noise; a step of three that is brighter, where no
+    and turns no phase by more than noise; tones that a camera sets by what lies around,
+    where there is no Gray code; a step of three that is brighter, where no
     Gray code has its inverse; and a movement of a pixel between two pictures, where
     neither edges beside the pattern nor steps and code of one axis, before and after
     it, show it.
@@ -92,6 +94,7 @@ def examine(
         # In the wrong order, pictures seem unsteady as well.
         if not any(doubt.spoils for doubt in found):
             found += unsteady_light(sample)
+            found += tone_doubts(sample, decoded.blur_px)
             far = list(motion_doubts(sample))
             of_steps, errors, factors = _of_steps(
                 sample, monitor, decoded, smooth, bands, far
