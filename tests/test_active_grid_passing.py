@@ -13,6 +13,7 @@ from raxel.features.active_grid.checks.passing import passing, passing_warnings
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.layout import PASSED
 from raxel.features.active_grid.view import decode_checked
+from raxel.sets import patterns_of, plan_of_cells
 from tests.active_grids import drawn
 
 SIZE = 200, 150
@@ -86,6 +87,47 @@ def test_a_hand_that_turns_bits_over():
     assert off(one, found).max() > 100
     assert " gray-x-01.png or gray-x-01-inverse.png:" in told(one, passed)
     assert off(one, found, ~passed.mask).max() < 6
+
+
+def without_inverses(steps=4, cells=6, **changes):
+    every = patterns_of(plan_of_cells((200, 144), cells, steps))
+    kept = [p for p in every if not p.inverse]
+    how = {"size": SIZE, "noise": 2.0, "blur": 1.0, "share": 0.9, "patterns": kept}
+    return drawn(**how, **changes)
+
+
+@pytest.mark.parametrize(("steps", "name"), [(4, "gray-y-01"), (6, "gray-x-01")])
+def test_a_hand_that_turns_bits_over_that_have_no_inverse(steps, name):
+    """Dark as the monitor's black, and large: a wrong bit is read well all over it."""
+    one = without_inverses(steps)
+    v, u = np.indices(SIZE[::-1])
+    share = (((u - 95) / 50) ** 2 + ((v - 75) / 40) ** 2 < 1).astype(float)
+    images = one.images.copy()
+    k = next(k for k, p in enumerate(one.patterns) if p.image == f"{name}.png")
+    images[k][share > 0] = 28
+    found, passed = asked(one, images)
+    assert np.count_nonzero(off(one, found) > 100) > 300
+    left = off(one, found, ~passed.mask)
+    assert left.max() < 6
+    axis = name[5]
+    assert f" some of gray-{axis}-00.png to gray-{axis}-02.png:" in told(one, passed)
+    # Half a period about it may go as well.
+    far = cv2.dilate(share, np.ones((33, 33))) == 0
+    assert not passed.mask[far].any()
+
+
+@pytest.mark.parametrize("jump", [1.0, 2.0, 2.5])
+@pytest.mark.parametrize("lean", [0.0, 0.3])
+def test_a_break_of_the_surface_turns_no_bit_over(jump, lean):
+    """Of whole periods too, where phases go on."""
+
+    def broken(u, v, monitor):
+        side = u + lean * v > 0.05
+        x = monitor[0] * (0.4 + u / 1.3) + side * jump * monitor[0] / 6
+        return x, monitor[1] / 2 + monitor[0] * v / 1.4
+
+    one = without_inverses(place=broken)
+    assert not asked(one, one.images)[1].mask.any()
 
 
 @pytest.mark.parametrize("power", [0.45, 1.0, 2.2])

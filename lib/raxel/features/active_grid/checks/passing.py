@@ -9,7 +9,8 @@ covers, and no others. Each pixel is asked by itself, against what noise does:
 - Of three steps nothing is left, and two of four can hide from it. But the steps along
   x and those along y have one mean.
 - A picture of the Gray code and its inverse add up to the same light whatever the bit.
-  To turn a bit over, one of the two has to change by all of the contrast.
+  To turn a bit over, one of the two has to change by all of the contrast. Of one
+  without its inverse, the code runs against the phase (`turned`).
 """
 
 from itertools import combinations
@@ -35,7 +36,16 @@ from raxel.features.active_grid.checks.outliers import (
     rows_near,
     with_margin,
 )
-from raxel.features.active_grid.layout import BRIGHT, DARK, LIT, SATURATED, TURNED
+from raxel.features.active_grid.checks.turned import turned_over
+from raxel.features.active_grid.layout import (
+    BESIDE,
+    BRIGHT,
+    DARK,
+    LIT,
+    RIM,
+    SATURATED,
+    TURNED,
+)
 
 FITTED, MIN_FITTED = 4000, 1000  # pixels that the response is fitted to
 AROUND = 4  # px about such pixels that are left out as well: half covered ones
@@ -88,6 +98,7 @@ def passing(images, codes, decoded):
             named = told if len(told) == 1 else steps
             found.append(_of_means(*steps, some, lit, decoded.noise, named))
     found.append(_of_bits(images, codes, seen))
+    found += [_of_single_bits(images, code, decoded) for code in of_sines]
     mask, pictures = np.zeros(seen.shape, bool), []
     for own in found:
         if own is not None:
@@ -227,6 +238,16 @@ def _of_bits(images, codes, good):
         return tuple(pairs[k] for k in np.flatnonzero(count > 0.2 * count.max()))
 
     return _named(mask, good, by_pairs)
+
+
+def _of_single_bits(images, code, decoded):
+    """Where bits of an axis that have no inverse were turned over, as Passing."""
+    alone = tuple(light for light, dark in code.bits if dark is None)
+    good = ~np.isin(decoded.status, (DARK, SATURATED, BESIDE, RIM))
+    if not alone or np.count_nonzero(good) < MIN_FITTED:
+        return None
+    mask = turned_over(images, code, good, decoded.blur_px)
+    return _named(mask, good, lambda where: (alone,))
 
 
 def _spread(pairs, smooth):

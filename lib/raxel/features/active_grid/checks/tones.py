@@ -12,13 +12,13 @@ or little.
 import cv2
 import numpy as np
 
-from raxel.features.active_grid.blur import FARTHEST
 from raxel.features.active_grid.checks.sample import Doubt
 
 BRIGHT = 0.5  # of the contrast, picture less inverse: well on one side
 EVERY = 2  # bands of which one is asked
 BLOCK = 16  # columns of a band whose light is averaged
 MIN_IN_BLOCK, MIN_BLOCKS = 30, 40
+BLURRED = 3  # standard deviations of the blur, from edges
 MIN_PICTURES = 3  # that are bright at a pixel
 # Of the light. A twentieth of it that is scattered, and edges beyond the rows of bands,
 # reach 0.009; from 0.011 on as few as 98 % of places by fine sines were within three
@@ -33,7 +33,7 @@ def tone_doubts(sample, blur_px):
     codes, of which a pixel is bright in MIN_PICTURES at least. A picture that is
     brighter as a whole is no matter of this.
     """
-    bright = _bright(sample, 1 + int(np.ceil(FARTHEST * (blur_px or 1))))
+    bright = _bright(sample, 1 + int(np.ceil(BLURRED * (blur_px or 1))))
     pictures = {k: sample.pictures[k, ::EVERY] for k in bright}
     count = sum(bright.values(), np.zeros(sample.lit[::EVERY].shape, np.float32))
     level = sum(pictures[k] * on for k, on in bright.items()) / np.maximum(count, 1)
