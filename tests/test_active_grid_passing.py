@@ -9,6 +9,7 @@ import pytest
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks import outliers
 from raxel.features.active_grid.checks import passing as passing_module
+from raxel.features.active_grid.checks.levels import mended_levels
 from raxel.features.active_grid.checks.passing import passing, passing_warnings
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.layout import PASSED
@@ -114,6 +115,39 @@ def test_a_hand_that_turns_bits_over_that_have_no_inverse(steps, name):
     # Half a period about it may go as well.
     far = cv2.dilate(share, np.ones((33, 33))) == 0
     assert not passed.mask[far].any()
+
+
+@pytest.mark.parametrize(
+    ("name", "grey", "power"), [("white", 20, 0.45), ("black", 200, 2.2)]
+)
+def test_a_hand_in_white_or_black_costs_no_pixel(name, grey, power):
+    one = without_inverses(cells=8)
+    images, white, black = (
+        np.rint(255 * (picture / 255) ** power).astype(np.uint8)
+        for picture in (one.images, one.white, one.black)
+    )
+    levels, shown = {"white": white, "black": black}, (one.patterns, one.grid)
+    usual = decode(images, *shown, **levels)
+    level = levels[name] + hand() * (grey - levels[name].astype(float))
+    levels[name] = np.rint(level).astype(np.uint8)
+    found, told, lines = decode_checked(images, *shown, **levels)
+    assert f"before the monitor in its {name} picture: " in lines[0]
+    assert len(lines) == 1
+    assert told.doubts == []
+    # Edges of a code are in other places by a part of the blur.
+    assert np.mean(found.mask != usual.mask) < 0.005
+    assert np.abs(found.blur_px - usual.blur_px) < 0.1
+    assert np.nanmax(np.abs(found.location - usual.location)) < 0.5
+
+
+def test_a_hand_in_a_sine_is_not_one_in_white():
+    one = without_inverses(3, cells=8)
+    levels = {"white": one.white, "black": one.black}
+    codes = read_coding(one.patterns, one.grid.monitor_px)
+    for name in ("phase-x-1", "phase-y-0"):
+        own, lines = mended_levels(covered(one, [name], 200), codes, levels)
+        assert lines == []
+        assert own is levels
 
 
 @pytest.mark.parametrize("jump", [1.0, 2.0, 2.5])

@@ -7,6 +7,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
+from raxel.features.active_grid.checks.levels import mended_levels
 from raxel.features.active_grid.checks.passing import NOTHING, passing, passing_warnings
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.decode import Decoded, decode
@@ -99,23 +100,28 @@ def decode_checked(images, patterns, monitor, *, smooth=True, linear=False, **op
     """Decoded, what its pictures say against themselves, as Examined, and lines on what
     passed before the monitor; arguments as of `decode`.
 
-    With `linear`, no pixel is asked whether something passed before it.
+    With `linear`, no pixel is asked whether something passed before it, in white or
+    black neither.
     """
     clipped = clipped_at(images, patterns)
     if clipped:
         options = {"saturated": clipped.level, **options}
     options |= {"smooth": smooth, "linear": linear}
-    levels = {level: options.get(level) for level in LEVELS}
+    levels, off = {level: options.get(level) for level in LEVELS}, []
+    codes = read_coding(patterns, monitor.monitor_px)
+    if not linear:
+        levels, off = mended_levels(images, codes, levels)
+        options |= levels
     found, passed = decode(images, patterns, monitor, **options), NOTHING
     if not linear:
-        passed = passing(images, read_coding(patterns, monitor.monitor_px), found)
+        passed = passing(images, codes, found)
     levels |= {"smooth": smooth, "spoilt": passed.mask, "bands": passed.bands}
     told = examine(images, patterns, monitor, found, **levels)
     if max(told.factors) > 1:
         options |= {"noise": found.noise, "shared": told.factors}
         found = decode(images, patterns, monitor, **options)
     count = _leave_out(found, passed)
-    return found, told, passing_warnings(passed, patterns, count)
+    return found, told, off + passing_warnings(passed, patterns, count)
 
 
 def _leave_out(decoded, passed):

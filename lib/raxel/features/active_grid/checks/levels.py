@@ -1,0 +1,99 @@
+"""White and black pictures that something passed before, where they decide on bits.
+
+Bits without an inverse are compared with the middle of white and black. A hand in one
+of the two moves that middle: codes cannot be read there, and edges are measured that
+the monitor does not show. But what white and black are follows from level and
+modulation of the sines; by how much is the same all over the picture, or changes over
+it slowly.
+"""
+
+import cv2
+import numpy as np
+
+from raxel.features.active_grid.checks.leftover import Steps, robust
+from raxel.features.active_grid.layout import BRIGHT, LIT
+
+FITTED = 8000  # pixels, of all that are lit
+MIN_FITTED = 1000
+ROWS = 128  # at once
+OFF = 0.2  # of the contrast: an edge moves by half a standard deviation of its blur
+EVERYWHERE = 0.5  # of the lit pixels: something else is wrong
+OF_PLACE = [0, 6, 7, 8, 9, 10]  # of the shares, those that go with the place alone
+WORTH_SAYING = 30  # pixels
+
+
+def mended_levels(images, codes, levels):
+    """White and black, and lines on where they were off.
+
+    images: n pictures (H, W); codes: AxisCodes; levels: {"white": (H, W), "black":
+    (H, W)}, or None in their place. Where one is off, it has what the sines say. They
+    come back as they are where no bit is compared with them, or no sine tells.
+    """
+    alone = any(dark is None for code in codes for _, dark in code.bits)
+    codes = [code for code in codes if len(code.steps) > 2]
+    if not alone or not codes or any(level is None for level in levels.values()):
+        return levels, []
+    found = [_predictor(images, code, levels) for code in codes]
+    if None in found:
+        return levels, []
+    own = {name: level.copy() for name, level in levels.items()}
+    count, lit = dict.fromkeys(levels, 0), 0
+    for top in range(0, len(images[0]), ROWS):
+        rows = slice(top, top + ROWS)
+        # A hand in one of the sines is told by those along the other axis.
+        dues, good = zip(*(of_axis(rows) for of_axis in found), strict=True)
+        good = np.logical_and.reduce(good)
+        lit += np.count_nonzero(good)
+        for name, level in levels.items():
+            off = good & np.logical_and.reduce(
+                [_off(level[rows], due[name], due) for due in dues]
+            )
+            count[name] += int(np.count_nonzero(off))
+            most = np.iinfo(level.dtype).max
+            own[name][rows][off] = np.rint(dues[0][name][off]).clip(0, most)
+    said = {name: n for name, n in count.items() if n >= WORTH_SAYING}
+    if not said or max(said.values()) > EVERYWHERE * lit:
+        return levels, []
+    return own, [
+        f"something passed before the monitor in its {name} picture: {n} pixels have "
+        "what the sines say in its place; take it again"
+        for name, n in said.items()
+    ]
+
+
+def _off(level, expected, due):
+    """(rows, W) bool: where a level is not what was expected."""
+    off = cv2.blur(level.astype(np.float32) - expected, (3, 3))
+    return np.abs(off) > OFF * (due["white"] - due["black"])
+
+
+def _predictor(images, code, levels):
+    """rows -> what white and black should be there, {name: (rows, W)}, and which of
+    these pixels are lit; None of too few."""
+    stride = max(1, int(np.sqrt(images[0].size / (2 * FITTED))))
+    grid = [np.arange(0, n, stride) for n in images[0].shape]
+    grid = np.array(np.meshgrid(*grid, indexing="ij")).reshape(2, -1)
+    steps = Steps.of(images, code, tuple(grid))
+    size = steps.at(tuple(grid)).size
+    least = LIT * np.percentile(size, BRIGHT)
+    some = tuple(grid[:, size > least])
+    if len(some[0]) < MIN_FITTED:
+        return None
+    basis = _columns(steps.at(some))[:, None]
+    shares = {
+        name: robust(level[some][None].astype(float), basis).astype(np.float32)
+        for name, level in levels.items()
+    }
+
+    def predicted(rows):
+        seen = steps.at((rows,))
+        columns = _columns(seen)
+        due = {name: np.tensordot(own, columns, 1) for name, own in shares.items()}
+        return due, seen.size > least
+
+    return predicted
+
+
+def _columns(seen):
+    places = seen.shares()[OF_PLACE]
+    return np.concatenate([seen.mean * places, seen.size * places, places[:1]])
