@@ -11,9 +11,10 @@ import cv2
 import numpy as np
 
 from raxel.features.active_grid.checks.leftover import Steps, robust
+from raxel.features.active_grid.checks.outliers import STRIDE
 from raxel.features.active_grid.layout import BRIGHT, LIT
 
-FITTED = 8000  # pixels, of all that are lit
+FITTED = 2000  # pixels, of all that are lit
 MIN_FITTED = 1000
 ROWS = 128  # at once
 OFF = 0.2  # of the contrast: an edge moves by half a standard deviation of its blur
@@ -39,18 +40,18 @@ def mended_levels(images, codes, levels):
     own = {name: level.copy() for name, level in levels.items()}
     count, lit = dict.fromkeys(levels, 0), 0
     for top in range(0, len(images[0]), ROWS):
+        some = slice(top, top + ROWS, STRIDE), slice(None, None, STRIDE)
+        _, good, off = _asked(found, levels, some)
+        lit += STRIDE**2 * np.count_nonzero(good)
+        if not any(one.any() for one in off.values()):
+            continue
         rows = slice(top, top + ROWS)
-        # A hand in one of the sines is told by those along the other axis.
-        dues, good = zip(*(of_axis(rows) for of_axis in found), strict=True)
-        good = np.logical_and.reduce(good)
-        lit += np.count_nonzero(good)
+        due, _, off = _asked(found, levels, (rows,))
         for name, level in levels.items():
-            off = good & np.logical_and.reduce(
-                [_off(level[rows], due[name], due) for due in dues]
-            )
-            count[name] += int(np.count_nonzero(off))
+            count[name] += int(np.count_nonzero(off[name]))
             most = np.iinfo(level.dtype).max
-            own[name][rows][off] = np.rint(dues[0][name][off]).clip(0, most)
+            mended = np.rint(due[name][off[name]]).clip(0, most)
+            own[name][rows][off[name]] = mended
     said = {name: n for name, n in count.items() if n >= WORTH_SAYING}
     if not said or max(said.values()) > EVERYWHERE * lit:
         return levels, []
@@ -61,15 +62,28 @@ def mended_levels(images, codes, levels):
     ]
 
 
+def _asked(found, levels, where):
+    """What levels should be, which pixels are lit, and {name: where it is off}."""
+    # A hand in one of the sines is told by those along the other axis.
+    dues, good = zip(*(of_axis(where) for of_axis in found), strict=True)
+    good = np.logical_and.reduce(good)
+    off = {
+        name: good
+        & np.logical_and.reduce([_off(level[where], due[name], due) for due in dues])
+        for name, level in levels.items()
+    }
+    return dues[0], good, off
+
+
 def _off(level, expected, due):
-    """(rows, W) bool: where a level is not what was expected."""
+    """(rows, columns) bool: where a level is not what was expected."""
     off = cv2.blur(level.astype(np.float32) - expected, (3, 3))
     return np.abs(off) > OFF * (due["white"] - due["black"])
 
 
 def _predictor(images, code, levels):
-    """rows -> what white and black should be there, {name: (rows, W)}, and which of
-    these pixels are lit; None of too few."""
+    """Index, a tuple -> what white and black should be there, {name: (rows, columns)},
+    and which of these pixels are lit; None of too few."""
     stride = max(1, int(np.sqrt(images[0].size / (2 * FITTED))))
     grid = [np.arange(0, n, stride) for n in images[0].shape]
     grid = np.array(np.meshgrid(*grid, indexing="ij")).reshape(2, -1)
@@ -85,8 +99,8 @@ def _predictor(images, code, levels):
         for name, level in levels.items()
     }
 
-    def predicted(rows):
-        seen = steps.at((rows,))
+    def predicted(where):
+        seen = steps.at(where)
         columns = _columns(seen)
         due = {name: np.tensordot(own, columns, 1) for name, own in shares.items()}
         return due, seen.size > least
