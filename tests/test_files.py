@@ -76,6 +76,22 @@ def test_json_that_an_editor_saved_with_a_mark_of_its_bytes_is_read(tmp_path):
     assert read_json(tmp_path / "a.json") == {"a": 1}
 
 
+@pytest.mark.parametrize(
+    "text", ['{"b": 1, "a": 1, "a": 2}', '[{"c": {"a": 1, "a": 1}}]']
+)
+def test_json_that_gives_a_key_twice_is_refused(tmp_path, text):
+    path = tmp_path / "a.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"a\.json: key 'a' given twice .*; keep one"):
+        read_json(path)
+
+
+def test_json_may_give_a_key_to_many_objects(tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text('{"a": {"a": 1}, "b": [{"a": 2}, {"a": 3}]}')
+    assert read_json(path) == {"a": {"a": 1}, "b": [{"a": 2}, {"a": 3}]}
+
+
 def write_both(first, one, second, other):
     with together() as place:
         write_json(place(first), one)

@@ -3,7 +3,9 @@
 import contextlib
 import json
 import os
+import reprlib
 import tempfile
+from collections import Counter
 from contextvars import ContextVar
 from pathlib import Path
 
@@ -151,11 +153,23 @@ def write_json(path, data):
 
 
 def read_json(path):
-    """The content of a JSON file. Raises InputError with file and line."""
+    """The content of a JSON file, in which no object has a key twice.
+
+    Raises InputError with the file, and the line or the key.
+    """
     path = Path(path)
     check_size(path, MOST_JSON_BYTES)
     try:
-        return json.loads(path.read_text(encoding="utf-8-sig"), parse_constant=_refuse)
+        return json.loads(
+            path.read_text(encoding="utf-8-sig"),
+            parse_constant=_refuse,
+            object_pairs_hook=_object,
+        )
+    except _GivenTwice as fault:
+        raise InputError(
+            f"{path}: key {reprlib.repr(fault.key)} given twice in one object; keep "
+            "one of the two"
+        ) from fault
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
     except json.JSONDecodeError as fault:
@@ -164,6 +178,23 @@ def read_json(path):
         ) from fault
     except (ValueError, RecursionError, MemoryError) as fault:
         raise InputError(f"{path}: not usable JSON ({fault}); write it anew") from fault
+
+
+class _GivenTwice(Exception):
+    """A key that an object has twice: which of the values is meant nobody can tell."""
+
+    def __init__(self, key):
+        super().__init__(key)
+        self.key = key
+
+
+def _object(pairs):
+    """An object of JSON as a dict, of which Python would keep the last value alone."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        counts = Counter(key for key, _ in pairs)
+        raise _GivenTwice(counts.most_common(1)[0][0])
+    return found
 
 
 def _refuse(constant):
