@@ -21,14 +21,14 @@ def colours(depth):
 
 
 def coloured(image, planes, extra=None):
-    """A TIFF of R, G, B and further samples, `extra` of the fourth."""
+    """A TIFF of grey, or of R, G, B, and further samples, the first of kind `extra`."""
     samples = image.shape[2]
     parts = np.moveaxis(image, 2, 0) if planes == A_PLANE_EACH else image[np.newaxis]
     parts = [np.ascontiguousarray(part).tobytes() for part in parts]
     tags = {
         256: (WIDTH,), 257: (HEIGHT,), 258: (8 * image.itemsize,) * samples, 259: (1,),
-        262: (2,), 273: (0,) * len(parts), 277: (samples,), 278: (HEIGHT,),
-        279: tuple(map(len, parts)), 284: (planes,),
+        262: (2 if samples > 2 else 1,), 273: (0,) * len(parts), 277: (samples,),
+        278: (HEIGHT,), 279: tuple(map(len, parts)), 284: (planes,),
     }  # fmt: skip
     if extra is not None:
         tags[338] = (extra,)
@@ -81,3 +81,28 @@ def test_what_is_said_to_be_transparent_stays_as_light_as_it_is(opacity):
     data = coloured(np.dstack([image, opacities]), TOGETHER, extra=TRANSPARENT)
     found = decode("a.tif", data, cv2.IMREAD_ANYCOLOR)
     np.testing.assert_array_equal(found, image[..., ::-1])
+
+
+@pytest.mark.parametrize("extra", [0, 1, TRANSPARENT, None])
+def test_grey_of_8_bit_beside_opacity_is_read_as_it_is(extra):
+    image = colours(np.uint8)[..., :2]
+    found = decode("a.tif", coloured(image, TOGETHER, extra), cv2.IMREAD_ANYCOLOR)
+    np.testing.assert_array_equal(found, image[..., 0])
+
+
+@pytest.mark.parametrize("extra", [0, 1, TRANSPARENT, None])
+def test_grey_of_16_bit_beside_opacity_is_refused(extra):
+    """The decoder makes 8 bit of it, and says nothing."""
+    data = coloured(colours(np.uint16)[..., :2], TOGETHER, extra)
+    with pytest.raises(
+        InputError, match=r"a\.tif: a TIFF of 16 bit .*; save it as PNG"
+    ):
+        decode("a.tif", data, cv2.IMREAD_GRAYSCALE)
+
+
+@pytest.mark.parametrize("extra", [0, TRANSPARENT])
+def test_colours_of_16_bit_beside_opacity_are_read_as_they_are(extra):
+    image = np.dstack([colours(np.uint16), colours(np.uint16)[..., :1]])
+    found = decode("a.tif", coloured(image, TOGETHER, extra), cv2.IMREAD_ANYCOLOR)
+    assert found.dtype == np.uint16
+    np.testing.assert_array_equal(found, image[..., 2::-1])

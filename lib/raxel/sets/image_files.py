@@ -12,7 +12,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.reading import check_size
-from raxel.sets import tiff
+from raxel.sets import bmp, tiff
 from raxel.sets.decoder_words import pixels_were_lost, words_of_decoders
 from raxel.sets.model import View
 
@@ -21,11 +21,6 @@ NOT_AN_IMAGE = "not a PNG, JPEG, TIFF or BMP image; convert it or take it out"
 CUT_OFF = "copy it anew from its source"
 # 160 megapixels of three samples of 16 bit, not packed.
 MOST_BYTES = 1_000_000_000
-RUN_LENGTHS = (b"\1\0\0\0", b"\2\0\0\0")
-BY_RUN_LENGTHS = (
-    "a BMP packed by run lengths, which may leave pixels out; save it as PNG, or "
-    "unpacked"
-)
 IN_PLANES = (
     "a TIFF of more than 8 bit with a plane for each colour, which is not read; save "
     "it as PNG, or with the colours of a pixel together"
@@ -111,6 +106,11 @@ def decode(path, data, colour):
         raise InputError(
             f"{path}: found samples of type {image.dtype}; save it with 8 or 16 bit"
         )
+    if image.dtype == np.uint8 and tiff.is_tiff(data) and tiff.bits(data) > 8:
+        raise InputError(
+            f"{path}: a TIFF of {tiff.bits(data)} bit that the decoder makes 8 bit of, "
+            "as it does with opacity beside grey; save it as PNG, or without opacity"
+        )
     # With 8 bit the decoder has turned them already.
     if image.dtype == np.uint16 and tiff.is_tiff(data) and tiff.white_is_zero(data):
         return np.iinfo(np.uint16).max - image
@@ -143,9 +143,9 @@ def file_fault(data):
     whole = _check_of(data)
     if whole is None:
         return NOT_AN_IMAGE
-    if data.startswith(b"BM") and data[30:34] in RUN_LENGTHS:
-        return BY_RUN_LENGTHS
     try:
+        if bmp.is_bmp(data) and (fault := bmp.not_read(data)):
+            return fault
         complete = whole(data) and min(stated_size(data)) > 0
         if complete:
             mistaken = tiff.is_tiff(data) and tiff.planes_are_mistaken(data)
@@ -162,8 +162,8 @@ def _check_of(data):
         return _jpeg_is_whole
     if tiff.is_tiff(data):
         return tiff.is_whole
-    if data.startswith(b"BM"):
-        return _bmp_is_whole
+    if bmp.is_bmp(data):
+        return bmp.is_whole
     return None
 
 
@@ -180,9 +180,8 @@ def stated_size(data):
     """
     if data.startswith(PNG_SIGNATURE):
         return struct.unpack_from(">II", data, 16)
-    if data.startswith(b"BM"):
-        width, height = struct.unpack_from("<ii", data, 18)
-        return abs(width), abs(height)
+    if bmp.is_bmp(data):
+        return bmp.stated_size(data)
     if data.startswith(JPEG_SIGNATURE):
         height, width = struct.unpack_from(">HH", data, _jpeg_frame(data) + 5)
         return width, height
@@ -234,10 +233,3 @@ def _jpeg_is_whole(data):
             scanned = scanned or marker == JPEG_SCAN
             (length,) = struct.unpack_from(">H", data, at + 2)
             at += 2 + length
-
-
-def _bmp_is_whole(data):
-    """The rows of pixels lie inside the file."""
-    start, _, width, height, _, bits = struct.unpack_from("<IIiiHH", data, 10)
-    row = (abs(width) * bits + 31) // 32 * 4
-    return start + row * abs(height) <= len(data)

@@ -48,6 +48,11 @@ def white_is_zero(data):
     return WHITE_IS_ZERO in directory(data).get(PHOTOMETRIC, ())
 
 
+def bits(data):
+    """Of a sample of the first picture."""
+    return int(directory(data).get(BITS, (1,))[0])
+
+
 def planes_are_mistaken(data):
     """Whether the first picture has a plane of more than 8 bit for each colour."""
     values = directory(data)
