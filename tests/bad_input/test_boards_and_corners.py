@@ -97,6 +97,19 @@ def test_a_benchmark_with_a_faulty_last_image(broken, fails, good_set, monkeypat
     assert "view5.png: the file is empty" in fails("bench", good_set, broken)
 
 
+@pytest.mark.parametrize("again", ["", "../set"])
+def test_a_benchmark_of_one_set_twice(fails, good_set, again):
+    line = fails("bench", good_set, good_set / again)
+    assert "set.yaml: name: found 'drawn', a set that is given twice; name it" in line
+
+
+def test_a_benchmark_of_two_sets_of_one_name(broken, fails, good_set):
+    """Results are told by name, and those of the first would be lost."""
+    line = fails("bench", good_set, broken)
+    assert f"{broken / 'set.yaml'}: name: found 'drawn', which {good_set}" in line
+    assert "give each its own" in line
+
+
 def test_an_active_grid_has_no_corners(broken, calibration_fails, fails):
     views = [
         {"name": "a", "patterns": [GRAY]},
@@ -205,6 +218,20 @@ CORNERS = {
         json.dumps({"images": [{**found("view0.png"), "corners": [[99999, 1]] * 35}]}),
         r"images\[0\]\.corners: found \(99999, 1\), outside the image of",
     ),
+    "all at one point": (
+        json.dumps({"images": [{**found("view0.png"), "corners": [[9, 8]] * 35}]}),
+        r"images\[0\]\.corners: found all of them at \(9, 8\), where no board",
+    ),
+    "all that are there at one point": (
+        json.dumps(
+            {"images": [{**found("view0.png"), "corners": [[9, 8]] * 34 + [None]}]}
+        ),
+        r"images\[0\]\.corners: found all of them at \(9, 8\), where no board",
+    ),
+    "a key twice": (
+        '{"images": [{"file": "view0.png", "found": true, "found": false}]}',
+        "key 'found' given twice in one object; keep one of the two",
+    ),
     "another set": (
         json.dumps({"set": "elsewhere", "images": []}),
         "set: found 'elsewhere', the set is ",
@@ -224,6 +251,14 @@ def test_corner_files_that_do_not_fit(broken, calibration_fails, tmp_path, fault
     line = calibration_fails("--corners", path)
     assert line.startswith(f"raxel: {path}: ")
     assert re.search(expected, line), line
+
+
+def test_corners_on_one_line_are_a_fault_of_their_file(calibration_fails, tmp_path):
+    path = tmp_path / "found.json"
+    names = [f"view{i}.png" for i in range(6)]
+    path.write_text(json.dumps({"images": [found(name) for name in names]}))
+    line = calibration_fails("--corners", path, "--model", "zhang")
+    assert line.startswith(f"raxel: {path}: view0.png: corners: ")
 
 
 def test_a_missing_corner_file(calibration_fails, tmp_path):

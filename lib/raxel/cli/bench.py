@@ -1,6 +1,8 @@
 """`raxel bench SET [SET ...] --json F`"""
 
 from raxel.cli.outputs import check_written
+from raxel.documents import shown
+from raxel.errors import InputError
 from raxel.evaluation.detector_bench import bench_detectors, check_bench
 from raxel.files import check_can_be_written, write_json
 from raxel.sets import load_set
@@ -19,6 +21,7 @@ def bench(options, say):
     check_written([options.json], image_sets)
     for image_set in image_sets:
         check_bench(image_set)
+    _check_names(image_sets)
     results = {}
     for image_set in image_sets:
         say(f"{image_set.name}: {len(image_set.views)} images")
@@ -29,6 +32,22 @@ def bench(options, say):
             print(_row(score))
     if options.json:
         write_json(options.json, results)
+
+
+def _check_names(image_sets):
+    """Raise InputError where two sets have one name, by which results are told."""
+    first = {}
+    for image_set in image_sets:
+        other = first.setdefault(image_set.name, image_set)
+        if other is image_set:
+            continue
+        where = f"{image_set.description}: name: found {shown(image_set.name)}"
+        if other.folder.samefile(image_set.folder):
+            raise InputError(f"{where}, a set that is given twice; name it once")
+        raise InputError(
+            f"{where}, which {other.description} has, too; results are told by it: "
+            "give each its own"
+        )
 
 
 def _row(score):

@@ -59,8 +59,9 @@ def calibrate(options, say):
     try:
         found = _calibrated(image_set, seen.views, options.model, say)
     except InputError as fault:
-        kind = type(fault)
-        raise kind(f"{image_set.description}: views: {fault}") from fault
+        # What the corners or points are wrong in is mended where they stand.
+        where = options.corners or options.points or f"{image_set.description}: views"
+        raise type(fault)(f"{where}: {fault}") from fault
     result, fitted, evaluation, halves = found
     result |= seen.fields()
     result["left_out"] = seen.left_out() + result["left_out"]

@@ -265,6 +265,12 @@ def _read_detection(where, entry, image_set):
             f"{where}.corners: found ({u:g}, {v:g}), outside the image of "
             f"{image_set.width} x {image_set.height} px; give corners in pixels of it"
         )
+    if len(np.unique(corners[~np.isnan(corners[:, 0])], axis=0)) == 1:
+        u, v = np.nanmin(corners, axis=0)
+        raise InputError(
+            f"{where}.corners: found all of them at ({u:g}, {v:g}), where no board is "
+            "seen; give each corner its own place, or say found: false"
+        )
     sd = sd_from_plain(f"{where}.sd", entry.get("sd"), len(corners))
     return Detection(True, corners, *size, sd=sd)
 
