@@ -121,8 +121,10 @@ def test_calibrate_counts_and_names_them(calibrated):
         "photographs 2.png (2), 5.png (1); the worst, number 31 of 2.png, is off by "
     )
     assert f"warning: {told}" in printed
-    assert result["warnings"][0].startswith(told)
-    assert len(result["warnings"]) == 1
+    first, *others = result["warnings"]
+    assert first.startswith(told)
+    # These boards stand in the middle.
+    assert all("% of the image lie beyond" in other for other in others)
     assert result["wrong_points_of"] == {"2.png": 2, "5.png": 1}
     assert [entry["corner"] for entry in result["wrong_points"]] == [9, 31, 40]
     assert result["misfit"]["fits"]

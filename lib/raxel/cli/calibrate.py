@@ -8,6 +8,7 @@ import numpy as np
 
 from raxel.calibration.generic.central_views import centrality_of_views
 from raxel.cli import described, models, scores
+from raxel.cli.beyond import beyond_fields, beyond_warnings
 from raxel.cli.board_corners import corner_fields, corner_line, corner_warnings
 from raxel.cli.board_shape import not_asked, shape_fields, shape_line, shape_warnings
 from raxel.cli.models import DOES_NOT_FIT, FEWEST_VIEWS, FITS
@@ -126,11 +127,14 @@ def _calibrated(image_set, views, asked, say):
     images, used = _used(fitted, right.evaluation.images, right.views)
     halves = stability(fitted.camera, images, used, fitted.shape)
     result["stability"] = stability_fields(halves)
+    beyond = halves.beyond if halves else None
+    result["beyond_boards"] = beyond_fields(beyond)
     print(f"{image_set.name}: {stability_line(halves, words)}")
     # Of a camera that does not fit all is said; its halves differ, too.
     if not found.large:
         warnings += corner_warnings(corners, fitted.board, result["unit"], words)
         warnings += stability_warnings(halves, words)
+        warnings += beyond_warnings(beyond, words)
     warnings += described.coverage_warnings(fields, words.target)
     warnings += described.few_warnings(used, words.target)
     if comparison:

@@ -91,8 +91,9 @@ def _add_calibrate(commands):
         type=written_name,
         metavar="FILE",
         help="write what was found here: camera, residuals, misfit, stability (which "
-        "halves of the photographs disagree by how much), board_corners (where each "
-        "lies beside where it is said to), warnings",
+        "halves of the photographs disagree by how much), beyond_boards (how far rays "
+        "may be off where no board was), board_corners (where each lies beside where "
+        "it is said to), warnings",
     )
     parser.add_argument(
         "--report",

@@ -47,6 +47,7 @@ import numpy as np
 from raxel.calibration.views.board_shape import board_points
 from raxel.calibration.views.near_copies import once_each
 from raxel.evaluation.apart import apart
+from raxel.evaluation.beyond_boards import BeyondBoards, beyond_boards
 from raxel.evaluation.corrections import (
     correction_fields,
     polynomials,
@@ -139,7 +140,8 @@ class Stability(NamedTuple):
     steady: whether that is less than ERRATIC, or shows in no division by ERRATIC_PX, or
     is that of a table; focal: OneWay, by how much each photograph asks for a focal
     length of its own, relative; None where too few tell, and of a table; odd:
-    OddPhotograph, None where there is none, and of a table."""
+    OddPhotograph, None where there is none, and of a table; beyond: BeyondBoards, what
+    all photographs say of rays where no board was, None of a table, which has none."""
 
     divisions: list
     pixels: np.ndarray
@@ -149,6 +151,7 @@ class Stability(NamedTuple):
     steady: bool
     focal: OneWay | None = None
     odd: OddPhotograph | None = None
+    beyond: BeyondBoards | None = None
 
     @property
     def one_focal(self):
@@ -217,7 +220,11 @@ def stability(camera, scores, views, shape=None):
     longer = _longer(fields, camera)
     focal = one_way(*_equations(boards), longer, variance)
     odd = _odd(boards, fields, seen.any(axis=0), variance, names)
-    found = found._replace(focal=focal, odd=odd)
+    normal, _ = _sums(boards, np.ones(len(boards), bool))
+    covariance = variance * factor**2 * np.linalg.pinv(normal, hermitian=True)
+    of_pairs = [view for _, view in pairs]
+    beyond = beyond_boards(fields, covariance, of_pairs, seen.any(axis=0))
+    found = found._replace(focal=focal, odd=odd, beyond=beyond)
     first, p_value = two_groups(*_equations(boards), longer)
     by_focal = None
     if p_value < SURE_GROUPS:

@@ -1,0 +1,95 @@
+"""Where no board was, rays are known by extrapolation: how far, and when it is told."""
+
+import numpy as np
+import pytest
+
+from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.views.correspondence import BoardView
+from raxel.cameras import PerspectiveCamera
+from raxel.cli.beyond import beyond_fields, beyond_warnings
+from raxel.evaluation.beyond_boards import BeyondBoards, beyond_boards
+from raxel.evaluation.corrections import CorrectionFields
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.stability import stability
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.sets.words import BOARDS
+
+SIZE = np.array([640, 480])
+MIDDLE = (SIZE - 1) / 2
+CAMERA = PerspectiveCamera(
+    [[500.0, 0, 322.0], [0, 500.0, 236.0], [0, 0, 1]], [-0.1, 0.02], *SIZE
+)
+POINTS = 20.0 * np.stack(np.meshgrid(np.arange(9.0), np.arange(7.0)), -1).reshape(-1, 2)
+
+
+def views_within(share, count=12, noise=0.1):
+    """Boards whose corners lie in the middle `share` of the image each way."""
+    rng = np.random.default_rng(4)
+    half, views = share * SIZE / 2, []
+    while len(views) < count:
+        R = rotation_from_vector(rng.uniform(-0.5, 0.5, 3))
+        sight = CAMERA.rays(rng.uniform(MIDDLE - half, MIDDLE + half)[None]).directions
+        t = rng.uniform(300, 500) / share * sight[0]
+        points = transform(pose(R, t - R @ [80.0, 60.0, 0.0]), on_plane(POINTS))
+        pixels = CAMERA.project(points).pixels
+        if np.all(np.abs(pixels - MIDDLE) <= half):
+            pixels = pixels + noise * rng.normal(size=pixels.shape)
+            views.append(BoardView(pixels, POINTS, 9, 7, f"{len(views)}.png"))
+    return views
+
+
+def found_in(views):
+    camera = calibrate_zhang(views, *SIZE).camera
+    return stability(camera, evaluate_camera(camera, views).images, views).beyond
+
+
+def test_what_is_told_of_a_field_that_grows_with_the_distance():
+    """Of one shape, by (u, 0) / 100 px, with SD 0.5: a ray at u is known to u / 200."""
+    u = np.arange(0.0, 1000.0, 10.0)
+    pixels = np.column_stack([u, np.full(100, 5.0)])
+    shapes = np.zeros((100, 2, 1))
+    shapes[:, 0, 0] = u / 100
+    fields = CorrectionFields(pixels, shapes, np.zeros((100, 2, 3)), np.eye(1))
+    corners = np.array([[0.0, 0], [195.0, 0], [195.0, 10], [0.0, 10], [np.nan, np.nan]])
+    views = [BoardView(corners, corners, 5, 1)]
+    seen = u < 195
+    found = beyond_boards(fields, np.array([[0.25]]), views, seen)
+    under = np.sqrt(np.mean((u[seen] / 200) ** 2))
+    assert 2 * under > 1
+    unknown = np.mean(u / 200 > 2 * under)
+    assert found == pytest.approx(BeyondBoards(0.8, unknown, 990 / 200, under))
+    found = beyond_boards(fields, np.array([[0.0025]]), views, seen)
+    assert found == pytest.approx(BeyondBoards(0.8, 0.0, 99 / 200, under / 10))
+    assert beyond_boards(fields, np.eye(1), views, np.zeros(100, bool)) is None
+
+
+def test_boards_in_the_middle_are_told_and_boards_all_over_are_not():
+    middle, all_over = found_in(views_within(0.5)), found_in(views_within(1.0))
+    assert middle.matters
+    assert middle.share > 0.75  # half of either side is a quarter
+    assert not all_over.matters
+    assert all_over.share < 0.4
+    assert middle.largest_px > 3 * all_over.largest_px
+
+
+def test_what_is_known_beyond_boards_grows_with_the_corners_noise():
+    one, other = (found_in(views_within(0.7, noise=n)) for n in (0.05, 0.1))
+    assert other.share == pytest.approx(one.share, abs=0.02)
+    assert other.largest_px == pytest.approx(2 * one.largest_px, rel=0.1)
+    assert other.under_px == pytest.approx(2 * one.under_px, rel=0.1)
+
+
+def test_the_warning_and_the_result_say_which_number_is_which():
+    found = BeyondBoards(0.62, 0.31, 4.7, 0.25)
+    assert beyond_fields(found) == {
+        "share_of_image": 0.62, "share_unknown": 0.31, "largest_sd_px": 4.7,
+        "sd_under_boards_px": 0.25,
+    }  # fmt: skip
+    (told,) = beyond_warnings(found, BOARDS)
+    assert told.startswith("62 % of the image lie beyond all boards")
+    assert "off by up to 4.7 px (SD; 0.25 px under the boards), and in 31 % of" in told
+    assert "take photographs with the board in the corners" in told
+    assert beyond_warnings(found._replace(unknown=0.09), BOARDS) == []
+    assert beyond_warnings(None, BOARDS) == []
+    assert beyond_fields(None) is None
