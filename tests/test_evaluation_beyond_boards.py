@@ -23,16 +23,16 @@ CAMERA = PerspectiveCamera(
 POINTS = 20.0 * np.stack(np.meshgrid(np.arange(9.0), np.arange(7.0)), -1).reshape(-1, 2)
 
 
-def views_within(share, count=12, noise=0.1):
+def views_within(share, count=12, noise=0.1, camera=CAMERA):
     """Boards whose corners lie in the middle `share` of the image each way."""
     rng = np.random.default_rng(4)
     half, views = share * SIZE / 2, []
     while len(views) < count:
         R = rotation_from_vector(rng.uniform(-0.5, 0.5, 3))
-        sight = CAMERA.rays(rng.uniform(MIDDLE - half, MIDDLE + half)[None]).directions
+        sight = camera.rays(rng.uniform(MIDDLE - half, MIDDLE + half)[None]).directions
         t = rng.uniform(300, 500) / share * sight[0]
         points = transform(pose(R, t - R @ [80.0, 60.0, 0.0]), on_plane(POINTS))
-        pixels = CAMERA.project(points).pixels
+        pixels = camera.project(points).pixels
         if np.all(np.abs(pixels - MIDDLE) <= half):
             pixels = pixels + noise * rng.normal(size=pixels.shape)
             views.append(BoardView(pixels, POINTS, 9, 7, f"{len(views)}.png"))
@@ -71,6 +71,23 @@ def test_boards_in_the_middle_are_told_and_boards_all_over_are_not():
     assert not all_over.matters
     assert all_over.share < 0.4
     assert middle.largest_px > 3 * all_over.largest_px
+
+
+def test_a_lens_with_more_terms_than_the_fit_is_told_where_no_board_was():
+    """Its residuals are those of noise, and its corners some pixels off."""
+    webcam = PerspectiveCamera(
+        [[520.0, 0, 322.0], [0, 520.0, 236.0], [0, 0, 1]], [-0.3, 0.14, -0.04], *SIZE
+    )
+    views = views_within(0.8, camera=webcam)
+    found = calibrate_zhang(views, *SIZE).camera
+    scores = evaluate_camera(found, views)
+    assert scores.rms_px < 1.5 * 0.1 * 2**0.5
+    corner = np.array([[0.0, 0.0]])
+    off = webcam.project(found.rays(corner).directions).pixels - corner
+    assert np.linalg.norm(off) > 3
+    beyond = stability(found, scores.images, views).beyond
+    assert beyond.matters
+    assert beyond.largest_px > 3
 
 
 def test_what_is_known_beyond_boards_grows_with_the_corners_noise():

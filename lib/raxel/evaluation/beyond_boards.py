@@ -3,9 +3,10 @@
 A formula goes on beyond the boards, and its own covariance says how far it may be off
 there if the lens follows it. Lenses do so nearly. So the rays are judged by what the
 boards say of a lens that is free to depart from the fit by any field of third degree
-over the image (`raxel.evaluation.corrections`): as little as they hold such a field to,
-as far may rays be off, and no residual shows it. Under the boards that is a fraction of
-a pixel; beyond them it grows with the third power of the distance.
+over the image, and by radial terms of fifth and seventh (`evaluation.corrections`): as
+little as they hold such a field to, as far may rays be off, and no residual shows it.
+Under the boards that is a fraction of a pixel; beyond them it grows with up to the
+seventh power of the distance.
 """
 
 from typing import NamedTuple

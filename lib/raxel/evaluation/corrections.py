@@ -27,8 +27,32 @@ class CorrectionFields(NamedTuple):
     mixing: np.ndarray
 
 
-def correction_fields(camera, pairs):
-    """The CorrectionFields of a camera, None where hardly a pixel has a ray."""
+def polynomials(pixels, camera):
+    """(N, 2, P): each polynomial along u, then each along v."""
+    size = np.array([camera.width, camera.height])
+    x, y = ((2 * pixels - (size - 1)) / size.max()).T
+    along = np.stack(
+        [x**a * y**b for a in range(DEGREE + 1) for b in range(DEGREE + 1 - a)], axis=1
+    )
+    none = np.zeros_like(along)
+    return np.stack(
+        [np.hstack([along, none]), np.hstack([none, along])], axis=1
+    )  # fmt: skip
+
+
+def with_radial_terms(pixels, camera):
+    """(N, 2, P + 2): these, and radial fields of fifth and of seventh degree, by which
+    a lens departs from a formula that has fewer terms."""
+    size = np.array([camera.width, camera.height])
+    places = (2 * pixels - (size - 1)) / size.max()
+    squares = np.sum(places**2, axis=1, keepdims=True)
+    radial = np.stack([places * squares**2, places * squares**3], axis=2)
+    return np.concatenate([polynomials(pixels, camera), radial], axis=2)
+
+
+def correction_fields(camera, pairs, terms=polynomials):
+    """The CorrectionFields of a camera, mixed of `terms`, None where hardly a pixel has
+    a ray."""
     step = max(camera.width, camera.height) / ACROSS
     u = np.arange(step / 2, camera.width, step)
     v = np.arange(step / 2, camera.height, step)
@@ -42,7 +66,7 @@ def correction_fields(camera, pairs):
     turns = pixels_by_point(camera, pixels, points) @ -cross_matrix(points)
     known = rays.valid & np.isfinite(turns).all(axis=(1, 2)) & turns.any(axis=(1, 2))
     pixels, turns = pixels[known], turns[known]
-    powers = polynomials(pixels, camera)
+    powers = terms(pixels, camera)
     count = powers.shape[2]
     if len(pixels) < count:
         return None
@@ -52,19 +76,6 @@ def correction_fields(camera, pairs):
     mixing = axes[:, 3:] * np.sqrt(len(pixels) / size[3:])
     shapes = rest @ mixing
     return CorrectionFields(pixels, shapes.reshape(len(pixels), 2, -1), turns, mixing)
-
-
-def polynomials(pixels, camera):
-    """(N, 2, P): each polynomial along u, then each along v."""
-    size = np.array([camera.width, camera.height])
-    x, y = ((2 * pixels - (size - 1)) / size.max()).T
-    along = np.stack(
-        [x**a * y**b for a in range(DEGREE + 1) for b in range(DEGREE + 1 - a)], axis=1
-    )
-    none = np.zeros_like(along)
-    return np.stack(
-        [np.hstack([along, none]), np.hstack([none, along])], axis=1
-    )  # fmt: skip
 
 
 def without_turns(turns, fields):

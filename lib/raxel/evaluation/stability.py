@@ -52,6 +52,7 @@ from raxel.evaluation.corrections import (
     correction_fields,
     polynomials,
     seen_on,
+    with_radial_terms,
     without_turns,
 )
 from raxel.evaluation.odd_one import odd_one
@@ -220,10 +221,7 @@ def stability(camera, scores, views, shape=None):
     longer = _longer(fields, camera)
     focal = one_way(*_equations(boards), longer, variance)
     odd = _odd(boards, fields, seen.any(axis=0), variance, names)
-    normal, _ = _sums(boards, np.ones(len(boards), bool))
-    covariance = variance * factor**2 * np.linalg.pinv(normal, hermitian=True)
-    of_pairs = [view for _, view in pairs]
-    beyond = beyond_boards(fields, covariance, of_pairs, seen.any(axis=0))
+    beyond = _beyond(camera, pairs, shape, widest, variance * factor**2)
     found = found._replace(focal=focal, odd=odd, beyond=beyond)
     first, p_value = two_groups(*_equations(boards), longer)
     by_focal = None
@@ -235,6 +233,21 @@ def stability(camera, scores, views, shape=None):
         return found
     divisions = [by_focal._replace(p_value=p_value), *found.divisions]
     return found._replace(divisions=divisions, p_value=p_value, same_camera=False)
+
+
+def _beyond(camera, pairs, shape, widest, variance):
+    """The BeyondBoards of all boards; variance: of a coordinate, with all that moves
+    the corners of a photograph."""
+    fields = correction_fields(camera, pairs, with_radial_terms)
+    if fields is None:
+        return None
+    of_all = shape, fields.mixing, widest, with_radial_terms
+    boards = [_board(camera, *pair, *of_all) for pair in pairs]
+    normal, _ = _sums(boards, np.ones(len(boards), bool))
+    covariance = variance * np.linalg.pinv(normal, hermitian=True)
+    views = [view for _, view in pairs]
+    seen = np.any([seen_on(view, camera, fields.pixels) for view in views], axis=0)
+    return beyond_boards(fields, covariance, views, seen)
 
 
 def _odd(boards, fields, seen, variance, names):
@@ -271,7 +284,7 @@ def _judged(divisions, pixels, factor, table):
 # ---------------------------------------------------------------------- the corrections
 
 
-def _board(camera, score, view, shape, mixing, widest):
+def _board(camera, score, view, shape, mixing, widest, terms=polynomials):
     """The _BoardSystem of a view, of corners no more than `widest` px off."""
     off = score.residuals_px
     right = np.linalg.norm(off, axis=1) <= widest
@@ -279,7 +292,7 @@ def _board(camera, score, view, shape, mixing, widest):
     places = view.pixels[right] - off
     solid = board_points(points, shape)
     by_pose = pose_jacobian(camera, places, solid, score.T_camera_grid)
-    shapes = (polynomials(places, camera) @ mixing).reshape(off.size, mixing.shape[1])
+    shapes = (terms(places, camera) @ mixing).reshape(off.size, mixing.shape[1])
     of_pose, _ = np.linalg.qr(by_pose)
     shapes = shapes - of_pose @ (of_pose.T @ shapes)
     off = off.ravel() - of_pose @ (of_pose.T @ off.ravel())
