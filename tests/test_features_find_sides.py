@@ -193,3 +193,23 @@ def test_squares_in_a_shadow_beyond_a_side_are_seen():
     found = find_board(shaded(image, 0, column(0), 0.2))
     assert not found.found
     assert "more squares stand in a shadow beyond its left side" in found.reason
+
+
+def test_a_sheet_on_dark_stripes_does_not_end_the_board():
+    """The stripes run on beyond the sheet's edge nearly as dark as it is in places."""
+    v, u = np.mgrid[0:480, 0:640]
+    ground = 28 + 15 * (1 + np.sin(2 * np.pi * (0.5 * u + v) / 60))
+    image = covered(without_margin(BOARD.image(), ground), 28, column(8) + 1)
+    found = find_board(soft_and_noisy(image, noise=0.3))
+    assert not found.found
+    assert "the edge at its right side runs straight on beyond" in found.reason
+
+
+def test_squares_cut_aslant_are_no_side_of_a_board():
+    """Tiles seen through an opening: no side of it shows whole squares."""
+    tiles = Board(16, 14, facing(16, 14, 48, turn=0.05)).image()
+    v, u = np.mgrid[0:480, 0:640]
+    opening = (u > 130) & (u < 510) & (v > 90) & (v < 390)
+    found = find_board(soft_and_noisy(np.where(opening, tiles, 120)))
+    assert not found.found
+    assert "squares at its top are cut short" in found.reason

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board
+from raxel.features.find.saddles import Level
+from raxel.features.find.windows import _ends, _shown
 from tests.chessboards import Board, facing
 from tests.test_features_find import distance, soft_and_noisy
 
@@ -53,3 +55,23 @@ def test_a_column_of_fainter_paint_does_not_end_a_board():
     image[:, edge:] = 120 + (image[:, edge:].astype(float) - 120) * 0.6
     assert not find_board(soft_and_noisy(image), 5, 4).found
     assert find_board(soft_and_noisy(image), 6, 4).found
+
+
+@pytest.mark.parametrize(("width", "ends"), [(200, True), (104, False)])
+def test_rows_that_run_out_of_the_picture_do_not_end_a_board(width, ends):
+    """A column beyond a part of a lattice is empty: nothing of it is in the picture, or
+    nothing of a board. Its squares tell nothing."""
+    points = np.stack(np.meshgrid(20.0 * np.arange(1, 7), 20.0 * np.arange(1, 6)), -1)
+    points[:, 5] = np.nan
+    level = Level(np.zeros((200, width), np.float32), 1, 1.0, None)
+    steps = [np.stack([-np.ones((5, 6)), np.ones((5, 6))], -1)] * 2
+    room = slice(0, 5), slice(0, 5)
+    assert _ends(points, _shown(points, level), steps, room) == ends
+
+
+def test_cells_of_a_code_are_no_squares_that_go_on():
+    cells = np.random.default_rng(11).random((25, 30)) < 0.5
+    code = np.pad(np.where(cells, 40, 210), 4, constant_values=210)
+    found = find_board(soft_and_noisy(code.repeat(12, 0).repeat(12, 1)))
+    assert not found.found
+    assert "squares go on" not in found.reason

@@ -91,9 +91,13 @@ def _is_edge(behind, beyond, grey):
     far, foot, within, deep = tones[:, np.isfinite(tones).all(axis=0)]
     if len(foot) < LEAST_SEEN or np.abs(foot - np.median(behind)).max() > ONE_TONE:
         return False
-    step, slope = foot - within, np.maximum(np.abs(far - foot), np.abs(within - deep))
-    sharp = np.abs(step) > np.maximum(SHARP * slope, max(STEP, SHARP * behind.std()))
-    return np.mean(sharp) >= LEAST_SHARP
+    step, outer, inner = (np.abs(a) for a in (foot - within, far - foot, within - deep))
+    of_one_tone = np.abs([far, foot] - np.median(behind)).max()
+    least = max(STEP, SHARP * behind.std())
+    sharp = step > np.maximum(SHARP * np.maximum(outer, inner), least)
+    # What is of one tone throughout ends at once, also on ground whose tone changes.
+    ends = step > np.maximum(inner, max(SHARP * of_one_tone, least))
+    return np.mean(sharp | ends) >= LEAST_SHARP
 
 
 def shaded_side(grid, level):

@@ -24,6 +24,10 @@ NEAR = (0.1, 0.3)
 SHORT, WHOLE, MOST = 0.85, 0.12, 2 / 3
 # What covers a few of them leaves this much: two or more, and a quarter of the side.
 VERY_SHORT, LEAST_VERY_SHORT, SHARE_VERY_SHORT = 0.7, 2, 0.25
+# What cuts them aslant makes them shorter along the side by so much, and by so many
+# times what single ones are off that line. Strong lenses, whose bend nobody sees beyond
+# a side, make whole squares seem to change by up to 0.16.
+ASLANT, OFF_ASLANT = 0.25, 4.0
 
 # So far behind the squares' end, but no farther out than from MARGIN_FROM, and so far
 # aside of an edge, is looked for paper; DARK and WHITE on the scale of the squares.
@@ -72,13 +76,14 @@ def cut_side(grid, image):
     """Which side's outer squares were cut short (`side_named`), or ''.
 
     A shadow or what covers part of a board cuts the squares of one side somewhere. A
-    board may be printed with narrower squares at its end, but then on both sides.
+    board may be printed with narrower squares at its end, but then on both sides, and
+    equally narrow along each of them.
     """
     lengths = [lengths_outward(grid, image, *side) for side in sides_of(grid)]
     for here, opposite in ((0, 1), (1, 0), (2, 3), (3, 2)):
         whole = np.abs(lengths[opposite] - 1) < WHOLE
         cut = np.mean(lengths[here] < SHORT) >= MOST or _some_cut(lengths[here])
-        if cut and whole.mean() >= MOST:
+        if (cut and whole.mean() >= MOST) or _cut_aslant(lengths[here]):
             side = _corners_of(grid)[here]
             return side_named(side[np.isfinite(side[:, 0])], grid.points)
     return ""
@@ -88,6 +93,15 @@ def _some_cut(lengths):
     """Whether a few squares of a side (n,) end far before the others."""
     count = np.count_nonzero(lengths < VERY_SHORT)
     return count >= max(LEAST_VERY_SHORT, SHARE_VERY_SHORT * len(lengths))
+
+
+def _cut_aslant(lengths):
+    """Whether squares of a side (n,) become shorter from one to the next."""
+    short, k = np.minimum(lengths, 1), np.arange(len(lengths))
+    slope, first = np.polyfit(k, short, 1)
+    off = np.abs(short - first - slope * k).max()
+    change = abs(slope) * k[-1]
+    return short.min() < VERY_SHORT and change > max(ASLANT, OFF_ASLANT * off)
 
 
 def dark_side(grid, image):

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from raxel.features.detector import as_8_bit
 from raxel.features.find.corners import QUADRANT
@@ -99,8 +100,15 @@ def _lack(grid, sure, image, told):
 
 
 def lies_on_pattern(grid, image):
-    """Whether squares go on about a board: sides are ragged or outside the image."""
+    """Whether squares go on about a board: sides are ragged or outside the image.
+
+    Of squares at all: chance corners of letters or codes make no nine side by side.
+    """
     known = grid.known
+    if min(known.shape) < LEAST_SIDE:
+        return False
+    if not sliding_window_view(known, (LEAST_SIDE,) * 2).all(axis=(2, 3)).any():
+        return False
     sides = known[0], known[-1], known[:, 0], known[:, -1]
     ragged = sum(side.mean() < MOST_CHANCE for side in sides)
     if nearly_complete(grid) or ragged < RAGGED_SIDES:

@@ -17,6 +17,8 @@ from raxel.features.find.sides import MOST_UNEQUAL_END
 # What differs by this share of the board's own difference is of other tones: paint,
 # ink and light from aside differ by less from row to row of one board.
 OTHER_TONES = 0.2
+# Rings of corners that a lattice is run on by, to tell which the image would show.
+FORETOLD = 3
 
 
 def window_of(grid, sizes, level):
@@ -36,9 +38,10 @@ def window_of(grid, sizes, level):
         for j in range(known.shape[1] - wide + 1)
     ]
     steps = _steps(grid, level) if rooms else None
+    shown = _shown(grid.points, level) if rooms else None
     for room in rooms:
         part = Grid(*(a[room] for a in grid))
-        if nearly_complete(part) and _ends(grid.points, steps, room):
+        if nearly_complete(part) and _ends(grid.points, shown, steps, room):
             found.append(part)
     return found[0] if len(found) == 1 else None
 
@@ -58,16 +61,32 @@ def _steps(grid, level):
     return both
 
 
-def _ends(points, steps, room):
-    """Whether a part of a lattice, two slices, ends at all of its sides."""
+def _shown(points, level):
+    """Which corners of a lattice (rows, columns, 2) the image would show, as far as
+    they can be foretold: what it does not show says nothing of where a board ends."""
+    for _ in range(FORETOLD):
+        points = np.where(np.isfinite(points), points, predicted(points))
+    height, width = level.grey.shape
+    most = level.scale * np.array([width - 2, height - 2])
+    return ~((points <= level.scale) | (points >= most)).any(axis=2)
+
+
+def _ends(points, shown, steps, room):
+    """Whether a part of a lattice, two slices, ends at all of its sides.
+
+    points: (rows, columns, 2); shown: see `_shown`; steps: see `_steps`.
+    """
     for axis, of_axis in enumerate(steps):
         along = room[1 - axis]
-        lines, corners = (a.swapaxes(0, axis)[:, along] for a in (of_axis, points))
+        lines, corners, there = (
+            a.swapaxes(0, axis)[:, along] for a in (of_axis, points, shown)
+        )
         first, last = room[axis].start, room[axis].stop - 1
         for beyond, inward, outer in ((first - 1, 1, 0), (last + 1, -1, 1)):
             if not 0 <= beyond < len(lines):
                 continue
-            few = np.isfinite(corners[beyond, :, 0]).mean() < MOST_CHANCE
+            seen = np.isfinite(corners[beyond, there[beyond], 0])
+            few = len(seen) >= LEAST_SIDE and seen.mean() < MOST_CHANCE
             next_ones = corners[[beyond + k * inward for k in range(3)]]
             own = lines[first : last + 1, :, 1 - outer]
             tones = -lines[beyond, :, outer]
