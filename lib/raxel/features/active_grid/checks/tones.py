@@ -36,15 +36,12 @@ def tone_doubts(sample, blur_px):
     """
     bright = _bright(sample, 1 + int(np.ceil(BLURRED * (blur_px or 1))))
     pictures = {k: sample.pictures[k, ::EVERY] for k in bright}
-    count = sum(bright.values(), np.zeros(sample.lit[::EVERY].shape, np.float32))
-    level = sum(pictures[k] * on for k, on in bright.items()) / np.maximum(count, 1)
-    known = (count >= MIN_PICTURES) & (level > 0)
-    off = []
-    for k, on in bright.items():
-        on = on & known
-        share = _of_blocks(pictures[k] * on, level * on, on)
-        if len(share):
-            off.append(np.abs(share - np.median(share)))
+    shares = _shares(pictures, bright)
+    # A picture that is darker as a whole moves the usual light where it has a say.
+    usual = {k: np.median(share) for k, share in shares.items()}
+    pictures = {k: pictures[k] / usual[k] for k in usual}
+    off = _shares(pictures, {k: bright[k] for k in usual}).values()
+    off = [np.abs(share - np.median(share)) for share in off]
     if sum(map(len, off)) < MIN_BLOCKS:
         return
     most = float(np.quantile(np.concatenate(off), MOST))
@@ -58,6 +55,22 @@ def tone_doubts(sample, blur_px):
             "monitor's rim may be off by more than standard deviations say; switch "
             "both off, save raw pictures, clean the lens",
         )
+
+
+def _shares(pictures, bright):
+    """{picture: (B,) its light, where it is bright, as a share of what is usual there},
+    in blocks; of pictures that have any."""
+    shape = next(iter(bright.values())).shape if bright else (0, 0, 0)
+    count = sum(bright.values(), np.zeros(shape, np.float32))
+    level = sum(pictures[k] * on for k, on in bright.items()) / np.maximum(count, 1)
+    known = (count >= MIN_PICTURES) & (level > 0)
+    found = {}
+    for k, on in bright.items():
+        on = on & known
+        share = _of_blocks(pictures[k] * on, level * on, on)
+        if len(share):
+            found[k] = share
+    return found
 
 
 def _bright(sample, reach):
