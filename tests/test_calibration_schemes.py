@@ -30,6 +30,7 @@ from raxel.geometry import (
     rotation_from_vector,
     transform,
 )
+from tests.calibration_scenes import central_difference
 from tests.calibration_scenes import scene as exact_scene
 from tests.wide_angle_scenes import centre_error, drawn
 
@@ -68,6 +69,37 @@ def test_relaxation_rests_where_no_pose_wants_to_move():
     # The least sum of squares over rays and poses is lower.
     best = bundle_adjust_fixed_centre(points, seen, linear.centre, linear.T_base_grid)
     assert best.costs[-1] < found.costs[-1]
+
+
+def test_a_round_of_relaxation_moves_each_pose_by_one_step():
+    """Steps of Gauss and Newton, as differences of the distances give them."""
+    centre, T, _, points = exact_scene(4, count=60)
+    seen, start = everything(points), disturbed(centre, T, size=0.3)[1]
+    found = relax_poses(points, seen, centre, start, iterations=1, tolerance=0.0)
+    u = centroid_directions(points, seen, centre, start)
+
+    def off_rays(k, step):
+        at = start[k] @ pose(rotation_from_vector(step[:3]), step[3:])
+        reach = transform(at, on_plane(points[k])) - centre
+        return (reach - np.sum(reach * u, axis=1)[:, None] * u).ravel()
+
+    for k in (1, 2):
+        J = central_difference(lambda step, k=k: off_rays(k, step), 6)
+        step = -np.linalg.lstsq(J, off_rays(k, np.zeros(6)))[0]
+        moved_there = start[k] @ pose(rotation_from_vector(step[:3]), step[3:])
+        went = np.abs(moved_there - start[k]).max()
+        assert np.abs(found.T_base_grid[k] - moved_there).max() < 1e-4 * went
+
+
+def test_rays_that_see_one_grid_say_nothing_of_where_lines_meet():
+    centre, T, _, points = exact_scene(5, count=80)
+    points = points + 0.2 * np.random.default_rng(5).standard_normal(points.shape)
+    seen, start = everything(points), disturbed(centre, T)
+    seen[1:, :10] = False
+    more = adjust_concurrence(points, seen, *start)
+    shared = adjust_concurrence(points[:, 10:], seen[:, 10:], *start)
+    assert np.array_equal(more.centre, shared.centre)
+    assert np.array_equal(more.costs, shared.costs)
 
 
 def test_weighted_centroids():

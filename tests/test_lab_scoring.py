@@ -171,6 +171,13 @@ def test_errors_of_points_are_told_apart(monitor_set, tmp_path):
     assert scored["beside"] == len(monitor_set.views) * pixels - on
 
 
+def test_a_point_is_gross_from_a_share_of_the_monitors_width_on(monitor_set, tmp_path):
+    # The monitor is 64 mm wide and 48 mm high.
+    for off, gross in ((0.56, 0), (0.72, 1)):
+        folder = decoded(monitor_set, tmp_path / f"{off}", lambda p, o=off: p + [0, o])
+        assert score_points(monitor_set, folder)["gross"] == gross
+
+
 def table_of(camera, turn=(0.0, 0.0, 0.0), columns=None):
     """A general camera with the rays of another, turned, in the first columns."""
     rays = camera.rays(pixel_grid(camera.width, camera.height))

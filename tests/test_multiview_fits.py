@@ -217,6 +217,28 @@ def test_errors_are_as_large_as_the_covariance_says(rng, shape):
     assert found == pytest.approx(1, abs=4 * np.sqrt(2 / unknowns / draws))
 
 
+def test_coefficients_of_a_conic_err_as_their_covariance_says():
+    """Each point is moved, and the conic fitted anew: errors that are independent add
+    up, and of six numbers of length 1 none is along themselves."""
+    points = (ellipse_points(12) - [1900, 1100]) / 100 + [1, -2]
+    sd, step = 0.005, 1e-4
+    by_point = []
+    for k, axis in np.ndindex(points.shape):
+        ahead, back = points.copy(), points.copy()
+        ahead[k, axis] += step
+        back[k, axis] -= step
+        change = fit_conic(ahead).coefficients - fit_conic(back).coefficients
+        by_point.append(change / (2 * step))
+    by_point = np.array(by_point)
+    fit = fit_conic(points, sd)
+    wanted = sd**2 * by_point.T @ by_point
+    scale = np.sqrt(np.diag(wanted))
+    found = fit.covariance / np.outer(scale, scale)
+    np.testing.assert_allclose(found, wanted / np.outer(scale, scale), atol=1e-4)
+    along = fit.covariance @ fit.coefficients
+    assert np.abs(along).max() < 1e-9 * np.abs(wanted).max()
+
+
 def test_a_plane_turns_as_the_covariance_says_where_errors_differ(rng):
     # The far points along x are rough: what is known well is the turn about x alone.
     points = rng.uniform([-10, -8], [10, 8], (60, 2))
@@ -308,3 +330,25 @@ def test_a_cylinder_that_may_as_well_be_a_plane_is_refused(rng):
 def test_points_without_a_shape_are_refused(rng):
     with pytest.raises(InputError, match="or more must agree"):
         fit_circle_ransac(rng.uniform(-100, 100, (12, 2)), rng, 1e-3)
+
+
+@pytest.mark.parametrize(("apart", "sure"), [(4.0, True), (2.5, False)])
+def test_a_radius_of_three_standard_deviations_is_one(rng, apart, sure):
+    points = mantle(rng, 120)
+    deviation = np.sqrt(fit_cylinder(points, 1.0).covariance[4, 4])
+    sigma = 62.98 / (apart * deviation)
+    if sure:
+        assert fit_cylinder(points, sigma).radius == pytest.approx(62.98, abs=1e-6)
+        return
+    with pytest.raises(InputError, match="may as well lie on a plane"):
+        fit_cylinder(points, sigma)
+
+
+def test_five_points_that_agree_are_enough_for_a_circle_and_four_are_not(rng):
+    wrong = np.array([[10.0, 3], [-20, 25], [31, -14]])
+    points = np.vstack([arc(300, 5), wrong])
+    found = fit_circle_ransac(points, rng, 0.5)
+    assert found.radius == pytest.approx(87.21, abs=1e-9)
+    np.testing.assert_array_equal(found.inliers, np.arange(8) < 5)
+    with pytest.raises(InputError, match=r"4 of 7 points .* 5 or more must agree"):
+        fit_circle_ransac(np.delete(points, 4, axis=0), rng, 0.5)

@@ -1,5 +1,7 @@
 """Motion of a general camera from matched rays: linear, robust, refined, observable."""
 
+from math import comb
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from raxel.cameras import PerspectiveCamera
 from raxel.cameras.core.base import Rays
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector, vector_from_rotation
+from raxel.multiview import generalised_robust
 from raxel.multiview.epipolar import epipolar_angles
 from raxel.multiview.generalised_linear import generalised_equations, generalised_pose
 from raxel.multiview.generalised_motion import refine_generalised_pose
@@ -356,3 +359,28 @@ def test_rays_of_a_perspective_camera_turn_about_its_centre():
     expected = np.zeros((6, 6))
     expected[3, 3] = expected[4, 4] = (2 / 500) ** 2
     np.testing.assert_allclose(middle.covariance[0], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(("agreeing", "refused"), [(1, False), (2, True)])
+def test_eight_of_fourteen_pairs_are_free_to_agree_by_chance(
+    monkeypatch, agreeing, refused
+):
+    """Six pairs are fitted whatever they are. Of the others five or more agree, where
+    `agreeing` of 14 do when they are matched at random, as often as is summed here."""
+    count, some, samples = 14, 11, 2000
+    gaps_of_all = np.where(np.arange(count) < agreeing, 0.0, np.inf)[None]
+    monkeypatch.setattr(generalised_robust, "squared_gaps", lambda *_: gaps_of_all)
+    p = (8 * agreeing + 1) / (8 * count + 1)
+    tail = sum(comb(8, k) * p**k * (1 - p) ** (8 - k) for k in range(some - 6, 9))
+    assert (samples * tail > 1) == refused
+    A, B, _ = mirror_rays(1, count=count)
+    told = None
+    try:
+        generalised_robust._refuse_chance(
+            np.eye(3, 4), turning_pairs(matched_rays(A, B)), np.arange(count) < some,
+            1.0, samples,
+        )  # fmt: skip
+    except CalibrationError as fault:
+        told = str(fault)
+    assert (told is not None) == refused
+    assert not refused or "11 of 14 pairs agree with one, as many as would by" in told

@@ -31,6 +31,15 @@ def test_a_pinhole_is_found_from_what_it_shows(points):
     np.testing.assert_allclose(mapped(fit.P, more), shown(more), atol=1e-6)
 
 
+@pytest.mark.parametrize("turn", range(8))
+def test_what_a_pinhole_sees_has_a_depth_above_zero(points, turn):
+    # The sign of twelve numbers of length 1 is not told by where they map to.
+    about = posed([0, 45 * turn, 0], [0, 0, 0])
+    fit = nearest_pinhole(transform(about, points), shown(points))
+    ahead = transform(about, points) @ fit.P[2, :3] + fit.P[2, 3]
+    assert (ahead > 0).all()
+
+
 def test_only_what_is_no_perspective_is_left(points):
     pixels = shown(points, [-0.3])
     fit = nearest_pinhole(points, pixels)
