@@ -8,7 +8,12 @@ import pytest
 
 from raxel.calibration.smooth import table as smooth_module
 from raxel.calibration.smooth import trend as smooth_trend
-from raxel.calibration.smooth.prior import TIE, free_polynomials, penalty_matrix
+from raxel.calibration.smooth.prior import (
+    TIE,
+    free_polynomials,
+    node_places,
+    penalty_matrix,
+)
 from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
 from raxel.calibration.smooth.table import smoothed_rays, smoothed_table
 from raxel.calibration.smooth.trend import trend_of_rays
@@ -71,6 +76,18 @@ def test_smoothness_costs_bends_and_leaves_polynomials_to_the_third_degree_known
     values = field_at(pixels, control, SPACING)[0][:, 0]
     x = ((pixels[:, 0] + 0.5) / SPACING + 1 - (SHAPE[1] - 1) / 2) / (SHAPE[1] - 1) * 2
     np.testing.assert_allclose(values, x**3, atol=1e-12)
+
+
+def test_nodes_are_the_corners_of_cells_and_half_way_between():
+    places = node_places(SHAPE, SPACING)
+    # Pixels are squares about whole numbers: the first cell begins at -1/2.
+    np.testing.assert_array_equal(places[0, 0], [-0.5, -0.5])
+    _, share = shares(places[::2, ::2].reshape(-1, 2), SHAPE, SPACING)
+    share = share.reshape(-1, 4, 4).sum(axis=1)
+    np.testing.assert_allclose(np.sort(share), [[0, 1 / 6, 1 / 6, 4 / 6]] * len(share))
+    _, share = shares(places[1::2, 1::2].reshape(-1, 2), SHAPE, SPACING)
+    share = share.reshape(-1, 4, 4).sum(axis=1)
+    np.testing.assert_allclose(share, [[1 / 48, 23 / 48, 23 / 48, 1 / 48]] * len(share))
 
 
 def test_exact_rays_of_a_camera_it_can_be_come_back():

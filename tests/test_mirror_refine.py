@@ -152,6 +152,23 @@ def test_the_prior_leaves_a_plane_alone_and_carries_what_no_feature_reaches(quan
     assert sd[0] > 10 * sd[1]
 
 
+def test_the_prior_of_a_turned_spline_knows_the_plane_where_its_knots_are():
+    rng = np.random.default_rng(8)
+    grid = spline_grid(np.array([[0.1, -0.6], [0.8, 0.5]]), angle=0.7)
+    normal, offset = np.array([0.5, -0.2, 0.8]) / np.sqrt(0.93), 400.0
+    p = rng.uniform([-0.2, -0.8], [1.0, 0.8], (4000, 2))
+    w = np.column_stack([p, np.ones(len(p))])[grid.inside(p)]
+    distance = offset / (w @ normal) * np.linalg.norm(w, axis=1)
+    flat = np.linalg.lstsq(grid.rows(w[:, :2])[0], distance)[0]
+    prior = bending_prior(grid, "distance", (normal, offset), 0.5)
+    gap = rms(prior.rows @ flat - prior.values)
+    assert gap < 0.1 * rms(prior.values)
+
+
+def rms(values):
+    return np.sqrt(np.mean(values**2))
+
+
 def test_rows_of_the_prior_vanish_for_parabolas_and_count_intervals():
     camera = scene()[0]
     grid = camera.grid
