@@ -8,10 +8,13 @@ import pytest
 from raxel.calibration import calibrate_lens
 from raxel.calibration.parametric.lens_laws import LensFormula, imaged_points
 from raxel.calibration.parametric.radial_alignment import LAWS
-from raxel.cameras import UnifiedSphereCamera
+from raxel.calibration.views.correspondence import BoardView
+from raxel.cameras import PerspectiveCamera, UnifiedSphereCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import evaluate_camera
-from tests.lens_scenes import CAMERAS, SIZE, boards
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import pose, rotation_from_vector, transform
+from tests.lens_scenes import BOARD, CAMERAS, COLUMNS, ROWS, SIZE, boards
 
 LAW_OF = {
     "fisheye of 183 degrees": ["kannala-brandt", "unified"],
@@ -192,3 +195,27 @@ def test_parallel_boards_of_a_pinhole_determine_no_focal_length():
         views.append(view._replace(pixels=noisy))
     with pytest.raises(CalibrationError, match="tilt the boards more"):
         calibrate_lens(views, *SIZE, "kannala-brandt", pupil="fixed")
+
+
+def hardly_tilted(tilt):
+    """Three boards seen by a pinhole of 600 px, each tilted by so much another way."""
+    camera = PerspectiveCamera([[600, 0, 320], [0, 600, 240], [0, 0, 1]], [], 640, 480)
+    rng, views = np.random.default_rng(1), []
+    for turn in 2 * np.pi * np.arange(3) / 3:
+        way = np.array([np.cos(turn), np.sin(turn), 0.0])
+        middle = [*(-BOARD.mean(axis=0)), 350.0] + 20 * way
+        T = pose(rotation_from_vector(tilt * way), middle)
+        pixels = camera.project(transform(T, on_plane(BOARD))).pixels
+        pixels += 0.1 * rng.normal(size=pixels.shape)
+        views.append(BoardView(pixels, BOARD, COLUMNS, ROWS))
+    return views
+
+
+def test_a_focal_length_is_told_up_to_a_fifth_of_itself():
+    settings = 640, 480, "kannala-brandt"
+    found = calibrate_lens(hardly_tilted(0.04), *settings, pupil="fixed", board="flat")
+    sd = np.sqrt(found.covariance[0, 0])
+    assert 0.01 < sd / 600 < 0.1
+    assert abs(found.values[0] - 600) < 3 * sd
+    with pytest.raises(CalibrationError, match="focal length is not determined"):
+        calibrate_lens(hardly_tilted(0.005), *settings, pupil="fixed", board="flat")
