@@ -14,6 +14,7 @@ from raxel.cameras import (
     QuadricMirrorCamera,
     pixel_grid,
 )
+from raxel.cameras.tables.bounds import BoundPyramid
 from raxel.errors import InputError
 from raxel.geometry import pluecker_matrix_of_rays
 
@@ -252,3 +253,39 @@ def test_a_table_without_any_ray_sees_nothing():
     assert camera.share_with_ray == 0
     assert not camera.rays(pixel_grid(4, 3)).valid.any()
     assert not camera.project(np.ones((5, 3))).valid.any()
+
+
+def test_a_cell_wider_than_a_half_space_hides_nothing():
+    """Its corners look 100 degrees off the axis, each another way, and its middle
+    straight back, which no cone about the rays of its neighbours holds."""
+    polar, around = np.full((5, 5), 0.1), np.linspace(0, 1, 25).reshape(5, 5)
+    polar[3:, 3:] = np.radians(100)
+    around[3:, 3:] = np.radians([[0, 90], [270, 180]])
+    level = np.sin(polar)
+    directions = np.stack(
+        [level * np.cos(around), level * np.sin(around), np.cos(polar)], axis=-1
+    )
+    camera = GeneralCamera(directions, np.ones((5, 5), bool), np.zeros(3))
+    back = camera.rays(np.array([[3.5, 3.5]])).directions
+    np.testing.assert_allclose(back, [[0, 0, -1]], atol=1e-12)
+    _, u, v = BoundPyramid(camera._table).cells(100 * back)
+    assert (3, 3) in set(zip(u.tolist(), v.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("side", ["above", "below", "left", "right"])
+def test_a_single_line_of_pixels_along_the_border_sees_what_lies_on_it(side):
+    place, axis = {"above": (0, 1), "below": (5, 1), "left": (0, 0), "right": (7, 0)}[
+        side
+    ]
+    rays = PINHOLE.rays(5 * pixel_grid(8, 6) + [20, 15])
+    kept = pixel_grid(8, 6)[:, axis] == place
+    camera = GeneralCamera(
+        rays.directions.reshape(6, 8, 3), kept.reshape(6, 8), np.zeros(3)
+    )
+    pixels = np.full((9, 2), float(place))
+    pixels[:, 1 - axis] = np.arange(9) * 0.6 + 0.1
+    seen = camera.rays(pixels)
+    assert seen.valid.all()
+    np.testing.assert_allclose(
+        camera.project(300 * seen.directions).pixels, pixels, atol=1e-9
+    )

@@ -64,6 +64,26 @@ def test_a_camera_that_jumps_has_exact_rays_there():
     assert turn < NEAR_PX
 
 
+class BrokenGlass:
+    """A pinhole behind two panes of which one lies 5 mm before the other: directions
+    are smooth, places where rays leave are not."""
+
+    width, height, central = W, H, False
+
+    def rays(self, pixels):
+        """Rays of pixels (N, 2)."""
+        seen = EVERY["perspective"][0].rays(pixels)
+        depth = np.where(pixels[:, :1] < 93.0, 40.0, 45.0)
+        return seen._replace(origins=depth * seen.directions)
+
+
+def test_rays_that_leave_from_a_step_leave_from_there():
+    rays = SmoothRays(BrokenGlass()).rays(INSIDE)
+    turn, away = differences(BrokenGlass(), rays, INSIDE)
+    assert turn < NEAR_PX
+    assert away < NEAR_MM
+
+
 def test_positions_beyond_the_image_are_asked_of_the_camera():
     camera = EVERY["equidistance"][0]
     far = [[-9.0, 20.0], [W + 8.0, H + 30.0], [20.0, -1e200], [np.nan, 9.0]]

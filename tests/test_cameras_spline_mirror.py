@@ -152,3 +152,15 @@ def test_points_that_leave_coefficients_open_fit_no_mirror():
     with pytest.raises(InputError, match=r"50 points .* leave 6 of 21"):
         SplineMirrorCamera.fitted(VIEWER, grid, points)
     assert SplineMirror(grid, np.ones(21), "distance").radius > 0
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_points_behind_the_viewer_are_none_of_the_mirror(quantity):
+    """What lies there has the place in the picture of points ahead."""
+    rays = BULGE.rays(pixels_of(2, 500))
+    points = rays.origins[rays.valid]
+    grid = spline_grid(points[:, :2] / points[:, 2:], (4, 4))
+    wanted = SplineMirrorCamera.fitted(VIEWER, grid, points, quantity)
+    more = np.vstack([points, -3 * points[::7]])
+    found = SplineMirrorCamera.fitted(VIEWER, grid, more, quantity)
+    np.testing.assert_array_equal(found.coefficients, wanted.coefficients)

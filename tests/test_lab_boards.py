@@ -161,6 +161,18 @@ def test_a_window_of_a_picture_is_that_part_of_the_picture(tmp_path):
     np.testing.assert_allclose(apart, whole[4:14, 3:15], atol=1e-4)
 
 
+def test_the_window_of_a_board_holds_all_of_it_and_little_more(tmp_path):
+    rig = load_rig(changed(tmp_path / "rig.yaml"))
+    T = pose(np.eye(3), [-15, -10, 110])
+    laboratory = rig.laboratory().__class__(rig.camera, rig.sensor, Optics())
+    scene = board_scene(rig.target, T, rig.border_mm, background=0.0)
+    v, u = np.nonzero(laboratory.irradiance(scene, np.eye(4)))
+    window = window_of(rig, T)
+    for low, size, seen in ((window.u, window.width, u), (window.v, window.height, v)):
+        assert 10 < seen.min() - low < 20
+        assert 10 < low + size - seen.max() < 20
+
+
 def test_spots_stay_on_the_mirror_and_are_the_specimens():
     spotted = Blemishes(60, (1, 3), (0.9, 0.9), (0.0, 0.0))
     mirror = np.zeros((120, 160), np.float32)

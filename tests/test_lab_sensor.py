@@ -140,6 +140,8 @@ def test_monitor_gamma_black_level_and_falloff():
     expected = 0.8 * (0.01 + 0.99 * 0.5**2.2) * np.cos(angle) ** 1.5
     np.testing.assert_allclose(light, expected)
     assert monitor.radiance(1.0, -0.5) == 0
+    # Also where it is as bright from all sides before it.
+    assert Monitor().radiance(1.0, -0.5) == 0
     assert Monitor().radiance(1.0, 0.3) == pytest.approx(1)
 
 
