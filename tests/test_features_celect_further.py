@@ -12,12 +12,13 @@ from raxel.features.celect.curvature import curvatures, curved_side
 from raxel.features.celect.processing import average_close
 from raxel.features.celect.radius import mean_side
 from raxel.features.celect.symmetric import (
+    _at_level,
     coarser,
     strongest_apart,
     symmetric_corners,
     symmetry_at,
 )
-from raxel.features.celect.window import Smoothing, clear_scale, open_window
+from raxel.features.celect.window import Scale, Smoothing, clear_scale, open_window
 
 SETTINGS = CelectSettings()
 SMOOTHING = Smoothing(1.5, 2.0)
@@ -84,6 +85,18 @@ def test_edges_bends_of_an_edge_and_noise_are_no_corners():
         noisy = np.clip(image + rng.normal(0, 25, image.shape), 0, 255).astype(np.uint8)
         window = open_window(noisy, np.array([60.0, 60.0]), 45.0, SMOOTHING)
         assert not len(symmetric_corners(window, clear, SETTINGS))
+
+
+def test_a_picture_twice_as_large_is_as_strong_at_twice_the_scale():
+    v, u = np.indices((121, 121)) - np.array([59.7, 60.2])[:, None, None]
+    found = []
+    for level in (1, 2):
+        image = 100 * np.tanh(u / (4 * level)) * np.tanh(v / (4 * level)) + 128
+        window = open_window(image, [60, 60], 20.0 * level, SMOOTHING)
+        pixels, strength = _at_level(window, Scale(SMOOTHING, 1, 1), SETTINGS, level)
+        np.testing.assert_allclose(pixels, [[60.2, 59.7]], atol=0.2)
+        found.append(strength[0])
+    assert found[1] == pytest.approx(found[0], rel=0.1)
 
 
 def test_the_middle_of_a_spot_is_symmetric_but_no_corner():

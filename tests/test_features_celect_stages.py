@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from raxel.features.celect import CelectSettings, along_contour
+from raxel.features.celect.algorithm import _Run
 from raxel.features.celect.compiled import merged_lines
 from raxel.features.celect.hough import (
     angle_apart,
@@ -26,6 +27,8 @@ from raxel.features.celect.processing import (
 from raxel.features.celect.radius import mean_side, side_lengths
 from raxel.features.celect.trace import (
     FirstLine,
+    Trace,
+    Tracer,
     first_line,
     near_lines,
     next_anchor,
@@ -255,3 +258,29 @@ def test_a_lattice_is_read_along_the_contours_by_their_names():
     assert sides == [[0, 1, 2, 3], [3, 7, 11], [8, 9, 10, 11], [0, 4, 8]]
     assert along_contour("column 2", numbers).tolist() == [1, 5, 9]
     assert along_contour("column 3", np.zeros((3, 4, 2))).shape == (3, 2)
+
+
+@pytest.mark.parametrize(
+    ("end", "arrived"),
+    [
+        ((25.0, 21), True),  # passed by on the way
+        ((31.0, 20), True),
+        ((34.0, 20), False),
+        ((16.0, 20), False),  # behind where the step began
+        ((25.0, 24), False),
+    ],
+)
+def test_a_step_arrives_where_it_passes_the_end_corner(end, arrived):
+    tracer = Tracer(np.zeros((40, 60)), None, CelectSettings(arrival=0.5))
+    trace = Trace([np.array([20.0, 20]), np.array([30.0, 20])])
+    assert tracer._arrived(trace, np.array(end), 5.0) == arrived
+
+
+def test_a_column_merges_within_a_share_of_the_least_distance_before_it():
+    corners = np.zeros((4, 2))
+    run = _Run(None, None, corners, 4, 4, CelectSettings(), {}, False)
+    # The board leans back: 10 px from one corner to the next, then 30 and 50.
+    previous = np.array([[7.0, 0], [7, 10], [7, 40], [7, 90]])
+    radius, distance = run._column_scale(previous)
+    assert distance == pytest.approx(0.47 * 10)
+    assert radius == pytest.approx(0.5 * 30)

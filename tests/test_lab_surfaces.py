@@ -232,3 +232,19 @@ def test_a_picture_as_texture_has_its_outer_corner_at_the_origin():
     np.testing.assert_array_equal(texture.radiance(centres, 1.0), picture.ravel())
     corner = texture.radiance(np.array([[2.0, 2.0]]), 1.0)
     assert corner == pytest.approx(picture[:2, :2].mean())
+
+
+def test_a_relief_is_seen_at_the_angle_of_its_normal():
+    """The normal is that of the plane through three places close together."""
+    relief = Relief(T, np.array([[0.0, 1, 5], [2, 9, 3]]), 10.0)
+    places = np.array([[2.0, 7], [13, 3], [18, 8.5]])
+    for place in places:
+        steps = np.array([[0, 0, 100], [1e-4, 0, 100], [0, 1e-4, 100]])
+        origins = transform(T, np.append(place, 0) + [3, -5, 0] + steps)
+        way = T[:3, :3] @ [-3, 5, -100.0]
+        way /= np.linalg.norm(way)
+        hit = relief.hit(origins, np.tile(way, (3, 1)))
+        one, two, three = origins + hit.distance[:, None] * way
+        normal = np.cross(two - one, three - one)
+        normal *= np.sign(normal @ T[:3, 2]) / np.linalg.norm(normal)
+        np.testing.assert_allclose(hit.cosine[0], way @ normal, atol=1e-5)
