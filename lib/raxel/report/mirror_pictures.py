@@ -130,7 +130,9 @@ def _shown_heights(canvas, calibration, stage):
     import cv2
 
     h, w = canvas.picture.shape[:2]
-    x, y = np.meshgrid(np.arange(0, w, COARSER), np.arange(0, h, COARSER))
+    # At the middle of what a height stands for, where `resize` takes it to be.
+    x, y = (np.arange(0, n, COARSER) + (COARSER - 1) / 2 for n in (w, h))
+    x, y = np.meshgrid(x, y)
     pixels = (np.column_stack([x.ravel(), y.ravel()]) + 0.5) / canvas.scale - 0.5
     height = heights(calibration, stage, pixels).reshape(x.shape)
     return cv2.resize(height, (w, h), interpolation=cv2.INTER_LINEAR)
