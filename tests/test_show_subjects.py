@@ -72,6 +72,15 @@ def test_the_field_of_a_pinhole_ends_at_its_border_and_of_a_lens_at_its_angle():
     assert radius == pytest.approx(60, abs=1e-6)
 
 
+def test_pixels_that_are_drawn_lie_evenly_about_mid_image():
+    camera = load_rig(RIGS[0]).camera
+    pixels = spread_pixels(camera, (8, 6)).reshape(6, 8, 2)
+    size = np.array([camera.width, camera.height])
+    np.testing.assert_allclose(pixels.mean(axis=(0, 1)), (size - 1) / 2)
+    # The image reaches from -1/2 on; the first cell's middle is half a cell from there.
+    np.testing.assert_allclose(pixels[0, 0], size / [8, 6] / 2 - 0.5)
+
+
 def test_a_central_camera_shows_its_centre_and_rays_of_equal_length():
     scene = camera_scene(PINHOLE, "mine")
     (rays,) = of_kind(scene, Segments, "ray")

@@ -57,6 +57,21 @@ def test_it_survives_the_file(image_set, tmp_path):
         np.testing.assert_allclose(other.detection.sd, one.detection.sd, atol=6e-7)
 
 
+@pytest.mark.parametrize(("u", "inside"), [(-0.4, True), (-0.6, False)])
+def test_corners_may_lie_in_the_outer_half_of_the_first_pixels(
+    image_set, tmp_path, u, inside
+):
+    boards = detect_boards(image_set)
+    boards[0].detection.corners[0] = [u, 20.0]
+    write_boards(tmp_path / "corners.json", image_set, "raxel", boards)
+    if inside:
+        again = read_boards(tmp_path / "corners.json", image_set)
+        assert again[0].detection.corners[0, 0] == u
+        return
+    with pytest.raises(InputError, match=r"found \(-0\.6, 20\), outside the image"):
+        read_boards(tmp_path / "corners.json", image_set)
+
+
 def test_a_detector_that_gives_none_leaves_none(image_set, tmp_path):
     boards = detect_boards(image_set, "opencv")
     write_boards(tmp_path / "corners.json", image_set, "opencv", boards)

@@ -1,0 +1,30 @@
+"""A pinhole calibrated as users ask for it: with a board that is not flat."""
+
+import numpy as np
+
+from raxel.calibration.parametric.pinhole import calibrate_pinhole
+from raxel.calibration.views.board_shape import BoardShape
+from raxel.cameras import PerspectiveCamera
+from tests.board_scenes import BOARD, HEIGHT, WIDTH, board_poses, views_of
+
+K = np.array([[150.0, 0, 118], [0, 138, 92], [0, 0, 1]])
+
+
+def test_a_bent_board_is_taken_out_of_the_camera_and_its_numbers_are_told():
+    bent = BoardShape(
+        BOARD.mean(axis=0), np.ptp(BOARD, axis=0) / 2, np.array([3.0, -2, 0, 0])
+    )
+    views = views_of(
+        board_poses(3, 10), PerspectiveCamera(K, [], WIDTH, HEIGHT), noise=0.03,
+        seed=4, solid=bent.points(BOARD),
+    )  # fmt: skip
+    found = calibrate_pinhole(views, WIDTH, HEIGHT)
+    assert found.board.used == found.formula.board != ()
+    sd = np.sqrt(np.diag(found.covariance))[:4]
+    true = np.array([K[0, 0], K[1, 1], *K[:2, 2]])
+    assert np.abs((found.values[:4] - true) / sd).max() < 4
+    told = found.camera.K
+    np.testing.assert_allclose(
+        [told[0, 0], told[1, 1], *told[:2, 2]], found.values[:4], rtol=1e-12
+    )
+    assert sd.max() < 0.5
