@@ -1,6 +1,7 @@
 """A pinhole calibrated as users ask for it: with a board that is not flat."""
 
 import numpy as np
+import pytest
 
 from raxel.calibration.parametric.pinhole import calibrate_pinhole
 from raxel.calibration.views.board_shape import BoardShape
@@ -28,3 +29,15 @@ def test_a_bent_board_is_taken_out_of_the_camera_and_its_numbers_are_told():
         [told[0, 0], told[1, 1], *told[:2, 2]], found.values[:4], rtol=1e-12
     )
     assert sd.max() < 0.5
+
+
+@pytest.mark.parametrize(("together_px", "low", "high"), [(0.0, 0.8, 1.3), (0.3, 2, 9)])
+def test_errors_that_corners_of_a_photograph_share_are_told(together_px, low, high):
+    """A wave over each photograph, of a height of its own, as a bent sheet makes."""
+    camera, rng = PerspectiveCamera(K, [], WIDTH, HEIGHT), np.random.default_rng(6)
+    wave = np.sin(BOARD @ [0.04, 0.03])[:, None]
+    views = [
+        view._replace(pixels=view.pixels + together_px * rng.normal(size=2) * wave)
+        for view in views_of(board_poses(5, 12), camera, noise=0.03, seed=6)
+    ]
+    assert low < calibrate_pinhole(views, WIDTH, HEIGHT).error_factor < high

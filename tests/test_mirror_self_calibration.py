@@ -152,6 +152,19 @@ def test_straight_edges_take_bends_out_of_a_wrong_shape():
         assert found.rms < found.start_rms / 2
 
 
+def test_what_edges_leave_are_angles_off_the_planes_of_their_rays():
+    pixels, noise = edges(bent(PUSH)), 1e-4
+    found = straight_edges_update(FLAT, pixels, CLAMP, noise=noise, prior_sd=1.0)
+    off = []
+    for edge in pixels:
+        rays = FLAT.rays(edge)
+        V = rays.directions[rays.valid]
+        if len(V) >= 4:
+            normal = np.linalg.eigh(V.T @ V)[1][:, 0]
+            off.extend(np.arcsin(V @ normal))
+    assert found.start_rms == pytest.approx(np.sqrt(np.mean(np.square(off))) / noise)
+
+
 def test_edges_without_pixels_in_the_mirror_are_refused():
     with pytest.raises(CalibrationError, match="none of 1"):
         straight_edges_update(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.calibration.mirror.clamp import clamp_of_camera
+from raxel.calibration.mirror.clamp_line import FixedLine
 from raxel.calibration.mirror.track import MirrorTracker
 from raxel.calibration.mirror.update import MirrorSettings
 from raxel.errors import CalibrationError
@@ -44,6 +45,21 @@ def test_a_film_to_and_fro_is_followed_without_drift():
     found = following.follow(pixels)
     assert not found.used[wrong].any()
     assert "wrong matches" in found.flags[-1]
+
+
+def test_a_line_that_is_held_by_its_deviations_holds_a_film():
+    clamp = clamp_of_camera(FLAT, edge_pixels())
+    firm = 1e-7 * np.ones(len(clamp.points))
+    line = FixedLine(*clamp, firm, 10 * firm, FLAT.grid.angle)
+    following = MirrorTracker(FLAT, SCENE, line, SETTINGS)
+    rng = np.random.default_rng(2)
+    for deflection in (1.0, 2.0):
+        found = following.follow(seen(bent(deflection), T_GRID, rng))
+        assert found.settled
+        height = heights_at(following.camera_now(), force_pixel(deflection))[0]
+        assert abs(height - deflection) < 0.03
+    held = FLAT.grid.rows(clamp.points)[0] @ following.coefficients
+    np.testing.assert_allclose(held, clamp.values, atol=1e-6)
 
 
 def test_features_that_left_the_knots_are_refused():
