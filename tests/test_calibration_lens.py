@@ -197,6 +197,21 @@ def test_parallel_boards_of_a_pinhole_determine_no_focal_length():
         calibrate_lens(views, *SIZE, "kannala-brandt", pupil="fixed")
 
 
+def test_a_corner_is_wrong_from_six_standard_deviations_on():
+    true, reach = CAMERAS["fisheye of 183 degrees"]
+    views, sd = boards(true, 6, reach, seed=3), 0.1
+    rng = np.random.default_rng(7)
+    for view in views:
+        view.pixels[:] += np.clip(sd * rng.normal(size=view.pixels.shape), -0.3, 0.3)
+    exact = boards(true, 6, reach, seed=3)
+    for k, off in enumerate((3.5, 8.5, -8.5)):
+        views[k].pixels[40] = exact[k].pixels[40] + [off * sd, 0]
+    found = calibrate_lens(views, *SIZE, "kannala-brandt", pupil="fixed", board="flat")
+    assert {(w.view, w.corner) for w in found.wrong} == {(1, 40), (2, 40)}
+    for wrong in found.wrong:
+        assert wrong.distance_px == pytest.approx(8.5 * sd, abs=sd)
+
+
 def hardly_tilted(tilt):
     """Three boards seen by a pinhole of 600 px, each tilted by so much another way."""
     camera = PerspectiveCamera([[600, 0, 320], [0, 600, 240], [0, 0, 1]], [], 640, 480)

@@ -16,7 +16,7 @@ def test_a_bent_board_is_taken_out_of_the_camera_and_its_numbers_are_told():
         BOARD.mean(axis=0), np.ptp(BOARD, axis=0) / 2, np.array([3.0, -2, 0, 0])
     )
     views = views_of(
-        board_poses(3, 10), PerspectiveCamera(K, [], WIDTH, HEIGHT), noise=0.03,
+        board_poses(3, 7), PerspectiveCamera(K, [], WIDTH, HEIGHT), noise=0.03,
         seed=4, solid=bent.points(BOARD),
     )  # fmt: skip
     found = calibrate_pinhole(views, WIDTH, HEIGHT)
