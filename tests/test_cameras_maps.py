@@ -5,7 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from raxel.cameras import BrownCamera, PerspectiveCamera
+from raxel.cameras import (
+    BrownCamera,
+    KannalaBrandtCamera,
+    PerspectiveCamera,
+    TardifCamera,
+)
 from raxel.cameras.lenses.brown import BrownMap
 from raxel.cameras.lenses.fit import fit_camera, radii_of
 from raxel.cameras.lenses.kannala_brandt import AsymmetricMap
@@ -136,3 +141,27 @@ def test_fits_that_cannot_be_are_refused():
         with pytest.raises(InputError, match=text) as caught:
             fit_camera(camera, given_angles, 100 * given_angles)
         assert "\n" not in str(caught.value)
+
+
+def test_a_fit_leaves_the_centre_of_k_where_it_is():
+    K = np.array([[500.0, 2, 310], [0, 480, 235], [0, 0, 1]])
+    angles = np.linspace(0.02, 0.6, 30)
+    found = fit_camera(PerspectiveCamera(K, [0.0], *SIZE), angles, 650 * np.tan(angles))
+    np.testing.assert_allclose(found.camera.K[:, 2], K[:, 2])
+    np.testing.assert_allclose(found.camera.K[:2, :2], 1.3 * K[:2, :2], rtol=1e-6)
+
+
+def test_a_decentring_next_to_none_changes_next_to_nothing():
+    given = [2.0, -0.05, 0.004], (150.0, 149.0), (318.0, 241.0), *SIZE
+    none = KannalaBrandtCamera(*given)
+    some = KannalaBrandtCamera(*given, tangential=(1e-9, 0))
+    points = np.random.default_rng(3).normal(size=(200, 3)) + [0, 0, 2]
+    np.testing.assert_allclose(
+        some.project(points).pixels, none.project(points).pixels, atol=1e-5
+    )
+
+
+def test_a_focal_length_that_grows_with_the_radius_ends_at_an_angle():
+    camera = TardifCamera([300.0, 0.5], (320, 240), *SIZE)
+    far = camera.rays(np.array([[320 + 1e9, 240.0]])).directions[0]
+    assert camera.max_angle == pytest.approx(np.arctan2(far[0], far[2]), abs=1e-6)
