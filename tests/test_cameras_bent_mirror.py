@@ -137,3 +137,19 @@ def test_impossible_sheets_are_refused(change, words):
     fields = {"viewer": PINHOLE, "size": SIZE, "heights": BULGE} | PLACE | change
     with pytest.raises(InputError, match=words):
         camera_from("bent mirror", fields)
+
+
+@pytest.mark.parametrize(
+    ("along_x", "along_y", "steep"),
+    [(0.99, 0, False), (0, 0.99, False), (1.02, 0, True), (0, 1.02, True)],
+)
+def test_a_sheet_is_steep_from_45_degrees_on_whichever_way_it_leans(
+    along_x, along_y, steep
+):
+    size = 400.0, 300.0
+    heights = [[0, along_y * size[1] / 2], [along_x * size[0] / 2, 0]]
+    if not steep:
+        assert SheetMirror(size, heights).radius == 250
+        return
+    with pytest.raises(InputError, match="up to 46 degrees steep"):
+        SheetMirror(size, heights)
