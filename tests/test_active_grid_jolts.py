@@ -5,6 +5,10 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
+from raxel.features.active_grid.checks.jolts import jolts
+from raxel.features.active_grid.checks.sample import sampled
+from raxel.features.active_grid.coding import read_coding
+from raxel.features.active_grid.noise import Noise
 from tests.active_grids import drawn
 
 USUAL = {"size": (280, 210), "noise": 2.0, "blur": 1.0, "share": 0.95}
@@ -36,3 +40,21 @@ def test_a_movement_for_good(first):
     (text,) = [doubt.text for doubt in told.doubts]
     assert text.startswith("the picture moved by about 0.")
     assert first in text
+
+
+def test_what_a_program_fills_in_at_the_sides_tells_no_movement():
+    """The pictures of y are moved; a grey rim of a pixel is what they do not see."""
+    scene = USUAL | {"size": (200, 150), "share": 0.8}
+    before, after = (drawn(**scene, place=place) for place in (None, moved))
+    of_y = np.array([pattern.axis == "y" for pattern in before.patterns])
+    images = np.where(of_y[:, None, None], after.images, before.images)
+    filled = images.copy()
+    filled[of_y, :, 0] = filled[of_y, :, -1] = 150
+    filled[of_y, 0] = filled[of_y, -1] = 150
+    codes = read_coding(before.patterns, before.grid.monitor_px)
+    shifts = []
+    for own in (images, filled):
+        asked = own, before.patterns, codes, before.grid, Noise(4.0), ()
+        (found,) = jolts(sampled(*asked), scene["blur"])
+        shifts.append(found.shift)
+    np.testing.assert_allclose(shifts[1], shifts[0], atol=0.01)

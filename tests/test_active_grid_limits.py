@@ -55,6 +55,26 @@ def test_sines_may_begin_a_little_off_their_code_and_no_more(
     assert [("something moved" in doubt.text) for doubt in found] == [True] * moved
 
 
+def test_a_phase_at_an_edge_is_taken_where_the_edge_lies():
+    """Edges of cells of 8 px, 0.7 px behind the one pixel and 0.3 before the other."""
+    x = np.arange(64) + 0.3
+    cells = (x // 8).astype(np.int32)
+    away = (x + 4) % 8 - 4
+    up = np.cos(np.pi * cells)
+    apart = np.clip(np.abs(away), 0, 1) * up
+    code = SimpleNamespace(cell=8, period=32)
+    seen = np.exp(2j * np.pi * x / 32)[None, None]
+    sides = (np.s_[:, :, :-1], np.s_[:, :, 1:])
+    lit = np.ones((1, 1, 64), bool)
+    phase, due, along, breaks = edges._at_edges(
+        code, apart[None, None, None], seen, cells[None, None], lit, *sides
+    )
+    assert len(phase) == 7
+    assert breaks == [0]
+    np.testing.assert_allclose(np.angle(phase * np.conj(due)), 0, atol=0.01)
+    np.testing.assert_allclose(along, 2 * np.pi / 32)
+
+
 def seen_sines(periods, begun, sd=0.002):
     """(turns, variances, periods) of 2000 pixels; the sines begin elsewhere."""
     rng, periods = np.random.default_rng(7), np.float32(periods)

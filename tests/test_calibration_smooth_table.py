@@ -121,6 +121,19 @@ def test_noise_falls_far_below_that_of_a_ray_and_is_stated():
     np.testing.assert_allclose(np.mean(residuals), 0.5, rtol=0.05)
 
 
+def test_kept_out_rays_are_a_distance_off_that_counts_both_axes():
+    """Without cells it is how far the trend is off by weights; with them, the noise."""
+    rng = np.random.default_rng(6)
+    pixels, directions = noisy_rays(bent(), rng, 600, 0.2)
+    weights = rng.uniform(0.5, 2, 600)
+    found = smoothed_rays(pixels, directions, W, H, trend=TREND, weights=weights)
+    assert found.n_rays == 600
+    squares = np.sum((LENS.project(directions).pixels - pixels) ** 2, axis=1)
+    off = np.sqrt(np.average(squares, weights=weights))
+    assert found.held_out_px[0] == pytest.approx(off, rel=1e-6)
+    assert found.held_out_px[found.cells] == pytest.approx(0.2 * 2**0.5, rel=0.1)
+
+
 def test_errors_that_neighbours_share_are_counted_once():
     """A table whose noise is alike in squares of 6 px: as if it had 36 times fewer."""
     camera, rng = bent(), np.random.default_rng(3)

@@ -149,6 +149,17 @@ def test_the_sheet_ends_where_its_length_does_and_the_holder_hides_its_part():
     assert not mirror.carries(np.array([[80.0, 50.1, 5.0]]))[0]
 
 
+def test_a_ray_that_begins_beyond_the_sheet_does_not_meet_it():
+    mirror = sheet(ElasticaProfile.deflected(150.0, 20.0))
+    x, y = np.array([[30.0, 80.0, 120.0], [-20.0, 5.0, 30.0]])
+    points = np.column_stack([x, y, mirror.height(x, y)[0]])
+    ways = np.array([[0.1, 0.2, 1.0], [-0.2, 0.0, 1.0], [0.0, 0.1, 1.0]])
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    found = mirror.reflect(points - 9 * ways, ways)
+    np.testing.assert_allclose(found.points, points, atol=1e-9)
+    assert not mirror.reflect(points + 9 * ways, ways).valid.any()
+
+
 def test_the_waves_have_the_height_that_is_stated_and_the_strain_its_reach():
     x, y = np.meshgrid(np.linspace(0, 160, 801), np.linspace(-50, 50, 501))
     height = rough(0.03, 0.0).at(x.ravel(), y.ravel())[0]

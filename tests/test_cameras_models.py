@@ -82,15 +82,20 @@ def test_symmetric_kannala_brandt_is_opencvs_fisheye():
     np.testing.assert_allclose(camera.project(points).pixels, theirs[:, 0], atol=1e-9)
 
 
-def test_complete_kannala_brandt_is_its_formula():
+@pytest.mark.parametrize(("out", "around"), [(1, 1), (1, 0), (0, 1)])
+def test_complete_kannala_brandt_is_its_formula(out, around):
+    """With both pairs of terms, and with each alone."""
     theta, phi = np.random.default_rng(6).uniform([0.01, -3.1], [3, 3.1], (300, 2)).T
-    camera = ZOO["kannala-brandt 23"]
+    own = dict(zip(("radial_l", "radial_i"), KB_ODD, strict=True)) if out else {}
+    if around:
+        own |= dict(zip(("tangential_m", "tangential_j"), KB_TURN, strict=True))
+    camera = KannalaBrandtCamera(KB_K, (170, 160), CENTRE, *SIZE, **own)
     odd = theta[:, None] ** np.arange(1, 11, 2)
     waves = np.column_stack(
         [np.cos(phi), np.sin(phi), np.cos(2 * phi), np.sin(2 * phi)]
     )
-    r = odd @ KB_K + (odd[:, :3] @ KB_ODD[0]) * (waves @ KB_ODD[1])
-    t = (odd[:, :3] @ KB_TURN[0]) * (waves @ KB_TURN[1])
+    r = odd @ KB_K + out * (odd[:, :3] @ KB_ODD[0]) * (waves @ KB_ODD[1])
+    t = around * (odd[:, :3] @ KB_TURN[0]) * (waves @ KB_TURN[1])
     x = r * np.cos(phi) - t * np.sin(phi)
     y = r * np.sin(phi) + t * np.cos(phi)
     points = np.column_stack(

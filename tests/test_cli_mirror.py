@@ -107,20 +107,29 @@ def test_half_of_the_rays_are_off_by_what_is_predicted(folder, calibrated):
         assert 0.4 < found["rays"]["median_deg"] / predicted < 2.5
 
 
-def test_angles_of_the_monitors_places_are_written_in_degrees():
+def written_primary():
+    """What is written of a first shape whose rays meet within 1, 2 and 6 mm."""
     motion = SimpleNamespace(
         distance=100.0, distance_sd=0.2, angle=np.pi / 6, angle_sd=np.pi / 360
     )
     found = SimpleNamespace(
         primary=SimpleNamespace(
             motions=[motion],
-            mirror=SimpleNamespace(misses=np.ones(3)),
+            mirror=SimpleNamespace(misses=np.array([1.0, 2, 6, np.nan])),
             residuals=np.ones(3),
         ),
         poses=SimpleNamespace(rms_px=0.1),
     )
     views = SimpleNamespace(grids=[SimpleNamespace(name=name) for name in "ab"])
-    (written,) = _primary(views, found)["grids"]
+    return _primary(views, found)
+
+
+def test_how_well_rays_meet_is_the_mean_over_the_points():
+    assert written_primary()["points_from_rays_mm"] == pytest.approx(3)
+
+
+def test_angles_of_the_monitors_places_are_written_in_degrees():
+    (written,) = written_primary()["grids"]
     assert written == {
         "first": "a",
         "second": "b",
@@ -222,6 +231,15 @@ def test_what_a_mirror_set_has_no_use_for_is_refused_in_a_line(
     assert main(["show", str(folder), "--out", str(tmp_path / "m.html")]) == 2
     assert "run raxel calibrate" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("option", ["corners", "points", "detector"])
+def test_options_of_boards_are_refused_with_a_mirror_set(tmp_path, capsys, option):
+    mirror_sets.write_mirror_set(tmp_path / "set")
+    out, value = str(tmp_path / "mirror.npz"), {"detector": "celect"}.get(option, "a")
+    order = ["calibrate", str(tmp_path / "set"), f"--{option}", value, "--out", out]
+    assert main(order) == 2
+    assert f"--{option}: found with" in capsys.readouterr().err.splitlines()[-1]
 
 
 def test_pictures_without_boards_are_refused_by_name(tmp_path):

@@ -228,6 +228,15 @@ def test_a_lattice_goes_on_bending_beyond_its_sides():
     assert np.abs(plain.uu[:, 0] - 1.2 * columns).max() > 1
 
 
+def test_a_twist_is_the_same_where_a_lattice_ends():
+    """Corners at its ends have fewer neighbours to tell it by, which do it as well."""
+    i, j = np.mgrid[:5, :6].astype(float)
+    points = np.stack([30 * j + 1.5 * i * j, 28 * i - 0.8 * i * j], axis=2)
+    patches, rows, _ = patches_of(points)
+    assert len(rows) == 30
+    np.testing.assert_allclose(patches.w, np.tile([1.5, -0.8], (30, 1)), atol=1e-9)
+
+
 def test_a_lens_that_bends_strongly_costs_no_certainty():
     """Edges of a near board in a fisheye lens bend; its corners are where they are."""
     lens = Lens("equidistant", 220.0, 640, 640)

@@ -52,6 +52,23 @@ def test_a_ball_of_facets_stands_before_its_viewer(tmp_path):
     np.testing.assert_allclose(np.linalg.norm(middles - [0, 0, 210], axis=1), 60)
 
 
+def test_facets_stand_where_a_rig_states_them(tmp_path):
+    path = mirror_ball(tmp_path / "facets.yaml")
+    data = yaml.safe_load(path.read_text("utf-8"))
+    T = pose(rotation_from_vector(np.array([0.1, 3.0, 0])), [5, -10, 200])
+    square = [[-40, -30], [40, -30], [40, 30], [-40, 30]]
+    data["camera"] = {
+        "kind": "planar mirrors",
+        "viewer": data["camera"]["viewer"],
+        "T_viewer_facets": leaf([T.tolist()], "1"),
+        "outlines": leaf([square], "mm"),
+    }
+    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    camera = load_rig(path).camera
+    np.testing.assert_allclose(camera.T_viewer_facets, T[None], atol=1e-12)
+    np.testing.assert_array_equal(camera.outlines[0], square)
+
+
 @pytest.mark.parametrize(
     ("field", "entry", "words"),
     [

@@ -17,7 +17,7 @@ from raxel.errors import InputError
 from raxel.geometry import pose
 from raxel.lab import board_scene
 from raxel.lab.sight import Crop
-from raxel.lab.windowed import bands, mirror_window, window_around, windowed
+from raxel.lab.windowed import MARGIN_PX, bands, mirror_window, window_around, windowed
 
 
 def test_a_window_is_that_part_of_the_whole_picture():
@@ -49,6 +49,10 @@ def test_a_window_holds_what_it_is_put_around():
     assert np.all((seen > first) & (seen < first + [window.width, window.height] - 1))
     with pytest.raises(InputError, match="nothing of it is in the picture"):
         window_around(camera, np.array([[-500.0, 10.0], [np.nan, np.nan]]))
+    size = camera.width, camera.height
+    assert window_around(camera, np.array(size)[None] - 1.0) == Crop(
+        *(n - 1 - MARGIN_PX for n in size), *2 * [1 + MARGIN_PX], *size
+    )
     parts = bands(window, 10, 24)
     assert [part.height for part in parts] == [24] * 10
     assert parts[0].v > window.v

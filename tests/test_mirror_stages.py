@@ -8,7 +8,8 @@ import pytest
 
 from raxel.calibration.mirror.checks import check_two_pictures
 from raxel.calibration.mirror.from_pictures import ordered_like
-from raxel.calibration.mirror.stages import calibrate_mirror
+from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.stages import SETTINGS, _outline, calibrate_mirror
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.back_projection import back_projection
 from tests.made_mirror_views import board_view, edge, made_views, sheet, step_views
@@ -71,6 +72,24 @@ def test_a_board_that_stays_over_two_steps_has_one_pose():
     found = calibrate_mirror(good()._replace(steps=steps))
     assert [(view.stage, view.grid) for view in found.views] == [(0, 0), (1, 0), (2, 0)]
     assert np.mean(ray_angles(found.cameras[2], 10.0)) < 0.05
+
+
+def test_knots_span_what_the_next_step_shows_as_far_as_they_are_supported():
+    """Boards of the next step lie far beyond; knots follow a part of the way."""
+    step, camera = good().steps[0], calibrated().cameras[0]
+    pixels = step.after.pixels
+    middle = np.nanmean(pixels, axis=0)
+    wide = step.before._replace(pixels=middle + 3 * (pixels - middle))
+    spans = []
+    for following in (None, step._replace(before=wide).before):
+        outline = _outline(camera, step, following, SETTINGS)
+        spans.append(np.ptp(camera.grid.turned(normalised(camera.viewer, outline)), 0))
+    intervals = np.subtract(SETTINGS.shape, SETTINGS.degree)
+    common = pixels[camera.rays(step.before.pixels).valid & np.isfinite(pixels[:, 0])]
+    common = np.ptp(camera.grid.turned(normalised(camera.viewer, common)), axis=0)
+    # Four tenths of an interval to each side are as far as knots are supported.
+    np.testing.assert_allclose(spans[1], common * (1 + 0.8 / intervals), rtol=1e-3)
+    assert np.all(spans[0] < spans[1])
 
 
 def test_a_board_is_cast_back_onto_its_own_pose():

@@ -8,7 +8,7 @@ from raxel.cameras.core.centrality import closest_point
 from raxel.errors import InputError
 from raxel.evaluation.distortion import distortion_residual
 from raxel.geometry import inverse_pose, pose, transform
-from raxel.geometry.planes import on_plane
+from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.lab.bust import Bust
 from raxel.lab.render import render
 from raxel.multiview.near_perspective import (
@@ -62,6 +62,16 @@ def test_the_view_holds_what_is_wanted_upright_at_the_wanted_scale(view):
     np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-12)
     behind = view.centre - R[:, 2]
     assert np.isnan(view_pixels(view, behind[None])).all()
+
+
+def test_the_pinhole_lies_next_to_the_rays_of_the_wanted_part_alone(view):
+    pixels = np.mgrid[: SMALL.width : 4, : SMALL.height : 4].reshape(2, -1).T
+    rays = SMALL.rays(pixels.astype(float))
+    met = intersect_rays_plane(rays.origins, rays.directions, T_BUST)
+    inside = (np.abs(met.points) < SIZE / 2).all(axis=1) & met.valid & rays.valid
+    near = closest_point(rays._replace(valid=inside))
+    assert np.linalg.norm(view.centre - near) < 1
+    assert np.linalg.norm(closest_point(rays) - near) > 3
 
 
 def test_on_the_assumed_plane_the_view_is_perspective(view):

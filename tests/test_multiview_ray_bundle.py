@@ -9,11 +9,13 @@ from raxel.geometry.poses import (
     inverse_pose,
     pose,
     rotation_from_vector,
+    transform,
     vector_from_rotation,
 )
 from raxel.multiview.generalised_motion import refine_generalised_pose
 from raxel.multiview.noisy_rays import angular_rays, rays_of_pixels
 from raxel.multiview.ray_bundle import bundle_rays
+from raxel.multiview.ray_gaps import depths_of_pairs, matched_rays
 from raxel.multiview.ray_points import (
     PlacedPoints,
     PointSystem,
@@ -311,3 +313,15 @@ def test_five_points_from_two_places_tell_no_scatter():
     assert np.isnan(found.variance)
     assert not found.scale_sd(1) < 1
     assert found.open_points.all()
+
+
+def test_each_cameras_depth_is_how_far_its_own_ray_runs_to_the_point():
+    rng, T = np.random.default_rng(8), STAGE[3]
+    origins = rng.normal(0, 20, (2, 12, 3))
+    points = rng.uniform([-200, -200, 300], [200, 200, 900], (12, 3))
+    ways = np.array([points, transform(T, points)]) - origins
+    # Half of the first camera's rays look the other way: their points lie behind it.
+    true = np.linalg.norm(ways, axis=2) * [np.repeat([1, -1], 6), np.ones(12)]
+    pairs = matched_rays(*map(Rays, origins, ways / true[..., None], 2 * [None]))
+    depths = depths_of_pairs(*pairs.about_centre(T), pairs)
+    np.testing.assert_allclose(depths, true.T, rtol=1e-9)

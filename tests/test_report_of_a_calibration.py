@@ -13,7 +13,10 @@ from raxel.report.canvas import Canvas
 from raxel.report.folder import new_report
 from raxel.report.page import _beside
 from raxel.report.pictures import (
+    CUT,
+    RESIDUAL,
     ArrowScale,
+    _arrows,
     corner_picture,
     coverage_picture,
     disagreement_picture,
@@ -190,6 +193,15 @@ def test_an_arrow_goes_from_the_corner_along_its_residual():
     vector, cut = scale.arrow(np.array([0.0, 50.0]))
     assert cut
     assert np.linalg.norm(vector) == pytest.approx(3 * 0.05 * WIDTH, rel=0.03)
+
+
+@pytest.mark.parametrize(("length", "colour"), [(1.9, RESIDUAL), (2.1, CUT)])
+def test_an_arrow_is_red_where_it_is_cut_alone(length, colour):
+    canvas = Canvas(100, 60)
+    residual = np.array([[length, 0.0]])
+    _arrows(canvas, np.array([[20.0, 30.0]]), residual, ArrowScale(20, 2.0), RESIDUAL)
+    drawn = set(map(tuple, canvas.picture.reshape(-1, 3)))
+    assert drawn & {CUT, RESIDUAL} == {colour}
 
 
 @pytest.mark.parametrize("width", [240, 1920])
