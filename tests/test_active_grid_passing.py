@@ -150,14 +150,28 @@ def test_a_hand_in_a_sine_is_not_one_in_white():
         assert own is levels
 
 
-@pytest.mark.parametrize("jump", [1.0, 2.0, 2.5])
-@pytest.mark.parametrize("lean", [0.0, 0.3])
-def test_a_break_of_the_surface_turns_no_bit_over(jump, lean):
-    """Of whole periods too, where phases go on."""
+@pytest.mark.parametrize(
+    ("jump", "at"), [(1.0, 0.05), (2.0, 0.05), (2.5, 0.05), (-2.0, -0.08)]
+)
+@pytest.mark.parametrize("lean", [0.0, 0.1, 0.3])
+def test_a_break_of_the_surface_turns_no_bit_over(jump, lean, at):
+    """Of whole periods too, where phases go on, and along the border of a period."""
 
     def broken(u, v, monitor):
-        side = u + lean * v > 0.05
+        side = u + lean * v > at
         x = monitor[0] * (0.4 + u / 1.3) + side * jump * monitor[0] / 6
+        return x, monitor[1] / 2 + monitor[0] * v / 1.4
+
+    one = without_inverses(place=broken)
+    assert not asked(one, one.images)[1].mask.any()
+
+
+def test_a_break_that_crosses_the_only_border_in_sight_turns_no_bit_over():
+    """No area beside it goes on anywhere, so that none is known to be sound."""
+
+    def broken(u, v, monitor):
+        side = u + 0.3 * v > -0.06
+        x = monitor[0] * (0.5 + u / 4) - side * monitor[0] / 3
         return x, monitor[1] / 2 + monitor[0] * v / 1.4
 
     one = without_inverses(place=broken)

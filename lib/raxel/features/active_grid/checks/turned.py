@@ -3,7 +3,8 @@
 A hand that is darker than the monitor takes a bit away, and what is read there is read
 well. But in a Gray code one bit that is turned over makes all that it divides count
 backwards. Wherever the phase goes on into the next period, cells then go on into the
-one before, two periods off. A surface that breaks does not break along such lines.
+one before, two periods off. A surface that breaks seldom does so along such lines; and
+where it does, what lies beside the break goes on into its other neighbour.
 """
 
 import cv2
@@ -20,6 +21,10 @@ BLURRED = 2  # deviations of the blur, to either side of an edge, are not asked
 OFF = 2  # periods: at the monitor's rim, and by noise at edges, it is one
 LARGEST = 201  # px, of areas, a period across, whose borders have a say together
 MIN_BORDER = 0.5  # of one across an area: a break that leans meets fewer of them
+# Borders of an area that go on, in those that run against the phase: none of what is
+# turned over goes on, and about as many of what lies beside a break.
+SOUND = 0.25
+AGAINST, ALONG, AMID = range(3)  # borders against and along the phase, leaps elsewhere
 
 
 def turned_over(images, code, good, blur_px):
@@ -39,11 +44,18 @@ def turned_over(images, code, good, blur_px):
     some = np.flatnonzero(small)
     some = np.unravel_index(some[:: 1 + len(some) // 4000], small.shape)
     steps = Steps.of(images, code, some)
-    votes, turns = np.zeros((2, *small.shape), np.uint8), []
+    votes, turns = np.zeros((2, 3, *small.shape), np.uint8), []
+    ends = np.zeros(small.shape, bool)
     for top in range(0, len(small), ROWS):
         rows = slice(max(top - reach, 0), top + ROWS + reach)
-        found = _votes(images, steps, code, small, rows, reach, turns)
-        votes[:, rows] |= found
+        found, ended = _votes(images, steps, code, small, rows, reach, turns)
+        votes[..., rows, :] |= found
+        ends[rows] |= ended
+    if not votes[:, AGAINST].any():
+        return np.zeros(good.shape, bool)
+    _leave_out_sound(votes, ends, reach)
+    votes = votes.max(axis=0)
+    votes = votes[AGAINST], votes[ALONG] | votes[AMID]
     period = 1 / max(*turns, 1 / LARGEST)
     side = int(min(period, LARGEST)) | 1
     size = {"ddepth": cv2.CV_32F, "ksize": (side, side), "normalize": False}
@@ -55,8 +67,9 @@ def turned_over(images, code, good, blur_px):
 
 
 def _votes(images, steps, code, good, rows, reach, turns):
-    """(2, rows, W): borders of periods amid which cells run against the phase, and
-    along it; turns: to which periods from pixel to pixel, one way, are added."""
+    """(2, 3, rows, W): down and to the right, AGAINST, ALONG and AMID; and (rows, W)
+    bool, where an area of one period and one cell ends; turns: to which periods from
+    pixel to pixel, one way, are added."""
     seen = steps.at((rows,))
     # From the monitor's border, as cells count.
     phase = np.angle(seen.unit) / (2 * np.pi) - code.sines.offset
@@ -67,31 +80,61 @@ def _votes(images, steps, code, good, rows, reach, turns):
         read &= np.abs(off) > READ * seen.size
     turn = phase % 1
     order = np.rint((cell + 0.5) * code.cell / code.period - turn)
-    votes = np.zeros((2, *turn.shape), np.uint8)
+    votes, ends = np.zeros((2, 3, *turn.shape), np.uint8), ~good[rows]
     for axis in (0, 1):
         both = [np.moveaxis(array, axis, 0) for array in (order, turn, read)]
-        unit = np.moveaxis(seen.unit, axis, 0)
+        unit, ended = (np.moveaxis(array, axis, 0) for array in (seen.unit, ends))
+        step = unit[1:] * unit[:-1].conj()
+        smooth = step.real > SMOOTH_TURN
+        leaps = np.diff(both[0], axis=0) != 0
+        ended[1:] |= ~smooth | leaps | (np.abs(np.diff(both[1], axis=0)) > 0.5)
         if len(unit) > 2 * reach:
-            turns.append(_vote(*both, unit, reach, np.moveaxis(votes, axis + 1, 1)))
-    return votes
+            own = np.moveaxis(votes[axis], axis + 1, 1)
+            turns.append(_vote(*both, step, smooth, reach, own))
+    return votes, ends
 
 
-def _vote(order, turn, read, unit, reach, votes):
+def _vote(order, turn, read, step, smooth, reach, votes):
     """Write the votes of pixels of which one lies `reach` before, one behind; periods
-    from pixel to pixel, 0 of none."""
-    step = unit[1:] * unit[:-1].conj()
+    from pixel to pixel, 0 of none. step: from pixel to pixel, complex."""
     path = np.ones((2 * reach, 1), np.uint8)
-    smooth = cv2.erode((step.real > SMOOTH_TURN).astype(np.uint8), path)
+    smooth = cv2.erode(smooth.astype(np.uint8), path)
     gone = np.cumsum(np.angle(step), axis=0) / (2 * np.pi)
     gone = np.concatenate([0 * gone[:1], gone])
     first, last = slice(None, -2 * reach), slice(2 * reach, None)
     ahead = gone[last] - gone[first]
-    known = read[first] & read[last] & (smooth[reach : len(unit) - reach] > 0)
+    known = read[first] & read[last] & (smooth[reach : len(turn) - reach] > 0)
     # Whole periods, as the code should count them.
     periods = np.rint(turn[first] + ahead - turn[last])
     border, off = periods != 0, np.abs(order[last] - order[first] - periods)
-    votes[0, reach:-reach] |= known & border & (off >= OFF)
+    votes[AGAINST, reach:-reach] = known & border & (off >= OFF)
+    votes[ALONG, reach:-reach] = known & border & (off == 0)
     # Where surfaces break, cells leap amid a period as well.
-    votes[1, reach:-reach] |= known & np.where(border, off == 0, off >= OFF)
+    votes[AMID, reach:-reach] = known & ~border & (off >= OFF)
     some = np.abs(ahead[known])[::50]
     return np.median(some) / (2 * reach) if len(some) > FEW else 0.0
+
+
+def _leave_out_sound(votes, ends, reach):
+    """Take from votes those AGAINST at areas that go on elsewhere: what is turned over
+    goes on nowhere, and a break along the border of a period has sound areas beside."""
+    areas = cv2.connectedComponents((~ends).astype(np.uint8), connectivity=4)[1]
+    counts = np.zeros((2, areas.max() + 1))
+    pairs = [_apart(areas, axis, reach) for axis in (0, 1)]
+    inner = [_apart(votes[axis], axis + 1, reach)[1] for axis in (0, 1)]
+    for (first, _, last), own in zip(pairs, inner, strict=True):
+        for kind in (AGAINST, ALONG):
+            for beside in (first, last):
+                found = beside[own[kind] > 0]
+                counts[kind] += np.bincount(found, minlength=counts.shape[1])
+    sound = counts[ALONG] > SOUND * counts[AGAINST]
+    sound[0] = False  # ends
+    for (first, _, last), own in zip(pairs, inner, strict=True):
+        own[AGAINST][sound[first] | sound[last]] = 0
+
+
+def _apart(array, axis, reach):
+    """Views of what lies `reach` before pixels, of these, and of what lies behind."""
+    array = np.moveaxis(array, axis, 0)
+    parts = array[: -2 * reach], array[reach:-reach], array[2 * reach :]
+    return [np.moveaxis(part, 0, axis) for part in parts]
