@@ -94,7 +94,7 @@ def without_inverses(steps=4, cells=6, **changes):
     every = patterns_of(plan_of_cells((200, 144), cells, steps))
     kept = [p for p in every if not p.inverse]
     how = {"size": SIZE, "noise": 2.0, "blur": 1.0, "share": 0.9, "patterns": kept}
-    return drawn(**how, **changes)
+    return drawn(**how | changes)
 
 
 @pytest.mark.parametrize(("steps", "name"), [(4, "gray-y-01"), (6, "gray-x-01")])
@@ -140,14 +140,31 @@ def test_a_hand_in_white_or_black_costs_no_pixel(name, grey, power):
     assert np.nanmax(np.abs(found.location - usual.location)) < 0.5
 
 
-def test_a_hand_in_a_sine_is_not_one_in_white():
+@pytest.mark.parametrize("grey", [60, 200])
+def test_a_hand_in_a_sine_is_not_one_in_white(grey):
     one = without_inverses(3, cells=8)
     levels = {"white": one.white, "black": one.black}
     codes = read_coding(one.patterns, one.grid.monitor_px)
     for name in ("phase-x-1", "phase-y-0"):
-        own, lines = mended_levels(covered(one, [name], 200), codes, levels)
+        own, lines = mended_levels(covered(one, [name], grey), codes, levels)
         assert lines == []
         assert own is levels
+
+
+@pytest.mark.parametrize("bright", [0.1, 0.2, 0.3])
+def test_a_lamp_in_the_glass_is_no_hand_in_black(bright):
+    """Behind a tone curve it lifts what is dark more than what is bright."""
+    one = without_inverses(3, cells=12, noise=1.0)
+    v, u = np.indices(SIZE[::-1])
+    lamp = bright * np.exp(-((u - 130) ** 2 + (v - 70) ** 2) / 2 / 10**2)
+    pictures = np.array([*one.images, one.white, one.black])
+    light = (np.maximum(pictures - 28.0, 0) / 255 + lamp).clip(0, 1)
+    *images, white, black = np.rint(255 * light**0.45).astype(np.uint8)
+    levels = {"white": white, "black": black}
+    codes = read_coding(one.patterns, one.grid.monitor_px)
+    own, lines = mended_levels(images, codes, levels)
+    assert lines == []
+    assert own is levels
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,8 @@ Bits without an inverse are compared with the middle of white and black. A hand 
 of the two moves that middle: codes cannot be read there, and edges are measured that
 the monitor does not show. But what white and black are follows from level and
 modulation of the sines; by how much is the same all over the picture, or changes over
-it slowly.
+it slowly. Where a lamp is reflected, a tone curve makes it something else; but whatever
+the response, white and black lie near the brightest and the darkest step there.
 """
 
 import cv2
@@ -84,25 +85,33 @@ def _inside(found, levels):
 def _asked(found, levels, where):
     """What levels should be, which pixels are lit, and {name: where it is off}."""
     # A hand in one of the sines is told by those along the other axis.
-    dues, good = zip(*(of_axis(where) for of_axis in found), strict=True)
+    dues, steps, good = zip(*(of_axis(where) for of_axis in found), strict=True)
     good = np.logical_and.reduce(good)
+    light = np.concatenate(steps)
+    nearly = {"white": light.max(axis=0), "black": light.min(axis=0)}
+    every = *dues, nearly
     off = {
-        name: good
-        & np.logical_and.reduce([_off(level[where], due[name], due) for due in dues])
+        name: good & _off([_away(level[where], due, name) for due in every])
         for name, level in levels.items()
     }
     return dues[0], good, off
 
 
-def _off(level, expected, due):
-    """(rows, columns) bool: where a level is not what was expected."""
-    off = cv2.blur(level.astype(np.float32) - expected, (3, 3))
-    return np.abs(off) > OFF * (due["white"] - due["black"])
+def _off(away):
+    """(rows, columns) bool: where a level is off by each account, and the same way."""
+    return (np.min(away, axis=0) > OFF) | (np.max(away, axis=0) < -OFF)
+
+
+def _away(level, due, name):
+    """(rows, columns): by how much a level is not what is due, in contrasts."""
+    off = cv2.blur(level.astype(np.float32) - due[name], (3, 3))
+    return off / np.maximum(due["white"] - due["black"], 1)
 
 
 def _predictor(images, code, levels):
     """Index, a tuple -> what white and black should be there, {name: (rows, columns)},
-    and which of these pixels are lit; None of too few."""
+    the steps' light (N, rows, columns), and which of these pixels are lit; None of too
+    few."""
     stride = max(1, int(np.sqrt(images[0].size / (2 * FITTED))))
     grid = [np.arange(0, n, stride) for n in images[0].shape]
     grid = np.array(np.meshgrid(*grid, indexing="ij")).reshape(2, -1)
@@ -122,7 +131,7 @@ def _predictor(images, code, levels):
         seen = steps.at(where)
         columns = _columns(seen)
         due = {name: np.tensordot(own, columns, 1) for name, own in shares.items()}
-        return due, seen.size > least
+        return due, seen.light, seen.size > least
 
     return predicted
 
