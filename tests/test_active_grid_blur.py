@@ -6,8 +6,11 @@ from functools import cache
 import cv2
 import numpy as np
 import pytest
+from scipy.special import ndtri
 
-from raxel.features.active_grid import decode
+from raxel.features.active_grid import Noise, decode
+from raxel.features.active_grid.blur import measured_blur
+from raxel.features.active_grid.stack import PictureStack
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 
@@ -121,6 +124,20 @@ def test_sines_alone_do_not_tell_it():
     found = decode(scene.images, scene.patterns, scene.grid)
     assert (found.blur_px, found.margin_px) == (None, 6)
     assert found.mask.mean() > 0.3
+
+
+def test_light_beyond_the_rim_is_read_as_far_as_noise_in_the_dark_lets_it():
+    """Photons make more of it where it is bright; what is read there is dark."""
+    scene = photographed(blur=2.0, noise=1.0)
+    stack = PictureStack(
+        scene.images, scene.patterns, scene.grid.monitor_px, None, None
+    )
+    found = measured_blur(stack, Noise(0.0, 1.0, 0.1))
+    on = np.isfinite(scene.true[..., 0])
+    dark = np.median(scene.black[on])
+    contrast = np.median(scene.white[on].astype(float) - scene.black[on])
+    share = 7 * np.sqrt(dark) / contrast
+    assert found.beyond_px == pytest.approx(-found.px * ndtri(share), rel=0.08)
 
 
 def test_where_one_square_of_the_code_is_all_that_is_lit_no_blur_is_known():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.folds import share_at_folds
+from raxel.features.active_grid.folds import scatter_of_places, share_at_folds
 from tests.active_grids import drawn
 
 SCENE = {"size": (320, 240), "monitor": (800, 600), "steps": 6}
@@ -70,3 +70,18 @@ def test_the_mean_of_a_fold():
     """Of a window of 7 x 7 pixels it is 6/7 of the change of step; less 8 px away."""
     off = np.mean(np.abs(np.arange(-3, 4))) / 2
     assert share_at_folds(4.0) == pytest.approx(off / (8 - 2 * off), rel=0.1)
+
+
+@pytest.mark.parametrize("times", [0.5, 1.0, 3.0])
+def test_places_that_scatter_more_than_is_stated(times):
+    """Less than that is none; an axis without phases is not asked."""
+    noise = np.random.default_rng(4).normal(0, 0.2 * times, (2, 64, 400))
+    sigma = np.full((2, 64, 400), 0.2, np.float32)
+    found = scatter_of_places(noise.astype(np.float32), sigma, np.array([1, 0]))
+    np.testing.assert_allclose(found, [max(times, 1.0), 1.0], rtol=0.06)
+
+
+def test_more_blur_shifts_a_fold_by_more():
+    """Also where it reaches farther than the difference that tells the fold."""
+    shares = [share_at_folds(variance) for variance in (1, 4, 25, 100, 625)]
+    assert (np.diff([0, *shares]) > 0).all()

@@ -5,7 +5,12 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
-from raxel.features.active_grid.checks.jolts import jolts
+from raxel.features.active_grid.checks.jolts import (
+    Jolt,
+    changes_over,
+    jolts,
+    without_means_of,
+)
 from raxel.features.active_grid.checks.sample import sampled
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.noise import Noise
@@ -58,3 +63,20 @@ def test_what_a_program_fills_in_at_the_sides_tells_no_movement():
         (found,) = jolts(sampled(*asked), scene["blur"])
         shifts.append(found.shift)
     np.testing.assert_allclose(shifts[1], shifts[0], atol=0.01)
+
+
+def test_places_change_over_a_movement_by_their_slopes():
+    """Those along u and v add up, or take from each other; what is unseen has none."""
+    v, u = np.indices((30, 40))
+    location = np.stack([0.5 * u + 0.2 * v, 0.1 * u - 0.4 * v], axis=-1)
+    location[5:9, 5:9] = np.nan
+    found = changes_over(np.array([0.3, 0.6]), location)
+    np.testing.assert_allclose(found, [0.15 + 0.12, 0.24 - 0.03])
+
+
+def test_a_step_that_moved_alone_is_no_movement_between_axes():
+    """Of six steps it moves their mean by a sixth, and by a third more at a rim."""
+    none = np.full(2, 0.01)
+    between = [Jolt(0, 1, np.array([px, 0.0]), none) for px in (0.1, 0.2)]
+    amid = Jolt(2, 3, np.array([0.0, 0.05]), none, within=0)
+    assert without_means_of([*between, amid], 0.5 / 6) == [between[1], amid]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid.checks import edges
-from raxel.features.active_grid.checks.doubts import clipped_at
+from raxel.features.active_grid.checks.doubts import _mosaic, clipped_at
 from raxel.features.active_grid.checks.frequencies import (
     _common_offset,
     _offset_doubts,
@@ -28,6 +28,18 @@ def test_values_that_are_many_times_as_frequent_are_where_a_camera_stops(
     assert (found is not None) == clipped
     if clipped:
         assert found == (200, pytest.approx(60 * times / image.size))
+
+
+@pytest.mark.parametrize(("apart", "told"), [(0.05, False), (0.15, True)])
+@pytest.mark.parametrize("colours", [[[1, 0], [0, 0]], [[1, 1], [0, 0]]])
+def test_neighbours_that_differ_by_a_seventh_are_of_a_mosaic(colours, apart, told):
+    """By a twentieth, the stripes of a sine may make them differ."""
+    light = 100 * (1 + apart * np.tile(colours, (20, 30)))
+    codes = [SimpleNamespace(steps=(0, 1, 2))]
+    decoded = SimpleNamespace(mask=np.ones(light.shape, bool))
+    found = list(_mosaic([light] * 3, codes, decoded))
+    assert len(found) == told
+    assert not any(doubt.spoils for doubt in found)  # something was decoded
 
 
 @pytest.mark.parametrize(

@@ -79,3 +79,9 @@ def test_points_that_are_none_leave_the_others_alone():
 def test_few_points_are_found_too(count):
     found = pixels_of(seen_by(), apply_homography(H, PLACES[:count]))
     np.testing.assert_allclose(found, PLACES[:count], atol=1e-3)
+
+
+def test_a_point_just_beside_the_picture_is_not_found():
+    """One and a half pixels beyond its border, all four see it from one side."""
+    beside = np.array([[-1.5, 40.0], [60.0, -1.5], [120.5, 40.0], [60.0, 90.5]])
+    assert np.isnan(pixels_of(seen_by(), apply_homography(H, beside))).all()

@@ -9,8 +9,14 @@ import pytest
 
 from raxel.features.active_grid import decode, harmonics
 from raxel.features.active_grid.harmonics import bound_of_shares, harmonics_of_powers
+from raxel.features.active_grid.lines import basis_of
 from raxel.features.active_grid.noise import Noise
-from raxel.features.active_grid.response import lower_quartile, response_warnings
+from raxel.features.active_grid.response import (
+    _covariance,
+    _of_fit,
+    lower_quartile,
+    response_warnings,
+)
 from raxel.features.active_grid.undoing import Ripple, undone
 from tests.active_grids import drawn
 
@@ -213,6 +219,25 @@ def test_a_bounded_ripple_shifts_as_a_sine_of_that_size_does(monkeypatch):
     assert found == pytest.approx(due, rel=0.01)
 
 
+def test_blur_that_takes_from_sines_is_no_curve_like_an_s():
+    """Of four steps, whose coarsest bit it leaves as it is. What is not known of it is
+    a part of what it takes: the variance of the blur by half the slope's square."""
+    psi = np.linspace(0, 40, 600) + np.linspace(0, 4, 40)[:, None]
+    slope = np.hypot(40 / 599, 4 / 39)
+    kept = np.exp(-((1.5 * slope) ** 2) / 2)
+    steps = 2 * np.pi * np.arange(4) / 4
+    found = harmonics.shift_bound(
+        SimpleNamespace(
+            shape=psi.shape,
+            images=[100 + 50 * kept * np.cos(psi + step) for step in steps],
+            apart=lambda _, at: np.full(len(at[0]), 100.0),
+        ),
+        SimpleNamespace(steps=range(4), bits=((0, 1),)), Noise(1.0), 1.5,
+    )  # fmt: skip
+    due = harmonics.BLUR_KNOWN * (1.5 * slope) ** 2 / 2
+    assert found == pytest.approx(due / np.sqrt(2) / (2 * np.pi), rel=0.02)
+
+
 def test_harmonics_of_powers():
     for power in (0.7, 1.8, 2.2):
         found = harmonics_of_powers([power], 8)[0, 1:]
@@ -248,6 +273,38 @@ def test_bounds_of_four_and_five_steps_hold_for_curves_like_an_s(steepness, dark
     assert off < bound_of_shares(waves[:3], 4, odd) < 2.5 * off
     off = abs(waves[4] - waves[6] + waves[9] - waves[11])
     assert off < bound_of_shares(np.r_[0, waves[1:4]], 5) + 1e-4
+
+
+def test_numbers_that_are_not_quite_known_shift_phases_by_so_much():
+    """Drawn from their covariance, at places all over the picture and all phases."""
+    rng, used = np.random.default_rng(6), np.array([0, 1, 4, 6, 7])
+    root = 1e-3 * rng.normal(size=(5, 5))
+    values = np.zeros((20_000, 9))
+    values[:, used] = rng.normal(size=(20_000, 5)) @ root.T
+    basis = basis_of(*rng.uniform(-1, 1, (2, 20_000)))
+    one = np.exp(-1j * rng.uniform(0, 2 * np.pi, 20_000))
+    share = np.sum(values[:, :6] * basis, axis=1) + 1j * values[:, 6]
+    f = 1 + share * one + values[:, 7] * one**2 + values[:, 8] * one**3
+    due = np.mean((np.angle(f) / (2 * np.pi)) ** 2)
+    assert _of_fit(root @ root.T, used, basis) == pytest.approx(due, rel=0.06)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.5])
+def test_pieces_that_contradict_each_other_know_less(apart):
+    """Their numbers scatter by so much beside their noise of 1."""
+    rng, usual = np.random.default_rng(7), np.full(2, 1e3)
+    slopes, weights = rng.normal(size=(40, 32, 2)), np.ones(40)
+    moment = np.linalg.inv(np.einsum("skp,skq->pq", slopes, slopes))
+    found, stated = [], []
+    for _ in range(200):
+        own = apart * rng.normal(size=(40, 2, 1))
+        rest = (slopes @ own)[..., 0] + rng.normal(size=(40, 32))
+        found.append(moment @ np.einsum("skp,sk->p", slopes, rest))
+        left = rest - slopes @ found[-1]
+        stated.append(np.trace(_covariance(usual, left, slopes, weights)))
+    assert np.mean(stated) == pytest.approx(
+        np.trace(np.cov(np.transpose(found))), rel=0.3
+    )
 
 
 def test_three_steps_that_tell_nothing_are_warned_of():

@@ -121,6 +121,16 @@ def test_of_three_steps_the_code_tells_light_that_drifts(drift):
     assert not examine(still, one.patterns, one.grid, found).errors.any()
 
 
+def test_each_axis_is_widened_by_its_own_factor():
+    """On a plane, where sigma holds nothing but noise; pixels keep their places."""
+    one = drawn(noise=3.0, tilt=0.0, vignetting=0.0)
+    how = {"linear": True, "blur_px": 0.0, "smooth": False}
+    found = decode(one.images, one.patterns, one.grid, **how)
+    shared = decode(one.images, one.patterns, one.grid, **how, shared=(2.0, 3.0))
+    times = (shared.sigma / found.sigma)[found.mask]
+    np.testing.assert_allclose(np.median(times, axis=0), [2, 3], rtol=1e-3)
+
+
 def test_white_noise_widens_nothing():
     for steps in (4, 5, 6):
         one = drawn(**SCENE, steps=steps, noise=3.0, seed=steps)

@@ -1,6 +1,7 @@
 """What chance decodes beside the lit area is left out; small facets are not."""
 
 import numpy as np
+import pytest
 
 from raxel.features.active_grid.decode import Decoded
 from raxel.features.active_grid.layout import ALONE, DECODED, RIM, UNREADABLE
@@ -39,6 +40,17 @@ def test_specks_and_the_rim_of_the_lit_area_are_left_out():
     assert np.array_equal(np.isfinite(found.sigma[..., 1]), inner)
     assert set(found.status[::6, 80::4].ravel()) == {ALONE}
     assert set(found.status[lit() & ~inner]) == {RIM}
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_speck_is_faint_along_either_axis(axis):
+    noisy = lit()
+    noisy[::6, 80::4] = True
+    before = decoded(noisy)
+    before.sigma[noisy & ~lit(), axis] *= 10
+    found, share = without_specks(before)
+    assert share > 0
+    assert not found.mask[:, 80:].any()
 
 
 def test_facets_and_a_few_specks_stay_as_they_are():

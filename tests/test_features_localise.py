@@ -11,6 +11,7 @@ from raxel.features.localise import (
     derivative,
     saddle,
     saddle_point,
+    subpix,
 )
 from raxel.features.localise.ridges import _columns, _offsets
 from raxel.features.localise.saddle import _variance, fit_saddles
@@ -314,6 +315,29 @@ def test_the_covariance_of_a_saddle_is_what_each_pixel_does_to_it(monkeypatch):
     assert due[0, 0] > 3 * due[1, 1], "longer along the narrow corner"
     # Both are multiplied with the noise of a pixel.
     np.testing.assert_allclose(told / np.trace(told), due / np.trace(due), atol=0.002)
+
+
+@pytest.mark.parametrize(("half", "zero_zone", "blur"), [(7, -1, 1.0), (4, 2, 1.5)])
+def test_the_spread_of_opencvs_corner_is_what_each_pixel_does_to_it(
+    monkeypatch, half, zero_zone, blur
+):
+    """Made brighter one after the other. A window in which gradients leave the corner
+    in no doubt, or whose middle is left out: else it is drawn along by the noise."""
+    monkeypatch.setattr(subpix, "noise_variance", lambda *_: np.ones(1))
+    v, u = np.mgrid[:37, :37].astype(float)
+    tilted = [(u - 18.3) * np.cos(a) + (v - 17.8) * np.sin(a) for a in (0.2, 1.5)]
+    corner = 128 + 90 * np.prod([erf(d / (np.sqrt(2) * blur)) for d in tilted], 0)
+    start, how = np.array([[18.0, 18.0]]), {"half_window": half, "zero_zone": zero_zone}
+    moved = []
+    for row, column in np.argwhere(np.maximum(abs(u - 18), abs(v - 18)) < half + 3):
+        ends = []
+        for change in (1, -1):
+            image = corner.astype(np.float32)
+            image[row, column] += change
+            ends.append(opencv_subpix(image, start, **how, termination_px=1e-6)[0])
+        moved.append((ends[0] - ends[1]) / 2)
+    told = corner_subpix(corner, start, **how, termination_px=1e-6).sd
+    assert told[0] == pytest.approx(np.sqrt(np.sum(np.square(moved)) / 2), rel=0.04)
 
 
 def test_two_ridges_cross_at_one_place_wherever_the_fit_begins():

@@ -1,6 +1,7 @@
 """Mirror sets: what mirror.yaml says is read, and what does not fit is refused."""
 
 import pytest
+import yaml
 
 from raxel.cli import main
 from raxel.errors import InputError
@@ -48,6 +49,16 @@ def test_what_a_mirror_set_says_is_read(tmp_path):
             {},
             "clamp.points[1]: found [5, 900]",
         ),
+        (
+            {"clamp": {"points": [[5, 5], [5, 250]]}},
+            {},
+            "found [5, 250], outside a picture of 320 x 240 px",
+        ),
+        (
+            {},
+            {"grids": {"views": [{"name": "near", "patterns": code(0)}]}},
+            "primary.grids: found 1 position of the active grid; take 2 or more",
+        ),
         ({}, {"stages": {"resolution": [330, 240]}}, "stages.set: its photographs are"),
         ({}, {"stages": {"target": WITHOUT_PITCH}}, "its target.pitch_mm is null"),
         (
@@ -81,6 +92,21 @@ def test_a_photograph_shows_one_state_of_the_mirror(tmp_path, step, named):
     with pytest.raises(InputError) as refused:
         load_mirror_set(tmp_path)
     assert named in str(refused.value)
+
+
+def test_a_photograph_to_evaluate_may_begin_the_next_step(tmp_path):
+    """It shows the mirror after its step, as the one before the next one does."""
+    first = STEPS[0] | {"evaluate": ["view2.png"]}
+    stages = {"set": "stages", "steps": [first, STEPS[1] | {"before": "view2.png"}]}
+    stages["steps"][1] |= {"after": "view3.png", "evaluate": []}
+    write_mirror_set(tmp_path, mirror_description(stages=stages))
+    assert load_mirror_set(tmp_path).steps[0].evaluate == ("view2.png",)
+    stages["steps"][1]["after"] = "view2.png"
+    (tmp_path / "mirror.yaml").write_text(
+        yaml.safe_dump(mirror_description(stages=stages)), "utf-8"
+    )
+    with pytest.raises(InputError, match="taken after 1 deflections elsewhere and af"):
+        load_mirror_set(tmp_path)
 
 
 def test_a_position_without_its_picture_in_the_flat_mirror_is_named(tmp_path):

@@ -110,6 +110,30 @@ def test_faults_of_patterns(tmp_path, grid, change, message):
     assert said(tmp_path, grid).startswith(message)
 
 
+@pytest.mark.parametrize(
+    ("origin", "found"),
+    [
+        ((50.0, 50.0), ""),
+        ((40.0, 50.0), "reach from [-10.0, 0.0] to [390.0, 300.0], beyond the"),
+        ((50.0, 49.0), "reach from [0.0, -1.0] to [400.0, 299.0], beyond the"),
+        ((674.0, 518.0), ""),
+        ((675.0, 518.0), "reach from [625.0, 468.0] to [1025.0, 768.0], beyond the"),
+        ((674.0, 519.0), "reach from [624.0, 469.0] to [1024.0, 769.0], beyond the"),
+    ],
+)
+def test_a_monitor_shows_its_chessboard_with_a_square_around(
+    tmp_path, grid, origin, found
+):
+    """7 x 5 corners of squares of 50 px: the first one lies a square further in."""
+    board = {"columns": 7, "rows": 5, "pitch_px": 50.0, "origin_px": list(origin)}
+    grid["target"]["chessboard"] = board
+    if found:
+        assert f"target.chessboard: its squares {found}" in said(tmp_path, grid)
+    else:
+        write_description(tmp_path, grid)
+        assert load_set(tmp_path).target.chessboard.origin_px == origin
+
+
 def test_a_code_of_pixels_says_so(tmp_path):
     """Ten bits along 768 px: not cells of 0.75 px, but of one, cut off at the end."""
     patterns = patterns_of(plan_of_cells(SIZE, 2, 4))

@@ -7,7 +7,7 @@ from raxel.errors import InputError
 from raxel.lab import MonitorPattern
 from raxel.lab.patterns import MonitorBoard
 from raxel.sets import pattern_picture, patterns_of, plan_of_cells
-from raxel.sets.model import MonitorChessboard, Pattern
+from raxel.sets.model import ActiveGrid, MonitorChessboard, Pattern
 from raxel.sets.patterns import cell_width, chessboard_of_corners, chessboard_picture
 
 
@@ -102,6 +102,14 @@ def test_a_chessboard_is_in_the_middle_and_as_large_as_it_can_be(size):
     assert (first >= 0).all()
     assert np.isin(last - first, [0, 1]).all()
     assert ((board.pitch_px + 1) * np.array([8, 6]) > size).any()
+
+
+def test_a_chessboard_of_oblong_pixels_is_measured_along_both_sides():
+    board = MonitorChessboard(4, 3, 10.0, (20.0, 30.0))
+    ends = ActiveGrid((200, 100), (300.0, 125.0), board).chessboard_points()[[0, -1]]
+    np.testing.assert_allclose(ends, [[30, 37.5], [75, 62.5]])
+    ends = ActiveGrid((200, 100), None, board).chessboard_points()[[0, -1]]
+    np.testing.assert_allclose(ends, [[20, 30], [50, 50]])
 
 
 def test_a_code_without_a_cell_width_fills_the_monitor_along_its_own_axis():
