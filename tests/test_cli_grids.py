@@ -13,7 +13,8 @@ import yaml
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.cli import main, parser
 from raxel.multiview.plane_view import plane_scale
-from raxel.sets import pattern_picture
+from raxel.report import check_report
+from raxel.sets import load_set, pattern_picture
 from tests.active_grids import drawn
 from tests.image_sets import write_drawn_set
 from tests.test_cli_active_grid import recorded, refused
@@ -96,6 +97,7 @@ def test_a_set_without_points_is_decoded_and_drawn(rendered, tmp_path):
     assert "fitted grids" in page
     assert "<th>Points</th>" in page
     assert len(list((tmp_path / "report").glob("points-*.jpg"))) == FITTED
+    check_report(tmp_path / "report", load_set(image_set))  # the next one may follow
 
 
 def leaves(result, path=()):

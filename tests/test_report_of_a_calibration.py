@@ -10,7 +10,7 @@ from raxel.calibration.views.correspondence import BoardView
 from raxel.cli import main
 from raxel.evaluation.stability import Division
 from raxel.report.canvas import Canvas
-from raxel.report.folder import new_report
+from raxel.report.folder import check_report, new_report
 from raxel.report.page import _beside
 from raxel.report.pictures import (
     CUT,
@@ -22,6 +22,7 @@ from raxel.report.pictures import (
     disagreement_picture,
     pooled_picture,
 )
+from raxel.sets import load_set
 from tests.made_sets import (
     BOARD,
     COLUMNS,
@@ -91,6 +92,7 @@ def test_the_page_shows_what_halves_tell(tmp_path):
     halves = [text for text in seen.texts if "half of the worst division: " in text]
     assert len(halves) == 2
     assert all(sum(f"{k}.png" in text for text in halves) == 1 for k in range(6))
+    check_report(report, load_set(folder))  # the next one may take its place
 
 
 def test_disagreement_is_drawn_as_long_as_it_is():

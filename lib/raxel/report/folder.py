@@ -13,8 +13,8 @@ from raxel.files import check_can_be_written
 PAGE = "index.html"
 MARK = '<meta name="generator" content="raxel calibrate">'
 FILES = re.compile(
-    r"index\.html|(corners|residuals|shape)-\d+\.jpg|"
-    r"(residuals|coverage|profiles)\.png"
+    r"index\.html|(corners|points|residuals|shape)-\d+\.jpg|"
+    r"(residuals|coverage|stability|profiles)\.png"
 )
 
 
