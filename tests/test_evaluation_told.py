@@ -1,0 +1,98 @@
+"""Scores have the sign, root and bounds that they are said to have."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from raxel.calibration.views.correspondence import BoardView
+from raxel.evaluation import back_projection, detector_bench
+from raxel.evaluation.beyond_boards import beyond_boards
+from raxel.evaluation.board_corners import BoardCorners
+from raxel.evaluation.corrections import CorrectionFields
+from raxel.evaluation.detector_bench import bench_detectors
+from raxel.evaluation.misfit import misfit
+from raxel.evaluation.odd_one import odd_one
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import pose, transform
+from tests.made_sets import BOARD, COLUMNS, PINHOLE, ROWS
+
+
+def test_an_error_cast_back_leads_from_the_corner_to_where_its_ray_meets(monkeypatch):
+    points = BOARD.points()
+    T = pose(np.eye(3), [-80.0, -60.0, 420.0])
+    off = np.zeros(points.shape)
+    off[5], off[20] = [2.0, 0.0], [0.0, -1.0]
+    pixels = PINHOLE.project(transform(T, on_plane(points + off))).pixels
+    monkeypatch.setattr(
+        back_projection,
+        "pose_from_non_central_rays",
+        lambda rays, points: SimpleNamespace(T_camera_grid=T),
+    )
+    view = BoardView(pixels, points, COLUMNS, ROWS, "one")
+    found = back_projection.back_projection(PINHOLE, view)
+    np.testing.assert_allclose(found.errors_mm, off, atol=1e-6)
+
+
+def test_corners_of_a_board_are_off_by_distances_in_space():
+    offsets = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 12.0]])
+    found = BoardCorners(offsets, np.zeros((2, 3)), 1e-9, 0.3, 2)
+    assert found.rms == pytest.approx(np.sqrt((25 + 144) / 2))
+
+
+def test_the_worst_ray_beyond_boards_is_none_under_them():
+    pixels = np.column_stack([10.0 * np.arange(10), np.full(10, 5.0)])
+    shapes = np.zeros((10, 2, 1))
+    shapes[:, 0, 0] = 0.1
+    shapes[2, 0, 0], shapes[7, 0, 0] = 0.8, 0.4
+    fields = CorrectionFields(pixels, shapes, np.zeros((10, 2, 3)), np.eye(1))
+    corners = np.array([[-1.0, 0], [45, 0], [45, 10], [-1, 10]])
+    views = [BoardView(corners, corners, 2, 2)]
+    found = beyond_boards(fields, np.eye(1), views, pixels[:, 0] < 45)
+    assert (found.share, found.largest_px) == (0.5, pytest.approx(0.4))
+
+
+@pytest.mark.parametrize("along", ["rows", "columns"])
+def test_corners_scatter_along_rows_and_along_columns(along):
+    """Residuals that go to and fro along one side of the lattice, and no other way."""
+    j, i = np.mgrid[:9, :7]
+    off = np.zeros((63, 2))
+    off[:, 0] = 0.1 * (-1.0) ** (i if along == "rows" else j).ravel()
+    score = SimpleNamespace(name="one", residuals_px=off, rms_px=0.1)
+    found = misfit([score], [SimpleNamespace(rows=9, columns=7, sd=None)])
+    # A second difference of these is four of their lengths, of the root of six.
+    n, m = (9 * 5, 7 * 7) if along == "rows" else (7 * 7, 9 * 5)
+    expected = 0.1 * 4 / np.sqrt(6) * np.sqrt(n / (n + m))
+    assert found.scatter_px == pytest.approx(expected)
+
+
+def test_an_odd_photograph_is_told_by_how_many_times_as_far_it_lies():
+    """What each of five photographs asks of one number, all as sure: 1, -1, 1, -1, 8.
+
+    The squares of four about their mean are 4, of three ways, and 0.8 of the square of
+    64 is what the fifth lies off, of one.
+    """
+    asked = np.array([1.0, -1, 1, -1, 8])
+    found = odd_one(np.ones((5, 1, 1)), asked[:, None], 0.01)
+    assert found.index == 4
+    assert found.times == pytest.approx(np.sqrt(0.8 * 64 / (4 / 3)))
+
+
+def test_the_time_of_a_detector_is_the_median_over_images(monkeypatch):
+    images = [SimpleNamespace(image=name, label=name) for name in "abc"]
+    times = dict(zip("abc", (1.0, 2.0, 9.0), strict=True))
+    monkeypatch.setattr(detector_bench, "check_bench", lambda of_set: None)
+    monkeypatch.setattr(detector_bench, "load_reference", lambda of_set: {})
+    monkeypatch.setattr(detector_bench, "read_image", lambda of_set, view: None)
+    monkeypatch.setattr(
+        detector_bench,
+        "_one",
+        lambda run, image, board, reference, view: (
+            "right",
+            times[view.image] * (3 if run[0] == "raxel" else 1),
+        ),
+    )
+    scores = bench_detectors(SimpleNamespace(views=images, target=None))
+    told = {(s.detector, s.size): (s.median_ms, s.ratio) for s in scores}
+    assert told["opencv", "given"] == (2.0, 1.0)
+    assert told["raxel", "not given"] == (6.0, 3.0)

@@ -1,0 +1,152 @@
+"""What a report draws and tells has the place, colour and column of what it means."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from raxel.report import active_grid, mirror
+from raxel.report.canvas import Canvas
+from raxel.report.mirror_pictures import profile_picture
+from raxel.report.page import Photograph, _divisions, _row, _shape
+from raxel.report.pictures import COLOURS, corner_picture, grid_picture
+from raxel.report.write import _arrows as arrows_of
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(("paleness", "grey"), [(0.0, 100), (0.2, 131), (1.0, 255)])
+def test_a_pale_photograph_is_nearer_to_paper(paleness, grey):
+    canvas = Canvas(20, 10, np.full((10, 20), 100, np.uint8), paleness)
+    assert (canvas.picture == grey).all()
+
+
+def cells(row):
+    return [cell.partition("</td>")[0] for cell in row.split('<td class="number">')[1:]]
+
+
+def test_numbers_of_a_photograph_stand_below_their_heads():
+    """Corners, those not scored, RMS, median and mean angle."""
+    score = SimpleNamespace(
+        n_corners=50, n_without_ray=7, rms_px=0.4, median_px=0.3, mean_deg=0.2
+    )
+    row = _row(Photograph("one", score, "seen", "residuals", ""))
+    assert cells(row) == ["50", "7", "0.400", "0.300", "0.2000"]
+
+
+def test_numbers_of_a_division_stand_below_their_heads():
+    found = {
+        "divided_by": "near and far", "disagreement_px": 0.9, "scatter_px": 0.2,
+        "allowed_px": 0.5, "p_value": 1e-7,
+    }  # fmt: skip
+    _, head, row, _ = _divisions([found]).splitlines()
+    names = [part.partition("</th>")[0] for part in head.split("<th>")[1:]]
+    assert names[1:] == ["Apart (px)", "By scatter (px)", "Explained (px)", "p"]
+    assert cells(row) == ["0.90", "0.20", "0.50", "1e-07"]
+
+
+def test_bends_have_the_unit_of_the_board_and_a_stretch_is_in_per_cent():
+    names = "bend_x", "bend_y", "twist", "stretch"
+    found = {
+        name: {"value": value, "sd": value / 10, "used": name == "stretch"}
+        for name, value in zip(names, (0.5, 0.25, 0.125, 0.004), strict=True)
+    }
+    assert list(_shape(found, "board", "mm")) == [
+        ("Board: ends of x behind its middle by", "0.5 +- 0.05 mm, not used"),
+        ("Board: ends of y behind its middle by", "0.25 +- 0.025 mm, not used"),
+        ("Board: twisted by", "0.125 +- 0.013 mm, not used"),
+        ("Board: x longer against y by", "0.4 +- 0.04 %, used"),
+    ]
+
+
+def test_corners_are_numbered_row_by_row(monkeypatch):
+    said = {}
+    monkeypatch.setattr(
+        Canvas, "text", lambda self, point, text, *_: said.update({text: tuple(point)})
+    )
+    lattice = np.stack(np.meshgrid([20.0, 120, 220], [30.0, 130]), axis=-1)
+    view = SimpleNamespace(rows=2, columns=3, pixels=lattice.reshape(-1, 2))
+    corner_picture(np.zeros((160, 240), np.uint8), view, view.pixels)
+    assert said == {str(k): tuple(point) for k, point in enumerate(view.pixels)}
+
+
+def test_red_grows_along_x_and_green_along_y_of_a_grid():
+    y, x = np.mgrid[0:60:1.0, 0:80:1.0]
+    # Not as the image: x grows downwards, y to the left.
+    location = np.stack([y, -x], axis=-1)
+    view = SimpleNamespace(
+        location=location,
+        pixels=np.full((1, 2), NAN),
+        area=lambda: location[..., 0].size,
+    )
+    drawn = grid_picture(np.zeros((60, 80), np.uint8), view)[:240, :320].astype(float)
+    _, green, red = np.moveaxis(drawn, 2, 0)
+    assert red[220:236].mean() > red[4:20].mean() + 100
+    assert green[:, 4:20].mean() > green[:, 300:316].mean() + 100
+
+
+def test_less_sure_places_have_the_colour_that_the_legend_gives_them(monkeypatch):
+    monkeypatch.setattr(Canvas, "with_legend", lambda self, _: self.picture)
+    sigma = np.full((20, 30, 2), 0.1)
+    sigma[:, 15:] = 0.4
+    decoded = SimpleNamespace(sigma=sigma, unit="mm")
+    drawn = active_grid._deviations(decoded, np.zeros((20, 30), np.uint8))
+    assert tuple(drawn[40, 20]) == active_grid.SURE
+    assert tuple(drawn[40, 100]) == active_grid.UNSURE
+
+
+def test_lines_of_equal_x_have_the_colour_of_x():
+    _, x = np.mgrid[0:40, 0:60]
+    decoded = SimpleNamespace(
+        status=np.zeros((40, 60), int), unit="mm",
+        location=np.stack([x / 60 * 32, np.full(x.shape, 7.0)], axis=-1),
+    )  # fmt: skip
+    drawn = active_grid._places(decoded, np.full((40, 60), 90, np.uint8), (32, 20))
+    counts = [
+        np.count_nonzero((drawn[:160] == colour).all(axis=2))
+        for colour in active_grid.LINE_COLOURS
+    ]
+    # The fifteen borders between sixteen parts, from top to bottom but for the frame.
+    assert counts[0] == pytest.approx(15 * 160, rel=0.05)
+    assert counts[1] == 0
+
+
+def test_of_a_grid_every_second_row_and_column_of_residuals_is_drawn():
+    pixels = np.stack(np.meshgrid(np.arange(6.0), np.arange(4.0)), axis=-1)
+    pixels = pixels.reshape(-1, 2)
+    view = SimpleNamespace(pixels=pixels, every_pixel=True, rows=4, columns=6)
+    at, off = arrows_of(view, SimpleNamespace(residuals_px=10 * pixels))
+    np.testing.assert_array_equal(at, [[1, 1], [3, 1], [5, 1], [1, 3], [3, 3], [5, 3]])
+    np.testing.assert_array_equal(off, 10 * at)
+
+
+def test_a_higher_profile_is_drawn_above():
+    along = np.tile(np.linspace(0, 50, 81), (2, 1))
+    drawn = profile_picture(along, np.stack([np.zeros(81), np.full(81, 5.0)]))[:400]
+    rows = [np.nonzero((drawn == c).all(axis=2))[0].mean() for c in COLOURS[:2]]
+    assert rows[1] < rows[0] - 200
+
+
+def test_the_end_of_a_profile_moves_towards_the_viewer_by_what_it_is_higher(
+    tmp_path, monkeypatch
+):
+    """Over the place of the first shape above which it stands."""
+    along = np.array([[0.0, 5, 10], [0.0, 4, 8]])
+    height = np.array([[0.0, 0.5, 1.0], [0.0, 1.0, 3.0]])
+    given, blank = [], np.zeros((4, 4, 3), np.uint8)
+    photograph = SimpleNamespace(name="a", pixels=np.zeros((1, 2)))
+    found = SimpleNamespace(
+        views=[SimpleNamespace(stage=0, view=photograph)], cameras=[None],
+        bundle=SimpleNamespace(residuals=[np.ones((1, 2))]),
+    )  # fmt: skip
+    stages = SimpleNamespace(views=[SimpleNamespace(label="a", photograph="a")])
+    for name, told in {
+        "read_image": blank[..., 0], "_counted": photograph.pixels,
+        "residual_picture": blank, "shape_picture": blank, "profile_picture": blank,
+        "profiles": (along, height),
+    }.items():  # fmt: skip
+        monkeypatch.setattr(mirror, name, lambda *_, told=told: told)
+    monkeypatch.setattr(mirror, "_page", lambda *all_: given.append(all_[-1]) or "")
+    of_set = SimpleNamespace(stages=stages, size=(4, 4))
+    mirror.write_mirror_report(tmp_path, of_set, found, {})
+    np.testing.assert_allclose(given, [[0.0, 3.0 - 0.8]])

@@ -1,0 +1,86 @@
+"""Marks, names and directions in a scene are those of what they belong to."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from raxel import rendering
+from raxel.cameras import PerspectiveCamera
+from raxel.cli.show import _scene
+from raxel.geometry.poses import pose, rotation_from_vector
+from raxel.show.cameras import frustum
+from raxel.show.meshes import HEAD_LENGTH, HEAD_RADIUS, _arrows
+from raxel.show.picture import THEMES, _legend_rows, _written, legend_entries
+from raxel.show.rigs import _name, facing_sight
+from raxel.show.scene import Points, Scene, Segments, finite_points
+from raxel.show.view import _told
+
+HERE = rendering.available()
+has_pyvista = pytest.mark.skipif("pyvista" in HERE.reason, reason=HERE.reason)
+
+
+def test_the_peak_of_a_camera_stands_above_the_upper_side_of_its_picture():
+    K = [[100.0, 0, 49.5], [0, 100, 29.5], [0, 0, 1]]
+    y = finite_points(frustum(PerspectiveCamera(K, [], 100, 60), 10.0))[:, 1]
+    # Up is negative y: a quarter of the picture's height above it, and nothing below.
+    assert y.max() == pytest.approx(2.95)
+    assert y.min() == pytest.approx(-1.5 * y.max())
+
+
+def test_targets_are_seen_from_where_most_of_them_show_their_fronts():
+    """Fronts look along negative z of the target, against the sight."""
+    ahead, back = np.eye(4), pose(rotation_from_vector([0.0, np.pi, 0.0]), [0, 0, 0])
+    left = pose(rotation_from_vector([0.0, -np.pi / 2, 0.0]), [0, 0, 0])
+    assert facing_sight(np.stack([ahead, ahead, back]))[2] > 0
+    assert facing_sight(np.stack([ahead, back, back]))[2] < 0
+    assert facing_sight(np.stack([ahead, left]))[0] < 0
+
+
+def test_a_name_stands_above_the_middle_of_what_it_names():
+    points = np.array([[0.0, -3, 10], [4, 5, 20], [1, 1, 11]])
+    label = _name("mirror", points, 2.0)
+    np.testing.assert_array_equal(label.points, [[2.0, -5.0, 15.0]])
+    assert list(label.texts) == ["mirror"]
+
+
+@pytest.mark.parametrize(
+    ("length", "unit", "told"),
+    [
+        (500.0, "mm", "500 mm"),
+        (2000.0, "mm", "2 m"),
+        (2000.0, "pitches", "2000 pitches"),
+    ],
+)
+def test_millimetres_alone_become_metres(length, unit, told):
+    assert _told(length, unit) == told
+
+
+def test_a_mark_of_the_legend_has_the_colour_of_its_part():
+    ends = [[0.0, 0, 0]], [[1.0, 0, 0]]
+    parts = [Segments(*ends, "#d55e00", "rays"), Points(ends[0], "#0072b2", "centre")]
+    scene = Scene(parts, view_from=(0, 0, -5), look_at=(0, 0, 1))
+    rows = _legend_rows(legend_entries(scene), 400)
+    blank = np.zeros((100, 400, 3), np.uint8)
+    legend = _written(scene, blank, rows, 60, THEMES["light"])[100:]
+    shown = set(map(tuple, legend.reshape(-1, 3).tolist()))
+    assert {(0xD5, 0x5E, 0x00), (0x00, 0x72, 0xB2)} <= shown
+
+
+@has_pyvista
+def test_the_head_of_an_arrow_is_at_its_end():
+    width = 0.5
+    mesh = _arrows(np.array([[[0.0, 0, 0], [10, 0, 0]]]), width)
+    points = np.asarray(mesh.points)
+    radius = np.hypot(points[:, 1], points[:, 2])
+    assert radius.max() == pytest.approx(HEAD_RADIUS * width, rel=1e-5)
+    widest = points[radius > 0.99 * radius.max(), 0]
+    np.testing.assert_allclose(widest, 10 - HEAD_LENGTH * width, rtol=1e-5)
+    assert points[:, 0].max() == pytest.approx(10)
+
+
+def test_a_rig_is_drawn_with_the_seed_asked_for(monkeypatch):
+    monkeypatch.setattr("raxel.lab.load_rig", lambda path: SimpleNamespace(name="made"))
+    monkeypatch.setattr("raxel.show.rigs.rig_scene", lambda rig, seed=0: seed)
+    options = SimpleNamespace(what="made.yaml", camera=None, corners=None, seed=5)
+    assert _scene(options, None, lambda line: None) == (5, "made: a rig")
