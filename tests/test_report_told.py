@@ -5,12 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.report import active_grid, mirror
-from raxel.report.canvas import Canvas
+from raxel.calibration.views.board_shape import BoardShape
+from raxel.report import active_grid, mirror, mirror_pictures
+from raxel.report.canvas import INK, MISSING, QUIET, STRIP, Canvas
 from raxel.report.mirror_pictures import profile_picture
-from raxel.report.page import Photograph, _divisions, _row, _shape
+from raxel.report.page import Photograph, _divisions, _numbers, _row, _shape, _vote
 from raxel.report.pictures import COLOURS, corner_picture, grid_picture
 from raxel.report.write import _arrows as arrows_of
+from raxel.report.write import _predicted
+from tests.made_sets import BOARD, PINHOLE, K
 
 NAN = float("nan")
 
@@ -150,3 +153,94 @@ def test_the_end_of_a_profile_moves_towards_the_viewer_by_what_it_is_higher(
     of_set = SimpleNamespace(stages=stages, size=(4, 4))
     mirror.write_mirror_report(tmp_path, of_set, found, {})
     np.testing.assert_allclose(given, [[0.0, 3.0 - 0.8]])
+
+
+def test_numbers_of_a_stage_stand_below_their_heads():
+    """Stated, moved, residual, corners, left out, and rays: median and worst."""
+    stage = {
+        "predicted_ray_error_deg": {"median": 0.1, "largest": 0.7},
+        "residual_mm": {"mean": 0.5}, "deflection_mm": 2.5, "corners": 90,
+        "wrong_corners": 4,
+    }  # fmt: skip
+    row = mirror._table([stage, stage], [0.0, 1.75]).splitlines()[-2]
+    assert cells(row) == ["2.5", "1.75", "0.500", "90", "4", "0.100", "0.700"]
+    assert mirror.HEADS[4:] == (
+        "Corners", "Left out", "Rays, median (deg)", "Rays, worst (deg)",
+    )  # fmt: skip
+
+
+def test_intervals_of_knots_without_corners_alone_are_red(monkeypatch):
+    said = []
+    canvas = SimpleNamespace(
+        line=lambda *given: None, text=lambda *given: said.append(given[1:3])
+    )
+    support = SimpleNamespace(cells=np.array([[3], [0]]))
+    monkeypatch.setattr(mirror_pictures, "support_of", lambda *given: support)
+    monkeypatch.setattr(mirror_pictures, "_pixels", lambda camera, uv: uv)
+    grid = SimpleNamespace(breaks=(np.array([0.0, 1, 2]), np.array([0.0, 1])))
+    mirror_pictures._draw_knots(canvas, SimpleNamespace(grid=grid), None)
+    assert said == [("3", INK), ("0", MISSING)]
+
+
+@pytest.mark.parametrize("width", [240, 1920])
+def test_a_cross_is_as_large_in_every_picture(width):
+    canvas = Canvas(width, width // 2)
+    canvas.cross(np.array([width / 2, width / 4]), QUIET, 5)
+    there = np.any(canvas.picture < 255, axis=2)
+    rows, columns = np.flatnonzero(there.any(axis=1)), np.flatnonzero(there.any(axis=0))
+    assert 10 <= np.ptp(rows) <= 13
+    assert 10 <= np.ptp(columns) <= 13
+
+
+def test_what_does_not_fit_into_a_legend_begins_another_strip(monkeypatch):
+    """A word begins where all of it fits: none ends at the rim of the picture."""
+    canvas, words = Canvas(240, 120), "w" * 50
+    whole = canvas.with_legend([(INK, words)])
+    wide = np.flatnonzero((whole[-STRIP:] < 255).any(axis=(0, 2))).max()
+    assert wide < canvas.picture.shape[1] < 2 * wide
+    height = canvas.picture.shape[0]
+    assert len(canvas.with_legend(2 * [(INK, words)])) == height + 2 * STRIP
+    assert len(canvas.with_legend(2 * [(INK, "w")])) == height + STRIP
+
+
+def test_shares_of_a_decoded_picture_are_of_all_its_pixels():
+    counts = np.array([600, 300, 100, 0])
+    assert [active_grid._share(counts, k) for k in (1, 2)] == ["30.0 %", "10.0 %"]
+    assert active_grid._share(np.array([99999, 1]), 1) == "1 px"
+
+
+def test_a_size_that_was_voted_for_is_columns_by_rows():
+    size = {
+        "votes": [{"columns": 9, "rows": 6, "files": ["a", "b", "c"]}],
+        "photographs": 5,
+    }
+    assert _vote(size) == "9 x 6 corners in 3 of 5 photographs"
+
+
+def test_rays_of_a_table_are_a_share_in_per_cent():
+    camera = {"share_of_image_with_ray": 0.125, "units": "mm"}
+    of_set = SimpleNamespace(width=320, height=240)
+    told = _numbers(of_set, {"camera": camera, "misfit": {}})
+    assert [next(told) for _ in range(3)] == [
+        ("Image", "320 x 240 px"),
+        ("Rays for", "12.5 % of the image"),
+        ("Lengths in", "mm"),
+    ]
+
+
+def test_corners_of_a_bent_board_are_expected_where_its_shape_has_them():
+    points, middle = BOARD.points(), np.array([80.0, 60.0])
+    shape = BoardShape(middle, middle, np.array([2.0, 0.0, 0.0, 0.0]))
+    pinhole = type(PINHOLE)(K, [], PINHOLE.width, PINHOLE.height)
+    T = np.eye(4)
+    T[:3, 3] = [-80.0, -60.0, 400.0]
+    found = _predicted(
+        SimpleNamespace(camera=pinhole, shape=shape),
+        SimpleNamespace(points=points),
+        SimpleNamespace(T_camera_grid=T),
+    )
+    # The ends of x lie 2 mm behind the middle, which moves them by 0.3 px; that they
+    # are drawn towards it, since no board stretches, by 0.02 px more.
+    behind = 400 + 2 * ((points[:, 0] - 80) / 80) ** 2
+    expected = K[:2, 2] + K[0, 0] * (points - middle) / behind[:, None]
+    np.testing.assert_allclose(found, expected, atol=0.05)

@@ -84,3 +84,12 @@ def test_a_rig_is_drawn_with_the_seed_asked_for(monkeypatch):
     monkeypatch.setattr("raxel.show.rigs.rig_scene", lambda rig, seed=0: seed)
     options = SimpleNamespace(what="made.yaml", camera=None, corners=None, seed=5)
     assert _scene(options, None, lambda line: None) == (5, "made: a rig")
+
+
+def test_a_legend_begins_another_row_where_it_would_leave_the_picture():
+    entries = 12 * [("name", "#d55e00", "x")]
+    rows = _legend_rows(entries, 800)
+    assert sum(map(len, rows)) == 12
+    step = rows[0][1][0] - rows[0][0][0]
+    assert all(x + step <= 800 for row in rows for x, *_ in row)
+    assert rows[0][-1][0] + 2 * step > 800 - 36
