@@ -168,3 +168,14 @@ def test_the_pixels_that_a_board_covers_lie_about_its_middle():
         v, u = np.nonzero(board.covered(100, 120))
         off.append([u.mean(), v.mean()] - corners.mean(axis=0))
     assert np.abs(np.mean(off, axis=0)).max() < 0.1
+
+
+@pytest.mark.parametrize("hand", [1.0, -1.0])
+def test_a_board_covers_its_whole_cells_whichever_way_it_is_seen(hand):
+    """Six by four cells of 20 x 20; a corner that is missing takes four along."""
+    stretch = np.array([[1.5, 0.4], [-0.3 * hand, 0.8 * hand]])
+    seen = view(lambda points: points @ stretch.T)
+    cell = 400 * abs(np.linalg.det(stretch))
+    assert seen.area() == pytest.approx(24 * cell)
+    seen.pixels[COLUMNS + 1] = np.nan
+    assert seen.area() == pytest.approx(20 * cell)

@@ -247,3 +247,14 @@ def test_bad_input_is_refused_in_one_line():
         with pytest.raises(CalibrationError, match=words) as refusal:
             call()
         assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("count", [4, 7])
+def test_noise_that_is_not_told_is_that_of_what_six_numbers_leave(count):
+    """Two angles of each point; the turns and the shift take six of them."""
+    directions, points, rng = exact(11, count)
+    directions = shaken(directions, 1e-3, rng)
+    own = refine_pose_angular(directions, points, T_TRUE)
+    variance = count * own.rms**2 / (2 * count - 6)
+    told = refine_pose_angular(directions, points, T_TRUE, sigma=np.sqrt(variance))
+    np.testing.assert_allclose(own.covariance, told.covariance, rtol=1e-4)

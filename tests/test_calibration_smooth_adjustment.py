@@ -9,7 +9,7 @@ from raxel.calibration import BoardView, calibrate_spline
 from raxel.calibration.smooth import boards as smooth_boards
 from raxel.calibration.smooth import equations as linear_part
 from raxel.calibration.smooth.adjustment import adjust_spline
-from raxel.calibration.smooth.boards import _generic_start
+from raxel.calibration.smooth.boards import _completed, _generic_start
 from raxel.calibration.smooth.equations import CornersOfBoards, grid_of
 from raxel.calibration.smooth.trend import RayTrend
 from raxel.cameras import KannalaBrandtCamera, MovingPupilCamera, RaySplineCamera
@@ -245,3 +245,19 @@ def test_one_board_and_boards_out_of_view_are_refused():
     )
     with pytest.raises(CalibrationError, match="board 1: the trend images 0 of its"):
         adjust_spline(narrow, behind, seen, W, H)
+
+
+def test_shares_of_the_image_are_of_all_pixels_and_wrong_corners_are_counted():
+    """Rays left of u = 60, corners only above v = 20 and left of u = 40."""
+    camera = SimpleNamespace(
+        rays=lambda pixels: SimpleNamespace(valid=pixels[:, 0] < 60),
+        covers=lambda pixels: (pixels < [40, 20]).all(axis=1),
+    )
+    outliers = [np.array([False, True, True]), np.zeros(3, bool)]
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    fitted = SimpleNamespace(camera=camera, T_camera_grid=poses, outliers=outliers)
+    start = SimpleNamespace(name="rays", pupil=None, board=None)
+    found = _completed((start, [1, 3], {0: "why"}, fitted), 80, 40)
+    assert (found.share_with_ray, found.share_covered) == (0.8, 0.3)
+    assert found.wrong_corners == {1: 2}
+    assert (found.used, found.left_out) == ([1, 3], {0: "why"})

@@ -16,6 +16,7 @@ from raxel.calibration.parametric.lens_pupil import (
     PupilTest,
     _ratio_test,
     _rms,
+    _said,
     agreed,
 )
 from raxel.cli.models import lines
@@ -48,6 +49,24 @@ def test_a_law_that_lacks_the_lens_does_not_move_its_pupil():
 )
 def test_chance_is_how_often_exchanged_signs_gain_as_much(gain, chance):
     assert lens_pupil._chance(np.array(gain)) == pytest.approx(chance, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("gain_px", "chance", "verdict"),
+    [
+        (0.011, 0.01, MOVES),
+        (0.009, 0.01, UNDECIDED),
+        (0.011, 0.03, UNDECIDED),
+        (0.1, 0.03, UNDECIDED),
+    ],
+)
+def test_a_pupil_moves_if_errors_that_are_gone_were_a_hundredth_of_a_pixel(
+    gain_px, chance, verdict
+):
+    """Independent errors add by their squares."""
+    moving_px = 0.2
+    assert _said(np.hypot(moving_px, gain_px), moving_px, chance) == verdict
+    assert _said(moving_px, np.hypot(moving_px, gain_px), chance) == RESTS
 
 
 def told(verdict, central_px, moving_px):

@@ -142,6 +142,18 @@ def test_a_boundary_is_as_far_off_as_its_points_are(cameras):
     assert len(table.look_up(first + [1.0, 3.2], noise_px=1.0).flags) == 1
 
 
+@pytest.mark.parametrize(
+    ("told", "noise_px"), [({}, 0.5), ({"noise_px": 0.1}, 0.1), ({"noise_px": 2}, 2.0)]
+)
+def test_a_boundary_is_lacking_from_three_times_the_noise_of_its_points(
+    cameras, told, noise_px
+):
+    first = edges(0.0)
+    table = BoundaryTable([first, first + [2.0, 0.0]], cameras[:2])
+    for off, count in ((2.9 * noise_px, 0), (3.1 * noise_px, 1)):
+        assert len(table.look_up(first + [1.0, off], **told).flags) == count
+
+
 def test_a_boundary_is_described_alike_however_densely_it_is_traced():
     even = np.linspace(0, 1, 30)
     corners = np.array([[10.0, 20], [200, 30], [190, 140], [15, 150], [10, 20]])

@@ -167,6 +167,17 @@ def test_neighbours_are_of_one_grid_and_near():
     assert len(i) // 2 == 5 * 5 + 6 * 4 + 5 * 4
 
 
+def test_across_a_bay_of_a_grid_are_no_neighbours():
+    """Two arms of a lattice: the triangulation fills the bay between them."""
+    x, y = np.meshgrid(np.arange(9.0), np.arange(9.0))
+    p = np.column_stack([x.ravel(), y.ravel()])
+    p = p[(p < 2).any(axis=1)]
+    i, j = neighbours(p, np.zeros(len(p), int)).nonzero()
+    length = np.linalg.norm(p[i] - p[j], axis=1)
+    assert length.max() < 1.5
+    assert np.count_nonzero(length < 1.1) // 2 == 2 * (2 * 8 + 9) - 4
+
+
 def test_a_dynamic_stage_is_raised_until_white():
     rig = mirror_rig("A")
     flat, bent = (rig.camera(mm) for mm in STAGES_MM[:2])

@@ -1,0 +1,69 @@
+"""What is refused of a mirror's pictures: places of the monitor, and clamps."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from raxel.calibration.mirror.checks import check_apart, check_beside
+from raxel.cameras import PerspectiveCamera
+from raxel.errors import CalibrationError, InputError
+
+VIEWER = PerspectiveCamera([[100, 0, 0], [0, 100, 0], [0, 0, 1]], [], 100, 100)
+
+
+def monitors():
+    """Three pictures of a monitor, one corner of which the first does not show."""
+    points = np.array([[0.0, 0], [30, 0], [0, 60], [900, 900]])
+    pixels = np.ones((4, 2))
+    pixels[3] = np.nan
+    return [
+        SimpleNamespace(name=name, points=points, pixels=pixels)
+        for name in ("near", "middle", "far")
+    ]
+
+
+@pytest.mark.parametrize(("apart_mm", "refused"), [(9.9, True), (10.1, False)])
+def test_two_places_of_a_monitor_are_at_least_a_centimetre_apart(apart_mm, refused):
+    asked = []
+
+    def motion(first, second, point):
+        asked.append(point)
+        far = apart_mm if (first, second) == (0, 2) else 80.0
+        return SimpleNamespace(distance=far)
+
+    if refused:
+        with pytest.raises(CalibrationError, match="near and far are one place"):
+            check_apart(SimpleNamespace(motion=motion), monitors())
+    else:
+        check_apart(SimpleNamespace(motion=motion), monitors())
+        assert len(asked) == 3
+    # In the middle of what is seen.
+    np.testing.assert_allclose(asked, np.tile([10.0, 20.0], (len(asked), 1)))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(
+    ("share", "hidden", "refused"),
+    [
+        (0.01, False, False),
+        (0.04, False, True),
+        (0.12, True, False),
+        (0.18, True, True),
+    ],
+)
+def test_a_line_may_leave_more_of_the_mirror_beyond_it_if_it_hides(
+    share, hidden, refused, turned
+):
+    """A monitor all over the picture, clamped at its left or at its lower side."""
+    u, v = np.meshgrid(np.arange(100.0), np.arange(100.0))
+    view = SimpleNamespace(pixels=np.column_stack([u.ravel(), v.ravel()]))
+    place = 99.5 - 100 * share if turned else 100 * share - 0.5
+    along = np.array([[0.0, 99.0], [place, place]])
+    ends = (along if turned else along[::-1]).T / 100
+    line = SimpleNamespace(angle=np.pi / 2 if turned else 0.0, ends=ends)
+    if refused:
+        with pytest.raises(InputError, match=f"{100 * share:.0f} % of the pixels"):
+            check_beside(line, VIEWER, [view], hidden)
+    else:
+        check_beside(line, VIEWER, [view], hidden)
