@@ -121,3 +121,8 @@ def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
 def _fail_half_way(stream, **fields):
     stream.write(b"half")
     raise OSError("disk full")
+
+
+def test_a_table_of_another_camera_is_in_the_unit_asked_for():
+    assert CENTRAL.units == "pitch"
+    assert GeneralCamera.from_camera(FISHEYE).units == "mm"

@@ -71,6 +71,7 @@ def test_a_damaged_viewer_is_named(tmp_path):
 
 BEHIND = pose(np.eye(3), [0, 0, -50])
 TURNED = pose(np.diag([1.0, -1, -1]), [0, 0, 50])
+IMAGE = pose(np.diag([-1.0, 1, 1]), [0, 0, 50])
 FIELDS = {"shape": "sphere", "axes": [30], "rim_radius": 5, "T_viewer_mirror": BEHIND}
 NON_CENTRAL = GeneralCamera(
     np.tile([0.0, 0, 1], (3, 3, 1)), np.ones((3, 3), bool), np.zeros((3, 3, 3))
@@ -102,6 +103,10 @@ NON_CENTRAL = GeneralCamera(
         (lambda: QuadricMirrorCamera(PARALLEL, *PARABOLOID, TURNED), "silvered"),
         (
             lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, 2 * np.eye(4)),
+            "'T_viewer_mirror': not a pose",
+        ),
+        (
+            lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, IMAGE),
             "'T_viewer_mirror': not a pose",
         ),
         (lambda: axes_of("hyperboloid", 10, 0.9), "'eccentricity'.*above 1"),

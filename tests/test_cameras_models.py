@@ -20,6 +20,7 @@ from raxel.cameras import (
     ShahAggarwalCamera,
     TardifCamera,
     UnifiedSphereCamera,
+    load_camera,
 )
 from raxel.cameras.lenses.brown import BrownMap
 from raxel.cameras.lenses.fit import radii_of
@@ -313,3 +314,16 @@ def test_a_narrow_fold_ends_the_field_of_view_too():
         r = np.linspace(limit - 0.05, limit + 0.05, 40)
         seen = camera.project(np.column_stack([r, 0 * r, 1 + 0 * r]))
         np.testing.assert_array_equal(seen.valid, r < limit)
+
+
+@pytest.mark.parametrize("max_angle", [None, 0.9])
+@pytest.mark.parametrize("name", ["brown", "kannala-brandt 9", "mei-rives"])
+def test_a_camera_comes_back_with_the_angle_it_was_given_and_none_of_its_own(
+    name, max_angle, tmp_path
+):
+    fields = {**ZOO[name]._fields(), "width": 640, "height": 480}
+    camera = type(ZOO[name])(**fields, max_angle=max_angle)
+    camera.save(tmp_path / "camera.npz")
+    assert load_camera(tmp_path / "camera.npz").max_angle == camera.max_angle
+    with np.load(tmp_path / "camera.npz") as file:
+        assert ("max_angle" in file) == (max_angle is not None)

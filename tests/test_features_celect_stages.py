@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from raxel.features.celect import CelectSettings, along_contour
-from raxel.features.celect.algorithm import _Run
+from raxel.features.celect.algorithm import _Run, snapped
 from raxel.features.celect.compiled import merged_lines
 from raxel.features.celect.hough import (
     angle_apart,
@@ -284,3 +284,19 @@ def test_a_column_merges_within_a_share_of_the_least_distance_before_it():
     radius, distance = run._column_scale(previous)
     assert distance == pytest.approx(0.47 * 10)
     assert radius == pytest.approx(0.5 * 30)
+
+
+def test_the_window_of_a_click_is_that_of_the_shorter_of_its_sides():
+    """Or it would reach over corners beside the one that was clicked."""
+    clicks = np.array([[60.0, 60], [380, 60], [300, 140], [60, 140]])
+    radii = []
+
+    def detect(window, scale, settings):
+        radii.append(window.radius)
+        return np.empty((0, 2))
+
+    image = np.random.default_rng(0).integers(0, 255, (200, 440)).astype(np.uint8)
+    snapped(image, clicks, 5, 2, CelectSettings(detect_corners=detect))
+    across, slanting = 240 / 5, np.hypot(80, 80) / 2
+    found = np.array(radii) * CelectSettings().radius_divisor
+    np.testing.assert_allclose(found, [40, slanting, across, 40])

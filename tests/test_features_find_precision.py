@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board
-from raxel.features.find.agreement import times_noise, with_shift
+from raxel.features.find.agreement import at_most_usual, times_noise, with_shift
 from raxel.features.find.corners import FULL, placed
 from raxel.features.find.grids import _at_sides
 from raxel.features.find.patches import Patches, patches_of, side_patches_of
@@ -206,6 +206,13 @@ def test_a_row_in_a_shadow_s_edge_is_uncertain_for_itself():
     assert stated[2] > 10
     # The median of a row counts its own parts' chance, too.
     assert stated[[0, 1, 3, 4, 5]].max() < 3
+
+
+def test_no_corner_is_taken_to_err_more_than_half_of_the_board_do():
+    times = np.array([[0.5, 0.8, 9.0], [1.0, np.nan, 2.0]])
+    expected = [[0.5, 0.8, 1.0], [1.0, np.nan, 1.0]]
+    np.testing.assert_array_equal(at_most_usual(times), expected)
+    assert np.isnan(at_most_usual(np.full((2, 2), np.nan))).all()
 
 
 def test_what_half_a_turn_moves_by_chance_is_stated_already():

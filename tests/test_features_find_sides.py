@@ -6,7 +6,7 @@ import pytest
 from raxel.errors import InputError
 from raxel.features import find_board, find_boards
 from raxel.features.find.grids import Grid
-from raxel.features.find.sides import unequal_pitch
+from raxel.features.find.sides import dark_side, unequal_pitch
 from raxel.features.opencv import find_opencv_sb
 from tests.chessboards import Board, facing
 from tests.test_features_find import drawn, seen, soft_and_noisy
@@ -41,6 +41,16 @@ def test_a_shadow_whose_edge_is_that_of_squares_does_not_end_the_board():
     found = find_board(image)
     assert not found.found
     assert "behind its left side it is dark" in found.reason
+
+
+@pytest.mark.parametrize(("beyond", "side"), [(140, "left side"), (20, "")])
+def test_a_shadow_is_told_by_white_paper_behind_two_other_sides(beyond, side):
+    """With the picture's rim in the squares above and below, only the right is left."""
+    points = BOARD.corners().reshape(6, 9, 2)
+    top, bottom = (round(v) for v in (points[0, 0, 1], points[-1, 0, 1]))
+    image = shaded(BOARD.image(), 0, column(0) - 40, 0.03)
+    grid = Grid(points - [0, top - beyond], *np.ones((4, 6, 9)))
+    assert dark_side(grid, image[top - beyond : bottom + beyond]) == side
 
 
 def test_what_stands_before_a_side_does_not_end_the_board():
