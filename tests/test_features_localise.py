@@ -317,14 +317,12 @@ def test_the_covariance_of_a_saddle_is_what_each_pixel_does_to_it(monkeypatch):
     np.testing.assert_allclose(told / np.trace(told), due / np.trace(due), atol=0.002)
 
 
-@pytest.mark.parametrize(
-    ("half", "zero_zone", "blur"), [(7, -1, 1.0), (7, 4, 1.5), (4, -1, 1.5)]
-)
+@pytest.mark.parametrize(("half", "zero_zone", "blur"), [(7, -1, 1.0), (4, 2, 1.5)])
 def test_the_spread_of_opencvs_corner_is_what_each_pixel_does_to_it(
     monkeypatch, half, zero_zone, blur
 ):
-    """Made brighter one after the other, and the corner found anew. The window moves
-    along: the smaller it is beside the blur, the farther."""
+    """Made brighter one after the other. A window in which gradients leave the corner
+    in no doubt, or whose middle is left out: else it is drawn along by the noise."""
     monkeypatch.setattr(subpix, "noise_variance", lambda *_: np.ones(1))
     v, u = np.mgrid[:37, :37].astype(float)
     tilted = [(u - 18.3) * np.cos(a) + (v - 17.8) * np.sin(a) for a in (0.2, 1.5)]

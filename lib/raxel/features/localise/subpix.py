@@ -8,7 +8,6 @@ from raxel.features.localise.windows import fits, gather, noise_variance
 
 TERMINATION_PX = 0.1
 ITERATIONS = 100
-SHIFT_PX = 0.5  # of a window: less, and noise says how far the corner follows
 
 
 def opencv_subpix(
@@ -80,57 +79,27 @@ def corner_subpix(
 def _variance(image, found, half, zero_zone):
     """Covariance (N, 2, 2) of the corners.
 
-    With e = g . (p - q), noise dg changes the least q of a window that stays by
-    A^-1 sum w (e dg + g (p - q) . dg). The window moves along, by (I - F)^-1 of that,
-    where F is by how much the least q follows the window. A dg is half the difference
-    of two samples, and a sample a bilinear mean of four pixels.
+    With e = g . (p - q), noise dg changes q by A^-1 sum w (e dg + g (p - q) . dg). A dg
+    is half the difference of two samples, and a sample a bilinear mean of four pixels.
     """
-    x, y, weight = _window(half, zero_zone)
     gradient_u, gradient_v = _slopes(image, found, half)
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
+    weight = np.exp(-(x**2 + y**2) / half**2)
+    weight[(np.abs(x) <= zero_zone) & (np.abs(y) <= zero_zone)] = 0
     slopes = np.stack([gradient_u, gradient_v], axis=1)
+    normal = np.einsum("naij,nbij,ij->nab", slopes, slopes, weight)
+    inverse = inverted(normal)
     along = gradient_u * x + gradient_v * y
     pixels = []
     for axis in range(2):
         on_u = slopes[:, axis] * x + (along if axis == 0 else 0)
         on_v = slopes[:, axis] * y + (along if axis == 1 else 0)
         pixels.append(_on_pixels(weight * on_u, weight * on_v, found))
-    moves = inverted(np.eye(2) - _following(image, found, half, zero_zone))
     with np.errstate(invalid="ignore", over="ignore"):
-        inverse = moves @ inverted(_normal(slopes, weight))
         influence = np.einsum("nab,nbij->naij", inverse, np.stack(pixels, axis=1))
         gram = np.einsum("naij,nbij->nab", influence, influence)
         counted = (influence**2).sum(axis=1)[:, :-1, :-1]
         return noise_variance(image, found, counted)[:, None, None] * gram
-
-
-def _window(half, zero_zone):
-    """Places x, y in a window about its middle, and OpenCV's weights there."""
-    y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
-    weight = np.exp(-(x**2 + y**2) / half**2)
-    weight[(np.abs(x) <= zero_zone) & (np.abs(y) <= zero_zone)] = 0
-    return x, y, weight
-
-
-def _normal(slopes, weight):
-    """A = sum w g g^T (N, 2, 2)."""
-    return np.einsum("naij,nbij,ij->nab", slopes, slopes, weight)
-
-
-def _following(image, found, half, zero_zone):
-    """(N, 2, 2), by how much the least q of a window moves when the window does."""
-    x, y, weight = _window(half, zero_zone)
-    least = []
-    for shift in SHIFT_PX * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]):
-        gradient_u, gradient_v = _slopes(image, found + shift, half)
-        slopes = np.stack([gradient_u, gradient_v], axis=1)
-        right = weight * (gradient_u * x + gradient_v * y)
-        right = np.einsum("naij,nij->na", slopes, right)
-        inverse = inverted(_normal(slopes, weight))
-        with np.errstate(invalid="ignore", over="ignore"):
-            least.append(shift + np.einsum("nab,nb->na", inverse, right))
-    with np.errstate(invalid="ignore"):
-        columns = least[0] - least[1], least[2] - least[3]
-    return np.stack(columns, axis=2) / (2 * SHIFT_PX)
 
 
 def _slopes(image, found, half):
