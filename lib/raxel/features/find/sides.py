@@ -25,8 +25,9 @@ SHORT, WHOLE, MOST = 0.85, 0.12, 2 / 3
 # What covers a few of them leaves this much: two or more, and a quarter of the side.
 VERY_SHORT, LEAST_VERY_SHORT, SHARE_VERY_SHORT = 0.7, 2, 0.25
 # What cuts them aslant makes them shorter along the side by a quarter of a square, and
-# by so many times what single ones are off that line. Strong lenses, whose bend nobody
-# sees beyond a side, make whole squares seem to change by half of that and more.
+# by so many times what single ones are off that line. It was an eighth, but strong
+# lenses, whose bend nobody sees beyond a side, make whole squares seem to change by
+# 0.16: two photographs of whole boards had been refused.
 ASLANT, OFF_ASLANT = 0.25, 4.0
 
 # So far behind the squares' end, but no farther out than from MARGIN_FROM, and so far
