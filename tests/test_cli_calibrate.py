@@ -17,7 +17,7 @@ from raxel.cli import calibrate as calibrate_command
 from raxel.cli import main, scores
 from raxel.cli.described import camera_fields
 from raxel.evaluation.cross_validation import Evaluation
-from raxel.features.boards import detect_boards, read_boards
+from raxel.features.boards import detect_boards
 from tests.image_sets import TILTS_DEG, write_drawn_set
 from tests.made_sets import (
     CENTRE,
@@ -30,6 +30,7 @@ from tests.made_sets import (
     K,
     WavyCamera,
     boards_of,
+    of_more_than_the_rim,
     write_made_set,
 )
 
@@ -81,11 +82,6 @@ def test_no_number_that_is_none_is_printed():
     angles = blank._replace(mean_deg=0.25, share_with_ray=0.0)
     told = "mean angle 0.2500 deg, rms unknown, median unknown, 0.0 % of corners"
     assert scores.line("a", angles) == f"a: {told} with a ray"
-
-
-def of_more_than_the_rim(warnings):
-    """Boards of the made sets stand in the middle, and most of them are told of it."""
-    return [text for text in warnings if "% of the image lie beyond" not in text]
 
 
 def all_warnings_in(printed):
@@ -385,29 +381,3 @@ def test_an_evaluation_takes_the_shape_that_was_found(calibrate, tmp_path, capsy
     (tmp_path / "flat.json").write_text(json.dumps(fitted))
     as_there = scored("--board", tmp_path / "flat.json")
     assert (as_there["rms_px"], as_there["board"]) == (flat["rms_px"], "as stated")
-
-
-def test_models_and_the_evaluation_take_missing_corners(tmp_path, monkeypatch):
-    def without_some(image_set, views, options, say):
-        boards = read_boards(options.corners, image_set, views)
-        for number, board in enumerate(boards):
-            board.detection.corners[[number, 30 + number]] = np.nan
-        return boards, None
-
-    monkeypatch.setattr("raxel.cli.seen.boards_for", without_some)
-    small = [(b - CENTRE) * 0.3 + CENTRE for b in boards_of(PINHOLE)]
-    folder, corners = write_made_set(tmp_path / "set", small)
-    camera, result = tmp_path / "camera.npz", tmp_path / "result.json"
-    asked = [str(folder), "--corners", str(corners), "--json", str(result)]
-    calibrated = ["calibrate", *asked, "--out", str(camera)]
-    for command in (
-        [*calibrated, "--model", "zhang", "--report", str(tmp_path / "report")],
-        ["evaluate", str(camera), *asked],
-        [*calibrated, "--model", "generic"],
-    ):
-        assert main(command) == 0
-        found = json.loads(result.read_text())
-        assert {image["n_corners"] for image in found["images"]} == {COLUMNS * ROWS - 2}
-        assert found["rms_px"] < 0.1
-        told = of_more_than_the_rim(found["warnings"])
-        assert all(text.startswith("the table") for text in told)
