@@ -56,7 +56,7 @@ def test_a_shadow_is_told_by_white_paper_behind_two_other_sides(beyond, side):
 def test_what_stands_before_a_side_does_not_end_the_board():
     image = seen(BOARD)
     image[:, round(column(6)) + 16 :] = 150
-    assert "cut short" in find_board(image).reason
+    assert "look cut short" in find_board(image).reason
     assert not find_board(image, 9, 6).found
 
 
@@ -168,7 +168,7 @@ def test_what_covers_a_few_squares_of_a_side_may_hide_a_column():
     )
     found = find_board(soft_and_noisy(image))
     assert not found.found
-    assert "squares at its right side are cut short" in found.reason
+    assert "squares at its right side look cut short" in found.reason
 
 
 def test_a_slanting_sheet_does_not_end_the_board():
@@ -222,4 +222,4 @@ def test_squares_cut_aslant_are_no_side_of_a_board():
     opening = (u > 130) & (u < 510) & (v > 90) & (v < 390)
     found = find_board(soft_and_noisy(np.where(opening, tiles, 120)))
     assert not found.found
-    assert "squares at its top are cut short" in found.reason
+    assert "squares at its top look cut short" in found.reason

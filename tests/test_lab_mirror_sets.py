@@ -95,6 +95,20 @@ def test_every_picture_has_noise_of_its_own(rendered):
     assert np.std(dark, axis=1).min() > 1
 
 
+def test_no_two_draws_of_a_set_are_of_one_stream(rig, tmp_path, monkeypatch):
+    made, drawn = np.random.default_rng, {}
+
+    def noted(seed):
+        # What is drawn again by the same numbers is meant to be the same.
+        drawn.setdefault(made(seed).bytes(16), set()).add(str(seed))
+        return made(seed)
+
+    monkeypatch.setattr(np.random, "default_rng", noted)
+    render_mirror_set(rig, tmp_path / "set", 3)
+    assert len(drawn) > 20
+    assert [seeds for seeds in drawn.values() if len(seeds) > 1] == []
+
+
 def test_the_two_pictures_of_a_step_have_noise_of_their_own(rig, tmp_path, monkeypatch):
     noises, specimens = [], []
 

@@ -24,7 +24,8 @@ from raxel.sets.image_set import write_set
 from raxel.sets.mirror_set import DESCRIPTION, load_mirror_set
 from raxel.sets.model import ImageSet, View
 
-# Streams of random numbers, so that no draw depends on how many came before.
+# Streams of random numbers, so that no draw depends on how many came before. Pictures
+# of one are counted from 1: a stream that ends in 0 is the same as without it.
 VIEWER, GRIDS, PLATTER, PLATE, STEPS, CLAMP, SPECIMEN = range(7)
 
 
@@ -81,7 +82,7 @@ def _write_primary(rig, camera, folder, seed, say):
     plate = folder / "plate"
     plate.mkdir()
     files = [f"{name}.png" for name in names]
-    for k, name in enumerate(files):
+    for k, name in enumerate(files, 1):
         rng = np.random.default_rng([seed, PLATE, k])
         write_picture(plate / name, photograph_plate(rig.plate, rig.ring, T, rng))
     _write_boards(rig.plate, files, plate)
@@ -96,7 +97,7 @@ def _write_steps(rig, cameras, folder, seed, say):
         T = rig.step_pose(np.random.default_rng([seed, STEPS, k]), *pair)
         names = {key: f"s{k}-{key}.png" for key in ("before", "after")}
         for name, camera in zip(names.values(), pair, strict=True):
-            noise = np.random.default_rng([seed, STEPS, k, len(poses)])
+            noise = np.random.default_rng([seed, STEPS, k, len(poses) + 1])
             specimen = np.random.default_rng([seed, SPECIMEN])
             taken = replace(rig.steps, camera=camera)
             write_picture(folder / name, photograph_board(taken, T, noise, specimen))

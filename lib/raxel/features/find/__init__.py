@@ -159,8 +159,8 @@ def _doubt(board, level, image, others):
     side = cut_side(board, grey)
     if side:
         return (
-            f"the squares at its {side} are cut short, as by a shadow, by glare or by "
-            "something before the board"
+            f"the squares at its {side} look cut short, as by a shadow, by glare, by "
+            "something before the board or by a shutter that rolls"
         )
     side = dark_side(board, grey)
     if side:
