@@ -22,9 +22,10 @@ from tests.test_features_find import seen, soft_and_noisy
 FINER = 4
 
 
-def fine(square=34, tilt=(0.05, -0.03), turn=0.2):
+@cache
+def fine():
     """A board, and its picture with every pixel the mean of FINER x FINER."""
-    board = Board(9, 6, facing(9, 6, square, tilt=tilt, turn=turn))
+    board = Board(9, 6, facing(9, 6, 34, tilt=(0.05, -0.03), turn=0.2))
     scale = np.diag([FINER, FINER, 1.0])
     scale[:2, 2] = (FINER - 1) / 2
     large = Board(9, 6, scale @ board.homography, 640 * FINER, 480 * FINER)
