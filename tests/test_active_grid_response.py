@@ -14,6 +14,7 @@ from raxel.features.active_grid.noise import Noise
 from raxel.features.active_grid.response import (
     _covariance,
     _of_fit,
+    _of_pieces,
     lower_quartile,
     response_warnings,
 )
@@ -319,3 +320,20 @@ def test_the_lower_quartile_is_numpys():
     for count in (1, 2, 5, 6, 7, 100):
         values = rng.normal(size=count)
         assert lower_quartile(values) == pytest.approx(np.quantile(values, 0.25))
+
+
+def test_what_pieces_keep_of_ripples_is_told_where_it_is_beyond_their_noise():
+    rng = np.random.default_rng(5)
+    phase = rng.uniform(0, 2 * np.pi, (2000, 1)) + np.pi / 4 * np.arange(32)
+    slopes = np.stack([np.sin(phase), np.cos(phase)], axis=2)
+    weights = rng.uniform(50, 200, 2000)
+
+    def kept(size):
+        noise = rng.normal(0, 1, phase.shape) / np.sqrt(weights)[:, None]
+        own = rng.normal(0, size, (2000, 2, 1))
+        return _of_pieces((slopes @ own)[..., 0] + noise, slopes, weights)
+
+    # Of two standard deviations, one in forty is beyond by chance.
+    assert np.count_nonzero([kept(0.0) for _ in range(40)]) <= 4
+    for size in (0.02, 0.05):
+        assert np.sqrt(kept(size)) * 2 * np.pi == pytest.approx(size, rel=0.1)

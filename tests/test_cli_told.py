@@ -11,7 +11,7 @@ from raxel.calibration.parametric.lens_board import BoardTest
 from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.cli import bench, decode, main, mirror, scores
+from raxel.cli import bench, decode, main, mirror, models, scores
 from raxel.cli import score as score_command
 from raxel.cli.board_shape import shape_fields, shape_line
 from raxel.cli.calibrate import _cross_validation
@@ -338,3 +338,16 @@ def test_the_note_of_a_scene_counts_boards_and_gives_the_median_distance():
         "made: 2 of 3 boards; how. Median distance of corners from where this puts "
         f"them: {np.median(apart):.2g} px."
     )
+
+
+@pytest.mark.parametrize("model", ["spline", "cgsp", "generic"])
+def test_boards_that_a_model_leaves_out_are_named_with_the_reason(monkeypatch, model):
+    found = SimpleNamespace(
+        camera=None, board=None, used=(0, 2), left_out={1: "too far"}, trend="unified",
+        pupil=None, share_covered=0.5, share_with_ray=0.5, rms_deg=0.1, chosen=(0, 2),
+        interpolation={0: "smooth", 2: "smooth"}, centre=None,
+    )  # fmt: skip
+    monkeypatch.setattr(models, f"calibrate_{model}", lambda *_, **__: found)
+    views = [SimpleNamespace(name=name) for name in ("a.png", "b.png", "c.png")]
+    details = getattr(models, model)(views, (640, 480), "mm").details
+    assert details["left_out"] == [{"file": "b.png", "reason": "too far"}]

@@ -6,7 +6,9 @@ import pytest
 from raxel.errors import InputError
 from raxel.evaluation.mirror_benchmark import (
     CELL_MM,
+    NEAR_MM,
     STEP_PX,
+    _error_at,
     score_mirror,
     scored_pixels,
 )
@@ -335,3 +337,9 @@ def test_scored_pixels_are_every_eighth():
     pixels = scored_pixels((20, 17))
     assert STEP_PX == 8
     assert pixels.tolist() == [[u, v] for v in (0, 8, 16) for u in (0, 8, 16)]
+
+
+def test_a_deflection_is_that_of_a_sloping_face_at_the_force_itself():
+    x, y = np.random.default_rng(2).uniform(0, 0.7 * NEAR_MM, (2, 40))
+    assert _error_at(x, y, 0.3 + 0.02 * x - 0.05 * y) == pytest.approx(0.3)
+    assert np.isnan(_error_at(x + NEAR_MM, y, x))

@@ -63,6 +63,7 @@ def test_a_part_of_a_charuco_board_has_its_own_numbers_before_and_after(
     steps = (MirrorStep(*NAMES, deflection_mm=5.0),)
     (step,), flags = _steps(SimpleNamespace(stages=stages, steps=steps), None)
     assert flags == ()
+    assert step.deflection_mm == 5.0
     points = transform(T_camera_board, on_plane(BOARD.points()))
     reversed_ = np.arange(len(points)).reshape(BOARD.rows, BOARD.columns)[:, ::-1]
     for view, camera in zip((step.before, step.after), cameras, strict=True):

@@ -5,7 +5,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.geometry.pixel_cells import whole_cells
-from raxel.multiview.plane_view import plane_scale, remap_to_plane
+from raxel.multiview.plane_view import _add_triangle, plane_scale, remap_to_plane
 
 SIZE_MM = 60.0, 40.0
 FINE, COARSE = 0.5, 4.0  # mm per px of the picture
@@ -165,3 +165,14 @@ def test_what_does_not_fit_is_refused(change, told):
     }
     with pytest.raises(InputError, match=told):
         remap_to_plane(**given | change)
+
+
+def test_in_a_triangle_weights_are_linear_as_values_are():
+    places = np.array([[[0.0, 0.0], [8.0, 1.0]], [[1.0, 9.0], [9.0, 9.0]]])
+    weights, values = places @ [0.5, 0.25] + 1, places[..., :1] - 2 * places[..., 1:]
+    sums, hit = np.zeros((10, 10, 2)), np.zeros((10, 10), bool)
+    _add_triangle(places, values, weights, ((0, 0), (0, 1), (1, 0)), 1, sums, hit)
+    y, x = np.nonzero(hit)
+    assert len(x) > 30
+    np.testing.assert_allclose(sums[hit, 1], 0.5 * x + 0.25 * y + 1)
+    np.testing.assert_allclose(sums[hit, 0], sums[hit, 1] * (x - 2.0 * y), atol=1e-9)

@@ -4,8 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from raxel.report.active_grid import _deviations
+from raxel.report.active_grid import GAP, LABEL, THUMBNAIL, _deviations, pattern_sheet
 from raxel.report.canvas import Canvas
+from raxel.sets import patterns_of, plan_of_cells
+from raxel.sets.patterns import pattern_picture
 
 
 def told(monkeypatch, sigma):
@@ -21,3 +23,19 @@ def test_the_standard_deviation_is_the_root_mean_square_of_both_axes(monkeypatch
     # Of a monitor of which one axis was shown alone, it is that axis's own.
     sigma[..., 1] = np.nan
     assert told(monkeypatch, sigma)[0] == "standard deviation 0.1 mm"
+
+
+def test_thumbnails_stand_in_the_order_of_the_patterns():
+    size = 2 * THUMBNAIL, THUMBNAIL
+    patterns = patterns_of(plan_of_cells(size, 8, 4))
+    sheet = pattern_sheet(patterns, size)
+    along = [p for p in patterns if (p.kind, p.axis) == ("phase", "x")]
+    rows = list(dict.fromkeys((p.kind, p.axis) for p in patterns))
+    high = THUMBNAIL // 2
+    top = GAP + rows.index(("phase", "x")) * (high + LABEL + GAP)
+    for k, pattern in enumerate(along):
+        left = GAP + k * (THUMBNAIL + GAP)
+        shown = sheet[top : top + high, left : left + THUMBNAIL, 0].astype(float)
+        full = pattern_picture(pattern, size).astype(float)
+        small = full.reshape(high, 2, THUMBNAIL, 2).mean(axis=(1, 3))
+        np.testing.assert_allclose(shown, small, atol=1)
