@@ -178,6 +178,35 @@ def test_shares_of_a_decoded_view_are_of_all_its_pixels():
     )
 
 
+def test_warnings_of_every_view_are_kept(tmp_path, monkeypatch, capsys):
+    target = SimpleNamespace(kind="active_grid")
+    views = [SimpleNamespace(label=name) for name in ("near", "far")]
+    taken = SimpleNamespace(name="set", views=views, target=target)
+    for name in ("_check_names", "_check_margin", "_write"):
+        monkeypatch.setattr(decode, name, lambda *_: None)
+    monkeypatch.setattr(decode, "load_set", lambda _: taken)
+    monkeypatch.setattr(decode, "of_swapped_sides", lambda _: [])
+    monkeypatch.setattr(decode, "of_handedness", lambda _: [])
+    monkeypatch.setattr(decode, "_line", lambda view: view["view"])
+    told = {"view": "", "as_in_a_mirror": False}
+    monkeypatch.setattr(decode, "_summary", lambda label, _: told | {"view": label})
+    monkeypatch.setattr(
+        decode,
+        "decode_view",
+        lambda _, view, **__: SimpleNamespace(
+            reason="", warnings=[f"{view.label}: a lamp"]
+        ),
+    )
+    options = SimpleNamespace(
+        set="set", out=tmp_path / "points", raw=False, neighbours=True, fill=False,
+        margin=None, linear=False,
+    )  # fmt: skip
+    decode.decode(options, lambda line: None)
+    summary = json.loads((options.out / decode.SUMMARY).read_text())
+    assert summary["warnings"] == ["near: a lamp", "far: a lamp"]
+    assert "near: a lamp" in "".join(capsys.readouterr())
+
+
 # score
 
 
