@@ -302,3 +302,13 @@ def test_a_strong_bend_defeats_both_baselines():
         ordered = order(board.corners(), outer(truth), 11, 9)
         assert ordered.shape == truth.shape
         assert not np.array_equal(ordered, truth)
+
+
+def test_the_radius_that_is_recorded_is_that_of_the_window_that_was_grown():
+    settings = CelectSettings(radius_scale=0.5)
+    result = celect(IMAGE, CLICKS, COLUMNS, ROWS, settings=settings, record=True)
+    grown = 0
+    for contour in result.contours:
+        np.testing.assert_array_equal([s.radius for s in contour.steps], contour.radii)
+        grown += len(set(contour.radii)) > 1
+    assert grown > 0

@@ -149,6 +149,11 @@ def test_close_corners_of_a_shrinking_row_stay_apart():
     labels = clustered(corners, along, 16.0, 8)
     assert labels.tolist() == labels[::2].repeat(2).tolist()
     assert len(set(labels)) == 8
+    order = np.random.default_rng(3).permutation(len(along))
+    again = clustered(corners[order], along[order], 16.0, 8)
+    np.testing.assert_array_equal(
+        again[:, None] == again, labels[order][:, None] == labels[order]
+    )
     # The last corners are less than t8 apart: the published rule makes them one.
     assert len(set(average_close(corners, along, 16.0, 8))) < 8
 

@@ -117,3 +117,15 @@ def test_the_noise_of_a_picture_is_told_beside_its_edges(sd):
     squares = 60 + 120 * ((np.indices((400, 500)) // 40).sum(axis=0) % 2)
     picture = squares + sd * rng.normal(size=squares.shape)
     assert noise_sd(picture.astype(np.float32)) == pytest.approx(sd, rel=0.06)
+
+
+@pytest.mark.parametrize("size", [(9, 6), None])
+def test_a_size_that_is_told_is_told_to_what_ends_the_board(monkeypatch, size):
+    asked, ended = [], search.ended
+    monkeypatch.setattr(
+        search,
+        "ended",
+        lambda grid, level, told: asked.append(told) or ended(grid, level, told),
+    )
+    search.seen_in(BOARD.image(), size)
+    assert set(asked) == {size is not None}

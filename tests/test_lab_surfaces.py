@@ -21,6 +21,7 @@ from raxel.lab import (
     facade,
     room,
 )
+from raxel.lab.room import _column
 
 T = pose(rotation_from_vector([0.4, -0.3, 0.8]), [20.0, -35, 50])
 
@@ -256,3 +257,12 @@ def test_a_ray_straight_down_meets_a_relief_only_where_it_lies(start, met):
     for place in (start, start[::-1] if not met else start):
         hit = relief.hit(np.array([[*place, 50.0]]), np.array([[0.0, 0, -1]]))
         assert np.isfinite(hit.distance[0]) == met
+
+
+def test_the_flutes_of_the_rooms_column_go_all_around_it():
+    ((column, texture),) = _column(np.zeros(3), 2700.0)
+    u = np.pi * column.radius * np.linspace(-1, 1, 481)[:-1] + 0.1
+    seen = texture.radiance(np.column_stack([u, np.full(480, 900.0)]), np.ones(480))
+    each = seen.reshape(12, 40, -1)
+    assert len(np.unique(each[0], axis=0)) == 2
+    np.testing.assert_array_equal(each, np.broadcast_to(each[:1], each.shape))

@@ -9,6 +9,8 @@ import pytest
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cli import main
 from raxel.evaluation.stability import Division
+from raxel.files import read_json
+from raxel.report import write
 from raxel.report.canvas import Canvas
 from raxel.report.folder import check_report, new_report
 from raxel.report.page import _beside
@@ -79,12 +81,23 @@ def test_the_page_holds_every_name_as_text_and_every_picture(tmp_path):
     assert all(cv2.imread(str(report / name)) is not None for name in pictures)
 
 
-def test_the_page_shows_what_halves_tell(tmp_path):
+def test_the_page_shows_what_halves_tell(tmp_path, monkeypatch):
+    drawn = []
+
+    def picture(*given):
+        drawn.append(given[-1].name)
+        return disagreement_picture(*given)
+
+    monkeypatch.setattr(write, "disagreement_picture", picture)
     report, boards = tmp_path / "report", boards_of(PINHOLE, count=6)
     folder, corners = write_made_set(tmp_path / "set", boards)
     arguments = ["calibrate", str(folder), "--corners", str(corners), "--model"]
     arguments += ["zhang", "--out", str(tmp_path / "camera.npz")]
-    assert main([*arguments, "--report", str(report)]) == 0
+    result = tmp_path / "result.json"
+    arguments += ["--json", str(result), "--report", str(report)]
+    assert main(arguments) == 0
+    told = read_json(result)["stability"]
+    assert drawn == [told["divisions"][0]["divided_by"]]
     seen = Seen()
     seen.feed((report / "index.html").read_text("utf-8"))
     assert "stability.png" in seen.sources
