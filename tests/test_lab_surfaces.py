@@ -251,12 +251,13 @@ def test_a_relief_is_seen_at_the_angle_of_its_normal():
         np.testing.assert_allclose(hit.cosine[0], way @ normal, atol=1e-5)
 
 
-@pytest.mark.parametrize(("start", "met"), [((5, 12), True), ((5, 33), False)])
-def test_a_ray_straight_down_meets_a_relief_only_where_it_lies(start, met):
+@pytest.mark.parametrize(
+    ("place", "met"), [((5, 12), True), ((5, 33), False), ((33, 5), False)]
+)
+def test_a_ray_straight_down_meets_a_relief_only_where_it_lies(place, met):
     relief = Relief(np.eye(4), np.zeros((4, 3)), 10.0)  # 20 mm wide, 30 mm high
-    for place in (start, start[::-1] if not met else start):
-        hit = relief.hit(np.array([[*place, 50.0]]), np.array([[0.0, 0, -1]]))
-        assert np.isfinite(hit.distance[0]) == met
+    hit = relief.hit(np.array([[*place, 50.0]]), np.array([[0.0, 0, -1]]))
+    assert np.isfinite(hit.distance[0]) == met
 
 
 def test_the_flutes_of_the_rooms_column_go_all_around_it():
