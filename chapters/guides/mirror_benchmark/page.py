@@ -207,7 +207,8 @@ def ext_mirror_entries_record(effort):
 # %% [markdown]
 # - **As published**, a stage is refused early: {glue:text}`published.all_stages` of
 #   the {glue:text}`sets` sets have an answer at all stages, and with the other ways
-#   of a spline {glue:text}`stages.all_stages` have one. A fixed number of knots
+#   of a spline {glue:text}`stages.all_stages` have one; of the others the record
+#   says why they were refused. A fixed number of knots
 #   needs corners in the last interval between them, and there soon are none. Where it
 #   answers, distances do worse than inverse depths: the first
 #   shape of `clean`, at middle noise, has rays {glue:text}`published.clean.first_deg`°
