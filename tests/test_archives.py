@@ -9,12 +9,12 @@ import zipfile
 import numpy as np
 import pytest
 
-from raxel import archives
-from raxel.archives import Archive
 from raxel.cameras import GeneralCamera, PerspectiveCamera, load_camera
 from raxel.cameras.core import storage
 from raxel.cli import main
 from raxel.errors import InputError
+from raxel.io import archives
+from raxel.io.archives import Archive
 from tests.image_sets import write_drawn_set
 
 K = [[30, 0.1, 15], [0, 31, 10], [0, 0, 1]]

@@ -18,7 +18,7 @@ from raxel.cli import main
 from raxel.cli.mirror import _primary
 from raxel.errors import InputError
 from raxel.evaluation.mirror_benchmark import score_mirror_file
-from raxel.files import read_json
+from raxel.io.files import read_json
 from raxel.sets import PatternPlan
 from raxel.sets.mirror_set import load_mirror_set
 from raxel.show.cameras import mirrors

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from raxel.documents import faults, field_name, read_yaml, validate
 from raxel.errors import InputError, did_you_mean
+from raxel.io.documents import faults, field_name, read_yaml, validate
 
 ENTRY = {
     "type": "object",

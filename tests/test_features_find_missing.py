@@ -22,7 +22,7 @@ from raxel.features.lattice import (
     standard_order,
     symmetries,
 )
-from raxel.files import write_json
+from raxel.io.files import write_json
 from raxel.sets import load_set
 from tests.chessboards import Board, facing
 from tests.image_sets import COLUMNS, ROWS, TILTS_DEG, write_drawn_set

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from raxel import files
 from raxel.errors import InputError
-from raxel.files import (
+from raxel.io import files
+from raxel.io.files import (
     move_into,
     read_json,
     recording,

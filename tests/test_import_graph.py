@@ -17,13 +17,7 @@ from tests.import_graph import (
 # before it.
 ROOMS = (
     "errors",
-    "memory",
-    "processors",
-    "reading",
-    "files",
-    "documents",
-    "archives",
-    "rendering",
+    "io",
     "geometry",
     "cameras",
     "sets",
@@ -34,7 +28,7 @@ ROOMS = (
     "evaluation",
     "report",
     "show",
-    "ahead",
+    "compile_loops",
     "cli",
     "__main__",
 )
@@ -69,14 +63,7 @@ ABOVE_ROOMS = {
 # The rooms of repro, lowest first; its own files stand above them.
 REPRO_ROOMS = ("judge", "run", "page", "site", "workflow")
 # All that the book-keeping may know of raxel; none of it knows of cameras.
-REPRO_MAY_IMPORT = (
-    "raxel.documents",
-    "raxel.errors",
-    "raxel.files",
-    "raxel.rendering",
-    "raxel.sets",
-    "raxel.show",
-)
+REPRO_MAY_IMPORT = ("raxel.errors", "raxel.io", "raxel.sets", "raxel.show")
 # What all chapters may import of one another.
 SHARED = "chapters.shared"
 

@@ -13,9 +13,9 @@ from raxel.cli import main
 from raxel.errors import InputError
 from raxel.evaluation.mirror_benchmark import score_mirror, scored_pixels
 from raxel.evaluation.mirror_result import sampled_result
-from raxel.files import read_json
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
+from raxel.io.files import read_json
 from raxel.lab import render_mirror_set as rendering
 from raxel.lab import target_poses
 from raxel.lab.mirror_set_rig import is_mirror_set_rig, load_mirror_set_rig

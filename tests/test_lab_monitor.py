@@ -11,7 +11,6 @@ from raxel.cameras import load_camera, pixel_grid
 from raxel.errors import InputError
 from raxel.features.active_grid import decode
 from raxel.features.localise import saddle_point
-from raxel.files import read_json
 from raxel.geometry import (
     intersect_rays_plane,
     on_plane,
@@ -19,6 +18,7 @@ from raxel.geometry import (
     rotation_from_vector,
     transform,
 )
+from raxel.io.files import read_json
 from raxel.lab import MonitorLevel, MonitorPattern, monitor_scene, trace
 from raxel.lab.monitor_sight import MonitorSight
 from raxel.lab.monitor_views import points_seen

@@ -13,7 +13,7 @@ import pytest
 
 from raxel.cameras import PerspectiveCamera
 from raxel.cli.parsers import parser
-from raxel.documents import faults, read_yaml
+from raxel.io.documents import faults, read_yaml
 from raxel.sets.image_set import SCHEMA
 from repro.judge.ledger import load
 from repro.judge.readings import open_questions

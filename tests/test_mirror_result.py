@@ -14,7 +14,7 @@ from raxel.evaluation.mirror_result import (
     sampled_result,
     write_mirror_result,
 )
-from raxel.files import read_json
+from raxel.io.files import read_json
 from tests.scored_mirrors import true_mirror, true_result, write_scored_set
 
 ROWS = 40

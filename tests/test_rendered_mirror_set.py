@@ -9,9 +9,9 @@ import pytest
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.cameras import load_camera
 from raxel.features import find_board
-from raxel.files import read_json
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
+from raxel.io.files import read_json
 from raxel.sets import PatternPlan
 from raxel.sets.mirror_set import load_mirror_set
 from tests import rendered_mirror_sets

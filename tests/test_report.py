@@ -73,7 +73,7 @@ def test_every_notebook_runs_where_it_lies(report, tmp_path, monkeypatch):
     # The build has checked the ledger and the judgements. To read and check them again
     # for each notebook would be half of the time, and so would be what each shell does
     # when it ends: collect the garbage of this process.
-    monkeypatch.setattr("raxel.documents.faults", lambda *given: [])
+    monkeypatch.setattr("raxel.io.documents.faults", lambda *given: [])
     monkeypatch.setattr("repro.judge.ledger.read_yaml", cache(read_yaml))
     monkeypatch.setattr("gc.collect", lambda: 0)
     monkeypatch.setattr(sys, "path", [*sys.path])

@@ -9,7 +9,7 @@ import pytest
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cli import main
 from raxel.evaluation.stability import Division
-from raxel.files import read_json
+from raxel.io.files import read_json
 from raxel.report import write
 from raxel.report.canvas import Canvas
 from raxel.report.folder import check_report, new_report

@@ -9,8 +9,8 @@ import pytest
 from chapters.guides.rigs import figures, trials
 from chapters.guides.rigs import page as rigs_page
 from chapters.guides.rigs.results import facts, uses_of
-from raxel.files import read_json
 from raxel.geometry import pose, rotation_from_vector
+from raxel.io.files import read_json
 from raxel.lab import load_rig, render_set
 from repro.page.space import available
 from repro.run.outcomes import Plan

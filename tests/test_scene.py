@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from raxel.rendering import Availability
+from raxel.io.rendering import Availability
 from raxel.show import Points, Scene, Surface, available
 from repro.page import draw, space, style
 from repro.run import discover, jobs

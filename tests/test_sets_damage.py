@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.documents import read_text
 from raxel.errors import InputError
-from raxel.files import read_json
+from raxel.io.documents import read_text
+from raxel.io.files import read_json
 from raxel.sets import load_set, read_image
 from raxel.sets.image_files import decode, stated_size, whole_file
 from raxel.sets.tiff import READ, as_stored

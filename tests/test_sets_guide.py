@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from raxel.documents import faults
+from raxel.io.documents import faults
 from raxel.sets import load_set, read_image
 from raxel.sets.image_set import SCHEMA
 from raxel.sets.mirror_set import SCHEMA as MIRROR_SCHEMA

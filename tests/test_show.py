@@ -9,9 +9,9 @@ import sys
 import numpy as np
 import pytest
 
-from raxel import rendering
 from raxel.cameras import camera_from
 from raxel.geometry import on_plane, pose, rotation_from_vector, transform
+from raxel.io import rendering
 from raxel.sets import Chessboard
 from raxel.show import (
     CLEAR,

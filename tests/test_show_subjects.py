@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from raxel import rendering
 from raxel.cameras import camera_from, closest_point
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features.boards import detect_boards
 from raxel.geometry import inverse_pose, on_plane, pose, transform
+from raxel.io import rendering
 from raxel.lab import board_scene, facade, load_rig, room
 from raxel.lab.render_set import POSES
 from raxel.lab.rig import Rig

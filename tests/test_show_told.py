@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel import rendering
 from raxel.cameras import PerspectiveCamera
 from raxel.cli.show import _scene
 from raxel.geometry.poses import pose, rotation_from_vector
+from raxel.io import rendering
 from raxel.show.cameras import frustum
 from raxel.show.meshes import HEAD_LENGTH, HEAD_RADIUS, _arrows
 from raxel.show.picture import THEMES, _legend_rows, _written, legend_entries

@@ -31,7 +31,7 @@ def main(words):
         print(os.getpid(), flush=True)
         time.sleep(3600)
     if words[0] == "half":
-        from raxel.files import replacing
+        from raxel.io.files import replacing
 
         with replacing("whole.json") as temporary:
             temporary.write_text("{")

@@ -106,9 +106,9 @@ def add_peers():
 def compile_loops():
     """Let numba compile the library's loops, so that the first build need not."""
     say("compiled loops of the library (half a minute, once)")
-    done = run([str(PYTHON), "-m", "raxel.ahead"])
+    done = run([str(PYTHON), "-m", "raxel.compile_loops"])
     if done.returncode:
-        raise SetUpError(f"`python -m raxel.ahead` failed: {last_line(done)}")
+        raise SetUpError(f"`python -m raxel.compile_loops` failed: {last_line(done)}")
 
 
 def fingerprint(path):

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from chapters.guides.mirror_benchmark.trials import LEVELS, RIGS, SEEDS, entries
-from raxel.files import write_json
+from raxel.io.files import write_json
 from raxel.lab.mirror_set_rig import load_mirror_set_rig
 from raxel.lab.render_mirror_set import render_mirror_set
 from tests.bench.provenance import commit, versions

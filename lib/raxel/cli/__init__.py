@@ -60,7 +60,7 @@ from raxel.cli.parsers import parser
 from raxel.cli.progress import Progress
 from raxel.cli.terminal import Terminal, on_one_line
 from raxel.errors import InputError
-from raxel.files import recording
+from raxel.io.files import recording
 
 
 def main(argv=None):

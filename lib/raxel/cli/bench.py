@@ -1,10 +1,10 @@
 """`raxel bench SET [SET ...] --json F`"""
 
 from raxel.cli.outputs import check_written
-from raxel.documents import shown
 from raxel.errors import InputError
 from raxel.evaluation.detector_bench import bench_detectors, check_bench
-from raxel.files import check_can_be_written, write_json
+from raxel.io.documents import shown
+from raxel.io.files import check_can_be_written, write_json
 from raxel.sets import load_set
 
 HEAD = (

@@ -8,9 +8,9 @@ from raxel.calibration.parametric.lens_board import FEWEST, STRETCH
 from raxel.calibration.views.board_shape import BENDS, TERMS, BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cli.scores import known
-from raxel.documents import shown, validate
 from raxel.errors import InputError
-from raxel.files import read_json
+from raxel.io.documents import shown, validate
+from raxel.io.files import read_json
 
 PER_CENT = 100.0
 SCHEMA = Path(__file__).with_name("board_shape.schema.json")

@@ -23,7 +23,7 @@ from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.stability import stability
 from raxel.evaluation.wrong_corners import without_wrong_corners
-from raxel.files import check_can_be_written, together, write_json
+from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_report
 from raxel.sets import load_set
 from raxel.sets.words import words_of

@@ -6,7 +6,7 @@ from raxel.cli.boards import detected, detector_name
 from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.features.boards import write_boards
-from raxel.files import check_can_be_written
+from raxel.io.files import check_can_be_written
 from raxel.sets import load_set
 
 

@@ -8,7 +8,7 @@ from raxel.cli.warnings import of_handedness, of_swapped_sides, print_warnings
 from raxel.errors import InputError
 from raxel.features.active_grid.view import decode_view
 from raxel.features.grids import SUMMARY, write_points
-from raxel.files import write_json
+from raxel.io.files import write_json
 from raxel.report.active_grid import decoded_picture
 from raxel.report.canvas import encoded
 from raxel.sets import load_set

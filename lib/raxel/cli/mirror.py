@@ -17,7 +17,7 @@ from raxel.evaluation.mirror_benchmark import scored_pixels
 from raxel.evaluation.mirror_errors import predicted_errors, viewers_aside
 from raxel.evaluation.mirror_result import sampled_result, write_mirror_result
 from raxel.features.boards import detect_boards
-from raxel.files import check_can_be_written, together, write_json
+from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_mirror_report
 from raxel.sets import ImageSet, load_mirror_set
 

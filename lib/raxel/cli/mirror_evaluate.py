@@ -15,7 +15,7 @@ from raxel.errors import InputError
 from raxel.evaluation.back_projection import back_projection
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.features.boards import detect_boards
-from raxel.files import check_can_be_written, write_json
+from raxel.io.files import check_can_be_written, write_json
 from raxel.sets import load_mirror_set
 
 STAGE_OF_NAME = re.compile(r"-(\d{1,4})$")

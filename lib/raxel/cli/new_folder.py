@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from raxel.errors import InputError
-from raxel.files import check_can_be_written
+from raxel.io.files import check_can_be_written
 
 
 @contextlib.contextmanager

@@ -8,7 +8,7 @@ from raxel.cli.scores import percent
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_camera, score_corners, score_points
 from raxel.features.boards import read_boards
-from raxel.files import check_can_be_written, write_json
+from raxel.io.files import check_can_be_written, write_json
 from raxel.sets import load_set
 
 

@@ -3,7 +3,7 @@
 from raxel.cli.mirror import check_mirror_written
 from raxel.cli.scores import percent
 from raxel.evaluation.mirror_benchmark import score_mirror_file
-from raxel.files import check_can_be_written, write_json
+from raxel.io.files import check_can_be_written, write_json
 from raxel.sets import load_mirror_set
 
 

@@ -10,8 +10,8 @@ from raxel.cameras.io import load_camera
 from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
-from raxel.files import check_can_be_written, replacing
-from raxel.rendering import need_packages, need_rendering
+from raxel.io.files import check_can_be_written, replacing
+from raxel.io.rendering import need_packages, need_rendering
 from raxel.sets import is_mirror_set, load_set
 
 FORMS = (".html", ".png")

@@ -13,7 +13,7 @@ from raxel.cli.outputs import check_written
 from raxel.cli.straight import straightener
 from raxel.cli.terminal import on_one_line
 from raxel.errors import InputError
-from raxel.files import check_can_be_written, move_into
+from raxel.io.files import check_can_be_written, move_into
 from raxel.sets import load_set, read_colour
 
 LEAST_SHARE = 0.5  # of the pixels: below it, the picture is mostly black

@@ -30,10 +30,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.archives import Archive
-from raxel.documents import one_line
 from raxel.errors import InputError
-from raxel.files import replacing
+from raxel.io.archives import Archive
+from raxel.io.documents import one_line
+from raxel.io.files import replacing
 
 VERSION, UNIT, FRAME = 1, "mm", "viewer"
 WHAT = "result file of a mirror set"

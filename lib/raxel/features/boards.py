@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.documents import one_line, shown
 from raxel.errors import InputError
 from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, DETECTORS
 from raxel.features.charuco import find_charuco
 from raxel.features.detector import Detection, refused
 from raxel.features.lattice import order_of_clicks
 from raxel.features.markers import looks_like, markers_seen, with_markers_named
-from raxel.files import read_json, write_json
+from raxel.io.documents import one_line, shown
+from raxel.io.files import read_json, write_json
 from raxel.sets.image_files import read_image
 from raxel.sets.model import Charuco, Chessboard, View
 from raxel.sets.uncertainty import plain_sd, sd_from_plain

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.archives import Archive
-from raxel.documents import shown
 from raxel.errors import InputError
 from raxel.features.active_grid.view import check_active_grid, decode_view
-from raxel.files import read_json
+from raxel.io.archives import Archive
+from raxel.io.documents import shown
+from raxel.io.files import read_json
 from raxel.sets.model import View
 
 SUMMARY = "decoded.json"

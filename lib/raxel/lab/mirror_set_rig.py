@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from raxel.cameras.mirrors.flexible import FlexibleMirrorCamera
-from raxel.documents import read_yaml, validate
 from raxel.errors import InputError, did_you_mean
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
+from raxel.io.documents import read_yaml, validate
 from raxel.lab.platter_views import PlatterRing
 from raxel.lab.rig import Rig, load_rig
 from raxel.lab.target_poses import AroundPoses, Visibility, outline_of

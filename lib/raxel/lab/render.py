@@ -19,10 +19,10 @@ import numba
 import numpy as np
 
 from raxel.errors import InputError
+from raxel.io.machine import physical_memory
 from raxel.lab.footprint import PixelMeans, lattice, numbers_in, tinted
 from raxel.lab.scene import NO_RAY, NOTHING
 from raxel.lab.sight import RAYS_AT_ONCE, Raster, Sight, Viewer
-from raxel.memory import physical_memory
 
 # Peak of memory for one pixel: the picture and what is kept beside it.
 BYTES_RENDERED, BYTES_TRACED = 16, 96

@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 
 from raxel.errors import InputError
-from raxel.files import check_can_be_written, write_json, write_whole
+from raxel.io.files import check_can_be_written, write_json, write_whole
 from raxel.lab.board_photograph import photograph_board
 from raxel.lab.platter_views import camera_in_platter, photograph_plate
 from raxel.lab.render_set import TRUTH, render_set, write_picture

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.files import check_can_be_written, write_json
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
+from raxel.io.files import check_can_be_written, write_json
 from raxel.lab.board_photograph import photograph_board
 from raxel.lab.monitor_views import (
     photograph_chessboard,

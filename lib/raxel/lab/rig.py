@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from raxel.cameras.core.base import Camera
-from raxel.documents import read_yaml, validate
 from raxel.errors import InputError
+from raxel.io.documents import read_yaml, validate
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.laboratory import Laboratory
 from raxel.lab.lens_shift import ShiftedLens

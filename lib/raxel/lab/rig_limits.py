@@ -7,7 +7,7 @@ or of the target, before anything is computed with it.
 import math
 
 from raxel.errors import InputError
-from raxel.memory import physical_memory
+from raxel.io.machine import physical_memory
 
 # Peak memory of one pixel on its way through lens and sensor, per channel.
 BYTES_PER_PIXEL = 150

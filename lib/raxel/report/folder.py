@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 
 from raxel.errors import InputError
-from raxel.files import check_can_be_written
+from raxel.io.files import check_can_be_written
 
 PAGE = "index.html"
 MARK = '<meta name="generator" content="raxel calibrate">'

@@ -4,7 +4,7 @@ from pathlib import PureWindowsPath
 
 import numpy as np
 
-from raxel.documents import shown
+from raxel.io.documents import shown
 from raxel.sets.model import ActiveGrid, Charuco, Chessboard
 from raxel.sets.pattern_faults import pattern_faults
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.reading import check_size
+from raxel.io.files import check_size
 from raxel.sets import bmp, tiff
 from raxel.sets.decoder_words import pixels_were_lost, words_of_decoders
 from raxel.sets.model import View

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import yaml
 
-from raxel.documents import field_name, read_yaml, validate
 from raxel.errors import InputError
-from raxel.files import write_whole
+from raxel.io.documents import field_name, read_yaml, validate
+from raxel.io.files import write_whole
 from raxel.sets.faults import faults
 from raxel.sets.model import (
     DESCRIPTION,

@@ -9,8 +9,8 @@ mirror before and after each deflection (thesis 5.2).
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 
-from raxel.documents import field_name, read_yaml, validate
 from raxel.errors import InputError
+from raxel.io.documents import field_name, read_yaml, validate
 from raxel.sets.image_set import load_set
 from raxel.sets.model import ActiveGrid, ImageSet
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from raxel.documents import one_line
 from raxel.errors import InputError
-from raxel.files import read_json
+from raxel.io.documents import one_line
+from raxel.io.files import read_json
 from raxel.sets.uncertainty import sd_from_plain
 
 

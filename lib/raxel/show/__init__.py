@@ -5,7 +5,7 @@ Ready-made scenes: `camera_scene` here, `rigs.rig_scene`, `sets.set_scene` and
 `surroundings.surroundings_scene`.
 """
 
-from raxel.rendering import RenderingError, available
+from raxel.io.rendering import RenderingError, available
 from raxel.show.boards import board, plate, polygon
 from raxel.show.cameras import (
     axes,

@@ -16,7 +16,7 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
 
-from raxel.rendering import need_packages
+from raxel.io.rendering import need_packages
 from raxel.show.meshes import drawn_parts
 from raxel.show.picture import THEMES, add_drawn, aim, legend_entries
 from raxel.show.scene import Labels, SceneError

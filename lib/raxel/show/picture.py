@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.rendering import need_rendering
+from raxel.io.rendering import need_rendering
 from raxel.show.meshes import drawn_parts
 from raxel.show.scene import Labels, Points, Surface
 from raxel.show.view import INK, NOMINAL_PX, VIEW_ANGLE_DEG, projected, view_angle_deg

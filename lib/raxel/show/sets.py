@@ -8,7 +8,7 @@ from raxel.cameras.io import load_camera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.features.boards import check_chessboard, detect_boards
-from raxel.files import read_json
+from raxel.io.files import read_json
 from raxel.sets.model import ActiveGrid, Chessboard
 from raxel.show.rigs import posed_targets
 

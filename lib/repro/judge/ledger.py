@@ -12,8 +12,8 @@ from functools import cache
 from itertools import chain
 from pathlib import Path
 
-from raxel import documents
 from raxel.errors import InputError
+from raxel.io import documents
 from repro.judge.schema import faults, hint
 
 FOLDER = Path("data/published")

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from raxel import documents
 from raxel.errors import did_you_mean
+from raxel.io import documents
 
 FOLDER = Path(__file__).parent / "schemas"
 
 
 def faults(content: object, schema: str, name: str) -> list[str]:
-    """As `raxel.documents.faults`; ``schema`` is a name in `lib/repro/judge/schemas`.
+    """As `raxel.io.documents.faults`; ``schema`` names a file in `judge/schemas`.
 
     ``name`` is the file's name, for the lines.
     """

@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from raxel.files import write_json
+from raxel.io.files import write_json
 
 
 class Kept:

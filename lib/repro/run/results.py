@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel import files
+from raxel.io import files
 from repro.judge.statistics import median_interval
 from repro.run.outcomes import Plan
 
@@ -23,14 +23,14 @@ WRITTEN: list[Path] = []
 
 
 def write_atomic(path: Path, content: str | bytes) -> None:
-    """As `raxel.files.write_whole`, in a folder that is made where it is missing."""
+    """As `raxel.io.files.write_whole`, in a folder that is made where it is missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     files.write_whole(path, content)
     WRITTEN.append(path)
 
 
 def write_json(path: Path, content: object) -> None:
-    """As `raxel.files.write_json`, in a folder that is made where it is missing."""
+    """As `raxel.io.files.write_json`, in a folder that is made where it is missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     files.write_json(path, content)
     WRITTEN.append(path)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from raxel.documents import read_yaml
 from raxel.errors import InputError
+from raxel.io.documents import read_yaml
 from raxel.sets import ImageSet, load_mirror_set, load_set
 from raxel.sets.mirror_set import is_mirror_set
 from repro.run.discover import MIRROR

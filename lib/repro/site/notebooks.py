@@ -11,7 +11,7 @@ from pathlib import Path
 import nbformat
 from nbformat.v4 import new_code_cell
 
-from raxel.files import write_json, write_whole
+from raxel.io.files import write_json, write_whole
 from repro.site import first_cell
 
 WRITTEN = ".written.json"

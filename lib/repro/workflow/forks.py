@@ -61,7 +61,7 @@ WARMER = (
     "trame_vtk.modules.vtk.serializers", "wslink.backends.aiohttp", "wslink.protocol",
 )  # fmt: skip
 VALIDATING = (("nbformat.v4", "new_markdown_cell"),)
-COMPUTING = ("repro.page.style", "draw_ahead"), ("raxel.ahead", "compile_ahead")
+COMPUTING = ("repro.page.style", "draw_ahead"), ("raxel.compile_loops", "compile_loops")
 """Module and function of what is run once for all jobs: for pages, a schema becomes
 code; for figures and experiments, fonts and compiled loops are loaded."""
 READING = ("judge", "notebooks", "page", "result", "scoreboard", "site", "table")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 
-from raxel.rendering import available
+from raxel.io.rendering import available
 from repro.run import discover
 from repro.run.jobs import CODE
 from repro.workflow.work import Work

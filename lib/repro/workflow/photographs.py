@@ -14,7 +14,7 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-from raxel.files import write_whole
+from raxel.io.files import write_whole
 
 PACKAGE = "mvtb-data==1.6.1"
 WHEEL_SHA256 = "0ca9c30e100fa272421068a167ea6529085ff8f4afdca72e5fad681c52cabdbf"

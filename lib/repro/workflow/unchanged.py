@@ -13,8 +13,8 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from raxel.files import write_json
-from raxel.rendering import available
+from raxel.io.files import write_json
+from raxel.io.rendering import available
 from repro.run.rendered import FOLDER, TIMES
 from repro.workflow.work import Work
 

@@ -12,7 +12,7 @@ from time import process_time
 
 import numpy as np
 
-from raxel.files import read_json, write_json
+from raxel.io.files import read_json, write_json
 from tests.bench import stated
 from tests.bench.provenance import commit, versions
 

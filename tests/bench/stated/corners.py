@@ -18,7 +18,7 @@ import numpy as np
 from raxel.evaluation.reference_corners import corner_errors, is_right
 from raxel.features import find_board
 from raxel.features.lattice import orders, symmetries
-from raxel.files import read_json
+from raxel.io.files import read_json
 from raxel.sets import load_reference, load_set, read_image
 from tests.bench.stated._drawn import (
     Board,

@@ -17,7 +17,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import
     scores,
 )
 from chapters.shared.rigs import rig_named
-from raxel.files import read_json
+from raxel.io.files import read_json
 from raxel.lab.monitor_views import photograph_chessboard, points_seen
 from raxel.sets.patterns import CHESSBOARD, plan_of_cells
 

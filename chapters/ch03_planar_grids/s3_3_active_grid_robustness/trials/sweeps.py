@@ -10,12 +10,12 @@ from chapters.shared.rigs import rig_named
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.lookup import pixels_of, points_at
 from raxel.features.localise import derivative, saddle_point
-from raxel.files import read_json
 from raxel.geometry.homography import (
     apply_homography,
     homography_dlt,
     refine_homography,
 )
+from raxel.io.files import read_json
 from raxel.lab.monitor_views import photograph_patterns
 from raxel.lab.sensor import bloom
 from raxel.sets import load_set, read_image

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.cameras.core.storage import write_camera
-from raxel.documents import one_line
 from raxel.errors import InputError
+from raxel.io.documents import one_line
 
 # Pixels and millimetres beyond this have no ray and no pixel: their squares and the
 # products of these must not overflow.

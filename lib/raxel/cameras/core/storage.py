@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from raxel.archives import Archive
 from raxel.errors import InputError
-from raxel.files import replacing
+from raxel.io.archives import Archive
+from raxel.io.files import replacing
 
 # A camera has some hundred parameters at most; only tables of the image have more.
 MAX_NUMBERS = 4096

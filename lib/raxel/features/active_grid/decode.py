@@ -49,7 +49,7 @@ from raxel.features.active_grid.response import UNTOLD, Response, measured_respo
 from raxel.features.active_grid.rim import leave_out_breaks, trim_rim, trim_sides
 from raxel.features.active_grid.stack import PictureStack
 from raxel.features.active_grid.undoing import ripples_of
-from raxel.processors import processors
+from raxel.io.machine import processors
 
 ROWS_AT_ONCE = 128
 MARGIN_PX = 6  # at least, and where the blur cannot be measured

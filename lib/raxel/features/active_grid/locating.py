@@ -14,7 +14,7 @@ from raxel.errors import InputError
 from raxel.features.active_grid.coding import plan_arrays, read_coding
 from raxel.features.active_grid.phases import turns
 from raxel.features.active_grid.stack import checked_pictures
-from raxel.processors import processors
+from raxel.io.machine import processors
 
 PIECE = 32768  # px whose intermediate values stay near the processor
 _ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)

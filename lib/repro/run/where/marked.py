@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 
-from raxel.documents import parse_yaml, read_text
+from raxel.io.documents import parse_yaml, read_text
 from repro.judge.ledger import FOLDER
 from repro.run.discover import MARKS, PAGE_FILE, Producer, marked_in, page_id
 from repro.run.names import Sources

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.documents import one_line
 from raxel.errors import InputError
-from raxel.memory import physical_memory
-from raxel.reading import file_size
+from raxel.io.documents import one_line
+from raxel.io.files import file_size
+from raxel.io.machine import physical_memory
 
 ENCRYPTED = 0x1
 # Deflate makes at most 1032 bytes of one.

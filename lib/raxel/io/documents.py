@@ -13,7 +13,7 @@ from typing import ClassVar
 import yaml
 
 from raxel.errors import InputError, did_you_mean
-from raxel.reading import file_size
+from raxel.io.files import file_size
 
 SHOWN_CHARACTERS = 60
 MOST_VALUES = 1_000_000

@@ -1,4 +1,4 @@
-"""Compiles the library's loops ahead: `python -m raxel.ahead`.
+"""Compiles the library's loops ahead: `python -m raxel.compile_loops`.
 
 numba compiles a loop when it first runs, and keeps the machine code beside the module.
 That takes half a minute in all, once; a program that starts many short processes has it
@@ -56,7 +56,7 @@ DISTANCE_MM = 110.0
 MONITOR_PX = 96, 64  # enough to look for what a response does
 
 
-def compile_ahead():
+def compile_loops():
     """Find a photographed board, decode a grid and lay it out: every loop has run.
 
     Returns the corners (35, 2) that were found, px.
@@ -137,8 +137,8 @@ def _look_up_rays():
 
 
 def main(words=()):
-    """Run `compile_ahead`; return the exit status."""
-    compile_ahead()
+    """Run `compile_loops`; return the exit status."""
+    compile_loops()
     return 0
 
 

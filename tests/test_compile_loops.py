@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
-from raxel.ahead import BOARD, CAMERA, DISTANCE_MM, compile_ahead
+from raxel.compile_loops import BOARD, CAMERA, DISTANCE_MM, compile_loops
 from raxel.features import find_board
 from raxel.features.celect import celect
 from raxel.geometry import on_plane
@@ -15,7 +15,7 @@ from raxel.geometry import on_plane
 def test_it_finds_the_board_that_it_photographs():
     points = on_plane(BOARD.points() - BOARD.points().mean(axis=0))
     true = CAMERA.project(points + [0, 0, DISTANCE_MM]).pixels
-    found = compile_ahead()
+    found = compile_loops()
     nearest = np.linalg.norm(true[:, None] - found, axis=2).min(axis=1)
     assert nearest.max() < 0.3
 
@@ -32,7 +32,7 @@ def compiled():
 
 
 def test_a_larger_board_compiles_nothing_more():
-    compile_ahead()
+    compile_loops()
     before = compiled()
     assert sum(before.values()) > 10
     squares = np.kron(np.indices((9, 11)).sum(axis=0) % 2, np.ones((40, 40)))

@@ -1,22 +1,53 @@
-"""Results on disk are whole or absent: written beside their place, then moved."""
+"""Files: checked before they are read; results are whole or absent."""
 
 import contextlib
 import json
 import os
 import reprlib
+import stat
 import tempfile
 from collections import Counter
 from contextvars import ContextVar
 from pathlib import Path
 
 from raxel.errors import InputError
-from raxel.reading import check_size
 
 # Characters of the name and of the suffix in a temporary name, at most 4 bytes each.
 LONGEST_IN_NAMES = 24
 # Corners of a thousand photographs are 30 MB. Read, a text takes ten times as much.
 MOST_JSON_BYTES = 100_000_000
 _record = ContextVar("_record", default=None)
+
+
+def file_size(path, what="file"):
+    """Bytes of the regular file at `path`; `what` is its name in messages.
+
+    Raises InputError for one that is missing, may not be read, or is a folder, a pipe
+    or a device: to open a pipe may take for ever, and a device may have no end.
+    """
+    try:
+        status = os.stat(path)
+    except FileNotFoundError as fault:
+        raise InputError(f"{path}: no such {what}; check the name") from fault
+    except (OSError, ValueError) as fault:
+        told = getattr(fault, "strerror", None) or fault
+        raise InputError(f"{path}: cannot be read ({told})") from fault
+    if not stat.S_ISREG(status.st_mode):
+        found = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or a device"
+        raise InputError(f"{path}: not a {what}: found {found}; give a plain file")
+    if not os.access(path, os.R_OK):
+        raise InputError(f"{path}: cannot be read (Permission denied)")
+    return status.st_size
+
+
+def check_size(path, most, what="file"):
+    """Raise InputError for a file of more than `most` bytes, and as `file_size`."""
+    size = file_size(path, what)
+    if size > most:
+        raise InputError(
+            f"{path}: found {size / 1e6:.4g} MB, more than is read; is it the right "
+            f"{what}? Give {most / 1e6:g} MB at most"
+        )
 
 
 @contextlib.contextmanager

@@ -1,0 +1,1 @@
+"""Reading and writing: documents, archives of arrays, result files; this machine."""
