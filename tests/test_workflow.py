@@ -120,7 +120,8 @@ def small_checkout(root: Path) -> Path:
     """
     ignored = shutil.ignore_patterns("*.egg-info")
     shutil.copytree(ROOT / "lib", root / "lib", ignore=ignored)
-    (root / "lib" / "raxel" / "compile_loops.py").write_text("def compile_loops(): ...\n")
+    loops = root / "lib" / "raxel" / "compile_loops.py"
+    loops.write_text("def compile_loops(): ...\n")
     shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
     single = (
         "Snakefile",
