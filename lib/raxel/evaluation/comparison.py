@@ -46,12 +46,13 @@ class ModelComparison(NamedTuple):
         smallest. Raises CalibrationError if no model is left.
         """
         if not self.own:
-            raise CalibrationError("; ".join(self.refused.values()))
+            raise CalibrationError("; ".join(self.refused.values()), code="no-camera")
         errors = {m: self.errors_px[m] for m, e in self.own.items() if e.n_scored}
         if not errors:
             raise CalibrationError(
                 "cross-validation: no model answers for six points of a view that was"
-                " kept out; take more views that share areas of the image"
+                " kept out; take more views that share areas of the image",
+                code="no-overlap",
             )
         if len(errors) == 1:
             alone = len(self.own) == 1

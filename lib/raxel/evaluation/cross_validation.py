@@ -111,7 +111,7 @@ def cross_validate(model_builder, views, folds):
             scores.append(score._replace(fold=fold))
     if not scores:
         raise CalibrationError(
-            f"cross-validation: no part gave a camera: {left_out[0]}"
+            f"cross-validation: no part gave a camera: {left_out[0]}", code="no-camera"
         )
     return _summary(scores, left_out)
 

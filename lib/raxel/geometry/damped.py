@@ -22,7 +22,9 @@ def descend(evaluate, move, state, *, iterations, tolerance, rounding=0.0):
     """
     cost, equations = evaluate(state)
     if not np.isfinite(cost):
-        raise CalibrationError("least squares: the points or poses are not finite")
+        raise CalibrationError(
+            "least squares: the points or poses are not finite", code="not-finite"
+        )
     costs, system = [cost], None
     damping = FIRST_DAMPING
     converged = cost <= rounding

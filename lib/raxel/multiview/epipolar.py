@@ -61,7 +61,8 @@ def essential_matrix(directions_1, directions_2):
     if not values[7] > OPEN * values[0]:
         raise CalibrationError(
             "epipolar geometry: the rays leave the motion open; their points lie on a"
-            " plane or are repeated, or the camera only turned"
+            " plane or are repeated, or the camera only turned",
+            code="degenerate-points",
         )
     E = to_2.T @ Vt[8].reshape(3, 3) @ to_1
     return _projected(E), float(values[7] / max(values[8], 1e-300))
@@ -260,15 +261,18 @@ def _checked(directions_1, directions_2, fewest=FEWEST):
     if d_1.ndim != 2 or d_1.shape[1] != 3 or d_1.shape != d_2.shape:
         raise CalibrationError(
             f"epipolar geometry: found directions {d_1.shape} and {d_2.shape}; give two"
-            " equal arrays (N, 3)"
+            " equal arrays (N, 3)",
+            code="shape",
         )
     if len(d_1) < fewest:
         raise CalibrationError(
-            f"epipolar geometry: {len(d_1)} pairs of rays; {fewest} or more are needed"
+            f"epipolar geometry: {len(d_1)} pairs of rays; {fewest} or more are needed",
+            code="too-few-rays",
         )
     bad = np.count_nonzero(~np.isfinite(d_1 + d_2).all(axis=1))
     if bad:
         raise CalibrationError(
-            f"epipolar geometry: {bad} of {len(d_1)} pairs are not finite; remove them"
+            f"epipolar geometry: {bad} of {len(d_1)} pairs are not finite; remove them",
+            code="not-finite",
         )
     return d_1, d_2

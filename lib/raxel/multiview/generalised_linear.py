@@ -72,7 +72,8 @@ def linear_motions(pairs, length=None):
     if not found:
         raise CalibrationError(
             "motion: the pairs leave it open to a linear solution; their points lie on"
-            " a plane or are repeated, or the camera did not move"
+            " a plane or are repeated, or the camera did not move",
+            code="degenerate-points",
         ) from refusal
     return found
 
@@ -104,7 +105,8 @@ def _seventeen(pairs):
     if count < FEWEST_LINEAR or not pairs.spread:
         raise CalibrationError(
             f"motion: {count} pairs of rays; {FEWEST_LINEAR} or more that do not pass"
-            " through one point are needed"
+            " through one point are needed",
+            code="too-few-rays",
         )
     W_1, W_2 = (_whitening(rays.directions) for rays in (pairs.rays_1, pairs.rays_2))
     origin = _on_axis(pairs)
@@ -120,7 +122,10 @@ def _seventeen(pairs):
     values, Vt = np.linalg.svd(rest)[1:]
     # Of few pairs, repeated, nothing but rounding is left.
     if not values[7] > OPEN * np.linalg.norm(A_E):
-        raise CalibrationError("motion: the generalised system has no single solution")
+        raise CalibrationError(
+            "motion: the generalised system has no single solution",
+            code="degenerate-points",
+        )
     E = W_2.T @ Vt[8].reshape(3, 3) @ W_1
     return E, values[7] / max(values[8], 1e-300)
 

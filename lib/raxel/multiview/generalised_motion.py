@@ -110,7 +110,8 @@ def adjusted(pairs, inliers, R, u, length=None, margin=np.nan, most=50):
     if np.count_nonzero(inliers) < FEWEST:
         raise CalibrationError(
             f"motion: {np.count_nonzero(inliers)} right pairs of {len(inliers)};"
-            f" {FEWEST} or more are needed"
+            f" {FEWEST} or more are needed",
+            code="too-few-rays",
         )
     if length is not None:
         u = to_length(u, length)
@@ -166,10 +167,13 @@ def need_length(pairs, length):
     if length is None and not pairs.spread:
         raise CalibrationError(
             "motion: all rays pass through one point, so nothing tells how long the"
-            " motion is; give its length, or use raxel.multiview.epipolar"
+            " motion is; give its length, or use raxel.multiview.epipolar",
+            code="no-scale",
         )
     if length is not None and not (np.isfinite(length) and length > 0):
-        raise CalibrationError(f"motion: found length {length}; give one above 0 mm")
+        raise CalibrationError(
+            f"motion: found length {length}; give one above 0 mm", code="length"
+        )
 
 
 def to_length(u, length):

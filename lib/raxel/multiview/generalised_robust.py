@@ -72,7 +72,8 @@ def generalised_pose_ransac(
     if best is None:
         raise CalibrationError(
             "motion: no sample of pairs agrees with any motion; the matches are wrong,"
-            " or the threshold is too small"
+            " or the threshold is too small",
+            code="too-many-outliers",
         )
     right = _need_right(errors(best[None])[0] < threshold**2)
     _refuse_chance(best, turning, right, threshold, most_trials)
@@ -156,7 +157,8 @@ def _refuse_chance(best, turning, right, threshold, most_trials):
     if samples * as_good > 1:
         raise CalibrationError(
             f"motion: {some} of {count} pairs agree with one, as many as would by "
-            "chance; the matches are wrong, or the threshold is too large"
+            "chance; the matches are wrong, or the threshold is too large",
+            code="too-many-outliers",
         )
 
 
@@ -168,7 +170,8 @@ def _refuse_turn(turning, right, threshold):
     if np.all(off < threshold * np.hypot(own.sd_1, own.sd_2)):
         raise CalibrationError(
             f"motion: a rotation alone explains all {np.count_nonzero(right)} right"
-            " pairs to within the threshold; the baseline is too short for this noise"
+            " pairs to within the threshold; the baseline is too short for this noise",
+            code="no-translation",
         )
 
 
@@ -176,7 +179,8 @@ def _need_right(right):
     if np.count_nonzero(right) < SAMPLE:
         raise CalibrationError(
             f"motion: {np.count_nonzero(right)} of {len(right)} pairs agree with any"
-            f" motion found; {SAMPLE} or more are needed"
+            f" motion found; {SAMPLE} or more are needed",
+            code="too-many-outliers",
         )
     return right
 

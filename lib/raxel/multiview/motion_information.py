@@ -94,7 +94,8 @@ def motion_information(T_2_1, rays_1, rays_2, *, about=None):
     if not np.linalg.norm(u) > ONE_POINT * np.abs(pairs.rays_1.origins).max():
         raise CalibrationError(
             "motion: the rays' centre does not move, so that no direction or length of"
-            " it can be told; give another centre with about="
+            " it can be told; give another centre with about=",
+            code="no-translation",
         )
     J = gap_system(R, u, pairs)[1]
     D = polar_steps(u)

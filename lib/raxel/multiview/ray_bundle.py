@@ -119,7 +119,8 @@ def bundle_rays(views, T_view_world, *, points=None, held=None, stated=True, mos
     if held is None and np.mean(state.h[:, 3] <= 0) > MANY:
         raise CalibrationError(
             "bundle: the rays do not tell the scale, which grew beyond all bounds; name"
-            " a view whose distance from the first is held"
+            " a view whose distance from the first is held",
+            code="no-scale",
         )
     return _described(problem, state, costs, converged, used, spread, stated)
 
@@ -258,7 +259,8 @@ def _start(views, T, points, centre):
     if min(counts) < FEWEST:
         raise CalibrationError(
             f"bundle: view {int(np.argmin(counts))} sees {min(counts)} points that"
-            f" another one sees as well; {FEWEST} or more are needed"
+            f" another one sees as well; {FEWEST} or more are needed",
+            code="too-few-points",
         )
     middle = middle[used]
     reach = np.linalg.norm(middle[np.isfinite(middle[:, 0])], axis=1)
@@ -288,12 +290,14 @@ def _check_shapes(count, T, held):
     if count < 2 or T.shape != (count, 4, 4):
         raise CalibrationError(
             f"bundle: {count} views and poses {T.shape}; give two or more views and a"
-            " pose (4, 4) for each"
+            " pose (4, 4) for each",
+            code="shape",
         )
     whole = isinstance(held, (int, np.integer)) and not isinstance(held, bool)
     if held is not None and not (whole and 0 < held < count):
         raise CalibrationError(
-            f"bundle: view {held} is to be held; give one from 1 to {count - 1}"
+            f"bundle: view {held} is to be held; give one from 1 to {count - 1}",
+            code="held-view",
         )
 
 
@@ -304,10 +308,12 @@ def _check_scale(T, centre, spread, held):
         if not apart > ONE_POINT * (np.abs(centre).max() + np.abs(T[:, :3, 3]).max()):
             raise CalibrationError(
                 f"bundle: view {held} is to be held where the first is; give a start "
-                "that is apart from it"
+                "that is apart from it",
+                code="held-view",
             )
     if held is None and not spread:
         raise CalibrationError(
             "bundle: all rays pass through one point, so nothing tells the scale; name"
-            " a view whose distance from the first is held"
+            " a view whose distance from the first is held",
+            code="no-scale",
         )

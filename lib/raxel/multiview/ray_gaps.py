@@ -68,17 +68,21 @@ def matched_rays(rays_1, rays_2, *, about=None, fewest=FEWEST):
     count = len(rays_1.origins)
     if count != len(rays_2.origins):
         raise CalibrationError(
-            f"motion: {count} rays and {len(rays_2.origins)} rays; give as many of both"
+            f"motion: {count} rays and {len(rays_2.origins)} rays; give as many of"
+            " both",
+            code="shape",
         )
     if count < fewest:
         raise CalibrationError(
-            f"motion: {count} pairs of rays; {fewest} or more are needed"
+            f"motion: {count} pairs of rays; {fewest} or more are needed",
+            code="too-few-rays",
         )
     different = _different(rays_1, rays_2)
     if different < min(count, fewest + 1):
         raise CalibrationError(
             f"motion: only {different} of {count} pairs of rays differ, the others are "
-            f"repeated; more than {fewest} different ones are needed"
+            f"repeated; more than {fewest} different ones are needed",
+            code="degenerate-points",
         )
     o, d = (
         np.concatenate([getattr(rays, name) for rays in (rays_1, rays_2)])
@@ -104,7 +108,8 @@ def checked_motion(T_2_1):
     T = np.asarray(T_2_1, float)
     if T.shape != (4, 4) or not are_rotations(T[:3, :3]):
         raise CalibrationError(
-            f"motion: the start {T.shape} is none; give (4, 4), a rotation and a shift"
+            f"motion: the start {T.shape} is none; give (4, 4), a rotation and a shift",
+            code="shape",
         )
     return T
 

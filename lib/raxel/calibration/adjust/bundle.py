@@ -209,7 +209,8 @@ def check_shared(seen):
     shared = seen & (np.sum(seen, axis=0) >= 2)
     for k in np.flatnonzero(np.sum(shared, axis=1) < 3):
         raise CalibrationError(
-            f"bundle adjustment: grid {k} shares fewer than three rays with the others"
+            f"bundle adjustment: grid {k} shares fewer than three rays with the others",
+            code="too-few-rays",
         )
 
 

@@ -159,12 +159,15 @@ def _checked(points, seen, T, loss):
         )
     if len(points) < 3:
         raise CalibrationError(
-            f"adjustment: grids: {len(points)}; three or more determine a centre"
+            f"adjustment: grids: {len(points)}; three or more determine a centre",
+            code="too-few-grids",
         )
     finite = np.isfinite(points).all(axis=2)
     seen = finite if seen is None else np.asarray(seen, bool)
     if seen.shape != finite.shape or not finite[seen].all():
-        raise CalibrationError("adjustment: not all points that are seen are finite")
+        raise CalibrationError(
+            "adjustment: not all points that are seen are finite", code="not-finite"
+        )
     return points, seen
 
 
@@ -176,7 +179,8 @@ def _degrees_of_freedom(whitening):
     freedom = 2 * int(number[shared].sum() - shared.sum()) - 6 * len(whitening) + 3
     if freedom <= 0:
         raise CalibrationError(
-            f"adjustment: {shared.sum()} rays see two grids or more; more are needed"
+            f"adjustment: {shared.sum()} rays see two grids or more; more are needed",
+            code="too-few-rays",
         )
     return freedom
 
@@ -201,7 +205,9 @@ def _descend(rays, centre, T, bends, freedom, close_enough, iterations):
     """Levenberg-Marquardt until a step is short, in standard deviations."""
     now = normal_equations(rays, centre, T, bends, settle=2)
     if not np.isfinite(now.cost):
-        raise CalibrationError("adjustment: the start has points behind the centre")
+        raise CalibrationError(
+            "adjustment: the start has points behind the centre", code="behind-centre"
+        )
     damping, passes = FIRST_DAMPING, 1
     while passes <= iterations:
         step = damped_step(now.normal, now.gradient, damping)
@@ -259,6 +265,7 @@ def _inverse(normal):
     if not sizes[0] > SINGULAR * sizes[-1]:
         raise CalibrationError(
             "adjustment: the grids do not determine the centre; they are parallel, or"
-            " too few rays are common to them"
+            " too few rays are common to them",
+            code="parallel-grids",
         )
     return np.outer(unit, unit) * (axes / sizes @ axes.T)

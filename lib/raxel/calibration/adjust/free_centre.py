@@ -117,7 +117,10 @@ def concurrence_system(q, centre, T_base_grid):
     arms = weight[..., None] * (P - middle)
     sizes, axes = np.linalg.eigh(np.einsum("jni,jnk->nik", arms, arms))
     if not np.all(sizes[:, 2] > sizes[:, 1]):
-        raise CalibrationError("line fitting: the points of a ray are in one place")
+        raise CalibrationError(
+            "line fitting: the points of a ray are in one place",
+            code="degenerate-points",
+        )
     along = axes[..., 2]
     reach = np.einsum("ni,ni->n", along, middle)
     distance = middle - reach[:, None] * along

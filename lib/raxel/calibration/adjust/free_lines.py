@@ -88,7 +88,8 @@ def relax_centrality(points, central, *, iterations=50, tolerance=1e-3):
     freedom = int(2 * seen[:, used].sum() - 4 * used.sum()) - moving
     if freedom <= 0:
         raise CalibrationError(
-            f"free lines: {used.sum()} pixels see three grids or more; more are needed"
+            f"free lines: {used.sum()} pixels see three grids or more; more are needed",
+            code="too-few-rays",
         )
     lines = _chosen(points, central, used)
     T, equations, converged = _descend(

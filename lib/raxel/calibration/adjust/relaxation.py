@@ -48,7 +48,9 @@ def relax_poses(
         u = joined(poses)
         costs.append(float(np.sum(residuals_of(q, centre, poses, u) ** 2)))
         if not np.isfinite(costs[-1]):
-            raise CalibrationError("relaxation: the points or poses are not finite")
+            raise CalibrationError(
+                "relaxation: the points or poses are not finite", code="not-finite"
+            )
         if len(costs) > 1 and abs(costs[-2] - costs[-1]) <= tolerance * costs[-1]:
             return BundleResult(poses, u, np.array(costs), True)
         unknowns = pose_vector(_moved_once(looks, seen, centre, poses, u))

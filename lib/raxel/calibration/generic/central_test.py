@@ -91,7 +91,8 @@ def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
     rays = np.flatnonzero(np.count_nonzero(seen, axis=0) >= 3)
     if len(rays) < 10:
         raise CalibrationError(
-            f"central or not: {len(rays)} rays see three grids; ten or more are needed"
+            f"central or not: {len(rays)} rays see three grids; ten or more are needed",
+            code="too-few-rays",
         )
     step = -(-len(rays) // RAYS)
     rays = rays[::step]
@@ -116,7 +117,8 @@ def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
         if len(rays) < least:
             raise CalibrationError(
                 f"central or not: {len(rays)} rays are left without those that gross "
-                "errors are seen in; those unseen would be taken for a distance"
+                "errors are seen in; those unseen would be taken for a distance",
+                code="too-few-rays",
             )
     return _judged(central, lines, alike, sigma is not None)
 

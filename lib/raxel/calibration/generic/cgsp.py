@@ -101,11 +101,13 @@ def _start(samples, side, pinhole, rng):
         try:
             starts.append(_linear(samples, boards, side, pinhole, rng))
         except CalibrationError as error:
-            failures.append(str(error))
+            failures.append(error)
         if len(starts) == BASES:
             break
     if not starts:
-        raise CalibrationError(f"CGSP: no three boards begin: {failures[0]}")
+        raise CalibrationError(
+            f"CGSP: no three boards begin: {failures[0]}", code=failures[0].code
+        )
     return max(starts, key=lambda start: start.linear.margin)
 
 
@@ -118,13 +120,14 @@ def _linear(samples, boards, side, pinhole, rng):
             fits.append(homography_to_base(points, seen, k, "ransac", rng))
             kept.append(k)
         except CalibrationError as error:
-            failures.append(str(error))
+            failures.append(error)
+    if len(kept) < 3 and failures:
+        raise failures[0]
     if len(kept) < 3:
         raise CalibrationError(
-            failures[0]
-            if failures
-            else "no board overlaps two others in the image; take more pictures whose"
-            " boards share an area"
+            "no board overlaps two others in the image; take more images whose boards"
+            " share an area",
+            code="no-overlap",
         )
     solution = solve_homographies(
         points[kept], fits, side=side, pinhole=pinhole, rounds=ROUNDS

@@ -140,7 +140,8 @@ def _checked(points, T_base_grid, seen):
     if not np.any(seen.sum(axis=0) >= 2):
         raise CalibrationError(
             "known motion: no pixel sees two grids; move the grids until they overlap"
-            " in the image"
+            " in the image",
+            code="no-overlap",
         )
     _check_apart(points, poses, seen)
     return points, poses, seen

@@ -120,9 +120,11 @@ def calibrate_compared(boards, *, rng, linear="well conditioned", units="mm", si
         try:
             growths.append(grown(boards.coarse, start, rng))
         except CalibrationError as error:
-            failures.append(str(error))
+            failures.append(error)
     if not growths:
-        raise CalibrationError(f"generic calibration: {failures[0]}")
+        raise CalibrationError(
+            f"generic calibration: {failures[0]}", code=failures[0].code
+        )
     best = max(growths, key=lambda g: (len(g.boards), -g.rms))
     refuse_parallel(best.T_base_grid[:, :3, :3], "generic calibration", needed=3)
     centre = best.start.linear.centre
@@ -149,7 +151,8 @@ def filled_views(views, interpolation):
     if len(views) < 3:
         raise CalibrationError(
             f"generic calibration: boards to calibrate with: {len(views)}; three or"
-            " more overlapping boards at different tilts are needed"
+            " more overlapping boards at different tilts are needed",
+            code="too-few-grids",
         )
     filled = [interpolated_view(view, interpolation) for view in views]
     return zip(*filled, strict=True)
@@ -176,11 +179,14 @@ def _starts(boards, linear, side):
     if not starts and not failures:
         raise CalibrationError(
             "generic calibration: no board overlaps two others in the image; take more"
-            " pictures whose boards share an area"
+            " pictures whose boards share an area",
+            code="no-overlap",
         )
     if not starts:
         reason = max(set(failures), key=lambda text: (failures.count(text), text))
-        raise CalibrationError(f"generic calibration: no three boards begin: {reason}")
+        raise CalibrationError(
+            f"generic calibration: no three boards begin: {reason}", code="no-start"
+        )
     return sorted(starts, key=lambda start: -start.linear.margin)
 
 

@@ -81,7 +81,8 @@ def solve_coefficients(points_1, points_k, weights=None):
     """
     if len(points_1) < 6:
         raise CalibrationError(
-            f"linear stage: {len(points_1)} rays see both grids; at least 6 are needed"
+            f"linear stage: {len(points_1)} rays see both grids; at least 6 are needed",
+            code="too-few-rays",
         )
     products = bilinear_products(points_1, points_k)
     if weights is not None:
@@ -98,7 +99,8 @@ def _null_vector(products, terms):
     if not singular[4] > 1e-13 * singular[0]:
         raise CalibrationError(
             "linear stage: the points common to two grids lie on a line;"
-            " use boards that share an area of the image"
+            " use boards that share an area of the image",
+            code="degenerate-points",
         )
     vector = np.zeros(9)
     vector[terms] = right[5]

@@ -77,7 +77,8 @@ def linear_cgsp(
     points = floating(points)
     if len(points) < 3:
         raise CalibrationError(
-            f"linear stage: {len(points)} grids given; three or more are needed"
+            f"linear stage: {len(points)} grids given; three or more are needed",
+            code="too-few-grids",
         )
     if robust is not None and rng is None:
         raise ValueError("robust: needs rng, a numpy Generator")
@@ -107,7 +108,8 @@ def homography_to_base(
     if len(common) < MIN_RAYS:
         raise CalibrationError(
             f"linear stage: grid {k} and the base (grid 0) share {len(common)} rays;"
-            f" at least {MIN_RAYS} are needed: the grids must overlap in the image"
+            f" at least {MIN_RAYS} are needed: the grids must overlap in the image",
+            code="no-overlap",
         )
     try:
         if robust is None:
@@ -125,14 +127,15 @@ def homography_to_base(
         )
     except InputError as error:
         raise CalibrationError(
-            f"linear stage: grid {k} and the base: {error}"
+            f"linear stage: grid {k} and the base: {error}", code=error.code
         ) from None
     if fit.count < MIN_INLIERS * len(common):
         raise CalibrationError(
             f"linear stage: grid {k} and the base: {len(common) - fit.count} of"
             f" {len(common)} common rays ({100 * (1 - fit.count / len(common)):.0f} %)"
             " agree with no one homography; more than half are outliers, or the camera"
-            " has no single centre"
+            " has no single centre",
+            code="too-many-outliers",
         )
     return fit
 
@@ -143,7 +146,8 @@ def _refuse_loose(limit, base, k):
     if limit > LOOSE * spread:
         raise CalibrationError(
             f"linear stage: grid {k} and the base agree with no homography: pairs are"
-            f" taken to be right up to {limit:.3g} off, the points spread {spread:.3g}"
+            f" taken to be right up to {limit:.3g} off, the points spread {spread:.3g}",
+            code="too-many-outliers",
         )
 
 

@@ -109,11 +109,15 @@ def linear_well_conditioned(points, seen=None, *, side=-1, weights=None):
 def normalising_similarity(points):
     """Centroid to the origin, RMS distance to sqrt(2). points: (N, 2)."""
     if len(points) == 0:
-        raise CalibrationError("linear stage: two grids have no ray in common")
+        raise CalibrationError(
+            "linear stage: two grids have no ray in common", code="no-overlap"
+        )
     offset = points.mean(axis=0)
     spread = np.sqrt(np.mean(np.sum((points - offset) ** 2, axis=1)))
     if not spread > 0:
-        raise CalibrationError("linear stage: all points of a grid coincide")
+        raise CalibrationError(
+            "linear stage: all points of a grid coincide", code="degenerate-points"
+        )
     return Similarity(offset, np.sqrt(2.0) / spread)
 
 
@@ -132,7 +136,8 @@ def grid_pair(points_1, points_k, base, grid, weights=None):
     scale_v, scale_w = singular[0] * right[0]
     if min(abs(scale_v), abs(scale_w)) < DEGENERATE:
         raise CalibrationError(
-            "linear stage: a grid's plane seems to contain the camera centre"
+            "linear stage: a grid's plane seems to contain the camera centre",
+            code="behind-centre",
         )
     v_b, w_b = v[6:9] / scale_v, w[6:9] / scale_w
     # Homographies (-w_b, -v_b, v_a) weigh the same: |h_1|^2 + |h_2|^2 = 2.
@@ -146,7 +151,8 @@ def solve_grid_pairs(pairs, side=-1):
     """LinearSolution from the GridPairs of two or more grids with one common base."""
     if len(pairs) < 2:
         raise CalibrationError(
-            f"linear stage: {len(pairs) + 1} grids given; three or more are needed"
+            f"linear stage: {len(pairs) + 1} grids given; three or more are needed",
+            code="too-few-grids",
         )
     homographies = np.stack([pair.homography() for pair in pairs])
     noise = max(pair.noise for pair in pairs)
@@ -205,7 +211,8 @@ def _ratio_scaled(v, w, name):
         or abs(v[3]) < VANISHING * np.abs(v[3:5]).max()
     ):
         raise CalibrationError(
-            f"as printed: the ratio {name} is 0/0 (R_31 = 0: no rotation about y)"
+            f"as printed: the ratio {name} is 0/0 (R_31 = 0: no rotation about y)",
+            code="zero-division",
         )
     return v, w * (v[3] / w[0])
 
@@ -258,7 +265,8 @@ def solve_unknowns(v, w, m, n):
     if not degeneracy > DEGENERATE:
         raise CalibrationError(
             "as printed: the matrix of (2.21) has rank below 5; grids parallel to the"
-            " base or to each other"
+            " base or to each other",
+            code="parallel-grids",
         )
     # The null vectors are 0 at l_1 and l_2, so any solution holds their values.
     solution = right[:5].T @ ((left.T @ np.array(values))[:5] / singular[:5]) / units
@@ -276,11 +284,13 @@ def printed_depth(u, v, side):
     numerator = u[4] * u[5] + u[6] * u[7]
     if abs(product) < VANISHING * (v[3] ** 2 + v[4] ** 2):
         raise CalibrationError(
-            "as printed: C_z divides by V'_4 V'_5 = 0 (R_31 or R_32 of grid 2 is 0)"
+            "as printed: C_z divides by V'_4 V'_5 = 0 (R_31 or R_32 of grid 2 is 0)",
+            code="zero-division",
         )
     if not -numerator / product > 0:
         raise CalibrationError(
-            f"as printed: C_z^2 = {-numerator / product:.3g} is negative"
+            f"as printed: C_z^2 = {-numerator / product:.3g} is negative",
+            code="negative-square",
         )
     return np.sign(side) * np.sqrt(-numerator / product)
 
@@ -297,7 +307,8 @@ def printed_pose(vector, u, centre, points, tz):
         t_z = centre[2] + vector[5] / scale
     elif abs(centre[1]) < VANISHING * abs(centre[2]):
         raise CalibrationError(
-            "as printed: t_z divides by C_y = 0; use the form tz='corrected'"
+            "as printed: t_z divides by C_y = 0; use the form tz='corrected'",
+            code="zero-division",
         )
     else:
         t_z = (factor * t_y - vector[8]) / (scale * centre[1])

@@ -145,7 +145,8 @@ def centre_of(homographies, noise, side=-1, pinhole="sturm-maybank"):
     if not square > 0:
         raise CalibrationError(
             "linear stage: C_z^2 is negative; the points are too noisy for these tilts,"
-            " or the rays do not meet in one point"
+            " or the rays do not meet in one point",
+            code="negative-square",
         )
     centre = np.array([x, y, side * np.sqrt(square)])
     return centre, float(degeneracy), float(margin)
@@ -190,7 +191,8 @@ def grid_pose(H, centre, in_front):
     """
     if abs(in_front) < 1 - 2 * BEHIND:
         raise CalibrationError(
-            "linear stage: points of a grid lie on both sides of the camera centre"
+            "linear stage: points of a grid lie on both sides of the camera centre",
+            code="behind-centre",
         )
     x, y, z = centre
     M = np.array([[-z, 0.0, x], [0.0, -z, y], [0.0, 0.0, 1.0]])

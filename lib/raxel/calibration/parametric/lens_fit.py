@@ -79,7 +79,8 @@ def start_of(given):
     if not sound:
         raise CalibrationError(
             "lens formula: no start leads to poses of the boards; are the corners in"
-            " the order of their rows?"
+            " the order of their rows?",
+            code="no-start",
         )
     return min(sound, key=lambda fit: np.median(fit.result.scales))
 

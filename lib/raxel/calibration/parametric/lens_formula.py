@@ -186,7 +186,8 @@ def _completed(proposal, boards, views, width, height):
     if not spread < UNDETERMINED:
         raise CalibrationError(
             f"{formula.base}: the focal length is not determined (standard deviation"
-            f" {100 * spread:.0f} %); tilt the boards more, in more directions"
+            f" {100 * spread:.0f} %); tilt the boards more, in more directions",
+            code="focal-length-not-determined",
         )
     camera = formula.camera(values, width, height)
     distances = np.linalg.norm(result.residuals, axis=2)
@@ -196,7 +197,8 @@ def _completed(proposal, boards, views, width, height):
     if unseen.any():
         raise CalibrationError(
             f"{formula.base}: what was fitted folds the image where"
-            f" {np.count_nonzero(unseen)} corners lie"
+            f" {np.count_nonzero(unseen)} corners lie",
+            code="no-camera",
         )
     wrong = []
     for view, place in np.argwhere(off & boards.seen):

@@ -111,7 +111,7 @@ class LensFormula(NamedTuple):
             return MovingPupilCamera(lens, a) if len(a) else lens
         except InputError as fault:
             raise CalibrationError(
-                f"{self.base}: what was fitted is no camera: {fault}"
+                f"{self.base}: what was fitted is no camera: {fault}", code="no-camera"
             ) from None
 
 

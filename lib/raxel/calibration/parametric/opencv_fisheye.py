@@ -84,11 +84,13 @@ def _fitted(views, width, height, focal_px):
     except cv2.error as error:
         message = " ".join(str(error.err).split())
         raise CalibrationError(
-            f"OpenCV's fisheye model: it refuses: {message}"
+            f"OpenCV's fisheye model: it refuses: {message}", code="diverged"
         ) from None
     numbers = np.concatenate([np.ravel(part) for part in (rms, K, k, turns, shifts)])
     if not np.isfinite(numbers).all():
-        raise CalibrationError("OpenCV's fisheye model: the fit diverged")
+        raise CalibrationError(
+            "OpenCV's fisheye model: the fit diverged", code="diverged"
+        )
     rotations = rotation_from_vector(np.reshape(turns, (-1, 3)))
     poses = pose(rotations, np.reshape(shifts, (-1, 3)))
     return FisheyeCalibration(_camera(K, k, width, height), poses, float(rms))
@@ -101,5 +103,6 @@ def _camera(K, k, width, height):
         )
     except InputError as error:
         raise CalibrationError(
-            f"OpenCV's fisheye model: what it fitted is no camera: {error}"
+            f"OpenCV's fisheye model: what it fitted is no camera: {error}",
+            code="no-camera",
         ) from None

@@ -62,11 +62,15 @@ def calibrate_zhang(views, width, height):
             flags=flags, criteria=enough,
         )  # fmt: skip
     except cv2.error as error:
-        raise CalibrationError(f"Zhang's method: OpenCV refuses: {error.err}") from None
+        raise CalibrationError(
+            f"Zhang's method: OpenCV refuses: {error.err}", code="diverged"
+        ) from None
     # OpenCV takes single precision only: exact corners come back to about 1e-5 px.
     radial = np.ravel(distortion)[:2]
     if not (np.isfinite(K).all() and np.isfinite(radial).all() and np.isfinite(rms)):
-        raise CalibrationError("Zhang's method: the fit diverged; tilt the boards more")
+        raise CalibrationError(
+            "Zhang's method: the fit diverged; tilt the boards more", code="diverged"
+        )
     camera = PerspectiveCamera(K, radial, width, height)
     rotations = rotation_from_vector(np.array(turns).reshape(-1, 3))
     refuse_parallel(rotations, "Zhang's method", needed=2)

@@ -166,14 +166,16 @@ def refine_pose_angular(directions, points, T_camera_grid, *, sigma=None, most=5
     directions, points = checked_rays(directions, points)
     if len(points) < 4:
         raise CalibrationError(
-            f"pose from rays: {len(points)} points; four or more are needed to refine"
+            f"pose from rays: {len(points)} points; four or more are needed to refine",
+            code="too-few-points",
         )
     if sigma is not None and not (
         np.shape(sigma) in ((), (len(points),)) and np.all(np.asarray(sigma) > 0)
     ):
         raise CalibrationError(
             f"pose from rays: field 'sigma': found shape {np.shape(sigma)}; give a"
-            f" number or {len(points)} of them, all above 0"
+            f" number or {len(points)} of them, all above 0",
+            code="sigma",
         )
     weights = np.ones(len(points)) / (1.0 if sigma is None else np.asarray(sigma))
     across = tangent_bases(directions)
@@ -245,7 +247,8 @@ def _synthetic_image(directions, normal):
     if not (normal.shape == (3,) and np.isfinite(normal).all() and normal.any()):
         raise CalibrationError(
             f"pose from rays: normal of the synthetic plane: found {normal}; give three"
-            " numbers that are not all zero"
+            " numbers that are not all zero",
+            code="normal",
         )
     normal = normal / np.linalg.norm(normal)
     axes = np.column_stack([tangent_bases(normal[None])[0], normal])
@@ -254,7 +257,8 @@ def _synthetic_image(directions, normal):
     if np.count_nonzero(ahead) < 4:
         raise CalibrationError(
             f"pose from rays: {np.count_nonzero(ahead)} of {len(x)} rays meet the"
-            " synthetic plane; four or more are needed"
+            " synthetic plane; four or more are needed",
+            code="too-few-rays",
         )
     image = np.full((len(x), 2), np.nan)
     image[ahead] = x[ahead, :2] / x[ahead, 2:]
@@ -294,7 +298,7 @@ def _refusing(estimate, *arguments, **named):
     try:
         return estimate(*arguments, **named)
     except InputError as error:
-        raise CalibrationError(f"pose from rays: {error}") from None
+        raise CalibrationError(f"pose from rays: {error}", code=error.code) from None
 
 
 def _covariance(normal, equations, cost, sigma):
@@ -304,7 +308,8 @@ def _covariance(normal, equations, cost, sigma):
     if not values[0] > 1e-12:
         raise CalibrationError(
             "pose from rays: the points leave the pose open; they lie on one line or"
-            " are repeated"
+            " are repeated",
+            code="degenerate-points",
         )
     inverse = (vectors / values) @ vectors.T / np.outer(scale, scale)
     return inverse if sigma is not None else inverse * cost / (equations - 6)

@@ -59,7 +59,8 @@ def pose_from_non_central_rays(rays, points, start=None):
     if np.count_nonzero(valid) < FEWEST:
         raise CalibrationError(
             f"grid pose: {np.count_nonzero(valid)} corners have rays; {FEWEST} or more "
-            "are needed"
+            "are needed",
+            code="too-few-points",
         )
     origins = np.asarray(rays.origins)[valid]
     directions, found = checked_rays(
@@ -73,7 +74,8 @@ def pose_from_non_central_rays(rays, points, start=None):
     if 2 * np.count_nonzero(right) < len(right):
         raise CalibrationError(
             f"grid pose: {np.count_nonzero(right)} of {len(right)} corners agree with "
-            "one pose; most corners must belong to their points"
+            "one pose; most corners must belong to their points",
+            code="too-many-outliers",
         )
     count = np.count_nonzero(right)
     _, jacobian = ray_point_system(

@@ -95,7 +95,8 @@ def pose_three_point_ransac(
     if best is None:
         raise CalibrationError(
             "pose from rays: no three points give a pose; they lie on a line or the"
-            " rays do not belong to them"
+            " rays do not belong to them",
+            code="no-pose",
         )
     return _judged(directions, points, best, threshold, metric)
 
@@ -112,7 +113,9 @@ def pose_of_spread_triples(directions, points, count=10):
     picks = chosen[np.array(list(itertools.combinations(range(len(chosen)), 3)))]
     poses, _ = pose_of_triples(directions[picks], points[picks])
     if len(poses) == 0:
-        raise CalibrationError("pose from rays: no three points give a pose")
+        raise CalibrationError(
+            "pose from rays: no three points give a pose", code="no-pose"
+        )
     errors = _errors(directions, points, poses, "angle")
     return poses[np.argmin(np.median(errors, axis=1))]
 
@@ -341,12 +344,16 @@ def checked_rays(directions, points):
     if directions.shape != (len(points), 3) or points.shape[1:] != (2,):
         raise CalibrationError(
             f"pose from rays: found directions {directions.shape} and points"
-            f" {points.shape}; give (N, 3) and (N, 2)"
+            f" {points.shape}; give (N, 3) and (N, 2)",
+            code="shape",
         )
     if len(points) < 3:
         raise CalibrationError(
-            f"pose from rays: {len(points)} points have rays; three or more are needed"
+            f"pose from rays: {len(points)} points have rays; three or more are needed",
+            code="too-few-points",
         )
     if not (np.isfinite(directions).all() and np.isfinite(points).all()):
-        raise CalibrationError("pose from rays: some rays or points are not finite")
+        raise CalibrationError(
+            "pose from rays: some rays or points are not finite", code="not-finite"
+        )
     return directions, points

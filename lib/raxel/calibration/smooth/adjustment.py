@@ -96,7 +96,9 @@ def adjust_spline(trend, T_camera_grid, boards, width, height):
 def _stacked(boards):
     if len(boards) < 2:
         raise CalibrationError(
-            f"smooth rays: boards to adjust with: {len(boards)}; two or more are needed"
+            f"smooth rays: boards to adjust with: {len(boards)}; two or more are"
+            " needed",
+            code="too-few-grids",
         )
     pixels, points = (np.concatenate(part) for part in zip(*boards, strict=True))
     board = np.repeat(np.arange(len(boards)), [len(own) for own, _ in boards])
@@ -109,7 +111,8 @@ def _check(linear, corners, count):
     for k in np.flatnonzero(imaged < MIN_CORNERS):
         raise CalibrationError(
             f"smooth rays: board {k}: the trend images {imaged[k]} of its corners;"
-            f" {MIN_CORNERS} are needed"
+            f" {MIN_CORNERS} are needed",
+            code="too-few-points",
         )
 
 

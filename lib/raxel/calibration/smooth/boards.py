@@ -97,7 +97,8 @@ def calibrate_spline(
         except CalibrationError as fault:
             raise CalibrationError(
                 "smooth rays: no trend to begin with: "
-                + "; ".join([*faults, str(fault)])
+                + "; ".join([*faults, str(fault)]),
+                code="no-lens-formula",
             ) from None
     fields = []
     for start in starts:
@@ -106,7 +107,7 @@ def calibrate_spline(
         except InputError as fault:  # a field so steep that it makes no camera, too
             faults.append(str(fault))
     if not fields:
-        raise CalibrationError(f"smooth rays: {faults[-1]}")
+        raise CalibrationError(f"smooth rays: {faults[-1]}", code="no-camera")
     best = min(fields, key=lambda field: min(field.adjustment.held_out_px.values()))
     return _completed(best, width, height)
 

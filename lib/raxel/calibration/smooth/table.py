@@ -83,7 +83,8 @@ def smoothed_table(table, *, weights=None, trend=None, block_px=16):
     """
     if not table.central:
         raise CalibrationError(
-            "smooth rays: the table's rays do not all start in one point"
+            "smooth rays: the table's rays do not all start in one point",
+            code="not-central",
         )
     v, u = np.nonzero(table.mask)
     return smoothed_rays(
@@ -177,7 +178,8 @@ def _best_field(pixels, values, weights, size, block_px):
     if len(pixels) < MIN_RAYS:
         raise CalibrationError(
             f"smooth rays: found {len(pixels)} rays that the trend images; "
-            f"{MIN_RAYS} are needed"
+            f"{MIN_RAYS} are needed",
+            code="too-few-rays",
         )
     square = _squares(pixels, block_px)
     part = (square[:, 0] + 2 * square[:, 1]) % PARTS

@@ -35,7 +35,8 @@ def trend_of_rays(pixels, directions, width, height):
     """
     if len(pixels) < MIN_RAYS:
         raise CalibrationError(
-            f"trend of rays: found {len(pixels)} rays; {MIN_RAYS} are needed"
+            f"trend of rays: found {len(pixels)} rays; {MIN_RAYS} are needed",
+            code="too-few-rays",
         )
     start, R = _start(pixels, directions, width, height)
     corners = np.array([[x, y] for x in (0, width - 1) for y in (0, height - 1)])
@@ -51,7 +52,9 @@ def trend_of_rays(pixels, directions, width, height):
         fits.append((reach, -scale, RayTrend(camera, turned, scale)))
         start[: len(values)] = values
     if not fits:
-        raise CalibrationError("trend of rays: no radial law is near these rays")
+        raise CalibrationError(
+            "trend of rays: no radial law is near these rays", code="no-lens-formula"
+        )
     return max(fits, key=lambda fit: fit[:2])[2]
 
 

@@ -138,7 +138,8 @@ def dense_view(location, sigma=None, mask=None, name=""):
     if count < MIN_PIXELS:
         raise CalibrationError(
             f"{name}: found {count} pixels with a point on both axes; at least "
-            f"{MIN_PIXELS} are needed"
+            f"{MIN_PIXELS} are needed",
+            code="too-few-points",
         )
     location[~seen] = deviations[~seen] = np.nan
     whole = whole_cells(location, None if sigma is None else deviations)

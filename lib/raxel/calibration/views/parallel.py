@@ -29,5 +29,6 @@ def refuse_parallel(rotations, method, needed):
         widest = f"widest pair {angles.max():.1f}"
         raise CalibrationError(
             f"{method}: no {needed} boards are tilted against each other by"
-            f" {MIN_TILT_DEG:.0f} degrees ({widest}): {what}; tilt them more"
+            f" {MIN_TILT_DEG:.0f} degrees ({widest}): {what}; tilt them more",
+            code="parallel-grids",
         )
