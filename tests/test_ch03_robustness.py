@@ -24,12 +24,12 @@ from chapters.ch03_planar_grids.s3_1_robustness.results import (
     sure_up_to,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.trials import (
+    SMOOTHINGS,
     by_smoothing,
     gaps,
     largest_in_order,
     merging_trial,
 )
-from chapters.shared.robustness import SMOOTHINGS
 from chapters.shared.scoring import missing_on, scored
 from tests.judged_claims import readings_of
 from tests.made_results import OfLaw, of_columns

@@ -13,11 +13,6 @@ from raxel.features.celect import (
     CelectSettings,
     celect,
 )
-from raxel.features.celect.baselines import (
-    order_by_homography,
-    order_by_joining_line,
-    row_margin,
-)
 from tests.chessboards import Board, facing
 
 COLUMNS, ROWS = 8, 6
@@ -272,36 +267,6 @@ def test_a_huge_image_is_only_looked_at_near_the_board():
     huge[3000:3480, 4000:4640] = IMAGE
     result = celect(huge, CLICKS + [4000, 3000], COLUMNS, ROWS)
     assert largest_error(result, TRUTH + [4000, 3000]) < 4
-
-
-def test_straight_boards_are_ordered_by_both_baselines():
-    board = Board(7, 5, facing(7, 5, 40, tilt=(0.02, -0.03), turn=0.4))
-    truth = lattice(board)
-    points = np.random.default_rng(0).permutation(board.corners())
-    for order in (order_by_joining_line, order_by_homography):
-        np.testing.assert_array_equal(order(points, outer(truth), 7, 5), truth)
-    assert row_margin(truth) > 0
-
-
-@pytest.mark.parametrize("bend", [0.0, 0.3, 1.0, 2.0, 4.0])
-@pytest.mark.parametrize("turn", [0.0, 0.5])
-def test_the_joining_line_fails_where_its_criterion_says_so(bend, turn):
-    board = Board(11, 9, facing(11, 9, 42, turn=turn), bend=bend)
-    truth = lattice(board)
-    ordered = order_by_joining_line(board.corners(), outer(truth), 11, 9)
-    margin = row_margin(truth)
-    assert (margin > 0) == (bend < 1)
-    # With a negative margin even the right ends of a row do not help.
-    assert np.array_equal(ordered, truth) == (margin > 0)
-
-
-def test_a_strong_bend_defeats_both_baselines():
-    board = Board(11, 9, facing(11, 9, 60), bend=4.0)
-    truth = lattice(board)
-    for order in (order_by_joining_line, order_by_homography):
-        ordered = order(board.corners(), outer(truth), 11, 9)
-        assert ordered.shape == truth.shape
-        assert not np.array_equal(ordered, truth)
 
 
 def test_the_radius_that_is_recorded_is_that_of_the_window_that_was_grown():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from raxel.features.celect import CelectSettings, along_contour
+from raxel.features.celect import CelectSettings, algorithm, along_contour
 from raxel.features.celect.algorithm import _Run, snapped
 from raxel.features.celect.compiled import merged_lines
 from raxel.features.celect.hough import (
@@ -185,7 +185,7 @@ def test_the_distance_is_to_the_line_through_the_two_nearest_anchors():
 
 def test_a_chain_of_close_corners_is_one_group():
     corners = np.array([[0.0, 0], [3, 0], [6, 0], [20, 0]])
-    labels = average_close(corners, corners[:, 0], 3.5, 2)
+    labels = average_close(corners, 3.5)
     assert labels[0] == labels[1] == labels[2] != labels[3]
 
 
@@ -199,7 +199,7 @@ def test_processing_recovers_split_corners_and_drops_the_rest(seed, count):
     beside = np.array([[10.0, 15]])
     anchors = np.vstack((true[:1], true[:-1] + [10, 0], true[-1:]))
     candidates = rng.permutation(np.vstack((split, beyond, beside)))
-    got = processed(candidates, anchors, count, 8.0, 7.0, average_close)
+    got = processed(candidates, anchors, 8.0, 7.0)
     assert len(got.merged) == count
     np.testing.assert_allclose(got.merged, true, atol=1e-9)
     assert not (got.inliers[:, None] == beside).all(axis=2).any()
@@ -286,7 +286,7 @@ def test_a_column_merges_within_a_share_of_the_least_distance_before_it():
     assert radius == pytest.approx(0.5 * 30)
 
 
-def test_the_window_of_a_click_is_that_of_the_shorter_of_its_sides():
+def test_the_window_of_a_click_is_that_of_the_shorter_of_its_sides(monkeypatch):
     """Or it would reach over corners beside the one that was clicked."""
     clicks = np.array([[60.0, 60], [380, 60], [300, 140], [60, 140]])
     radii = []
@@ -296,7 +296,8 @@ def test_the_window_of_a_click_is_that_of_the_shorter_of_its_sides():
         return np.empty((0, 2))
 
     image = np.random.default_rng(0).integers(0, 255, (200, 440)).astype(np.uint8)
-    snapped(image, clicks, 5, 2, CelectSettings(detect_corners=detect))
+    monkeypatch.setattr(algorithm, "harris_corners", detect)
+    snapped(image, clicks, 5, 2, CelectSettings())
     across, slanting = 240 / 5, np.hypot(80, 80) / 2
     found = np.array(radii) * CelectSettings().radius_divisor
     np.testing.assert_allclose(found, [40, slanting, across, 40])

@@ -294,8 +294,7 @@ def response_sweep(effort):
 #   every cell. Averaging over neighbours removes none of it unless the
 #   average spans a good part of its wave, a quarter of a period for four
 #   steps. Read as here, with `--linear`, the decoder's standard deviation
-#   leaves it out; else it [measures the error and undoes
-#   it](../ch03_planar_grids/ext_cells_and_phases.ipynb).
+#   leaves it out; else it measures the error and undoes it.
 # - **Odd or even.** An even number of steps hears odd orders only. Three
 #   steps hear orders 2 and 4, and order 2 is the strongest that a monitor
 #   has. Five hear 4 and 6, and at a gamma of 2.2 do better than four by a

@@ -19,6 +19,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     BASIN_TRIALS,
     COLUMN_FOV_DEG,
     COLUMN_TRIALS,
+    LEVELS,
     MERGING_YAW_DEG,
     NOISE_SD,
     OUT_OF_SIGHT,
@@ -27,6 +28,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     TERMINATION_PX,
     TRIALS,
     basin_trial,
+    board_of,
     by_smoothing,
     column_trial,
     largest_in_order,
@@ -35,7 +37,6 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     sweep,
 )
 from chapters.shared.localiser_basin import BASIN_BLUR_PX, HALF_WINDOWS, START_ERRORS_PX
-from chapters.shared.robustness import LEVELS, board_of
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
 from raxel.features.celect import celect

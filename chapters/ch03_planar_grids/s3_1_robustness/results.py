@@ -4,13 +4,13 @@ from collections import Counter
 
 import numpy as np
 
+from chapters.ch03_planar_grids.s3_1_robustness.trials import SMOOTHINGS
 from chapters.shared.localiser_basin import (
     HALF_WINDOWS,
     LOCALISED_PX,
     farthest_start,
     worst_within,
 )
-from chapters.shared.robustness import SMOOTHINGS
 from chapters.shared.scoring import DONE
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.page.reader import value

@@ -8,8 +8,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.results import (
     smallest_square,
     sweeps_under,
 )
-from chapters.ch03_planar_grids.s3_1_robustness.trials import OUT_OF_SIGHT
-from chapters.shared.robustness import SMOOTHINGS
+from chapters.ch03_planar_grids.s3_1_robustness.trials import OUT_OF_SIGHT, SMOOTHINGS
 from chapters.shared.scoring import CORNER_OFF
 from raxel.features.celect import OUTER_CORNER, TOO_FEW, TOO_MANY, TRACING
 from repro.run.columns import columns

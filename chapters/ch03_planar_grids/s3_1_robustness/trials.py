@@ -10,12 +10,28 @@ from chapters.shared.localiser_basin import (
     basin_scores,
     off_by,
 )
-from chapters.shared.robustness import DEFAULTS, SMOOTHINGS, board_of
 from chapters.shared.scoring import LOST_PX
-from chapters.shared.synthetic_board import SIZE_PX, clicks
+from chapters.shared.synthetic_board import FULL_RANGE, SIZE_PX, SyntheticBoard, clicks
 from raxel.evaluation.board_scores import distances
-from raxel.features.celect import celect
+from raxel.features.celect import CelectSettings, celect
 from raxel.features.localise import corner_subpix
+
+# How far Canny's and Harris's gradients are smoothed: 3.3.1 is run with both.
+SMOOTHINGS = {
+    "share of the square": CelectSettings(),
+    "0.7 px": CelectSettings(smoothing_limits_px=(0.7, 0.7)),
+}
+
+LEVELS = {"full range": FULL_RANGE, "half range": (64.0, 191.0)}
+
+DEFAULTS = {
+    "squares_across": 10,
+    "fov_deg": 134,
+    "yaw_deg": 0,
+    "blur_px": 1,
+    "noise_sd": 0,
+    "levels": "full range",
+}
 
 HALF_NOISE_SD = (0, 5, 10, 15, 18, 22, 26, 30, 34, 40, 50)
 # With half the contrast nothing is read at 50 any more.
@@ -53,6 +69,15 @@ OUT_OF_SIGHT = "corner not in the picture"
 
 BASIN_TRIALS = {"quick": 2, "full": 50}
 TERMINATION_PX = 0.1
+
+
+def board_of(condition):
+    """The board of a condition."""
+    return SyntheticBoard(
+        square_px=SIZE_PX / condition["squares_across"],
+        fov_deg=condition["fov_deg"],
+        yaw_deg=condition["yaw_deg"],
+    )
 
 
 def sweep(name, values, effort, **other):

@@ -226,8 +226,8 @@ def over_all_pixels(effort):
 #
 # **Noise.** The active grid is first beaten at a noise of
 # {glue:text}`first_lost_noise` grey levels. The thesis's range is lost; with
-# one that ends before, the claim holds. More cells make steeper sines
-# ([cells and phases](ext_cells_and_phases.ipynb)). Our pixels are 3 × 3 of the
+# one that ends before, the claim holds. More cells make steeper sines. Our
+# pixels are 3 × 3 of the
 # camera's, and that is in the active grid's favour: its filter has 49 pixels
 # at any resolution, while an edge crosses more of the smaller ones.
 #

@@ -45,12 +45,6 @@ READS_PAGES = True
 # value("sweep", rounded_seconds(seconds("fig_3_11_noise")))
 
 # %% tags=["active-ipynb"]
-# value("cells", rounded_seconds(seconds("ext_cells_runs")))
-
-# %% tags=["active-ipynb"]
-# value("views", open_results("ext_cells_runs").trials_per_condition)
-
-# %% tags=["active-ipynb"]
 # value("trials", open_results("fig_2_3_fov").trials_per_condition)
 
 # %% [markdown]
@@ -210,8 +204,8 @@ READS_PAGES = True
 # - **15 min.** CELECT by hand: four clicks, one window, the next anchor.
 #   [3.1.2](../ch03_planar_grids/s1_2_celect.ipynb)
 # - **10 min.** Exercises, in pairs. *3.1.2*
-# - **15 min.** Groups, one condition each: broken and kept. Which stage
-#   fails? [Why it fails](../ch03_planar_grids/ext_why_it_fails.ipynb)
+# - **15 min.** Groups, one condition each. Which stage fails?
+#   [Conditions](../ch03_planar_grids/s3_2_conditions.ipynb)
 # - **5 min.** Each group: how would a program notice that failure itself?
 #
 # *Ask.* Why does a larger window not always help? Why is the first corner
@@ -309,21 +303,10 @@ READS_PAGES = True
 #   are left, and why? [Appendix
 #   A](../appendix_a/phase_and_harmonics.ipynb)
 # - **10 min.** Exercises. *Appendix A, the second and the third*
-# - **8 min.** More cells or more steps? Groups choose for one blur each,
-#   and look it up. *command below* [Cells and
-#   steps](../ch03_planar_grids/ext_cells_and_phases.ipynb)
-# - **12 min.** "Active grids stand noise": what does the row of noise in
+# - **20 min.** "Active grids stand noise": what does the row of noise in
 #   Fig. 3.15 show, and why is the verdict what it is?
 #   [3.3.3](../ch03_planar_grids/s3_3_active_grid_robustness.ipynb), with
 #   its third exercise
-#
-# ```console
-# $ make ext_cells TRIALS=1
-# ```
-#
-# draws the errors of 4 to 32 cells from that many views of each. In the build
-# of this page, with {glue:text}`views` of each, it took {glue:text}`cells`,
-# added up over the jobs.
 #
 # *Ask.* Why is each pattern of bits shown with its inverse? What becomes of
 # the ripple when ten series are averaged? Whose error is most of the

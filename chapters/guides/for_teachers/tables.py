@@ -13,7 +13,6 @@ from repro.run.outcomes import Table
         "fig_2_3_laws",
         "fig_3_11_noise",
         "fig_3_11_blur",
-        "ext_cells_runs",
     ),
     evidence="synthetic",
 )
@@ -25,6 +24,5 @@ def ext_class_runs(results):
             "Conditions": [len(r.conditions) for r in results.values()],
             "Trials each": [r.trials_per_condition for r in results.values()],
         },
-        "Size of the experiments behind Figs 2.2, 2.3 and 3.11, and of that "
-        "on the cells of active grids.",
+        "Size of the experiments behind Figs 2.2, 2.3 and 3.11.",
     )

@@ -5,8 +5,7 @@ import base64
 import cv2
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.results import Run
-from chapters.shared.window_lines import line_ends
+from chapters.ch03_planar_grids.s1_2_celect.results import Run, line_ends
 from repro.page.reader import Shown
 from repro.page.style import series
 

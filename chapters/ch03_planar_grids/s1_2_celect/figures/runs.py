@@ -2,8 +2,12 @@
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.results import Run, turning_step, which_view
-from chapters.shared.window_lines import line_ends
+from chapters.ch03_planar_grids.s1_2_celect.results import (
+    Run,
+    line_ends,
+    turning_step,
+    which_view,
+)
 from raxel.features.celect import CelectSettings
 from raxel.features.celect.hough import angle_apart
 from repro.judge.statistics import proportion

@@ -16,7 +16,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.results import (
     sure_up_to,
     sweeps_under,
 )
-from chapters.shared.robustness import LEVELS
+from chapters.ch03_planar_grids.s3_1_robustness.trials import LEVELS
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.judge.statistics import (
     FAILS,

@@ -3,8 +3,7 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_1_robustness.results import PRIMARY, Under
-from chapters.ch03_planar_grids.s3_1_robustness.trials import SHOWN_YAW_DEG
-from chapters.shared.robustness import SMOOTHINGS
+from chapters.ch03_planar_grids.s3_1_robustness.trials import SHOWN_YAW_DEG, SMOOTHINGS
 from repro.page.style import figure as new_figure
 from repro.page.style import series
 from repro.run.columns import columns

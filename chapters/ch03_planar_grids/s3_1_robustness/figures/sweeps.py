@@ -10,8 +10,8 @@ from chapters.ch03_planar_grids.s3_1_robustness.results import (
     levels_of,
     successes,
 )
+from chapters.ch03_planar_grids.s3_1_robustness.trials import SMOOTHINGS
 from chapters.shared.localiser_basin import HALF_WINDOWS, largest_by_start, starts_of
-from chapters.shared.robustness import SMOOTHINGS
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.judge.statistics import proportion
 from repro.page.method_looks import look_of

@@ -1,7 +1,6 @@
 """CELECT: chessboard corners in order from four clicks, however bent the image.
 
-`celect` is the algorithm of section 3.1.2, `CelectSettings` its values. `baselines`
-has the two orderings of corners that section 1.2.1 says fail.
+`celect` is the algorithm of section 3.1.2, `CelectSettings` its values.
 """
 
 from raxel.features.celect.algorithm import celect

@@ -9,7 +9,7 @@ import numpy as np
 
 from raxel.features.celect.hough import orientation
 from raxel.features.celect.processing import distinct, processed
-from raxel.features.celect.radius import corner_distances, side_lengths
+from raxel.features.celect.radius import corner_distances, mean_side, side_lengths
 from raxel.features.celect.result import (
     OUTER_CORNER,
     TOO_FEW,
@@ -28,7 +28,12 @@ from raxel.features.celect.user_input import (
     checked_image,
     contour_counts,
 )
-from raxel.features.celect.window import clear_scale, open_window, smoothing_for
+from raxel.features.celect.window import (
+    clear_scale,
+    harris_corners,
+    open_window,
+    smoothing_for,
+)
 
 PUBLISHED = CelectSettings()
 
@@ -95,7 +100,7 @@ def snapped(image, clicks, columns, rows, settings):
     if not (scale.gradient > 0 and scale.response > 0):
         return scale, corners
     for i, window in enumerate(windows):
-        found = settings.detect_corners(window, scale, settings)
+        found = harris_corners(window, scale, settings)
         if len(found):
             off = np.linalg.norm(found - clicks[i], axis=1)
             corners[i] = found[off.argmin()]
@@ -179,7 +184,7 @@ class _Run:
         """
         if previous is None:
             return self.s_4, self.settings.merge * self.s_4
-        s = self.settings.column_length(previous, self.settings)
+        s = mean_side(previous, self.settings)
         return s, self.settings.column_merge * corner_distances(previous).min()
 
     def _complete(self, k):
@@ -198,12 +203,7 @@ class _Run:
         inliers, merged = nothing, nothing
         if not trace.fault:
             inliers, merged = processed(
-                candidates,
-                anchors,
-                wanted,
-                self.settings.corner_band * s,
-                distance,
-                self.settings.merge_corners,
+                candidates, anchors, self.settings.corner_band * s, distance
             )
         self.contours.append(
             ContourTrace(

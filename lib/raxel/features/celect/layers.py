@@ -7,7 +7,13 @@ within depends on; only the hysteresis of Canny's method could reach farther.
 
 import numpy as np
 
-from raxel.features.celect.window import Window, canny_edges, gradients, margin
+from raxel.features.celect.window import (
+    Window,
+    canny_edges,
+    gradients,
+    harris_corners,
+    margin,
+)
 
 TILE_PX = 160
 
@@ -60,7 +66,7 @@ class Layers:
         window = Window(middle, radius, first, across, down)
         settings = self.settings
         edges = canny_edges(window, self.scale, settings.canny_high, settings.canny_low)
-        corners = settings.detect_corners(window, self.scale, settings)
+        corners = harris_corners(window, self.scale, settings)
         self._edges[tile] = _inside(edges, low, high)
         self._corners[tile] = _inside(corners, low, high)
 

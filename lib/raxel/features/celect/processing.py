@@ -12,16 +12,14 @@ class Processed(NamedTuple):
     merged: np.ndarray
 
 
-def processed(candidates, anchors, count, band, distance, merge_corners):
+def processed(candidates, anchors, band, distance):
     """The corners of a contour, in order from its first end to its last.
 
     Parameters
     ----------
     candidates : (n, 2) px. anchors : (m, 2) px along the contour, its two end corners
         first and last; these count as candidates too.
-    count : how many corners the contour has.
     band, distance : px, t7 and t8.
-    merge_corners : see `average_close`.
 
     What the thesis leaves open: a corner that lies beyond either end corner, along the
     first or last piece of the trace, is dropped.
@@ -30,8 +28,7 @@ def processed(candidates, anchors, count, band, distance, merge_corners):
     everything = np.vstack((ends, candidates)) if len(candidates) else ends
     everything = distinct(everything)
     inliers = everything[distance_to_trace(everything, anchors) < band]
-    along = position_along(inliers, anchors)
-    labels = merge_corners(inliers, along, distance, count)
+    labels = average_close(inliers, distance)
     labels = np.unique(labels, return_inverse=True)[1]
     size = np.bincount(labels)
     merged = np.column_stack([np.bincount(labels, c) / size for c in inliers.T])
@@ -82,12 +79,10 @@ def position_along(points, anchors):
     return before[piece] + along[np.arange(len(points)), piece]
 
 
-def average_close(corners, along, distance, count):
+def average_close(corners, distance):
     """Labels (n,) of groups of corners (n, 2) px within `distance` of each other.
 
-    The published rule, t8: a chain of close corners is one corner (single linkage).
-    Another rule may use where they lie `along` (n,) the contour, in px, and the `count`
-    of corners that the contour ought to have.
+    The rule of t8: a chain of close corners is one corner (single linkage).
     """
     close = np.linalg.norm(corners[:, None] - corners[None], axis=2) < distance
     labels = np.arange(len(corners))

@@ -1,11 +1,6 @@
 """Every value of CELECT in one place: the thesis's, and those it leaves open."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-
-from raxel.features.celect.processing import average_close
-from raxel.features.celect.radius import mean_side
-from raxel.features.celect.window import harris_corners
 
 
 @dataclass(frozen=True)
@@ -21,8 +16,7 @@ class CelectSettings:
     `canny_low` of what is clear in the clicked windows, `least_votes` of the first
     peak's votes. `smoothing` is one of the smallest s_i.
 
-    An ablation is another value (`most_growths=0`, `split_peaks=0`, `wrap=0`), another
-    method another function in one of the last three fields.
+    An ablation is another value (`most_growths=0`, `split_peaks=0`, `wrap=0`).
     """
 
     # Table 3.1 and section 3.1.2: the window radius.
@@ -56,8 +50,3 @@ class CelectSettings:
     suppression_radius: float = 0.2
     least_votes: float = 0.5
     least_band_px: float = 1.0
-
-    # Stages that another method may take over; the published ones by default.
-    detect_corners: Callable = harris_corners
-    merge_corners: Callable = average_close
-    column_length: Callable = mean_side
