@@ -13,7 +13,7 @@ from raxel.cli.parsers import parser
 from tests.image_sets import HEIGHT, WIDTH, write_drawn_set
 
 RIG = Path(__file__).parents[1] / "data/rigs/kodak-boards.yaml"
-NAMES = {"FILE", "FOLDER", "SET", "CAMERA", "RIG", "WHAT", "RESULT"}
+NAMES = {"FILE", "FOLDER", "SET", "CAMERA", "RIG", "WHAT"}
 
 
 def commands():
@@ -36,8 +36,7 @@ def needed(command, folder, camera, replaced):
     """Words that a command needs, to name what lies in a folder."""
     given = {
         "camera": camera, "set": folder, "rig": RIG, "what": folder,
-        "result": folder / "rays.npz", "--out": folder.parent / "new.npz",
-        "--width": 64, "--height": 48,
+        "--out": folder.parent / "new.npz", "--width": 64, "--height": 48,
     } | replaced  # fmt: skip
     words = []
     for action in commands()[command]._actions:
@@ -88,10 +87,10 @@ def test_every_name_is_looked_at():
         if action.metavar in NAMES and action.type not in (read_name, written_name)
     ]
     assert unchecked == []
-    writing = {"--json", "--out", "--report", "--rays"}
+    writing = {"--json", "--out", "--report"}
     assert {option for _, option in named(written_name)} == writing
     assert not writing & {option for _, option in named(read_name)}
-    assert len(named(written_name)) == 14
+    assert len(named(written_name)) == 10
 
 
 @pytest.mark.parametrize(
@@ -128,19 +127,6 @@ def test_a_new_folder_is_new(command, folder, camera, capsys):
     line = refused(capsys, needed(command, folder, camera, {"--out": folder}))
     assert "exists already" in line
     assert contents(folder.parent) == before
-
-
-def test_scores_are_not_written_over_the_points_that_are_scored(folder, capsys):
-    points = folder.parent / "points"
-    points.mkdir()
-    (points / "view0.npz").write_bytes(b"points")
-    out = points / "view0.npz"
-    words = ["score", str(folder), "--points", str(points), "--json", str(out)]
-    assert "the command reads this file" in refused(capsys, words)
-    assert out.read_bytes() == b"points"
-    (folder.parent / "link").symlink_to(points)
-    words[-1] = str(folder.parent / "link" / "view0.npz")
-    assert "the command reads this file" in refused(capsys, words)
 
 
 def test_undistorted_images_do_not_leave_their_folder(folder, camera, capsys):

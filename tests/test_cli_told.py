@@ -11,18 +11,14 @@ from raxel.calibration.parametric.lens_board import BoardTest
 from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.cli import bench, decode, main, mirror, models, scores
-from raxel.cli import score as score_command
+from raxel.cli import decode, main, mirror, models, scores
 from raxel.cli.board_shape import shape_fields, shape_line
 from raxel.cli.calibrate import _cross_validation
 from raxel.cli.check import _check_images
 from raxel.cli.described import misfit_fields, misfit_warnings
 from raxel.cli.render import _told as rendered_line
-from raxel.cli.score_mirror import _lines as mirror_scores
-from raxel.evaluation.benchmark import _spread
 from raxel.evaluation.coverage import field_of_view
 from raxel.evaluation.cross_validation import Evaluation, ImageScore, evaluate_camera
-from raxel.evaluation.detector_bench import DetectorScore
 from raxel.evaluation.misfit import Misfit
 from raxel.features.boards import Board, write_boards
 from raxel.features.detector import Detection, Partial, refused
@@ -210,41 +206,7 @@ def test_warnings_of_every_view_are_kept(tmp_path, monkeypatch, capsys):
 # score
 
 
-def test_errors_are_summed_up_by_root_mean_square_median_and_largest():
-    errors = np.array([1.0, 2.0, 2.0, 4.0, 10.0])
-    assert _spread(errors, "deg") == {
-        "rms_deg": pytest.approx(5.0), "median_deg": 2.0, "max_deg": 10.0,
-    }  # fmt: skip
-
-
-def test_lines_of_scores_give_each_number_its_name_and_unit():
-    def spread(unit, rms):
-        return {f"rms_{unit}": rms, f"median_{unit}": rms / 2, f"max_{unit}": 4 * rms}
-
-    corners = {"views": 9, "found": 7, "right": 5, **spread("px", 0.5)}
-    points = {"share_decoded": 0.75, "gross": 0.125, "beside": 3, **spread("mm", 0.25)}
-    camera = {"share_with_ray": 0.5, **spread("deg", 0.125), **spread("px", 2.0)}
-    told = {"corners": corners, "points": points, "camera": camera}
-    assert [line(told[name]) for name, line in score_command.LINES.items()] == [
-        "corners: 9 views, 7 found, 5 right, rms 0.5 px, median 0.25 px, max 2 px",
-        "points: 75.0 % decoded, 12.5 % of these gross, 3 px beside the monitor, rms "
-        "0.25 mm, median 0.125 mm, max 1 mm",
-        "camera: 50.0 % of pixels with a ray, rms 0.125 deg, median 0.0625 deg, max "
-        "0.5 deg, rms 2 px, median 1 px, max 8 px",
-    ]
-
-
 # bench
-
-
-def test_a_row_of_the_benchmark_stands_below_its_head():
-    row = bench._row(DetectorScore("celect", "given", 9, 4, 2, 1, 3, 12.25, 1.75))
-    head = bench.HEAD.replace("median ms", "ms").split()
-    assert dict(zip(head, row.split(), strict=True)) == {
-        "detector": "celect", "size": "given", "images": "9", "right": "4",
-        "wrong": "2", "unjudged": "1", "refused": "3", "ms": "12.2", "ratio": "1.75",
-    }  # fmt: skip
-    assert len(row) == len(bench.HEAD)
 
 
 # mirror
@@ -275,31 +237,6 @@ def test_lines_of_a_mirror_give_what_is_predicted_for_most_rays_and_at_most():
         "(median), 0.750 at most",
         "made: stage 1, bent by 2.5 mm as stated: residual 0.500 mm (SD 0.250), rays "
         "predicted to 0.125 deg (median), 0.750 at most",
-    ]
-
-
-def test_lines_of_a_scored_mirror_give_each_number_its_unit():
-    rays = {
-        "share_with_ray": 0.75, "share_right": 0.5, "rms_deg": 0.25,
-        "median_deg": 0.125, "rms_mm": 4.0, "median_mm": 2.0,
-    }  # fmt: skip
-    height = {"share_covered": 0.875, "rms_mm": 1.0, "median_mm": 0.5}
-    load = {"found_mm": 2.25, "read_at_mm": 40.0, "true_mm": 2.5}
-    scored = {"rays": rays, "height": height}
-    result = {
-        "set": "made", "viewer_rms_deg": 0.0625, "turned_deg": 1.5, "seconds": 12.0,
-        "stages": [{"stage": 1, "deflections": [load], **scored}], "all": scored,
-    }  # fmt: skip
-    line = (
-        "rays 75.0 %, 50.0 % right, rms 0.25, median 0.125 deg, aside rms 4, median 2 "
-        "mm; height 87.5 %, rms 1, median 0.5 mm"
-    )
-    assert list(mirror_scores(result)) == [
-        "made: viewer: axes turned by 1.500 deg, which is taken out; its rays rms "
-        "0.0625 deg",
-        f"made: stage 1: {line}",
-        "made: stage 1: deflected at 40 mm by 2.500 mm, found 2.250",
-        f"made: all stages: {line}; 12 s as stated",
     ]
 
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from raxel.calibration.views.correspondence import BoardView
-from raxel.evaluation import back_projection, detector_bench
+from raxel.evaluation import back_projection
 from raxel.evaluation.beyond_boards import beyond_boards
 from raxel.evaluation.board_corners import BoardCorners
 from raxel.evaluation.corrections import CorrectionFields
-from raxel.evaluation.detector_bench import bench_detectors
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.odd_one import odd_one
 from raxel.geometry.planes import on_plane
@@ -76,23 +75,3 @@ def test_an_odd_photograph_is_told_by_how_many_times_as_far_it_lies():
     found = odd_one(np.ones((5, 1, 1)), asked[:, None], 0.01)
     assert found.index == 4
     assert found.times == pytest.approx(np.sqrt(0.8 * 64 / (4 / 3)))
-
-
-def test_the_time_of_a_detector_is_the_median_over_images(monkeypatch):
-    images = [SimpleNamespace(image=name, label=name) for name in "abc"]
-    times = dict(zip("abc", (1.0, 2.0, 9.0), strict=True))
-    monkeypatch.setattr(detector_bench, "check_bench", lambda of_set: None)
-    monkeypatch.setattr(detector_bench, "load_reference", lambda of_set: {})
-    monkeypatch.setattr(detector_bench, "read_image", lambda of_set, view: None)
-    monkeypatch.setattr(
-        detector_bench,
-        "_one",
-        lambda run, image, board, reference, view: (
-            "right",
-            times[view.image] * (3 if run[0] == "raxel" else 1),
-        ),
-    )
-    scores = bench_detectors(SimpleNamespace(views=images, target=None))
-    told = {(s.detector, s.size): (s.median_ms, s.ratio) for s in scores}
-    assert told["opencv", "given"] == (2.0, 1.0)
-    assert told["raxel", "not given"] == (6.0, 3.0)

@@ -14,7 +14,6 @@ from tests.fuzz.readers import READERS, write_mutant
 
 FEW = {"set.yaml": 40, "images": 60, "camera.npz": 40, "rig": 12}
 FEW |= {"corners.json": 15, "reference": 30, "points": 30, "grid set": 40}
-FEW |= {"mirror result": 20}
 
 
 @pytest.mark.parametrize("name", READERS)

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,7 +21,7 @@ from raxel.evaluation.benchmark import score_camera, score_corners, score_points
 from raxel.features.boards import Board
 from raxel.features.detector import Detection, refused
 from raxel.geometry import rotation_from_vector
-from raxel.sets import ActiveGrid, load_set, write_set
+from raxel.sets import load_set
 from tests.test_lab_rig import changed, leaf
 
 
@@ -246,54 +245,6 @@ def test_directions_of_a_mirror_are_seen_from_its_centre(board_set, tmp_path):
     assert scored["max_px"] == pytest.approx(apart.max(), rel=1e-4)
 
 
-def test_the_command_scores_what_it_is_given(board_set, tmp_path, capsys):
-    folder = board_set.folder
-    found, scores = tmp_path / "corners.json", tmp_path / "scores.json"
-    assert main(["corners", str(folder), "--json", str(found)]) == 0
-    given = ["--corners", str(found), "--camera", str(folder / "truth" / "camera.npz")]
-    capsys.readouterr()
-    assert main(["score", str(folder), *given, "--json", str(scores)]) == 0
-    out = capsys.readouterr().out.splitlines()
-    assert out[0].startswith("small: corners: 3 views,")
-    assert out[1].startswith("small: camera: 100.0 % of pixels with a ray")
-    written = json.loads(scores.read_text())
-    assert written["camera"]["max_deg"] < 1e-6
-    assert written["corners"]["right"] == written["corners"]["found"]
-    assert "points" not in written
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ([], "nothing to score"),
-        (["--corners", "none.json"], "none.json: no such file"),
-        (["--points", "none"], "target.kind: found chessboard"),
-        (["--camera", "none.npz"], "none.npz"),
-    ],
-)
-def test_bad_arguments_are_told_in_one_line(board_set, capsys, arguments, message):
-    assert main(["score", str(board_set.folder), *arguments]) == 2
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert message in err
-
-
-def test_truth_that_is_missing_is_told_in_one_line(board_set, tmp_path, capsys):
-    copy = tmp_path / "set"
-    shutil.copytree(board_set.folder, copy)
-    camera = str(board_set.folder / "truth" / "camera.npz")
-    shutil.rmtree(copy / "truth")
-    assert main(["score", str(copy), "--camera", camera]) == 2
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert "truth" in err
-    described = (copy / "set.yaml").read_text().splitlines()
-    described = [line for line in described if not line.startswith("truth")]
-    (copy / "set.yaml").write_text("\n".join(described))
-    assert main(["score", str(copy), "--camera", camera]) == 2
-    assert "none named" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
@@ -309,17 +260,6 @@ def test_files_that_are_no_points_are_refused(monitor_set, tmp_path, arrays, mes
         score_points(monitor_set, tmp_path)
     assert message in str(told.value)
     assert "\n" not in str(told.value)
-
-
-def test_points_need_the_monitor_in_mm(monitor_set, tmp_path, capsys):
-    without = replace(
-        monitor_set, folder=tmp_path, target=ActiveGrid(monitor_set.target.monitor_px)
-    )
-    shutil.copytree(monitor_set.folder, tmp_path, dirs_exist_ok=True)
-    write_set(without)
-    assert main(["score", str(tmp_path), "--points", str(tmp_path / "truth")]) == 2
-    err = capsys.readouterr().err.splitlines()[-1]
-    assert err.startswith(f"raxel: {tmp_path / 'set.yaml'}: target.monitor_mm: null, ")
 
 
 @pytest.mark.parametrize(

@@ -1,36 +1,16 @@
 """Result files of mirror sets that are wrong in one way each, and the command."""
 
-import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from raxel.cameras import Rays
-from raxel.cli import main
 from raxel.errors import InputError
-from raxel.evaluation.mirror_result import (
-    read_mirror_result,
-    sampled_result,
-    write_mirror_result,
-)
-from raxel.io.files import read_json
-from tests.scored_mirrors import true_mirror, true_result, write_scored_set
+from raxel.evaluation.mirror_result import read_mirror_result, sampled_result
 
 ROWS = 40
 LINES = np.arange(ROWS)
-
-
-@pytest.fixture(scope="module")
-def mirror_set(tmp_path_factory):
-    return write_scored_set(tmp_path_factory.mktemp("scored") / "set")
-
-
-@pytest.fixture(scope="module")
-def result(mirror_set, tmp_path_factory):
-    path = tmp_path_factory.mktemp("results") / "truth.npz"
-    write_mirror_result(path, true_result(mirror_set))
-    return path
 
 
 def fields(**changed):
@@ -149,53 +129,6 @@ def test_what_is_wrong_is_said_in_a_line(name, tmp_path):
     assert line.startswith(f"{path}: field '")
     assert fault in line
     assert line.isprintable()
-
-
-def test_the_command_prints_and_writes_scores(mirror_set, result, tmp_path, capsys):
-    scores = tmp_path / "scores.json"
-    command = ["score-mirror", str(result), str(mirror_set.folder)]
-    assert main([*command, "--json", str(scores)]) == 0
-    viewer, *stages, whole = capsys.readouterr().out.splitlines()
-    assert viewer.startswith("bent: viewer: axes turned by 0.000 deg")
-    assert stages[2].startswith("bent: stage 1: deflected at 60 mm by ")
-    true, found = re.findall(r"\d\.\d{3}", stages[2])
-    assert true == found
-    assert whole.startswith("bent: all stages: rays 100.0 %, 100.0 % right, rms")
-    assert whole.endswith("; 1.5 s as stated")
-    assert read_json(scores)["all"]["rays"]["share_with_ray"] == 1
-
-
-def test_the_command_refuses_in_a_line(mirror_set, result, tmp_path, capsys):
-    folder = str(mirror_set.folder)
-    camera = tmp_path / "mirror-1.npz"
-    true_mirror((0, 0)).save(camera)
-    bare = write_scored_set(tmp_path / "bare").folder
-    (bare / "truth" / "stage-2.npz").unlink()
-    for arguments, fault in (
-        ([str(camera), folder], "mirror-1.npz: field 'raxel_mirror_result': missing"),
-        ([str(tmp_path / "no.npz"), folder], "no such result file of a mirror set"),
-        ([str(result), str(tmp_path)], "no mirror.yaml in it; not a mirror set"),
-        ([str(result), str(bare)], "stage-2.npz: no such camera file"),
-        ([str(result), folder, "--json", str(result)], "the command reads this file"),
-        ([str(result), folder, "--json", f"{folder}/mirror.yaml"], "the command reads"),
-    ):
-        assert main(["score-mirror", *arguments]) == 2
-        (line,) = capsys.readouterr().err.splitlines()[-1:]
-        assert fault in line
-    assert (
-        main(
-            [
-                "calibrate",
-                str(mirror_set.stages.folder),
-                "--out",
-                "c.npz",
-                "--rays",
-                "r.npz",
-            ]
-        )
-        == 2
-    )
-    assert "--rays: found with" in capsys.readouterr().err
 
 
 def test_a_picture_ends_half_a_pixel_beyond_its_outermost_centres(tmp_path):

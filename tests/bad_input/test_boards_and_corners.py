@@ -7,7 +7,6 @@ import cv2
 import pytest
 
 from raxel.cli import main
-from raxel.evaluation import detector_bench
 from raxel.features import DETECTORS
 from tests.bad_input.changes import ACTIVE_GRID, GRAY, NEXT, edit, reference, setting
 from tests.image_sets import write_drawn_set
@@ -82,32 +81,6 @@ def test_an_image_too_large_for_the_memory(broken, fails, monkeypatch, fault):
     monkeypatch.setitem(DETECTORS, "opencv-sb", greedy)
     line = fails("corners", broken, "--detector", "opencv-sb")
     assert f"{broken / 'view0.png'}: the memory does not suffice" in line
-
-
-def test_a_benchmark_of_what_cannot_be_compared(broken, fails, good_set):
-    edit(broken, lambda data: data["target"].update(columns=None, rows=None))
-    line = fails("bench", good_set, broken)
-    assert f"{broken / 'set.yaml'}: target.columns: found null" in line
-
-
-def test_a_benchmark_with_a_faulty_last_image(broken, fails, good_set, monkeypatch):
-    """It is known before any detector runs."""
-    monkeypatch.setattr(detector_bench, "DETECTORS", {})
-    (broken / "view5.png").write_bytes(b"")
-    assert "view5.png: the file is empty" in fails("bench", good_set, broken)
-
-
-@pytest.mark.parametrize("again", ["", "../set"])
-def test_a_benchmark_of_one_set_twice(fails, good_set, again):
-    line = fails("bench", good_set, good_set / again)
-    assert "set.yaml: name: found 'drawn', a set that is given twice; name it" in line
-
-
-def test_a_benchmark_of_two_sets_of_one_name(broken, fails, good_set):
-    """Results are told by name, and those of the first would be lost."""
-    line = fails("bench", good_set, broken)
-    assert f"{broken / 'set.yaml'}: name: found 'drawn', which {good_set}" in line
-    assert "give each its own" in line
 
 
 def test_an_active_grid_has_no_corners(broken, calibration_fails, fails):

@@ -109,11 +109,9 @@ def test_results_over_the_files_of_the_set(broken, fails, tmp_path, name):
     PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], WIDTH, HEIGHT).save(camera)
     for arguments in (
         ("corners", broken, "--json", path),
-        ("bench", broken, "--json", path),
         ("calibrate", broken, "--out", tmp_path / "new.npz", "--json", path),
         ("calibrate", broken, "--out", path),
         ("evaluate", camera, broken, "--json", path),
-        ("score", broken, "--camera", camera, "--json", path),
     ):
         assert f"{path}: found a file of the set" in fails(*arguments)
     assert known == {p: p.read_bytes() for p in broken.iterdir() if p.is_file()}

@@ -37,7 +37,6 @@ from tests.fuzz.grids import (
     use_points,
 )
 from tests.fuzz.image_mutations import HEIGHT, WIDTH, mutated_picture, pictures
-from tests.fuzz.mirror_results import mirror_results, scored_set, use_mirror_result
 from tests.fuzz.rigs import rigs
 from tests.image_sets import COLUMNS, ROWS, boards, description, write_description
 from tests.lab_cameras import EVERY, SIZE
@@ -275,10 +274,6 @@ READERS = {
     "points": Reader(
         *("points.npz", points, points_set),
         *(lambda *given: _either(mutated_archive, *given), None, use_points),
-    ),
-    "mirror result": Reader(
-        *("result.npz", mirror_results, scored_set),
-        *(lambda *given: _either(mutated_archive, *given), None, use_mirror_result),
     ),
     "grid set": Reader(
         *("set.yaml", _documents(grid_sets, yaml.safe_dump), grid_pictures),

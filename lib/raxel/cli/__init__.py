@@ -4,8 +4,8 @@
 - `raxel corners SET [--json FILE] [--detector NAME]` finds the chessboard's corners;
   where it finds none at all, a FILE that is there is kept.
 - `raxel calibrate SET --out CAMERA [--model MODEL] [--json FILE]
-  [--report FOLDER] [--corners FILE] [--points FOLDER] [--detector NAME]
-  [--rays RESULT]` fits a camera to a set of chessboards or of active grids.
+  [--report FOLDER] [--corners FILE] [--points FOLDER] [--detector NAME]` fits a
+  camera to a set of chessboards or of active grids.
 - `raxel evaluate CAMERA SET [--json FILE] [--corners FILE] [--points FOLDER]
   [--detector NAME] [--stage N] [--board FILE]` scores a camera; only the targets'
   poses are fitted. FILE is what `raxel calibrate --json` wrote of the same board, whose
@@ -25,13 +25,6 @@
 - `raxel show WHAT [--camera CAMERA] [--corners FILE] [--seed N] [--out FILE]` draws a
   rig, a camera, or the targets of a set before their camera: FILE is a picture (.png)
   or a page to turn (.html); without it the page opens in the browser.
-- `raxel score SET [--corners FILE] [--points FOLDER] [--camera CAMERA] [--json FILE]`
-  compares results with the truth of a rendered set.
-- `raxel score-mirror RESULT SET [--json FILE]` compares what was found of a mirror that
-  bends with the truth of a rendered mirror set. RESULT has the rays of every stage;
-  `calibrate` of a mirror set writes it with `--rays`, and any other program may.
-- `raxel bench SET [SET ...] [--json FILE]` runs the detectors that need no clicks side
-  by side: counts of right and wrong boards, times as ratios.
 
 `check`, `calibrate` and `evaluate` take the folder of a mirror set, too: of a camera
 that looks into a mirror which bends. A camera is written for each stage, and scored by

@@ -1,6 +1,5 @@
 """`raxel calibrate MIRRORSET --out mirror.npz --json F --report FOLDER`"""
 
-import time
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -13,9 +12,7 @@ from raxel.cli.outputs import check_written
 from raxel.cli.scores import known
 from raxel.cli.warnings import print_warnings
 from raxel.errors import CalibrationError, InputError
-from raxel.evaluation.mirror_benchmark import scored_pixels
 from raxel.evaluation.mirror_errors import predicted_errors, viewers_aside
-from raxel.evaluation.mirror_result import sampled_result, write_mirror_result
 from raxel.features.boards import detect_boards
 from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_mirror_report
@@ -32,20 +29,18 @@ def calibrate_mirror_set(options, say):
     mirror_set = load_mirror_set(options.set)
     _check_options(options, mirror_set)
     outputs = stage_files(options.out, len(mirror_set.steps) + 1)
-    written = [options.out, *outputs, options.json, options.rays]
+    written = [options.out, *outputs, options.json]
     for path in filter(None, written):
         check_can_be_written(path)
     _check_apart(options, outputs)
     check_mirror_written(written, mirror_set)
     if options.report:
         _check_report(options.report, mirror_set, written)
-    began = time.process_time()
     views = mirror_views(mirror_set, say)
     try:
         found = calibrate_mirror(views, say=say)
     except InputError as fault:
         raise type(fault)(f"{mirror_set.description}: {fault}") from fault
-    took = time.process_time() - began
     expected = _expected(mirror_set, views, found, say)
     result = _result(mirror_set, views, found, outputs, expected)
     for line in _lines(mirror_set, result):
@@ -62,10 +57,6 @@ def calibrate_mirror_set(options, say):
         found.cameras[-1].save(place(options.out))
         if options.json:
             write_json(place(options.json), result)
-        if options.rays:
-            write_mirror_result(
-                place(options.rays), _sampled(mirror_set, found.cameras, took)
-            )
 
 
 def stage_files(out, count):
@@ -92,20 +83,11 @@ def _check_report(folder, mirror_set, written):
 
 def _check_apart(options, outputs):
     taken = {Path(path).resolve() for path in (options.out, *outputs)}
-    for option in ("json", "rays"):
-        name = getattr(options, option)
-        if name and Path(name).resolve() in taken:
-            raise InputError(
-                f"{name}: --{option} names the file of another result; give another "
-                "name"
-            )
-        taken |= {Path(name).resolve()} if name else set()
-
-
-def _sampled(mirror_set, cameras, seconds):
-    """The MirrorResult by which a calibration enters the benchmark."""
-    pixels = scored_pixels(mirror_set.size)
-    return sampled_result(mirror_set, cameras, pixels, seconds, "raxel calibrate")
+    if options.json and Path(options.json).resolve() in taken:
+        raise InputError(
+            f"{options.json}: --json names the file of another result; give another "
+            "name"
+        )
 
 
 def _check_options(options, mirror_set):

@@ -5,7 +5,7 @@ What runs a command stands in `running`.
 
 import argparse
 
-from raxel.cli import mirror_parsers, numbers, running
+from raxel.cli import numbers, running
 from raxel.cli.names import read_name, written_name
 from raxel.cli.terminal import on_one_line
 
@@ -43,9 +43,6 @@ def parser():
     _add_patterns(commands)
     _add_decode(commands)
     _add_show(commands)
-    _add_score(commands)
-    mirror_parsers.add_score_mirror(commands)
-    _add_bench(commands)
     return parser
 
 
@@ -106,7 +103,6 @@ def _add_calibrate(commands):
     _add_corners_file(parser)
     _add_points_folder(parser)
     _add_detector(parser)
-    mirror_parsers.add_rays(parser)
 
 
 def _add_evaluate(commands):
@@ -184,7 +180,12 @@ def _add_render(commands):
         default=0,
         help="of poses and noise; the same seed gives the same bytes (default 0)",
     )
-    mirror_parsers.add_noise(parser)
+    parser.add_argument(
+        "--noise",
+        metavar="LEVEL",
+        help="of a mirror set: one of its levels, such as low, middle or high; "
+        "default: the first",
+    )
     parser.set_defaults(command=running.run_render)
 
 
@@ -295,45 +296,6 @@ def _add_show(commands):
         help="write a .png or .html file and open nothing",
     )
     parser.set_defaults(command=running.run_show)
-
-
-def _add_score(commands):
-    summary = "compare results with the truth of a rendered set"
-    parser = _command(commands, "score", summary, running.run_score)
-    parser.add_argument(
-        "--corners",
-        type=read_name,
-        metavar="FILE",
-        help="corners, in the form of raxel corners",
-    )
-    parser.add_argument(
-        "--points",
-        type=read_name,
-        metavar="FOLDER",
-        help="decoded points: an .npz file per view with points_mm (height, width, 2)",
-    )
-    parser.add_argument(
-        "--camera", type=read_name, metavar="CAMERA", help="a central camera, .npz"
-    )
-    parser.add_argument(
-        "--json", type=written_name, metavar="FILE", help="write the scores here"
-    )
-
-
-def _add_bench(commands):
-    summary = "the detectors that need no clicks side by side: counts, times as ratios"
-    parser = commands.add_parser("bench", help=summary, description=summary)
-    parser.add_argument(
-        "set",
-        type=read_name,
-        metavar="SET",
-        nargs="+",
-        help="folders of image sets of chessboards",
-    )
-    parser.add_argument(
-        "--json", type=written_name, metavar="FILE", help="write the scores here"
-    )
-    parser.set_defaults(command=running.run_bench)
 
 
 def _command(commands, name, summary, run, camera=None, folder=A_SET):

@@ -1,7 +1,5 @@
 """What runs a command: each imports its own, so that help and mistakes cost no time."""
 
-from raxel.cli import mirror_parsers
-
 
 def run_corners(options, say):
     """Find the boards of a set."""
@@ -19,7 +17,6 @@ def run_calibrate(options, say):
     else:
         from raxel.cli.calibrate import calibrate
 
-        mirror_parsers.check_no_rays(options)
     calibrate(options, say)
 
 
@@ -75,17 +72,3 @@ def run_show(options, say):
     from raxel.cli.show import show
 
     show(options, say)
-
-
-def run_score(options, say):
-    """Score points of an active grid against the truth."""
-    from raxel.cli.score import score
-
-    score(options, say)
-
-
-def run_bench(options, say):
-    """Run the detectors over sets with reference corners."""
-    from raxel.cli.bench import bench
-
-    bench(options, say)

@@ -47,11 +47,6 @@ def told(what, number, form, unit):
     )
 
 
-def percent(share):
-    """'12.3 %', or 'none' where there is no share."""
-    return "none" if share is None else f"{100 * share:.1f} %"
-
-
 def known(number):
     """A float for JSON: None where it is not finite."""
     return float(number) if math.isfinite(number) else None
