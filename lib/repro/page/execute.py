@@ -34,7 +34,7 @@ def execute_page(
     }
     notebook = read_page(page)
     execute(notebook, page, root, variables, CELL_SECONDS)
-    settle(notebook, page)
+    names = settle(notebook, page)
     Furnisher(root, effort, variables["RAXEL_PAGE"]).fill(notebook)
     notebook.metadata["raxel"] = {
         "source": source,
@@ -42,6 +42,7 @@ def execute_page(
         "page": variables["RAXEL_PAGE"],
         # By its name: where somebody keeps photographs is not for others.
         "set": name_of(Path(image_set)) if image_set else "",
+        "names": names,
     }
     nbformat.validate(notebook)
     write_atomic(out, nbformat.writes(notebook) + "\n")

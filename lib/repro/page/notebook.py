@@ -102,8 +102,8 @@ def execute(
             fault = _run(shell, cell, seconds)
             if fault:
                 number = notebook.cells.index(cell) + 1
-                place = f"{_line_of(cell, path)}: cell {number}"
-                first = cell.source.strip().splitlines()[0]
+                first = cell.source.strip().splitlines()[0].strip()
+                place = f"{path}:{_line_of(first, path)}: cell {number}"
                 raise PageError(f"{place} `{first}`: {fault}")
 
 
@@ -175,20 +175,17 @@ def _too_long(number: int, frame: object) -> None:
     raise _TooLong
 
 
-def _line_of(cell: NotebookNode, path: Path) -> str:
-    """File and line at which the cell begins."""
-    first = cell.source.strip().splitlines()[0].strip()
+def _line_of(text: str, path: Path) -> int:
+    """Number of the page's last line with this text, as code or as a display line."""
     lines = path.read_text("utf-8").splitlines()
-    places = [
-        number
-        for number, line in enumerate(lines, 1)
-        if line.removeprefix("#").strip() == first
-    ]
-    return f"{path}:{places[-1]}" if places else f"{path}"
+    same = (n for n, li in enumerate(lines, 1) if li.removeprefix("#").strip() == text)
+    return max(same, default=1)
 
 
-def settle(notebook: NotebookNode, path: Path) -> None:
+def settle(notebook: NotebookNode, path: Path) -> dict[str, dict]:
     """Keep in the notebook what is the same in every run, and put values into prose.
+
+    Returns where each name was made: path, line, function, and results at hand.
 
     Standard error goes to the log. A `{glue:text}` role in a markdown cell becomes the
     value that a cell glued, so that the notebook reads as the page does. A cell that
@@ -197,10 +194,12 @@ def settle(notebook: NotebookNode, path: Path) -> None:
     """
     notebook.metadata = NotebookNode(_metadata())
     glued: dict[str, object] = {}
+    names: dict[str, dict] = {}
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
         if cell.cell_type == "code":
             outputs = cell.outputs
+            names |= _made_by(cell, path)
             cell.outputs = [o for o in outputs if _kept(o, glued)]
             tags = cell.metadata.setdefault("tags", [])
             silent = "active-ipynb" in tags or any(_glue_name(o) for o in outputs)
@@ -212,6 +211,18 @@ def settle(notebook: NotebookNode, path: Path) -> None:
                 lambda match, number=number: _pasted(match, glued, path, number),
                 cell.source,
             )
+    return names
+
+
+def _made_by(cell: NotebookNode, path: Path) -> dict[str, dict]:
+    """Where the names of a cell were made; lines of cells as those of the page."""
+    glued = [o.metadata["scrapbook"] for o in cell.outputs if _glue_name(o)]
+    names = {one["name"]: dict(one["made"]) for one in glued if "made" in one}
+    for made in names.values():
+        if not made["path"]:
+            made["path"] = "/".join(("chapters", *path.parts[-3:]))
+            made["line"] = _line_of(made["line"], path)
+    return names
 
 
 def _glue_name(output: NotebookNode) -> str | None:

@@ -13,11 +13,13 @@ import csv
 import importlib
 import inspect
 import json
+import linecache
 import math
 import os
 import re
+import sys
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from markupsafe import escape
@@ -29,6 +31,8 @@ from repro.run.discover import page_module, result_ids
 from repro.run.results import Result, opened
 from repro.run.sets_of_report import name_of
 
+# Results that this page has opened so far.
+_opened: list[str] = []
 # What can be opened below a figure, as a link says it.
 OPENED = {"3-D": "3-D scene", "film": "film"}
 
@@ -98,6 +102,7 @@ def open_results(experiment: str) -> Result:
     """The result of an experiment, with its trials (see `repro.run.results.Result`)."""
     folder = base() / "results"
     name = _identified(experiment, folder)
+    _opened.append(name)
     return Result(_needed(folder / f"{name}.json", "report"))
 
 
@@ -116,7 +121,9 @@ def results_behind(artefact: str) -> dict[str, Result | dict[str, Result]]:
     all sets of the build, experiment -> set name -> Result.
     """
     name = _identified(artefact, base())
-    return opened(base() / "results", _described(name)["results"])
+    read = _described(name)["results"]
+    _opened.extend(result_ids(read))
+    return opened(base() / "results", read)
 
 
 def show(artefact: str) -> Shown:
@@ -274,8 +281,45 @@ def value(name: str, number: float | int | str) -> None:
         raise ValueError(
             f"value {name!r} is {number}; a sentence needs a finite number"
         )
-    note = {"scrapbook": {"name": name, "value": number}}
+    made = _maker()
+    note = {"scrapbook": {"name": name, "value": number, "made": made}}
     display({"text/plain": f"{name} = {number}"}, raw=True, metadata=note)
+
+
+def _maker() -> dict:
+    """Path, line and function of a chapter that call `value`, for `make where`.
+
+    ``results``: those that the calling functions have at hand; where they have none,
+    all that the page has opened so far. The path of a cell is empty, and its line is
+    text, which `repro.page.notebook.settle` finds on the page.
+    """
+    chapters = f"{checkout() / 'chapters'}{os.sep}"
+    frame, made, results = sys._getframe(2), {}, []
+    while frame:
+        code = frame.f_code
+        in_cell = frame.f_globals.get("__name__") == "__main__"
+        if in_cell or code.co_filename.startswith(chapters):
+            path = Path() if in_cell else Path(code.co_filename).relative_to(checkout())
+            function = code.co_name.strip("<>")
+            line = linecache.getline(code.co_filename, frame.f_lineno)
+            made = made or {
+                "path": "" if in_cell else path.as_posix(),
+                "line": line.strip() if in_cell else frame.f_lineno,
+                "function": function,
+            }
+            if function == "module":
+                break
+            results += _results_in(frame.f_locals.values())
+        frame = frame.f_back
+    return made | {"results": sorted(set(results or _opened))}
+
+
+def _results_in(objects: Iterable[object]) -> Iterator[str]:
+    """Names of the results among objects, and among the values of dictionaries."""
+    for one in objects:
+        for inner in one.values() if isinstance(one, dict) else (one,):
+            if isinstance(inner, Result):
+                yield inner.path.stem
 
 
 def values() -> None:

@@ -98,6 +98,15 @@ class Reach:
         """
         return [place for place in self._walked(functions) if place[1] != WHOLE]
 
+    def named(self, function: Place) -> list[Place]:
+        """Definitions that one names itself, in the order of its text."""
+        links = [
+            link
+            for place in self._places([function])
+            for link in self._node(place).links
+        ]
+        return [t for _, t in links if t and t[1] != WHOLE]
+
     def place(self, module: str, name: str) -> tuple[Path, int]:
         """File and line of a definition; LookupError for what is none."""
         found = self._module(module)
