@@ -24,7 +24,7 @@ from raxel.sets import (
     read_image,
     write_set,
 )
-from raxel.sets.image_files import file_fault
+from raxel.sets.image_files import has_orientation
 from tests.image_sets import HEIGHT, WIDTH, description, write_description
 
 SIZE = HEIGHT, WIDTH
@@ -211,6 +211,7 @@ def test_exif_rotation_is_ignored(tmp_path, read):
     turned = cv2.imdecode(np.frombuffer(rotated, np.uint8), cv2.IMREAD_GRAYSCALE)
     assert turned.shape == (WIDTH, HEIGHT), "the tag is one that OpenCV obeys"
     loaded = one_image_set(tmp_path, "a.jpg", rotated)
+    assert has_orientation(tmp_path / "a.jpg")
     kept = read(loaded, "a.jpg")
     assert np.array_equal(kept, cv2.imdecode(np.frombuffer(plain, np.uint8), 0))
 
@@ -224,15 +225,9 @@ VARIANTS = {
     "tif": encoded("tif", picture()),
     "plain tif": encoded("tif", picture(), cv2.IMWRITE_TIFF_COMPRESSION, 1),
     "bmp": encoded("bmp", picture()),
+    "pgm": encoded("pgm", picture()),
+    "webp": encoded("webp", picture()),
 }
-
-
-@pytest.mark.parametrize("variant", VARIANTS)
-@given(share=st.floats(0, 1, exclude_max=True))
-def test_every_cut_file_is_noticed(variant, share):
-    data = VARIANTS[variant]
-    assert file_fault(data) is None
-    assert file_fault(data[: int(share * len(data))])
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -240,9 +235,10 @@ def test_a_cut_file_is_refused_by_name(tmp_path, variant):
     data = VARIANTS[variant]
     loaded = one_image_set(tmp_path, "a.img", data)
     assert read_image(loaded, "a.img").shape == (HEIGHT, WIDTH)
-    (tmp_path / "a.img").write_bytes(data[: len(data) * 2 // 3])
-    with pytest.raises(InputError, match=r"a\.img: cut off"):
-        read_image(loaded, "a.img")
+    for share in np.linspace(0, 0.98, 12):
+        (tmp_path / "a.img").write_bytes(data[: int(share * len(data))])
+        with pytest.raises(InputError, match=r"a\.img: "):
+            read_image(loaded, "a.img")
 
 
 def test_a_thumbnail_does_not_stand_in_for_the_end(tmp_path):
@@ -259,7 +255,7 @@ def test_a_changed_byte_in_a_png_is_noticed(tmp_path):
     data = bytearray(encoded("png", picture()))
     data[len(data) // 2] ^= 0x10
     loaded = one_image_set(tmp_path, "a.png", bytes(data))
-    with pytest.raises(InputError, match=r"a\.png: cut off or damaged"):
+    with pytest.raises(InputError, match=r"a\.png: .*damaged"):
         read_image(loaded, "a.png")
 
 

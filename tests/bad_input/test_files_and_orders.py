@@ -81,7 +81,7 @@ def test_an_image_that_only_looks_whole_leaves_one_line(broken, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert "view0.png: cannot be decoded: damaged" in done.stderr
+    assert "view0.png: cut off or damaged" in done.stderr
 
 
 def test_places_that_cannot_be_written(broken, fails, tmp_path):

@@ -4,7 +4,7 @@ import math
 from collections import Counter
 
 from raxel.cli.terminal import on_one_line
-from raxel.cli.warnings import of_pixels
+from raxel.cli.warnings import of_pixels, print_warnings
 from raxel.sets import (
     ActiveGrid,
     Charuco,
@@ -15,7 +15,10 @@ from raxel.sets import (
     load_set,
     read_image,
 )
+from raxel.sets.image_files import has_orientation
 from raxel.sets.patterns import cell_width
+
+TURNED = "EXIF orientation ignored; pixels stay where the sensor had them"
 
 
 def check(options, say):
@@ -48,9 +51,10 @@ def _check_mirror_set(mirror_set, say):
 def _check_images(image_set, say):
     reference = load_reference(image_set)
     files = list(dict.fromkeys(name for v in image_set.views for name in v.files))
-    depths = Counter()
+    depths, turned = Counter(), 0
     for number, name in enumerate(files, 1):
         depths[read_image(image_set, name).dtype.itemsize * 8] += 1
+        turned += has_orientation(image_set.folder / name)
         say(f"{number}/{len(files)} {name}")
     bits = ", ".join(f"{count} of {depth} bit" for depth, count in depths.items())
     uses = Counter(view.use for view in image_set.views)
@@ -66,6 +70,8 @@ def _check_images(image_set, say):
         print(f"reference  corners of {len(reference)} images")
     if image_set.truth:
         print(f"truth      {image_set.truth}")
+    if turned:
+        print_warnings([f"{turned} of {len(files)} images: {TURNED}"])
 
 
 def _target(target):

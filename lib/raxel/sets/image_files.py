@@ -1,37 +1,48 @@
-"""Reading photographs: whole files only, in the sensor's own orientation and depth.
+"""Reading images: whole files only, in the sensor's own orientation and depth.
 
-OpenCV pads what a cut-off JPEG lacks and says nothing, so each format's own end is
-looked for in the bytes before anything is decoded.
+Pillow reads the header and verifies the file; OpenCV decodes the pixels, since it
+keeps 16 bit of every colour.
 """
 
-import struct
+import contextlib
+import io
+import warnings
 import zlib
 from pathlib import Path
 
 import numpy as np
+from PIL import Image, UnidentifiedImageError
 
 from raxel.errors import InputError
 from raxel.io.files import check_size
-from raxel.sets import bmp, tiff
 from raxel.sets.decoder_words import pixels_were_lost, words_of_decoders
 from raxel.sets.model import View
 
-PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-NOT_AN_IMAGE = "not a PNG, JPEG, TIFF or BMP image; convert it or take it out"
-CUT_OFF = "copy it anew from its source"
-# 160 megapixels of three samples of 16 bit, not packed.
-MOST_BYTES = 1_000_000_000
-IN_PLANES = (
-    "a TIFF of more than 8 bit with a plane for each colour, which is not read; save "
-    "it as PNG, or with the colours of a pixel together"
-)
+FORMATS = ("PNG", "JPEG", "TIFF", "BMP", "PPM", "WEBP")
 JPEG_SIGNATURE = b"\xff\xd8\xff"
-JPEG_START, JPEG_END, JPEG_SCAN = 0xD8, 0xD9, 0xDA
-JPEG_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+# 160 megapixels of three samples of 16 bit, not packed. Pillow bounds the decoded size.
+MAX_BYTES = 1_000_000_000
+# Tags of TIFF, and values of theirs.
+WIDTH, HEIGHT, BITS, PACKING, PHOTOMETRIC, FILL_ORDER = 256, 257, 258, 259, 262, 266
+ORIENTATION, SAMPLES, PLANES = 274, 277, 284
+STRIPS, TILES = (273, 279), (324, 325)  # where they begin, their bytes
+WHITE_IS_ZERO, A_PLANE_EACH, DEFLATE = 0, 2, (8, 32946)
+MAX_BYTES_PER_PIXEL = 32  # out of a strip: four samples of 32 bit, twice
+# What undoes an orientation: OpenCV turns a TIFF though it is told not to.
+UNDO = {
+    1: lambda image: image,
+    2: lambda image: image[:, ::-1],
+    3: lambda image: image[::-1, ::-1],
+    4: lambda image: image[::-1],
+    5: lambda image: image.swapaxes(0, 1),
+    6: lambda image: np.rot90(image, 1),
+    7: lambda image: image[::-1, ::-1].swapaxes(0, 1),
+    8: lambda image: np.rot90(image, -1),
+}
 
 
 def read_image(image_set, view):
-    """A photograph of the set in grey, (height, width), uint8 or uint16.
+    """Return an image of the set in grey, (height, width), uint8 or uint16.
 
     `view` is a View of one image, or the name of any image of the set. EXIF rotation
     is ignored: pixels stay where the sensor had them. Raises InputError for a file
@@ -49,187 +60,154 @@ def read_colour(image_set, view):
     return _read(image_set, view, cv2.IMREAD_ANYCOLOR)
 
 
+def is_jpeg(path):
+    """Return whether a file begins as a JPEG does, whatever its name is."""
+    with open(path, "rb") as stream:
+        return stream.read(len(JPEG_SIGNATURE)) == JPEG_SIGNATURE
+
+
+def has_orientation(path):
+    """Return whether a file has an orientation, which viewers obey and we ignore."""
+    with _opened(path, Path(path).read_bytes()) as header:
+        return header.getexif().get(ORIENTATION, 1) != 1
+
+
 def _read(image_set, view, colour):
     name = view.image if isinstance(view, View) else view
     path = image_set.folder / name
-    data = whole_file(path)
-    width, height = stated_size(data)
-    if (width, height) != (image_set.width, image_set.height):
-        raise InputError(
-            f"{path}: found {width} x {height} px, but resolution in "
-            f"{image_set.description} is {image_set.width} x {image_set.height}; "
-            "take the image out or mend resolution"
-        )
-    return decode(path, data, colour)
+    check_size(path, MAX_BYTES, "image")
+    data = path.read_bytes()
+    with _opened(path, data) as header:
+        size = _stored_size(header)
+        if size != (image_set.width, image_set.height):
+            raise InputError(
+                f"{path}: found {size[0]} x {size[1]} px, but resolution in "
+                f"{image_set.description} is {image_set.width} x {image_set.height}; "
+                "take the image out or correct resolution"
+            )
+        return _decoded(path, data, header, colour)
 
 
-def whole_file(path):
-    """The bytes of an image file. Raises InputError where they are not a whole one."""
-    path = Path(path)
-    if not path.exists():
-        raise InputError(f"{path}: no such file; add it or mend set.yaml")
-    check_size(path, MOST_BYTES, "photograph")
+@contextlib.contextmanager
+def _opened(path, data):
+    """Yield the header of an image by Pillow; any fault of it is an InputError."""
+    if not data:
+        raise InputError(f"{path}: the file is empty (0 bytes); copy it anew")
     try:
-        data = path.read_bytes()
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
-    fault = file_fault(data)
-    if fault:
-        raise InputError(f"{path}: {fault}")
-    return data
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(io.BytesIO(data), formats=FORMATS) as header:
+                yield header
+    except InputError:
+        raise
+    except UnidentifiedImageError as fault:
+        raise InputError(
+            f"{path}: not a {', '.join(FORMATS)} image, or cut off; convert it or take "
+            "it out"
+        ) from fault
+    except Image.DecompressionBombError as fault:
+        raise InputError(f"{path}: too many pixels; crop the image") from fault
+    except Exception as fault:  # A damaged file raises what its damage hits.
+        raise _damaged(path) from fault
 
 
-def decode(path, data, colour):
-    """The pixels of a whole file's bytes; `colour` is OpenCV's reading mode.
+def _damaged(path):
+    return InputError(f"{path}: cut off or damaged; copy it anew from its source")
 
-    Raises InputError naming `path`, where the bytes hold no picture of the size that
-    they state.
-    """
-    import cv2
 
-    mode = colour | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
-    stored = tiff.as_stored(data) if tiff.is_tiff(data) else data
-    image = _decode_quietly(np.frombuffer(stored, np.uint8), mode)
+def _stored_size(header):
+    """(width, height) in px before any orientation."""
+    if header.format == "TIFF":
+        return header.tag_v2[WIDTH], header.tag_v2[HEIGHT]
+    return header.size
+
+
+def _decoded(path, data, header, colour):
+    """The pixels of a file; `colour` is OpenCV's reading mode."""
+    is_tiff = header.format == "TIFF"
+    tags = dict(header.tag_v2) if is_tiff else {}
+    size = _stored_size(header)
+    if is_tiff:
+        _check_samples(path, tags)
+        if not _streams_are_whole(data, tags):
+            raise _damaged(path)
+    with words_of_decoders():
+        if header.format == "PNG":
+            header.verify()  # check sums of all parts
+        else:
+            header.load()
+    if header.format == "BMP":
+        return _by_pillow(header, colour)
+    image = _by_opencv(data, colour)
     if image is None:
+        raise _damaged(path)
+    if is_tiff:
+        image = np.ascontiguousarray(UNDO.get(tags.get(ORIENTATION, 1), UNDO[1])(image))
+    if image.shape[1::-1] != size:
         raise InputError(
-            f"{path}: cannot be decoded: damaged, or of a kind that is not read; "
-            f"{CUT_OFF}, or save it as PNG"
-        )
-    height, width = image.shape[:2]
-    if (width, height) != stated_size(data):
-        stated = " x ".join(map(str, stated_size(data)))
-        raise InputError(
-            f"{path}: found {width} x {height} px, but its header states {stated}; "
-            "save it anew, as PNG"
+            f"{path}: found {image.shape[1]} x {image.shape[0]} px, but its header "
+            f"states {size[0]} x {size[1]}; save it anew, as PNG"
         )
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(
             f"{path}: found samples of type {image.dtype}; save it with 8 or 16 bit"
         )
-    if image.dtype == np.uint8 and tiff.is_tiff(data) and tiff.bits(data) > 8:
-        raise InputError(
-            f"{path}: a TIFF of {tiff.bits(data)} bit that the decoder makes 8 bit of, "
-            "as it does with opacity beside grey; save it as PNG, or without opacity"
-        )
-    # With 8 bit the decoder has turned them already.
-    if image.dtype == np.uint16 and tiff.is_tiff(data) and tiff.white_is_zero(data):
-        return np.iinfo(np.uint16).max - image
+    if image.dtype == np.uint16 and tags.get(PHOTOMETRIC) == WHITE_IS_ZERO:
+        return np.iinfo(np.uint16).max - image  # of 8 bit OpenCV does so itself
     return image
 
 
-def _decode_quietly(data, mode):
-    """OpenCV's decoder with its words caught; None where it fails.
+def _check_samples(path, tags):
+    """Refuse a TIFF whose samples OpenCV takes for others."""
+    samples, bits = tags.get(SAMPLES, 1), tags.get(BITS, (1,))[0]
+    if samples not in (1, 3):
+        raise InputError(
+            f"{path}: found {samples} samples a pixel; save the TIFF without opacity"
+        )
+    if samples > 1 and bits > 8 and tags.get(PLANES) == A_PLANE_EACH:
+        raise InputError(
+            f"{path}: found a plane for each colour; save the TIFF with the colours of "
+            "a pixel together"
+        )
 
-    None also where pixels were lost and filled in, of which only these words tell.
-    """
+
+def _streams_are_whole(data, tags):
+    """Whether each zlib stream of a TIFF ends in its check sum: libtiff reads none."""
+    if tags.get(PACKING) not in DEFLATE or tags.get(FILL_ORDER, 1) != 1:
+        return True
+    starts, lengths = STRIPS if STRIPS[0] in tags else TILES
+    most = MAX_BYTES_PER_PIXEL * tags[WIDTH] * tags[HEIGHT]
+    for start, length in zip(tags[starts], tags[lengths], strict=True):
+        stream = zlib.decompressobj()
+        most -= len(stream.decompress(data[start : start + length], max(most, 1)))
+        if not stream.eof:
+            return False
+    return True
+
+
+def _by_pillow(image, colour):
+    """Pixels of a BMP, whose masks and run lengths OpenCV reads in part."""
     import cv2
 
+    if image.mode in ("1", "L"):
+        return np.array(image.convert("L"))
+    pixels = np.array(image.convert("RGB"))
+    grey = colour == cv2.IMREAD_GRAYSCALE
+    return cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY if grey else cv2.COLOR_RGB2BGR)
+
+
+def _by_opencv(data, colour):
+    """The pixels; None where it fails, or loses some and fills them in."""
+    import cv2
+
+    mode = colour | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
     level = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_WARNING)
     try:
         with words_of_decoders() as words:
-            image = cv2.imdecode(data, mode)
+            image = cv2.imdecode(np.frombuffer(data, np.uint8), mode)
         return None if pixels_were_lost(words) else image
     except cv2.error:
         return None
     finally:
         cv2.utils.logging.setLogLevel(level)
-
-
-def file_fault(data):
-    """Why these bytes are not one whole image (with advice), or None if they are."""
-    if not data:
-        return f"the file is empty (0 bytes); {CUT_OFF}"
-    whole = _check_of(data)
-    if whole is None:
-        return NOT_AN_IMAGE
-    try:
-        if bmp.is_bmp(data) and (fault := bmp.not_read(data)):
-            return fault
-        complete = whole(data) and min(stated_size(data)) > 0
-        if complete:
-            mistaken = tiff.is_tiff(data) and tiff.planes_are_mistaken(data)
-            return IN_PLANES if mistaken else None
-    except (struct.error, LookupError, OverflowError):
-        pass
-    return f"cut off or damaged (its {len(data)} bytes do not hold it whole); {CUT_OFF}"
-
-
-def _check_of(data):
-    if data.startswith(PNG_SIGNATURE):
-        return _png_is_whole
-    if data.startswith(JPEG_SIGNATURE):
-        return _jpeg_is_whole
-    if tiff.is_tiff(data):
-        return tiff.is_whole
-    if bmp.is_bmp(data):
-        return bmp.is_whole
-    return None
-
-
-def is_jpeg(path):
-    """Whether a file begins as a JPEG does, whatever its name says."""
-    with open(path, "rb") as stream:
-        return stream.read(len(JPEG_SIGNATURE)) == JPEG_SIGNATURE
-
-
-def stated_size(data):
-    """(width, height) in px by the header of a whole file, before any is decoded.
-
-    A few bytes can state a picture that no memory holds.
-    """
-    if data.startswith(PNG_SIGNATURE):
-        return struct.unpack_from(">II", data, 16)
-    if bmp.is_bmp(data):
-        return bmp.stated_size(data)
-    if data.startswith(JPEG_SIGNATURE):
-        height, width = struct.unpack_from(">HH", data, _jpeg_frame(data) + 5)
-        return width, height
-    return tiff.stated_size(data)
-
-
-def _jpeg_frame(data):
-    """Where the marker of the frame header lies: the first of SOF0 to SOF15."""
-    at = 2
-    while data[at + 1] not in JPEG_FRAMES:
-        if data[at + 1] == 0xFF:
-            at += 1
-        elif data[at] != 0xFF or data[at + 1] == JPEG_SCAN:
-            raise IndexError("no frame header before the scan")
-        else:
-            (length,) = struct.unpack_from(">H", data, at + 2)
-            at += 2 + length
-    return at
-
-
-def _png_is_whole(data):
-    """Every chunk's check sum holds, up to IEND."""
-    at = len(PNG_SIGNATURE)
-    while True:
-        (length,) = struct.unpack_from(">I", data, at)
-        (checksum,) = struct.unpack_from(">I", data, at + 8 + length)
-        if zlib.crc32(data[at + 4 : at + 8 + length]) != checksum:
-            return False
-        if data[at + 4 : at + 8] == b"IEND":
-            return True
-        at += 12 + length
-
-
-def _jpeg_is_whole(data):
-    """There is an end marker outside the segments: a thumbnail's does not count."""
-    at, scanned = 2, False
-    while True:
-        at = data.find(b"\xff", at)
-        if at < 0:
-            return False
-        marker = data[at + 1]
-        if marker == 0xFF:
-            at += 1
-        elif marker == 0 or marker == 1 or 0xD0 <= marker <= JPEG_START:
-            at += 2
-        elif marker == JPEG_END:
-            return scanned
-        else:
-            scanned = scanned or marker == JPEG_SCAN
-            (length,) = struct.unpack_from(">H", data, at + 2)
-            at += 2 + length
