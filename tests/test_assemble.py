@@ -215,7 +215,7 @@ def test_the_start_page_begins_with_what_raxel_is_and_one_job(tmp_path):
 
 def test_the_start_page_shows_a_finding_whose_picture_and_page_there_are(tmp_path):
     base = small_checkout(tmp_path)
-    page = "ch04_central_generic/ext_what_cgsp_buys"
+    page = "ch04_central_generic/s1_5_simulated"
     rows = "as_printed,84.2\ncgsp,0.737\nwell_conditioned,0.804\n"
     figure = base / "ext_what_cgsp_buys_figure.csv"
     write_atomic(figure, f"method,median_mm\n{rows}")

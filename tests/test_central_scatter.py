@@ -58,7 +58,6 @@ def test_lines_and_plane_of_rays_that_miss_the_centre():
     assert scatter["rms_mm"] == pytest.approx(np.hypot(0.3, 0.1), rel=0.05)
     assert scatter["eigenvalues"] == pytest.approx(1 / 9, rel=0.1)
     assert scatter["kurtosis"] < 0.5
-    assert scatter["skewness"] < 0.05
     assert scatter["inside"]
 
 
@@ -87,7 +86,6 @@ def test_every_method_finds_exact_grids_and_says_how_far_it_is_off():
     for method in found.values():
         assert method["centre_off_mm"] < 1e-6
         assert method["ray_mean_mm"] < 1e-7
-        assert method["r2_off_deg"] < 1e-6
         assert method["all"]["rms_mm"] < 1e-5
     assert found["cgsp"]["cz"] == pytest.approx(-200)
     spread = depth_spread(CENTRE, points, POSES)
@@ -103,18 +101,6 @@ def test_a_shift_of_the_image_is_measured_from_what_pixels_see():
     moved = seen(u - 1.2, v + 0.7)
     moved[:20] = np.nan
     np.testing.assert_allclose(shift_between(seen(u, v), moved), [1.2, -0.7], atol=0.01)
-
-
-def test_skewness_is_the_mean_cube_of_products_between_all_points():
-    """Mardia's b1 by its definition, the same in any axes."""
-    points = RNG.gamma(1.5, size=(200, 2)) @ [[1.0, 0.4], [0.0, 0.7]]
-    off = points - points.mean(axis=0)
-    between = off @ np.linalg.inv(off.T @ off / len(off)) @ off.T
-    expected = np.mean(between**3)
-    assert expected > 1
-    for turn in (0.0, 0.7):
-        R = rotation_from_vector(np.array([0, 0, turn]))[:2, :2]
-        assert scatter_of(points @ R.T)["skewness"] == pytest.approx(expected)
 
 
 def test_rays_that_grids_share_keep_their_own_pixels():

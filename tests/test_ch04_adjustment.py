@@ -1,16 +1,11 @@
 """Sections 4.1.3 and 4.1.4: their trials, and how their claims are judged."""
 
 import numpy as np
-import pytest
 
 from chapters.ch04_central_generic.s1_3_rays import claims as ray_claims
 from chapters.ch04_central_generic.s1_3_rays import trials as rays
 from chapters.ch04_central_generic.s1_4_bundle_adjustment import claims
-from chapters.ch04_central_generic.s1_4_bundle_adjustment import page as adjustment
-from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials import (
-    formulas,
-    schemes,
-)
+from chapters.ch04_central_generic.s1_4_bundle_adjustment import trials as schemes
 from tests.judged_claims import readings, readings_of, verdict
 from tests.made_results import flat, of_seed
 
@@ -47,23 +42,15 @@ def test_weights_help_where_poses_are_poor():
 
 
 def test_closed_form_of_the_distance_and_the_unknowns():
-    found = of_seed(formulas.formula_trial, [{}])
+    found = of_seed(schemes.formula_trial, [{}])
     assert found.column("largest_mm")[0] < 1e-11
-    counts = of_seed(formulas.unknowns_trial, [{"grids": n} for n in formulas.GRIDS])
+    counts = of_seed(schemes.unknowns_trial, [{"grids": n} for n in schemes.GRIDS])
     results = {"exp_c4_ba_param_count": counts}
     (reading,) = readings_of(claims.judge_param_count, results)
     assert reading.verdict == "reproduced"
     values = claims.values_of_adjustment(results)
     assert values["s4_1_4_ba"].value == "6*(n-1)"
     assert values["s4_1_4_ray"].value == 2
-
-
-@pytest.mark.parametrize("noise", [0.5, 2.0])
-def test_one_trial_of_every_curve(noise):
-    condition = {"noise": noise, "rays": 400}
-    found = adjustment.consistency_trial(condition, np.random.default_rng(0))
-    assert set(found) == set(adjustment.CURVES[noise])
-    assert found["consistent"]["centre_mm"] < 100
 
 
 def test_starts_are_forgotten_by_the_consistent_adjustment():

@@ -5,21 +5,11 @@ import pytest
 
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole import claims as s1_1_claims
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole import page as s1_1_page
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole import trials as pinholes
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import straightness
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
-    boards,
-    cameras,
-    centres,
-)
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import scene as fig_4_1
 from chapters.ch04_central_generic.s1_2_linear_stage import claims as s1_2_claims
 from chapters.ch04_central_generic.s1_2_linear_stage import page as s1_2_page
-from chapters.ch04_central_generic.s1_2_linear_stage.trials import (
-    minimal,
-    outliers,
-    parallel,
-    precision,
-)
+from chapters.ch04_central_generic.s1_2_linear_stage import trials as linear
 from chapters.shared import wide_angle
 from raxel.geometry import homography_dlt
 from tests.judged_claims import readings_of
@@ -36,15 +26,15 @@ def verdicts(judge, experiment, *made):
 # 4.1.1
 
 
-@pytest.mark.parametrize("name", cameras.CAMERAS)
+@pytest.mark.parametrize("name", pinholes.CAMERAS)
 def test_rays_of_every_camera_start_in_one_point_and_give_it_back(name):
     rng = np.random.default_rng(0)
-    origins, directions = cameras.camera_of(name)(rng)
+    origins, directions = pinholes.camera_of(name)(rng)
     off = np.cross(directions, origins - wide_angle.CENTRE_MM)
     assert np.abs(off).max() < 1e-9
     found = s1_1_page.exact_trial({"camera": name}, rng)
     assert max(found.values()) < 1e-8
-    assert centres.picture_trial({"camera": name}, rng)["residual"] < 1e-11
+    assert pinholes.picture_trial({"camera": name}, rng)["residual"] < 1e-11
 
 
 def test_a_camera_without_distortion_is_interpolated_exactly():
@@ -53,17 +43,17 @@ def test_a_camera_without_distortion_is_interpolated_exactly():
     for k1, bound in ((0.0, 1e-9), (-0.1, 1.0)):
         camera = wide_angle.radial_lens(k1=k1)
         exact = wide_angle.back_project(camera, pixels + 0.0, T)[0][0]
-        guessed = boards.interpolated(camera, T[0], pixels, 40.0)
+        guessed = pinholes.interpolated(camera, T[0], pixels, 40.0)
         gap = np.linalg.norm(guessed - exact, axis=1)
         assert gap.max() < bound
     assert gap.max() > 0.01
 
 
 def test_figure_4_1_is_straight_on_the_base_grid_alone():
-    found = fig_4_1.scene_trial({}, np.random.default_rng(0))
+    found = pinholes.scene_trial({}, np.random.default_rng(0))
     assert straightness(found["synthetic"]) < 1e-12
     assert straightness(found["picture"]) > 0.03
-    T = fig_4_1.board_pose()
+    T = pinholes.board_pose()
     on_board = (found["corners"].reshape(-1, 3) - T[:3, 3]) @ T[:3, :3]
     assert np.abs(on_board[:, 2]).max() < 1e-9
 
@@ -71,7 +61,7 @@ def test_figure_4_1_is_straight_on_the_base_grid_alone():
 def test_the_claims_of_4_1_1_can_fail():
     exact = [
         ({"camera": name}, {"CGSP": [1e-9], "CGSP circle": [1e-9]})
-        for name in cameras.CAMERAS
+        for name in pinholes.CAMERAS
     ]
     judge = s1_1_claims.judge_centres
     assert verdicts(judge, "exp_c4_any_pinhole", *exact) == ["reproduced"]
@@ -95,17 +85,17 @@ def test_the_claims_of_4_1_1_can_fail():
 
 def test_four_rays_have_full_rank_and_three_have_not():
     rng = np.random.default_rng(2)
-    four, three = (minimal.minimal_trial({"rays": n}, rng) for n in (4, 3))
+    four, three = (linear.minimal_trial({"rays": n}, rng) for n in (4, 3))
     assert (four["rank"], three["rank"]) == (8, 6)
     assert four["length_mm"] < 1e-6
     assert three["length_mm"] is None
-    assert minimal.parameters_trial({}, rng)["determined"] == 15
+    assert linear.parameters_trial({}, rng)["determined"] == 15
 
 
 def test_spoilt_points_are_as_many_as_asked_and_lie_on_the_grid():
     rng = np.random.default_rng(3)
     points = rng.normal(size=(3, 4000, 2)) * [10.0, 500.0]
-    spoilt, wrong = outliers.spoil(points, 0.05, rng)
+    spoilt, wrong = linear.spoil(points, 0.05, rng)
     assert wrong.mean() == pytest.approx(0.05, abs=0.01)
     np.testing.assert_array_equal(spoilt[~wrong], points[~wrong])
     assert np.all(np.abs(spoilt) <= np.abs(points).max(axis=1, keepdims=True) * 1.01)
@@ -115,27 +105,14 @@ def test_spoilt_points_are_as_many_as_asked_and_lie_on_the_grid():
     assert found["wrong_kept"] < 0.1
 
 
-@pytest.mark.parametrize("which", ["base", "grids"])
-def test_planes_come_as_near_to_parallel_as_asked(which):
-    T = parallel.draw_nearly_parallel(which, 2.0, np.random.default_rng(4))
-    pair = T[[0, 1]] if which == "base" else T[[1, 2]]
-    cosine = np.abs(pair[0, :3, 2] @ pair[1, :3, 2])
-    assert np.degrees(np.arccos(cosine)) == pytest.approx(2.0)
-    condition = {"which": which, "angle_deg": 0.0}
-    found = parallel.parallel_trial(condition, np.random.default_rng(5))
-    assert found["refused"] == 1
-    assert found["named"] == (which == "base")
-    assert found["degeneracy"] < 0.03
-
-
 def test_the_plain_svd_gives_the_homography_of_the_library():
     sight = wide_angle.draw_scene(
         wide_angle.radial_lens(), 0.5, np.random.default_rng(6), grids=2
     )
     base, own = sight.noisy
-    H = precision.homography_in(np.float64, own, base, normalised=True)
+    H = linear.homography_in(np.float64, own, base, normalised=True)
     np.testing.assert_allclose(H / H[2, 2], _unit(homography_dlt(own, base)), rtol=1e-9)
-    single = precision.homography_in(np.float32, own, base, normalised=True)
+    single = linear.homography_in(np.float32, own, base, normalised=True)
     assert 0 < np.abs(_unit(single) / _unit(H) - 1).max() < 1e-2
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from chapters.ch04_central_generic.s3_4_motion import claims as motion_claims
-from chapters.ch04_central_generic.s3_4_motion import exercises as motion_exercises
 from chapters.ch04_central_generic.s3_4_motion.trials import (
     calibrations,
     corners,
@@ -77,7 +76,8 @@ def test_exact_rays_give_the_motion_of_the_stage():
 def test_one_board_alone_leaves_the_motion_open():
     rays, _ = exact_rays("translation")
     count = stage.BOARDS[0].columns * stage.BOARDS[0].rows
-    assert "plane" in motion.scored("translation", rays[:, :count])["failed"]
+    found = motion.scored("translation", rays[:, :count])
+    assert found == {"failed": "not-determined"}
 
 
 def decoding(sd_mm):
@@ -119,8 +119,7 @@ def test_calibrations_give_the_poses_of_the_grids_and_rays_to_the_corners():
 
 def test_both_detectors_find_the_boards_of_a_picture():
     poses = stage.target_poses("rotation", STRAIGHT)[6:7]
-    errors, refused, pictures = corners.seen_boards(poses, np.random.default_rng(2))
-    assert len(pictures) == 1
+    errors, refused = corners.seen_boards(poses, np.random.default_rng(2))
     for name in corners.DETECTORS:
         assert not refused[name].any()
         for off in errors[name]:
@@ -147,14 +146,3 @@ def test_claims_are_judged_both_ways():
         for judge in (motion_claims.judge_translation, motion_claims.judge_rotation):
             found = readings_of(judge, {"fig_4_10_seeds": result})
             assert [r.verdict for r in found] == [verdict] * 12
-
-
-def test_exercises_of_motion():
-    for task in (
-        motion_exercises.freedom_task,
-        motion_exercises.parallax_task,
-        motion_exercises.sum_task,
-    ):
-        right = task()["expected"]()
-        for slip in task()["slips"].values():
-            assert abs(slip() - right) > 0.02 * abs(right)

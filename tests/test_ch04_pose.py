@@ -3,13 +3,8 @@
 import numpy as np
 import pytest
 
-from chapters.ch04_central_generic.s2_pose import exercises as pose_exercises
+from chapters.ch04_central_generic.s2_pose import claims
 from chapters.ch04_central_generic.s2_pose import page as pose_page
-from chapters.ch04_central_generic.s2_pose.claims import counts as count_claims
-from chapters.ch04_central_generic.s2_pose.claims import planes as plane_claims
-from chapters.ch04_central_generic.s2_pose.claims import samples as sample_claims
-from chapters.ch04_central_generic.s2_pose.claims import simulated as noise_claims
-from chapters.ch04_central_generic.s2_pose.claims import table_4_1 as table_claims
 from chapters.ch04_central_generic.s2_pose.figures import DrawnPose
 from chapters.ch04_central_generic.s2_pose.trials import counted, drawn, kodak, triplets
 from chapters.ch04_central_generic.s2_pose.trials.estimators import (
@@ -52,7 +47,7 @@ def test_refined_poses_are_better_than_three_points():
 def test_a_refused_pose_says_why():
     rays = np.tile([[0.0, 0.0, 1.0]], (10, 1))
     found = all_estimates(rays, np.ones((10, 2)), np.random.default_rng(0), 1.0)
-    assert all(isinstance(reason, str) and reason for reason in found.values())
+    assert set(found.values()) == {"not-determined"}
 
 
 def test_the_drawn_case_is_what_it_shows():
@@ -61,7 +56,7 @@ def test_the_drawn_case_is_what_it_shows():
 
 def test_planes_are_judged_both_ways():
     exact = flat(plane_trial({"noise": 0.0}, np.random.default_rng(1)))
-    judge = plane_claims.judge_free
+    judge = claims.judge_free
     assert readings(judge, "exp_c4_plane_free", exact)[0].verdict == "reproduced"
     worse = exact | {"own.30.translation_mm": 1e-6}
     assert readings(judge, "exp_c4_plane_free", worse)[0].verdict == "differs"
@@ -72,7 +67,7 @@ def test_planes_are_judged_both_ways():
             for measure in ("rotation_deg", "translation_mm"):
                 noise = np.exp(0.1 * rng.standard_normal(60))
                 values[f"{kind}.{tilt}.{measure}"] = (1 + tilt / 60) * noise
-    judge = plane_claims.judge_orientation
+    judge = claims.judge_orientation
     for best, verdict in ((0, "reproduced"), (60, "differs")):
         if best:
             for kind in ("common", "own"):
@@ -97,13 +92,13 @@ def test_triples_are_as_far_apart_as_their_name_says():
 
 def test_samples_are_judged_both_ways():
     counts = {f"{kind}.without": [9] * 100 for kind in triplets.APART}
-    judge = sample_claims.judge_no_solution
+    judge = claims.judge_no_solution
     experiment = "exp_c4_3pt_no_solution"
     assert {r.verdict for r in readings(judge, experiment, counts)} == {"reproduced"}
     few = {name: [1] * 100 for name in counts}
     assert {r.verdict for r in readings(judge, experiment, few)} == {"differs"}
     four = {"finite.of_4_24": [100, 99], "finite.facing": [100, 100]}
-    found = readings(sample_claims.judge_linear_always, "exp_c4_linear_always", four)
+    found = readings(claims.judge_linear_always, "exp_c4_linear_always", four)
     assert [r.verdict for r in found] == ["differs", "reproduced"]
     rng = np.random.default_rng(4)
     for factor, verdict in ((10.0, "reproduced"), (1.5, "differs")):
@@ -112,7 +107,7 @@ def test_samples_are_judged_both_ways():
             for kind, size in (("close together", factor), ("far apart", 1.0))
             for measure in ("rotation_deg", "translation_mm")
         }
-        found = readings(sample_claims.judge_sensitive, "exp_c4_3pt_sensitive", errors)
+        found = readings(claims.judge_sensitive, "exp_c4_3pt_sensitive", errors)
         assert found[0].verdict == verdict
 
 
@@ -145,7 +140,7 @@ def test_fast_means_one_system_and_no_iteration(change, verdicts):
         "three_points.polynomials": [64] * 60,
     }
     made = values | change
-    found = readings(count_claims.judge_fast, "exp_c4_pose_linear_fast", made)
+    found = readings(claims.judge_fast, "exp_c4_pose_linear_fast", made)
     assert [r.verdict for r in found] == verdicts
 
 
@@ -183,16 +178,16 @@ def test_table_4_1_is_judged_both_ways(sizes, order, needed, well):
     names = ("standard", "three_points", "cgsp", "cgsp_ransac")
     results = scenes(dict(zip(names, sizes, strict=True)))
     for judge, verdict in (
-        (table_claims.judge_order, order),
-        (table_claims.judge_ransac_needed, needed),
-        (table_claims.judge_fairly_well, well),
+        (claims.judge_order, order),
+        (claims.judge_ransac_needed, needed),
+        (claims.judge_fairly_well, well),
     ):
         assert readings_of(judge, results)[0].verdict == verdict
 
 
 def test_a_smaller_grid_farther_off_is_harder():
     found = of_seed(size_trial)
-    judge = noise_claims.judge_real_larger
+    judge = claims.judge_real_larger
     rng = np.random.default_rng(6)
     values = {
         f"{size}.{name}.{measure}": (1 + 3 * k) * np.exp(0.1 * rng.normal(size=60))
@@ -216,21 +211,6 @@ def test_outliers_and_scans_are_what_they_say():
     # 72 points with 0.1 mm: a fiftieth of a millimetre, and a hundredth of a degree.
     assert np.linalg.norm(off[:3, 3]) < 0.15
     assert np.abs(off[:3, :3] - np.eye(3)).max() < 1e-3
-
-
-def test_exercises_of_4_2():
-    # The double angles' mean: 2 n = arg(sum of exp(2 i lean)).
-    lean = np.radians(pose_exercises.LEAN_DEG)
-    normal = np.degrees(np.angle(np.exp(2j * lean).sum()) / 2)
-    assert pose_exercises.lean_of_normal() == pytest.approx(normal)
-    for task in (
-        pose_exercises.normal_task,
-        pose_exercises.outliers_task,
-        pose_exercises.sample_task,
-    ):
-        right = task()["expected"]()
-        for slip in task()["slips"].values():
-            assert abs(slip() - right) > 0.02 * abs(right)
 
 
 @pytest.mark.parametrize("shift", [(3.0, 0, 0), (0, 3.0, 0), (0, 0, 3.0), (2, 1, -2)])

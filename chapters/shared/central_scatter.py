@@ -88,7 +88,7 @@ def scatter_of(crossing):
 
     rms_mm: RMS distance from it; eigenvalues: ratio of the smaller to the larger of the
     covariance, 1 if it is the same in all directions; kurtosis: |b - 8| by Mardia,
-    skewness: his b1, both 0 of a Gaussian; inside: whether the convex hull holds it.
+    0 of a Gaussian; inside: whether the convex hull holds it.
     """
     off = crossing - crossing.mean(axis=0)
     covariance = off.T @ off / len(off)
@@ -100,14 +100,5 @@ def scatter_of(crossing):
         "rms_mm": float(np.sqrt(np.mean(np.sum(crossing**2, axis=1)))),
         "eigenvalues": float(values[0] / values[1]),
         "kurtosis": float(abs(kurtosis - GAUSSIAN_KURTOSIS)),
-        "skewness": _skewness(white),
         "inside": float(np.all(planes[:, 2] <= EDGE)),
     }
-
-
-def _skewness(white):
-    """Mardia's b1 of points (N, 2) of unit covariance, from their third moments."""
-    x, y = white.T
-    thirds = x * x * x, x * x * y, x * y * y, y * y * y
-    moments = [np.mean(product) for product in thirds]
-    return float(np.dot([1, 3, 3, 1], np.square(moments)))

@@ -11,12 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from chapters.shared.bench_noise import BENCH, MULTIPLES, SWEPT
+from chapters.shared.bench_noise import BENCH, SWEPT
 from repro.judge.seeds import SHARE_OF_SEEDS
 from repro.run.outcomes import Reading
 from repro.run.readings import Case, counterpart
-
-ALONG_THE_SWEEP = {m: SWEPT.get(m, BENCH) for m in MULTIPLES}
 
 
 def over_the_sweep(case: Case, reading_at, side_at) -> Reading:

@@ -129,7 +129,6 @@ def one_camera(name, noise_mm, rng):
         "least_mm": test.at_least_mm,
         "most_mm": test.at_most_mm,
         "p": test.p_value,
-        "noise_ratio": test.noise_ratio,
         "central_miss_mm": miss(*truth, central.centre, central.directions),
         "lines_miss_mm": miss(*truth, lines.origins, lines.directions),
     }

@@ -21,7 +21,7 @@ from chapters.ch04_central_generic.ext_lens_formula.trials import (
     lens_trial,
 )
 from repro.page.exercise import check
-from repro.page.reader import open_results, results_behind, show, show_code, show_table
+from repro.page.reader import open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
@@ -29,7 +29,7 @@ from repro.run.outcomes import Plan, crossed
 # show("ext_lens_formula_figure")
 
 # %% tags=["active-ipynb"]
-# name_values(open_results, results_behind)
+# name_values(open_results)
 
 # %% [markdown]
 # **Findings.**
@@ -48,7 +48,6 @@ from repro.run.outcomes import Plan, crossed
 #   {glue:text}`trials` trials. On the fisheye whose pupil rests it finds one
 #   in {glue:text}`moved.fisheye`, on the mirror, whose law the formula does
 #   not have, in {glue:text}`moved.mirror`.
-# - {glue:text}`photographs`
 
 # %% [markdown]
 # ## What the thesis claims

@@ -3,11 +3,8 @@
 import numpy as np
 
 from chapters.ch04_central_generic.ext_lens_formula.trials import LENSES, MODELS
-from chapters.shared.photographs.reading import EVERY, Study, counted
-from raxel.evaluation.comparison import MISSED_PX
 from repro.judge.statistics import median_interval
 from repro.page.reader import value
-from repro.page.wording import literal
 
 NAMES = {
     "zhang": "pinhole, two radial terms",
@@ -20,8 +17,6 @@ TITLES = {
     "mirror": "mirror, decentred",
     "pupil": "fisheye, moving pupil",
 }
-# Of the photographs' models, those that this page is about.
-SHOWN = ("zhang", "kannala_brandt", "unified", "general")
 
 
 def error(result, lens, model):
@@ -48,35 +43,9 @@ def shift(result, lens):
     return median_interval(result.column("pupil.test.shift_mm", lens=lens))
 
 
-def first_study(results):
-    """(name, Study) of the build's first set of photographs, or None."""
-    for name, result in results.items():
-        study = Study(result)
-        if study.held_out:
-            return name, study
-    return None
-
-
-def residuals_by_radius(study, model):
-    """(radius, distance), (N,) px each, of all corners kept out with a ray."""
-    size = study.settings["width_px"], study.settings["height_px"]
-    middle = (np.array(size) - 1) / 2
-    radius, off = [], []
-    for row in study.held_out:
-        if score := row.own.get(model):
-            radius.append(np.linalg.norm(row.image.corners - middle, axis=1))
-            off.append(np.linalg.norm(score.residuals_px, axis=1))
-    if not off:
-        return None
-    radius, off = np.concatenate(radius), np.concatenate(off)
-    seen = np.isfinite(off)
-    return radius[seen], off[seen]
-
-
-def name_values(open_results, results_behind):
+def name_values(open_results):
     """Name the numbers of the prose."""
     result = open_results("ext_lens_known")
-    behind = results_behind("ext_lens_formula_figure")
     found = {
         "trials": result.trials_per_condition,
         **{f"moved.{lens}": moved(result, lens) for lens in LENSES},
@@ -86,23 +55,6 @@ def name_values(open_results, results_behind):
             for model in MODELS
         },
         "shift": shift(result, "pupil").value,
-        "photographs": said_of(first_study(behind["photograph_study"])),
     }
     for name, number in found.items():
         value(name, number)
-
-
-def said_of(found):
-    """What the photographs say of the models, in a sentence."""
-    if found is None:
-        return "No set of photographs in this build has one kept out."
-    name, study = found
-    errors = {model: counted(study, model)["rms_px"] for model in SHOWN}
-    general = errors.pop("general")
-    best = min(errors, key=errors.get)
-    return (
-        f"On the photographs of {literal(name)} the best formula, "
-        f"{EVERY[best]}, leaves {errors[best]:.3f} px, the table of rays "
-        f"{general:.3f} px. Every corner counts, one without a ray as "
-        f"{MISSED_PX:g} px."
-    )

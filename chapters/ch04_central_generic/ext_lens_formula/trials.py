@@ -96,7 +96,7 @@ def lens_trial(condition, rng):
         try:
             found, test = fitted(model, views)
         except CalibrationError as refusal:
-            result[model] = {"failed": str(refusal)}
+            result[model] = {"failed": refusal.code}
             continue
         result[model] = kept_out(found, exact)
         if test is not None:

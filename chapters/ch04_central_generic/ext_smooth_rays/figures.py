@@ -1,9 +1,7 @@
-"""What tables and fields leave, and a field over the image."""
-
-import numpy as np
+"""What tables and fields leave of the errors of rays."""
 
 from chapters.ch04_central_generic.ext_smooth_rays.results import NAMES, NOISES, median
-from chapters.ch04_central_generic.ext_smooth_rays.trials import METHODS, SIZE_PX
+from chapters.ch04_central_generic.ext_smooth_rays.trials import METHODS
 from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.page.style import legend_below, plot_estimates
@@ -47,64 +45,4 @@ def smooth_rays_figure(results):
         "rays, medians over trials with 95 % bands. Left, in the corrected "
         "view, after the homography that suits best; right, in the image, "
         "after one rotation of all rays.",
-    )
-
-
-@figure(
-    "ext_smooth_rays_map_figure", needs=("ext_smooth_rays_map",), evidence="synthetic"
-)
-def smooth_rays_map(results):
-    """Correction, stated deviation and true error of one calibration."""
-    result = results["ext_smooth_rays_map"]
-    pixels, field, sd, off, covered, corners = (
-        result.arrays(name)[0]
-        for name in ("pixels", "field", "sd", "off", "covered", "corners")
-    )
-    covered = covered.astype(bool)
-    drawn, (left, right) = new_figure(1, 2, height_in=4.2, sharey=True)
-    some = np.all(pixels % 32 == 8, axis=1)
-    left.plot(*corners.T, ".", color="0.75", markersize=1.5, zorder=1)
-    arrows = left.quiver(
-        *pixels[some].T, *field[some].T, angles="xy", color="C0",
-        width=0.005, scale_units="xy", scale=1 / 30,
-    )  # fmt: skip
-    left.quiverkey(arrows, 0.8, 1.04, 1.0, "1 px", labelpos="E")
-    left.plot(*pixels[~covered].T, "x", color="0.5", markersize=2.5, zorder=1)
-    left.set_title("correction of the law", loc="left")
-    shown = right.scatter(
-        *pixels.T, c=sd, s=9, marker="s", cmap="viridis", vmin=0, vmax=0.6
-    )
-    drawn.colorbar(
-        shown, ax=right, label="Stated standard deviation (px)", extend="max"
-    )
-    true = right.quiver(
-        *pixels[some & covered].T, *off[some & covered].T, angles="xy",
-        color="w", width=0.005, scale_units="xy", scale=1 / 60,
-    )  # fmt: skip
-    right.quiverkey(true, 0.8, 1.04, 0.5, "0.5 px", labelpos="E", color="0.2")
-    right.set_title("stated and true error", loc="left")
-    for axes in (left, right):
-        axes.set(
-            xlim=(0, SIZE_PX), ylim=(SIZE_PX, 0), xlabel="u (px)",
-            aspect="equal",
-        )  # fmt: skip
-    left.set_ylabel("v (px)")
-    data = {
-        "u_px": pixels[:, 0],
-        "v_px": pixels[:, 1],
-        "field_u_px": field[:, 0],
-        "field_v_px": field[:, 1],
-        "sd_px": sd,
-        "error_u_px": off[:, 0],
-        "error_v_px": off[:, 1],
-        "covered": covered.astype(int),
-    }
-    return Drawing(
-        drawn,
-        data,
-        "One calibration from 24 chessboards that leave the right side of "
-        "the image out. Left: the field that corrects the lens formula, "
-        "with the corners (dots) and the region where no corner was found "
-        "(crosses). Right: the standard deviation that the camera states "
-        "for its rays, in px of the image, and their true errors (arrows).",
     )

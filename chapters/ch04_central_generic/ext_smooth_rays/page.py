@@ -13,15 +13,12 @@ from chapters.ch04_central_generic.ext_smooth_rays.exercises import (
 )
 from chapters.ch04_central_generic.ext_smooth_rays.results import name_values
 from chapters.ch04_central_generic.ext_smooth_rays.trials import (
-    BOARDS,
     CONDITIONS,
-    CORNER_NOISE_PX,
     LENSES,
     SMOOTH_SETTINGS,
     TRIALS,
     bent_lens,
     calibrate,
-    map_of_a_field,
     scores,
 )
 from chapters.shared.wide_angle import draw_scene
@@ -54,9 +51,6 @@ from repro.run.outcomes import Plan
 #   are: its squared errors are {glue:text}`usual.direct.normalised:.1f` times
 #   those it states, for the smooth table
 #   {glue:text}`usual.smooth.normalised:.0f` times (medians).
-# - Past the last target the field goes on, and fades slowly. Nothing checks the
-#   rays there: the deviation that the camera states rises, and the camera says
-#   where that is.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -132,41 +126,11 @@ def runs(effort):
     return Plan(trial, list(CONDITIONS), TRIALS[effort], SMOOTH_SETTINGS)
 
 
-def map_trial(_condition, rng):
-    """One calibration from chessboards, drawn over the image."""
-    return map_of_a_field(rng)
-
-
-@experiment("ext_smooth_rays_map", artefact="ext_smooth_rays_map_figure")
-def field_map(effort):
-    """The bent lens from chessboards on the left of the image."""
-    settings = {"boards": BOARDS, "corner_noise_px": CORNER_NOISE_PX}
-    return Plan(map_trial, [{"lens": "bent"}], 1, SMOOTH_SETTINGS | settings)
-
-
 # %% [markdown]
 # ## In numbers
 
 # %% tags=["active-ipynb"]
-# show_table("ext_smooth_rays_table")
-
-# %% tags=["active-ipynb"]
 # show_table("ext_smooth_rays_honest_table")
-
-# %% [markdown]
-# ## A field over the image
-#
-# The calibration below starts from pictures of chessboards, and with no
-# guess of the lens: `raxel calibrate --model spline`. Boards that were kept
-# out are met to {glue:text}`map.field_px:.2f` px with the field, and to
-# {glue:text}`map.trend_px:.2f` px with the formula alone. Where boards
-# were, the rays are off by {glue:text}`map.median_covered_px:.2f` px in the
-# median; elsewhere by {glue:text}`map.median_elsewhere_px:.2f` px. The
-# camera states {glue:text}`map.median_sd_covered_px:.2f` px a coordinate
-# and {glue:text}`map.median_sd_elsewhere_px:.2f` px.
-
-# %% tags=["active-ipynb"]
-# show("ext_smooth_rays_map_figure")
 
 # %% [markdown]
 # ## Reading and limits

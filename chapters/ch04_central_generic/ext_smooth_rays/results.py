@@ -24,7 +24,6 @@ def median(result, name, **condition):
 def name_values(open_results):
     """Name the numbers of the prose."""
     runs = open_results("ext_smooth_rays_runs")
-    drawn = open_results("ext_smooth_rays_map")
     names = [
         *(f"{method}.{name}" for method in METHODS for name in ("off_px", "left_px")),
         "smooth.normalised",
@@ -32,23 +31,11 @@ def name_values(open_results):
     ]
     conditions = {"usual": USUAL, "radial": RADIAL, "many": MANY}
     found = {
-        "trials": runs.trials_per_condition,
         **{
             f"{what}.{name}": median(runs, name, **condition).value
             for what, condition in conditions.items()
             for name in names
-        },
-        **{
-            f"map.{name}": drawn.column(name)[0]
-            for name in (
-                "median_covered_px",
-                "median_elsewhere_px",
-                "median_sd_covered_px",
-                "median_sd_elsewhere_px",
-                "trend_px",
-                "field_px",
-            )
-        },
+        }
     }
     for name, number in found.items():
         value(name, number)

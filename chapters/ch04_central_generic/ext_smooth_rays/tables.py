@@ -6,33 +6,6 @@ from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
 
-def _cells(result, name):
-    return [Measured(*median(result, name, **c)[:3]) for c in CONDITIONS]
-
-
-def _condition_columns():
-    return {
-        "Lens": [c["lens"] for c in CONDITIONS],
-        "Noise (px)": [c["noise"] for c in CONDITIONS],
-        "Grids (1)": [c["grids"] for c in CONDITIONS],
-    }
-
-
-@table("ext_smooth_rays_table", needs=("ext_smooth_rays_runs",), evidence="synthetic")
-def smooth_rays_table(results):
-    """Residuals of the corrected view by condition and method."""
-    result = results["ext_smooth_rays_runs"]
-    columns = _condition_columns()
-    for method in METHODS:
-        columns[f"{NAMES[method]} (px)"] = _cells(result, f"{method}.left_px")
-    return Table(
-        columns,
-        "Residual of the corrected view after the best homography, root mean "
-        "square over 999 rays: medians over "
-        f"{result.trials_per_condition} trials with 95 % intervals.",
-    )
-
-
 @table(
     "ext_smooth_rays_honest_table",
     needs=("ext_smooth_rays_runs",),
@@ -41,12 +14,20 @@ def smooth_rays_table(results):
 def smooth_rays_honest_table(results):
     """Squared errors over those stated, for both smooth methods."""
     result = results["ext_smooth_rays_runs"]
-    columns = _condition_columns()
+
+    def cells(name):
+        return [Measured(*median(result, name, **c)[:3]) for c in CONDITIONS]
+
+    columns = {
+        "Lens": [c["lens"] for c in CONDITIONS],
+        "Noise (px)": [c["noise"] for c in CONDITIONS],
+        "Grids (1)": [c["grids"] for c in CONDITIONS],
+    }
     for method in METHODS:
-        columns[f"{NAMES[method]} (px)"] = _cells(result, f"{method}.off_px")
+        columns[f"{NAMES[method]} (px)"] = cells(f"{method}.off_px")
     for method in ("smooth", "direct"):
-        columns[f"squared over stated, {NAMES[method]} (1)"] = _cells(
-            result, f"{method}.normalised"
+        columns[f"squared over stated, {NAMES[method]} (1)"] = cells(
+            f"{method}.normalised"
         )
     return Table(
         columns,

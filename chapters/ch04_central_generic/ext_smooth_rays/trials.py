@@ -3,7 +3,6 @@
 import numpy as np
 
 from chapters.shared.wide_angle import (
-    RADIUS_PX,
     SETTINGS,
     SIDE,
     SIZE_PX,
@@ -11,17 +10,15 @@ from chapters.shared.wide_angle import (
     radial_lens,
 )
 from raxel.calibration import (
-    BoardView,
     adjust_consistent,
     adjust_spline,
-    calibrate_spline,
     linear_cgsp,
     smoothed_rays,
 )
 from raxel.cameras import RaySplineCamera
 from raxel.cameras.tables.cubic_field import control_shape
 from raxel.evaluation.distortion import distortion_residual
-from raxel.geometry import on_plane, pose, rotation_from_vector, transform
+from raxel.geometry import pose
 from raxel.geometry.poses import nearest_rotation
 
 FOV_DEG = 90.0
@@ -40,11 +37,6 @@ SMOOTH_SETTINGS = SETTINGS | {
     "field_of_view_deg": FOV_DEG,
     "bent_lens": "waves of 1 px, about half as long as the image, on the radial lens",
 }
-# The boards of the map: they leave the right quarter of the image out.
-BOARDS, CORNER_NOISE_PX = 24, 0.1
-COLUMNS, ROWS, PITCH_MM = 9, 7, 30.0
-SEEN_TO_PX = 470.0
-MAP_STEP_PX = 16
 
 
 def bent_lens():
@@ -125,70 +117,3 @@ def scores(scene, directions, fits):
             out[method]["normalised"] = normalised(off, stated)
             out[method]["cells"] = fits[method].cells
     return out
-
-
-# ------------------------------------------------------------------ the map of a field
-
-
-def seen_boards(camera, rng):
-    """BoardViews whose corners all lie left of SEEN_TO_PX in the circle."""
-    points = np.mgrid[:ROWS, :COLUMNS].reshape(2, -1)[::-1].T * PITCH_MM
-    flat = on_plane(points)
-    views = []
-    while len(views) < BOARDS:
-        axis = rng.uniform(0, 2 * np.pi)
-        turn = np.array([np.cos(axis), np.sin(axis), 0.0])
-        R = rotation_from_vector(rng.uniform(0.2, 0.8) * turn)
-        place = rng.uniform(0, [[SEEN_TO_PX, SIZE_PX]])
-        sight = camera.rays(place).directions[0]
-        middle = R @ flat.mean(axis=0)
-        T = pose(R, rng.uniform(300, 600) * sight - middle)
-        found = camera.project(transform(T, flat))
-        radius = np.linalg.norm(found.pixels - SIZE_PX / 2, axis=1)
-        within = (radius < RADIUS_PX) & (found.pixels[:, 0] < SEEN_TO_PX)
-        if not (found.valid & within).all():
-            continue
-        noise = CORNER_NOISE_PX * rng.standard_normal(found.pixels.shape)
-        views.append(BoardView(found.pixels + noise, points, COLUMNS, ROWS))
-    return views
-
-
-def mapped(camera, fit, views):
-    """Over a lattice of pixels: correction, stated SD, error, whether covered."""
-    v, u = np.mgrid[8:SIZE_PX:MAP_STEP_PX, 8:SIZE_PX:MAP_STEP_PX]
-    pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
-    inside = np.linalg.norm(pixels - SIZE_PX / 2, axis=1) < RADIUS_PX
-    pixels = pixels[inside]
-    # The rotation is that of where targets were: elsewhere there is nothing to fit.
-    covered = fit.camera.covers(pixels)
-    directions = fit.camera.rays(pixels).directions
-    exact = camera.rays(pixels).directions
-    R = nearest_rotation(exact[covered].T @ directions[covered])
-    off = camera.project(directions @ R.T).pixels - pixels
-    variances = fit.camera.pixel_covariance(pixels)[:, [0, 1], [0, 1]]
-    return {
-        "pixels": pixels,
-        "field": fit.camera.displacement(pixels),
-        "sd": np.sqrt(variances.mean(axis=1)),
-        "off": off,
-        "covered": covered,
-        "corners": np.concatenate([view.pixels for view in views]),
-    }
-
-
-def map_of_a_field(rng):
-    """Boards, one calibration, its map and what it says of itself."""
-    camera = bent_lens()
-    views = seen_boards(camera, rng)
-    fit = calibrate_spline(views, SIZE_PX, SIZE_PX, rng=rng, board="flat")
-    drawn = mapped(camera, fit, views)
-    covered, length = drawn["covered"], np.linalg.norm(drawn["off"], axis=1)
-    return drawn | {
-        "median_covered_px": float(np.median(length[covered])),
-        "median_elsewhere_px": float(np.median(length[~covered])),
-        "median_sd_covered_px": float(np.median(drawn["sd"][covered])),
-        "median_sd_elsewhere_px": float(np.median(drawn["sd"][~covered])),
-        "share_covered": float(np.mean(covered)),
-        "trend_px": fit.adjustment.held_out_px[0],
-        "field_px": min(fit.adjustment.held_out_px.values()),
-    }

@@ -4,16 +4,12 @@ import numpy as np
 
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import (
     LENSES,
-    SOLVERS,
-    centre_ratio,
-    levels_of,
     straightness,
 )
 from chapters.shared.wide_angle import CENTRE_MM
 from raxel.geometry import on_plane
 from raxel.show import Labels, Points, Polyline, Segments, Surface, framed
 from repro.judge.statistics import median_interval
-from repro.page.method_looks import look_of
 from repro.page.space import draw_scene
 from repro.page.style import INK, plot_estimates, series
 from repro.page.style import figure as new_figure
@@ -113,50 +109,6 @@ def _lattice(panel, points, colour, title, unit):
     panel.set_xlabel(f"x ({unit})", labelpad=1)
     panel.set_ylabel(f"y ({unit})", labelpad=1)
     panel.tick_params(labelsize=7.5)
-
-
-@figure("ext_pinhole_methods", needs=("exp_c4_sm_vs_wl",), evidence="synthetic")
-def ext_pinhole_methods(results):
-    """Error of both solvers, and their ratio, over noise and field of view."""
-    found = results["exp_c4_sm_vs_wl"]
-    drawn, axes = new_figure(2, 2, height_in=5.6, sharex="col", sharey="row")
-    rows = []
-    labels = {"noise_px": "Noise (px)", "fov_deg": "Field of view (deg)"}
-    for column, (name, label) in enumerate(labels.items()):
-        conditions = levels_of(found, name)
-        x = [condition[name] for condition in conditions]
-        for solver, label_of in SOLVERS.items():
-            medians = [median_interval(found.column(solver, **c)) for c in conditions]
-            rows += [
-                (name, at, solver, *median)
-                for at, *median in plot_estimates(
-                    axes[0, column], x, medians, look=look_of(label_of), label=label_of
-                )
-            ]
-        ratios = [centre_ratio(found, condition) for condition in conditions]
-        rows += [
-            (name, at, "ratio", *ratio)
-            for at, *ratio in plot_estimates(
-                axes[1, column], x, ratios, look=series(6), label="ratio"
-            )
-        ]
-        axes[1, column].axhline(1, color=INK, lw=0.8, ls=":", marker="")
-        axes[1, column].set_xlabel(label)
-    for panel in axes[:, 0]:
-        panel.set_xscale("log")
-    for panel in axes[0]:
-        panel.set_yscale("log")
-    axes[0, 0].set_ylabel("Centre error (mm)")
-    axes[1, 0].set_ylabel("Circles / Sturm-Maybank (1)")
-    axes[0, 0].legend()
-    return Drawing(
-        drawn,
-        columns(("over", "at", "series", "value", "low", "high"), rows),
-        "Two ways from the same homographies to the centre: median error and "
-        "its 95 % interval (above), and the median of the ratio within a trial "
-        "(below). Left: the camera of 4.1.5 with noise. Right: 0.5 px, "
-        "100° with the radial lens, else equidistance.",
-    )
 
 
 @figure("ext_board_as_base", needs=("ext_board_as_base_sweep",), evidence="synthetic")

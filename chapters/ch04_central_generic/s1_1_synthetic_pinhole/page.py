@@ -13,20 +13,16 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.exercises import (
     radius_task,
 )
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import name_values
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.boards import (
-    board_trial,
-    interpolated,
-)
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.cameras import (
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
     CAMERAS,
-    camera_of,
-    draw_points,
-    no_lens,
-)
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials.centres import (
     SOLVERS,
     TRIALS,
+    board_trial,
+    camera_of,
     centre_off,
+    draw_points,
+    interpolated,
+    no_lens,
 )
 from chapters.shared.wide_angle import SETTINGS, draw_poses
 from raxel.calibration.linear.synthetic_pinhole import circle, circle_of
@@ -146,10 +142,7 @@ def exact_centres(effort):
 # show_code(interpolated, board_trial)
 
 # %% [markdown]
-# ## Further figures
-
-# %% tags=["active-ipynb"]
-# show("ext_pinhole_methods")
+# ## A chessboard as the base
 
 # %% tags=["active-ipynb"]
 # show("ext_board_as_base")

@@ -52,14 +52,6 @@ def over_cameras(found, name, cameras=CAMERAS):
     return max(largest(found, name, camera=camera) for camera in cameras)
 
 
-def levels_of(found, name):
-    """Conditions of the sweep over noise or over the field of view, in order."""
-    fixed = {"noise_px": ("fov_deg", 100), "fov_deg": ("noise_px", 0.5)}
-    key, at = fixed[name]
-    kept = [c for c in found.conditions if c[key] == at]
-    return sorted(kept, key=lambda c: c[name])
-
-
 def centre_ratio(found, condition):
     """Median over trials of the circles' error over Sturm-Maybank's: Estimate."""
     one, other = (

@@ -15,17 +15,12 @@ from chapters.ch04_central_generic.s1_2_linear_stage.exercises import (
     turned_task,
 )
 from chapters.ch04_central_generic.s1_2_linear_stage.results import name_values
-from chapters.ch04_central_generic.s1_2_linear_stage.trials.minimal import minimal_trial
-from chapters.ch04_central_generic.s1_2_linear_stage.trials.outliers import (
+from chapters.ch04_central_generic.s1_2_linear_stage.trials import (
     SHARE,
     centre_off,
-    spoil,
-)
-from chapters.ch04_central_generic.s1_2_linear_stage.trials.parallel import (
-    draw_nearly_parallel,
-)
-from chapters.ch04_central_generic.s1_2_linear_stage.trials.precision import (
     homography_in,
+    minimal_trial,
+    spoil,
 )
 from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
 from raxel.calibration.linear.cgsp import image_noise_weights
@@ -41,7 +36,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
-# show("ext_degeneracy")
+# show_table("ext_svd_precision")
 
 # %% tags=["active-ipynb", "remove-input"]
 # name_values(open_results)
@@ -51,19 +46,12 @@ from repro.run.outcomes import Plan, crossed
 #
 # - Four rays over three grids determine all 15 unknowns, to
 #   {glue:text}`four_mm:.0e` mm in {glue:text}`scenes` scenes; three do not.
-# - Planes that are parallel determine no centre. The system says so itself:
-#   at 0° a centre, where one comes out, is off by
-#   {glue:text}`base.parallel_mm:.0f` mm (median). Every such trial is refused.
 # - RANSAC takes gross outliers out: with 5 % of them the error is
 #   {glue:text}`ransac_most` times that without, at the worst level of noise.
 #   Without RANSAC most trials give no centre at all.
 # - The precision of the SVD does not matter with noise and normalised
 #   coordinates: single precision leaves {glue:text}`svd.noisy, normalised:.3f`
 #   times the residual of double. On exact points it matters.
-# - Weights that follow the noise of the image bring a lens of 150° before
-#   three grids from {glue:text}`choice.150.as in the thesis:.2f` to
-#   {glue:text}`choice.150.weighted:.2f` mm (median). The narrower lens of 4.1.5
-#   gains nothing certain.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -153,7 +141,8 @@ from repro.run.outcomes import Plan, crossed
 # **Weights.** An error in the image turns a ray by about the same angle
 # everywhere. On the base grid it moves a point by more, the longer the ray
 # and the flatter it comes in. Dividing each equation by that, from a first
-# solution, makes all equally uncertain:
+# solution, makes all equally uncertain. The thesis has no weights, so the
+# claims are judged without. [Section 4.1.5](s1_5_simulated.ipynb) tries them.
 
 # %% tags=["active-ipynb"]
 # show_code(image_noise_weights)
@@ -213,47 +202,17 @@ def outliers(effort):
 # show_code(homography_in)
 
 # %% [markdown]
-# **Parallel planes.** One angle goes to zero, the other tilts stay at 25°.
-
-# %% tags=["active-ipynb"]
-# show_code(draw_nearly_parallel)
-
-# %% [markdown]
-# ## Further figures
-
-# %% tags=["active-ipynb"]
-# show_table("ext_outliers")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_svd_precision")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_linear_choices")
-
-# %% [markdown]
 # ## Reading and limits
 #
 # - **Four triplets.** Four pairs give each homography eight equations for its
 #   eight ratios; three give {glue:text}`rank_3:.0f`. The two homographies then
 #   hold 16 numbers for 15 unknowns: one to spare (E-4.14).
-# - **Where it refuses.** It refuses every trial up to an angle of
-#   {glue:text}`base.always_deg`° to the base, and none from
-#   {glue:text}`base.never_deg`° on. In between, the error of what is let
-#   through is large, and the degeneracy says so. At
-#   {glue:text}`base.wide_deg:.0f`° the error is
-#   {glue:text}`base.wide_mm:.2f` mm. The noise sets the limit: with less noise,
-#   smaller angles would do.
 # - **The SVD.** In the condition that the thesis describes, normalised
 #   coordinates and measured points, the residual *is* the noise, and single
 #   precision adds nothing to it: the claim does not hold there. What single
 #   precision costs shows on exact points only, and it is far less than any
 #   noise. Whatever made one package worse in 2009, it was not that its numbers
 #   were short.
-# - **Weights.** In the scene of 4.1.5 the medians without and with them are
-#   {glue:text}`choice.100.as in the thesis:.2f` and
-#   {glue:text}`choice.100.weighted:.2f` mm, which these trials cannot tell
-#   apart. In a wider field, rays differ more in what noise does to them. The
-#   thesis has no weights, so the claims are judged without.
 # - **RANSAC** loses a pair when either of its points is wrong, so about a tenth
 #   of the pairs. That should cost a twentieth of the precision. The ratio of two
 #   medians is known less well than that: its interval reaches across the
@@ -261,7 +220,7 @@ def outliers(effort):
 # - **Large data.** The library sums the equations in one pass over the rays,
 #   in a few numbers, with the gradient about a first solution beside them so
 #   that no digit is lost. All rays are used; only the search for outliers
-#   takes 20 000 of them. `make bench` has the times.
+#   takes 20 000 of them.
 
 # %% [markdown]
 # ## Compared with the published numbers

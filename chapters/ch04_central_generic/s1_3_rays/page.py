@@ -19,7 +19,7 @@ from chapters.shared.wide_angle import SETTINGS
 from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
 from raxel.geometry import intersect_lines_plane
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
@@ -116,12 +116,6 @@ def weights_of_rays(effort):
     cases = crossed(domain=NOISE)
     return Plan(weights_trial, cases, {"quick": 3, "full": 60}[effort], SETTINGS)
 
-
-# %% [markdown]
-# ## Two forms of a ray
-
-# %% tags=["active-ipynb"]
-# show_table("ext_ray_forms")
 
 # %% [markdown]
 # ## Reading and limits

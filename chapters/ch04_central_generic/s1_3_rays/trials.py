@@ -59,8 +59,6 @@ def stacked_trial(condition, rng):
         "printed": (np.abs(printed - alone) / size).max(),
         "stacked": (np.abs(stacked - alone) / size).max(),
         "on_grid_mm": np.abs(points - transform(T, flat))[near].max(),
-        "bytes_a_ray": matrices.nbytes / TABLE_RAYS,
-        "least_bytes_a_ray": directions.nbytes / TABLE_RAYS,
     }
 
 
@@ -86,7 +84,7 @@ def weights_trial(condition, rng):
     try:
         start = linear_cgsp(first, side=SIDE)
     except CalibrationError as fault:
-        return {"refused": str(fault)}
+        return {"refused": fault.code}
     sigma = NOISE["mm"] if domain == "mm" else None
     found = adjust_consistent(first, None, start.centre, start.T_base_grid, sigma=sigma)
     noise = found.noise if domain == "px" else NOISE["mm"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials.formulas import GRIDS
+from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials import GRIDS
 from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, median_interval
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value

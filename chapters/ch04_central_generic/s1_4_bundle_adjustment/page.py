@@ -12,28 +12,17 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.exercises import (
     slant_task,
     unknowns_task,
 )
-from chapters.ch04_central_generic.s1_4_bundle_adjustment.results import (
-    CURVES,
-    name_values,
+from chapters.ch04_central_generic.s1_4_bundle_adjustment.results import name_values
+from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials import (
+    ended,
+    starts_trial,
 )
-from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials.schemes import (
-    METHODS,
-    centre_error,
-    consistent,
-    line_fitting,
-    linear,
-    relaxed,
-)
-from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
 from raxel.calibration.adjust.relaxation import relax_poses
-from raxel.errors import CalibrationError
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page.reader import compared, open_results, show, show_code
 
 # %% tags=["active-ipynb"]
-# show("ext_consistent_adjustment")
+# show("ext_free_centre_starts")
 
 # %% tags=["active-ipynb"]
 # name_values(open_results)
@@ -53,12 +42,6 @@ from repro.run.outcomes import Plan, crossed
 # - An adjustment that measures errors where they were made, in the plane of
 #   each grid and with weights that do not follow the parameters, finds the
 #   centre to {glue:text}`consistent.centre_mm:.2f` mm.
-# - With {glue:text}`rays.many:.0f` rays instead of
-#   {glue:text}`rays.few:.0f` its error falls to
-#   {glue:text}`fall.0.5.consistent:.2f` of what it was; noise alone would
-#   make that {glue:text}`fall.expected:.2f`.
-# - It knows how good it is: squared errors are
-#   {glue:text}`nees:.2f` times what its covariance says.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -126,8 +109,7 @@ from repro.run.outcomes import Plan, crossed
 # **A million rays.** Every ray adds two unknowns. They meet no other ray,
 # so they can be eliminated one ray after the other, and a system of
 # $6(n-1) + 3$ equations is left, 15 for three grids. One pass over the rays
-# sums it up, and {glue:text}`passes:.0f` passes are enough
-# (`raxel.calibration.adjust.ray_elimination`).
+# sums it up (`raxel.calibration.adjust.ray_elimination`).
 
 # %% [markdown]
 # ## Experiment
@@ -135,78 +117,16 @@ from repro.run.outcomes import Plan, crossed
 # The camera and the grids are those of
 # [section 4.1.5](s1_5_simulated.ipynb): a field of view of 100°, the centre
 # 600 mm above the base grid, two more grids shifted and tilted at random.
-# The number of rays rises from {glue:text}`rays.few:.0f` to
-# {glue:text}`rays.many:.0f`. Each scheme starts from CGSP's linear
-# solution. Line fitting is run with up to 10 000 rays.
-
-# %%
-RAYS = {"quick": (300, 2000), "full": (1000, 3000, 10_000, 30_000)}
-MOST_FITTED = 10_000
-
-
-def consistency_trial(condition, rng):
-    """Errors of the centre with one number of rays and one noise."""
-    noise, rays = condition["noise"], condition["rays"]
-    scene = draw_scene(radial_lens(), noise, rng, rays=rays)
-    try:
-        start = linear(scene.noisy)
-    except CalibrationError as fault:
-        return {"refused": str(fault)}
-    out = {}
-    for name in CURVES[noise]:
-        if name == "line_fitting" and rays > MOST_FITTED:
-            continue
-        out[name] = {"centre_mm": centre_error(METHODS[name](scene.noisy, start)[0])}
-    return out
-
-
-@experiment(
-    "ext_consistency_sweep", artefact="ext_consistent_adjustment", shards={"full": 2}
-)
-def consistency_sweep(effort):
-    """Errors of the centre as rays become more."""
-    cases = crossed(noise=CURVES, rays=RAYS[effort])
-    return Plan(consistency_trial, cases, {"quick": 2, "full": 40}[effort], SETTINGS)
-
-
-# %% [markdown]
-# ## All schemes on the same data
-
-# %% tags=["active-ipynb"]
-# show_table("ext_adjustment_schemes")
-
-# %% [markdown]
-# ## From many starts
 #
-# The thesis saw many local minima. Here one scene is given twenty starts:
+# The thesis saw many local minima. Here each scene is given twenty starts:
 # the linear solutions of twenty draws of its noise. The data are those of
-# one draw.
+# one draw, once with all starts, and each draw's own with its own start.
 
 # %% tags=["active-ipynb"]
-# show("ext_free_centre_starts")
-
-# %% [markdown]
-# ## What the consistent adjustment reaches
-
-# %% tags=["active-ipynb"]
-# show_table("ext_adjustment_targets")
+# show_code(starts_trial, ended)
 
 # %% [markdown]
 # ## Reading and limits
-#
-# **What a low residual says.** Each of the thesis's schemes lowers the
-# distance between its rays and the noisy points, or the spread of its lines
-# about the centre. The distance to the true points is another matter, and
-# the table shows both. With the centre kept, adjustment moves the rays
-# little: {glue:text}`linear.ray_mm:.2f` mm from the true points before,
-# {glue:text}`fixed_centre.ray_mm:.2f` mm after scheme 1,
-# {glue:text}`relaxed.ray_mm:.2f` mm after scheme 2.
-#
-# **Scheme 2 does not minimise what it is stopped by.** Its rays are joined
-# to centroids, and scheme 1 shows that other rays are nearer to the points:
-# {glue:text}`fixed_centre.own_ray_mm:.3f` against
-# {glue:text}`relaxed.own_ray_mm:.3f` mm. It ends where no pose wants to
-# move under its own rays, after {glue:text}`relaxed.rounds:.0f` rounds.
 #
 # **One minimum or many?** The thesis saw many. Here line fitting ends in one
 # place from all twenty starts in {glue:text}`scenes.one_place` of
@@ -229,31 +149,10 @@ def consistency_sweep(effort):
 # {glue:text}`starts.consistent.spread_over_draws:.2f` times: the drift is
 # nearly the same in every draw, and a small spread does not show it.
 #
-# **With much noise** the drift is plain: at 2 px, the ray-point distance
-# with a free centre keeps {glue:text}`fall.2.0.ray_point:.2f` of its error
-# from {glue:text}`rays.few:.0f` to {glue:text}`rays.many:.0f` rays, the
-# consistent adjustment {glue:text}`fall.2.0.consistent:.2f`. At this noise
-# the linear stage refuses {glue:text}`refused:.0f` of
-# {glue:text}`refused.of:.0f` scenes, whose grids it cannot tell from parallel
-# ones; they count as the worst for every method.
-#
-# **How good is it?** With three grids the linear stage leaves
-# {glue:text}`three grids.linear_mm:.2f` mm
-# ({glue:text}`three grids.linear_mm.low:.2f` to
-# {glue:text}`three grids.linear_mm.high:.2f`) and the adjustment
-# {glue:text}`three grids.consistent_mm:.2f` mm
-# ({glue:text}`three grids.consistent_mm.low:.2f` to
-# {glue:text}`three grids.consistent_mm.high:.2f`): these intervals overlap, so
-# that such a gain could be chance. With ten grids it goes from
-# {glue:text}`ten grids.linear_mm:.2f`
-# ({glue:text}`ten grids.linear_mm.low:.2f` to
-# {glue:text}`ten grids.linear_mm.high:.2f`) to
-# {glue:text}`ten grids.consistent_mm:.2f` mm
-# ({glue:text}`ten grids.consistent_mm.low:.2f` to
-# {glue:text}`ten grids.consistent_mm.high:.2f`). In CGSP all
-# homographies lead to the base grid, and the noise of its points is in each of
-# them. More grids do not average it out; the adjustment does, as it gives the
-# base no more weight than any other grid.
+# **The base grid.** In CGSP all homographies lead to the base grid, and the
+# noise of its points is in each of them. More grids do not average it out; the
+# adjustment does, as it gives the base no more weight than any other grid
+# ([4.1.5](s1_5_simulated.ipynb) has the errors with ten grids).
 #
 # **Limits.** The noise is Gaussian and the camera central. For outliers the
 # library has losses that grow less than squares, whose covariance is then

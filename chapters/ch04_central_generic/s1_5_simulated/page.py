@@ -15,7 +15,11 @@ from chapters.ch04_central_generic.s1_5_simulated.exercises import (
     share_task,
 )
 from chapters.ch04_central_generic.s1_5_simulated.results import name_values
-from chapters.ch04_central_generic.s1_5_simulated.trials import (
+from chapters.ch04_central_generic.s1_5_simulated.trials.steps import (
+    in_normalised_coordinates,
+    one_scale,
+)
+from chapters.ch04_central_generic.s1_5_simulated.trials.sweeps import (
     TRIALS,
     calibrate,
     calibrate_consistent,
@@ -48,9 +52,10 @@ from repro.run.outcomes import Plan
 # - At 0.5 px CGSP leaves the centre {glue:text}`cgsp.linear.centre:.2f` mm
 #   off, the standard method as printed
 #   {glue:text}`as_printed.linear.centre:.1f` mm (medians).
-# - The difference lies in the numerics, not in the equations: well
-#   conditioned, the standard method leaves
-#   {glue:text}`well_conditioned.linear.centre:.2f` mm.
+# - The difference lies in the numerics, not in the equations. Normalised
+#   coordinates reduce the error of the centre by a factor of
+#   {glue:text}`gain.normalised`, one scale by {glue:text}`gain.one_scale`, and
+#   divisors that cannot vanish by {glue:text}`gain.well_conditioned`.
 # - Adjustment brings rays and the noisy points that it sees together, from
 #   {glue:text}`as_printed.linear.own_ray_mm:.2f` to
 #   {glue:text}`as_printed.ba.own_ray_mm:.2f` mm as printed. How far
@@ -163,13 +168,48 @@ def redrawn_sweep(effort):
 # show_table("ext_fig_4_2_methods")
 
 # %% [markdown]
+# ## From the standard method to CGSP in steps
+#
+# Both methods start from the homography $H$ between the base grid and another
+# grid. The standard method estimates its rows in two parts, the vectors $V$ and
+# $W$, each up to a factor of its own. CGSP estimates $H$ at once. Each line of
+# the table changes one thing:
+#
+# - *As printed*: equations 2.15 to 2.25 in mm; the ratio $V_4/W_1$ sets the
+#   scale between $V$ and $W$.
+# - *Normalised coordinates*: the points of each grid are centred and scaled.
+# - *One scale by least squares*: all three entries that $V$ and $W$ share set
+#   the scale.
+# - *No vanishing divisors*: $C_z$ follows from $\lvert\mathbf{C}\rvert^2$, not
+#   from a quotient by $V_4 V_5$.
+# - *CGSP*: one homography in place of $V$ and $W$.
+# - *Weighted*: each ray has the weight that image noise gives its equations.
+# - *Adjusted*: centre, poses and rays are adjusted together.
+
+# %% tags=["active-ipynb"]
+# show_code(in_normalised_coordinates, one_scale)
+
+# %% tags=["active-ipynb"]
+# show("ext_what_cgsp_buys_figure")
+
+# %% tags=["active-ipynb"]
+# show_table("ext_cgsp_steps_table")
+
+# %% [markdown]
 # ## Reading and limits
 #
-# **Same equations, other numerics.** The well-conditioned standard method
-# and CGSP use the same constraints, and their errors are alike. In
-# this scene the two methods differ by how the standard one is computed.
-# [What CGSP really buys](ext_what_cgsp_buys.ipynb) takes the
-# differences apart, one by one.
+# **Same equations, other numerics.** The well-conditioned standard method and
+# CGSP use the same constraints, and their errors are alike: the last step to
+# CGSP has a factor of {glue:text}`gain.cgsp`. As printed, the scale depends on
+# one entry of the rotation, $R_{31}$, and the depth of the centre on a product
+# of two. A grid that is hardly tilted about one axis makes them small. CGSP
+# contains no such division: this is its advantage.
+#
+# **After CGSP.** With three grids, weights and an adjustment of the centre show
+# no certain gain: factors of {glue:text}`gain.cgsp_weighted` and
+# {glue:text}`gain.consistent`. With {glue:text}`grids` grids CGSP leaves
+# {glue:text}`many.cgsp:.2f` mm and the adjustment
+# {glue:text}`many.consistent:.2f` mm.
 #
 # **Adjustment.** The poses and rays that it finds are the best for the
 # centre that they are given. A centre that is off by

@@ -1,10 +1,11 @@
 """Which trials Fig. 4.2 and its claims read, and the numbers that the page quotes."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
-from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
+from chapters.ch04_central_generic.s1_5_simulated.trials.steps import MANY_GRIDS, STEPS
+from chapters.ch04_central_generic.s1_5_simulated.trials.sweeps import LEVELS
 from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
 from repro.judge.statistics import median_interval, median_ratio, with_worst
 from repro.page.reader import value
@@ -23,6 +24,13 @@ RUNS = [
     for method, stage in product(LINEAR_NAMES, STAGES)
     if stage != "consistent" or method == "cgsp"
 ]
+STEP_NAMES = LINEAR_NAMES | {
+    "normalised": "normalised coordinates",
+    "one_scale": "one scale by least squares",
+    "well_conditioned": "no vanishing divisors",
+    "cgsp_weighted": "CGSP, weighted",
+    "consistent": "CGSP, adjusted with the centre",
+}
 READINGS = {
     "noise": {"px": "px", "mm": "mm"},
     "standard_method": STANDARD_METHODS,
@@ -45,7 +53,6 @@ WORDS = {
 # What the prose quotes: method, stage, quantity.
 QUOTED = (
     "cgsp.linear.centre",
-    "well_conditioned.linear.centre",
     "as_printed.linear.centre",
     "as_printed.linear.t3",
     "as_printed.ba.t3",
@@ -100,9 +107,27 @@ def failures(result, method):
     return sum(text is not None for text in texts), len(texts)
 
 
+def centre_after(result, step):
+    """Median error (mm) of the centre after a step, an Estimate; failures as worst."""
+    return median_interval(with_worst(result.column(f"{step}.centre_mm")))
+
+
+def gain(result, one, other):
+    """Ratio of the median errors of two steps in the same trials, an Estimate."""
+    errors = (result.column(f"{step}.centre_mm") for step in (one, other))
+    return median_ratio(*errors, paired=True)
+
+
+def in_words(ratio):
+    """An Estimate with its interval, for a sentence."""
+    return rounded(ratio.value, (ratio.low, ratio.high))
+
+
 def name_values(open_results):
     """Name the numbers of the prose, in the primary reading at 0.5 px."""
-    result = open_results("fig_4_2_redrawn")
+    result, steps, many = map(
+        open_results, ("fig_4_2_redrawn", "ext_cgsp_steps", "ext_cgsp_grids")
+    )
     trials = {name: PRIMARY.trials(result, *name.split("."), 0.5) for name in QUOTED}
     for method in ("as_printed", "cgsp"):
         centre = PRIMARY.trials(result, method, "linear", "centre", 0.5)
@@ -111,6 +136,12 @@ def name_values(open_results):
     found = {name: np.median(one) for name, one in trials.items()} | {
         "as_printed.failed": failed,
         "total": total,
+        **{f"gain.{b}": in_words(gain(steps, a, b)) for a, b in pairwise(STEPS)},
+        "grids": MANY_GRIDS,
+        **{
+            f"many.{step}": centre_after(many, step).value
+            for step in ("cgsp", "consistent")
+        },
     }
     for name, number in found.items():
         value(name, number)
@@ -124,5 +155,4 @@ def change_by_adjustment(result, quantity):
         PRIMARY.trials(result, "as_printed", stage, quantity, 0.5)
         for stage in ("ba", "linear")
     )
-    ratio = median_ratio(after, before, paired=True)
-    return rounded(ratio.value, (ratio.low, ratio.high))
+    return in_words(median_ratio(after, before, paired=True))

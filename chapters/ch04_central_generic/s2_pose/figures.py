@@ -1,18 +1,8 @@
-"""Figs 4.3 and 4.4, and the synthetic plane at other tilts."""
+"""Figs 4.3 and 4.4."""
 
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.results import (
-    FAIRLY_WELL,
-    IN_ORDER,
-    MEASURES,
-    NEEDED,
-    Scenes,
-    gains_of_ransac,
-    ratios_of_neighbours,
-    standard_over_cgsp,
-    trials_of,
-)
+from chapters.ch04_central_generic.s2_pose.results import MEASURES, trials_of
 from chapters.ch04_central_generic.s2_pose.trials.drawn import (
     COLUMNS,
     PITCH_MM,
@@ -21,9 +11,6 @@ from chapters.ch04_central_generic.s2_pose.trials.drawn import (
     lattice,
 )
 from chapters.ch04_central_generic.s2_pose.trials.estimators import ESTIMATORS, NAMES
-from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG
-from chapters.shared.noise_sweep import ALONG_THE_SWEEP
-from chapters.shared.sweep_figure import RATIO, draw_sweep
 from chapters.shared.wide_angle import CENTRE_MM
 from raxel.geometry import apply_homography, homography_dlt, on_plane, pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed
@@ -183,69 +170,4 @@ def fig_4_4(results):
         "trials with 95 % intervals. The standard method's pose is shown as "
         "three points give it and refined on all inliers, as 4.2.2 says it "
         "was; the last curve, angles refined, is not in the thesis.",
-    )
-
-
-@figure("ext_plane_tilt", needs=("exp_c4_plane_orientation",), evidence="synthetic")
-def plane_tilt(results):
-    """Errors of the linear pose against the plane's tilt."""
-    result = results["exp_c4_plane_orientation"]
-    drawn, axes = new_figure(1, 2, height_in=3.2)
-    rows = []
-    for panel, (measure, unit) in zip(
-        axes,
-        (("rotation_deg", "Rotation"), ("translation_mm", "Translation")),
-        strict=True,
-    ):
-        for index, (kind, name) in enumerate(
-            (("common", "rays that all planes see"), ("own", "all rays"))
-        ):
-            found = [
-                median_interval(result.column(f"{kind}.{tilt}.{measure}"))
-                for tilt in TILTS_DEG
-            ]
-            rows += plot_estimates(
-                panel, TILTS_DEG, found, (measure, kind), look=series(index), label=name
-            )
-        panel.set(
-            yscale="log",
-            xlabel="Tilt against the best plane (deg)",
-            ylabel=f"{unit} error ({measure.rpartition('_')[2]})",
-        )
-        panel.set_xticks(TILTS_DEG)
-    legend_below(drawn, axes[0], ncols=2)
-    return Drawing(
-        drawn,
-        columns(("measure", "rays", "tilt_deg", "median", "low", "high"), rows),
-        "Error of the linear pose on synthetic planes that are tilted "
-        "against the one of (4.24), with half a pixel of noise.",
-    )
-
-
-@figure("ext_noise_pose", needs=("table_4_1_redrawn",), evidence="rendered")
-def ext_noise_pose(results):
-    """The claims about Table 4.1 along the sweep of the factor."""
-    panels = {
-        claim: (
-            [
-                min(
-                    found.value
-                    for found in ratios(Scenes(results, noise=noise)).values()
-                )
-                for noise in ALONG_THE_SWEEP.values()
-            ],
-            bound,
-            RATIO,
-        )
-        for claim, ratios, bound in (
-            ("c4_pose_ransac_needed", gains_of_ransac, NEEDED),
-            ("c4_t41_order", ratios_of_neighbours, IN_ORDER),
-            ("c4_std_ok_few_outliers", standard_over_cgsp, FAIRLY_WELL),
-        )
-    }
-    return draw_sweep(
-        panels,
-        "The ratios that the claims about Table 4.1 are judged on, the least where "
-        "there are several, from half to twice the bench's noise. The first two are "
-        "to lie above their bounds, the third below.",
     )

@@ -222,31 +222,6 @@ def noise_sweep(effort):
 # %% tags=["active-ipynb"]
 # show_table("ext_table_4_1")
 
-# %% tags=["active-ipynb"]
-# show("ext_noise_pose")
-
-# %% [markdown]
-# ## Rays from several grids
-#
-# A ray that was measured on one grid has the noise of that one point, as
-# large as that of the point on the further grid. On three grids it has a
-# third of its variance:
-
-# %% tags=["active-ipynb"]
-# show_table("ext_pose_rays")
-
-# %% [markdown]
-# ## Planes, samples and time
-
-# %% tags=["active-ipynb"]
-# show("ext_plane_tilt")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_samples")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_pose_times")
-
 # %% [markdown]
 # ## Reading and limits
 #
@@ -270,8 +245,7 @@ def noise_sweep(effort):
 # iterates. In this simulation the refinement solves
 # {glue:text}`refining_systems:.0f` such systems (median), after
 # {glue:text}`sampled_polynomials:.0f` polynomials of three points. Within
-# RANSAC the linear pose draws samples, too. How long each takes is in the
-# table above, coarsely, since machines differ.
+# RANSAC the linear pose draws samples, too.
 #
 # **Rendered against printed.** The errors here are far smaller than those that
 # Table 4.1 prints. The laser scan's noise is most of what is left
@@ -292,13 +266,7 @@ def noise_sweep(effort):
 #
 # **Better rays.** With variance $v$ of a point and $v / n$ of a ray from $n$
 # grids, a pose's error grows with $\sqrt{1 + 1/n}$: by 1.41 for one grid
-# and 1.15 for three, compared with exact rays. Smoothing the rays first adds
-# little: {glue:text}`rays_smooth_deg:.3f`° beside
-# {glue:text}`rays_three_deg:.3f`°. What noise does to a pose, it does by
-# changes of all rays that are as smooth as a pose's own. These a smooth
-# field follows. All these rays begin at the true centre, and the three grids
-# stand where they do. When the same three grids have to give centre and
-# poses, too, the error is {glue:text}`rays_calibrated_deg:.3f`°.
+# and 1.15 for three, compared with exact rays.
 #
 # **Tilted planes.** A plane at 60° loses {glue:text}`lost_rays:.0f` % of the
 # rays. The comparison takes those that all planes see, so that the

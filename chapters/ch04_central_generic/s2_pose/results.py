@@ -104,15 +104,10 @@ def name_values(open_results):
     triples = open_results("exp_c4_3pt_sensitive")
     planes = open_results("exp_c4_plane_orientation")
     solved = open_results("exp_c4_pose_linear_fast")
-    sources = open_results("ext_pose_rays_run")
     seeds = open_results("table_4_1_rendered").select()
     medians = {
         **{f"{e}_deg": turns(e) for e in ("three_points", "cgsp_ransac", "angular")},
         "angular_exact_deg": turns("angular", rays="exact"),
-        **{
-            f"rays_{source}_deg": sources.column(f"{source}.rotation_deg")
-            for source in ("three", "smooth", "calibrated")
-        },
         "refining_systems": solved.column("refined.systems", points=MANY_POINTS),
         "sampled_polynomials": solved.column(
             "three_points.polynomials", points=MANY_POINTS

@@ -1,9 +1,5 @@
-"""Fig. 4.5, and what of each picture is calibrated."""
+"""Fig. 4.5: the camera, its mirror and three grids."""
 
-import numpy as np
-from matplotlib.colors import ListedColormap
-
-from chapters.ch04_central_generic.s3_1_setup.results import CAMERAS, FIELD
 from chapters.shared.central_sets import LINEAR_GRIDS
 from chapters.shared.rigs import rig_named
 from raxel.show import Labels, Polyline, framed
@@ -13,8 +9,6 @@ from raxel.show.cameras import field_of_view, frustum, mirrors
 from raxel.show.rigs import drawn_poses
 from repro.page.space import scene_figure
 from repro.page.style import INK, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -24,7 +18,6 @@ GRIDS = tuple(series(k)["color"] for k in (0, 1, 2))
 SIGHT, UP = (0.8, -0.5, -0.4), (0.0, 0.0, 1.0)
 # Of the camera's pyramid and axes, and of the rays at the edge of the field of view.
 BODY_MM, AXIS_MM, FIELD_MM = 25.0, 50.0, 110.0
-SHADES = ("#d5d9de", "#56b4e9", "#0072b2", "#e69f00", "#d55e00", "#7a3b00")
 
 
 @figure("fig_4_5", needs=(), evidence="analytic", scene=True)
@@ -68,36 +61,3 @@ def setup_parts(camera, poses, corner, size):
         parts += [sheet, Polyline(rim, colour, name, 2.5)]
         parts.append(Labels(rim[:1], [str(number)], INK, size=16.0))
     return parts
-
-
-@figure("ext_fig_4_5_coverage", needs=("sec_4_3_1_field",), evidence="rendered")
-def ext_fig_4_5_coverage(results):
-    """How many grids each pixel has seen, of the first set of each camera."""
-    result = results[FIELD]
-    drawn, axes = new_figure(1, 2, height_in=3.4)
-    rows = []
-    shades = ListedColormap(["#ffffff", *SHADES])
-    most = len(SHADES) - 1
-    for panel, camera in zip(axes, CAMERAS.values(), strict=True):
-        count = result.select(camera=camera).arrays("count")[0]
-        shown = panel.imshow(
-            np.minimum(count, most), cmap=shades, vmin=-1.5, vmax=most + 0.5,
-            interpolation="nearest",
-        )  # fmt: skip
-        panel.set(title=camera, xticks=[], yticks=[])
-        inside = count[count >= 0]
-        rows += [
-            (camera, grids, float(np.mean(inside == grids)))
-            for grids in range(inside.max() + 1)
-        ]
-    bar = drawn.colorbar(shown, ax=axes, shrink=0.8, ticks=range(most + 1))
-    bar.ax.set_ylim(-0.5, most + 0.5)
-    bar.ax.set_yticklabels([*range(most), f"{most} or more"])
-    bar.set_label("grids (1)")
-    return Drawing(
-        drawn,
-        columns(("camera", "grids", "share_of_pixels"), rows),
-        "How many grids were decoded in each pixel, of the first rendered set. "
-        "White: no ray, beside the mirror or the fisheye's circle. The CSV has the "
-        "shares of the pixels that have a ray.",
-    )

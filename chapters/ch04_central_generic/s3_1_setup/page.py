@@ -134,12 +134,6 @@ def turned_over(effort):
 # show_code(field_trial, shift_between)
 
 # %% [markdown]
-# ## What is calibrated
-
-# %% tags=["active-ipynb"]
-# show("ext_fig_4_5_coverage")
-
-# %% [markdown]
 # The first three grids share rays in the middle, and each further grid
 # overlaps with what is calibrated before it. The horizon counts between
 # $-1.5$° and $1.5$° of elevation, the vertical as far to either side of the

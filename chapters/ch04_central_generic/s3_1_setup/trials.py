@@ -5,7 +5,6 @@ import numpy as np
 from chapters.shared.active_grid_sets import decoded_grids, true_camera, true_poses
 from chapters.shared.central_sets import (
     FISH,
-    LINEAR_GRIDS,
     OMNI,
     RIGS,
     SEEDS,
@@ -17,7 +16,6 @@ from chapters.shared.three_grids import calibrated
 from repro.run.rendered import rendered_set
 
 BAND_DEG = 1.5  # to either side of the horizon, and of the middle
-SHOWN_PX = 250  # about so many pixels of the width are drawn
 BINNED = 4  # px of the camera that make one of the small rigs
 REACH_PX = 3
 # Literals, which the workflow reads without running them.
@@ -51,19 +49,11 @@ def field_trial(condition, rng):
     v, u = np.indices(count.shape)
     rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
     some = _shares(camera, rays, count.ravel() > 0)
-    linear = _shares(camera, rays, masks[:LINEAR_GRIDS].any(axis=0).ravel())
     if condition["camera"] == OMNI:
         base = next(iter(true_poses(folder).values()))
         towards = base[:3, 2]
         some |= _angles(rays, count.ravel() > 0, towards)
-    step = max(1, camera.width // SHOWN_PX)
-    shown = np.where(rays.valid.reshape(count.shape), count, -1)
-    return some | {
-        "linear": linear,
-        "by_grid": {f"{n}": float(m.mean()) for n, m in enumerate(masks, 1)},
-        "common": int(masks[:LINEAR_GRIDS].all(axis=0).sum()),
-        "count": shown[::step, ::step].astype(np.int8),
-    }
+    return some
 
 
 def _shares(camera, rays, seen):

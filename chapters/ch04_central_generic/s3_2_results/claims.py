@@ -2,13 +2,24 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_2_results.results import predicates
-from chapters.ch04_central_generic.s3_2_results.results.seeds import (
+from chapters.ch04_central_generic.s3_2_results.results import (
     BRACKETS,
     CAUSTIC,
     READINGS,
     SEEDS_OF_BOTH,
     Seeds,
+    adjustment_reduces,
+    centre_in_hull,
+    compact_across,
+    fisheye_scatter,
+    omnidirectional_scatter,
+    order_of_magnitude,
+    orders_as_simulated,
+    parameters_agree,
+    similar_cameras,
+    smaller_gap,
+    tighter_on_both,
+    unadjusted_ahead,
 )
 from chapters.shared.noise_sweep import counterpart_over_the_sweep, over_the_sweep
 from repro.judge.statistics import proportion
@@ -33,7 +44,7 @@ def _by_seed(results, options, predicate):
 @claim("c4_omni_order_mag", needs=SEEDS_OF_BOTH, evidence="rendered", readings=STANDARD)
 def judge_order_of_magnitude(results, options):
     """Standard over CGSP, before and after adjustment."""
-    return _by_seed(results, options, predicates.order_of_magnitude)
+    return _by_seed(results, options, order_of_magnitude)
 
 
 @claim(
@@ -41,13 +52,13 @@ def judge_order_of_magnitude(results, options):
 )
 def judge_smaller_gap(results, options):
     """The fisheye's ratios lie between 1 and those of the other camera."""
-    return _by_seed(results, options, predicates.smaller_gap)
+    return _by_seed(results, options, smaller_gap)
 
 
 @claim("c4_ba_reduces", needs=SEEDS_OF_BOTH, evidence="rendered", readings=STANDARD)
 def judge_adjustment(results, options):
     """Adjustment takes 40 % of the standard error, on both cameras."""
-    return _by_seed(results, options, predicates.adjustment_reduces)
+    return _by_seed(results, options, adjustment_reduces)
 
 
 @claim(
@@ -58,7 +69,7 @@ def judge_adjustment(results, options):
 )
 def judge_similar_cameras(results, options):
     """CGSP's errors are alike on both cameras, the standard method's are not."""
-    return _by_seed(results, options, predicates.similar_cameras)
+    return _by_seed(results, options, similar_cameras)
 
 
 @claim(
@@ -69,7 +80,7 @@ def judge_similar_cameras(results, options):
 )
 def judge_unadjusted(results, options):
     """CGSP as it comes out against the adjusted standard method."""
-    return _by_seed(results, options, predicates.unadjusted_ahead)
+    return _by_seed(results, options, unadjusted_ahead)
 
 
 @claim(
@@ -77,7 +88,7 @@ def judge_unadjusted(results, options):
 )
 def judge_agreement_with_simulation(results, options):
     """Ray-point errors stand in the orders that 4.1.5 simulates."""
-    return _by_seed(results, options, predicates.orders_as_simulated)
+    return _by_seed(results, options, orders_as_simulated)
 
 
 @claim(
@@ -85,7 +96,7 @@ def judge_agreement_with_simulation(results, options):
 )
 def judge_agreement(results, options):
     """Parameters of the fisheye agree, the depth of the other camera does not."""
-    return _by_seed(results, options, predicates.parameters_agree)
+    return _by_seed(results, options, parameters_agree)
 
 
 @claim(
@@ -93,7 +104,7 @@ def judge_agreement(results, options):
 )
 def judge_omnidirectional_scatter(results, options):
     """Tighter by a factor of two, rounder, nearer to Gaussian."""
-    return _by_seed(results, options, predicates.omnidirectional_scatter)
+    return _by_seed(results, options, omnidirectional_scatter)
 
 
 @claim(
@@ -101,13 +112,13 @@ def judge_omnidirectional_scatter(results, options):
 )
 def judge_fisheye_scatter(results, options):
     """Alike in size, and not less Gaussian with CGSP."""
-    return _by_seed(results, options, predicates.fisheye_scatter)
+    return _by_seed(results, options, fisheye_scatter)
 
 
 @claim("c4_scatter_plane", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS)
 def judge_plane_of_scatter(results, options):
     """No tilted plane has a smaller scatter than the one across the rays."""
-    return _by_seed(results, options, predicates.compact_across)
+    return _by_seed(results, options, compact_across)
 
 
 @claim(
@@ -115,7 +126,7 @@ def judge_plane_of_scatter(results, options):
 )
 def judge_both_cameras(results, options):
     """The scatter is tighter with CGSP on both cameras."""
-    return _by_seed(results, options, predicates.tighter_on_both)
+    return _by_seed(results, options, tighter_on_both)
 
 
 @claim("c4_hull", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS)
@@ -123,7 +134,7 @@ def judge_hull(results, options):
     """The centre lies in the hull with CGSP, and outside without, in most seeds."""
 
     def share_at(noise):
-        holds, *_, words = predicates.centre_in_hull(Seeds(results, options, noise))
+        holds, *_, words = centre_in_hull(Seeds(results, options, noise))
         return proportion(holds.astype(float)), words
 
     def reading_at(noise):

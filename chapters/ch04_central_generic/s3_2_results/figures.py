@@ -1,23 +1,14 @@
-"""Fig. 4.6, and the claims of the page from half to twice the bench's noise."""
+"""Fig. 4.6, and the factor of the bench's noise."""
 
 from itertools import product
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from chapters.ch04_central_generic.s3_2_results.results.predicates import (
-    BY_SEED,
-    centre_in_hull,
-)
-from chapters.ch04_central_generic.s3_2_results.results.seeds import (
-    CAMERAS,
-    RENDERED,
-    Seeds,
-)
+from chapters.ch04_central_generic.s3_2_results.results import CAMERAS, RENDERED
 from chapters.ch04_central_generic.s3_2_results.trials.factor import MULTIPLIED, solved
 from chapters.shared.bench_noise import BENCH, NOISES
 from chapters.shared.methods import LINEAR_NAMES
-from chapters.shared.sweep_figure import draw_sweep, shares_along
 from repro.page.style import INK, legend_below, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -139,25 +130,4 @@ def ext_bench_factor(results, published):
         f"{printed:g} mm at a factor: {'; '.join(said)} (crosses). The factor was "
         "solved at full size.",
         check if result.trials_per_condition > 3 else None,
-    )
-
-
-@figure(
-    "ext_noise_results",
-    needs=("table_4_3_rendered", "table_4_3_redrawn", "fig_4_2_redrawn"),
-    evidence="rendered",
-)
-def ext_noise_results(results):
-    """The claims of this page along the sweep of the factor."""
-    tests = BY_SEED | {"c4_hull": centre_in_hull}
-    panels = {
-        claim: shares_along(lambda noise, test=test: test(Seeds(results, noise=noise)))
-        for claim, test in tests.items()
-    }
-    shares, _, label = panels["c4_hull"]
-    panels["c4_hull"] = shares, 0.5, label
-    return draw_sweep(
-        panels,
-        "In which share of the seeds the claims of this page are true, from half to "
-        "twice the bench's noise, as printed and with all rays.",
     )

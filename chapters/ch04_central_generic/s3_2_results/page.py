@@ -15,8 +15,7 @@ from chapters.ch04_central_generic.s3_2_results.exercises import (
     kurtosis_task,
     lever_task,
 )
-from chapters.ch04_central_generic.s3_2_results.results.prose import name_values
-from chapters.ch04_central_generic.s3_2_results.results.seeds import ERRORS
+from chapters.ch04_central_generic.s3_2_results.results import ERRORS, name_values
 from chapters.ch04_central_generic.s3_2_results.trials.factor import (
     SEEDS,
     cgsp_conditions,
@@ -242,25 +241,13 @@ def caustic(effort):
 # ## Figures and tables
 
 # %% tags=["active-ipynb"]
-# show_table("ext_table_4_3", digits=3)
-
-# %% tags=["active-ipynb"]
 # show("fig_4_6")
 
 # %% tags=["active-ipynb"]
 # show_table("table_4_2", digits=5)
 
 # %% tags=["active-ipynb"]
-# show_table("ext_fig_4_6_measures", digits=3)
-
-# %% tags=["active-ipynb"]
-# show_table("ext_misalignment", digits=3)
-
-# %% tags=["active-ipynb"]
 # show("ext_bench_factor")
-
-# %% tags=["active-ipynb"]
-# show("ext_noise_results")
 
 # %% [markdown]
 # ## Reading and limits

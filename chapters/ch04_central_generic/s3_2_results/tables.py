@@ -1,20 +1,15 @@
-"""Tables 4.2 and 4.3, their numbers, and what misalignment does."""
+"""Tables 4.2 and 4.3, and their numbers."""
 
 from dataclasses import replace
 from itertools import product
 
-import numpy as np
-
-from chapters.ch04_central_generic.s3_2_results.results.seeds import (
-    BRACKETS,
+from chapters.ch04_central_generic.s3_2_results.results import (
     CAMERAS,
     PARAMETERS,
-    SCATTER,
     SEEDS_OF_BOTH,
     UNITS,
     Seeds,
 )
-from chapters.shared.bench_noise import BENCH
 from chapters.shared.central_sets import FISH
 from chapters.shared.methods import LINEAR_NAMES
 from repro.run.columns import columns
@@ -84,20 +79,6 @@ HEADS = {
 }
 
 
-def errors_at(results, noise):
-    """Columns of Table 4.3 at one noise, medians over all seeds."""
-    seeds = Seeds(results, noise=noise)
-    rows = [
-        (
-            camera,
-            LINEAR_NAMES[method],
-            *(Measured.median(seeds.of(camera, f"{method}.{key}")) for key in HEADS),
-        )
-        for camera, method in product(CAMERAS.values(), LINEAR_NAMES)
-    ]
-    return columns(("Camera", "Method", *HEADS.values()), rows)
-
-
 @table("table_4_3", needs=SEEDS_OF_BOTH, evidence="rendered")
 def table_4_3(results):
     """Ray-point errors before and after adjustment, at the bench's noise."""
@@ -112,8 +93,17 @@ def table_4_3(results):
         for stage, key in PRINTED_STAGES.items()
         for statistic in ("mean", "sd")
     }
+    seeds = Seeds(results)
+    rows = [
+        (
+            camera,
+            LINEAR_NAMES[method],
+            *(Measured.median(seeds.of(camera, f"{method}.{key}")) for key in HEADS),
+        )
+        for camera, method in product(CAMERAS.values(), LINEAR_NAMES)
+    ]
     return Table(
-        errors_at(results, BENCH),
+        columns(("Camera", "Method", *HEADS.values()), rows),
         "Distances of the points on the three grids from their rays: mean and "
         "standard deviation over all rays of the linear stage, as it comes out and "
         "after the thesis's bundle adjustment (BA), which keeps the centre. *Centre "
@@ -122,63 +112,6 @@ def table_4_3(results):
         "as large as the bench's. CGSP's mean on the omnidirectional camera was set "
         "by their factor.",
         printed=printed,
-    )
-
-
-@table("ext_table_4_3", needs=SEEDS_OF_BOTH, evidence="rendered")
-def ext_table_4_3(results):
-    """The same with the laboratory's own decoding errors."""
-    return Table(
-        errors_at(results, "laboratory"),
-        "Table 4.3 with the laboratory's own decoding errors, about a fifth of the "
-        "bench's.",
-    )
-
-
-@table("ext_fig_4_6_measures", needs=SEEDS_OF_BOTH, evidence="rendered")
-def ext_fig_4_6_measures(results):
-    """What the scatters of Fig. 4.6 are like, over all seeds."""
-    heads = {
-        "rms_mm": "RMS (mm)",
-        "eigenvalues": "Eigenvalue ratio",
-        "kurtosis": "Kurtosis off",
-    }
-    rows = []
-    seeds = Seeds(results)
-    for camera, method, words in product(CAMERAS.values(), LINEAR_NAMES, SCATTER):
-        of_rays = f"{method}.{SCATTER[words]}"
-        measures = [seeds.of(camera, f"{of_rays}.{key}") for key in heads]
-        inside = float(np.nanmean(seeds.of(camera, f"{of_rays}.inside")))
-        cells = (*map(Measured.median, measures), inside)
-        rows.append((camera, LINEAR_NAMES[method], words, *cells))
-    names = ("Camera", "Method", "Rays", *heads.values(), "Centre in hull (share)")
-    return Table(
-        columns(names, rows),
-        "The scatters of Fig. 4.6 over all seeds, at the bench's noise: RMS distance "
-        "from the centre; smaller over larger eigenvalue of the covariance, 1 for a "
-        "round one; how far Mardia's kurtosis is from the 8 of a Gaussian; and in "
-        "which share of the seeds the centre lies in the convex hull. Medians with "
-        "95 % intervals.",
-    )
-
-
-@table("ext_misalignment", needs=("exp_c4_small_misalign",), evidence="rendered")
-def ext_misalignment(results):
-    """CGSP on the mirror with brackets more and less off."""
-    heads = {
-        "true_scatter_mm": "Rays from one point, RMS (mm)",
-        "cgsp.ray_mean_mm": "Ray-point error (mm)",
-        "cgsp.ba_mean_mm": "after BA (mm)",
-        "cgsp.centre_off_mm": "Centre off (mm)",
-    }
-    rows = [
-        (offset, *(Measured.median(seeds.column(key)) for key in heads))
-        for offset, seeds in results[BRACKETS].by("offset_mm").items()
-    ]
-    return Table(
-        columns(("Bracket off (mm)", *heads.values()), rows),
-        "CGSP on rendered sets of reduced size of the mirror, with a bracket that is "
-        "right, or off by so much. Median and range over the seeds.",
     )
 
 

@@ -2,12 +2,17 @@
 
 from itertools import product
 
-from chapters.ch04_central_generic.s3_3_correction.results import predicates
-from chapters.ch04_central_generic.s3_3_correction.results.corrected import (
+from chapters.ch04_central_generic.s3_3_correction.results import (
     BOARDS,
     LINES,
     READINGS,
     Corrected,
+    equal_residuals,
+    larger_residuals,
+    less_view,
+    no_radial_bias,
+    seams,
+    skew,
 )
 from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.noise_sweep import counterpart_over_the_sweep, over_the_sweep
@@ -72,37 +77,37 @@ def judge_lines_straight(results, options):
 @claim("c4_unwrap_fov", needs=LINES_ALONE, evidence="rendered", readings=STANDARD)
 def judge_unwrapped_view(results, options):
     """Less vertical view with the standard method, and its depth is why."""
-    return _by_trial(results[LINES], options, predicates.less_view)
+    return _by_trial(results[LINES], options, less_view)
 
 
 @claim("c4_t44_omni", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
 def judge_omnidirectional_residuals(results, options):
     """Mean and SD of the standard residuals at least 1.3 times CGSP's."""
-    return _by_trial(results[BOARDS], options, predicates.larger_residuals)
+    return _by_trial(results[BOARDS], options, larger_residuals)
 
 
 @claim("c4_t44_fish", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
 def judge_fisheye_residuals(results, options):
     """The means are nearly equal."""
-    return _by_trial(results[BOARDS], options, predicates.equal_residuals)
+    return _by_trial(results[BOARDS], options, equal_residuals)
 
 
 @claim("c4_no_radial_bias", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
 def judge_radial_bias(results, options):
     """No quintile of radius has a mean radial residual of a quarter RMS."""
-    return _by_trial(results[BOARDS], options, predicates.no_radial_bias)
+    return _by_trial(results[BOARDS], options, no_radial_bias)
 
 
 @claim("c4_seams", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
 def judge_seams(results, options):
     """Standard residuals are larger beside seams, CGSP's less so."""
-    return _by_trial(results[BOARDS], options, predicates.seams)
+    return _by_trial(results[BOARDS], options, seams)
 
 
 @claim("c4_skew_amplifies", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
 def judge_skew(results, options):
     """Residuals of the fisheye rise with the angle to the plane's normal."""
-    return _by_trial(results[BOARDS], options, predicates.skew)
+    return _by_trial(results[BOARDS], options, skew)
 
 
 @numbers("table_4_4", needs=BOARDS_ALONE, evidence="rendered")

@@ -2,15 +2,10 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_3_correction.results.corrected import (
-    BOARDS,
-    Corrected,
-)
-from chapters.ch04_central_generic.s3_3_correction.results.predicates import BY_TRIAL
+from chapters.ch04_central_generic.s3_3_correction.results import BOARDS
 from chapters.ch04_central_generic.s3_3_correction.trials.sweeps import MAGNIFIED
 from chapters.shared.bench_noise import BENCH
 from chapters.shared.central_sets import FISH, OMNI
-from chapters.shared.sweep_figure import draw_sweep, shares_along
 from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -139,27 +134,4 @@ def fig_4_9(results):
         f"onto the metric grid, {MAGNIFIED} times as long as they are (in the "
         "thesis, 15 times); the arrow at the lower left is the key. Each panel "
         "shows the board that most calibrated rays see, of the first seed.",
-    )
-
-
-@figure(
-    "ext_noise_correction",
-    needs=("fig_4_7_lines", "fig_4_9_boards"),
-    evidence="rendered",
-)
-def ext_noise_correction(results):
-    """The claims of this page that are judged trial by trial, along the sweep."""
-    panels = {
-        claim: shares_along(
-            lambda noise, which=which, test=test: test(
-                Corrected(results[which], noise=noise)
-            )
-        )
-        for claim, (which, test) in BY_TRIAL.items()
-    }
-    return draw_sweep(
-        panels,
-        "In which share of the trials (three seeds where boards are corrected) the "
-        "claims of this page are true, from half to twice the bench's noise, as "
-        "printed.",
     )

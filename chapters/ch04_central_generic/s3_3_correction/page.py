@@ -11,7 +11,7 @@ from chapters.ch04_central_generic.s3_3_correction.exercises import (
     radius_task,
     stretch_task,
 )
-from chapters.ch04_central_generic.s3_3_correction.results.prose import name_values
+from chapters.ch04_central_generic.s3_3_correction.results import name_values
 from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
     corner_residuals,
     cut_across,
@@ -117,9 +117,6 @@ from repro.page.reader import compared, open_results, show, show_code, show_tabl
 
 # %% tags=["active-ipynb"]
 # show("fig_4_8")
-
-# %% tags=["active-ipynb"]
-# show("ext_noise_correction")
 
 # %% [markdown]
 # ## Reading and limits

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_3_correction.results.corrected import (
+from chapters.ch04_central_generic.s3_3_correction.results import (
     BOARDS,
     NAMES,
     Corrected,

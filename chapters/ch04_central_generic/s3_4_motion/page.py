@@ -98,9 +98,6 @@ from repro.run.outcomes import Plan, crossed
 # - With CGSP the translation is nearer to a straight line, and the rotation
 #   nearer to 110°, than with the standard generic method (Fig. 4.10).
 
-# %% tags=["active-ipynb"]
-# show("ext_motion_target")
-
 # %% [markdown]
 # ## Model
 #
@@ -137,9 +134,6 @@ from repro.run.outcomes import Plan, crossed
 # rendered. CELECT gets four clicks for each board; a board that it refuses
 # is clicked by hand, corner by corner. The second reading takes the detector
 # that needs no clicks.
-
-# %% tags=["active-ipynb"]
-# show_table("ext_motion_refused")
 
 # %% [markdown]
 # **Calibrations.** Three active grids give the centre and their poses,
@@ -223,13 +217,13 @@ def centres_off(found, grids):
 
 
 def attempted(grids, rng, methods):
-    """{method: its calibration, or the reason why there is none}."""
+    """{method: its calibration, or the code of the error that left none}."""
     found = {}
     for method in methods:
         try:
             found[method] = calibrated(method, grids, rng)
         except CalibrationError as error:
-            found[method] = str(error)
+            found[method] = error.code
     return found
 
 
@@ -274,13 +268,7 @@ def redrawn_seeds(effort, results):
 # ## All seeds
 
 # %% tags=["active-ipynb"]
-# show("ext_motion_seeds")
-
-# %% tags=["active-ipynb"]
 # show_table("ext_motion")
-
-# %% tags=["active-ipynb"]
-# show("ext_noise_motion")
 
 # %% [markdown]
 # ## Reading and limits

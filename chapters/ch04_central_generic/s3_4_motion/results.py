@@ -4,7 +4,7 @@ import numpy as np
 
 from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import METHODS
 from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
-from chapters.ch04_central_generic.s3_4_motion.trials.stage import BOARDS, STEPS
+from chapters.ch04_central_generic.s3_4_motion.trials.stage import STEPS
 from chapters.shared.bench_noise import BENCH, OPTIONS
 from chapters.shared.methods import LINEAR_NAMES
 from repro.judge.statistics import wins, with_worst
@@ -47,20 +47,6 @@ def refusals(result, motion, detector):
     """(boards that a detector refused, boards that it was shown)."""
     refused = np.stack(result.arrays(f"refused.{detector}", motion=motion))
     return int(refused.sum()), int(refused.size)
-
-
-def corner_error(result, motion, detector):
-    """RMS error (px) of the corners that a detector found itself."""
-    refused = result.arrays(f"refused.{detector}", motion=motion)
-    found = [
-        off[~lost[:, k]].reshape(-1, 2)
-        for k in range(len(BOARDS))
-        for lost, off in zip(
-            refused, result.arrays(f"errors.{detector}.{k}", motion=motion), strict=True
-        )
-    ]
-    squares = np.sum(np.concatenate(found) ** 2, axis=1)
-    return float(np.sqrt(squares.mean()))
 
 
 def name_values(open_results):

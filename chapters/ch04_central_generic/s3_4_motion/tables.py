@@ -4,15 +4,8 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_4_motion.results import (
-    MEASURES,
-    NAMES,
-    corner_error,
-    refusals,
-    trials_of,
-)
+from chapters.ch04_central_generic.s3_4_motion.results import MEASURES, NAMES, trials_of
 from chapters.ch04_central_generic.s3_4_motion.trials.corners import DETECTORS
-from chapters.ch04_central_generic.s3_4_motion.trials.stage import STEPS
 from chapters.shared.bench_noise import BENCH
 from repro.run.columns import columns
 from repro.run.experiment import table
@@ -54,34 +47,4 @@ def motion_table(results):
         "95 % intervals, and over those whose corners were found in "
         "pictures. The grids were decoded with errors as large as the bench's, or "
         "with the laboratory's own.",
-    )
-
-
-@table("ext_motion_refused", needs=("fig_4_10_corners",), evidence="rendered")
-def refused_table(results):
-    """How many boards each detector refused, and its errors."""
-    result = results["fig_4_10_corners"]
-    rows = [
-        (
-            detector,
-            motion,
-            *refusals(result, motion, detector)[::-1],
-            corner_error(result, motion, detector),
-        )
-        for detector in DETECTORS
-        for motion in STEPS
-    ]
-    return Table(
-        columns(
-            (
-                "Detector",
-                "Motion",
-                "Boards shown",
-                "Refused",
-                "RMS error of the others (px)",
-            ),
-            rows,
-        ),
-        "Boards in the rendered pictures, and how many of them each detector "
-        "refused. Those were clicked by hand, corner by corner.",
     )

@@ -334,8 +334,7 @@ READS_PAGES = True
 # - **12 min.** Four numbers from two homographies: the first exercise by
 #   hand. [4.1.2](../ch04_central_generic/s1_2_linear_stage.ipynb)
 # - **15 min.** Fig. 4.2: who wins? Groups write down why, before they look
-#   at the steps. [4.1.5](../ch04_central_generic/s1_5_simulated.ipynb), then
-#   [What CGSP buys](../ch04_central_generic/ext_what_cgsp_buys.ipynb)
+#   at the steps. [4.1.5](../ch04_central_generic/s1_5_simulated.ipynb)
 # - **15 min.** A centre that may move: why the lowest residual is the wrong
 #   place. [4.1.4](../ch04_central_generic/s1_4_bundle_adjustment.ipynb),
 #   with its exercises

@@ -29,7 +29,7 @@ STANDARD = {"refined": "standard", "as it comes out": "three_points"}
 
 
 def all_estimates(directions, points, rng, threshold, metric="ray-point"):
-    """{estimator: pose (4, 4), or the reason why there is none}.
+    """{estimator: pose (4, 4), or the code of the error that left none}.
 
     directions: (N, 3) rays of one origin; points: (N, 2); threshold: of both
     kinds of RANSAC, mm for metric "ray-point", radians for "angle". What is
@@ -57,7 +57,7 @@ def all_estimates(directions, points, rng, threshold, metric="ray-point"):
             try:
                 found = step() if found is None else step(found)
             except CalibrationError as error:
-                out |= dict.fromkeys(names[names.index(name) :], str(error))
+                out |= dict.fromkeys(names[names.index(name) :], error.code)
                 break
             out[name] = found.T_camera_grid
     return out

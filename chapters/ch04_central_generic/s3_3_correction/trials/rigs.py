@@ -129,7 +129,7 @@ def _at_noises(decoded, true, step, rng, noises):
 
 
 def calibrated(folder, lattice, points, rng, methods=tuple(METHODS)):
-    """{method: LatticeRays, or the reason why there is none}.
+    """{method: LatticeRays, or the code of the error that left none}.
 
     The rays are turned from the base grid's axes to the camera's, by the true
     pose of the base grid: only what is shown and where is up hang on it.
@@ -141,7 +141,7 @@ def calibrated(folder, lattice, points, rng, methods=tuple(METHODS)):
             found = by_protocol(points, method, rng)
             out[method] = on_lattice(lattice, points, found, R_camera_base)
         except CalibrationError as fault:
-            out[method] = str(fault)
+            out[method] = fault.code
     return out
 
 

@@ -58,7 +58,7 @@ def in_order(found, lattice):
 
 
 def seen_boards(poses, rng):
-    """Errors, refusals and pictures of the target in poses (n, 4, 4).
+    """Errors and refusals of the detectors on the target in poses (n, 4, 4).
 
     errors: {detector: a list for each board of (n, N, 2) px}; what a detector
     refuses is clicked by hand. refused: {detector: (n, boards) bool}.
@@ -69,10 +69,8 @@ def seen_boards(poses, rng):
         for name in DETECTORS
     }
     refused = {name: np.zeros((len(poses), len(BOARDS)), bool) for name in DETECTORS}
-    pictures = []
     for index, T in enumerate(poses):
         picture, first = photograph(T, rng)
-        pictures.append(picture)
         seen = zip(BOARDS, true_pixels(camera, T), strict=True)
         for k, (board, true) in enumerate(seen):
             lattice = (true - first).reshape(board.rows, board.columns, 2)
@@ -85,4 +83,4 @@ def seen_boards(poses, rng):
                 refused[name][index, k] = corners is None
                 corners = clicked if corners is None else corners
                 errors[name][k][index] = corners - (true - first)
-    return errors, refused, pictures
+    return errors, refused

@@ -64,4 +64,4 @@ def scored(motion, rays):
     try:
         return ERRORS[motion](motions(rays))
     except CalibrationError as error:
-        return {"failed": str(error)}
+        return {"failed": error.code}

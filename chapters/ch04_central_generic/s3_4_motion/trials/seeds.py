@@ -37,7 +37,7 @@ def corner_trial(condition, rng, every):
     """Corner errors and refusals of one seed, in pictures of one motion."""
     setup = drawn_setup(rng)
     poses = target_poses(condition["motion"], setup)[::every]
-    errors, refused, pictures = seen_boards(poses, rng)
+    errors, refused = seen_boards(poses, rng)
     return {
         "turn": setup.turn,
         "shift": setup.shift,
@@ -46,9 +46,6 @@ def corner_trial(condition, rng, every):
             for name, of_boards in errors.items()
         },
         "refused": refused,
-        "first": pictures[0],
-        "middle": pictures[len(pictures) // 2],
-        "last": pictures[-1],
     }
 
 

@@ -103,7 +103,7 @@ def each_method(scene, run):
         try:
             out[name] = run(scene, linear)
         except CalibrationError as fault:
-            out[name] = {"failed": str(fault)}
+            out[name] = {"failed": fault.code}
     return out
 
 
