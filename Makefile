@@ -4,7 +4,6 @@ EFFORT ?= full
 CORES ?=
 TRIALS ?=
 RECORDED ?=
-RECORD ?=
 PORT ?= 8000
 MUTANTS ?= 2000
 SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
@@ -25,7 +24,7 @@ report: setup ## the whole report at full size: report/site/index.html
 
 test: setup ## unit and property tests, and a quick build with checks on its numbers
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
-	  .venv/bin/python $(if $(ARGS),,-m repro.workflow.clock test .venv/bin/python) -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
+	  .venv/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
 
 recorded: setup ## writes down the test of each claim, data/published/recorded.yaml; refuses one that was altered without a word in `changed`
 	@$(RUN) .venv/bin/python -m repro.run.recorded
@@ -33,10 +32,8 @@ recorded: setup ## writes down the test of each claim, data/published/recorded.y
 quick: setup ## the whole report with few trials: report/site-quick/index.html
 	@$(BUILD) quick --effort quick $(FOR_SETS)
 
-# A full build takes many times as long as what one wants to know after each change.
-times: EFFORT = quick
-times: setup ## what the quick build takes, part by part, beside its budget and the last run (EFFORT=full; RECORD=yes)
-	@$(RUN) .venv/bin/python -m repro.workflow.clock build --effort $(EFFORT) $(FOR_SETS) $(if $(RECORD),--record)
+times: setup ## processor seconds and peak memory of the built report, page by page (EFFORT=quick)
+	@$(RUN) .venv/bin/python -m repro.workflow.times --effort $(EFFORT)
 
 notebooks: setup ## the chapters as notebooks: report/notebooks (EFFORT=quick)
 	@$(BUILD) notebooks $(OPTIONS)

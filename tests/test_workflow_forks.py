@@ -97,7 +97,7 @@ def test_folder_words_environment_streams_and_time(ask, folder):
     assert aside == "aside\n"
     took = json.loads((folder / "times" / "page" / "label.json").read_text())
     assert took["processor_seconds"] >= 0
-    assert set(took) == {"seconds", "processor_seconds"}
+    assert set(took) == {"seconds", "processor_seconds", "peak_mb"}
 
 
 @pytest.mark.parametrize(

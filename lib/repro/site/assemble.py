@@ -25,9 +25,7 @@ from statistics import median
 from repro.judge.scoreboard import chapter_order, headline, natural
 from repro.page.furniture import Furnisher
 from repro.page.notebook import PageError
-from repro.run.discover import producers
 from repro.run.kept import Kept
-from repro.run.rendered import TIMES as SET_TIMES
 from repro.site import (
     api_reference,
     artefacts,
@@ -44,7 +42,6 @@ from repro.site.notebooks import workable
 from repro.site.scoreboard import written_before
 from repro.site.source_pages import source_page
 from repro.site.start import Quotable
-from repro.site.times import times_of
 
 DOWNLOADS_BY = (
     first_cell.__file__,
@@ -224,17 +221,6 @@ def _filled(
         "table": chapter_table(board, chapters),
     }
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}
-    filled["times.md"] = templates.get_template("times.md.jinja").render(
-        effort=effort,
-        titles={page.name: page.title for page in documents(chapters)},
-        times=times_of(
-            root / "figures" / effort / "times",
-            root / SET_TIMES,
-            effort,
-            producers(root),
-            [page.name for page in documents(chapters)],
-        ),
-    )
     for chapter in chapters:
         filled[f"{chapter.folder}/index.md"] = templates.get_template(
             "chapter.md.jinja"

@@ -3,7 +3,7 @@
     python -m repro.workflow.job LABEL MODULE ...
 
 does what `python -m MODULE ...` does, and leaves `LABEL.json` in the folder that the
-environment names in `RAXEL_TIMES`: the time it took, which the page of times adds up,
+environment names in `RAXEL_TIMES`: its time and peak memory, which `make times` prints,
 and the files that it wrote, by which `repro.workflow.intact` knows them again.
 """
 
@@ -21,6 +21,7 @@ from pathlib import Path
 from repro.run.results import WRITTEN, write_json
 
 TIMES = "RAXEL_TIMES"
+USED = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
 
 
 def run(words: Sequence[str]) -> int:
@@ -33,9 +34,12 @@ def run(words: Sequence[str]) -> int:
     start, before = time.monotonic(), len(WRITTEN)
     status = _command(name)(more)
     if record and not status:
+        # Of this process, and of those that it has started and waited for.
+        used = [resource.getrusage(w) for w in USED]
         took = {
             "seconds": round(time.monotonic() - start, 2),
-            "processor_seconds": round(_processor_seconds(), 2),
+            "processor_seconds": round(sum(u.ru_utime + u.ru_stime for u in used), 2),
+            "peak_mb": round(max(u.ru_maxrss for u in used) / 1024, 1),
         }
         files = left(WRITTEN[before:])
         write_json(record, took | ({"files": files} if files else {}))
@@ -64,14 +68,6 @@ def _command(name: str):
     if hasattr(module, "__path__"):
         module = importlib.import_module(f"{name}.__main__")
     return module.main
-
-
-def _processor_seconds() -> float:
-    """Of this process, and of those that it has started and waited for."""
-    used = [
-        resource.getrusage(w) for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-    ]
-    return sum(one.ru_utime + one.ru_stime for one in used)
 
 
 if __name__ == "__main__":
