@@ -23,6 +23,8 @@ from raxel.sets.mirror_set import load_mirror_set
 from raxel.show.cameras import mirrors
 from tests import mirror_sets, rendered_mirror_sets
 
+PIXELS = np.stack(np.meshgrid(np.arange(0, 768, 12.0), np.arange(0, 576, 12.0)), -1)
+PIXELS = PIXELS.reshape(-1, 2)
 PATTERNS = PatternPlan(gray_bits=(2, 2), phase_steps=4, phase_periods=(4.0, 4.0))
 
 
@@ -54,22 +56,27 @@ def calibrated(folder):
     return results
 
 
+def stage_angles(folder, calibrated, stage):
+    """Angles, degrees, between found and true rays of a stage, nan without a ray."""
+    found = load_camera(calibrated / f"mirror-{stage}.npz")
+    true = load_camera(folder / "truth" / f"stage-{stage}.npz")
+    return ray_angles(found, true, PIXELS)
+
+
 def test_the_cameras_come_near_the_truth(rig, folder, calibrated):
     names = sorted(path.name for path in calibrated.iterdir())
     assert names == ["fit.json", "mirror-0.npz", "mirror-1.npz", "mirror.npz"]
     for stage in range(2):
         found = load_camera(calibrated / f"mirror-{stage}.npz")
         true = load_camera(folder / "truth" / f"stage-{stage}.npz")
-        u, v = np.meshgrid(np.arange(0, 768, 12.0), np.arange(0, 576, 12.0))
-        pixels = np.column_stack([u.ravel(), v.ravel()])
-        angles = ray_angles(found, true, pixels)
+        angles = stage_angles(folder, calibrated, stage)
         assert np.isfinite(angles).sum() > 800
         assert np.nanmean(angles) < 0.1
     last = load_camera(calibrated / "mirror.npz")
     np.testing.assert_array_equal(last.coefficients, found.coefficients)
     clamped, away = true.T_viewer_mirror[:3, 3], rig.deflection_direction()
     ours, theirs = (
-        (camera.rays(pixels).origins - clamped) @ away for camera in (found, true)
+        (camera.rays(PIXELS).origins - clamped) @ away for camera in (found, true)
     )
     bent = np.isfinite(ours) & (theirs > 2.5)
     assert bent.sum() > 50
@@ -90,6 +97,14 @@ def test_the_result_says_how_far_it_can_be_trusted(calibrated):
     assert 0.003 < sure["median"] < sure["largest"] < 0.5
     assert np.array(second["T_camera_grid"]).shape == (4, 4)
     assert fit["viewer_error_counted"] is True
+
+
+def test_half_of_the_rays_are_off_by_what_is_predicted(folder, calibrated):
+    stages = read_json(calibrated / "fit.json")["stages"]
+    for stage, about in enumerate(stages):
+        angles = stage_angles(folder, calibrated, stage)
+        predicted = about["predicted_ray_error_deg"]["median"]
+        assert 0.4 < np.nanmedian(angles) / predicted < 2.5
 
 
 def written_primary():

@@ -7,14 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.guides.fisheye_in_ten_minutes import page, results, tables
+from chapters.guides.fisheye_in_ten_minutes import page, tables
 from chapters.guides.fisheye_in_ten_minutes.trials import boards, commands, models
-from chapters.shared.records import record
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.errors import CalibrationError
 from raxel.multiview.perspective_view import perspective_view
-from repro.run.outcomes import Plan
-from tests.made_results import plan_of, written
 
 SIZE = boards.SIZES["quick"]
 
@@ -48,17 +44,6 @@ def test_a_hand_stays_near_its_place_and_the_board_in_view(rig):
         assert np.linalg.norm(middle_of(rig, T)) == pytest.approx(place[2], rel=0.05)
     assert boards.inner_boards(boards.SIZES["full"].plan) == 6
     assert len(boards.places_of(boards.SIZES["full"].plan)) == 16
-
-
-def test_the_plan_at_full_size_covers_nine_tenths_of_the_circle():
-    size = boards.SIZES["full"]
-    rig, seen = boards.rig_of(size), 0
-    for place in boards.places_of(size.plan):
-        T = boards.placed(rig, *place)
-        view = models.board_at(rig, T, np.random.default_rng(0))
-        seen = seen + models.board_counts([view], rig.camera.width, rig.camera.height)
-    lit = models.lit(size)
-    assert np.mean(seen[lit] > 0) > 0.9
 
 
 def script_with(words):
@@ -121,23 +106,6 @@ def test_long_lines_of_a_transcript_go_on_in_the_next():
     assert folded.split() == line.split()
 
 
-def test_coverage_grows_and_a_refusal_is_counted(monkeypatch):
-    def refuses(*_):
-        raise CalibrationError("OpenCV's fisheye model: it refuses")
-
-    monkeypatch.setattr(models, "calibrate_opencv_fisheye", refuses)
-    rng = np.random.default_rng(0)
-    found = models.coverage_trial(SIZE, models.PLANNED, 3, rng)
-    shares = found["shares"]
-    assert len(shares) == len(boards.places_of(SIZE.plan))
-    assert (np.diff(shares) >= 0).all()
-    assert 0.1 < shares[0] < shares[-1] < 1
-    assert found["all"]["outcome"] == found["inner"]["outcome"] == "refused"
-    assert found["all"]["reach_deg"] > found["inner"]["reach_deg"] > 50
-    anywhere = models.coverage_trial(SIZE, models.ANYWHERE, 3, rng)
-    assert len(anywhere["shares"]) == 3
-
-
 def test_the_true_camera_has_no_error_against_the_truth(rig):
     assert models.against_truth(rig.camera, rig.camera) == {
         "image_with_ray": 1.0,
@@ -166,30 +134,3 @@ def test_a_view_turned_aside_looks_there():
     expected = 99.5 + 60 * np.radians(40)
     assert map_x[cy, cx] == pytest.approx(expected, abs=1)
     assert map_y[cy, cx] == pytest.approx(79.5, abs=1)
-
-
-def test_boards_until_a_goal_are_counted_and_draws_that_never_reach_it():
-    shares = np.array([[0.5, 0.9, 0.95], [0.3, 0.5, 0.7]])
-    draws = iter(shares)
-    plan = Plan(
-        lambda condition, rng: {"shares": next(draws)}, [{"held": "anywhere"}], 2
-    )
-    drawn = written(plan)
-    needed = results.boards_for(drawn, "anywhere", 0.9)
-    assert needed[0] == 2
-    assert np.isnan(needed[1])
-    assert results.told_boards(needed) == "2 pictures (not reached in 1 draws)"
-    assert results.told_reached(needed) == "1 of 2 draws"
-
-
-def test_the_record_of_calibrations_fills_its_table():
-    sets = record("calibrations")["sets"]
-    kept = written(plan_of("ext_calibration_record"))
-    columns = tables.ext_fisheye_photographs(
-        {"ext_calibration_record": kept, "photograph_study": {}}
-    ).columns
-    others = [one["name"] for one in record("detectors")["sets"]]
-    assert sorted(columns["Set"]) == sorted(others)
-    for one, cell in zip(sets, columns["Generic (px)"], strict=True):
-        assert cell.low <= cell.value == one["models"]["generic"]["px"] <= cell.high
-    assert all(0 < x <= 100 for x in columns["Picture with a ray (%)"])

@@ -5,13 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.guides.benchmarks.tables import ext_benchmarks, ext_benchmarks_further
-from chapters.guides.benchmarks.trials import recorded_scores, rig_names
 from chapters.guides.choose_a_method import page as choose_a_method
 from chapters.guides.choose_a_method import tables
 from chapters.guides.choose_a_method.results import motion_facts, named
 from chapters.guides.choose_a_method.tables import COLUMNS, FAILED, costs
-from chapters.guides.choose_a_method.trials import method_seconds
+from chapters.guides.choose_a_method.trials import (
+    STATED,
+    method_seconds,
+    recorded_scores,
+)
 from chapters.guides.for_teachers import page as for_teachers
 from chapters.guides.for_teachers import tables as class_tables
 from chapters.guides.for_teachers.exercises import answers
@@ -150,42 +152,6 @@ def test_a_method_that_never_worked_has_failed(results):
     assert named(results)["zhang.stage"] == "∞"
 
 
-def scores(values):
-    """Scores of one rig, as the experiment's result gives them."""
-    return of_columns(({"rig": "ordinary-lens"}, values), settings={"views": 5})
-
-
-def test_rigs_are_in_the_table_of_scores_or_in_the_list_of_others():
-    found = scores(
-        {
-            "opencv.right": 5,
-            "opencv.rms_px": 0.25,
-            "opencv-sb.right": 0,
-            "raxel.right": 5,
-            "opencv_fisheye.rms_deg": 0.125,
-            "general.share_with_ray": 0.5,
-        }
-    )
-    columns = ext_benchmarks({"ext_benchmark_scores": found}).columns
-    assert {name: cells[0] for name, cells in columns.items()} == {
-        "Rig": "ordinary-lens",
-        "Boards": 5,
-        "raxel: right": 5,
-        "raxel (px)": None,
-        "OpenCV: right": 5,
-        "OpenCV (px)": 0.25,
-        "OpenCV sector-based: right": 0,
-        "OpenCV sector-based (px)": None,
-        "Zhang (deg)": FAILED,
-        "OpenCV fisheye (deg)": 0.125,
-        "Generic (deg)": FAILED,
-        "Image circle with a ray (%)": 50,
-    }
-    others = ext_benchmarks_further({"ext_benchmark_scores": found}).columns
-    assert sorted([*columns["Rig"], *others["Rig"]]) == rig_names()
-    assert all(others["What it asks"])
-
-
 def counts(**of_sets):
     """A result of pictures: {set: (right, returned) of each detector in turn}."""
     detectors = ["raxel", "findChessboardCorners", "findChessboardCornersSB"]
@@ -227,6 +193,18 @@ def test_the_record_of_photographs_adds_up():
     assert told["images"] == 10
     assert told["raxel"]["right"] == 10
     assert told["opencv"] == {"right": 2, "wrong": 0}
+
+
+def test_stated_errors_are_summed_over_the_cases_of_the_record():
+    kept = written(plan_of("ext_stated_record"))
+    columns = tables.ext_stated_errors({"ext_stated_record": kept}).columns
+    assert columns["Quantity"] == list(STATED)
+    parts = {one["part"]: one["rows"] for one in record("stated")["sets"]}
+    counted = [row["count"] for row in parts["corners"] if row["count"] is not None]
+    assert sum(columns["n"][:2]) == sum(counted)
+    middle = columns["Actual over predicted"]
+    for case, median in zip(columns["Least case"], middle, strict=True):
+        assert 0 < case <= median
 
 
 def test_every_number_of_the_decision_page_is_named(results):
@@ -273,7 +251,7 @@ def test_every_route_leads_to_pages_with_exercises():
     text = Path(for_teachers.__file__).read_text("utf-8")
     found = {route.letter: route.pages for route in answers.routes(text)}
     assert "".join(found) == "ABCDEFGHIJK"
-    assert found["D"][-2:] == ["guides/choose_a_method", "guides/benchmarks"]
+    assert found["D"][-1] == "guides/choose_a_method"
     assert found["I"][1] == "appendix_a/phase_and_harmonics"
     assert found["K"][2] == "ch05_flexible_mirror/ext_trust"
     for letter, pages in found.items():

@@ -11,8 +11,6 @@ from raxel.cameras import load_camera
 from raxel.cameras.core.base import pixel_grid
 from raxel.cli import main
 from raxel.errors import InputError
-from raxel.evaluation.mirror_benchmark import score_mirror, scored_pixels
-from raxel.evaluation.mirror_result import sampled_result
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 from raxel.io.files import read_json
@@ -160,17 +158,6 @@ def test_the_platter_lies_dark_beside_its_board(rig, rendered):
     silver, white = (picture[p[:, 1], p[:, 0]] for p in at)
     assert silver.max() < 40
     assert white.min() > 150
-
-
-def test_the_truth_scores_without_errors(rendered):
-    cameras = [
-        load_camera(rendered.folder / "truth" / f"stage-{k}.npz") for k in range(2)
-    ]
-    result = sampled_result(rendered, cameras, scored_pixels(rendered.size))
-    scores = score_mirror(rendered, result)
-    assert scores["all"]["rays"]["share_right"] == 1
-    assert scores["all"]["height"]["max_mm"] < 1e-9
-    assert 2 < scores["stages"][1]["deflections"][0]["true_mm"] < 5
 
 
 def test_the_seed_and_the_level_make_the_bytes(rig, rendered, tmp_path):

@@ -27,13 +27,13 @@ from raxel.lab import (
     visible_share,
 )
 from raxel.lab import render as render_function
-from raxel.lab.corner_check import board_before, fitted_corners
 from raxel.lab.footprint import PixelMeans, lattice
 from raxel.lab.laboratory import Laboratory
 from raxel.lab.optics import Optics
 from raxel.lab.sensor import Sensor
 from raxel.lab.sight import Crop, Raster, Sight
 from raxel.sets import Chessboard
+from tests.corner_check import board_before, fitted_corners
 
 HERE = np.eye(4)
 # Looks along z; the pixel (u, v) sees the square around (u, v) mm.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.shared.synthetic_board import SyntheticBoard, clicks
-from raxel.lab.corner_check import fitted_corner
+from tests.corner_check import fitted_corner
 
 
 @pytest.mark.parametrize(

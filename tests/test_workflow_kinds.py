@@ -31,14 +31,9 @@ def test_each_set_has_one_page(work):
 
 
 def test_what_shows_every_set_reads_those_of_its_kind(work):
-    read = [
-        i for i in work.needed("figure", "ext_real_by_distortion_figure") if "@" in i
-    ]
+    read = [i for i in work.needed("table", "ext_methods") if "@" in i]
     assert read == ["photograph_study@board"]
-    assert (
-        work._sets_option([("figure", "ext_real_by_distortion_figure")])
-        == "--sets board"
-    )
+    assert work._sets_option([("table", "ext_methods")]) == "--sets board"
     assert work.needed("table", "ext_grid_views@grid") == ["active_grid_study@grid"]
 
 

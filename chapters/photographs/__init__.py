@@ -1,5 +1,5 @@
 """Photographs: real lenses calibrated from real photographs.
 
 One page per image set: the photographs that the workflow brings, and what you add with
-`make report RECORDED=path/to/set`. A page before them sets all of them side by side.
+`make report RECORDED=path/to/set`.
 """

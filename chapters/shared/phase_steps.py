@@ -87,31 +87,9 @@ def sum_of_orders(sines, cosines=None, mean=0.0):
     return profile
 
 
-def predicted_error(a, b, count, phase):
-    """Phase error, rad, of N steps by the orders m N - 1 and m N + 1 of a profile.
-
-    a, b: terms 0 to M of (A.1); phase: where the fundamental is a sine, rad. Exact if
-    no higher order is there.
-    """
-    turned = (np.asarray(a) - 1j * np.asarray(b)) / 2
-    total = turned[1] * np.exp(1j * phase)
-    for n in range(count - 1, len(turned), count):
-        total = total + np.conj(turned[n]) * np.exp(-1j * n * phase)
-        if n + 2 < len(turned):
-            total = total + turned[n + 2] * np.exp(1j * (n + 2) * phase)
-    return wrapped(np.angle(total) + np.pi / 2 - phase)
-
-
 def power_law(gamma):
     """What a monitor with this gamma makes of a sine, 0 to 1."""
     return lambda phase: (0.5 + 0.5 * np.sin(phase)) ** gamma
-
-
-def clipped_power_law(gamma, gain):
-    """As `power_law`, of a sine too large by `gain`, cut off at black and white."""
-    return lambda phase: (
-        np.minimum(0.5 + 0.5 * gain * np.sin(phase), 1.0).clip(0) ** gamma
-    )
 
 
 def srgb(value):
@@ -119,11 +97,6 @@ def srgb(value):
     value = np.asarray(value, float)
     upper = ((np.maximum(value, 0) + 0.055) / 1.055) ** 2.4
     return np.where(value <= 0.04045, value / 12.92, upper)
-
-
-def srgb_profile(phase):
-    """What a monitor of the sRGB standard makes of a sine, 0 to 1."""
-    return srgb(0.5 + 0.5 * np.sin(phase))
 
 
 def power_law_orders(gamma, most):

@@ -2,9 +2,8 @@
 # # Appendix A: phases and harmonics
 #
 # **Question.** An active grid reads a place from four pictures of a sine.
-# No monitor shows a true sine: its light rises as a power of what it is
-# sent. Which parts of that distortion move the place that is read, by how
-# much, and would more pictures help?
+# No monitor shows a true sine: its light rises as a power of its input.
+# Which parts of that distortion move the decoded place, and by how much?
 
 # %%
 import numpy as np
@@ -17,8 +16,6 @@ from chapters.appendix_a.phase_and_harmonics.exercises import (
 from chapters.appendix_a.phase_and_harmonics.results import name_values
 from chapters.appendix_a.phase_and_harmonics.trials import (
     AMPLITUDES,
-    GAIN,
-    GAMMAS,
     MOST_ORDER,
     ODD_AMPLITUDES,
     PHASES,
@@ -27,14 +24,12 @@ from chapters.appendix_a.phase_and_harmonics.trials import (
     error_orders,
     one_order,
     phases,
-    response_trial,
 )
 from chapters.shared.phase_steps import (
     decoder_error,
     formula_error,
     largest,
     phase_of,
-    predicted_error,
     stepped,
     sum_of_orders,
 )
@@ -44,7 +39,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
 # %% tags=["active-ipynb"]
-# show("ext_phase_error_gamma")
+# show_table("app_a")
 
 # %% tags=["active-ipynb", "remove-input"]
 # name_values(open_results)
@@ -59,15 +54,8 @@ from repro.run.outcomes import Plan, crossed
 #   a period, by $(b_3 + b_5)/b_1$: 1 % of order 3 makes
 #   {glue:text}`odd.one_percent:.4f` rad, or {glue:text}`odd.share:.2f` % of
 #   a period.
-# - A monitor with a gamma of 2.2 misleads four steps by up to
-#   {glue:text}`gamma.four:.2f` % of a period, three steps by
-#   {glue:text}`gamma.three:.1f` %, six by {glue:text}`gamma.six:.4f` %.
-# - Four steps are lucky: order 3 of a power law vanishes at gammas of 1 and
-#   of 2, and monitors are close to 2. Where a contrast that is
-#   {glue:text}`clipped.gain:.0f` % too high cuts off the darkest and the
-#   brightest values, luck ends, and more steps do not bring it back:
-#   {glue:text}`clipped.four:.2f` % with four, {glue:text}`clipped.six:.2f` %
-#   with six, {glue:text}`clipped.eight:.2f` % with eight.
+# - Other numbers of steps have other blind orders: $N$ steps are disturbed by
+#   the orders $mN - 1$ and $mN + 1$ only.
 # - The ratio that the thesis ends with (A.9) is wrong in form; its
 #   conclusion for order 2 stands.
 
@@ -168,15 +156,13 @@ from repro.run.outcomes import Plan, crossed
 # changes nothing.
 
 # %% tags=["active-ipynb"]
-# show_code(stepped, phase_of, predicted_error)
+# show_code(stepped, phase_of)
 
 # %% [markdown]
 # ## Experiment
 #
-# Three kinds of numbers stand side by side everywhere: what the sum above
-# predicts from the orders of a profile; what (3.23) gives in double
-# precision; and what the library's decoder finds in pictures of 16 bits
-# that show the profile.
+# Each profile is evaluated twice: by (3.23) in double precision, and by the
+# library's decoder from images of 16 bits.
 
 
 # %%
@@ -249,40 +235,11 @@ def order_sweep(effort):
     return Plan(order_trial, conditions, 1, {"amplitude": SMALL})
 
 
-# %%
-@experiment("ext_phase_error_gamma", artefact="ext_phase_error_gamma")
-def response_sweep(effort):
-    """Gammas from 1 to 2.6, whole and cut off, and the sRGB standard's curve."""
-    laws = [
-        {"law": law, "gamma": gamma}
-        for law in ("power", "clipped")
-        for gamma in GAMMAS[effort]
-    ]
-    conditions = [
-        {**law, "steps": n, "phases": PHASES[effort]}
-        for law in [*laws, {"law": "sRGB", "gamma": 0.0}]
-        for n in STEPS
-    ]
-    return Plan(response_trial, conditions, 1, {"gain": GAIN})
-
-
-# %% tags=["active-ipynb"]
-# show_code(response_trial)
-
 # %% [markdown]
-# ## Further figures
-
-# %% tags=["active-ipynb"]
-# show_table("app_a")
+# ## Figures
 
 # %% tags=["active-ipynb"]
 # show("ext_orders_of_steps")
-
-# %% tags=["active-ipynb"]
-# show("ext_phase_error_period")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_responses", digits=3)
 
 # %% [markdown]
 # ## Reading and limits
@@ -297,8 +254,7 @@ def response_sweep(effort):
 #   leaves it out; else it measures the error and undoes it.
 # - **Odd or even.** An even number of steps hears odd orders only. Three
 #   steps hear orders 2 and 4, and order 2 is the strongest that a monitor
-#   has. Five hear 4 and 6, and at a gamma of 2.2 do better than four by a
-#   factor of {glue:text}`gamma.four_over_five:.0f`.
+#   has. Five hear 4 and 6.
 # - **Cut-off values** have corners, and corners have orders that fall off
 #   slowly, so that every number of steps meets some of them. The cure is
 #   not more steps but less contrast.

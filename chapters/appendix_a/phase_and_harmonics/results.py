@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from chapters.appendix_a.phase_and_harmonics.trials import GAIN
 from chapters.shared.phase_steps import (
     phase_of,
     power_law_orders,
@@ -35,34 +34,19 @@ def ratios_at(phase, b3):
     return float(true), float(np.tan(phase) - np.tan(3 * phase))
 
 
-def percent(result, law, steps, gamma=GAMMA):
-    """Largest error of the decoder, % of a period."""
-    given = {"law": law, "steps": steps, "gamma": gamma}
-    return PERCENT_OF_PERIOD * one(result, "decoder_rad", **given)
-
-
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     even = open_results("exp_c3_even_cancels")
     odd = open_results("exp_c3_odd_orders_matter")
-    swept = open_results("ext_phase_error_gamma")
     size = one(odd, "amplitude_rad", b3=0.01, b5=0.0)
     true, printed = ratios_at(0.4, 0.05)
     law = power_law_orders(GAMMA, 3)
-    in_words = {"three": 3, "four": 4, "six": 6, "eight": 8}
     found = {
         "even.formula": even.select().column("formula_rad").max(),
         "odd.one_percent": size,
         "odd.share": PERCENT_OF_PERIOD * size,
         "ratio.true": true,
         "ratio.printed": printed,
-        **{f"gamma.{word}": percent(swept, "power", n) for word, n in in_words.items()},
-        **{
-            f"clipped.{word}": percent(swept, "clipped", n)
-            for word, n in in_words.items()
-        },
-        "gamma.four_over_five": percent(swept, "power", 4) / percent(swept, "power", 5),
-        "clipped.gain": 100 * (GAIN - 1),
         "law.two": 100 * law[1],
         "law.three": 100 * law[2],
     }

@@ -1,19 +1,11 @@
-"""The derivation of Appendix A as a table, and real responses beside it."""
+"""The derivation of Appendix A as a table."""
 
-from chapters.appendix_a.phase_and_harmonics.results import one, percent
-from chapters.appendix_a.phase_and_harmonics.trials import SMALL, STEPS
+from chapters.appendix_a.phase_and_harmonics.results import one
+from chapters.appendix_a.phase_and_harmonics.trials import SMALL
 from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
-RESPONSES = (
-    ("gamma 1.0", "power", 1.0),
-    ("gamma 1.8", "power", 1.8),
-    ("gamma 2.2", "power", 2.2),
-    ("gamma 2.6", "power", 2.6),
-    ("sRGB standard", "sRGB", 0.0),
-    ("gamma 2.2, cut off", "clipped", 2.2),
-)
 SHOWN_ORDERS = range(1, 10)
 HEADS = (
     "order n",
@@ -70,25 +62,4 @@ def app_a(results):
             "every error equals its first-order value within 0.0001 rad, the "
             "square of 1 %",
         ),
-    )
-
-
-@table("ext_responses", needs=("ext_phase_error_gamma",), evidence="analytic")
-def ext_responses(results):
-    """Orders and phase errors of responses that monitors have."""
-    ran = results["ext_phase_error_gamma"]
-    orders = (2, 3, 4, 5)
-    heads = ["response", *(f"order {n} (%)" for n in orders)]
-    heads += [f"{steps} steps (% of period)" for steps in STEPS]
-    rows = []
-    for name, law, gamma in RESPONSES:
-        given = {"law": law, "gamma": gamma}
-        found = [100 * one(ran, f"orders.{n}", steps=4, **given) for n in orders]
-        found += [percent(ran, steps=steps, **given) for steps in STEPS]
-        rows.append((name, *(round(x, 4) for x in found)))
-    return Table(
-        columns(heads, rows),
-        "How far responses lead the decoder astray. Orders in % of order 1; errors "
-        "are the largest over a period, in % of it, found by the decoder. Errors "
-        "below 0.001 % are the rounding of its pictures.",
     )

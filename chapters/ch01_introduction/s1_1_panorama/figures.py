@@ -1,17 +1,10 @@
-"""Fig. 1.1, and the resolution of its unwrapped picture."""
+"""Fig. 1.1, and the rigs of the laboratory."""
 
-import numpy as np
-
-from chapters.ch01_introduction.s1_1_panorama.trials import (
-    ECCENTRICITIES,
-    RIG_MIRROR,
-    T_world_camera,
-    laboratory,
-)
-from chapters.shared.surroundings import drawn_surroundings
-from raxel.lab import room
+from chapters.ch01_introduction.s1_1_panorama.trials import RIG_NAMES, RIG_SEED
+from chapters.shared.rigs import rig_named
+from raxel.show.rigs import rig_scene
+from repro.page.space import draw_scene
 from repro.page.style import figure as new_figure
-from repro.page.style import series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
@@ -19,11 +12,7 @@ from repro.run.outcomes import Check, Drawing
 EXACT_PX = 1e-6
 STRAIGHT_PX = 0.5
 BORDER_COLUMNS = ("edge_column_px", "found_column_px", "deviation_px", "rows_found")
-SCALES = {
-    "area": ("Area", "Source per unwrapped pixel (px²)"),
-    "along_row": ("Along a row", "Source per unwrapped pixel (px)"),
-    "along_column": ("Along a column", "Source per unwrapped pixel (px)"),
-}
+RIG_ROWS, RIG_COLUMNS = 6, 5
 
 
 @figure("fig_1_1", needs=("fig_1_1_picture",), evidence="rendered")
@@ -61,59 +50,26 @@ def fig_1_1(results):
     )
 
 
-@figure("ext_fig_1_1_room", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_fig_1_1_room(results):
-    """The room of Fig. 1.1 with its camera."""
-    camera = laboratory(1.0).camera
-    return drawn_surroundings(
-        room(),
-        camera,
-        T_world_camera(camera),
-        "The room of Fig. 1.1 from outside, two walls and the ceiling left "
-        "out, and the camera in its middle. It looks straight up (z) into "
-        "the mirror. Blue: the highest rays that come back from the mirror, "
-        "cut off at one length; below them the camera sees all around. The "
-        "camera is drawn larger than it is.",
-    )
-
-
-@figure("ext_fig_1_1_resolution", needs=("fig_1_1_resolution",), evidence="analytic")
-def ext_fig_1_1_resolution(results):
-    """Source pixels per unwrapped pixel against elevation."""
-    ran = results["fig_1_1_resolution"]
-    drawn, axes = new_figure(1, 3, height_in=3.6)
+@figure("ext_rigs", needs=("ext_rigs",), evidence="analytic")
+def ext_rigs(results):
+    """Every rig of data/rigs in three dimensions, side by side."""
+    ran = results["ext_rigs"]
+    drawn, axes = new_figure(RIG_ROWS, RIG_COLUMNS, height_in=10.0)
+    drawn.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0.0, hspace=0.0)
     rows = []
-    for index, mirror in enumerate(ECCENTRICITIES):
-        curves = {
-            name: ran.arrays(name, mirror=mirror)[0]
-            for name in ("elevation_deg", *SCALES)
-        }
-        for panel, name in zip(axes, SCALES, strict=True):
-            panel.plot(
-                curves["elevation_deg"],
-                curves[name],
-                label=label_of(ran, mirror) if name == "area" else None,
-                markevery=60,
-                **series(index),
-            )
-        rows += [(mirror, *cells) for cells in zip(*curves.values(), strict=True)]
-    for panel, (title, label) in zip(axes, SCALES.values(), strict=True):
-        panel.set(title=title, ylabel=label, xlabel="Elevation (deg)")
-        panel.set(ylim=(0, None), xticks=np.arange(-50, 51, 25))
-    drawn.legend(loc="outside lower center", ncols=2)
+    for panel in axes.flat:
+        panel.set_axis_off()
+    for panel, name in zip(axes.flat, RIG_NAMES, strict=False):
+        one = ran.one(rig=name)
+        poses = one.arrays("T_camera_target")[0]
+        width, height = (int(one.column(f"{x}_px")[0]) for x in ("width", "height"))
+        panel.set_title(name, fontsize=6.5, pad=2)
+        draw_scene(panel, rig_scene(rig_named(name), RIG_SEED, poses), words=False)
+        rows.append((name, one.texts("kind")[0], width, height, len(poses)))
     return Drawing(
         drawn,
-        columns(("mirror", "elevation_deg", *SCALES), rows),
-        "How much of the picture one pixel of the unwrapped picture is "
-        "made of, by its row: area, and length each way. All mirrors have "
-        "the same rim in the world and in the picture; e is the "
-        "eccentricity.",
+        columns(("rig", "camera", "width_px", "height_px", "poses"), rows),
+        "The rigs of the virtual laboratory: camera, mirror and targets, in the frame "
+        "of the camera (z ahead, y down). Blue: rays at the edge of the field of view, "
+        "cut off at one length. Orange rims: targets for evaluation.",
     )
-
-
-def label_of(ran, mirror):
-    """Legend entry of a mirror, with its eccentricity."""
-    e = ran.column("eccentricity", mirror=mirror)[0]
-    shape = mirror.split()[0]
-    shape = "mirror of Fig. 1.1" if mirror == RIG_MIRROR else shape
-    return f"{shape}, e = {e:.2f}"

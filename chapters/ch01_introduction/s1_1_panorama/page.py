@@ -24,6 +24,9 @@ from chapters.ch01_introduction.s1_1_panorama.trials import (
     HIGHEST_DEG,
     LEAST_RATIO,
     RIG,
+    RIG_FILES,
+    RIG_NAMES,
+    RIG_SEED,
     RIGS,
     RIM_MM,
     RIM_PX,
@@ -33,6 +36,7 @@ from chapters.ch01_introduction.s1_1_panorama.trials import (
     jacobians,
     laboratory,
     mirror_camera,
+    rig_trial,
     scales,
     through_the_mirror,
     view_of,
@@ -41,7 +45,7 @@ from raxel.lab import room
 from raxel.multiview.cylindrical_view import CylindricalView, cylindrical_view
 from raxel.multiview.perspective_view import resample, source_pixels
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table, value
+from repro.page.reader import compared, open_results, show, show_code, value
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
@@ -177,6 +181,13 @@ def resolution_trial(condition, rng):
     }
 
 
+@experiment("ext_rigs", artefact="ext_rigs", inputs=RIG_FILES)
+def ext_rigs(effort):
+    """Poses of the targets of every rig."""
+    conditions = [{"rig": name} for name in RIG_NAMES]
+    return Plan(rig_trial, conditions, 1, {"seed": RIG_SEED})
+
+
 @experiment("fig_1_1_resolution", artefact="fig_1_1", inputs=RIGS)
 def resolution(effort):
     """Source pixels per unwrapped pixel, row by row, for each mirror."""
@@ -213,18 +224,16 @@ def resolution(effort):
 #   then has no single centre in general. Lens blur is not part of the
 #   Jacobian: it counts pixels, not detail.
 
-# %% tags=["active-ipynb"]
-# show_table("ext_fig_1_1_rows")
-
-# %% tags=["active-ipynb"]
-# show("ext_fig_1_1_resolution")
-
 # %% [markdown]
-# Where the camera stands, and how far up it sees, is clearer from outside.
-# [The rigs of the laboratory](../guides/rigs.ipynb) shows its mirror near by.
+# ## The rigs of the laboratory
+#
+# A rig is a file of `data/rigs`: a camera, its mirror and its targets, each
+# length with its unit, its origin and its reason. All rendered images of this
+# report come from these rigs. `raxel show data/rigs/spherical.yaml` opens one
+# in the browser, and `raxel render` photographs its targets.
 
 # %% tags=["active-ipynb"]
-# show("ext_fig_1_1_room")
+# show("ext_rigs")
 
 # %% [markdown]
 # ## Compared with the published numbers

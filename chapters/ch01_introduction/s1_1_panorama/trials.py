@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import PurePosixPath
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import Laboratory, room
 from raxel.multiview.cylindrical_view import cylindrical_view
 from raxel.multiview.perspective_view import FAR
+from raxel.show.rigs import drawn_poses
 
 RIG = "panorama-hyperboloid"
 RIGS = ("data/rigs/panorama-hyperboloid.yaml",)
@@ -214,3 +216,50 @@ def scales(camera, view, elevations):
     J = jacobians(camera, view, np.column_stack([np.full_like(v, view.middle), v]))
     along = np.linalg.norm(J, axis=1)
     return np.abs(np.linalg.det(J)), along[:, 0], along[:, 1]
+
+
+RIG_SEED = 0
+# All but those for quick builds, whose names end in -small.
+RIG_FILES = (
+    "data/rigs/active-grid-demo.yaml",
+    "data/rigs/coolpix-4500-fce8-boards.yaml",
+    "data/rigs/coolpix-4500-fce8.yaml",
+    "data/rigs/coolpix-fce8-zoom-1.yaml",
+    "data/rigs/coolpix-fce8-zoom-2.yaml",
+    "data/rigs/coolpix-fce8-zoom-3.yaml",
+    "data/rigs/d200-boards.yaml",
+    "data/rigs/d200-fisheye.yaml",
+    "data/rigs/d200-lens-sharp.yaml",
+    "data/rigs/d200-lens.yaml",
+    "data/rigs/fisheye-12x9.yaml",
+    "data/rigs/fisheye-9x7.yaml",
+    "data/rigs/flexible-mirror-a-monitor.yaml",
+    "data/rigs/flexible-mirror-a.yaml",
+    "data/rigs/flexible-mirror-b-monitor.yaml",
+    "data/rigs/flexible-mirror-b.yaml",
+    "data/rigs/flexible-mirror.yaml",
+    "data/rigs/hyperboloidal.yaml",
+    "data/rigs/kodak-boards.yaml",
+    "data/rigs/kodak-megaplus.yaml",
+    "data/rigs/large-fisheye.yaml",
+    "data/rigs/large-hyperboloidal.yaml",
+    "data/rigs/mirror-ball.yaml",
+    "data/rigs/monitor-d200.yaml",
+    "data/rigs/onevr-d70-boards.yaml",
+    "data/rigs/onevr-d70.yaml",
+    "data/rigs/ordinary-lens.yaml",
+    "data/rigs/panorama-hyperboloid.yaml",
+    "data/rigs/spherical.yaml",
+)
+RIG_NAMES = tuple(PurePosixPath(path).stem for path in RIG_FILES)
+
+
+def rig_trial(condition, rng):
+    """Poses of a rig's targets, as raxel render draws them."""
+    rig = rig_named(condition["rig"])
+    return {
+        "T_camera_target": drawn_poses(rig, RIG_SEED),
+        "width_px": rig.camera.width,
+        "height_px": rig.camera.height,
+        "kind": rig.camera.kind,
+    }

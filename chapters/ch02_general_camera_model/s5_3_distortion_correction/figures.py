@@ -11,11 +11,8 @@ from chapters.ch02_general_camera_model.s5_3_distortion_correction.results impor
     most_bent,
     shared,
 )
-from chapters.shared.facade import T_world_camera
 from chapters.shared.methods import NAMES
-from chapters.shared.surroundings import drawn_surroundings
 from chapters.shared.zoom_rigs import FACADE_ZOOM, camera_of
-from raxel.lab import facade
 from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -32,8 +29,6 @@ PANELS = (
 )
 LEAST_PX = 0.001
 COLOUR = "#d55e00"
-# Less steep than into a room: the front is what one looks at.
-SIGHT = (0.5, 0.35, 0.8)
 
 
 @figure("fig_2_7", needs=("table_2_2_rendered",), evidence="rendered")
@@ -123,21 +118,6 @@ def ext_fig_2_7_lines(results):
         "fitted where both methods show it. Grey: points where no board was, "
         "which only the parametric method shows. Distances below "
         f"{LEAST_PX} px are drawn there.",
-    )
-
-
-@figure("ext_fig_2_7_facade", needs=("ext_rigs",), evidence="analytic", scene=True)
-def ext_fig_2_7_facade(results):
-    """The building front of Fig. 2.7 with its camera."""
-    return drawn_surroundings(
-        facade(),
-        camera_of(FACADE_ZOOM),
-        T_world_camera(),
-        "The building front of Fig. 2.7 and the camera before it, tilted "
-        "upwards. Blue: the rays of the picture's border, cut off at one "
-        "length; the lowest meet the ground before that. The camera is drawn larger "
-        "than it is.",
-        SIGHT,
     )
 
 

@@ -98,14 +98,6 @@ from repro.page.reader import compared, open_results, show, show_code
 # show("ext_fig_2_7_lines")
 
 # %% [markdown]
-# The tilt, and how much of the front the fisheye takes in, can be seen from
-# the side. Lens and boards of this camera are among [the rigs of the
-# laboratory](../guides/rigs.ipynb).
-
-# %% tags=["active-ipynb"]
-# show("ext_fig_2_7_facade")
-
-# %% [markdown]
 # ## Reading and limits
 #
 # - The comparison below tests the outer {glue:text}`outer:.0f` % of the

@@ -212,8 +212,7 @@ def sweeps(effort):
 #   view, the size has to be given.
 # - The ring needs corners some 6 px apart, and boards are returned from 7.5 px
 #   on: blur moves the corners of smaller squares.
-# - Real photographs: see the pages on
-#   [photographs](../photographs/by_distortion.ipynb), which use this detector.
+# - The pages of photographed sets use this detector.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_click_free_refusals")

@@ -335,7 +335,7 @@ def pictures_of_sets(effort, identifier):
 # **Limits.** The rigs' light, dirt, noise and bends are our choice. Nothing
 # in the even background looks like a corner, which spares OpenCV more than
 # CELECT. The whole range has three seeds, the hard one and the clean ball
-# one. [Photographs](../photographs/by_distortion.ipynb) have such tables.
+# one. The pages of photographed sets have such tables.
 
 # %% [markdown]
 # ## Compared with the published numbers

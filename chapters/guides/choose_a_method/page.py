@@ -9,8 +9,66 @@
 # %%
 from chapters.guides.choose_a_method.results import motion_facts, named
 from chapters.guides.choose_a_method.tables import costs
-from chapters.guides.choose_a_method.trials import method_seconds
+from chapters.guides.choose_a_method.trials import (
+    DETECTOR_RECORD,
+    SCORED,
+    STATED,
+    STATED_RECORD,
+    VIEWS,
+    method_seconds,
+    recorded_scores,
+    score_rig,
+    stated_errors,
+)
+from chapters.shared.records import record
+from chapters.shared.zoom_rigs import ZOOM_RIGS
 from repro.page.reader import results_behind, show_table, value
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan
+
+
+# %%
+@experiment(
+    "ext_benchmark_scores", artefact="ext_methods", shards={"full": 3}, inputs=ZOOM_RIGS
+)
+def ext_benchmark_scores(effort):
+    """Small rendered sets, scored as raxel score does."""
+    conditions = [{"rig": name} for name in SCORED[effort]]
+
+    def trial(condition, rng):
+        return score_rig(condition["rig"], VIEWS[effort], rng)
+
+    return Plan(trial, conditions, 1, {"views": VIEWS[effort]})
+
+
+@experiment(
+    "ext_detector_record",
+    artefact="ext_detectors_in_short",
+    inputs=("data/records/detectors.json",),
+)
+def ext_detector_record(effort):
+    """What the record of detectors holds; nothing is measured again."""
+    return Plan(
+        lambda condition, rng: recorded_scores(condition),
+        [{"set": one["name"]} for one in record(DETECTOR_RECORD)["sets"]],
+        1,
+    )
+
+
+@experiment(
+    "ext_stated_record",
+    artefact="ext_stated_errors",
+    inputs=("data/records/stated.json",),
+)
+def ext_stated_record(effort):
+    """What the record of stated errors holds; nothing is measured again."""
+    return Plan(
+        lambda condition, rng: stated_errors(condition),
+        [{"quantity": name} for name in STATED],
+        1,
+        {"command": record(STATED_RECORD)["command"]},
+    )
+
 
 # %% tags=["active-ipynb", "remove-input"]
 # found = named(results_behind("ext_methods"))
@@ -59,9 +117,8 @@ from repro.page.reader import results_behind, show_table, value
 #   leaves {glue:text}`record.opencv_fisheye`, the generic camera
 #   {glue:text}`record.generic`.
 # - **A lens formula or smooth rays**, the last two of the methods below, are
-#   not in this table. On photographs they stand beside the others in [Every
-#   image set side by side](../photographs/by_distortion.ipynb), on cameras
-#   with a known truth in [A lens formula where one
+#   not in this table. They are compared on cameras with a known truth in [A
+#   lens formula where one
 #   fits](../ch04_central_generic/ext_lens_formula.ipynb) and [Smooth
 #   rays](../ch04_central_generic/ext_smooth_rays.ipynb).
 # - **The generic camera** needs no formula and answers only where boards
@@ -145,10 +202,8 @@ from repro.page.reader import results_behind, show_table, value
 #   pictures kept out, the generic camera
 #   {glue:text}`fisheye.generic.inner`.
 #
-# What counts is the distance from the pinhole, not the angle alone: a wide
-# lens that keeps lines straight is a case for Zhang. [Every image set side
-# by side](../photographs/by_distortion.ipynb) says how that distance is
-# measured, and sorts real photographs by it.
+# The distance from the pinhole counts, not the angle alone: a wide lens that
+# keeps lines straight is a case for Zhang.
 #
 # **3. What will the camera be used for?** A small residual is not yet a
 # good ray ([section
@@ -192,8 +247,8 @@ from repro.page.reader import results_behind, show_table, value
 # show_table("ext_detectors_in_short")
 
 # %% [markdown]
-# [Benchmarks](benchmarks.ipynb) has them set by set, and says what was
-# photographed with what.
+# The record of the photographs is `data/records/detectors.json`. It names each
+# set, its origin and its licence.
 #
 # **Where no board is found**, or the camera shows it in pieces, a monitor
 # can be the target. It shows coded patterns, and every pixel reads its own
@@ -205,6 +260,18 @@ from repro.page.reader import results_behind, show_table, value
 # weak where there is much noise. [Your own
 # photographs](../your_photographs.md) says how to show it. No table of this
 # page was made with one.
+#
+# ## Stated errors
+#
+# Corners, places of an active grid and calibrated parameters come with standard
+# deviations. The table compares them with the errors that occurred.
+
+# %% tags=["active-ipynb"]
+# show_table("ext_stated_errors", digits=3)
+
+# %% [markdown]
+# All cases are in the record `data/records/stated.json`, with what the library
+# reports where an assumption fails: two cameras, a bent board, a rolling shutter.
 #
 # ## Cost
 #

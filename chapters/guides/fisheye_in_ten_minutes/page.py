@@ -11,15 +11,7 @@ from functools import partial
 from chapters.guides.fisheye_in_ten_minutes import results, tables
 from chapters.guides.fisheye_in_ten_minutes.trials import boards, commands, models
 from chapters.shared.records import record, set_of
-from repro.page.reader import (
-    open_results,
-    results_behind,
-    seconds,
-    show,
-    show_code,
-    show_table,
-    value,
-)
+from repro.page.reader import open_results, show, show_table, value
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -95,23 +87,6 @@ def ext_fisheye_scores(effort, made):
 
 
 @experiment(
-    "ext_fisheye_draws",
-    artefact="ext_fisheye_coverage",
-    inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
-)
-def ext_fisheye_draws(effort):
-    """Coverage by the number of boards, without rendering."""
-    size, most = boards.SIZES[effort], models.MOST[effort]
-
-    def trial(condition, rng):
-        return models.coverage_trial(size, condition["held"], most, rng)
-
-    held = [{"held": models.PLANNED}, {"held": models.ANYWHERE}]
-    settings = {"corner_sd_px": models.CORNER_SD_PX}
-    return Plan(trial, held, models.DRAWS[effort], settings)
-
-
-@experiment(
     "ext_calibration_record",
     artefact="ext_fisheye_photographs",
     inputs=("data/records/calibrations.json",),
@@ -136,34 +111,22 @@ def ext_calibration_record(effort):
 # %% tags=["active-ipynb", "remove-input"]
 # for name, x in found.items(): value(name, x)
 
-# %% tags=["active-ipynb", "remove-input"]
-# near = results_behind("ext_fisheye_photographs")["photograph_study"]
-
-# %% tags=["active-ipynb", "remove-input"]
-# value("photographs", results.photographs(near))
-
 # %% tags=["active-ipynb"]
 # show("ext_fisheye_views")
 
 # %% [markdown]
 # ## Findings
 #
-# - **{glue:text}`boards` pictures** are enough when each has its place: they
-#   cover {glue:text}`planned` of the image circle.
-# - **90 % takes {glue:text}`needed`** by the plan below. Held anywhere, as
-#   many boards cover {glue:text}`random_same`, and 90 % is reached in
-#   {glue:text}`random_needed` of {glue:text}`most` pictures each.
 # - **The generic camera** predicts corners of boards it never saw to
 #   {glue:text}`generic.all.px`, and has a ray for
 #   {glue:text}`generic.all.image` of the image circle.
 # - **OpenCV's fisheye model** comes near that from the {glue:text}`inner`
-#   inner boards ({glue:text}`opencv_fisheye.inner.px`). With all of them, which reach
-#   {glue:text}`reach_all` from the axis: {glue:text}`opencv_fisheye.all.px`.
+#   inner boards ({glue:text}`opencv_fisheye.inner.px`). With all
+#   {glue:text}`boards` boards it leaves {glue:text}`opencv_fisheye.all.px`.
 # - **Zhang's pinhole** cannot follow such a lens: {glue:text}`zhang.all.px`.
 #
-# The pictures are one rendered set, cleaner than photographs. The steps
-# are the same with yours; [on real cameras](#with-photographs) the generic
-# camera leaves {glue:text}`real.px`.
+# The images are rendered and cleaner than photographs. On real cameras the
+# generic camera leaves {glue:text}`real.px`.
 #
 # ## 1. Print
 #
@@ -214,11 +177,7 @@ def ext_calibration_record(effort):
 #   rim. Tilt the inner edge towards the lens.
 # - **A few more** at such places, marked `use: evaluate`. No calibration
 #   sees them, so they tell how good it is.
-
-# %% tags=["active-ipynb"]
-# show("ext_fisheye_corners")
-
-# %% [markdown]
+#
 # Put the pictures in a folder with a file `set.yaml`:
 #
 # ```yaml
@@ -250,10 +209,6 @@ def ext_calibration_record(effort):
 # and coverage as well. `--model auto` tries Zhang's pinhole, too, and keeps
 # what predicts boards better that it has not seen.
 
-# %% tags=["active-ipynb"]
-# show("ext_fisheye_residuals")
-
-# %% [markdown]
 # ## What good looks like
 #
 # | Look at | Good | Here |
@@ -262,13 +217,12 @@ def ext_calibration_record(effort):
 # | residual, kept out | fisheyes: {glue:text}`real.fisheyes` | {glue:text}`kept_px` |
 # | residual, fitted | not less than half of that | {glue:text}`fitted_px` |
 # | `a ray for` | {glue:text}`goal` of the image | {glue:text}`ray_share` |
-# | residual arrows | all ways; no pattern | the figure above |
 # | lines with `warning:` | none | {glue:text}`warnings` |
 #
 # The command counts all pixels; the image circle is {glue:text}`circle` of
 # them. A circle D pixels wide, whole in a picture of W × H, fills
-# π D² / (4 W H), and the goal is 90 % of that. The fisheyes are [real
-# ones](#with-photographs), with pictures 1280, 1032 and 1600 pixels wide.
+# π D² / (4 W H), and the goal is 90 % of that. The fisheyes are real
+# ones, with pictures 1280, 1032 and 1600 pixels wide.
 #
 # A fitted error alone says little: a camera with a ray for every pixel
 # follows the noise of its own corners. A small error where there are rays
@@ -312,23 +266,6 @@ def ext_calibration_record(effort):
 # {glue:text}`difference` grey levels. No pinhole sees 183°; turn it to what
 # you look at, or unroll the circle with `raxel.multiview.cylindrical_view`.
 #
-# ## What it takes
-
-# %% tags=["active-ipynb", "remove-input"]
-# tables.steps(results.steps_taken(seconds))
-
-# %% [markdown]
-# The seconds are those of this build, without the start of Python.
-#
-# ## How many pictures?
-
-# %% tags=["active-ipynb"]
-# show("ext_fisheye_coverage")
-
-# %% [markdown]
-# Boards at the rim do most of it. Somebody who moves a board about without
-# a plan rarely gets there: the last tenth of the circle is a narrow ring.
-#
 # ## Which model?
 
 # %% tags=["active-ipynb"]
@@ -341,39 +278,10 @@ def ext_calibration_record(effort):
 # one knows only what boards have covered. A real lens follows the
 # formula more or less; the generic camera needs no formula.
 #
-# Its fit begins with a flat picture of each board, which a board near 90°
-# does not have. In {glue:text}`draws` draws with corners of 0.1 px noise
-# it ended like this (far off: by more than 1° at the median):
-#
-# | Boards | Farthest corner from the axis | OpenCV fisheye |
-# |---|---:|---|
-# | by the plan, inner rings | {glue:text}`reach_inner` | {glue:text}`opencv_inner` |
-# | by the plan, all | {glue:text}`reach_all` | {glue:text}`opencv_all` |
-# | anywhere | {glue:text}`reach_anywhere` | {glue:text}`opencv_anywhere` |
-#
-# On other boards it can get lost nearer to the axis, too, as on one set of
-# the [benchmarks](benchmarks.ipynb). A far-off fit does not say so: look at
-# its residual, and calibrate without the boards at the rim.
-#
-# ## With photographs
-
-# %% tags=["active-ipynb"]
-# show_table("ext_fisheye_photographs", digits=2)
-
-# %% [markdown]
-# The detector found the board in {glue:text}`real.found_of` photographs.
-# From {glue:text}`real.without` parts of the cross-validations OpenCV's
-# fisheye model gave no camera; in {glue:text}`real.far` its camera leaves
-# more than three times the generic one's error. The smallest median, by
-# however little, has in the sets of the record: {glue:text}`real.best`. In
-# simulation a ray for every pixel is noisier than a formula that fits
-# ([2.5.1](../ch02_general_camera_model/s5_1_synthetic_data.ipynb)); it pays
-# where none fits.
-#
-# `make report RECORDED=path/to/set` makes a page of the same kind from your
-# set, with all three models. {glue:text}`photographs` [Which method for my
-# camera](choose_a_method.ipynb) helps to choose, [your own
-# photographs](../your_photographs.md) has the details of `set.yaml`.
+# Its fit starts from a flat picture of each board, which a board near 90° does
+# not have. A fit that did not converge has a large residual: calibrate it
+# without the boards at the rim. [Which method for my
+# camera](choose_a_method.ipynb) compares the models on real cameras.
 #
 # ## Limits
 #

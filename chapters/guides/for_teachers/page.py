@@ -176,16 +176,15 @@ READS_PAGES = True
 #   pictures, write `set.yaml`.
 # - **5 min.** `raxel check SET`: one line says what is wrong.
 # - **10 min.** `raxel calibrate SET --model auto --out camera.npz`.
-# - **10 min.** Sets side by side; which model predicts better, and for
-#   whom? [All image sets](../photographs/by_distortion.ipynb)
+# - **10 min.** Sets side by side; which model predicts better? Table 2.2 has
+#   three lenses. [2.5.2](../ch02_general_camera_model/s5_2_real_data.ipynb)
 # - **5 min.** Decide for a camera that nobody has brought. [Which
 #   method?](choose_a_method.ipynb)
 #
 # `make report RECORDED=folder` gives every set of a folder a page, with
 # exercises of its own; run it after the lesson. Switch off zoom and any
-# processing that straightens the picture. A folder of rendered sets with a
-# known truth is on [Benchmarks](benchmarks.ipynb), for days without a
-# printer.
+# processing that straightens the picture. Without a printer,
+# `raxel render data/rigs/coolpix-fce8-zoom-2.yaml --out SET` makes a set.
 #
 # *Ask.* Why keep photographs out? The board is printed a little too small:
 # what changes? Which part of the image has no ray, and whose fault is that?

@@ -237,8 +237,7 @@ def photograph_study(effort, folder):
 # show_table("ext_every_corner", digits=3)
 
 # %% [markdown]
-# {glue:text}`angles` Other lenses stand beside this one on [a page of their
-# own](by_distortion.ipynb).
+# {glue:text}`angles`
 #
 # A model counts as better when a one-sided Wilcoxon signed-rank test over
 # the photographs gives p < 0.01 and its median error is smaller by a factor

@@ -49,8 +49,6 @@ class Score:
     """Errors of one model in one photograph.
 
     residuals_px (N, 2): found corner less prediction, NaN where there is none.
-    corrected_px: RMS of what is left in the distortion-free view after a homography
-    (2.5.2), on shared corners only.
     """
 
     corners: int
@@ -58,7 +56,6 @@ class Score:
     mean_deg: float
     reason: str
     residuals_px: np.ndarray
-    corrected_px: float
 
 
 @dataclass(frozen=True)
@@ -204,7 +201,6 @@ class Study:
             self.number(f"{stem}.mean_deg", **condition),
             self.text(f"{stem}.reason", **condition),
             self.array(f"{stem}.residuals_px", **condition),
-            self.number(f"{stem}.corrected_px", **condition),
         )
 
 

@@ -85,26 +85,6 @@ def _seen_by_all(cameras, board):
     return np.all([r.valid for r in rays], axis=0)
 
 
-def corrected_errors(cameras, view):
-    """{model: RMS in px} of section 2.5.2, on the corners that all cameras see.
-
-    The corners of one board in the distortion-free view of each camera, less what a
-    homography from the board makes of them. Looks where `view_planes` does. NaN where
-    fewer than twelve corners lie ahead of every camera.
-    """
-    planes, reasons, _ = view_planes(cameras, view)
-    if reasons:
-        return dict.fromkeys(cameras, np.nan)
-    seen = {
-        m: corrected_view(camera.rays(view.pixels).directions, planes[m])
-        for m, camera in cameras.items()
-    }
-    shared = np.all([valid for _, valid in seen.values()], axis=0)
-    return {
-        m: distortion_rms(view, corners, shared) for m, (corners, _) in seen.items()
-    }
-
-
 def distortion_rms(view, corners, shared):
     """RMS in px of what a homography from the board leaves of its corners."""
     use = shared & np.isfinite(corners[:, 0])

@@ -15,16 +15,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from raxel.show import Scene, available, html, picture_array
+from raxel.show.picture import FINER
+from raxel.show.picture import render as shaded_scene
 from repro.page.style import figure
 from repro.page.templates import render
 
 CSS_PX_PER_INCH = 96
 
 
-def draw_scene(axes: Axes, scene: Scene) -> None:
+def draw_scene(axes: Axes, scene: Scene, *, words: bool = True) -> None:
     """Fill ``axes`` with the picture of a scene, as large as they are.
 
     They get their final place first: call it last, or set the place by hand.
+    Without ``words``, no legend and no names are drawn: for small panels.
     """
     axes.set_axis_off()
     found = available()
@@ -36,10 +39,12 @@ def draw_scene(axes: Axes, scene: Scene) -> None:
     drawn.draw_without_rendering()
     place = axes.get_window_extent().transformed(drawn.dpi_scale_trans.inverted())
     size = [round(CSS_PX_PER_INCH * side) for side in (place.width, place.height)]
+    if words:
+        shaded = picture_array(scene, size)
+    else:
+        shaded = shaded_scene(scene, [FINER * side for side in size])
     # Opaque by a channel of its own, which matplotlib would add each time it draws.
-    shown = np.pad(
-        picture_array(scene, size), ((0, 0), (0, 0), (0, 1)), constant_values=255
-    )
+    shown = np.pad(shaded, ((0, 0), (0, 0), (0, 1)), constant_values=255)
     axes.imshow(shown, interpolation="none", aspect="equal")
 
 

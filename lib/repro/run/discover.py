@@ -14,7 +14,6 @@ from repro.run.kept import Kept
 from repro.run.names import Sources, dotted
 from repro.run.rendered import rig_file
 
-MIRROR = "mirror"
 """The kind of a mirror set, beside the kinds of targets of image sets."""
 PAGE_FILE = "page.py"
 
@@ -57,12 +56,9 @@ class Producer:
         return tuple(self.details.get("rendered", {}).get(effort, ()))
 
     def takes(self, kind: str) -> bool:
-        """Whether one of ``per_set`` stands for a set whose target is of this kind.
-
-        A mirror set, which is no image set, has to be named.
-        """
+        """Whether one of ``per_set`` stands for a set whose target is of this kind."""
         per_set = self.details.get("per_set")
-        return kind != MIRROR if per_set is True else kind in (per_set or ())
+        return per_set is True or kind in (per_set or ())
 
     @property
     def published(self) -> tuple[str, ...]:

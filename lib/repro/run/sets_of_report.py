@@ -7,14 +7,11 @@ from pathlib import Path
 
 from raxel.errors import InputError
 from raxel.io.documents import read_yaml
-from raxel.sets import ImageSet, load_mirror_set, load_set
+from raxel.sets import load_set
 from raxel.sets.mirror_set import is_mirror_set
-from repro.run.discover import MIRROR
 
 # Names of files that a chapter of pages has already.
 TAKEN = ("index", "set")
-# What describes a set in its folder; a mirror set holds image sets in folders below.
-DESCRIPTIONS = ("set.yaml", "mirror.yaml")
 
 
 def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
@@ -43,20 +40,26 @@ def sets_of_report(root: Path, recorded: str) -> dict[str, str]:
 
 
 def folders_of_sets(given: Path) -> list[Path]:
-    """A folder that is a set, or those of the sets in it; empty for neither."""
-    if any((given / name).is_file() for name in DESCRIPTIONS):
+    """A folder that is an image set, or those of the sets in it; empty for neither."""
+    if is_mirror_set(given):
+        return []
+    if (given / "set.yaml").is_file():
         return [given]
-    found = {path.parent for name in DESCRIPTIONS for path in given.glob(f"*/{name}")}
-    return sorted(found)
+    return sorted(path.parent for path in given.glob("*/set.yaml"))
+
+
+def mirror_sets_without_page(given: Path) -> dict[Path, str]:
+    """Folder -> what to do with it, for ``given`` or the mirror sets in it."""
+    return {
+        folder: f"{folder}: mirror set: no page in the report; use raxel calibrate "
+        f"{folder} --out mirror.npz --report FOLDER"
+        for folder in (given, *sorted(given.glob("*")))
+        if is_mirror_set(folder)
+    }
 
 
 def target_kind(folder: Path) -> str:
-    """The kind of a set's target, as its set.yaml names it; empty where it cannot.
-
-    A mirror set has a kind of its own, MIRROR.
-    """
-    if is_mirror_set(folder):
-        return MIRROR
+    """The kind of a set's target, as its set.yaml names it; empty where it cannot."""
     try:
         return str(read_yaml(folder / "set.yaml")["target"]["kind"])
     except (InputError, KeyError, TypeError):
@@ -64,8 +67,9 @@ def target_kind(folder: Path) -> str:
 
 
 def faulty_sets(root: Path) -> dict[Path, str]:
-    """Folder -> one line, for the faulty sets below data/recorded."""
-    return {folder: fault for _, folder, fault in _looked_at(root) if fault}
+    """Folder -> one line, for the faulty sets below data/recorded, and mirror sets."""
+    faults = {folder: fault for _, folder, fault in _looked_at(root) if fault}
+    return faults | mirror_sets_without_page(root / "data" / "recorded")
 
 
 def _looked_at(root: Path) -> list[tuple[str, Path, str]]:
@@ -75,7 +79,7 @@ def _looked_at(root: Path) -> list[tuple[str, Path, str]]:
     for folder in folders_of_sets(root / "data" / "recorded"):
         name = name_of(folder)
         try:
-            load_mirror_set(folder) if is_mirror_set(folder) else load_set(folder)
+            load_set(folder)
             fault = ""
         except InputError as error:
             if _not_arrived(folder):
@@ -90,8 +94,6 @@ def _looked_at(root: Path) -> list[tuple[str, Path, str]]:
 
 def _not_arrived(folder: Path) -> bool:
     """Whether set.yaml lists images, and none of them lies in the folder."""
-    if not (folder / "set.yaml").is_file():
-        return False
     try:
         views = read_yaml(folder / "set.yaml")["views"]
         images = [str(view["image"]) for view in views]
@@ -109,11 +111,8 @@ def name_of(folder: Path) -> str:
 def set_files(folder: Path) -> dict[str, Path]:
     """Name in the folder -> path of set.yaml and of every file that the set names.
 
-    Where it names a folder (the truth of a rendered set), all files in that. Of a
-    mirror set, its description and all of its image sets.
+    Where it names a folder (the truth of a rendered set), all files in that.
     """
-    if is_mirror_set(folder):
-        return _mirror_files(folder)
     image_set = load_set(folder)
     named = {name for view in image_set.views for name in view.files}
     named |= {image_set.description.name, image_set.reference, image_set.truth} - {None}
@@ -121,14 +120,3 @@ def set_files(folder: Path) -> dict[str, Path]:
     for path in (folder / name for name in named):
         files |= {p for p in [path, *path.rglob("*")] if p.is_file()}
     return {path.relative_to(folder).as_posix(): path for path in sorted(files)}
-
-
-def _mirror_files(folder: Path) -> dict[str, Path]:
-    mirror_set = load_mirror_set(folder)
-    files = {mirror_set.description.name: mirror_set.description}
-    for field, image_set in mirror_set.image_sets.items():
-        own = set_files(image_set.folder)
-        files |= {f"{field}/{name}": path for name, path in own.items()}
-    if not isinstance(mirror_set.viewer, ImageSet):
-        files["viewer"] = mirror_set.viewer
-    return files

@@ -19,7 +19,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from repro.run.sets_of_report import faulty_sets, folders_of_sets, name_of
+from repro.run.sets_of_report import (
+    faulty_sets,
+    folders_of_sets,
+    mirror_sets_without_page,
+    name_of,
+)
 from repro.workflow.changes import remember, say_changes
 from repro.workflow.forks import warm_jobs
 from repro.workflow.intact import drop_damaged
@@ -155,11 +160,12 @@ def _checked_recorded(given: str) -> str:
     folder = Path(given).expanduser()
     if not folder.is_dir():
         raise OrderError(f"RECORDED={given}: no such folder; name an image set")
+    for line in mirror_sets_without_page(folder).values():
+        raise OrderError(line)
     sets = folders_of_sets(folder)
     if not sets:
         raise OrderError(
-            f"RECORDED={given}: no set.yaml or mirror.yaml in it; see "
-            "data/recorded/README.md"
+            f"RECORDED={given}: no set.yaml in it; see data/recorded/README.md"
         )
     for path in sets:
         checked = subprocess.run(

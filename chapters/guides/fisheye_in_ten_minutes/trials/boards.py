@@ -11,7 +11,7 @@ from chapters.shared.rigs import rig_named
 from raxel.cameras.registry import camera_from
 from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab.board_photograph import photograph_board
-from raxel.lab.target_poses import AroundPoses, Visibility
+from raxel.lab.target_poses import Visibility
 from raxel.sets import Chessboard
 
 LENS = "coolpix-fce8-zoom-3"
@@ -20,14 +20,6 @@ BORDER_MM = 7.5
 VISIBLE = Visibility(margin_px=4.0, least_spacing_px=8.0)
 # By how much a hand misses its place, to either side.
 POLAR_DEG, AZIMUTH_DEG, TILT_DEG, NEARER = 2.0, 5.0, 5.0, 0.05
-ANYWHERE = AroundPoses(
-    centre=(0.0, 0.0, 0.0),
-    axis=(0.0, 0.0, 1.0),
-    polar=(0.0, np.radians(75)),
-    tilt=(0.0, np.radians(45)),
-    subtense=(np.radians(45), np.radians(100)),
-    turn=(0.0, 2 * np.pi),
-)
 
 
 class Ring(NamedTuple):
@@ -105,7 +97,6 @@ def rig_of(size):
         target=Chessboard(size.columns, size.rows, size.pitch_mm),
         border_mm=BORDER_MM,
         visibility=VISIBLE,
-        poses=ANYWHERE,
     )
 
 

@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.photographs.level import distortion_level
 from chapters.shared.photographs.reading import ALL_NAMES, MODELS, PEER
-from chapters.shared.photographs.undistort import corrected_errors, reduced, undistorted
+from chapters.shared.photographs.undistort import reduced, undistorted
 from raxel.calibration import (
     BoardView,
     calibrate_cgsp,
@@ -174,7 +173,7 @@ def calibrated(boards, image_set, rng):
         try:
             models[model], reasons[model] = build(), ""
         except InputError as refusal:
-            models[model], reasons[model] = None, str(refusal)
+            models[model], reasons[model] = None, refusal.code
     return models, reasons
 
 
@@ -248,7 +247,6 @@ def general_numbers(calibration, boards):
             str(boards[k].index): why for k, why in calibration.left_out.items()
         },
         "coverage": reduced(np.uint8(255) * mask, COVERAGE_PX),
-        "distortion": distortion_level(calibration.camera),
     }
 
 
@@ -291,15 +289,9 @@ def scores(cameras, view):
     answered = np.all(
         [np.isfinite(same[model].residuals_px) for model in MODELS], axis=0
     )
-    answered_view = view._replace(pixels=np.where(answered, view.pixels, np.nan))
-    corrected = corrected_errors(compared, answered_view)
-    if PEER in cameras:
-        corrected |= corrected_errors({PEER: cameras[PEER]}, answered_view)
     for model, score in same.items():
         residuals = np.where(answered, score.residuals_px, np.nan)
-        result[model]["same"] = errors(score, residuals) | {
-            "corrected_px": corrected[model]
-        }
+        result[model]["same"] = errors(score, residuals)
     return result
 
 
