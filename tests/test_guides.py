@@ -7,7 +7,12 @@ import pytest
 
 from chapters.guides.choose_a_method import page as choose_a_method
 from chapters.guides.choose_a_method import tables
-from chapters.guides.choose_a_method.results import motion_facts, named
+from chapters.guides.choose_a_method.results.detector_counts import (
+    RENDERED,
+    rendered_counts,
+    summed,
+)
+from chapters.guides.choose_a_method.results.prose import motion_facts, named
 from chapters.guides.choose_a_method.tables import COLUMNS, FAILED, costs
 from chapters.guides.choose_a_method.trials import (
     STATED,
@@ -19,7 +24,6 @@ from chapters.guides.for_teachers import tables as class_tables
 from chapters.guides.for_teachers.exercises import answers
 from chapters.guides.for_teachers.exercises import on_pages as class_exercises
 from chapters.guides.for_teachers.results import stated_times
-from chapters.shared.detector_counts import RENDERED, rendered_counts, summed
 from chapters.shared.records import record
 from chapters.shared.run_times import rounded_seconds
 from repro.page import reader

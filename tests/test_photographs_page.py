@@ -21,6 +21,7 @@ from chapters.photographs.set.exercises import (
 )
 from chapters.photographs.set.figures import fields, pictures
 from chapters.photographs.set.trials import study
+from chapters.photographs.set.trials.undistort import undistorted
 from chapters.shared.photographs import notes
 from chapters.shared.photographs.reading import (
     PEER,
@@ -32,7 +33,6 @@ from chapters.shared.photographs.reading import (
     pooled_rms,
     share_with_ray,
 )
-from chapters.shared.photographs.undistort import undistorted
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import CalibrationError
 from raxel.sets import load_set

@@ -7,7 +7,7 @@
 # lens is from a pinhole.
 
 # %%
-from chapters.guides.choose_a_method.results import motion_facts, named
+from chapters.guides.choose_a_method.results.prose import motion_facts, named
 from chapters.guides.choose_a_method.tables import costs
 from chapters.guides.choose_a_method.trials import (
     DETECTOR_RECORD,

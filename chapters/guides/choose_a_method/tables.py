@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from chapters.guides.choose_a_method.results import (
+from chapters.guides.choose_a_method.results.compared import compared_sets
+from chapters.guides.choose_a_method.results.detector_counts import (
+    count_columns,
+    every_count,
+    summed,
+)
+from chapters.guides.choose_a_method.results.prose import (
     FOVS_DEG,
     HELD_OUT,
     METHODS,
@@ -17,9 +23,7 @@ from chapters.guides.choose_a_method.results import (
     share_kept_out,
     typical,
 )
-from chapters.shared.detector_counts import count_columns, every_count, summed
 from chapters.shared.general_cameras import KINDS
-from chapters.shared.photographs.compared import compared_sets
 from chapters.shared.photographs.reading import PEER
 from chapters.shared.run_times import rounded_seconds
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from chapters.ch03_planar_grids.s3_4_active_grid_images.figures.surroundings import (
+    drawn_surroundings,
+)
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     HALF_PITCH,
     LINES,
@@ -13,7 +16,6 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.straight import (
     MM_PER_PX,
     T_world_camera,
 )
-from chapters.shared.surroundings import drawn_surroundings
 from raxel.lab import room
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.photographs.set.trials.undistort import reduced, undistorted
 from chapters.shared.photographs.reading import ALL_NAMES, MODELS, PEER
-from chapters.shared.photographs.undistort import reduced, undistorted
 from raxel.calibration import (
     BoardView,
     calibrate_cgsp,
