@@ -218,6 +218,8 @@ def small_checkout(root):
     write_atomic(library, LIBRARY)
     write_atomic(library.with_name("__init__.py"), '"""Rays | of <cameras>."""\n')
     write_atomic(library.parents[1] / "__init__.py", '"""A *library*."""\n')
+    errors = Path("lib/raxel/errors.py")
+    write_atomic(root / errors, (ROOT / errors).read_bytes())
     source = {
         name: path
         for name, path in assemble.files_below(ROOT / "report" / "source").items()

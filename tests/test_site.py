@@ -104,11 +104,9 @@ def test_one_page_becomes_a_site_and_only_what_changed_is_rendered(
     assert 'href="../source/ch02_sample/s5_page/page.py.html#half_of"' in text
     assert 'href="../logs/sweep.json"' in text
     assert "some-machine" not in (site / "logs" / "sweep.json").read_text()
-    reference = (site / "api" / "rays.html").read_text("utf-8")
-    assert "A line through *two* points, (N, 3) each, #1 and $2." in reference
-    assert "Rays | of &lt;cameras&gt;." in reference
-    assert 'id="raxel.rays.lines.Line"' in reference
-    assert "Nobody reads this" not in reference
+    reference = (site / "api" / "errors.html").read_text("utf-8")
+    assert 'id="raxel.errors.InputError"' in reference
+    assert 'href="../source/raxel/errors.py.html#InputError"' in reference
     index = (site / "index.html").read_text("utf-8")
     assert "<strong>3</strong> rows" in index
     assert "<strong>1</strong> differs" in index

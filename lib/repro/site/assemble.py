@@ -26,17 +26,10 @@ from repro.judge.scoreboard import chapter_order, headline, natural
 from repro.page.furniture import Furnisher
 from repro.page.notebook import PageError
 from repro.run.kept import Kept
-from repro.site import (
-    api_reference,
-    artefacts,
-    first_cell,
-    notebooks,
-    numbered,
-    source_pages,
-)
-from repro.site.api_reference import api_pages
+from repro.site import artefacts, first_cell, notebooks, numbered, source_pages
 from repro.site.chapters import Chapter, chapters_of, documents, source_of, title_of
 from repro.site.ledger_pages import codes, ledger_pages
+from repro.site.library import library_pages
 from repro.site.mirror import Content, files_below, made, mirror
 from repro.site.notebooks import workable
 from repro.site.scoreboard import written_before
@@ -50,8 +43,6 @@ DOWNLOADS_BY = (
     source_pages.TEMPLATES / "source.html.jinja",
 )
 """What notebooks and pages of code are made by."""
-LIBRARY_BY = (api_reference.__file__, api_reference.TEMPLATES / "reference.html.jinja")
-"""What pages of the library's reference are made by."""
 SHOWN = (".svg", ".png", ".csv", ".html")
 
 
@@ -91,7 +82,7 @@ def assemble(
     wanted |= {f"_extra/{name}": path for name, path in small.items()}
     wanted |= _filled(root, effort, chapters, board)
     wanted |= ledger_pages(root, furnisher.book)
-    wanted |= _library(root)
+    wanted |= library_pages(root / "lib" / "raxel")
     wanted |= {
         f"_extra/{name}": content
         for name, content in _extra(root, effort, pages, rows).items()
@@ -164,19 +155,6 @@ def _log(run: Path) -> str:
     record = json.loads(run.read_text("utf-8"))
     record.pop("host", None)
     return json.dumps(record, indent=1) + "\n"
-
-
-def _library(root: Path) -> dict[str, str]:
-    """Pages of the library's reference, kept as long as it and what makes them stay."""
-    kept = Kept(root, "library", LIBRARY_BY)
-
-    def read(library: Path) -> tuple[dict[str, str], list[Path]]:
-        files = set(library.rglob("*.py"))
-        return api_pages(library), files | {path.parent for path in files}
-
-    pages = kept.of(root / "lib" / "raxel", read)
-    kept.keep()
-    return pages
 
 
 def _code(root: Path, known: Kept) -> dict[str, Content]:

@@ -1,0 +1,113 @@
+"""The library's reference: what its packages export, by Sphinx's autodoc.
+
+A Sphinx extension, and the pages that it fills. Docstrings are plain text with code in
+backquotes, so everything else in them is escaped.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import sys
+from pathlib import Path
+
+CODE = re.compile(r"``.+?``|`[^`]+?`", re.S)
+SPECIAL = re.compile(r"([\\*_|])")
+LIST_ITEM = re.compile(r"(-|\d+\.|\(\w\)) ")
+# What is imported from its modules, since its package exports nothing.
+BY_MODULE = re.compile(r"errors$|multiview/(?!.*__init__)")
+RULE = re.compile(r"-{3,}$")
+
+
+def library_pages(library: Path) -> dict[str, str]:
+    """Pages of the reference (`api/cameras.rst`): packages with what they export.
+
+    Of a package that exports nothing (`BY_MODULE`), its modules.
+    """
+    pages: dict[str, str] = {}
+    for path in sorted(library.rglob("*.py")):
+        inside = path.relative_to(library).with_suffix("").as_posix()
+        name = inside.removesuffix("/__init__").replace("/", ".")
+        exports = "\n__all__ = " in path.read_text("utf-8")
+        module, options = f"raxel.{name}", "   :members:\n"
+        if BY_MODULE.match(inside):
+            name = name.partition(".")[0]
+        elif exports and path.name == "__init__.py":
+            options += "   :imported-members:\n"
+        else:
+            continue
+        title = f"raxel.{name}"
+        pages.setdefault(f"api/{name}.rst", f"{title}\n{'=' * len(title)}\n")
+        pages[f"api/{name}.rst"] += f"\n.. automodule:: {module}\n{options}"
+    names = "".join(f"   {Path(page).stem}\n" for page in pages)
+    index = (
+        "The library\n===========\n\n"
+        "Install it alone with ``pip install .``. `Conventions and notation "
+        "<../conventions.html>`_ apply to every function: frames, units, pixel "
+        f"centres, names of poses.\n\n.. toctree::\n   :maxdepth: 1\n\n{names}"
+    )
+    return pages | {"api/index.rst": index}
+
+
+def as_rst(lines: list[str]) -> list[str]:
+    """A docstring as reStructuredText: paragraphs and lists, the rest as it stands."""
+    written: list[str] = []
+    for block in re.split(r"\n\s*\n", inspect.cleandoc("\n".join(lines))):
+        own = block.splitlines()
+        if len(own) > 1 and RULE.match(own[1]):  # a heading of numpydoc
+            written += [f"**{own[0]}**", ""]
+            own = [
+                line.lstrip() if line[:1] == " " else f"- {line}" for line in own[2:]
+            ]
+            own = [line if line[:2] == "- " else f"  {line}" for line in own]
+        elif any(line[:1] == " " for line in own) and not LIST_ITEM.match(block):
+            # Aligned by hand: only a fixed-width setting keeps it readable.
+            written += ["::", "", *(f"    {line}" for line in own), ""]
+            continue
+        written += [*escaped("\n".join(own)).splitlines(), ""]
+    return written
+
+
+def escaped(text: str) -> str:
+    """Text in which nothing but code in backquotes has a meaning."""
+    parts, last = [], 0
+    for found in CODE.finditer(text):
+        code = " ".join(found[0].strip("`").split())
+        parts += [SPECIAL.sub(r"\\\1", text[last : found.start()]), rf"\ ``{code}``\ "]
+        last = found.end()
+    rest = SPECIAL.sub(r"\\\1", text[last:]).replace("`", r"\`")
+    return "".join([*parts, rest])
+
+
+def source_of(domain: str, info: dict) -> str | None:
+    """Address of the page of code where something of the reference is defined."""
+    found = sys.modules[info["module"]]
+    for name in info["fullname"].split("."):
+        found = getattr(found, name, None)
+    found = inspect.unwrap(getattr(found, "fget", None) or found)
+    code = getattr(found, "__code__", None)
+    if not (inspect.isclass(found) or code) or not found.__module__.startswith("raxel"):
+        return None
+    module = sys.modules[found.__module__]
+    path = Path(module.__file__)
+    place = path.as_posix().rpartition("/raxel/")[2]
+    return f"../source/raxel/{place}.html#{found.__qualname__}"
+
+
+def setup(app) -> dict:
+    """Fill the pages from the docstrings."""
+    for name in ("sphinx.ext.autodoc", "sphinx.ext.linkcode"):
+        app.setup_extension(name)
+    app.config.linkcode_resolve = source_of
+    app.config.autodoc_member_order = "bysource"
+    app.config.nitpick_ignore_regex = [("py:.*", ".*")]
+
+    def written(app, what, name, obj, options, lines) -> None:
+        lines[:] = as_rst(lines)
+
+    def is_field(app, what, name, obj, skip, options) -> bool | None:
+        return True if type(obj).__name__ == "_tuplegetter" else None
+
+    app.connect("autodoc-process-docstring", written)
+    app.connect("autodoc-skip-member", is_field)
+    return {"parallel_read_safe": True}
