@@ -8,8 +8,10 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.claims import (
     judge_displacement,
     judge_field_of_view,
 )
+from chapters.ch05_flexible_mirror.s3_3_calibration.trials import trust
 from chapters.ch05_flexible_mirror.s3_3_calibration.trials.bench import solved
-from chapters.shared.mirror_errors import PHASES, pool_of
+from chapters.shared.gaussian_errors import GaussianErrors
+from chapters.shared.mirror_errors import PHASES, MirrorErrors, pool_of
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
 from chapters.shared.mirror_rigs import FILES, SMALL_FILES, mirror_rig
 from chapters.shared.mirror_runs import lattice, outline, px_per_mm
@@ -23,7 +25,8 @@ from chapters.shared.mirror_scores import (
 from raxel.calibration.mirror.sightings import normalised
 from raxel.cameras import SplineMirrorCamera
 from raxel.geometry.spline_grid import spline_grid
-from tests.made_results import of_columns
+from tests.exercise_answers import misjudged
+from tests.made_results import ROOT, of_columns
 
 PERIOD = np.array([40.0, 60.0])
 
@@ -112,3 +115,54 @@ def test_angles_and_scales():
 def test_experiments_name_the_files_that_the_rigs_are_read_from():
     assert (FILES["A"], FILES["B"]) == (GEOMETRY_A, GEOMETRY_B)
     assert SMALL_FILES["A"] == SMALL_A
+
+
+def test_errors_of_the_scene_are_as_large_as_stated():
+    errors, rng = GaussianErrors(), np.random.default_rng(0)
+    assert np.std(errors.corners(np.zeros((5000, 2)), rng)) == pytest.approx(
+        errors.plate_sd_px, rel=0.03
+    )
+    assert np.std(errors.in_platter(np.zeros((5000, 2)), rng)) == pytest.approx(
+        errors.platter_sd_mm, rel=0.03
+    )
+
+
+def test_measured_errors_are_drawn_as_large_as_stated_at_any_noise_of_the_bench():
+    rng = np.random.default_rng(1)
+    true = rng.uniform(0, 300, (4000, 2))
+    error = 0.03 * np.sin(2 * np.pi * true / 40) + rng.normal(0, 0.02, true.shape)
+    pool = pool_of(error, true, [40.0, 40.0])
+    pixels = rng.normal(0, 0.1, (4000, 2))
+    for factor in (1.0, 2.5):
+        errors = MirrorErrors(pixels, 3 * pixels, pool, pool, factor)
+        stated = errors.platter_sd_mm
+        assert stated == pytest.approx(factor * np.sqrt(np.mean(error**2)), rel=0.02)
+        for drawn in (errors.in_platter(true, rng), errors.in_mirror(true, rng)):
+            assert np.std(drawn - true) == pytest.approx(stated, rel=0.03)
+        assert errors.plate_sd_px == pytest.approx(0.3, rel=0.03)
+
+
+class Predicted:
+    """A bundle of one camera whose rays are stated to be `sd` off, of which `misfit`."""
+
+    def __init__(self, camera, sd, misfit):
+        self.cameras, self.misfit, self.sd = [camera], [misfit], sd
+
+    def ray_sd(self, stage, pixels):
+        """The same (N,) everywhere."""
+        return np.full(len(pixels), self.sd)
+
+
+def test_predicted_ray_errors_are_held_against_true_ones():
+    rig = mirror_rig("A")
+    true, off = rig.camera(5.0), rig.camera(5.2)
+    found = trust.of_rays(Predicted(off, 5e-4, 3e-4), 0, true)
+    angles = ray_angles(off, true, lattice(true, trust.COMPARED_PX))
+    assert found["true_deg"] == pytest.approx(np.sqrt(np.nanmean(angles**2)))
+    assert found["predicted_deg"] == pytest.approx(np.degrees(np.sqrt(2) * 5e-4))
+    assert found["without_deg"] == pytest.approx(np.degrees(np.sqrt(2) * 4e-4))
+    assert trust.of_rays(Predicted(true, 5e-4, 0.0), 0, true)["true_deg"] < 1e-9
+
+
+def test_exercises_are_judged_rightly():
+    assert misjudged(ROOT, "ch05_flexible_mirror/s3_3_calibration") == []

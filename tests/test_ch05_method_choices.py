@@ -98,5 +98,4 @@ def test_exact_points_give_the_surface_but_for_what_no_spline_can_follow():
     found = static_grids.static_trial(
         {"geometry": "A", "aberration_um": 0.0}, np.random.default_rng(3)
     )
-    assert found["pixel"]["off_mm"] == 0 < found["grid"]["off_mm"] < 0.02
     assert max(found["pixel"][f"{n}_mm"] for n in ("linear", "refined")) < 0.02

@@ -257,7 +257,7 @@ def test_every_route_leads_to_pages_with_exercises():
     assert "".join(found) == "ABCDEFGHIJK"
     assert found["D"][-1] == "guides/choose_a_method"
     assert found["I"][1] == "appendix_a/phase_and_harmonics"
-    assert found["K"][2] == "ch05_flexible_mirror/ext_trust"
+    assert found["K"][2] == "ch05_flexible_mirror/s2_method"
     for letter, pages in found.items():
         paths = [ROOT / "chapters" / page / "page.py" for page in pages]
         assert all(path.is_file() for path in paths), letter

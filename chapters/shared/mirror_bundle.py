@@ -5,8 +5,9 @@ import numpy as np
 from chapters.shared.mirror_runs import MirrorMethod
 from raxel.calibration import BoardView, StageView, bundle_stages
 
-# Inverse depth, the clamp's slope too and the prior that `ext_mirror_prior_runs` chose
-# on other seeds, mm.
+# Inverse depth, the clamp's slope too, and a prior. Its SD, mm, has the least ray error
+# at stage 3 among 1, 0.3, 0.1, 0.03, 0.01 and none, on eight seeds of either geometry,
+# smooth and uneven by 10 µm, that no other run has.
 AIMED = MirrorMethod("inverse depth", slope=True, prior_sd=0.1)
 
 

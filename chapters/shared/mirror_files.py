@@ -12,6 +12,12 @@ GEOMETRY_B = (
     "data/rigs/flexible-mirror-b.yaml",
     "data/rigs/flexible-mirror-b-monitor.yaml",
 )
+BOTH = (
+    "data/rigs/flexible-mirror-a.yaml",
+    "data/rigs/flexible-mirror-a-monitor.yaml",
+    "data/rigs/flexible-mirror-b.yaml",
+    "data/rigs/flexible-mirror-b-monitor.yaml",
+)
 SMALL_A = (
     "data/rigs/flexible-mirror-a-small.yaml",
     "data/rigs/flexible-mirror-a-monitor-small.yaml",

@@ -55,6 +55,11 @@ class MirrorMethod(NamedTuple):
 PUBLISHED = MirrorMethod("distance", slope=False)
 
 
+def shape_name(shape):
+    """Such as "7x3": numbers of basis functions along u and v, as trials name them."""
+    return f"{shape[0]}x{shape[1]}"
+
+
 class Primary(NamedTuple):
     """calibration: PrimaryCalibration; clamp: what is held in all stages; poses:
     PlatterPoses of the monitor."""

@@ -7,11 +7,14 @@ from chapters.ch05_flexible_mirror.s2_method.results import (
     LOOPS,
     SAME,
     UNEVEN_UM,
+    Knots,
     Starts,
     StepSizes,
     surfaces,
 )
+from chapters.ch05_flexible_mirror.s2_method.trials.knots import SHAPES
 from chapters.shared.mirror_bench import BENCH
+from chapters.shared.mirror_runs import shape_name
 from chapters.shared.mirror_sweep import READINGS, over_the_sweep
 from repro.judge.statistics import (
     HOLDS,
@@ -105,6 +108,32 @@ def judge_step_sizes(results):
         f"back-projection, one step over three, p = {back.p:.1g}; features, three "
         f"steps over one {common.ratio.value:.2f}, p = {common.p:.1g}; at the bench's "
         f"noise {on_bench[1].ratio.value:.2f} and {on_bench[0].ratio.value:.2f}",
+    )
+
+
+@claim("c5_knot_tradeoff", needs=("exp_c5_knot_tradeoff",), evidence="rendered")
+def judge_knot_tradeoff(results):
+    """The largest step that is borne, and the error without noise, as knots are added.
+
+    Fixed before: the step never grows from one number of knots to the next and is
+    smaller in the end; the median error of the shape without noise falls every time. A
+    refused seed is not below one degree, and has the worst error.
+    """
+    knots = Knots.of(results)
+    steps = np.array([knots.largest_step(shape) for shape in SHAPES])
+    off = np.array([knots.noise_free(shape).value for shape in SHAPES])
+    shrinks = np.all(np.diff(steps) <= 0) and steps[-1] < steps[0]
+    falls = np.all(off[1:] < off[:-1])
+    said = ", ".join(
+        f"{shape_name(shape)}: {step:g} mm and {1000 * error:.2g} um"
+        for shape, step, error in zip(SHAPES, steps, off, strict=True)
+    )
+    return Reading.of(
+        bool(shrinks and falls),
+        float(steps[0] - steps[-1]),
+        "mm",
+        "largest step borne with the fewest knots less that with the most; step, and "
+        f"error of the shape without noise, for functions along u x v: {said}",
     )
 
 

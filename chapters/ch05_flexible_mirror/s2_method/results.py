@@ -4,13 +4,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_bench import ABERRATION_UM, BENCH, BENCHES, SWEPT
-from repro.judge.statistics import median_and_range
+from chapters.ch05_flexible_mirror.s2_method.trials.knots import SHAPES, STEPS_MM
+from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, SWEPT
+from chapters.shared.mirror_runs import shape_name
+from repro.judge.seeds import SHARE_OF_SEEDS
+from repro.judge.statistics import median_and_range, median_interval
 from repro.page.reader import value
 
 BOTH = ("exp_c5_linear_enough", "exp_c5_linear_enough_swept")
 STARTS, STARTS_SWEPT = BOTH
-RUN = "fig_5_4_run"
+RUN, KNOTS = "fig_5_4_run", "exp_c5_knot_tradeoff"
 STATIC, LOOPS = "exp_c5_static_grid_bias", "table_5_5_runs"
 # Of the mirrors whose primary calibration is tried with static grids.
 UNEVEN_UM = ABERRATION_UM
@@ -18,6 +21,7 @@ UNEVEN_UM = ABERRATION_UM
 # single step from stage 3 ends as well.
 BACK = ("step4", "step5", "step6")
 SAME = 0.01
+MOST_DEG = 1.0  # mean ray error up to which a step is borne
 
 
 class Starts(NamedTuple):
@@ -140,37 +144,32 @@ def surfaces(results, aberration_um, points, stage="linear"):
     return results[STATIC].column(f"{points}.{stage}_mm", aberration_um=aberration_um)
 
 
-def of_static_grids(results):
-    """Name -> number: medians of the surfaces' errors, um, and of the points', mm."""
-    found = {
-        f"static.{case}.{points}.{stage}": 1000
-        * float(np.median(surfaces(results, um, points, stage)))
-        for case, um in (("uneven", UNEVEN_UM), ("even", 0.0))
-        for points in ("pixel", "grid")
-        for stage in ("linear", "refined")
-    }
-    off = results[STATIC].column("grid.off_mm", aberration_um=UNEVEN_UM)
-    return found | {"static.off": float(np.median(off))}
+class Knots(NamedTuple):
+    """One step of each size with several numbers of knots."""
 
+    trials: object
 
-def of_step_sizes(steps):
-    """Name -> number: medians over the seeds in which neither way was refused, and
-    how many seeds each way has lost."""
-    both = [steps.back(way) for way in ("staged", "single")]
-    known = np.isfinite(both).all(axis=0)
-    found = {"steps.seeds": int(np.count_nonzero(known))}
-    for way, back in zip(("staged", "single"), both, strict=True):
-        found[f"steps.{way}.back"] = median_and_range(back[known]).value
-        found[f"steps.{way}.common"] = median_and_range(steps.common(way)[known]).value
-        found[f"steps.{way}.lost"] = int(np.count_nonzero(np.isnan(back)))
-    over = 100 * (both[1] / both[0] - 1)
-    found["steps.more"] = median_and_range(over).value
-    found["steps.better"] = float(100 * np.sum(over > 0) / max(known.sum(), 1))
-    return found
+    @classmethod
+    def of(cls, results):
+        """From the Results, by name."""
+        return cls(results[KNOTS].select(geometry="A"))
 
+    def shares(self, shape):
+        """Share (steps,) of the seeds with a mean ray error below MOST_DEG; a refused
+        seed is not below."""
+        angles = np.array(self.trials.arrays(f"{shape_name(shape)}.angles_deg"))
+        with np.errstate(invalid="ignore"):
+            return np.mean(angles < MOST_DEG, axis=0)
 
-def _with(prefix, found):
-    return {f"{prefix}{name}": number for name, number in found.items()}
+    def largest_step(self, shape):
+        """The largest step, mm, with nine of ten seeds below MOST_DEG, 0 if none."""
+        borne = np.array(STEPS_MM)[self.shares(shape) >= SHARE_OF_SEEDS]
+        return float(borne.max(initial=0.0))
+
+    def noise_free(self, shape):
+        """Estimate of the shape's median error without noise, mm."""
+        name = f"{shape_name(shape)}.noise_free_mm"
+        return median_interval(self.trials.column(name))
 
 
 def name_values(open_results):
@@ -181,25 +180,73 @@ def name_values(open_results):
 
 def quoted(open_results):
     """Name -> number, of what the prose quotes: medians over the seeds."""
-    results = {name: open_results(name) for name in (*BOTH, STATIC, LOOPS)}
+    results = {name: open_results(name) for name in (*BOTH, STATIC, LOOPS, KNOTS)}
     ran = Ran.of(open_results(RUN))
-    found = {"run.accepted": ran.accepted, "run.most_steps": max(ran.steps, default=0)}
-    found |= {f"run.{n}": ran.numbers[n] for n in ("boards", "pixels", "coefficients")}
+    found = {
+        "run.accepted": ran.accepted,
+        "run.most_steps": max(ran.steps, default=0),
+        "run.coefficients": ran.numbers["coefficients"],
+    }
     for bench in BENCHES:
-        starts = Starts.on(results, bench)
-        found |= {
-            f"{bench}.seeds": len(starts.same()),
-            f"{bench}.refused": starts.refused,
-            f"{bench}.cost_off": starts.most_off("linear", "cost_mm2"),
-            f"{bench}.tip_off": starts.most_off("linear", "deflection_mm"),
-        }
-        for start in ("linear", "before", "true"):
-            found[f"{bench}.{start}.same"] = 100 * float(np.mean(starts.same(start)))
-            for name in ("start_mm", "deflection_mm", "steps"):
-                middle = np.nanmedian(starts.of(start, name))
-                found[f"{bench}.{start}.{name}"] = float(middle)
-    tips = Starts.on(results, BENCH).of("linear", "deflection_mm")
-    found |= of_static_grids(results)
-    for bench in BENCHES:
-        found |= _with(f"{bench}.", of_step_sizes(StepSizes(results[LOOPS], bench)))
-    return found | {"bench.tip_sd_mm": float(np.nanstd(tips, ddof=1))}
+        found |= _with(f"{bench}.", of_starts(Starts.on(results, bench)))
+        found |= _with(
+            f"{bench}.steps.", of_step_sizes(StepSizes(results[LOOPS], bench))
+        )
+    return found | of_static_grids(results) | of_knots(Knots.of(results))
+
+
+def of_starts(starts):
+    """Name -> number, of where the refinement starts and ends on one bench."""
+    found = {
+        "seeds": len(starts.same()),
+        "refused": starts.refused,
+        "cost_off": starts.most_off("linear", "cost_mm2"),
+        "tip_off": starts.most_off("linear", "deflection_mm"),
+        "tip_sd_mm": float(np.nanstd(starts.of("linear", "deflection_mm"), ddof=1)),
+    }
+    for start in ("linear", "before", "true"):
+        found[f"{start}.same"] = 100 * float(np.mean(starts.same(start)))
+        for name in ("start_mm", "deflection_mm", "steps"):
+            found[f"{start}.{name}"] = float(np.nanmedian(starts.of(start, name)))
+    return found
+
+
+def of_static_grids(results):
+    """Name -> number: medians of the surfaces' errors, um."""
+    return {
+        f"static.{case}.{points}.{stage}": 1000
+        * float(np.median(surfaces(results, um, points, stage)))
+        for case, um in (("uneven", UNEVEN_UM), ("even", 0.0))
+        for points in ("pixel", "grid")
+        for stage in ("linear", "refined")
+    }
+
+
+def of_step_sizes(steps):
+    """Name -> number: medians over the seeds in which neither way was refused, and
+    how many seeds each way has lost."""
+    ways = ("staged", "single")
+    both = [steps.back(way) for way in ways]
+    known = np.isfinite(both).all(axis=0)
+    found = {}
+    for way, back in zip(ways, both, strict=True):
+        found[f"{way}.back"] = median_and_range(back[known]).value
+        found[f"{way}.common"] = median_and_range(steps.common(way)[known]).value
+        found[f"{way}.lost"] = int(np.count_nonzero(np.isnan(back)))
+    return found
+
+
+def of_knots(knots):
+    """Name -> number: the largest step, mm, and the error without noise, um."""
+    return {
+        f"{shape_name(shape)}.{name}": number
+        for shape in SHAPES
+        for name, number in (
+            ("step", knots.largest_step(shape)),
+            ("um", 1000 * knots.noise_free(shape).value),
+        )
+    }
+
+
+def _with(prefix, found):
+    return {f"{prefix}{name}": number for name, number in found.items()}

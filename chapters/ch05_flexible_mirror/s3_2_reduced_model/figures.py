@@ -3,21 +3,11 @@
 import numpy as np
 from matplotlib.ticker import FixedFormatter
 
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import (
-    FRAMES,
-    RUNS,
-    SENSITIVITY,
-    finals,
-)
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import FRAMES, RUNS
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.run import PUBLISHED_WAY
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.sensitivity import (
-    INJECTED_MM,
-    KINDS,
-)
 from chapters.shared.mirror_bench import BENCHES
-from repro.judge.statistics import median_interval
 from repro.page.method_looks import look_of
-from repro.page.style import INK, legend_below, plot_estimates, series
+from repro.page.style import INK, legend_below, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -144,34 +134,4 @@ def ext_reduced_errors(results):
         "after the true mirror was moved to fit: by one motion that suits the curve "
         f"before bending, or each time anew. Geometry A, {result.trials_per_condition} "
         "seeds: medians, and bars from 5 to 95 %.",
-    )
-
-
-@figure(
-    "ext_primary_sensitivity",
-    needs=("exp_c5_primary_sensitivity",),
-    evidence="synthetic",
-)
-def ext_primary_sensitivity(results):
-    """The error after a deflection over the one put in before, by its kind."""
-    result = results[SENSITIVITY]
-    drawn, axes = new_figure(height_in=3.6)
-    injected, rows = np.array(INJECTED_MM), []
-    for k, kind in enumerate(KINDS):
-        found = [median_interval(level) for level in finals(result, kind).T]
-        name = "all four parts" if kind == "all" else f"{kind} alone"
-        look = {"look": series(k), "label": name}
-        rows += plot_estimates(axes, injected, found, (kind,), **look)
-    for slope in (1.0, 0.5):
-        axes.plot(injected, slope * injected, color=INK, linestyle=":", marker="")
-    axes.set_xlabel("Error put into the surface before (mm)")
-    axes.set_ylabel("Error of the surface after (mm)")
-    legend_below(drawn, axes, ncols=4)
-    return Drawing(
-        drawn,
-        columns(("kind", "injected_mm", "median_mm", "low_mm", "high_mm"), rows),
-        "What becomes of an error of the primary surface after a deflection of "
-        f"{result.settings['deflection_mm']:g} mm, everything else being exact. "
-        f"Medians of {result.trials_per_condition} boards with 95 % intervals; dotted: "
-        "all of it, and half.",
     )

@@ -28,7 +28,7 @@ from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
@@ -44,34 +44,20 @@ FEWER = {"quick": 1, "full": 20}
 # %% [markdown]
 # **Findings.** (Geometry A; medians over the seeds.)
 #
-# - The linear estimate finds {glue:text}`A.bench.linear.deflection_mm:.2f` mm
-#   of 7.98 mm on the bench, the final one
-#   {glue:text}`A.bench.final.deflection_mm:.2f` mm. In the camera's frame they
-#   lie {glue:text}`A.bench.linear.camera_mm:.2f` and
-#   {glue:text}`A.bench.final.camera_mm:.2f` mm from the true mirror, the
-#   primary calibration {glue:text}`A.bench.before.camera_mm:.2f` mm.
-# - Most of that is *where* the mirror is, and comes from the poses of the
-#   monitor. If the true mirror is moved to fit the curve before bending,
-#   {glue:text}`A.bench.before.shared_mm:.3f`,
-#   {glue:text}`A.bench.linear.shared_mm:.2f` and
-#   {glue:text}`A.bench.final.shared_mm:.3f` mm are left.
-# - Whether the linear estimate is poor *beside* the final one hangs on the
-#   frame of the scan, which the text does not state. In the camera's frame its
-#   error is {glue:text}`ratio.camera_mm:.1f` times the final one, and three
-#   times or more in {glue:text}`poor.camera_mm:.0f` % of the seeds. With half of
-#   the bench's decoding errors the claim is true, so that it stays open. With
-#   the scans aligned the ratio is {glue:text}`ratio.shared_mm:.0f` or
-#   {glue:text}`ratio.alone_mm:.0f`.
-# - That the final error is about the primary one is true in the camera's frame:
-#   one mistake about where things are is in both. Where the scans were made to
-#   fit the curve before bending, the final error is the larger one.
-# - An error put into the primary surface, and nowhere else, comes out in full:
-#   {glue:text}`sensitivity.all:.1f` mm for each mm, a shift
-#   {glue:text}`sensitivity.shift:.2f`, a tilt {glue:text}`sensitivity.tilt:.2f`,
-#   a bend {glue:text}`sensitivity.bend:.1f`.
-# - Rays are {glue:text}`A.bench.final.angle_deg:.2f` degrees off the true ones
-#   on the bench, before bending as after, and
-#   {glue:text}`A.laboratory.final.angle_deg:.2f` in the laboratory.
+# - On the bench the linear estimate finds {glue:text}`A.bench.linear.deflection_mm:.2f`
+#   mm of 7.98 mm, the final one {glue:text}`A.bench.final.deflection_mm:.2f` mm.
+# - In the camera's frame the primary curve is
+#   {glue:text}`A.bench.before.camera_mm:.2f` mm off, the linear estimate
+#   {glue:text}`A.bench.linear.camera_mm:.2f` mm and the final one
+#   {glue:text}`A.bench.final.camera_mm:.2f` mm. Most of that is a common error of
+#   position, caused by the estimated poses of the monitor.
+# - Whether the linear estimate is poor compared with the final one depends on the frame
+#   of the scan, which the thesis does not state. The ratio of the errors is
+#   {glue:text}`ratio.camera_mm:.1f` in the camera's frame, and
+#   {glue:text}`ratio.shared_mm:.0f` or {glue:text}`ratio.alone_mm:.0f` with the scans
+#   aligned.
+# - An error of the primary surface persists in full:
+#   {glue:text}`sensitivity.all:.1f` mm for each mm put in.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -213,67 +199,44 @@ def pictures(effort):
 # show("fig_5_6")
 
 # %% [markdown]
-# The same unevenness that moves the picture of a board at 280 mm by
-# {glue:text}`moved.280:.2f` mm moves that of one at 5 m by
-# {glue:text}`moved.5000:.1f` mm: in proportion, as
-# [5.1](s1_model.ipynb) shows for one slope.
+# The displacement is proportional to the depth, as [5.1](s1_model.ipynb) shows for one
+# slope.
 
 # %% tags=["active-ipynb"]
 # show("ext_reduced_errors")
 
-# %% tags=["active-ipynb"]
-# show("ext_primary_sensitivity")
-
 # %% [markdown]
 # ## Reading and limits
 #
-# **What the residual hides.** Residual and back-projection, and beside them what
-# only the truth can tell:
-
-# %% tags=["active-ipynb"]
-# show_table("ext_reduced_scores")
-
-# %% [markdown]
-# Neither residual nor back-projection tells that the mirror is half a mm away
-# from where it is: moved so little, it sends almost the same rays to the board.
-# What they do tell of is unevenness. With half of it the rays are
-# {glue:text}`half_the_aberration.angle:.2f` degrees off, with half the decoding
-# errors {glue:text}`half_the_factor.angle:.2f`.
+# **What the residual hides.** On the bench the residual is
+# {glue:text}`A.bench.residual_mm:.2f` mm and back-projection at 400 mm
+# {glue:text}`A.bench.back.own_mm:.2f` mm. Neither shows that the mirror is half a mm
+# displaced: so small a shift sends almost the same rays to the board. Rays are
+# {glue:text}`A.bench.final.angle_deg:.2f`° off, in the laboratory
+# {glue:text}`A.laboratory.final.angle_deg:.2f`°.
 #
-# **How the final error follows the primary one.** The clamp is held where the
-# primary calibration put it, and the board where its rays put it. Whatever is
-# wrong there stays, which is what the thesis says. But it puts the primary error
-# down to higher orders and defects, and here these are the smaller part: with
-# the scans aligned {glue:text}`A.bench.before.alone_mm:.3f` mm are left on the
-# bench of {glue:text}`A.bench.before.camera_mm:.2f` mm. The rest is where the
-# platter puts the monitor.
+# **How the final error follows the primary one.** The clamp is held where the primary
+# calibration put it, and the board where its rays put it. An error there persists, as
+# the thesis says. A shift of the primary curve comes through
+# {glue:text}`sensitivity.shift:.2f` times, a tilt {glue:text}`sensitivity.tilt:.2f`
+# times, a bend {glue:text}`sensitivity.bend:.1f` times. But the thesis attributes the
+# primary error to higher orders and defects, which are the smaller part here: after
+# alignment {glue:text}`A.bench.before.alone_mm:.3f` mm of
+# {glue:text}`A.bench.before.camera_mm:.2f` mm remain.
 #
-# **How it comes through.** A shifted curve puts board and clamp aside alike, and the
-# curve after follows both. A tilted one turns all rays by twice its angle, and the
-# board with them. A bent one shows a flat board that no pose makes flat: what is
-# left goes into the curve after, and more of it than was put in. Nothing in the
-# dynamic stage takes an error back: it has only its own rays to place the board by.
-#
-# **What the first curve is made from** counts a great deal. From the points
-# alone, without the normals, the curves before and after are
-# {glue:text}`points.before:.2f` and {glue:text}`points.final:.2f` mm off on the
-# bench: a cubic through noisy points has wrong slopes at its ends. The cubic
-# of the length instead of that of the picture has
-# {glue:text}`height.final:.2f` mm after bending, the middle strip of corners
-# {glue:text}`strip.final:.2f` mm.
+# **What the first curve is made from** matters. From the points alone, without the
+# normals, the final curve is {glue:text}`points.final:.2f` mm off on the bench: a cubic
+# through noisy points has wrong slopes at its ends. The cubic of the length instead of
+# that of the picture gives {glue:text}`height.final:.2f` mm, the middle strip of
+# corners {glue:text}`strip.final:.2f` mm.
 #
 # **B**, nearer to the mirror, has {glue:text}`B.bench.before.camera_mm:.2f`,
 # {glue:text}`B.bench.linear.camera_mm:.2f` and
-# {glue:text}`B.bench.final.camera_mm:.2f` mm on the bench (before, linear,
-# final), and its linear estimate finds
-# {glue:text}`B.bench.linear.deflection_mm:.2f` mm.
+# {glue:text}`B.bench.final.camera_mm:.2f` mm on the bench (before, linear, final).
 #
-# **Limits.** The outermost corners reach {glue:text}`A.bench.reach:.0f` % of
-# the way to the free edge; beyond, the curve is carried on. Double reflections,
-# and a substrate that is not as thick everywhere, are not modelled. Of
-# {glue:text}`A.bench.corners:.0f` corners none is a wrong match. Seeds refused:
-# {glue:text}`A.bench.refused:.0f` on the bench, {glue:text}`A.laboratory.refused:.0f`
-# in the laboratory.
+# **Limits.** Double reflections and a substrate of varying thickness are not modelled,
+# and no corner is a wrong match. Seeds rejected: {glue:text}`A.bench.refused:.0f` on
+# the bench, {glue:text}`A.laboratory.refused:.0f` in the laboratory.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -1,13 +1,20 @@
-"""Figs 5.8 to 5.10, and how the bench's two numbers were solved."""
+"""Figs 5.8 to 5.10, how the bench was solved, and predicted beside true errors."""
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_3_calibration.results import FANS, PICTURES
+from chapters.ch05_flexible_mirror.s3_3_calibration.results import (
+    FANS,
+    PICTURES,
+    SURFACES,
+    TRUST,
+    trust_trials,
+)
 from chapters.ch05_flexible_mirror.s3_3_calibration.trials.bench import (
     AMPLITUDES_UM,
     FACTORS,
     solved,
 )
+from chapters.ch05_flexible_mirror.s3_3_calibration.trials.trust import STEPS
 from chapters.shared.mirror_bench import ABERRATION_UM, FACTOR
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import PUBLISHED
@@ -15,8 +22,9 @@ from raxel.geometry.spline_grid import spline_grid
 from raxel.show import Arrows, board, framed
 from raxel.show.boards import plate
 from raxel.show.cameras import frustum, mirrors, viewing_rays
+from repro.judge.statistics import median_interval
 from repro.page.space import scene_figure
-from repro.page.style import INK, plot_interval, series
+from repro.page.style import INK, legend_below, plot_estimates, plot_interval, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -29,6 +37,11 @@ NEAR = 0.01  # of the printed number: so near the medians have to be
 SIGHT, UP = (-0.15, -0.95, -0.35), (0.0, 0.0, 1.0)
 BODY_MM, PUSH_MM = 60.0, 60.0
 ACROSS, LEVELS = 241, (0.3, 0.5, 0.7)
+ERRORS = {
+    "true_deg": "true",
+    "predicted_deg": "predicted",
+    "without_deg": "predicted without the misfit term",
+}
 
 
 @figure(
@@ -177,4 +190,40 @@ def fig_5_10(results):
         "of the picture that the mirror fills. The clamped edge is at the right; the "
         "free edge shows more and more of the room. The CSV has the angle between the "
         "outermost rays of the mirror's middle line.",
+    )
+
+
+@figure(
+    "ext_mirror_trust_figure", needs=("ext_mirror_trust_runs",), evidence="synthetic"
+)
+def trust_figure(results):
+    """Predicted and true ray error over the stages, smooth and uneven, on A and B."""
+    result, rows, stages = results[TRUST], [], range(1, STEPS + 1)
+    drawn, axes = new_figure(2, 2, height_in=5.6, sharex=True, sharey="row")
+    for row, surface in zip(axes, SURFACES, strict=True):
+        for panel, geometry in zip(row, "AB", strict=True):
+            trials = trust_trials(result, geometry, surface)
+            for number, (name, label) in enumerate(ERRORS.items()):
+                found = [
+                    median_interval(trials.column(f"stage{k}.{name}")) for k in stages
+                ]
+                rows += plot_estimates(
+                    panel, np.add(stages, 0.06 * (number - 1)), found,
+                    (geometry, surface, label), look=series(number), label=label,
+                    bars=True,
+                )  # fmt: skip
+            panel.set(title=f"{geometry}, {surface}", ylim=(0, None))
+        row[0].set_ylabel("RMS ray error (deg)")
+    for panel in axes[-1]:
+        panel.set_xticks(list(stages))
+        panel.set_xlabel("Stage, 5 mm each (1)")
+    legend_below(drawn, axes[0, 0], ncols=3)
+    return Drawing(
+        drawn,
+        columns(("geometry", "surface", "error", "stage", "deg", "low", "high"), rows),
+        "Predicted and true ray error over three deflections, all stages adjusted "
+        "together: RMS over the whole mirror, medians over "
+        f"{result.trials_per_condition} seeds with 95 % intervals. The misfit term is "
+        "what the residuals exceed the corners' noise by, and what no spline can "
+        "follow.",
     )

@@ -9,7 +9,8 @@ from repro.page.reader import value
 ERRORS, BENCH = "sec_5_3_3_errors", "bench_mirror"
 FANS = "fig_5_10_fans"
 MOVED = "fig_5_10_moved"
-PICTURES = "fig_5_10_pictures"
+PICTURES, TRUST = "fig_5_10_pictures", "ext_mirror_trust_runs"
+SURFACES = {"smooth": 0.0, "uneven by 10 µm": 10.0}
 LAST = len(STAGES_MM) - 1
 
 
@@ -24,9 +25,15 @@ def moved_px(result, geometry):
     return np.array(result.arrays("moved_px", geometry=geometry))
 
 
+def trust_trials(result, geometry, surface):
+    """The trials of one geometry and one of SURFACES."""
+    return result.select(geometry=geometry, aberration_um=SURFACES[surface])
+
+
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     fans, bench = open_results(FANS), open_results(BENCH)
+    trust = trust_trials(open_results(TRUST), "A", "uneven by 10 µm")
     errors = open_results(ERRORS)
     of_a = fans.arrays("laboratory", geometry="A")[0]
     way = np.median(moved_px(open_results(MOVED), "A"), axis=0)
@@ -43,6 +50,9 @@ def name_values(open_results):
         "fan.ratio.b": np.median(fan_ratios(fans, "B", "laboratory")),
         "moved.first": way[0],
         "moved.last": way[-1],
+        "trust.true": np.nanmedian(trust.column("stage3.true_deg")),
+        "trust.predicted": np.nanmedian(trust.column("stage3.predicted_deg")),
+        "trust.without": np.nanmedian(trust.column("stage3.without_deg")),
         "corner_px": np.median(errors.column("corner_px_rms", geometry="A")),
         "decoded_mm": np.median(errors.column("mirror_mm_rms", geometry="A")),
     }

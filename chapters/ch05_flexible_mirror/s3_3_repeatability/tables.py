@@ -6,17 +6,14 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results import predicates
 from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     BACK,
     JUDGED,
-    PLACED,
     SCALE,
-    STARTED,
     STEP_MM,
     STEPS,
     WHOLE_MM,
     LoopRuns,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import LOOP
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import STEPS_MM
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import SWEPT
 from repro.judge.statistics import with_worst
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
@@ -140,57 +137,6 @@ def table_5_5(results):
     )
 
 
-@table(
-    "ext_table_5_5_others",
-    needs=("table_5_5_runs", "table_5_5_other"),
-    evidence="rendered",
-)
-def others_table(results):
-    """What the text says of the steps, by geometry and bench."""
-    rows = []
-    for geometry in "AB":
-        for bench in reversed(BENCHES):
-            runs = LoopRuns(results, bench=bench, geometry=geometry)
-            staged = runs.at("deflection_mm", BACK).sum(axis=0)
-            shares = runs.at("linear_mm") / STEP_MM
-            rows.append(
-                (
-                    geometry,
-                    bench,
-                    _cell(shares.mean(axis=0)),
-                    _cell(predicates.disagreement(runs)),
-                    _cell(predicates.loop_error(runs)),
-                    _cell(runs.of("single", "deflection_mm") - staged),
-                    *(
-                        _cell(runs.of(place, "back_mm"))
-                        for place in ("start", "step3", "step6", "single")
-                    ),
-                    "{} and {} of {}".format(*runs.refused(), runs.seeds),
-                )
-            )
-    return Table(
-        columns(
-            (
-                "Geometry",
-                "Bench",
-                "Linear over actual step (1)",
-                "Equivalent steps apart (%)",
-                "Loop open by (mm)",
-                "Single less staged (mm)",
-                "Back-projection before (mm)",
-                "at stage 3 (mm)",
-                "after six steps (mm)",
-                "after the single step (mm)",
-                "Refused: loop, single step",
-            ),
-            rows,
-        ),
-        "The same for both geometries, at the bench's noise and at the laboratory's: "
-        "medians over seeds with 95 % intervals; back-projection in the board's own "
-        "pose, as in the thesis.",
-    )
-
-
 @table("ext_table_5_5_sweep", needs=JUDGED, evidence="rendered")
 def sweep_table(results):
     """What the claims are judged by, from half to twice the bench's two numbers."""
@@ -227,44 +173,6 @@ def sweep_table(results):
         "Medians, and ratios of medians, that the claims are judged by, on geometry A: "
         "on the bench, in the laboratory, and at the ends of the sweep. A verdict that "
         "changes side between half and twice one of the bench's numbers is left open.",
-    )
-
-
-@table(
-    "ext_placement",
-    needs=("exp_c5_dense_grid", "exp_c5_not_sensitive_init"),
-    evidence="rendered",
-)
-def placement_table(results):
-    """SD between places of the board, at two pitches, and of perturbed starts."""
-    placed, started = results[PLACED], results[STARTED]
-    rows = []
-    for bench in ("bench", "laboratory", *SWEPT):
-        pooled = [
-            Measured(*predicates.pooled_sd(placed, bench, pitch)[:3])
-            for pitch in ("coarse", "dense")
-        ]
-        starts = [
-            _cell(predicates.of_starts(started, bench, step, mm))
-            for step, mm in STEPS_MM.items()
-        ]
-        rows.append((bench, *pooled, *starts))
-    return Table(
-        columns(
-            (
-                "Bench",
-                "SD between places, pitch 18 mm (mm)",
-                "pitch 9 mm (mm)",
-                "SD of perturbed starts, step of 5 mm (%)",
-                "of 15 mm (%)",
-            ),
-            rows,
-        ),
-        "Left: how a deflection of 5 mm varies with the place of the board, when "
-        "mirror, primary calibration and the error of every corner stay; all seeds "
-        "pooled. Right: how much the final deflection varies, in % of it, when the "
-        "linear estimate is bent by up to half of the deflection more or less: medians "
-        "over seeds. 95 % intervals.",
     )
 
 

@@ -134,18 +134,18 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# The mirror is calibrated as in [three deflections](s3_3_deflections.ipynb): a
-# primary stage and three pushes of 5 mm, the published method. At each stage the
-# target, a chessboard of 14 x 13 corners with the circle over it, is held at 400 mm
-# where the mirror then looks, with the same tilt at all stages. Corners under the
-# circle's line do not count. Corners have errors as in rendered pictures, and so has
-# the circle's line, which is the middle between its two edges; both were measured
-# before. The circle is measured at 90 places. All is run on the *bench* and in the
-# *laboratory*, with the same draws; the bench decides. Beside the calibration stage
-# by stage stand all stages at once, with a prior on bending
-# ([trust](ext_trust.ipynb)), and the true mirror. In {glue:text}`rendered.runs` runs on
-# the bench pictures a quarter as wide are rendered, and corners and both edges of the
-# circle are measured there, each looked for next to where the true camera has it.
+# The mirror is calibrated as in [three deflections](s3_3_deflections.ipynb): a primary
+# stage and three pushes of 5 mm, the published method. At each stage the target, a
+# chessboard of 14 x 13 corners with the circle over it, is held at 400 mm where the
+# mirror then looks, with the same tilt at all stages. Corners under the circle's line
+# do not count. Corners have errors as in rendered pictures, and so has the circle's
+# line, which is the middle between its two edges; both were measured before. The circle
+# is measured at 90 places. All is run on the *bench* and in the *laboratory*, with the
+# same draws; the bench decides. Beside the calibration stage by stage stand all stages
+# at once, with a prior on bending ([calibration](s3_3_calibration.ipynb)), and the true
+# mirror. In {glue:text}`rendered.runs` runs on the bench pictures a quarter as wide are
+# rendered, and corners and both edges of the circle are measured there, each looked for
+# next to where the true camera has it.
 #
 # For the face the mirror is pushed by 12 mm, in three steps of 4 mm: calibrated
 # after a single push, no corner at the clamp is seen both before and after. A bust
@@ -372,7 +372,7 @@ def face_picture(effort, results):
 # and {glue:text}`rendered.3` mm at stage 3, by the true mirror
 # {glue:text}`rendered.true.0` and {glue:text}`rendered.true.3` mm. The calibration
 # still has drawn errors there; what is rendered throughout is
-# [the way from pictures to rays](s3_3_rendered.ipynb). Refused were
+# [the way from pictures to rays](s3_3_deflections.ipynb). Refused were
 # {glue:text}`rendered.refused` of them.
 #
 # **Limits.** At 400 mm nearly the whole circle is in the picture, but not always all

@@ -115,12 +115,12 @@ from repro.run.outcomes import Plan
 # ## Experiment
 #
 # The mirror is calibrated up to 15 mm as in [three
-# deflections](s3_3_deflections.ipynb), stage by stage as published; beside it stand
-# all stages at once with a prior on bending ([trust](ext_trust.ipynb)), and the true
-# mirror. A cylinder of 62.98 mm stands {glue:text}`away:.0f` mm before the mirror,
-# placed by hand, and is moved by 25 mm five times, without turning. It has 25 marks,
-# which the true camera sees in all six places, with Gaussian noise of 0.2 px along
-# each axis. Which mark is which is known.
+# deflections](s3_3_deflections.ipynb), stage by stage as published; beside it stand all
+# stages at once with a prior on bending ([calibration](s3_3_calibration.ipynb)), and
+# the true mirror. A cylinder of 62.98 mm stands {glue:text}`away:.0f` mm before the
+# mirror, placed by hand, and is moved by 25 mm five times, without turning. It has 25
+# marks, which the true camera sees in all six places, with Gaussian noise of 0.2 px
+# along each axis. Which mark is which is known.
 #
 # Each pair of pictures is searched from samples of eight, then adjusted. Motions with
 # most points behind the mirror come last. *Told*: the length of each step is open, and

@@ -362,16 +362,12 @@ READS_PAGES = True
 # - **10 min.** On paper: draw the sheet's slope, from the clamp to the load and
 #   beyond. How far does the ray at the load turn?
 #   [5.1](../ch05_flexible_mirror/s1_model.ipynb), with its second exercise
-# - **12 min.** Predict: the fan of rays at 15 mm, in pairs, from the first two
-#   exercises. Then the figure.
+# - **25 min.** Predict and check: the fan of rays at 15 mm, in pairs, from the first
+#   two exercises. Then the figure. Groups name what the prediction left out.
 #   [5.3.3](../ch05_flexible_mirror/s3_3_calibration.ipynb), Fig. 5.10
-# - **13 min.** Check: the same at 5 mm against the rig, with the first two
-#   exercises. Groups name what the prediction left out, and look it up in the
-#   code below the exercise.
-#   [How far to trust it](../ch05_flexible_mirror/ext_trust.ipynb)
 # - **5 min.** The mirror was bent: what is left of its calibration, and what is
 #   needed anew? [5.2](../ch05_flexible_mirror/s2_method.ipynb), Fig. 5.4, and
-#   what it looks like [in a film](../ch05_flexible_mirror/ext_film.ipynb)
+#   [a film](../ch05_flexible_mirror/s3_3_repeatability.ipynb#ext_mirror_film)
 # - **5 min.** The scoreboard: "twice the field of view", on two geometries. Why
 #   does it hang on the rig?
 #

@@ -50,15 +50,6 @@ from raxel.calibration.mirror.clamp_line import (
     edge_picks,
     fixed_line,
 )
-from raxel.calibration.mirror.lookup import BoundaryTable
-from raxel.calibration.mirror.orders import (
-    OrderSearch,
-    OrderStep,
-    SplineOrder,
-    primary_by_order,
-    raised_until_white,
-    stage_by_order,
-)
 from raxel.calibration.mirror.planar_start import PlanarStart, calibrate_flat
 from raxel.calibration.mirror.platter import (
     GridMotion,
@@ -114,7 +105,6 @@ from raxel.calibration.views.interpolation import interpolated_view
 __all__ = [
     "AngularPose",
     "BoardView",
-    "BoundaryTable",
     "BundleResult",
     "CentralCalibration",
     "CentralTest",
@@ -136,8 +126,6 @@ __all__ = [
     "MirrorTracker",
     "MirrorUpdate",
     "NonCentralPose",
-    "OrderSearch",
-    "OrderStep",
     "PlanarStart",
     "PlatterPicture",
     "PlatterPoses",
@@ -146,7 +134,6 @@ __all__ = [
     "SmoothTable",
     "SplineAdjustment",
     "SplineCalibration",
-    "SplineOrder",
     "StageBundle",
     "StageView",
     "ZhangCalibration",
@@ -187,9 +174,7 @@ __all__ = [
     "pose_from_non_central_rays",
     "pose_from_rays",
     "pose_three_point_ransac",
-    "primary_by_order",
     "primary_from_points",
-    "raised_until_white",
     "ray_directions",
     "ray_point_distances",
     "ray_point_residuals",
@@ -202,7 +187,6 @@ __all__ = [
     "smoothed_rays",
     "smoothed_table",
     "solve_coefficients",
-    "stage_by_order",
     "synthetic_plane_normal",
     "table_2_1",
     "three_point_depths",

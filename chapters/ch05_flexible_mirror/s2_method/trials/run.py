@@ -93,7 +93,7 @@ def watched_trial(condition, rng, errors):
                 )
             except CalibrationError as refusal:
                 watch.order.append(REFUSED)
-                refused = {"refused": f"stage {k}: {refusal}"}
+                refused = {"refused": refusal.code}
                 break
             stages.append(found)
             before = found.camera

@@ -56,7 +56,7 @@ def one_deflection(rig, bench, errors, seed):
     try:
         stage = deflected(first.camera, bent, pictures, board, first.clamp, PUBLISHED)
     except CalibrationError as refusal:
-        return {"refused": str(refusal)}
+        return {"refused": refusal.code}
     starts = {
         "linear": stage.linear,
         "true": on_knots_of(stage.camera, bent),
@@ -69,7 +69,7 @@ def one_deflection(rig, bench, errors, seed):
         try:
             camera, fit = refined(start, stage, pictures[1], board, first.clamp)
         except CalibrationError as refusal:
-            found[name]["refused"] = str(refusal)
+            found[name]["refused"] = refusal.code
             continue
         found[name] |= {
             "deflection_mm": load_height(rig, camera, bent) - height,

@@ -126,7 +126,7 @@ def reduced_trial(condition, rng, errors, benches, ways):
         try:
             bent = looked_at(rig, bench, these, seed, boards[0])
         except CalibrationError as refusal:
-            refused = {"refused": f"before: {refusal}"}
+            refused = {"refused": refusal.code}
             out[name] = dict.fromkeys((PUBLISHED_WAY, *ways), refused)
             continue
         back = seen_board(rig, bent.cameras[1], boards[1], these, rng), boards[1]
@@ -238,7 +238,7 @@ def scored(bent, way, back=None):
             out["final"]["angle_deg"] = mean_angle(bent, found.curve, 1)
             out["back"] = backs(bent.camera(found.curve), bent.points, *back)
     except CalibrationError as refusal:
-        return {"refused": str(refusal)}
+        return {"refused": refusal.code}
     return out | {
         "residual_mm": float(np.mean(np.abs(found.residuals))),
         "corners": len(found.residuals),

@@ -1,38 +1,22 @@
-"""Figs. 5.11 and 5.12, and what explains them: place, and the linear estimate."""
+"""Figs. 5.11 and 5.12: angles over the picture, and vectors on the board."""
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.geometry import (
-    by_formula,
-    camera_mm,
-)
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
-    angles_by_place,
-    linear_ratios,
-)
 from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
-    DEFLECTED,
     LAST,
     SCALES,
     STAGES,
-    STEP_MM,
     Runs,
 )
 from chapters.ch05_flexible_mirror.s3_3_deflections.trials.run import COMPARED_PX
-from chapters.shared.mirror_bench import BENCH, BENCHES
-from chapters.shared.mirror_rigs import DYNAMIC_MM
 from chapters.shared.mirror_scores import lengths
-from repro.judge.statistics import median_interval
-from repro.page.style import INK, legend_below, plot_estimates, series
+from repro.page.style import INK, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
 RUNS_OF_A = ("table_5_1_runs",)
-BOTH_GEOMETRIES = ("table_5_1_runs", "table_5_1_other")
-PRINTED_LINEAR = ("t5_1_s1_linear", "t5_1_s2_linear", "t5_1_s3_linear")
-PLACES = ("along the clamped edge", "whole mirror", "along the free edges")
 EXACT = 1e-9
 
 
@@ -122,81 +106,4 @@ def fig_5_12(results):
             bool(max(gaps) < EXACT),
             f"the vectors have the means that are judged, to {max(gaps):.0e} mm",
         ),
-    )
-
-
-@figure("ext_angles_by_place", needs=RUNS_OF_A, evidence="rendered")
-def ext_angles_by_place(results):
-    """Mean angles near the clamp, everywhere, and near the free edges, all seeds."""
-    drawn, axes = new_figure(1, 2, height_in=3.3)
-    rows = []
-    for panel, bench in zip(axes, (BENCH, "laboratory"), strict=True):
-        every = angles_by_place(Runs(results, bench=bench))
-        for k, (place, trials) in enumerate(zip(PLACES, every, strict=True)):
-            look = {"look": series(k), "label": place}
-            rows += plot_estimates(
-                panel, *reached(STAGES, trials), (bench, place), **look
-            )
-        panel.set(title=bench, xlabel="Stage (1)", xticks=STAGES, ylim=(0, None))
-        panel.set_ylabel("Angle to the true rays (deg)")
-    legend_below(drawn, axes[0], 3)
-    return Drawing(
-        drawn,
-        columns(("bench", "place", "stage", "angle_deg", "low", "high"), rows),
-        "Mean angle between calibrated and true rays by the place on the mirror: in a "
-        "strip of a fifth of its length along the clamp, everywhere, and in strips of "
-        "a fifth along the three free edges. Medians over the seeds that came so far, "
-        "with 95 % intervals.",
-    )
-
-
-def reached(places, stages):
-    """Places and medians of those of stages (n, seeds) that any seed came to."""
-    came = {
-        at: median_interval(trials[np.isfinite(trials)])
-        for at, trials in zip(places, stages, strict=True)
-        if np.isfinite(trials).any()
-    }
-    return list(came), list(came.values())
-
-
-@figure(
-    "ext_linear_ratio",
-    needs=BOTH_GEOMETRIES,
-    evidence="rendered",
-    published=PRINTED_LINEAR,
-)
-def ext_linear_ratio(results, published):
-    """Linear over actual deflection, against depth over camera distance."""
-    drawn, axes = new_figure(height_in=3.6)
-    x = np.linspace(0.3, 2.2, 100)
-    axes.plot(x, x / (1 + x), color=INK, lw=1.2, ls="-", marker="", label="Z/(Z+D)")
-    of_printed = sorted(value / STEP_MM for value in published.values())
-    axes.axhspan(
-        of_printed[0], of_printed[-1], color=series(6)["color"], alpha=0.18, lw=0,
-        label="printed in Table 5.1",
-    )  # fmt: skip
-    rows = []
-    for k, geometry in enumerate("AB"):
-        at = DYNAMIC_MM / camera_mm(geometry)
-        for j, bench in enumerate(reversed(BENCHES)):
-            trials = linear_ratios(Runs(results, bench=bench, geometry=geometry))
-            places = [at + 0.03 * (stage - 2) + 0.012 * j for stage in DEFLECTED]
-            whose = (geometry, bench)
-            look = series(2 * k + j) | {"linestyle": "none"}
-            label = f"geometry {geometry}, {bench}"
-            found = reached(places, trials)
-            rows += plot_estimates(axes, *found, whose, look=look, label=label)
-    axes.set(xlabel="Z/D (1)", ylabel="Linear over actual (1)")
-    axes.set(xlim=(x[0], x[-1]), ylim=(0, 1))
-    axes.legend(loc="upper left", ncols=2, fontsize=8)
-    formulas = {geometry: by_formula(geometry) for geometry in "AB"}
-    return Drawing(
-        drawn,
-        columns(("geometry", "bench", "z_over_d", "ratio", "low", "high"), rows),
-        "The linear estimate of a deflection over the actual one, stages 1 to 3 from "
-        "left to right, beside the depth Z of the board over the camera's distance D "
-        "from the middle of the mirror. Medians with 95 % intervals. The formula has "
-        f"{formulas['A']:.2f} for A and {formulas['B']:.2f} for B, which was chosen "
-        "for it.",
     )

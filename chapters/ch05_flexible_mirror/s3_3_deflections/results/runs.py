@@ -7,6 +7,7 @@ from chapters.shared.mirror_sweep import BenchRuns
 
 RUNS, SWEPT_RUNS, OTHER = "table_5_1_runs", "table_5_1_swept", "table_5_1_other"
 JUDGED = ("table_5_1_runs", "table_5_1_swept")
+RENDERED = "table_5_1_rendered"
 TIPS, TIPS_SWEPT = "exp_c5_extrapolated_tip", "exp_c5_extrapolated_tip_swept"
 STAGES, DEFLECTED = (0, 1, 2, 3), (1, 2, 3)
 LAST = DEFLECTED[-1]
@@ -39,7 +40,7 @@ class Runs(BenchRuns):
         return np.array([self.of(stage, name) for stage in stages])
 
     def refused(self):
-        """Why each seed (seeds,) ended early, None where it did not."""
+        """The code of what ended each seed (seeds,) early, None where nothing did."""
         return self.result.texts(f"{self.bench}.refused")
 
     def each(self, stage, names, measure, count):

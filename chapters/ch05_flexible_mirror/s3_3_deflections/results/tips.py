@@ -44,15 +44,6 @@ class Tips(NamedTuple):
             paired=True,
         )
 
-    @property
-    def along_sd(self):
-        """SD (n,) mm over the seeds at ALONG_MM; NaN where fewer than two reach."""
-        along = np.array(self.result.arrays(f"{self.bench}.along_mm"))
-        reached = np.isfinite(along).sum(axis=0) > 1
-        found = np.full(along.shape[1], np.nan)
-        found[reached] = np.nanstd(along[:, reached], axis=0, ddof=1)
-        return found
-
 
 def tip_sd(tip):
     """SD over seeds (..., seeds)."""

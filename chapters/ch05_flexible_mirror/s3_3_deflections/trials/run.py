@@ -72,7 +72,7 @@ def three_stages(rig, bench, errors, seed):
             )
             scored = scene.scored(k, stage.camera, rng, stale=before)
         except CalibrationError as refusal:
-            return out | {"refused": f"stage {k}: {refusal}"}
+            return out | {"refused": refusal.code}
         found = of_deflection(rig, stage, height, cameras[k])
         out[f"stage{k}"] = found | scored
         before, height = stage.camera, found["height_mm"]

@@ -15,7 +15,6 @@ from raxel.geometry import inverse_pose, transform
 STEP_MM = STAGES_MM[:2]
 # Places of the sheet, along and across, and the share of its width that they cover.
 PLACES, ACROSS = (33, 11), 0.9
-ALONG_MM = np.linspace(5.0, 155.0, 31)
 NEWTON_STEPS, ARRIVED_MM = 20, 1e-9
 
 
@@ -32,9 +31,8 @@ def tip_trial(condition, rng, errors, benches):
 def one_push(rig, bench, errors, seed):
     """Errors of how far the mirror went, mm: `tip_mm` at the load, and of places in the
     convex hull of the common corners the mean and the mean square; the same of where
-    the mirror is after the push, `surface`; `along_mm` at ALONG_MM on the middle line,
-    NaN where the spline does not reach. `last_mm`: from the clamp to the last corner,
-    `beyond_mm`: from there to the load. `refused` says why a seed has no value.
+    the mirror is after the push, `surface`. `beyond_mm`: from the last corner to the
+    load. `refused`: the code of what left a seed without a value.
     """
     rng = np.random.default_rng(seed)
     cameras = [rig.camera(mm, bench.aberration_um, seed) for mm in STEP_MM]
@@ -51,14 +49,12 @@ def one_push(rig, bench, errors, seed):
             PUBLISHED,
         )
     except CalibrationError as refusal:
-        return {"refused": str(refusal)}
+        return {"refused": refusal.code}
     corners = sheet_mm(cameras[1], pictures[1][stage.used])
     inside = places_among(corners, cameras[1])
-    along = np.column_stack([ALONG_MM, np.zeros(len(ALONG_MM))])
     places = {
         "load": [rig.load_point(true)[None] for true in cameras],
         "among": [on_mirror(true, inside) for true in cameras],
-        "along": [on_mirror(true, along) for true in cameras],
     }
     pair = first.camera, stage.camera
     off = {
@@ -68,8 +64,6 @@ def one_push(rig, bench, errors, seed):
     went = {name: after - before for name, (before, after) in off.items()}
     last = corners[:, 0].max()
     return {
-        "along_mm": went["along"],
-        "last_mm": float(last),
         "beyond_mm": float(cameras[1].mirror.profile.places[0] - last),
         "places": len(inside),
         **spread("", went["load"][0], went["among"]),

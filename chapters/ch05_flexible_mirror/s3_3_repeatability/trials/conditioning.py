@@ -53,7 +53,7 @@ def seen_in_steps(rig, bench, errors, boards, seed):
                 before, ends[1], pictures, rig.board.points(), first.clamp, PUBLISHED
             )
         except CalibrationError as refusal:
-            return found | {"refused": f"step {number}: {refusal}"}
+            return found | {"refused": refusal.code}
         common = [pixels[stage.used] for pixels in pictures]
         found[f"step{number}"] = {
             "covered": covered_share(ends[1], common[1]),

@@ -79,13 +79,13 @@ def loop(rig, bench, errors, seed):
             stage, found = step(camera, start, end, T)
             out[f"step{number + 1}"] = found | back(stage.camera, end)
         except CalibrationError as refusal:
-            return out | {"refused": f"step {number + 1}: {refusal}"}
+            return out | {"refused": refusal.code}
         camera = reached[number + 1] = stage.camera
     try:
         stage, found = step(reached[OUT], LOOP[OUT], LOOP[-1], stay)
         return out | {"single": found | back(stage.camera, LOOP[-1])}
     except CalibrationError as refusal:
-        return out | {"single_refused": str(refusal)}
+        return out | {"single_refused": refusal.code}
 
 
 def boards_of_loop(rig, rng):

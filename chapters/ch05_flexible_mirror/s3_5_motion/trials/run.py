@@ -2,7 +2,7 @@
 
 Three cameras see the same pictures of stage 3: the true one, that of the published
 method, stage by stage, and that of all stages at once with a prior on bending
-(`ext_trust`). What is off by the true one is the geometry's, the rest the
+(5.3.3). What is off by the true one is the geometry's, the rest the
 calibration's. At the stages before, the scale alone is looked at, beside what the rays
 can tell of it.
 """

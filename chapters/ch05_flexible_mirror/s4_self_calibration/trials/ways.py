@@ -85,7 +85,7 @@ def ways_trial(condition, rng):
     )
     for name, way in {
         "one_depth": lambda: one_depth_update(*given, PRIOR, **traced),
-        # The model that ext_trust recommends: inverse depth, the clamp's slope held.
+        # As the bundle of 5.3.3 has it: inverse depth, the clamp's slope held.
         "one_depth_held": lambda: one_depth_update(
             held, *matched, at_slope, PRIOR, **traced
         ),

@@ -208,7 +208,8 @@ def _variance(problem, views, state):
     if 2 * corners <= unknowns:
         raise CalibrationError(
             f"bundle: {corners} corners for {unknowns} unknowns; show more corners, or "
-            "use fewer knots"
+            "use fewer knots",
+            code="too-few-corners",
         )
     freedom = 2 * corners - unknowns
     return float(sum(np.sum(off**2) for off in views) / freedom), freedom
@@ -228,7 +229,8 @@ def _sightings(cameras, views, T):
         if np.count_nonzero(inside) < FEWEST:
             raise CalibrationError(
                 f"bundle: view {k}: {np.count_nonzero(inside)} of its corners lie "
-                f"within the knots of stage {stage}; at least {FEWEST} are needed"
+                f"within the knots of stage {stage}; at least {FEWEST} are needed",
+                code="too-few-corners",
             )
         rays = RayPoints(one.image[inside], camera.grid, camera.quantity)
         sd, scale = one.sd[inside], one.scale[inside]
@@ -248,7 +250,9 @@ def _supported(cameras, seen, clamp, prior):
         try:
             own = need_support(support, clamped_end(camera.grid, clamp), prior)
         except CalibrationError as error:
-            raise CalibrationError(f"bundle: stage {stage}: {error}") from None
+            raise CalibrationError(
+                f"bundle: stage {stage}: {error}", code=error.code
+            ) from None
         flags += [f"stage {stage}: {text}" for text in own]
     return tuple(flags)
 
@@ -300,7 +304,8 @@ def _whitening(seen, spaces, state, widening):
         if not view.rays.in_front(c):
             raise CalibrationError(
                 f"bundle: stage {view.stage} begins in part behind the camera; give "
-                "another start"
+                "another start",
+                code="behind-camera",
             )
         placed = placed_points(view.points, state.T[view.grid])
         shift = view.rays.picture_jacobian(c, placed)

@@ -139,6 +139,7 @@ def inverse_of(normal):
         raise CalibrationError(
             f"bundle: the corners leave {np.sum(values <= OPEN * values[-1])} of "
             f"{len(values)} unknowns open; let each stage show a grid in all knot "
-            "intervals, and each grid be seen in two stages, or give a prior"
+            "intervals, and each grid be seen in two stages, or give a prior",
+            code="open-coefficients",
         )
     return (vectors / values) @ vectors.T / np.outer(scale, scale)

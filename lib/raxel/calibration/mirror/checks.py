@@ -37,7 +37,8 @@ def check_apart(poses, grids):
             raise CalibrationError(
                 f"primary calibration: {_named(grids, first, second)} are one place of "
                 f"the monitor, {moved:.1f} mm apart in the platter; move it by some "
-                "100 mm between them"
+                "100 mm between them",
+                code="same-place",
             )
 
 
@@ -53,7 +54,8 @@ def check_two_pictures(points, grids):
             raise CalibrationError(
                 f"primary calibration: pixels see the same points of the monitor in "
                 f"{_named(grids, first, second)}; photograph its patterns in the "
-                "mirror at both places"
+                "mirror at both places",
+                code="same-points",
             )
 
 
@@ -96,7 +98,9 @@ def misfit_flags(stage, step, degrees):
     )
     if mean > WRONG_DEG:
         names = f"{step.before.name}, {step.after.name}"
-        raise CalibrationError(f"step {stage} ({names}): {found}")
+        raise CalibrationError(
+            f"step {stage} ({names}): {found}", code="moved-between-images"
+        )
     return [f"stage {stage}: {found}"]
 
 

@@ -63,7 +63,8 @@ def clamp_of_camera(camera, pixels, *, slope=True):
         raise CalibrationError(
             f"clamp: {np.count_nonzero(~inside)} of {len(points)} pixels lie outside "
             "the knots of the camera; give pixels of the edge that the mirror's "
-            "picture holds"
+            "picture holds",
+            code="outside-knots",
         )
     b, b_x, b_y = camera.grid.rows(points)
     c = camera.coefficients.ravel("F")
@@ -82,7 +83,7 @@ def clamped(grid, clamp, truncation=TRUNCATION):
         return Subspace(np.zeros(grid.size), np.eye(grid.size))
     rows, values = _equations(grid, clamp)
     if not np.isfinite(rows).all():
-        raise CalibrationError(OUTSIDE)
+        raise CalibrationError(OUTSIDE, code="outside-knots")
     U, size, Vt = np.linalg.svd(rows)
     rank = np.count_nonzero(size > truncation * size[0])
     particular = Vt[:rank].T @ ((U[:, :rank].T @ values) / size[:rank])
@@ -98,7 +99,7 @@ def soft_clamp(grid, clamp):
         return None
     b, b_x, b_y = grid.rows(clamp.points)
     if not np.isfinite(b).all():
-        raise CalibrationError(OUTSIDE)
+        raise CalibrationError(OUTSIDE, code="outside-knots")
     if clamp.slopes is None:
         return PriorRows(b, clamp.values, clamp.value_sd)
     u = clamp.u

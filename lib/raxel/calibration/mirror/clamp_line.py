@@ -120,7 +120,9 @@ def clamp_line(viewer, picks):
     if 2 * np.count_nonzero(used) < np.count_nonzero(finite) or rms > CROOKED_PX:
         raise CalibrationError(
             f"clamp: {np.count_nonzero(used)} of {np.count_nonzero(finite)} picks lie "
-            f"on a line, within {rms:.1f} px (rms); pick points along one straight edge"
+            f"on a line, within {rms:.1f} px (rms); pick points along one straight "
+            "edge",
+            code="bent-clamp-line",
         )
     reach = (image[used] - middle) @ along
     count = np.count_nonzero(used)

@@ -130,7 +130,8 @@ class HeightCurve(_Curve):
                     return D
         raise CalibrationError(
             "reduced mirror: a viewing ray does not meet the curve; check the line of "
-            "the clamp, and which picture was taken before"
+            "the clamp, and which picture was taken before",
+            code="ray-misses-mirror",
         )
 
     def tangents(self, u):

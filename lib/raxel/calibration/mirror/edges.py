@@ -50,7 +50,8 @@ def uncertain_knots(grid, quantity, coefficients, covariance):
     )
     if not sd[worst] < OPEN_DEG:
         raise CalibrationError(
-            f"mirror shape: {text}; give features there, fewer knots, or a prior"
+            f"mirror shape: {text}; give features there, fewer knots, or a prior",
+            code="uncertain-shape",
         )
     return [text] if sd[worst] > UNCERTAIN_DEG else []
 
@@ -71,7 +72,8 @@ def swinging_ends(grid, quantity, coefficients, covariance, evenly):
         if not turn < SWINGING_DEG:
             raise CalibrationError(
                 f"mirror shape: {text}; give features that reach the edge, fewer "
-                "knots, or a prior, and see that board, viewer and clamp stayed"
+                "knots, or a prior, and see that board, viewer and clamp stayed",
+                code="swinging-end",
             )
         if turn > UNEVEN_DEG:
             flags.append(f"{text}; few features")

@@ -43,7 +43,8 @@ def flat_view(viewer, view):
     if left > MOST_WRONG * whole:
         raise CalibrationError(
             f"{view.name}: {left} of {whole} pixels do not see a flat monitor in a "
-            "flat mirror; photograph its patterns anew, with nothing moved"
+            "flat mirror; photograph its patterns anew, with nothing moved",
+            code="not-flat",
         )
     # Two components, and the median of their length.
     sd = np.median(off[right]) / np.sqrt(2 * np.log(2))

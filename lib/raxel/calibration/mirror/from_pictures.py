@@ -144,7 +144,7 @@ def _viewer(mirror_set, say):
         camera = calibrate_zhang(views, *mirror_set.size).camera
     except CalibrationError as fault:
         raise CalibrationError(
-            f"{mirror_set.viewer.description}: views: {fault}"
+            f"{mirror_set.viewer.description}: views: {fault}", code=fault.code
         ) from fault
     return camera, tuple(f"viewer: {n}: left out: {why}" for n, why in missed)
 

@@ -59,14 +59,16 @@ def shape_up_to_scale(p, normals, grid, quantity, *, equilibrate=True):
         raise CalibrationError(
             f"mirror shape: {len(p)} directions leave {grid.size - rank} of {grid.size}"
             " coefficients open; give more of them, spread over all knot intervals, or"
-            " fewer knots"
+            " fewer knots",
+            code="open-coefficients",
         )
     c = Vt[grid.size - 1] / scale
     values = depth_rows(grid, p, quantity)[0] @ c
     if not (np.all(values > 0) or np.all(values < 0)):
         raise CalibrationError(
             "mirror shape: part of the mirror comes out behind the camera; the"
-            " directions do not belong together"
+            " directions do not belong together",
+            code="behind-camera",
         )
     return c * np.sign(values[0]) / np.linalg.norm(c)
 
@@ -81,7 +83,10 @@ def scaled_to_points(coefficients, grid, quantity, points):
     p = points[:, :2] / points[:, 2:]
     inside = grid.inside(p)
     if not inside.any():
-        raise CalibrationError("mirror shape: no point of the mirror lies in its knots")
+        raise CalibrationError(
+            "mirror shape: no point of the mirror lies in its knots",
+            code="outside-knots",
+        )
     found = depth_rows(grid, p[inside], quantity)[0] @ coefficients
     depth = found if quantity == "distance" else 1 / found
     # Points on the same viewing ray: their depths compare as they do.
@@ -114,7 +119,8 @@ def shape_with_clamp(
         raise CalibrationError(
             f"mirror shape: {len(p)} directions and the clamp leave "
             f"{M.shape[1] - rank} of {grid.size} coefficients open; give features in "
-            "all knot intervals, or fewer knots"
+            "all knot intervals, or fewer knots",
+            code="open-coefficients",
         )
     return space.coefficients(free / scale)
 

@@ -52,7 +52,8 @@ def labelled_like(before, after, clamp, name="board"):
     if fewest < FEWEST:
         raise InputError(
             f"{name}: a picture shows {fewest} corners of the board; at least {FEWEST} "
-            "are needed to tell which is which"
+            "are needed to tell which is which",
+            code="too-few-corners",
         )
     (there, hand), (places, other_hand) = (
         _run_on(partial, clamp) for partial in (before, after)
@@ -69,7 +70,8 @@ def labelled_like(before, after, clamp, name="board"):
     if found[0][0] > STILL or found[1][0] < OTHERS:
         raise InputError(
             f"{name}: it cannot be told which corner of the board is which after the "
-            "deflection; use a smaller one, or show the board up to the clamp"
+            "deflection; use a smaller one, or show the board up to the clamp",
+            code="corners-not-matched",
         )
     return after._replace(indices=found[0][1])
 
@@ -91,7 +93,8 @@ def on_one_lattice(partials, board, names):
         if at.min() < 0 or at.max() >= side:
             raise InputError(
                 f"{name}: its corners are {ROOM // 2} boards away from those of "
-                f"{names[0]}; use smaller deflections"
+                f"{names[0]}; use smaller deflections",
+                code="corners-not-matched",
             )
         pixels = np.full((side * side, 2), np.nan)
         pixels[at @ [side, 1]] = partial.corners

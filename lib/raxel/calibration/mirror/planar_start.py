@@ -78,7 +78,8 @@ def calibrate_flat(
     if not rms_px <= BENT_PX:
         raise CalibrationError(
             f"flat mirror: corners lie {rms_px:.1f} px (rms) from where a plane puts "
-            "them; the mirror is bent, or the grid's pose is another"
+            "them; the mirror is bent, or the grid's pose is another",
+            code="not-flat",
         )
     spanned = normalised(viewer, np.asarray(view.pixels, float))
     if span is not None:

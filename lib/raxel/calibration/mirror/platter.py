@@ -292,7 +292,8 @@ class _Problem(NamedTuple):
             raise CalibrationError(
                 f"platter: the corners lie {rms_px:.1f} px (rms) from where the poses "
                 "put them; check that corners are matched, and that platter and grid "
-                "stood still in pictures of one number"
+                "stood still in pictures of one number",
+                code="poses-misfit",
             )
         J = self.jacobian(state)
         covariance = np.linalg.inv(J.T @ J)
@@ -309,7 +310,8 @@ def _refuse_behind(points, T_camera_grid, plane, picture):
         raise CalibrationError(
             f"platter picture {picture}: grid: its image lies {-height.min():.0f} mm "
             "before the mirror; its corners were not seen in the platter, or board and "
-            "grid are exchanged"
+            "grid are exchanged",
+            code="image-before-mirror",
         )
 
 

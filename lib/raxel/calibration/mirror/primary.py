@@ -175,7 +175,8 @@ def _refined(grid, quantity, start, sighted, T, pose_covariance):
     ):
         raise CalibrationError(
             f"primary calibration: {len(image)} points leave some of {grid.size} "
-            "coefficients open; let the grids fill the mirror, or use fewer knots"
+            "coefficients open; let the grids fill the mirror, or use fewer knots",
+            code="open-coefficients",
         )
     inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
     covariance = costs[-1] / (2 * len(image) - grid.size) * inverse

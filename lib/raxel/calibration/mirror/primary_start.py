@@ -116,7 +116,8 @@ def robust_start(seen, given, T, spline, span):
     if out > MOST_WRONG * whole:
         raise CalibrationError(
             f"primary calibration: {out} of {whole} points of the grids do not fit the "
-            "others; photograph the grids anew, with nothing moved"
+            "others; photograph the grids anew, with nothing moved",
+            code="wrong-matches",
         )
     flags = [f"{out} of {whole} points of the grids left out as wrong"] if out else []
     return start, sighted, flags
@@ -188,11 +189,13 @@ def _check_meeting(mirror):
         raise CalibrationError(
             f"primary calibration: {np.count_nonzero(~mirror.valid)} of "
             f"{len(mirror.valid)} scene rays meet no viewing ray before the camera; "
-            "check the grids' poses, and that these are the pictures in the mirror"
+            "check the grids' poses, and that these are the pictures in the mirror",
+            code="rays-do-not-meet",
         )
     miss = np.mean(mirror.misses[mirror.valid])
     if miss > LARGEST_MISS:
         raise CalibrationError(
             f"primary calibration: scene rays pass viewing rays by {miss:.0f} mm on "
-            "average; check the grids' poses and which pose belongs to which view"
+            "average; check the grids' poses and which pose belongs to which view",
+            code="rays-do-not-meet",
         )

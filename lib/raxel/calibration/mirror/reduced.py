@@ -76,11 +76,14 @@ def calibrate_reduced(before, u, scene_rays, points, clamp):
     u, scene_rays, points = (np.asarray(v, float) for v in (u, scene_rays, points))
     for given in (u, scene_rays, points, clamp):
         if not np.all(np.isfinite(given)):
-            raise CalibrationError("reduced mirror: found values that are not finite")
+            raise CalibrationError(
+                "reduced mirror: found values that are not finite", code="not-finite"
+            )
     if len(np.unique(u)) < LEAST_FEATURES:
         raise CalibrationError(
             f"reduced mirror: found {len(np.unique(u))} different features seen before "
-            f"and after; give {LEAST_FEATURES} or more, spread from clamp to free edge"
+            f"and after; give {LEAST_FEATURES} or more, spread from clamp to free edge",
+            code="too-few-features",
         )
     linear = linear_reduced(before, u, scene_rays, clamp)
     return refine_reduced(linear, u, points, clamp)
@@ -97,7 +100,8 @@ def linear_reduced(before, u, scene_rays, clamp):
     if np.any(length < 1e-9):
         raise CalibrationError(
             "reduced mirror: a scene ray goes on along its viewing ray, and none is "
-            "reflected so; give directions from the mirror into the scene"
+            "reflected so; give directions from the mirror into the scene",
+            code="no-reflection",
         )
     rows, sides = before.slope_equations(u, across / length)
     particular, basis = _kept_clamp(before, clamp)
@@ -162,7 +166,8 @@ def place_row(origins, directions, places):
     """
     if len(places) < 3:
         raise CalibrationError(
-            f"row of points: found {len(places)} points; give 3 or more"
+            f"row of points: found {len(places)} points; give 3 or more",
+            code="too-few-features",
         )
     across = np.column_stack([-directions[:, 1], directions[:, 0]])
     start = _first_row(origins, directions, across, places)
@@ -190,7 +195,8 @@ def _first_row(origins, directions, across, places):
     Q, R = np.linalg.qr(across)
     if abs(R[1, 1]) < 1e-9 * abs(R[0, 0]):
         raise CalibrationError(
-            "row of points: the rays are parallel, and say nothing about how far it is"
+            "row of points: the rays are parallel, and say nothing about how far it is",
+            code="parallel-rays",
         )
     feet = np.linalg.solve(R, Q.T @ sides)
     costs = np.sum((sides - across @ feet) ** 2, axis=0)
@@ -200,7 +206,8 @@ def _first_row(origins, directions, across, places):
             return np.array([*feet[:, best], angles[best]])
     raise CalibrationError(
         "row of points: no row lies in front of all its rays; check that the rays "
-        "point into the scene and that the points are in their order"
+        "point into the scene and that the points are in their order",
+        code="behind-camera",
     )
 
 
@@ -220,7 +227,8 @@ def _reach(curve, u):
     if not least > 0:
         raise CalibrationError(
             f"reduced mirror: the curve found comes to {least:.3g} mm from the viewer; "
-            "check the clamp's distance, and which picture was taken before"
+            "check the clamp's distance, and which picture was taken before",
+            code="behind-camera",
         )
     way = curve.way(u)
     outside = np.count_nonzero((way < -1e-9) | (way > 1 + 1e-9))
@@ -228,12 +236,14 @@ def _reach(curve, u):
         raise CalibrationError(
             f"reduced mirror: {outside} of {len(u)} features lie outside the mirror, "
             f"at {way.min():.3g} to {way.max():.3g} of the way from clamp (0) to free "
-            "edge (1); check the edges, and which picture was taken before"
+            "edge (1); check the edges, and which picture was taken before",
+            code="outside-mirror",
         )
     if way.max() < LEAST_REACH:
         raise CalibrationError(
             f"reduced mirror: the features reach {way.max():.0%} of the way from clamp "
-            f"to free edge; have some beyond {LEAST_REACH:.0%}"
+            f"to free edge; have some beyond {LEAST_REACH:.0%}",
+            code="short-reach",
         )
     return float(way.max())
 
@@ -245,7 +255,8 @@ def _covariance(residuals, J):
     if lengths[-1] < 1e-9 * lengths[0]:
         raise CalibrationError(
             "reduced mirror: the features lie at too few different places; spread them "
-            "between clamp and free edge"
+            "between clamp and free edge",
+            code="open-coefficients",
         )
     variance = residuals @ residuals / (len(residuals) - J.shape[1])
     return variance * np.linalg.inv(J.T @ J)

@@ -76,7 +76,8 @@ def refine_shape(
     if not rays.in_front(c):
         raise CalibrationError(
             "mirror shape: the start lies in part behind the camera; too few features,"
-            " or directions that do not belong to them"
+            " or directions that do not belong to them",
+            code="behind-camera",
         )
     sd = residual_sd(rays, c, points, noise, weights > 0)
 
@@ -128,7 +129,8 @@ def camera_of_shape(viewer, grid, coefficients, quantity):
     except InputError as fault:
         raise CalibrationError(
             f"mirror shape: {fault}; use fewer knots, a smaller deflection, features "
-            "that reach the mirror's edges, or a prior"
+            "that reach the mirror's edges, or a prior",
+            code="behind-camera",
         ) from fault
 
 
@@ -181,6 +183,7 @@ def _inverse(normal, count, grid):
         raise CalibrationError(
             f"mirror shape: {count} features leave {np.sum(eigen <= OPEN * eigen[-1])}"
             f" of {grid.size} coefficients open; give features in all knot intervals, "
-            "fewer knots, or a prior"
+            "fewer knots, or a prior",
+            code="open-coefficients",
         )
     return (vectors / eigen) @ vectors.T / np.outer(scale, scale)

@@ -84,7 +84,8 @@ def scene_matches(
     if pixels_before.shape[:1] != pixels_after.shape[:1]:
         raise CalibrationError(
             f"self-calibration: {len(pixels_before)} pixels before and "
-            f"{len(pixels_after)} after; give matched ones"
+            f"{len(pixels_after)} after; give matched ones",
+            code="unmatched-features",
         )
     _check_given(pixels_before, pixels_after, clamp, settings, outline)
     rays, p = before.rays(pixels_before), normalised(before.viewer, pixels_after)
@@ -92,7 +93,8 @@ def scene_matches(
     if np.count_nonzero(used) < FEWEST:
         raise CalibrationError(
             f"self-calibration: {np.count_nonzero(used)} features are matched; "
-            f"{FEWEST} or more are needed"
+            f"{FEWEST} or more are needed",
+            code="too-few-features",
         )
     p = p[used]
     span = [p, clamp.points]
@@ -116,24 +118,28 @@ def _check_given(pixels_before, pixels_after, clamp, settings, outline):
     for what, pixels in (("before", pixels_before), ("after", pixels_after)):
         if pixels.ndim != 2 or pixels.shape[1] != 2:
             raise CalibrationError(
-                f"self-calibration: pixels {what} are {pixels.shape}; give (M, 2)"
+                f"self-calibration: pixels {what} are {pixels.shape}; give (M, 2)",
+                code="wrong-shape",
             )
     if clamp is None:
         raise CalibrationError(
             "self-calibration: no clamp is given, which leaves the shape open; give "
-            "that of the primary calibration"
+            "that of the primary calibration",
+            code="no-clamp",
         )
     sizes = [settings.noise_px, *filter(None, [settings.prior_sd])]
     if settings.prior_sd == 0 or not all(0 < size < np.inf for size in sizes):
         raise CalibrationError(
             f"self-calibration: noise_px {settings.noise_px} and prior_sd "
-            f"{settings.prior_sd} must be above zero"
+            f"{settings.prior_sd} must be above zero",
+            code="bad-setting",
         )
     if outline is not None:
         outline = np.asarray(outline, float)
         if outline.shape != (len(outline), 2) or not np.isfinite(outline).all():
             raise CalibrationError(
-                f"self-calibration: outline {outline.shape}; give (L, 2), finite"
+                f"self-calibration: outline {outline.shape}; give (L, 2), finite",
+                code="wrong-shape",
             )
 
 
@@ -198,7 +204,8 @@ def one_depth_update(
     if settings.prior_sd is None:
         raise CalibrationError(
             "self-calibration: the scene's depth is open without a prior on bending; "
-            "give settings with prior_sd"
+            "give settings with prior_sd",
+            code="no-prior",
         )
     matches = scene_matches(
         before, pixels_before, pixels_after, clamp, settings, outline=outline
@@ -254,7 +261,8 @@ def _refined(matches, before, clamp, c, points, ahead):
     if np.count_nonzero(ahead) < FEWEST:
         raise CalibrationError(
             f"self-calibration: {np.count_nonzero(ahead)} of {len(ahead)} points lie "
-            f"ahead of the mirror; {FEWEST} or more are needed"
+            f"ahead of the mirror; {FEWEST} or more are needed",
+            code="too-few-features",
         )
     used = matches.used.copy()
     used[used] = ahead

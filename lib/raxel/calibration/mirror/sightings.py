@@ -77,7 +77,8 @@ def sighting(viewer, view, name):
     if np.count_nonzero(found) < FEWEST:
         raise CalibrationError(
             f"{name}: found {np.count_nonzero(found)} corners; at least {FEWEST} are "
-            "needed"
+            "needed",
+            code="too-few-corners",
         )
     scale = magnification(viewer, pixels[found])
     return Sighting(
@@ -97,7 +98,7 @@ def seen_pose(seen):
     try:
         first = pose_from_homography(homography_dlt(seen.points, seen.image))
     except InputError as error:
-        raise CalibrationError(f"pose of a board: {error}") from None
+        raise CalibrationError(f"pose of a board: {error}", code=error.code) from None
     starts = first, other_tilt(first, seen.points)
     found = [refine_pose_angular(rays, seen.points, T) for T in starts]
     return min(found, key=lambda refined: refined.rms).T_camera_grid

@@ -228,7 +228,8 @@ def _updated(camera, steps, clamp, settings, say):
             )  # fmt: skip
         except CalibrationError as fault:
             raise CalibrationError(
-                f"step {k} ({step.before.name}, {step.after.name}): {fault}"
+                f"step {k} ({step.before.name}, {step.after.name}): {fault}",
+                code=fault.code,
             ) from fault
         found.append(update)
         camera = update.camera

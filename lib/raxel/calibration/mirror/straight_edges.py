@@ -59,14 +59,16 @@ def straight_edges_update(start, edges, clamp, *, noise, prior_sd, before=None):
     edges = _checked_edges(edges)
     if not (0 < noise < np.inf and 0 < prior_sd < np.inf):
         raise CalibrationError(
-            f"straight edges: noise {noise} and prior_sd {prior_sd} must be above zero"
+            f"straight edges: noise {noise} and prior_sd {prior_sd} must be above zero",
+            code="bad-setting",
         )
     if before is not None:
         before = before[0], _checked_edges(before[1])
         if len(before[1]) != len(edges):
             raise CalibrationError(
                 f"straight edges: {len(before[1])} before and {len(edges)} after; give "
-                "each in the same place of both lists"
+                "each in the same place of both lists",
+                code="unmatched-features",
             )
     after = [_inside(start, pixels) for pixels in edges]
     counts = [len(p) >= LEAST_PIXELS for p in after]
@@ -80,7 +82,8 @@ def straight_edges_update(start, edges, clamp, *, noise, prior_sd, before=None):
     if not any(counts):
         raise CalibrationError(
             f"straight edges: none of {len(edges)} has {LEAST_PIXELS} pixels in the "
-            "mirror; give longer ones"
+            "mirror; give longer ones",
+            code="too-few-features",
         )
     kept = np.flatnonzero(counts)
     system = _EdgeSystem(
@@ -98,7 +101,8 @@ def _checked_edges(edges):
             pixels = pixels.reshape(0, 2)
         if pixels.ndim != 2 or pixels.shape[1] != 2:
             raise CalibrationError(
-                f"straight edges: edge {k} is {pixels.shape}; give pixels (n, 2)"
+                f"straight edges: edge {k} is {pixels.shape}; give pixels (n, 2)",
+                code="wrong-shape",
             )
         few = len(np.unique(pixels[np.isfinite(pixels).all(axis=1)], axis=0))
         checked.append(pixels if few >= LEAST_PIXELS else pixels[:0])

@@ -91,7 +91,8 @@ def need_support(support, clamp_at=None, prior=False):
         raise CalibrationError(
             f"mirror shape: no common feature in {', '.join(open_ends)}; its shape "
             "would be a guess: use fewer knots, a smaller deflection, features that "
-            "reach there, or a prior"
+            "reach there, or a prior",
+            code="no-feature-at-end",
         )
     flags = [f"{name}: carried by {carried.get(name, 'the prior')}" for name in missing]
     return flags + [f"{name}: few features" for name in support.weak()]

@@ -73,12 +73,14 @@ class MirrorTracker:
         if 2 * np.count_nonzero(used) < np.count_nonzero(np.isfinite(p[:, 0])):
             raise CalibrationError(
                 "mirror in motion: most features lie outside the knots; lay the knots "
-                "anew by a stage of calibration"
+                "anew by a stage of calibration",
+                code="outside-knots",
             )
         if np.count_nonzero(used) < FEWEST:
             raise CalibrationError(
                 f"mirror in motion: {np.count_nonzero(used)} features are seen; "
-                f"{FEWEST} or more are needed, found anew in the whole picture"
+                f"{FEWEST} or more are needed, found anew in the whole picture",
+                code="too-few-features",
             )
         support = support_of(camera.grid, p[used])
         flags = need_support(support, self._clamp_at, len(self._rows) > 0)
@@ -133,7 +135,8 @@ class MirrorTracker:
             if not rays.in_front(c):
                 raise CalibrationError(
                     "mirror in motion: the shape ran away; it moved too far since the "
-                    "picture before, calibrate a stage anew"
+                    "picture before, calibrate a stage anew",
+                    code="shape-diverged",
                 )
             settled = np.linalg.norm(J @ step) <= SETTLED * np.sqrt(len(J))
             if settled:

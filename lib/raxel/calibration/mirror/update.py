@@ -216,7 +216,8 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     if np.count_nonzero(used) < 3:
         raise CalibrationError(
             f"mirror shape: {np.count_nonzero(used)} features are common to both "
-            "pictures; give pictures of one grid that does not move"
+            "pictures; give pictures of one grid that does not move",
+            code="too-few-features",
         )
     span = [p[used], clamp.points]
     if outline is not None:
@@ -317,7 +318,8 @@ def _not_exchanged(before, pixels_after, points, wrong, pose):
         raise CalibrationError(
             f"mirror stage: the picture after fits the camera before better "
             f"({other.rms:.3g} mm) than the picture before does ({pose.rms:.3g} mm); "
-            "exchange the two"
+            "exchange the two",
+            code="exchanged-images",
         )
 
 
@@ -326,7 +328,8 @@ def _not_too_many(wrong, common):
     if found > MOST_WRONG * max(whole, 1):
         raise CalibrationError(
             f"mirror shape: {found} of {whole} matches do not fit the others; match "
-            "the two pictures of the grid anew"
+            "the two pictures of the grid anew",
+            code="wrong-matches",
         )
 
 

@@ -54,7 +54,6 @@ BAND_PX, PLACES = 16, 40
 # What is lit in a picture of the mirror: brighter than this share of its white. Black
 # squares are; what lies beside the mirror is not.
 LIT, OUTLINE_STEP = 0.15, 40
-SHOWN_PX = 480  # width of the pictures that are kept to be looked at
 
 
 class MirrorRun(NamedTuple):
@@ -79,21 +78,12 @@ class RunSizes(NamedTuple):
     small: bool
 
 
-class ShownBoard(NamedTuple):
-    """A board in the mirror, for the page: picture (h, w) uint8, smaller, and corners
-    (N, 2) found in it."""
-
-    picture: np.ndarray
-    corners: np.ndarray
-
-
 class ReadPictures(NamedTuple):
     """views: MirrorViews, all a calibration gets; outlines: for each step, pixels
-    (M, 2) around the mirror after it; shown: ShownBoard before and after each step."""
+    (M, 2) around the mirror after it."""
 
     views: MirrorViews
     outlines: list
-    shown: list
 
 
 def drawn_scene(rig, bench, steps, rng):
@@ -117,17 +107,16 @@ def read_pictures(scene, sizes, rng):
         for k in range(len(scene.places))
     ]
     picks = rig.clamp_pixels(camera, CLAMP_PICKS, rng, CLAMP_SD_PX)
-    steps, outlines, shown = [], [], []
+    steps, outlines = [], []
     for k in range(len(scene.boards)):
-        step, outline, seen = step_views(scene, k, picks, rng)
+        step, outline = step_views(scene, k, picks, rng)
         steps.append(step)
         outlines.append(outline)
-        shown.append(seen)
     platter = rig.platter(rng)
     seen_flat = platter_pictures(scene, viewer, platter, sizes.bands, rng)
     clamp, thickness = ClampPicks(picks, CLAMP_SD_PX), platter.thickness_mm
     views = MirrorViews(viewer, tuple(grids), seen_flat, thickness, clamp, tuple(steps))
-    return ReadPictures(views, outlines, shown)
+    return ReadPictures(views, outlines)
 
 
 def calibrated_viewer(rig, boards, rng):
@@ -166,7 +155,7 @@ def whole_board(picture, window, board, name):
     """BoardView of a board that a window of the picture shows whole."""
     found = find_board(picture, board.columns, board.rows)
     if not found.found:
-        raise CalibrationError(f"{name}: {found.reason}")
+        raise CalibrationError(f"{name}: {found.reason}", code="no-board")
     corners = found.corners + [window.u, window.v]
     size = found.columns, found.rows
     return BoardView(corners, board.points(*size), *size, name, found.sd)
@@ -240,22 +229,21 @@ class PartOfRig(NamedTuple):
 
 
 def step_views(scene, k, picks, rng):
-    """(StepViews, outline after, ShownBoard before and after) of step k, from 0."""
+    """(StepViews, outline after) of step k, from 0."""
     rig, name = scene.rig, f"step {k + 1}"
-    lattices, shown = [], []
+    lattices = []
     for camera in scene.cameras[k : k + 2]:
         picture, window = board_picture(rig, camera, scene.boards[k], rng)
         found = lattice_of(find_board(picture, rig.board.columns, rig.board.rows))
         if found is None:
-            raise CalibrationError(f"{name}: no board is seen in the mirror")
-        shown.append(smaller(picture, found.corners))
+            raise CalibrationError(f"{name}: no board in the mirror", code="no-board")
         lattices.append(found._replace(corners=found.corners + [window.u, window.v]))
         outline = lit_outline(picture) + [window.u, window.v]
     lattices[1] = labelled_like(*lattices, picks, name)
     names = f"{name} before", f"{name} after"
     views = on_one_lattice(lattices, rig.board, names)
     moved = float(STAGES_MM[k + 1] - STAGES_MM[k])
-    return StepViews(*views, moved), outline, shown
+    return StepViews(*views, moved), outline
 
 
 def lit_outline(picture):
@@ -265,11 +253,3 @@ def lit_outline(picture):
     around = cv2.findContours(lit, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     largest = max(around, key=cv2.contourArea)
     return cv2.convexHull(largest)[:, 0].astype(float)
-
-
-def smaller(picture, corners):
-    """ShownBoard of a picture SHOWN_PX wide."""
-    share = SHOWN_PX / picture.shape[1]
-    size = SHOWN_PX, round(share * picture.shape[0])
-    small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-    return ShownBoard(small, share * (corners + 0.5) - 0.5)

@@ -6,7 +6,6 @@ relief; the primary stage alone, with several numbers of knots.
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.ext_orders.trials.shapes import name_of
 from chapters.shared.mirror_bench import ABERRATION_UM
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import (
@@ -18,13 +17,14 @@ from chapters.shared.mirror_runs import (
     lattice,
     poses_in_platter,
     seen_board,
+    shape_name,
 )
 from chapters.shared.mirror_scores import back_projection, lengths, ray_angles
 from raxel.calibration.mirror.clamp_line import clamp_line
 from raxel.calibration.mirror.primary import primary_from_points
 from raxel.errors import CalibrationError
 
-SHAPES = ((7, 3), (10, 6), (14, 9))
+FEW, MANY = (7, 3), (14, 9)  # basis functions along u and v
 # Four waves of 45 to 110 mm: the bench's relief, and none.
 RELIEFS_UM = {"smooth": 0.0, "relief": ABERRATION_UM}
 COMPARED_PX = 168
@@ -46,18 +46,18 @@ def relief_trial(condition, rng, errors):
                                                    CLAMP_SD_PX))  # fmt: skip
         seen = decoded(rig, camera, true, errors, again)
         corners = seen_board(rig, camera, T, errors, again)
-        for shape in SHAPES:
+        for shape in (FEW, MANY):
             try:
                 calibration = primary_from_points(
                     viewer, *seen, poses, shape=shape, angle=line.angle,
                     quantity=PUBLISHED.quantity, span=line.points(CLAMP_PICKS),
                 )  # fmt: skip
             except CalibrationError as refusal:
-                found[f"{name}.{name_of(shape)}"] = {"refused": str(refusal)}
+                found[f"{name}.{shape_name(shape)}"] = {"refused": refusal.code}
                 continue
             off = ray_angles(calibration.camera, camera, lattice(camera, COMPARED_PX))
             own = back_projection(calibration.camera, corners, rig.board.points())
-            found[f"{name}.{name_of(shape)}"] = {
+            found[f"{name}.{shape_name(shape)}"] = {
                 "residual_mm": float(calibration.residuals.mean()),
                 "back_mm": float(lengths(own).mean()),
                 "angle_deg": float(np.nanmean(off)),

@@ -4,12 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.ext_orders.trials.relief import SHAPES
-from chapters.ch05_flexible_mirror.ext_orders.trials.shapes import name_of
-from repro.judge.statistics import OVER_TRIALS, bootstrap, median_interval, with_worst
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.relief import FEW, MANY
+from chapters.shared.mirror_runs import shape_name
+from repro.judge.statistics import OVER_TRIALS, bootstrap, with_worst
 
 RELIEF = "exp_c5_high_order"
-FEW, MANY = SHAPES[0], SHAPES[-1]
 median = OVER_TRIALS["median"]
 
 
@@ -25,11 +24,7 @@ class ReliefRuns(NamedTuple):
 
     def values(self, mirror, shape, name):
         """A measure (seeds,), infinite where refused."""
-        return with_worst(self.trials.column(f"{mirror}.{name_of(shape)}.{name}"))
-
-    def estimate(self, mirror, shape, name):
-        """Estimate of its median."""
-        return median_interval(self.values(mirror, shape, name))
+        return with_worst(self.trials.column(f"{mirror}.{shape_name(shape)}.{name}"))
 
     def rise(self, name="back_mm"):
         """Relief over smooth with the fewest functions, ratio of medians, Estimate."""

@@ -1,22 +1,17 @@
-"""The film and its still, the mirror at three deflections in space, and the drift."""
+"""The film of the bending mirror, and its still."""
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.ext_film.results import (
-    FILM,
-    SEEDS,
-    UM,
-    WAYS,
-    Frames,
-    courses,
-)
-from chapters.ch05_flexible_mirror.ext_film.trials.follow import KEPT
-from chapters.ch05_flexible_mirror.ext_film.trials.space import SILVER, FilmView
+from chapters.ch05_flexible_mirror.s3_3_repeatability.results.film import FILM, Frames
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.film import KEPT
 from chapters.shared.mirror_rigs import mirror_rig
-from repro.judge.statistics import median_interval
+from raxel.geometry import intersect_rays_plane
+from raxel.show import Polyline, Scene, Segments, Surface, framed
+from raxel.show.boards import board
+from raxel.show.cameras import frustum
 from repro.page.film import pictured
-from repro.page.space import draw_scene, scene_figure, scene_frames
-from repro.page.style import INK, legend_below, plot_estimates, series
+from repro.page.space import draw_scene, scene_frames
+from repro.page.style import INK, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
@@ -26,10 +21,61 @@ TRUE, FOUND, CORNER = INK, series(1)["color"], "#00b3ff"
 LATER = {"color": "#c8ccd2", "lw": 1.2, "marker": ""}
 # Of the film's own pictures: inches and dots per inch; pixels of the one in space.
 FRAME_IN, FRAME_DPI, SPACE_PX = (4.2, 3.0), 92, (480, 344)
-NOTE = (
-    "Viewing rays run from the camera to the mirror as it was found, scene rays from "
-    "there to the board."
-)
+SILVER, SIGHT_COLOUR, RAY, EDGE = "#9fb4c7", "#aeb6c0", "#0072b2", "#d55e00"
+# From above, behind the mirror: the board shows its face, the mirror its bend.
+SIGHT, UP, BODY_MM, ASPECT = (-0.55, 0.75, -0.4), (0.0, -1.0, 0.0), 45.0, 1.4
+# Places across and along the sheet whose rays are drawn.
+ACROSS, ALONG = (0, 4, 8), (1, 11, 21, 31)
+
+
+class FilmView:
+    """Scenes of a film's frames, all seen from one place."""
+
+    def __init__(self, rig, frames):
+        self._rig, self._frames = rig, frames
+        whole = [part for k in (0, frames.peak) for part in self.parts(k)]
+        self._seen = framed([*self._standing(), *whole], SIGHT, UP, aspect=ASPECT)
+
+    def scene(self, k):
+        """The Scene of frame k."""
+        parts, seen = [*self._standing(), *self.parts(k)], self._seen
+        return Scene(parts, seen.view_from, seen.look_at, UP, "", ASPECT)
+
+    def parts(self, k):
+        """Mirror, rays and outline on the board of frame k."""
+        frames = self._frames
+        mirror, ways = frames.mirror[k], frames.directions[k]
+        met = self._on_board(mirror, ways)
+        some = np.ix_(ACROSS, ALONG)
+        starts, ends = mirror[some].reshape(-1, 3), met[some].reshape(-1, 3)
+        return [
+            Surface(mirror, SILVER, 0.8, ""),
+            Segments(np.zeros_like(starts), starts, SIGHT_COLOUR, "", 1.0),
+            Segments(starts, ends, RAY, "", 1.4),
+            Polyline(_rim(met), EDGE, "", 3.0),
+        ]
+
+    def _standing(self):
+        T = self._frames.T_camera_board
+        return [
+            frustum(self._rig.viewer, BODY_MM, label=""),
+            *board(self._rig.board, T),
+        ]
+
+    def _on_board(self, origins, directions):
+        T = self._frames.T_camera_board
+        met = intersect_rays_plane(
+            origins.reshape(-1, 3), directions.reshape(-1, 3), T
+        ).points
+        places = np.column_stack([met, np.zeros(len(met)), np.ones(len(met))])
+        return (places @ T.T)[:, :3].reshape(origins.shape)
+
+
+def _rim(points):
+    """The outer ring (n, 3) of points (a, b, 3), closed."""
+    return np.concatenate(
+        [points[0], points[1:, -1], points[-1, -2::-1], points[-2::-1, 0]]
+    )
 
 
 @figure("ext_mirror_film", needs=("ext_mirror_film_pictures",), evidence="rendered",
@@ -49,22 +95,18 @@ def film_figure(results):
     return Drawing(
         drawn,
         columns(
-            ("frame", "true_mm", "found_mm", "angle_deg", "residual_mm", "corners"),
-            [
-                (k, *row)
-                for k, row in enumerate(
-                    zip(frames.true_mm, frames.found_mm, frames.angle_deg,
-                        frames.residual_mm, frames.used, strict=True)
-                )
-            ],
+            ("frame", "true_mm", "found_mm", "angle_deg", "corners"),
+            list(
+                zip(range(len(frames.used)), frames.true_mm, frames.found_mm,
+                    frames.angle_deg, frames.used, strict=True)
+            ),
         ),
-        "A mirror bends, and its calibration follows from picture to picture: here "
-        f"the frame of {frames.true_mm[still]:g} mm. (a) In space: camera, mirror as "
-        "it was found, rays (grey, then blue), and what the mirror shows of the "
-        "board's plane (orange). (b) What the camera sees in the mirror, with the "
-        "corners that were tracked. (c) The profile of the mirror's middle line, true "
-        "and found. (d) What was found of the deflection, less what it is, over the "
-        "film.",
+        "A bending mirror and the calibration that follows it, image by image: the "
+        f"frame at {frames.true_mm[still]:g} mm. (a) Camera, estimated mirror, rays "
+        "(grey, then blue), and the part of the board's plane that the mirror shows "
+        "(orange). (b) Camera image with the tracked corners. (c) Profile of the "
+        "mirror's middle line, true and estimated. (d) Error of the deflection over "
+        "the film.",
         scene=film_of(frames, view),
     )  # fmt: skip
 
@@ -141,60 +183,3 @@ def draw_error(axes, frames, k):
     axes.plot(time[: k + 1], frames.error_um[: k + 1], ".-", color=FOUND, lw=1.4)
     axes.plot(time[k], frames.error_um[k], "o", color=FOUND, ms=7)
     axes.set(xlabel="Frame (1)", ylabel="Found less true (µm)")
-
-
-@figure("ext_mirror_film_space", needs=("ext_mirror_film_pictures",),
-        evidence="rendered", scene=True)  # fmt: skip
-def space_figure(results):
-    """The mirror at three deflections in one space, as it was found."""
-    rig, frames = mirror_rig("A", small=True), Frames.of(results[FILM])
-    half = frames.peak // 2
-    chosen = (0, half, frames.peak)
-    scene = FilmView(rig, frames).together(
-        chosen, [SILVER, series(2)["color"], series(1)["color"]], NOTE
-    )
-    return Drawing(
-        scene_figure(scene, height_in=4.8),
-        columns(("frame", "true_mm"), [(k, frames.true_mm[k]) for k in chosen]),
-        "The mirror as it was found at three deflections, "
-        f"{', '.join(f'{frames.true_mm[k]:g}' for k in chosen)} mm, and what it shows "
-        "of the board's plane: the outlines on it are the mirror's own edges, seen by "
-        "their rays. In the 3-D scene each deflection can be hidden.",
-        scene=scene,
-    )
-
-
-@figure("ext_mirror_film_drift", needs=("ext_mirror_film_seeds",),
-        evidence="synthetic")  # fmt: skip
-def drift_figure(results):
-    """Deflection and rays over the film, tracked and stage by stage."""
-    result, rows = results[SEEDS], []
-    drawn, axes = new_figure(1, 2, height_in=3.6, sharex=True)
-    for shift, (way, label) in enumerate(WAYS.items()):
-        true = courses(result, way, "true_mm")
-        if not len(true):
-            continue
-        measured = (
-            UM * np.abs(courses(result, way, "found_mm") - true),
-            courses(result, way, "angle_deg"),
-        )
-        for panel, values in zip(axes, measured, strict=True):
-            found = [median_interval(of_frame) for of_frame in values.T]
-            rows += plot_estimates(
-                panel, np.arange(values.shape[1]) + 1 + 0.15 * shift, found,
-                (way, panel.get_label()), look=series(shift), label=label, bars=True,
-            )  # fmt: skip
-    axes[0].set_ylabel("Error of the deflection (µm)")
-    axes[1].set_ylabel("Mean ray angle (degrees)")
-    for panel in axes:
-        panel.set_xlabel("Frame (1)")
-        panel.set_ylim(bottom=0)
-    legend_below(drawn, axes[0], ncols=2)
-    return Drawing(
-        drawn,
-        columns(("way", "what", "frame", "median", "low", "high"), rows),
-        "Error over the film, there and back, when each picture is fitted for itself "
-        "and when each is calibrated from the one before: medians over "
-        f"{result.trials_per_condition} seeds with 95 % intervals, corners with "
-        "0.05 px of noise in a picture of 768 x 576, no picture rendered.",
-    )

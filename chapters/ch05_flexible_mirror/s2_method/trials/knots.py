@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.ext_orders.trials.shapes import name_of
 from chapters.shared.mirror_rigs import mirror_rig
 from chapters.shared.mirror_runs import (
     CLAMP_PICKS,
@@ -21,6 +20,7 @@ from chapters.shared.mirror_runs import (
     lattice,
     poses_in_platter,
     seen_board,
+    shape_name,
     true_points,
 )
 from chapters.shared.mirror_scores import ray_angles
@@ -61,7 +61,7 @@ def knots_trial(condition, rng, errors):
     cameras = {mm: rig.camera(mm) for mm in (0.0, *STEPS_MM)}
     boards = {mm: rig.board_pose(rng, deflections=(0.0, mm)) for mm in STEPS_MM}
     seen = with_noise(rig, cameras, boards, errors, rng), without(rig, cameras, boards)
-    return {name_of(shape): of_shape(rig, *seen, shape, cameras) for shape in SHAPES}
+    return {shape_name(shape): of_shape(rig, *seen, shape, cameras) for shape in SHAPES}
 
 
 def with_noise(rig, cameras, boards, errors, rng):
