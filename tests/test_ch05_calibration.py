@@ -143,7 +143,7 @@ def test_measured_errors_are_drawn_as_large_as_stated_at_any_noise_of_the_bench(
 
 
 class Predicted:
-    """A bundle of one camera whose rays are stated to be `sd` off, of which `misfit`."""
+    """A bundle of one camera; sd, misfit: what it states of its rays, radians."""
 
     def __init__(self, camera, sd, misfit):
         self.cameras, self.misfit, self.sd = [camera], [misfit], sd
