@@ -4,6 +4,7 @@ EFFORT ?= full
 CORES ?=
 TRIALS ?=
 RECORDED ?=
+READINGS ?= open
 PORT ?= 8000
 MUTANTS ?= 2000
 SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
@@ -15,7 +16,7 @@ BUILD = $(RUN) .venv/bin/python -m repro.workflow
 # A folder's name may hold what make or the shell would take for its own: it is only handed on.
 export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
-OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" $(FOR_SETS)
+OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --readings $(READINGS) $(FOR_SETS)
 
 .PHONY: report quick test times recorded notebooks lab answers archive bench fuzz readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 

@@ -154,3 +154,13 @@ def test_numbers_of_seeds_have_the_range_of_those_that_have_a_value():
     assert Value.of_seeds(seeds, "mm") == Value(3, (1, 5), "mm")
     assert median_and_range(seeds).failed == 2
     assert np.isnan(median_and_range(seeds[2:4])[:3]).all()
+
+
+def test_a_settled_question_is_judged_in_its_primary_option_only():
+    settled = {"claims": ["c2_one"], "found": "the same verdict", "when": "2026-11-28"}
+    known = {**KNOWN, "noise": {**KNOWN["noise"], "settled": settled}}
+    every = crossed(known, ("noise", "window"))
+    kept = crossed(known, ("noise", "window"), "c2_one")
+    assert kept == [r for r in every if r["noise"] == KNOWN["noise"]["primary"]]
+    assert len(kept) < len(every)
+    assert crossed(known, ("noise", "window"), "c2_other") == every

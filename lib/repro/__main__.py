@@ -41,6 +41,7 @@ def _parser() -> argparse.ArgumentParser:
     judge.add_argument("--effort", choices=("quick", "full"), required=True)
     judge.add_argument("--folder", type=Path, required=True)
     judge.add_argument("--stem", required=True, help="id of the page in the chapters")
+    judge.add_argument("--readings", choices=("open", "all"), default="open")
     _add_sets(judge)
     books = commands.add_parser("notebooks")
     books.add_argument("pages", nargs="+", type=Path)
@@ -85,7 +86,7 @@ def _run(a: argparse.Namespace, root: Path) -> None:
     elif a.command == "judge":
         from repro.run.judging import judge
 
-        judge(root, a.name, a.stem, a.effort, a.folder, a.out, a.sets)
+        judge(root, a.name, a.stem, a.effort, a.folder, a.out, a.sets, a.readings)
     else:
         from repro.site.notebooks import notebooks
 

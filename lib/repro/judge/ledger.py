@@ -121,6 +121,7 @@ def _load(dated: tuple[tuple[Path, int], ...]) -> Ledger:
     entries = {name: {e["id"]: e for e in items} for name, items in lists.items()}
     asked = entries["readings"]
     _raise_first([*_unknown(entries, origin), *_primaries(asked), *_uncrossed(asked)])
+    _raise_first(_settled(asked, entries["claims"]))
     named = {e["artefact"] for e in lists["numbers"]}
     named |= set(chain.from_iterable(e["artefacts"] for e in lists["claims"]))
     entries["sections"] = {k: e for k, e in entries["sections"].items() if k in named}
@@ -198,4 +199,14 @@ def _uncrossed(readings: Entries) -> list[str]:
         for identifier, entry in readings.items()
         for other in entry.get("not_crossed_with", ())
         if other not in readings
+    ]
+
+
+def _settled(readings: Entries, claims: Entries) -> list[str]:
+    return [
+        f"settings.yaml: {identifier}: settled: found {claim!r}, no claim of "
+        f"claims.yaml{hint(claim, list(claims)) or '; list it there'}"
+        for identifier, entry in readings.items()
+        for claim in entry.get("settled", {"claims": ()})["claims"]
+        if claim not in claims
     ]

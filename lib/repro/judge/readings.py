@@ -2,7 +2,9 @@
 
 A question that the text leaves open stands in `settings.yaml` with its options, the
 primary one first. A claim is tested in all of them, and in all combinations with those
-of the other questions that touch it, but for what `not_crossed_with` leaves out.
+of the other questions that touch it, but for what `not_crossed_with` leaves out. A
+question whose options were all found to give a claim the verdict of the primary one is
+`settled` for that claim: a normal build judges it with the primary option only.
 """
 
 from __future__ import annotations
@@ -29,11 +31,12 @@ def _questions(path: Path, changed: int) -> Mapping[str, dict]:
 
 
 def crossed(
-    known: Mapping[str, dict], questions: Sequence[str]
+    known: Mapping[str, dict], questions: Sequence[str], claim: str | None = None
 ) -> list[dict[str, str]]:
-    """Options by question: every combination that is asked for, the primary one first.
+    """Options by question: every combination that is judged, the primary one first.
 
-    known: entries of `open_questions`. LedgerError for a question that is none of them.
+    known: entries of `open_questions`. claim: of the questions that are settled for it,
+    only the primary option. LedgerError for a question that `known` does not list.
     """
     for question in questions:
         if question not in known:
@@ -41,9 +44,14 @@ def crossed(
                 f"reading: found the question {question!r}, which settings.yaml does "
                 f"not list{hint(question, list(known))}"
             )
-    options = [known[question]["options"] for question in questions]
+    options = [_options(known[question], claim) for question in questions]
     taken = (dict(zip(questions, chosen, strict=True)) for chosen in product(*options))
     return [reading for reading in taken if _asked(known, reading)]
+
+
+def _options(entry: Mapping, claim: str | None) -> list[str]:
+    settled = claim in entry.get("settled", {"claims": ()})["claims"]
+    return [entry["primary"]] if settled else entry["options"]
 
 
 def primary(known: Mapping[str, dict], questions: Sequence[str]) -> dict[str, str]:

@@ -238,7 +238,7 @@ def _claim(board: _Board, identifier: str) -> dict | None:
     if found is None:
         return None
     readings = found["readings"]
-    deciding = _primary(board.ledger, readings)
+    deciding = _primary(board.ledger, identifier, readings)
     others = [reading for reading in readings if reading is not deciding]
     variant = ("reading", "verdict", "regenerated", "interval", "reason")
     judged = deciding["verdict"] in JUDGED
@@ -260,16 +260,17 @@ def _claim(board: _Board, identifier: str) -> dict | None:
     }
 
 
-def _primary(ledger: Ledger, readings: Sequence[Mapping]) -> Mapping:
-    """The reading whose options are all primary; all that are asked must be there."""
+def _primary(ledger: Ledger, claim: str, readings: Sequence[Mapping]) -> Mapping:
+    """The reading whose options are all primary; all that are open must be there."""
     questions = list(readings[0]["reading"])
     try:
-        wanted = crossed(ledger.readings, questions)
+        known = crossed(ledger.readings, questions)
+        wanted = crossed(ledger.readings, questions, claim)
     except LedgerError as error:
         raise VerdictError(str(error)) from None
     found = [dict(reading["reading"]) for reading in readings]
     for reading in found:
-        if reading not in wanted:
+        if reading not in known:
             raise VerdictError(
                 f"reading: found {reading}; every reading names the same questions, "
                 "with options of settings.yaml"

@@ -20,11 +20,13 @@ def judge(
     folder: Path,
     out: Path,
     sets: Sequence[str] = (),
+    readings: str = "open",
 ) -> None:
     """Run every claim test of a page, and collect its numbers and artefacts.
 
     ``stem`` is the id of the chapter file; it differs from the page's where the file
-    makes one page per image set. ``sets`` are the image sets of the build.
+    makes one page per image set. ``sets`` are the image sets of the build. ``readings``
+    is "open", or "all" for the questions that are settled too.
     """
     mine = [p for p in discover.producers(root) if p.page == stem]
     claims, numbers, artefacts = {}, {}, {}
@@ -39,7 +41,8 @@ def judge(
         if found.kind == "claim":
             questions = found.details.get("readings", ())
             known = open_questions(root) if questions else {}
-            made = in_every_reading(function, opened, known, questions)
+            claim = None if readings == "all" else found.id
+            made = in_every_reading(function, opened, known, questions, claim)
             claims[found.id] = {
                 "evidence": evidence,
                 "readings": [_finite(reading.as_dict()) for reading in made],
@@ -76,16 +79,18 @@ def in_every_reading(
     results: Mapping,
     known: Mapping[str, dict],
     questions: Sequence[str],
+    claim: str | None = None,
 ) -> list[Reading]:
     """Readings of a claim whose test is called once for each, the primary one first.
 
-    known: the ledger's questions (`repro.judge.readings.open_questions`).
+    known: the ledger's questions (`repro.judge.readings.open_questions`). claim: leave
+    out what is settled for it.
     """
     if not questions:
         return [judge(results)]
     return [
         replace(judge(results, options), reading=options)
-        for options in crossed(known, questions)
+        for options in crossed(known, questions, claim)
     ]
 
 

@@ -64,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--effort", choices=("quick", "full"), default="full")
     parser.add_argument("--trials", default="")
     parser.add_argument("--recorded", default="")
+    parser.add_argument("--readings", choices=("open", "all"), default="open")
     parser.add_argument("--cores", default="")
     return parser
 
@@ -79,7 +80,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     _mind_faulty_sets(work, options.target)
     targets = _targets(work, options.target)
     drop_damaged(work)
-    order = (options.target, options.effort, trials, recorded)
+    order = (options.target, options.effort, trials, recorded, options.readings)
     if is_done(work, order, sources, targets):
         _say_where(work, targets, changed=False)
         return 0
@@ -90,6 +91,7 @@ def _build(root: Path, options: argparse.Namespace) -> int:
         "--cores", options.cores or str(os.cpu_count() or 1),
         "--logger", "raxel", "--nolock", "--rerun-incomplete", "--scheduler", "greedy",
         "--config", *_config(options.effort, options.trials, recorded),
+        f"readings={options.readings}",
     ]  # fmt: skip
     before = _ages(root, targets)
     done = _snakemake(words)

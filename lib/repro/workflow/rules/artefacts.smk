@@ -79,9 +79,10 @@ rule judge:
         folder=WORK.folder(WORK.base),
         stem=WORK.page_stem,
         sets=WORK.judge_sets,
+        readings=config["readings"],
     message:
         "claims and numbers of {wildcards.page}"
     shell:
         "job judge/{wildcards.page} repro judge {wildcards.page:q} --stem {params.stem:q} "
         "--effort {params.effort} {params.sets} --folder {params.folder:q} "
-        "--out {output.judged:q} > {log:q} 2>&1"
+        "--readings {params.readings} --out {output.judged:q} > {log:q} 2>&1"
