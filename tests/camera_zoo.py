@@ -97,6 +97,16 @@ ZOO["ray spline"] = RaySplineCamera(ZOO["kannala-brandt 9"], 60, SPLINE, *SIZE)
 PARAMETERS["ray spline"] = 9 + SPLINE.size
 
 
+def radii_of(camera, angles):
+    """Image radius in pixels at angles (N,) from the axis, rows along u; NaN unseen."""
+    angles = np.asarray(angles, float)
+    # The first is the axis.
+    angles = np.concatenate([[0.0], angles])
+    points = np.column_stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)])
+    pixels = camera.project(points).pixels
+    return np.hypot(*(pixels[1:] - pixels[0]).T)
+
+
 def unit(points):
     return points / np.linalg.norm(points, axis=1, keepdims=True)
 

@@ -23,7 +23,6 @@ from raxel.cameras import (
     load_camera,
 )
 from raxel.cameras.lenses.brown import BrownMap
-from raxel.cameras.lenses.fit import radii_of
 from raxel.cameras.lenses.rising import smallest_positive_root
 from tests.camera_zoo import (
     CENTRE,
@@ -37,6 +36,7 @@ from tests.camera_zoo import (
     K,
     angle_between,
     lifted_paraboloid,
+    radii_of,
     unit,
 )
 

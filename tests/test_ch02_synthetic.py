@@ -182,12 +182,12 @@ def test_a_method_that_fails_is_reported_and_the_others_go_on(monkeypatch):
     from raxel.errors import CalibrationError
 
     def refuse(*_, **__):
-        raise CalibrationError("no real solution")
+        raise CalibrationError("no real solution", code="no-real-solution")
 
     monkeypatch.setitem(trials.STARTS, "as printed", refuse)
     case = BASE | {"noise": 0.5}
     out = page.trial(case, trial_rng("test", case, 0))
-    assert out["generic_as_printed"] == {"failed": "no real solution"}
+    assert out["generic_as_printed"] == {"failed": "no-real-solution"}
     assert out["generic_well_conditioned"]["clean"]["source"]["mean_px"] < 1
     assert out["parametric"]["clean"]["source"]["mean_px"] < 1
     assert set(out["parametric"]) == {"ray_deg", *methods.SCORINGS}

@@ -198,13 +198,8 @@ def test_failed_trials_of_the_true_centre_are_told():
     assert "3 failed" in readings_of(s5_2_claims.judge_systematic, made)[0].reason
 
 
-def test_prose_of_the_real_data_counts_failures_and_corners_left_out():
+def test_a_failed_seed_is_the_worst_of_a_median():
     assert s5_2_results.typical(np.array([1.0, np.nan, np.nan])) == np.inf
-    corners = s5_2_results.true_shape(3)[0]
-    columns = {"left_out": [10.0, np.nan], "boards": [2.0, np.nan]}
-    made = of_seeds(lambda name, condition: columns[name.rpartition(".")[2]], 2)
-    found = s5_2_results.covered(ZoomCase(made), "generic_as_printed", 3)
-    assert found == (2 * corners, 10)
 
 
 def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
@@ -232,13 +227,6 @@ def test_table_2_2_names_the_printed_number_of_each_median():
     assert found.columns["Method"][2] == "central generic, as printed"
     assert found.columns["Error type"][2] == "RMS"
     assert found.printed["Set 2 (px)"][2] == "t2_2_gen_rms_set2"
-
-
-def test_the_range_of_rendered_seeds_is_not_called_an_interval():
-    made = OfLaw(SETS, lambda name, condition: spread_about(2.0), 3)
-    results = dict.fromkeys(s5_2_tables.SOURCES, made)
-    caption = s5_2_tables.ext_table_2_2_seeds(results).caption
-    assert "3 rendered seeds, too few for an interval" in caption
 
 
 def test_redrawn_seeds_are_not_called_equal_to_rendered_ones():

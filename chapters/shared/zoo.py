@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras import Camera, GeneralCamera, camera_from
+from raxel.cameras import GeneralCamera, camera_from
 
 SIZE_PX = 200
 MIDDLE = (SIZE_PX - 1) / 2
@@ -16,19 +14,6 @@ SIZE = {"width": SIZE_PX, "height": SIZE_PX}
 CENTRE = [MIDDLE, MIDDLE]
 # A lens of 183 degrees whose picture just fits the image.
 HALF_ANGLE = np.radians(91.5)
-
-
-class Model(NamedTuple):
-    """An animal of the zoo.
-
-    section: of the thesis; build() -> Camera, SIZE_PX square; can, cannot:
-    what it represents and what it does not.
-    """
-
-    section: str
-    build: Callable[[], Camera]
-    can: str
-    cannot: str
 
 
 def K_of(focal_px):
@@ -132,230 +117,85 @@ SLITS = {
     "pixels_per_mm": [2, 2],
     "principal_point": CENTRE,
 }
-PLANE_END = "anything at 90° or more from the axis"
-ONE_CENTRE = "rays that miss the centre; a lens that is not round"
-ONE_SHAPE = "a mirror of another shape, or a viewer off the focus"
 
+# Model -> builder of its example camera, by section of the thesis.
 ZOO = {
-    "radial": Model(
-        "2.2.1",
-        made("perspective", K=K_of(130), radial=[-0.12, 0.03]),
-        "ordinary lenses, barrel or pincushion",
-        PLANE_END,
+    "radial": made("perspective", K=K_of(130), radial=[-0.12, 0.03]),
+    "radial and decentring": made(
+        "brown", K=K_of(130), radial=[-0.12, 0.03], tangential=[0.01, -0.02]
     ),
-    "radial and decentring": Model(
-        "2.2.1",
-        made("brown", K=K_of(130), radial=[-0.12, 0.03], tangential=[0.01, -0.02]),
-        "ordinary lenses with elements off their axis",
-        PLANE_END,
+    "division": made("division", K=K_of(130), coefficients=[-0.25]),
+    "rational cubic": made("rational cubic", coefficients=rational_cubics()),
+    "lifted rational": made("lifted rational", A=lifted(97)),
+    "field of view": made("field of view", omega=1.2, K=K_of(120)),
+    "Shah-Aggarwal": made(
+        "shah-aggarwal",
+        K=K_of(90),
+        radial=[1.06, -0.24, -0.075, 0.047, -0.0063],
+        tangential=[0.02, -0.03, 0.01, 0.002, -0.001],
     ),
-    "division": Model(
-        "2.2.1",
-        made("division", K=K_of(130), coefficients=[-0.25]),
-        "strong barrel distortion with one number",
-        PLANE_END,
+    "equidistance": fisheye("equidistance", HALF_ANGLE),
+    "equisolid angle": fisheye("equisolid", 2 * np.sin(HALF_ANGLE / 2)),
+    "stereographic": fisheye("stereographic", 2 * np.tan(HALF_ANGLE / 2)),
+    "Micusik-Pajdla, rational": made(
+        "micusik-pajdla", law="rational", a=1 / 60, b=3.9e-6, principal_point=CENTRE
     ),
-    "rational cubic": Model(
-        "2.2.1",
-        made("rational cubic", coefficients=rational_cubics()),
-        "smooth distortion of any direction",
-        PLANE_END,
+    "Micusik-Pajdla, sine": made(
+        "micusik-pajdla", law="sine", a=66, b=0.3, principal_point=CENTRE
     ),
-    "lifted rational": Model(
-        "2.2.2",
-        made("lifted rational", A=lifted(97)),
-        "rays quadratic in the pixel, beyond 90° too; epipolar curves become lines",
-        "laws of higher order; rays that miss the centre",
+    "Kannala-Brandt, symmetric": made(
+        "kannala-brandt",
+        k=[1, -0.02, 0.003],
+        pixels_per_unit=[62, 62],
+        principal_point=CENTRE,
     ),
-    "field of view": Model(
-        "2.2.2",
-        made("field of view", omega=1.2, K=K_of(120)),
-        "wide lenses near equidistance, with one number",
-        PLANE_END + ", as published",
+    "Kannala-Brandt, complete": made(
+        "kannala-brandt",
+        k=[1, -0.02, 0.003, -2e-4, 1e-5],
+        pixels_per_unit=[62, 60],
+        principal_point=CENTRE,
+        **ASYMMETRIC,
     ),
-    "Shah-Aggarwal": Model(
-        "2.2.2",
-        made(
-            "shah-aggarwal",
-            K=K_of(90),
-            radial=[1.06, -0.24, -0.075, 0.047, -0.0063],
-            tangential=[0.02, -0.03, 0.01, 0.002, -0.001],
-        ),
-        "wide lenses, round but for a twist about the axis",
-        PLANE_END,
+    "Tardif": made("tardif", coefficients=[62, -0.05, -6e-3], principal_point=CENTRE),
+    "Scaramuzza": made("scaramuzza", coefficients=[62, -6.6e-3, 1e-6], centre=CENTRE),
+    "unified sphere": made("unified sphere", xi=0.9, K=K_of(87)),
+    "unified sphere with distortion": made(
+        "unified sphere",
+        xi=0.9,
+        K=K_of(87),
+        radial=[-0.05, 0.01, -0.001],
+        tangential=[1e-3, -2e-3],
     ),
-    "equidistance": Model(
-        "2.2.2",
-        fisheye("equidistance", HALF_ANGLE),
-        "an ideal fisheye",
-        ONE_CENTRE + "; any other law",
+    "hyperboloid mirror": mirror("hyperboloid", (30, 20)),
+    "paraboloid mirror": mirror("paraboloid", (10,)),
+    "ellipsoid mirror": mirror("ellipsoid", (60, 40)),
+    "hyperboloid off the focus": mirror(
+        "hyperboloid", (30, 20), 280, ((3, -2, 10), (0.05, 0.02, 0))
     ),
-    "equisolid angle": Model(
-        "2.2.2",
-        fisheye("equisolid", 2 * np.sin(HALF_ANGLE / 2)),
-        "an ideal fisheye; equal areas show equal solid angles",
-        ONE_CENTRE + "; any other law",
+    "spherical mirror": mirror("sphere", (30,), 360),
+    "two plane mirrors": two_mirrors,
+    "bent mirror": bent_sheet,
+    "X-slits": made("x-slits", **SLITS),
+    "pushbroom": made(
+        "pushbroom",
+        focal_px=150,
+        principal_column=MIDDLE,
+        velocity=[0.5, 8, 0],
+        reference_row=MIDDLE,
     ),
-    "stereographic": Model(
-        "2.2.2",
-        fisheye("stereographic", 2 * np.tan(HALF_ANGLE / 2)),
-        "an ideal fisheye; small circles stay circles",
-        ONE_CENTRE + "; any other law",
+    "axial": made(
+        "axial",
+        projection="equisolid",
+        focal_px=69.5,
+        principal_point=CENTRE,
+        pupil_shift=[2.5, -0.3],
+        max_angle=HALF_ANGLE,
     ),
-    "Micusik-Pajdla, rational": Model(
-        "2.2.2",
-        made(
-            "micusik-pajdla", law="rational", a=1 / 60, b=3.9e-6, principal_point=CENTRE
-        ),
-        "the one lens it was found for, and like ones",
-        ONE_CENTRE,
-    ),
-    "Micusik-Pajdla, sine": Model(
-        "2.2.2",
-        made("micusik-pajdla", law="sine", a=66, b=0.3, principal_point=CENTRE),
-        "equidistance to orthographic laws, with one number",
-        ONE_CENTRE,
-    ),
-    "Kannala-Brandt, symmetric": Model(
-        "2.2.2",
-        made(
-            "kannala-brandt",
-            k=[1, -0.02, 0.003],
-            pixels_per_unit=[62, 62],
-            principal_point=CENTRE,
-        ),
-        "any smooth round lens, as far as its terms go",
-        ONE_CENTRE,
-    ),
-    "Kannala-Brandt, complete": Model(
-        "2.2.2",
-        made(
-            "kannala-brandt",
-            k=[1, -0.02, 0.003, -2e-4, 1e-5],
-            pixels_per_unit=[62, 60],
-            principal_point=CENTRE,
-            **ASYMMETRIC,
-        ),
-        "fisheyes with tilted or decentred parts",
-        "rays that miss the centre",
-    ),
-    "Tardif": Model(
-        "2.2.3",
-        made("tardif", coefficients=[62, -0.05, -6e-3], principal_point=CENTRE),
-        "round cameras of any field of view below 360°",
-        ONE_CENTRE,
-    ),
-    "Scaramuzza": Model(
-        "2.2.3",
-        made("scaramuzza", coefficients=[62, -6.6e-3, 1e-6], centre=CENTRE),
-        "round cameras of any field of view; an oblique sensor",
-        "rays that miss the centre",
-    ),
-    "unified sphere": Model(
-        "2.2.3",
-        made("unified sphere", xi=0.9, K=K_of(87)),
-        "every central mirror, exactly; many fisheyes",
-        "a viewer off the focus",
-    ),
-    "unified sphere with distortion": Model(
-        "2.2.3",
-        made(
-            "unified sphere",
-            xi=0.9,
-            K=K_of(87),
-            radial=[-0.05, 0.01, -0.001],
-            tangential=[1e-3, -2e-3],
-        ),
-        "central mirrors with an imperfect viewer; fisheyes",
-        "a viewer off the focus",
-    ),
-    "hyperboloid mirror": Model(
-        "2.2.3", mirror("hyperboloid", (30, 20)), "its mirror", ONE_SHAPE
-    ),
-    "paraboloid mirror": Model(
-        "2.2.3", mirror("paraboloid", (10,)), "its mirror", ONE_SHAPE
-    ),
-    "ellipsoid mirror": Model(
-        "2.2.3", mirror("ellipsoid", (60, 40)), "its mirror", ONE_SHAPE
-    ),
-    "hyperboloid off the focus": Model(
-        "2.2.3",
-        mirror("hyperboloid", (30, 20), 280, ((3, -2, 10), (0.05, 0.02, 0))),
-        "a quadric mirror in any pose before the viewer",
-        "mirrors that are not quadrics",
-    ),
-    "spherical mirror": Model(
-        "2.2.3",
-        mirror("sphere", (30,), 360),
-        "a ball before a camera",
-        "mirrors of another shape",
-    ),
-    "two plane mirrors": Model(
-        "2.2.3",
-        two_mirrors,
-        "stereo with one camera; jumps between facets",
-        "curved mirrors",
-    ),
-    "bent mirror": Model(
-        "2.2.3",
-        bent_sheet,
-        "a sheet of mirror of any gentle shape: the flexible mirror",
-        "folds, facets, and sheets that show a point twice",
-    ),
-    "X-slits": Model(
-        "2.2.4",
-        made("x-slits", **SLITS),
-        "mosaics of a moving camera; pinhole and pushbroom as limits",
-        "rays that miss a slit",
-    ),
-    "pushbroom": Model(
-        "2.2.4",
-        made(
-            "pushbroom",
-            focal_px=150,
-            principal_column=MIDDLE,
-            velocity=[0.5, 8, 0],
-            reference_row=MIDDLE,
-        ),
-        "a line sensor on a straight path",
-        "a path that bends or turns",
-    ),
-    "axial": Model(
-        "2.2.4",
-        made(
-            "axial",
-            projection="equisolid",
-            focal_px=69.5,
-            principal_point=CENTRE,
-            pupil_shift=[2.5, -0.3],
-            max_angle=HALF_ANGLE,
-        ),
-        "real fisheyes near by, whose pupil moves; centred mirrors",
-        "rays that miss the axis",
-    ),
-    "look-up table": Model(
-        "2.3",
-        table,
-        "every camera of this list (section 2.3)",
-        "pixels that no calibration reached; jumps inside a cell",
-    ),
-}
-# Kinds of the library that have no cage here, and why.
-ELSEWHERE = {
-    "orthographic": "parallel rays, which section 2.2 does not name; it "
-    "is the viewer of the paraboloid mirror",
-    "ray spline": "a formula's rays with a smooth field on top, fitted to a "
-    "camera; chapter 4 has it",
-    "flexible mirror": "a clamped sheet of mirror with its loads; the bent mirror "
-    "stands for it here, and chapter 5 has it",
-    "moving pupil": "a fisheye law whose rays cross the axis at several "
-    "places; chapter 4 has it",
-    "spline mirror": "a viewer before a mirror whose shape is a spline over "
-    "the picture; chapter 5 has it",
+    "look-up table": table,
 }
 
 
 @cache
 def camera(name):
     """The example camera of a model."""
-    return ZOO[name].build()
+    return ZOO[name]()

@@ -3,9 +3,7 @@
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.results import free_of_cubics
-from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import mirror_trial
-from chapters.shared.zoo import K_of, camera, made
-from raxel.cameras.lenses.fit import fit_camera
+from chapters.shared.zoo import camera
 
 
 def omega_task():
@@ -64,15 +62,13 @@ def _xi(e):
 
 
 def omega_of_equidistance():
-    """omega (deg) of the FOV model fitted to the law of equidistance."""
-    angles = np.linspace(0, np.radians(70), 30)
-    start = made("field of view", omega=1.0, K=K_of(100))()
-    return float(np.degrees(fit_camera(start, angles, 100 * angles).camera.omega))
+    """omega (deg) for which the FOV model is the law of equidistance."""
+    return float(np.degrees(2 * np.arctan(0.5)))
 
 
 def sphere_of_hyperboloid():
     """xi of the unified sphere that equals the zoo's hyperboloid."""
-    return mirror_trial({"model": "hyperboloid mirror"}, None)["xi"]
+    return float(_xi(np.hypot(30, 20) / 30))
 
 
 def divided_edge():

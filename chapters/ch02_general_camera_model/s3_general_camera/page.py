@@ -251,7 +251,7 @@ def wrong_motion(effort):
 # ## Reading and limits
 #
 # - **Any camera.** The faceted camera is calibrated as exactly as the
-#   fisheye (table below). The method does not notice that rays of
+#   fisheye. The method does not notice that rays of
 #   neighbours jump, because it never looks at a neighbour.
 # - **What that does not say.** Nothing is exact with noise. A ray is made
 #   of two measurements, so it keeps all of their error, and a pixel that
@@ -278,9 +278,6 @@ def wrong_motion(effort):
 
 # %% tags=["active-ipynb"]
 # show("ext_fig_2_2_error")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_any_camera")
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -41,7 +41,7 @@ from chapters.shared.general_cameras import CAMERAS
 from raxel.calibration import calibrate_generic
 from raxel.geometry import inverse_pose
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -88,11 +88,7 @@ from repro.run.outcomes import Plan
 # centre $\mathbf{C} = (C_x, C_y, C_z)$ is sought, and the pose of grid 2,
 # a rotation $R^2$ with entries $R^2_{11}, R^2_{12}, \dots$ and a
 # translation $(t^2_x, t^2_y, t^2_z)$; likewise for grid 3.
-
-# %% tags=["active-ipynb"]
-# show("ext_linear_scene")
-
-# %% [markdown]
+#
 # **From points to numbers.** The centre and the three points lie on one
 # line. [Section 2.4](s4_generic_calibration.ipynb) turns that into sums
 # that are zero for every pixel. The factors in those sums are four vectors
@@ -131,12 +127,8 @@ from repro.run.outcomes import Plan
 #      &= u_7 - V'_4\, u_2 .
 # \end{aligned}$$
 #
-# $V'_4$ and $V'_7$ are known, $u_2$ and $u_7$ are sought. With numbers:
-
-# %% tags=["active-ipynb"]
-# show_table("ext_worked_row")
-
-# %% [markdown]
+# $V'_4$ and $V'_7$ are known, $u_2$ and $u_7$ are sought.
+#
 # Twelve such rows make the first system, $A \mathbf{u} = \mathbf{x}$
 # (2.24). The print has 13 columns for 14 unknowns, and entries in wrong
 # places (errata E-2.10). The code builds the corrected rows from a list of
@@ -297,13 +289,8 @@ def algorithm_run(effort):
 # square, or a depth that is off by {glue:text}`wrong_mm:.0f` mm (median).
 # With $u_5 u_6$ in place of $u_6 u_6$ it is right (E-2.11).
 #
-# **Eight solutions.** How many real solutions three points have, counted
-# over {glue:text}`triplets` triplets for each kind of camera:
-
-# %% tags=["active-ipynb"]
-# show_table("ext_three_points")
-
-# %% [markdown]
+# **Eight solutions** were counted over {glue:text}`triplets` triplets for each
+# kind of camera.
 # With one common start the solutions always come in pairs of opposite sign,
 # and Grunert's formulas give the same sets in {glue:text}`grunert` of
 # {glue:text}`triplets` triplets. With several starts they do not pair up

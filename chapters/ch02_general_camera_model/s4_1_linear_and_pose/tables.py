@@ -1,6 +1,4 @@
-"""Algorithm 1 with what its steps gave, one worked row, and what was counted."""
-
-import numpy as np
+"""Algorithm 1 with what its steps gave, and the linear stage without noise."""
 
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import exact_errors
 from repro.run.columns import columns
@@ -8,7 +6,6 @@ from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
 EXACT_DEG = 1e-6
-WORKED_SHARE = 1e-9
 STEPS = (
     (
         "image the grid in three or more overlapping poses, and more "
@@ -77,37 +74,6 @@ def alg_1(results):
     )
 
 
-@table("ext_worked_row", needs=("ext_worked_row_scene",), evidence="synthetic")
-def worked_row(results):
-    """The first row of (2.24) with the numbers of one scene."""
-    result = results["ext_worked_row_scene"]
-    found = {
-        name: result.arrays(name)[0]
-        for name in ("coefficients", "unknowns", "left", "right", "scales")
-    }
-    v, u = found["coefficients"][0], found["unknowns"]
-    gap = np.abs(found["left"] - found["right"]).max()
-    size = np.abs(found["right"]).max()
-    rows = [
-        (r"$\lambda_1$", "scale of the vectors of grid 2", found["scales"][0]),
-        ("$V'_4$", r"seen: $\lambda_1 R^2_{31}$", v[3]),
-        ("$V'_7$", r"seen: $\lambda_1(C_z R^2_{21} - C_y R^2_{31})$", v[6]),
-        ("$u_2$", "sought: $C_y$ (mm)", u[1]),
-        ("$u_7$", r"sought: $\lambda_1 C_z R^2_{21}$", u[6]),
-        ("$u_7 - V'_4 u_2$", "left side of the row", found["left"][0]),
-        ("$V'_7$", "right side of the row", found["right"][0]),
-    ]
-    return Table(
-        columns(("Symbol", "What it is", "Value"), rows),
-        "The first row of (2.24) in the scene of the figure, with the true "
-        "centre and poses put in. Left and right side agree.",
-        Check(
-            bool(gap < WORKED_SHARE * size),
-            f"in all twelve rows both sides agree, to {gap / size:.1g} of the largest",
-        ),
-    )
-
-
 @table(
     "ext_linear_stage",
     needs=("exp_c2_rank_D", "exp_c2_linear_exact"),
@@ -153,28 +119,4 @@ def linear_stage(results):
         "The linear stage without noise, in "
         f"{exact.trials_per_condition} scenes: what should be zero is zero "
         "to rounding.",
-    )
-
-
-@table("ext_three_points", needs=("exp_c2_pose_eight",), evidence="synthetic")
-def three_points(results):
-    """How many triplets have how many real solutions."""
-    ran = results["exp_c2_pose_eight"]
-    found = {
-        anchors: ran.column("solutions", anchors=anchors).astype(int)
-        for anchors in ("common", "distinct")
-    }
-    counts = sorted(set(np.concatenate(list(found.values())).tolist()))
-    return Table(
-        {
-            "Real solutions": counts,
-            "Triplets, rays from one point": [
-                int((found["common"] == n).sum()) for n in counts
-            ],
-            "Triplets, rays from three points": [
-                int((found["distinct"] == n).sum()) for n in counts
-            ],
-        },
-        "How many poses of a grid fit the distances of three of its points. "
-        "Solutions behind the camera count too.",
     )

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from itertools import product
 from typing import NamedTuple
 
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import (
     PRIMARY,
     trials_of,
 )
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
-    DOMAINS,
-    EXTENTS,
-    LEVELS,
-)
-from chapters.shared.methods import METHODS, NAMES, SCALES
-from chapters.shared.synthetic_readings import NAMES as READINGS
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import LEVELS
+from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.three_planes import FOVS_DEG
 from repro.judge.statistics import median_interval
 from repro.page.method_looks import look_of
@@ -140,62 +134,5 @@ def ext_fig_2_3_fisheye(results):
         "stretch of the corrected view plays no part. Right: the angle "
         "between calibrated and true rays, after the best rotation. Medians "
         "over trials with 95 % intervals.",
-        columns=3,
-    )
-
-
-@figure("ext_fig_2_3_readings", needs=("fig_2_3_fov",), evidence="synthetic")
-def ext_fig_2_3_readings(results):
-    """Fig. 2.3(b) in every reading, but for the well-conditioned stage."""
-    curves = Curves(results, 3, 4, height_in=7.2, sharex=True, sharey="row")
-    cases = list(product(DOMAINS, EXTENTS))
-    in_words = {name: words for words, name in READINGS["residual_scale"].items()}
-    for panels, (words, scoring) in zip(
-        curves.axes, READINGS["scoring"].items(), strict=True
-    ):
-        for panel, (domain, extent) in zip(panels, cases, strict=True):
-            shown = [
-                Curve(
-                    method,
-                    f"{scoring}.{scale}.mean_px",
-                    f"{NAMES[method]}, {in_words[scale]}",
-                    look_of(NAMES[method], hollow=scale == "source"),
-                )
-                for method in METHODS[:2]
-                for scale in SCALES
-            ]
-            curves.draw(panel, FOV, shown, {"domain": domain, "extent": extent})
-            panel.set(xticks=(30, 90, 150), xlabel="")
-        panels[0].set_ylabel(f"Mean residual,\n{words} (px)")
-    for panel, (domain, extent) in zip(curves.axes[0], cases, strict=True):
-        panel.set_title(f"noise in {domain},\n{extent}")
-    for panel in curves.axes[-1]:
-        panel.set_xlabel("Field of view (deg)")
-    return curves.finished(
-        "The field-of-view sweep in 24 readings of the text. Rows: scored on "
-        "fresh noise, on the noise calibrated with, or without noise. "
-        "Columns: noise in the image or on the grids, unbounded planes or "
-        "grids of ±600 mm. Curves: pixels of the corrected view or of the "
-        "source image. The generic method is that as printed; the well "
-        "conditioned one differs little. Medians over trials with 95 % "
-        "intervals.",
-        columns=2,
-    )
-
-
-@figure(
-    "ext_fig_2_3_rays", needs=("fig_2_3_noise", "fig_2_3_fov"), evidence="synthetic"
-)
-def ext_fig_2_3_rays(results):
-    """What the residual cannot see: the error of the rays themselves."""
-    curves = Curves(results, 1, 2, height_in=3.6, sharey=True)
-    for panel, sweep in zip(curves.axes, (NOISE, FOV), strict=True):
-        curves.draw(panel, sweep, [line(m, "ray_deg") for m in METHODS])
-    curves.axes[0].set(ylabel="Median ray error (deg)", title="rising noise")
-    curves.axes[1].set_title("rising field of view")
-    return curves.finished(
-        "The error that a distortion residual does not show: the angle "
-        "between calibrated and true rays, after the best rotation, in the "
-        "primary reading. Medians over trials with 95 % intervals.",
         columns=3,
     )

@@ -30,7 +30,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
 from chapters.shared.methods import METHODS
 from chapters.shared.three_planes import FOVS_DEG, measure, observe, score
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -189,16 +189,7 @@ def fov_sweep(effort):
 # beside this page.
 
 # %% tags=["active-ipynb"]
-# show_table("ext_fig_2_3_methods")
-
-# %% tags=["active-ipynb"]
 # show("ext_fig_2_3_fisheye")
-
-# %% tags=["active-ipynb"]
-# show("ext_fig_2_3_readings")
-
-# %% tags=["active-ipynb"]
-# show("ext_fig_2_3_rays")
 
 # %% [markdown]
 # ## Reading and limits
@@ -222,13 +213,8 @@ def fov_sweep(effort):
 # as exact rays, and the table of rays pays for its many numbers. Then the
 # pinhole's bend grows past that price, between {glue:text}`crossing.below`°
 # and {glue:text}`crossing.above`°. This is the thesis's claim: the standard
-# method is better at low distortion, the generic one at high. With noise in
-# px it needs the edge of the image:
-
-# %% tags=["active-ipynb"]
-# show_table("ext_fig_2_3_ahead")
-
-# %% [markdown]
+# method is better at low distortion, the generic one at high.
+#
 # On grids of ±600 mm a share of {glue:text}`accepted_share.finite.150:.2f` of
 # the pixels sees all three at 150°, and the widest ray is
 # {glue:text}`widest_angle_deg.finite.150:.0f`° from the axis. Without noise
@@ -244,12 +230,8 @@ def fov_sweep(effort):
 #
 # **What the measure itself does.** In a corrected view a residual in px
 # grows with the field of view whatever is measured. Exact rays show how
-# much:
-
-# %% tags=["active-ipynb"]
-# show_table("ext_fig_2_3_exact")
-
-# %% [markdown]
+# much (Fig. 2.3).
+#
 # **Flat or not?** The generic mean grows from 30° to 120° as that of exact
 # rays does. In px of the source image it hardly moves.
 #
@@ -333,8 +315,7 @@ def fov_sweep(effort):
 # answer in place of `None`, and run that cell again.
 #
 # **1.** Noise of 0.5 px, three grids: what is the mean length of the error
-# of a generic ray, in px of the source image? Compare with the row without
-# noise in the figure of all readings.
+# of a generic ray, in px of the source image?
 
 # %% tags=["active-ipynb"]
 # check(None, **residual_task())

@@ -176,7 +176,7 @@ def scores(data, methods):
         try:
             out[method] = _scored(method, data, focal)
         except (CalibrationError, InputError) as error:
-            out[method] = {"failed": str(error)}
+            out[method] = {"failed": error.code}
     return out
 
 

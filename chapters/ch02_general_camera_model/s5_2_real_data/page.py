@@ -238,17 +238,6 @@ def redrawn_seeds(effort, results):
 # %% [markdown]
 # ## Reading and limits
 #
-# **Pictures.** How many boards the detector finds, and how far off its
-# corners are, is in the first table. Redrawn corners err as rendered ones
-# do.
-
-# %% tags=["active-ipynb"]
-# show_table("ext_table_2_2_pictures")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_table_2_2_seeds")
-
-# %% [markdown]
 # **What decides whether the generic residual is flat.** Two things do that
 # the thesis does not state: how points between corners are found, and how
 # good the corners are.
@@ -276,15 +265,11 @@ def redrawn_seeds(effort, results):
 
 # %% [markdown]
 # **What an error is measured on.** The generic camera has no ray where no
-# board was, and none for corners at the rim of the boards in the pictures
+# board was, and none for corners at the rim of the boards in the images
 # that alone cover them. These corners are in no generic residual, while
 # the parametric one has them all. Distortion is strongest at the rim, so
 # this favours the generic method.
-
-# %% tags=["active-ipynb"]
-# show_table("ext_table_2_2_coverage")
-
-# %% [markdown]
+#
 # *OpenCV's fisheye model* is what a user would take for such a lens today.
 # In sets 1 and 2 it leaves about as little as the generic method with a
 # smooth surface does, and it has a ray for all of the picture. In set 3 it does so

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import QUINTILES
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import true_shape
 from chapters.shared.methods import SCORINGS
 from chapters.shared.three_planes import FOVS_DEG
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
@@ -29,16 +28,6 @@ CASES = {
 def typical(trials):
     """Median over trials; a failed one counts as the worst."""
     return float(np.median(with_worst(trials)))
-
-
-def covered(case, method, zoom):
-    """Calibration corners found over all seeds, and those without a ray."""
-    place = f"{method}.calibration"
-    boards, left_out = (
-        int(np.nansum(case.column(f"{place}.{name}", zoom)))
-        for name in ("boards", "left_out")
-    )
-    return boards * true_shape(zoom)[0], left_out
 
 
 def image_share(case, method, zoom):

@@ -1,4 +1,4 @@
-"""Table 2.2, and what stands beside it: statistics, coverage, other corners."""
+"""Table 2.2, and the same residuals with other corners."""
 
 from __future__ import annotations
 
@@ -6,10 +6,6 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_2_real_data.results import (
-    covered,
-    image_share,
-)
 from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, ZOOMS
@@ -56,118 +52,6 @@ def table_2_2(results):
         "the corrected view.",
         agreement(*(results[name] for name in SOURCES)),
         printed=printed,
-    )
-
-
-@table(
-    "ext_table_2_2_seeds",
-    needs=("table_2_2_redrawn", "table_2_2_rendered"),
-    evidence="rendered",
-)
-def ext_table_2_2_seeds(results):
-    """Redrawn seeds beside rendered ones, every method, RMS and mean."""
-    names = ["Method", "Error type", "Corners", "Seeds"]
-    rows = [
-        [NAMES[method], label, corners, results[name].trials_per_condition]
-        + [
-            Measured.median_or_none(
-                results[name].column(
-                    f"{method}.calibration.corrected.{statistic}_px", zoom=zoom
-                )
-            )
-            for zoom in ZOOMS
-        ]
-        for method in METHODS
-        for statistic, label in {"rms": "RMS", "mean": "mean"}.items()
-        for name, corners in SOURCES.items()
-    ]
-    rendered = results["table_2_2_rendered"].trials_per_condition
-    return Table(
-        columns(names + [f"Set {zoom} (px)" for zoom in ZOOMS], rows),
-        "Residuals as in Table 2.2. Redrawn corners err as those found in "
-        f"rendered pictures do; of {rendered} rendered seeds, too few for an "
-        "interval, the range stands in its place.",
-        agreement(*(results[name] for name in SOURCES)),
-    )
-
-
-@table(
-    "ext_table_2_2_pictures",
-    needs=("table_2_2_redrawn", "table_2_2_rendered"),
-    evidence="rendered",
-)
-def ext_table_2_2_pictures(results):
-    """What the detector got and gave, set by set."""
-    redrawn, rendered = (results[name] for name in SOURCES)
-    asked = rendered.settings["calibration_images"]
-    names = [
-        "Set", "Boards photographed", "Boards found",
-        "Corner error, rendered (px)", "Corner error, redrawn (px)",
-        "Distortion over the boards (1)",
-    ]  # fmt: skip
-    rows = [
-        [
-            zoom,
-            asked * rendered.trials_per_condition,
-            int(rendered.column("found.calibration", zoom=zoom).sum()),
-            Measured.median_or_none(rendered.column("corner_error_px", zoom=zoom)),
-            Measured.median_or_none(redrawn.column("corner_error_px", zoom=zoom)),
-            Measured.median_or_none(redrawn.column("distortion_level", zoom=zoom)),
-        ]
-        for zoom in ZOOMS
-    ]
-    return Table(
-        columns(names, rows),
-        "Calibration pictures of the rendered seeds, and how far corners are "
-        "from the truth (RMS distance; medians over seeds, with the range of "
-        "rendered and the 95 % interval of redrawn seeds). Distortion: the "
-        "largest distance of a corner from where a pinhole of the same scale "
-        "would see it, over the pinhole's radius.",
-    )
-
-
-def peers(results):
-    """(words, seeds, method) on the same corners: the thesis's two, and what else."""
-    as_found, smooth = (
-        ZoomCase(results, {"interpolation": option})
-        for option in ("homographic", "smooth")
-    )
-    return [
-        (NAMES["parametric"], as_found, "parametric"),
-        # Corners do not depend on what the generic method does between them.
-        (FISHEYE, smooth, "opencv_fisheye"),
-        (NAMES["generic_as_printed"], as_found, "generic_as_printed"),
-        (f"{NAMES['generic_as_printed']}, smooth", smooth, "generic_as_printed"),
-        (NAMES["generic_well_conditioned"], as_found, "generic_well_conditioned"),
-    ]
-
-
-@table("ext_table_2_2_coverage", needs=OF_SEEDS, evidence="rendered")
-def ext_table_2_2_coverage(results):
-    """Every error with what it is measured on."""
-    names = [
-        "Set", "Method", "Seeds", "Failed", "RMS (px)", "RMS held out (px)",
-        "Corners found", "Corners without a ray",
-        "Share of picture with a ray (%)",
-    ]  # fmt: skip
-    rows = []
-    for zoom, (words, case, method) in product(ZOOMS, peers(results)):
-        trials, held_out = (
-            case.column(f"{method}.{use}.corrected.rms_px", zoom)
-            for use in ("calibration", "held_out")
-        )
-        rows.append(
-            [zoom, words, len(trials), int(np.isnan(trials).sum())]
-            + [Measured.median_or_none(found) for found in (trials, held_out)]
-            + [*covered(case, method, zoom), image_share(case, method, zoom)]
-        )
-    return Table(
-        columns(names, rows),
-        "Residuals in px of the corrected view, and what they are measured "
-        "on: a corner without a ray is in no residual. Failed: no camera, or "
-        "none with rays for any board. Held out: pictures that were not "
-        "calibrated with. Smooth: between corners, a smooth surface in place "
-        "of homographies.",
     )
 
 

@@ -122,7 +122,7 @@ def calibration_part(folder):
     try:
         compared = compare_models(builders, views, min(FOLDS, len(views)))
     except InputError as refusal:
-        return {"reason": str(refusal)}
+        return {"reason": refusal.code}
     return {
         "reason": "",
         "views": len(views),

@@ -17,13 +17,6 @@ from chapters.photographs.set.exercises import (
     field_of_view_task,
     residual_task,
 )
-from chapters.photographs.set.trials.detectors import (
-    UNSUITED,
-    clicks_of,
-    detector_conditions,
-    read_by_celect,
-    score,
-)
 from chapters.photographs.set.trials.study import (
     SIZES,
     boards_of,
@@ -35,18 +28,9 @@ from chapters.photographs.set.trials.study import (
     scores,
     settings_of,
 )
-from chapters.shared.grid_detectors import (
-    CELECT,
-    CLICKLESS,
-    OPENCV,
-    OPENCV_SB,
-    returned,
-)
 from chapters.shared.photographs.notes import origin, title
 from chapters.shared.photographs.reading import ALL_NAMES, BOARDS, Study
-from raxel.features.detector import as_8_bit
-from raxel.sets import Chessboard, load_set, read_image
-from raxel.sets.reference import load_reference
+from raxel.sets import load_set
 from repro.page.exercise import check
 from repro.page.reader import open_results, show, show_code, show_table, value
 from repro.run.experiment import experiment
@@ -243,60 +227,6 @@ def photograph_study(effort, folder):
 # the photographs gives p < 0.01 and its median error is smaller by a factor
 # of at least 1.05 with the whole 95 % interval. With six photographs or
 # fewer, no test of this kind can decide.
-#
-# ## Detectors side by side
-#
-# The question of 3.3.2, asked of these photographs: which detector returns
-# the board, with every corner in its place? A corner that is more than 8 px
-# off, or nearer to another's place, makes a board wrong. Both detectors of
-# today's OpenCV and the one [without
-# clicks](../ch03_planar_grids/ext_without_clicks.ipynb) know the size of the
-# board; [CELECT](../ch03_planar_grids/s1_2_celect.ipynb) has four clicks as
-# well. Reference corners are what several detectors agree on, so a detector
-# that went into them is judged mildly.
-
-# %% tags=["active-ipynb"]
-# show_code(score)
-
-
-# %%
-def detector_trial(folder, condition, rng):
-    """What every detector makes of one image, and how far off its corners are."""
-    if condition["view"] < 0:
-        return {"reason": UNSUITED}
-    image_set = load_set(folder)
-    view = image_set.views[condition["view"]]
-    size = image_set.target.columns, image_set.target.rows
-    image = as_8_bit(read_image(image_set, view))
-    reference = load_reference(image_set).get(view.image)
-    values = {"judged": reference is not None}
-    for name in (OPENCV, OPENCV_SB, CLICKLESS):
-        corners = returned(name, image, *size)
-        values[name] = score(image, corners, size, reference)
-    clicks = clicks_of(view, size, reference, rng)
-    values["clicked"] = clicks is not None
-    if clicks is not None:
-        corners = read_by_celect(image, clicks, size)
-        values[CELECT] = score(image, corners, size, reference)
-    return values
-
-
-@experiment(
-    "photograph_detectors", artefact="ext_detectors", shards={"full": 4}, per_set=BOARDS
-)
-def photograph_detectors(effort, folder):
-    """Every detector on every image of the set."""
-    image_set = load_set(folder)
-    return Plan(
-        partial(detector_trial, folder),
-        detector_conditions(image_set, effort),
-        1,
-        settings_of(image_set),
-    )
-
-
-# %% tags=["active-ipynb"]
-# show_table("ext_detectors")
 
 # %% [markdown]
 # ## Reading and limits

@@ -7,7 +7,6 @@ import numpy as np
 from chapters.shared.photographs.reading import (
     NAMES,
     PEER,
-    because,
     column,
     decided,
     paired,
@@ -53,7 +52,7 @@ def zhang(study):
     """The camera of Zhang's method, or why there is none."""
     why = study.refusal("zhang")
     if why:
-        return f"Zhang's method gave no camera ({literal(because(why))})."
+        return f"Zhang's method gave no camera ({literal(why)})."
     n = {
         name: study.fit(f"zhang.{name}")
         for name in ("fx_px", "fy_px", "u0_px", "v0_px", "k1", "k2", "rms_px")
@@ -70,7 +69,7 @@ def general(study):
     """The camera of the generic method, or why there is none."""
     why = study.refusal("general")
     if why:
-        return f"The generic method gave no general camera ({literal(because(why))})."
+        return f"The generic method gave no general camera ({literal(why)})."
     boards = len(study.in_sample)
     used = int(study.fit("general.boards"))
     text = (
@@ -89,7 +88,7 @@ def peer(study):
     name = "OpenCV's fisheye model"
     why = study.refusal(PEER)
     if why:
-        return f"{name} gave no camera ({literal(because(why))})."
+        return f"{name} gave no camera ({literal(why)})."
     if not np.isfinite(study.fit(f"{PEER}.image_with_ray")):
         return f"{name} was not tried."
     rows = study.held_out
@@ -116,7 +115,7 @@ def kept_out(study):
     """How many photographs were kept out, in how many parts, with what failures."""
     rows = [row for row in study.held_out if row.own]
     if not rows:
-        whys = {literal(because(study.why_nothing_kept_out(m))) for m in NAMES}
+        whys = {literal(study.why_nothing_kept_out(m)) for m in NAMES}
         return (
             "No photograph could be judged by a camera that was calibrated without "
             f"it ({'; '.join(sorted(whys))})."
@@ -240,6 +239,6 @@ def _photographs(count):
 
 def _counted(reasons):
     return "; ".join(
-        literal(because(reason)) + (f" ({count} times)" if count > 1 else "")
+        literal(reason) + (f" ({count} times)" if count > 1 else "")
         for reason, count in reasons.most_common()
     )

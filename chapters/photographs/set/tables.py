@@ -2,14 +2,6 @@
 
 import numpy as np
 
-from chapters.photographs.set.trials.detectors import UNSUITED
-from chapters.shared.grid_detectors import (
-    CELECT,
-    CLICK_SD_PX,
-    CLICKLESS,
-    OPENCV,
-    OPENCV_SB,
-)
 from chapters.shared.photographs.reading import (
     ALL_NAMES,
     BOARDS,
@@ -40,12 +32,6 @@ EVERY_CORNER = (
     "Terms",
     "Entrance pupil",
 )
-ROWS = {
-    OPENCV: "OpenCV findChessboardCorners",
-    OPENCV_SB: "OpenCV findChessboardCornersSB",
-    CELECT: "CELECT",
-    CLICKLESS: "without clicks (ext.)",
-}
 
 
 @table("ext_models", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
@@ -209,82 +195,3 @@ def _median(values):
 
 def _whole(number):
     return int(number) if np.isfinite(number) else None
-
-
-@table(
-    "ext_detectors",
-    needs=("photograph_detectors",),
-    evidence="photograph",
-    per_set=BOARDS,
-)
-def ext_detectors(results):
-    """Counts and errors of every detector on the images of a set.
-
-    A column in which nothing can be told is left out.
-    """
-    result = results["photograph_detectors"]
-    pictures = [c for c in result.conditions if c["view"] >= 0]
-    errors = [
-        f"{statistic} {when} (px)"
-        for when in ("before", "after")
-        for statistic in ("Mean", "Max", "SD")
-    ]
-    rows = [
-        [name, *_counted(result, pictures, method)]
-        + _statistics(result, pictures, f"{method}.before")
-        + _statistics(result, pictures, f"{method}.after")
-        for method, name in ROWS.items()
-    ]
-    found = columns(("Method", "Images", "Returned", "Right", *errors), rows)
-    known = {
-        name: cells
-        for name, cells in found.items()
-        if any(shown is not None for shown in cells)
-    }
-    return Table(known, _caption(result, pictures))
-
-
-def _of(result, name, pictures):
-    """A value of each of these pictures (n,)."""
-    return np.array([result.column(name, **c)[0] for c in pictures])
-
-
-def _counted(result, pictures, method):
-    """Images that the method was given, boards returned, boards right."""
-    if method == CELECT:
-        pictures = [c for c in pictures if result.column("clicked", **c)[0]]
-    if not pictures:
-        return [0, None, None]
-    returned, right = (
-        int(_of(result, f"{method}.{what}", pictures).sum())
-        for what in ("returned", "right")
-    )
-    judged = _of(result, "judged", pictures).any()
-    return [len(pictures), returned, right if judged else None]
-
-
-def _statistics(result, pictures, name):
-    """Mean, maximum and SD (px) of the errors of right boards, as cells."""
-    right = name.partition(".")[0] + ".right"
-    pictures = [c for c in pictures if np.nansum(result.column(right, **c)) > 0]
-    if not pictures:
-        return [None] * 3
-    errors = np.concatenate([e for c in pictures for e in result.arrays(name, **c)])
-    return [float(x) for x in (errors.mean(), errors.max(), errors.std(ddof=1))]
-
-
-def _caption(result, pictures):
-    start = "Tables 3.4 to 3.7 on these photographs: boards returned and right"
-    if not pictures:
-        return f"{start}. Nothing to compare: {UNSUITED}."
-    if not _of(result, "judged", pictures).any():
-        return (
-            f"{start}. The set has no reference corners, so right and wrong "
-            "cannot be told. CELECT runs where outer_corners are given."
-        )
-    return (
-        f"{start}, and the errors of the corners of right boards before and "
-        "after cornerSubPix, against the set's reference corners. CELECT has "
-        "four clicks: those of set.yaml, or the reference's outer corners with "
-        f"an error of {CLICK_SD_PX} px (SD per axis)."
-    )

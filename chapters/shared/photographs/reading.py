@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -256,12 +255,6 @@ def counted(study, model):
         "share": len(seen) / count,
         "parts": len(study.fold_refusals(model)),
     }
-
-
-def because(reason):
-    """A refusal without the name of the method that it begins with."""
-    said = r"^(Zhang's method|generic calibration|OpenCV's fisheye model): "
-    return re.sub(said, "", reason)
 
 
 def decided(won):

@@ -114,7 +114,7 @@ def _linear_errors(form, centre, poses):
     try:
         found = form()
     except CalibrationError as error:
-        return {"failed": str(error)}
+        return {"failed": error.code}
     return {
         "centre_mm": np.linalg.norm(found.centre - centre),
         **pose_errors(found.T_base_grid, poses),
@@ -155,7 +155,7 @@ def no_motion_trial(condition, rng):
             points, np.ones(points.shape[:2], bool), start.centre, start.T_base_grid
         )
     except CalibrationError as error:
-        return out | {"failed": str(error)}
+        return out | {"failed": error.code}
     errors = pose_errors(adjusted.T_base_grid, poses)
     return out | {
         "pose_mm": errors["translation_mm"],

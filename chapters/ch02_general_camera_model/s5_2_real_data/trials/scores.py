@@ -213,7 +213,7 @@ def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
             out[method] = of_camera(zoom, camera, views, rng)
             cameras[method] = camera
         except (CalibrationError, InputError) as error:
-            out[method] = {"failed": str(error)}
+            out[method] = {"failed": error.code}
     if zoom == FACADE_ZOOM and "parametric" in cameras:
         out["lines"] = straightness(cameras)
     return out, cameras
@@ -262,7 +262,7 @@ def stage(camera, views):
     try:
         steps = steps_of(stage_poses(camera, views))
     except InputError as error:
-        return {"failed": str(error)}
+        return {"failed": error.code}
     return {frame: scatter_of(s) | {"steps": s} for frame, s in steps.items()}
 
 

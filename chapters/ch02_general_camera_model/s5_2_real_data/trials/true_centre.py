@@ -38,7 +38,7 @@ def centre_trial(condition, rng):
             estimated = rms_of(data, linear.centre, linear.T_base_grid)
             true = rms_of(data, true_centre, linear.T_base_grid)
         except (CalibrationError, InputError) as error:
-            out[name] = {"failed": str(error)}
+            out[name] = {"failed": error.code}
             continue
         out[name] = {"centre_error_mm": np.linalg.norm(linear.centre - true_centre)}
         for scoring, scales in estimated.items():

@@ -105,7 +105,7 @@ def view_planes(cameras, view):
             try:
                 planes[model] = synthetic_plane(camera, pixel)
             except InputError as refusal:
-                reasons[model] = str(refusal)
+                reasons[model] = refusal.code
         if not reasons:
             break
     return planes, reasons, name

@@ -57,7 +57,6 @@ class Camera(abc.ABC):
     # False where neighbouring pixels may look to places far apart.
     continuous = True
     # Names of the fields that shape r(theta) of a radially symmetric kind; K: its size.
-    radial_fields = ()
     width: int
     height: int
 

@@ -85,7 +85,6 @@ class BrownCamera(PlaneLaw, AzimuthalCamera):
     """
 
     kind = "brown"
-    radial_fields = ("K", "radial")
 
     def __init__(self, K, radial, tangential, width, height, max_angle=None):
         check_size(self, width, height)

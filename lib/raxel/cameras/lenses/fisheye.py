@@ -34,7 +34,6 @@ class FisheyeCamera(Camera):
 
     kind = "fisheye"
     central = True
-    radial_fields = ("focal_px",)
 
     def __init__(
         self, projection, focal_px, principal_point, width, height, max_angle=math.pi

@@ -93,7 +93,6 @@ class KannalaBrandtCamera(AzimuthalCamera):
     """
 
     kind = "kannala-brandt"
-    radial_fields = ("k",)
 
     def __init__(
         self,

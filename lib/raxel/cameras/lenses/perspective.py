@@ -28,7 +28,6 @@ class PerspectiveCamera(Camera):
 
     kind = "perspective"
     central = True
-    radial_fields = ("K", "radial")
 
     def __init__(self, K, radial, width, height):
         check_size(self, width, height)

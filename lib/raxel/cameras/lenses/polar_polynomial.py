@@ -99,7 +99,6 @@ class ShahAggarwalCamera(PlaneLaw, AzimuthalCamera):
     """
 
     kind = "shah-aggarwal"
-    radial_fields = ("radial",)
 
     def __init__(self, K, radial, tangential, width, height, max_angle=None):
         check_size(self, width, height)

@@ -31,7 +31,6 @@ class FieldOfViewCamera(AzimuthalCamera):
     """
 
     kind = "field of view"
-    radial_fields = ("omega", "K", "radial")
 
     def __init__(self, omega, K, width, height, radial=(), max_angle=None):
         check_size(self, width, height)
@@ -85,7 +84,6 @@ class MicusikPajdlaCamera(AzimuthalCamera):
     """
 
     kind = "micusik-pajdla"
-    radial_fields = ("a", "b")
 
     def __init__(self, law, a, b, principal_point, width, height, max_angle=None):
         check_size(self, width, height)

@@ -75,7 +75,6 @@ class DivisionCamera(RayPolynomialCamera):
     """
 
     kind = "division"
-    radial_fields = ("K", "coefficients")
 
     def __init__(self, K, coefficients, width, height, max_angle=None):
         check_size(self, width, height)
@@ -117,7 +116,6 @@ class TardifCamera(RayPolynomialCamera):
     """
 
     kind = "tardif"
-    radial_fields = ("coefficients",)
 
     def __init__(self, coefficients, principal_point, width, height, max_angle=None):
         check_size(self, width, height)
@@ -149,7 +147,6 @@ class ScaramuzzaCamera(RayPolynomialCamera):
     """
 
     kind = "scaramuzza"
-    radial_fields = ("coefficients",)
 
     def __init__(
         self, coefficients, centre, width, height, affine=(1, 0, 0), max_angle=None

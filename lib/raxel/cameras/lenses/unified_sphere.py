@@ -32,7 +32,6 @@ class UnifiedSphereCamera(AzimuthalCamera):
     """
 
     kind = "unified sphere"
-    radial_fields = ("xi", "K", "radial")
 
     def __init__(
         self,
