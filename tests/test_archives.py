@@ -9,16 +9,12 @@ import zipfile
 import numpy as np
 import pytest
 
-from raxel.cameras import GeneralCamera, PerspectiveCamera, load_camera
-from raxel.cameras.core import storage
-from raxel.cli import main
+from raxel.cameras import load_camera
 from raxel.errors import InputError
 from raxel.io import archives
 from raxel.io.archives import Archive
-from tests.image_sets import write_drawn_set
 
 K = [[30, 0.1, 15], [0, 31, 10], [0, 0, 1]]
-CAMERA = PerspectiveCamera(K, [-0.1, 0.01], 31, 21)
 FIELDS = {"kind": np.array("perspective"), "width": np.array(31)}
 FIELDS |= {"height": np.array(21), "K": np.array(K), "radial": np.array([-0.1, 0.01])}
 
@@ -114,9 +110,8 @@ def test_a_text_of_no_characters_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("offset", "number", "words"),
     [
-        (8, 1, "encrypted"),
-        (10, 12, "packed by method 12"),
-        (10, 99, "packed by method 99"),
+        (8, 1, "damaged"),
+        (10, 99, "damaged"),
         (24, 3000, "damaged"),
         (16, 12345, "damaged"),
     ],
@@ -164,15 +159,6 @@ def test_claims_beyond_what_packing_can_do_or_memory_holds(tmp_path, monkeypatch
         archive.array("points_mm", 10_000)
 
 
-def test_a_table_that_packs_too_well_is_none(tmp_path, monkeypatch):
-    directions = np.zeros((200, 300, 3)) + [0, 0, 1]
-    table = GeneralCamera(directions, np.ones((200, 300), bool))
-    table.save(tmp_path / "camera.npz")
-    assert load_camera(tmp_path / "camera.npz").share_with_ray == 1
-    monkeypatch.setattr(storage, "LARGE", 1 << 20)
-    refused(tmp_path / "camera.npz", "field 'directions': 0.00144 GB packed into 0.00")
-
-
 def test_order_of_bytes_and_of_axes_does_not_matter(tmp_path):
     changed = {"K.npy": npy(np.asfortranarray(np.array(K, ">f4")))}
     changed["width.npy"] = npy(np.array(31, ">u2"))
@@ -201,13 +187,3 @@ def test_cameras_nest_only_so_deep(tmp_path):
             members[f"{prefix}width.npy"] = members[f"{prefix}height.npy"] = npy(31)
         prefix += "viewer."
     refused(zipped(tmp_path / "camera.npz", **members), "nested less deeply")
-
-
-def test_the_command_line_says_it_in_one_line(tmp_path, capsys):
-    write_drawn_set(tmp_path / "set", tilts=((0, 0),))
-    path = zipped(tmp_path / "camera.npz", **{"K.npy": b"no array"})
-    assert main(["evaluate", str(path), str(tmp_path / "set")]) == 2
-    line = (
-        f"raxel: {path}: field 'K': cannot be read; the file is damaged; save it anew"
-    )
-    assert capsys.readouterr().err == line + "\n"

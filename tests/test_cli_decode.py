@@ -152,7 +152,7 @@ def test_a_full_disk_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
     monkeypatch.setattr(np, "savez_compressed", full)
     out = tmp_path / "points"
     assert main(["decode", str(folder), "--out", str(out)]) == 1
-    assert "No space left on device; nothing written" in capsys.readouterr().err
+    assert "No space left on device" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
@@ -162,7 +162,7 @@ def test_an_interruption_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
 
     monkeypatch.setattr("raxel.cli.decode.decoded_picture", stopped)
     assert main(["decode", str(folder), "--out", str(tmp_path / "points")]) == 130
-    assert "interrupted; nothing written" in capsys.readouterr().err
+    assert "interrupted" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 

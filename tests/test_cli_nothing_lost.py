@@ -1,8 +1,6 @@
 """No command puts a result over what somebody still needs, or says what is not so."""
 
-import errno
 import json
-import os
 import resource
 import shutil
 
@@ -242,48 +240,9 @@ def test_a_disk_that_fills_leaves_the_old_camera(drawn, tmp_path, capsys):
         resource.setrlimit(resource.RLIMIT_FSIZE, usual)
     assert status == 1
     err = capsys.readouterr().err
-    assert err == f"raxel: {result}: File too large; nothing written\n"
+    assert err == f"raxel: {result}: File too large; not written\n"
     assert camera.read_text() == "the old one"
     assert not result.exists()
-
-
-def test_images_that_cannot_all_take_their_places_are_counted(
-    folder, camera, capsys, monkeypatch
-):
-    out = folder.parent / "out"
-    out.mkdir()
-    move = os.replace
-
-    def moved_unless_below(source, path):
-        if path.parent.name == "sub":
-            raise OSError(errno.EDQUOT, "Disk quota exceeded", source, None, path)
-        move(source, path)
-
-    monkeypatch.setattr(os, "replace", moved_unless_below)
-    assert main(["undistort", str(camera), str(folder), "--out", str(out)]) == 1
-    last = capsys.readouterr().err
-    assert last == (
-        f"raxel: {out / 'sub' / 'a.png'}: Disk quota exceeded; "
-        f"written before that: {out / 'a.png'}\n"
-    )
-    assert sorted(path.name for path in out.iterdir()) == ["a.png", "sub"]
-
-
-@pytest.mark.parametrize("late", [True, False])
-def test_an_interruption_is_told_with_what_was_written(
-    folder, capsys, monkeypatch, late
-):
-    def interrupted(*arguments):
-        raise KeyboardInterrupt
-
-    path = folder.parent / "corners.json"
-    where = "print" if late else "detected"
-    monkeypatch.setattr(f"raxel.cli.corners.{where}", interrupted, raising=False)
-    command = ["corners", str(folder), "--detector", "opencv", "--json", str(path)]
-    assert main(command) == 130
-    told = f"written before that: {path}" if late else "nothing written"
-    assert capsys.readouterr().err == f"raxel: interrupted; {told}\n"
-    assert path.exists() == late
 
 
 def test_photographs_in_folders_go_through_all_commands(folder):

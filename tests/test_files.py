@@ -9,14 +9,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.io import files
-from raxel.io.files import (
-    move_into,
-    read_json,
-    recording,
-    together,
-    write_json,
-    write_whole,
-)
+from raxel.io.files import move_into, read_json, together, write_json, write_whole
 
 
 @pytest.mark.parametrize("content", ["π und mehr\n", b"\x00\xff\r\n", ""])
@@ -105,13 +98,11 @@ def test_several_results_take_their_places_together(tmp_path):
         write_both(first, {"new": 1}, second, {"new": np.inf})
     assert read_json(first) == {"old": 1}
     assert os.listdir(tmp_path) == ["first.json"]
-    with recording() as written, together() as place:
+    with together() as place:
         write_json(place(first), {"new": 1})
         write_json(place(second), {"new": 2})
         assert read_json(first) == {"old": 1}
-        assert written == []
     assert (read_json(first), read_json(second)) == ({"new": 1}, {"new": 2})
-    assert written == [first, second]
     assert sorted(os.listdir(tmp_path)) == ["first.json", "second.json"]
 
 
@@ -119,10 +110,9 @@ def test_a_move_that_fails_after_another_is_told_by_name(tmp_path, monkeypatch):
     first, second = tmp_path / "first.json", tmp_path / "second.json"
     monkeypatch.setattr(files, "check_can_be_written", lambda path: None)
     second.mkdir()
-    with recording() as written, pytest.raises(IsADirectoryError) as caught:
+    with pytest.raises(IsADirectoryError) as caught:
         write_both(first, 1, second, 2)
     assert caught.value.filename2 == str(second)
-    assert written == [first]
     assert sorted(os.listdir(tmp_path)) == ["first.json", "second.json"]
 
 
@@ -148,11 +138,9 @@ def test_folders_are_filled_or_appear_whole(tmp_path):
     move_into(new(), out)
     (out / "b").write_text("old")
     (out / "sub" / "a").write_text("old")
-    with recording() as written:
-        move_into(new(), out)
+    move_into(new(), out)
     assert (out / "sub" / "a").read_text() == "new"
     assert (out / "b").read_text() == "old"
-    assert written == [out / "sub" / "a"]
 
 
 @pytest.mark.parametrize("name", ["a" * 251 + ".txt", "a." + "b" * 250, "é" * 127])

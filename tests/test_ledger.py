@@ -230,7 +230,7 @@ def test_several_faults_are_counted(written):
 def test_broken_yaml_and_a_missing_file_are_one_line(written):
     folder = written() / ledger.FOLDER
     (folder / "claims.yaml").write_text("claims: [\n")
-    with pytest.raises(LedgerError, match=r"^claims.yaml: line 2: .*mend the YAML$"):
+    with pytest.raises(LedgerError, match=r"^claims.yaml: line 2: .*correct the YAML$"):
         ledger.load(folder.parents[1])
     (folder / "claims.yaml").write_text("claims: []\nother: 1\nclaims: []\n")
     twice = "^claims.yaml: line 3: key 'claims' given twice, first in line 1; keep one"

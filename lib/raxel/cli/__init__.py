@@ -53,7 +53,6 @@ from raxel.cli.parsers import parser
 from raxel.cli.progress import Progress
 from raxel.cli.terminal import Terminal, on_one_line
 from raxel.errors import InputError
-from raxel.io.files import recording
 
 
 def main(argv=None):
@@ -73,34 +72,24 @@ def _run(argv):
     # With several threads OpenCV's fits differ in the last digits from run to run.
     os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
     progress = Progress(sys.stderr)
-    with recording() as written:
-        try:
-            options = parser().parse_args(argv)
-            options.command(options, progress.say)
-        except SystemExit as stop:
-            return stop.code or 0
-        except InputError as fault:
-            _complain(fault)
-            return 2
-        except OSError as fault:
-            name = fault.filename2 or fault.filename or "output"
-            problem = fault.strerror or fault
-            _complain(f"{name}: {problem}; {_told(written)}")
-            return 1
-        except KeyboardInterrupt:
-            _complain(f"interrupted; {_told(written)}")
-            return 130
+    try:
+        options = parser().parse_args(argv)
+        options.command(options, progress.say)
+    except SystemExit as stop:
+        return stop.code or 0
+    except InputError as fault:
+        _complain(fault)
+        return 2
+    except OSError as fault:
+        name = fault.filename2 or fault.filename or "output"
+        _complain(f"{name}: {fault.strerror or fault}; not written")
+        return 1
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        return 130
     progress.release()
     return 0
 
 
 def _complain(fault):
     print(f"raxel: {on_one_line(fault)}", file=sys.stderr)
-
-
-def _told(written):
-    """What a command that failed has written all the same."""
-    if not written:
-        return "nothing written"
-    more = f" and {len(written) - 1} more" if len(written) > 1 else ""
-    return f"written before that: {written[0]}{more}"

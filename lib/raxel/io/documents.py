@@ -16,10 +16,10 @@ from raxel.errors import InputError, did_you_mean
 from raxel.io.files import file_size
 
 SHOWN_CHARACTERS = 60
-MOST_VALUES = 1_000_000
+MAX_VALUES = 1_000_000
 MAX_DEPTH = 100
 # Read within two seconds.
-MOST_BYTES = 2_000_000
+MAX_BYTES = 2_000_000
 
 
 class _Refused(Exception):
@@ -76,7 +76,7 @@ _NOT_IN_TENS = re.compile(r"[-+]?(0[0-7_]+$|[0-9_]+:)")
 _HALF_CHARACTER = re.compile(r"\\u[dD][89a-fA-F]")
 
 
-def _refuse(mark, found, advice="mend the YAML", cause=None):
+def _refuse(mark, found, advice="correct the YAML", cause=None):
     raise _Refused(f"line {mark.line + 1}: {found}; {advice}") from cause
 
 
@@ -102,17 +102,37 @@ def read_yaml(path):
 
     Raises InputError with file and line.
     """
-    return parse_yaml(read_text(path), path)
+    text = read_text(path)
+    try:
+        loader = _Loader if _HALF_CHARACTER.search(text) else _FastLoader
+        _refuse_tags_and_depth(text, loader)
+        data = yaml.load(text, loader)
+    except _Refused as fault:
+        raise InputError(f"{path}: {fault}") from fault
+    except yaml.MarkedYAMLError as fault:
+        mark = fault.problem_mark or fault.context_mark
+        line = f"line {mark.line + 1}: " if mark else ""
+        problem = fault.problem or fault.context
+        raise InputError(
+            f"{path}: {line}{one_line(problem)}; correct the YAML"
+        ) from fault
+    except yaml.YAMLError as fault:
+        raise InputError(_no_yaml(path, fault)) from fault
+    except RecursionError as fault:
+        raise InputError(f"{path}: nested too deeply; use fewer levels") from fault
+    if _expanded_size(data, {}) > MAX_VALUES:
+        raise InputError(f"{path}: aliases (*) grow without bound; write them out")
+    return data
 
 
 def read_text(path):
     """The text of a file that people write. Raises InputError that names it."""
     path = Path(path)
     size = file_size(path)
-    if size > MOST_BYTES:
+    if size > MAX_BYTES:
         raise InputError(
             f"{path}: found {size / 1e6:.4g} MB, which people do not write; give "
-            f"{MOST_BYTES / 1e6:g} MB at most"
+            f"{MAX_BYTES / 1e6:g} MB at most"
         )
     try:
         return path.read_text(encoding="utf-8-sig")
@@ -120,30 +140,6 @@ def read_text(path):
         raise InputError(_no_yaml(path, fault)) from fault
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
-
-
-def parse_yaml(text, where):
-    """The content of a YAML text, checked as by `read_yaml`; errors name `where`."""
-    try:
-        loader = _Loader if _HALF_CHARACTER.search(text) else _FastLoader
-        _refuse_tags_and_depth(text, loader)
-        data = yaml.load(text, loader)
-    except _Refused as fault:
-        raise InputError(f"{where}: {fault}") from fault
-    except yaml.MarkedYAMLError as fault:
-        mark = fault.problem_mark or fault.context_mark
-        line = f"line {mark.line + 1}: " if mark else ""
-        problem = fault.problem or fault.context
-        raise InputError(
-            f"{where}: {line}{one_line(problem)}; mend the YAML"
-        ) from fault
-    except yaml.YAMLError as fault:
-        raise InputError(_no_yaml(where, fault)) from fault
-    except RecursionError as fault:
-        raise InputError(f"{where}: nested too deeply; mend it") from fault
-    if _expanded_size(data, {}) > MOST_VALUES:
-        raise InputError(f"{where}: aliases (*) grow without bound; write them out")
-    return data
 
 
 def _no_yaml(where, fault):
@@ -168,7 +164,7 @@ def faults(data, where, schema):
     try:
         return _faults(data, where, schema)
     except RecursionError:
-        return [f"{where}: nested too deeply; mend it"]
+        return [f"{where}: nested too deeply; use fewer levels"]
 
 
 def _faults(data, where, schema):

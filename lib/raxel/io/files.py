@@ -7,7 +7,6 @@ import reprlib
 import stat
 import tempfile
 from collections import Counter
-from contextvars import ContextVar
 from pathlib import Path
 
 from raxel.errors import InputError
@@ -15,8 +14,7 @@ from raxel.errors import InputError
 # Characters of the name and of the suffix in a temporary name, at most 4 bytes each.
 LONGEST_IN_NAMES = 24
 # Corners of a thousand photographs are 30 MB. Read, a text takes ten times as much.
-MOST_JSON_BYTES = 100_000_000
-_record = ContextVar("_record", default=None)
+MAX_JSON_BYTES = 100_000_000
 
 
 def file_size(path, what="file"):
@@ -74,7 +72,7 @@ def together():
             camera.save(place("camera.npz"))
             write_json(place("result.json"), result)
 
-    Only a move can fail after another; `recording` then knows which were made.
+    Only a move can fail after another.
     """
     places = {}
 
@@ -84,31 +82,16 @@ def together():
         return temporary
 
     try:
-        with recording():  # what is put at a temporary path is no result yet
-            yield place
+        yield place
         for temporary, path in places.items():
             temporary.chmod(0o666 & ~_umask())
-            _move(temporary, path)
+            os.replace(temporary, path)
     except OSError as fault:
         _name_the_result(fault, places)
         raise
     finally:
         for temporary in places:
             temporary.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def recording():
-    """Yield a list to which each result of the block is added as it takes its place.
-
-    Whoever reports a failure can so say truly what was written before it.
-    """
-    paths = []
-    token = _record.set(paths)
-    try:
-        yield paths
-    finally:
-        _record.reset(token)
 
 
 def move_into(folder, out):
@@ -119,19 +102,12 @@ def move_into(folder, out):
     """
     folder, out = Path(folder), Path(out)
     if not out.exists():
-        _move(folder, out)
+        os.replace(folder, out)
         return
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
         target = out / path.relative_to(folder)
         target.parent.mkdir(parents=True, exist_ok=True)
-        _move(path, target)
-
-
-def _move(source, path):
-    os.replace(source, path)
-    paths = _record.get()
-    if paths is not None:
-        paths.append(path)
+        os.replace(path, target)
 
 
 def _beside(path):
@@ -189,18 +165,15 @@ def read_json(path):
     Raises InputError with the file, and the line or the key.
     """
     path = Path(path)
-    check_size(path, MOST_JSON_BYTES)
+    check_size(path, MAX_JSON_BYTES)
     try:
         return json.loads(
             path.read_text(encoding="utf-8-sig"),
             parse_constant=_refuse,
             object_pairs_hook=_object,
         )
-    except _GivenTwice as fault:
-        raise InputError(
-            f"{path}: key {reprlib.repr(fault.key)} given twice in one object; keep "
-            "one of the two"
-        ) from fault
+    except InputError as fault:
+        raise InputError(f"{path}: {fault}; keep one of the two") from fault
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
     except json.JSONDecodeError as fault:
@@ -211,20 +184,12 @@ def read_json(path):
         raise InputError(f"{path}: not usable JSON ({fault}); write it anew") from fault
 
 
-class _GivenTwice(Exception):
-    """A key that an object has twice: which of the values is meant nobody can tell."""
-
-    def __init__(self, key):
-        super().__init__(key)
-        self.key = key
-
-
 def _object(pairs):
     """An object of JSON as a dict, of which Python would keep the last value alone."""
     found = dict(pairs)
     if len(found) < len(pairs):
-        counts = Counter(key for key, _ in pairs)
-        raise _GivenTwice(counts.most_common(1)[0][0])
+        (key, _), *_ = Counter(key for key, _ in pairs).most_common(1)
+        raise InputError(f"key {reprlib.repr(key)} given twice in one object")
     return found
 
 

@@ -10,9 +10,6 @@ from raxel.io.files import replacing
 
 # A camera has some hundred parameters at most; only tables of the image have more.
 MAX_NUMBERS = 4096
-# Rays differ from pixel to pixel: of a table larger than this, in bytes, some numbers
-# remain however few of its pixels have a ray.
-LARGE, BEST_PACKING = 1 << 28, 100
 # As in an image set.
 MAX_PIXELS_A_SIDE = 32_000
 # A viewer of a mirror, and mirrors in it.
@@ -52,10 +49,6 @@ class CameraFile:
         """The shape that the array under `name` says it has."""
         return self._archive.shape(name)
 
-    def packing(self, name):
-        """(bytes that the array under `name` needs, bytes that it takes in the file)"""
-        return self._archive.packing(name)
-
     def has(self, name):
         """Whether there is a field `name`."""
         return self._archive.has(name)
@@ -86,13 +79,6 @@ class CameraFile:
         if shape not in shapes:
             wanted = " or ".join(map(str, shapes))
             raise self._fault(name, f"shape {shape} found; {wanted} needed")
-        need, packed = self.packing(name)
-        if need > max(LARGE, BEST_PACKING * packed):
-            raise self._fault(
-                name,
-                f"{need / 1e9:.3g} GB packed into {packed / 1e6:.3g} MB; no table of "
-                "rays packs so well, save it anew",
-            )
         return self.numbers(name, most=math.prod(shape))
 
     def text(self, name):
@@ -174,9 +160,6 @@ class _FilePart(CameraFile):
 
     def shape(self, name):
         return self._file.shape(f"{self._name}.{name}")
-
-    def packing(self, name):
-        return self._file.packing(f"{self._name}.{name}")
 
     def has(self, name):
         return self._file.has(f"{self._name}.{name}")
