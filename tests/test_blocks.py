@@ -21,7 +21,6 @@ from raxel.cameras.core.smooth_rays import SmoothRays
 from raxel.cameras.tables.inverse import TableInverse
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.lab.monitor_views import points_seen
-from raxel.multiview.near_perspective import sources_at
 from raxel.multiview.perspective_view import PerspectiveView, source_pixels
 from raxel.multiview.plane_points import plane_locations
 from tests.calibration_scenes import scene
@@ -95,10 +94,6 @@ def smooth_grid():
     return tuple(rays)
 
 
-def ranges():
-    return sources_at(FISHEYE, view(), np.linspace(200, 400, 2000).reshape(40, 50))
-
-
 CASES = {
     "rays of a table": ("raxel.cameras.tables.general.BLOCK", 70, rays_of_table),
     "a table's pixels": ("raxel.cameras.tables.general.BLOCK", 7, pixels_of_table),
@@ -119,7 +114,6 @@ CASES = {
         170,
         lambda: source_pixels(FISHEYE, view()),
     ),
-    "a view at ranges": ("raxel.multiview.near_perspective.BLOCK", 170, ranges),
     "places on a plane": (
         "raxel.multiview.plane_points.PIXELS_AT_ONCE",
         7 * W,

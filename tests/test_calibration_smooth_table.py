@@ -15,9 +15,9 @@ from raxel.calibration.smooth.prior import (
     penalty_matrix,
 )
 from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
-from raxel.calibration.smooth.table import smoothed_rays, smoothed_table
+from raxel.calibration.smooth.table import smoothed_rays
 from raxel.calibration.smooth.trend import trend_of_rays
-from raxel.cameras import FisheyeCamera, GeneralCamera, KannalaBrandtCamera
+from raxel.cameras import FisheyeCamera, KannalaBrandtCamera
 from raxel.cameras.tables.cubic_field import field_at, shares
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
@@ -141,7 +141,8 @@ def test_errors_that_neighbours_share_are_counted_once():
     pixels = np.stack(np.meshgrid(np.arange(W), np.arange(H)), axis=-1)
     shifted = (pixels + noise[:, :W]).reshape(-1, 2).astype(float)
     directions = camera.rays(shifted).directions.reshape(H, W, 3)
-    found = smoothed_table(GeneralCamera(directions, np.ones((H, W), bool)))
+    places = pixels.reshape(-1, 2).astype(float)
+    found = smoothed_rays(places, directions.reshape(-1, 3), W, H)
     assert 15 < found.sharing < 60
     fresh = positions(rng, 2000)
     off = camera.project(found.camera.rays(fresh).directions).pixels - fresh
@@ -218,10 +219,9 @@ def test_a_table_in_any_frame_and_its_memory(monkeypatch):
     T = pose(rotation_from_vector([0.3, -0.2, 1.0]), [5.0, 6.0, 7.0])
     pixels = np.stack(np.meshgrid(np.arange(W), np.arange(H)), axis=-1).reshape(-1, 2)
     rays = camera.rays(pixels.astype(float)).directions @ T[:3, :3].T
-    mask = np.ones((H, W), bool)
-    table = GeneralCamera(rays.reshape(H, W, 3), mask, T[:3, 3])
+    given = pixels.astype(float), rays
     tracemalloc.start()
-    found = smoothed_table(table).camera
+    found = smoothed_rays(*given, W, H, centre=T[:3, 3]).camera
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 500 * H * W
@@ -271,10 +271,6 @@ def test_too_few_rays_and_two_centres_are_refused():
         smoothed_rays(pixels, directions, W, H)
     with pytest.raises(CalibrationError, match="found 30 rays that the trend images"):
         smoothed_rays(pixels, directions, W, H, trend=TREND)
-    directions = np.ones((4, 5, 3))
-    table = GeneralCamera(directions, np.ones((4, 5), bool), directions)
-    with pytest.raises(CalibrationError, match="do not all start in one point"):
-        smoothed_table(table)
 
 
 def test_the_noise_of_few_rays_is_told_although_the_field_follows_it():

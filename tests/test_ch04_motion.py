@@ -77,7 +77,7 @@ def test_one_board_alone_leaves_the_motion_open():
     rays, _ = exact_rays("translation")
     count = stage.BOARDS[0].columns * stage.BOARDS[0].rows
     found = motion.scored("translation", rays[:, :count])
-    assert found == {"failed": "not-determined"}
+    assert found == {"failed": "degenerate-points"}
 
 
 def decoding(sd_mm):

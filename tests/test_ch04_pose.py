@@ -47,7 +47,7 @@ def test_refined_poses_are_better_than_three_points():
 def test_a_refused_pose_says_why():
     rays = np.tile([[0.0, 0.0, 1.0]], (10, 1))
     found = all_estimates(rays, np.ones((10, 2)), np.random.default_rng(0), 1.0)
-    assert set(found.values()) == {"not-determined"}
+    assert set(found.values()) == {"bad-input", "no-pose"}
 
 
 def test_the_drawn_case_is_what_it_shows():

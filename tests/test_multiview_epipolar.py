@@ -1,6 +1,5 @@
-"""Motion from matched rays: linear, robust, refined; OpenCV as peer."""
+"""Motion from matched rays: linear, whatever the field of view."""
 
-import cv2
 import numpy as np
 import pytest
 
@@ -13,17 +12,11 @@ from raxel.geometry.poses import (
     transform,
 )
 from raxel.multiview.epipolar import (
-    _angles_of_essential,
     _whitening,
     depths,
     epipolar_angles,
-    epipolar_system,
-    essential_matrix,
     motion_of_essential,
-    refine_relative_pose,
     relative_pose,
-    relative_pose_ransac,
-    turned,
 )
 
 SHIFT = np.array([0.6, -0.3, 0.2])
@@ -80,36 +73,6 @@ def test_ahead_means_along_the_ray_not_in_front_of_an_image():
     assert np.abs(flip @ found[:3, 3] - T_TRUE[:3, 3]).max() < 1e-10
 
 
-def test_one_of_four_motions_puts_the_points_ahead():
-    _, (d_1, d_2), _ = all_around(2)
-    E = essential_matrix(d_1, d_2)[0]
-    for sign in (1, -1):
-        T, share = motion_of_essential(sign * E, d_1, d_2)
-        assert share == 1.0
-        assert np.abs(T - T_TRUE).max() < 1e-10
-    # Of rays turned around all points lie ahead for the opposite translation.
-    T, share = motion_of_essential(E, -d_1, -d_2)
-    assert share == 1.0
-    assert np.abs(T[:3, 3] + T_TRUE[:3, 3]).max() < 1e-10
-
-
-def test_opencv_finds_the_same_motion_of_a_pinhole():
-    rng = np.random.default_rng(3)
-    X, d_1, d_2, _ = ahead(3, 200)
-    x = [1000 * d[:, :2] / d[:, 2:] + 0.5 * rng.standard_normal((len(X), 2))
-         for d in (d_1, d_2)]  # fmt: skip
-    rays = [unit(np.column_stack([p / 1000, np.ones(len(p))])) for p in x]
-    K = np.diag([1000.0, 1000.0, 1.0])
-    E, mask = cv2.findEssentialMat(*x, K, method=cv2.RANSAC, threshold=5.0)
-    R, t = cv2.recoverPose(E, *x, K, mask=mask)[1:3]
-    theirs = pose(R, t.ravel())
-    ours = refine_relative_pose(*rays, relative_pose(*rays)).T_2_1
-    # Noise of half a pixel in 1000; theirs is the best of five pairs, not refined.
-    assert max(errors(ours)) < 3e-3
-    assert max(errors(ours)) < max(errors(theirs))
-    assert max(errors(theirs)) < 0.1
-
-
 def test_the_system_is_normalised():
     """A target in a small part of the field, seen along an axis of any direction."""
     rng = np.random.default_rng(4)
@@ -125,50 +88,6 @@ def test_the_system_is_normalised():
     assert np.median(ours) < 0.7 * np.median(plain)
 
 
-def test_ransac_leaves_out_wrong_pairs():
-    _, (d_1, d_2), rng = all_around(5, 200, noise=5e-4)
-    wrong = np.arange(len(d_1)) < 50
-    d_2[wrong] = d_2[rng.permutation(50)]
-    found = relative_pose_ransac(d_1, d_2, rng, 3e-3)
-    assert found.inliers[~wrong].mean() > 0.97
-    assert found.inliers[wrong].mean() < 0.2
-    assert max(errors(found.T_2_1)) < 2e-3
-    assert found.margin > 20
-
-
-def test_a_threshold_that_no_pair_meets_is_refused():
-    _, (d_1, d_2), rng = all_around(8, 30, noise=1e-2)
-    with pytest.raises(CalibrationError, match="0 pairs of rays; 8"):
-        relative_pose_ransac(d_1, d_2, rng, 1e-13)
-
-
-def test_refinement_gains_on_the_linear_motion():
-    linear, refined = [], []
-    for seed in range(40):
-        _, d_1, d_2, rng = ahead(seed, 40)
-        d_1, d_2 = (unit(d + 1e-3 * rng.standard_normal(d.shape)) for d in (d_1, d_2))
-        start = relative_pose(d_1, d_2)
-        fine = refine_relative_pose(d_1, d_2, start)
-        assert fine.rms <= start.rms
-        linear.append(errors(start.T_2_1))
-        refined.append(errors(fine.T_2_1))
-    assert np.all(np.median(refined, axis=0) < 0.8 * np.median(linear, axis=0))
-
-
-def test_jacobian_equals_differences():
-    _, (d_1, d_2), _ = all_around(7, noise=0.05)
-    _, jacobian = epipolar_system(T_TRUE, d_1, d_2)
-    h = 1e-6
-    for column in range(5):
-        step = np.zeros(5)
-        step[column] = h
-        above, below = (
-            epipolar_angles(turned(T_TRUE, s), d_1, d_2) for s in (step, -step)
-        )
-        numeric = (above - below) / (2 * h)
-        assert np.abs(numeric - jacobian[:, column]).max() < 1e-7
-
-
 def test_the_angle_is_what_both_rays_have_to_turn():
     # One pair, its rays turned by known angles out of the epipolar plane.
     d_1, d_2 = np.array([[0.0, 0.0, 1.0]]), unit(np.array([[0.3, 0.0, 1.0]]))
@@ -180,31 +99,22 @@ def test_the_angle_is_what_both_rays_have_to_turn():
     assert epipolar_angles(T, d_1, d_2)[0] == 0
 
 
-def test_planes_rotations_and_few_pairs_are_refused_in_one_line():
+def test_planes_rotations_and_few_pairs_are_refused():
     rng = np.random.default_rng(8)
     flat = rng.uniform([-2, -2, 5], [2, 2, 5], (50, 3))
     turn = pose(T_TRUE[:3, :3], np.zeros(3))
     X = rng.standard_normal((50, 3))
     refused = [
-        ("on a plane", unit(flat), unit(transform(T_TRUE, flat))),
-        ("only turned", unit(X), unit(transform(turn, X))),
-        ("7 pairs", unit(X[:7]), unit(X[:7])),
-        ("equal arrays", unit(X[:9]), unit(X[:8])),
-        ("1 of 50 pairs", np.where(np.arange(50)[:, None] == 3, np.nan, X), X),
+        ("degenerate-points", unit(flat), unit(transform(T_TRUE, flat))),
+        ("degenerate-points", unit(X), unit(transform(turn, X))),
+        ("too-few-rays", unit(X[:7]), unit(X[:7])),
+        ("shape", unit(X[:9]), unit(X[:8])),
+        ("not-finite", np.where(np.arange(50)[:, None] == 3, np.nan, X), X),
     ]
-    for words, d_1, d_2 in refused:
-        for call in (relative_pose, lambda a, b: relative_pose_ransac(a, b, rng, 1e-3)):
-            with pytest.raises(CalibrationError, match=words) as refusal:
-                call(d_1, d_2)
-            assert "\n" not in str(refusal.value)
-
-
-def test_an_essential_matrix_has_the_angles_of_its_motion():
-    _, (d_1, d_2), _ = all_around(9, noise=0.05)
-    T = pose(rotation_from_vector([0.1, 0.3, -0.1]), T_TRUE[:3, 3])
-    E = cross_matrix(T[:3, 3]) @ T[:3, :3]
-    found = _angles_of_essential(E[None], d_1, d_2)[0]
-    np.testing.assert_allclose(found, np.abs(epipolar_angles(T, d_1, d_2)), rtol=1e-9)
+    for code, d_1, d_2 in refused:
+        with pytest.raises(CalibrationError) as refusal:
+            relative_pose(d_1, d_2)
+        assert refusal.value.code == code
 
 
 def test_whitened_directions_have_a_unit_second_moment():

@@ -3,25 +3,19 @@
 import numpy as np
 import pytest
 
-from raxel.cameras import PerspectiveCamera
 from raxel.cameras.core.centrality import closest_point
 from raxel.errors import InputError
 from raxel.evaluation.distortion import distortion_residual
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.lab.bust import Bust
-from raxel.lab.render import render
 from raxel.multiview.near_perspective import (
-    depth_ranges,
     facing_plane,
-    plane_ranges,
     shown_in_view,
-    sources_at,
     view_of_plane,
     view_over_plane,
     view_pixels,
 )
-from raxel.multiview.perspective_view import resample
 from raxel.multiview.pinhole_fit import nearest_pinhole
 from tests.mirror_scenes import BOARD, board_pose, flexible_camera, posed, small
 
@@ -83,26 +77,6 @@ def test_on_the_assumed_plane_the_view_is_perspective(view):
     assert valid.mean() > 0.5
 
 
-def test_sources_are_the_pixels_that_see_the_assumed_scene(view):
-    ranges = plane_ranges(view, T_BUST)
-    sources = sources_at(SMALL, view, ranges)
-    rows, columns = np.array([[20, 70, 100], [30, 60, 90]])
-    rays = view.directions(np.column_stack([columns, rows]).astype(float))
-    ends = view.centre + ranges[rows, columns, None] * rays
-    on = transform(inverse_pose(T_BUST), ends)
-    np.testing.assert_allclose(on[:, 2], 0, atol=1e-9)
-    truth = SMALL.project(ends)
-    assert truth.valid.all()
-    np.testing.assert_allclose(sources[rows, columns], truth.pixels, atol=1e-4)
-    # The same plane as a depth map.
-    pixels = np.mgrid[: view.height, : view.width][::-1].reshape(2, -1).T.astype(float)
-    axis = view.R_camera_view[:, 2]
-    depth = ranges * (view.directions(pixels) @ axis).reshape(ranges.shape)
-    np.testing.assert_allclose(depth_ranges(view, depth), ranges, rtol=1e-12)
-    nowhere = sources_at(SMALL, view, np.full(ranges.shape, np.nan))
-    assert (nowhere < -1).all()
-
-
 def test_a_plane_leaves_a_small_part_of_a_reliefs_distortion():
     points = transform(T_BUST, BUST.landmarks()[1])
     pixels, valid = CAMERA.project(points)
@@ -122,31 +96,6 @@ def test_a_plane_leaves_a_small_part_of_a_reliefs_distortion():
     assert nearest_pinhole(points, near).rms < 0.2 * nearest_pinhole(points, pixels).rms
 
 
-def test_with_the_true_relief_the_view_is_what_a_pinhole_photographs(view):
-    scene = BUST.scene(T_BUST, pitch=1.0, px_mm=1.0)
-    picture = render(SMALL, np.eye(4), scene)
-    pixels = np.mgrid[: view.height, : view.width][::-1].reshape(2, -1).T.astype(float)
-    (relief,) = scene.surfaces
-    ranges = relief.hit(view.centre[None], view.directions(pixels)).distance
-    ranges = np.where(np.isfinite(ranges), ranges, np.nan)
-    sources = sources_at(SMALL, view, ranges.reshape(view.height, view.width))
-    made = resample(picture, sources)
-    pinhole = PerspectiveCamera(view.K, [], view.width, view.height)
-    truth = render(pinhole, pose(view.R_camera_view, view.centre), scene)
-    seen = (sources > 3).all(axis=2) & (made > 0)
-    assert seen.mean() > 0.5
-    # By rays, over the plate, it differs as little.
-    laid, there = view_over_plane(SMALL, picture, view, T_BUST)
-    assert (there & seen).sum() > 0.95 * seen.sum()
-    assert np.abs(laid - truth)[seen & there].mean() < 0.01
-    # Both blur, each by its own pixels; a shift by one is worse than that.
-    exact, shifted = (
-        np.abs(made - p)[seen].mean() for p in (truth, np.roll(truth, 1, axis=1))
-    )
-    assert exact < 0.01
-    assert exact < 0.6 * shifted
-
-
 def test_a_picture_of_the_views_own_pixels_comes_back_as_them(view):
     pixels = np.mgrid[: SMALL.height, : SMALL.width][::-1].reshape(2, -1).T
     own = shown_in_view(SMALL, view, pixels.astype(float), T_BUST)
@@ -162,5 +111,3 @@ def test_a_picture_of_the_views_own_pixels_comes_back_as_them(view):
 def test_what_the_camera_does_not_see_is_refused(view):
     with pytest.raises(InputError, match="rays meet the wanted part"):
         view_of_plane(SMALL, T_BUST, 1.0, np.array([900.0, 900]), SIZE)
-    with pytest.raises(InputError, match="depth map: found"):
-        depth_ranges(view, np.ones((3, 3)))

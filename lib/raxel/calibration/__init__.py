@@ -93,7 +93,7 @@ from raxel.calibration.pose.three_point import (
 )
 from raxel.calibration.smooth.adjustment import SplineAdjustment, adjust_spline
 from raxel.calibration.smooth.boards import SplineCalibration, calibrate_spline
-from raxel.calibration.smooth.table import SmoothTable, smoothed_rays, smoothed_table
+from raxel.calibration.smooth.table import SmoothTable, smoothed_rays
 from raxel.calibration.views.correspondence import (
     BoardView,
     locate_pixels,
@@ -185,7 +185,6 @@ __all__ = [
     "relax_poses",
     "relaxed_start",
     "smoothed_rays",
-    "smoothed_table",
     "solve_coefficients",
     "synthetic_plane_normal",
     "table_2_1",

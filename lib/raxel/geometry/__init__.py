@@ -15,9 +15,7 @@ from raxel.geometry.homography_stream import HomographyFit, fit_homography
 from raxel.geometry.lines import (
     pluecker_matrix,
     pluecker_matrix_of_rays,
-    pluecker_matrix_of_vector,
     pluecker_vector,
-    rays_of_pluecker_matrix,
 )
 from raxel.geometry.plane_pose import pose_from_homography
 from raxel.geometry.planes import (
@@ -58,11 +56,9 @@ __all__ = [
     "plane_of_pose",
     "pluecker_matrix",
     "pluecker_matrix_of_rays",
-    "pluecker_matrix_of_vector",
     "pluecker_vector",
     "pose",
     "pose_from_homography",
-    "rays_of_pluecker_matrix",
     "refine_homography",
     "rotate",
     "rotation_from_vector",

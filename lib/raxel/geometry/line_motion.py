@@ -33,18 +33,6 @@ def other_order(L):
     return np.asarray(L, float) * [1, 1, 1, -1, -1, -1]
 
 
-def line_transform(T_target_source):
-    """The matrix (..., 6, 6) that takes Plücker vectors from source to target frame.
-
-    T_target_source: (..., 4, 4), a rigid pose. Both vectors in the thesis's order.
-    """
-    T = np.asarray(T_target_source, float)
-    R, M = T[..., :3, :3], np.zeros((*T.shape[:-2], 6, 6))
-    M[..., :3, :3] = M[..., 3:, 3:] = R
-    M[..., 3:, :3] = -cross_matrix(T[..., :3, 3]) @ R
-    return M
-
-
 def generalised_essential(T_2_1):
     """Generalised essential matrix (..., 6, 6) of a motion, thesis order (5.30).
 

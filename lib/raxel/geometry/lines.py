@@ -52,29 +52,3 @@ def pluecker_vector(M):
     """
     M = np.asarray(M, float)
     return np.stack([M[..., i, j] - M[..., j, i] for i, j in ORDER], axis=-1)
-
-
-def pluecker_matrix_of_vector(L):
-    """Inverse of (2.12): the matrix (..., 4, 4) of 6-vectors (..., 6)."""
-    L = np.asarray(L, float)
-    M = np.zeros((*L.shape[:-1], 4, 4))
-    for k, (i, j) in enumerate(ORDER):
-        M[..., i, j] = L[..., k] / 2
-        M[..., j, i] = -L[..., k] / 2
-    return M
-
-
-def rays_of_pluecker_matrix(M):
-    """Point next to the origin and unit direction of lines given as matrices.
-
-    M: (..., 4, 4) from (2.11). Returns points (..., 3) and directions (..., 3); both
-    NaN where the matrix is zero or the line lies at infinity. The direction points
-    from the first to the second point of (2.11) when both have positive fourth entry.
-    """
-    L = pluecker_vector(M) / 2
-    direction, negated_moment = L[..., :3], L[..., 3:]
-    length = np.linalg.norm(direction, axis=-1, keepdims=True)
-    length = np.where(length > 0, length, np.nan)
-    direction = direction / length
-    # The foot point is d x m, and the vector holds q = -m.
-    return np.cross(negated_moment / length, direction), direction

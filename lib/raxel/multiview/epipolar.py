@@ -15,30 +15,24 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import CalibrationError
-from raxel.geometry.consensus import best_hypothesis, checked_generator
-from raxel.geometry.damped import descend, gauss_newton
-from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector, tangent_bases
+from raxel.geometry.poses import pose
 
 FEWEST = 8
 # Singular values of exact pairs below this share of the largest are zero.
 OPEN = 1e-9
-AT_REST = 1e-12  # a sum of squares that falls by a smaller share is at rest
-ROUNDING = 1e-15  # angles (radians) of exact pairs
 
 
 class RelativePose(NamedTuple):
     """T_2_1 (4, 4) with a translation of length 1; essential: (3, 3), |E| = sqrt 2.
 
-    inliers: (N,) bool, the pairs it was found from; rms: root mean square angle
-    (radians) by which a pair's rays would have to turn to meet; ahead: share of the
-    inliers that meet ahead along both rays; margin: eighth over ninth singular value of
-    the linear system. Near 1 the motion is open: the points lie on a plane, or nothing
-    but a rotation happened.
+    rms: root mean square angle (radians) by which a pair's rays would have to turn to
+    meet; ahead: share of the pairs that meet ahead along both rays; margin: eighth over
+    ninth singular value of the linear system. Near 1 the motion is open: the points lie
+    on a plane, or nothing but a rotation happened.
     """
 
     T_2_1: np.ndarray
     essential: np.ndarray
-    inliers: np.ndarray
     rms: float
     ahead: float
     margin: float
@@ -78,8 +72,8 @@ def relative_pose(directions_1, directions_2):
     d_1, d_2 = _checked(directions_1, directions_2)
     E, margin = essential_matrix(d_1, d_2)
     T, ahead = motion_of_essential(E, d_1, d_2)
-    everything = np.ones(len(d_1), bool)
-    return RelativePose(T, E, everything, _rms(T, d_1, d_2), ahead, margin)
+    rms = float(np.sqrt(np.mean(epipolar_angles(T, d_1, d_2) ** 2)))
+    return RelativePose(T, E, rms, ahead, margin)
 
 
 def motion_of_essential(E, directions_1, directions_2):
@@ -116,121 +110,17 @@ def depths(T_2_1, directions_1, directions_2):
     return np.stack([first, second], axis=1)
 
 
-def relative_pose_ransac(
-    directions_1, directions_2, rng, threshold, *, confidence=0.999, most_trials=5000
-):
-    """Motion from matched rays of which some are wrong.
-
-    rng: numpy Generator; threshold: largest angle (radians) of a right pair, as in
-    `epipolar_angles`. Samples of eight pairs are drawn; the best is followed by linear
-    fits to its inliers until they no longer change. Returns RelativePose. Raises
-    CalibrationError as `essential_matrix`, also for fewer than eight right pairs.
-    """
-    checked_generator("motion", rng)
-    d_1, d_2 = _checked(directions_1, directions_2)
-    to_1, to_2 = _whitening(d_1), _whitening(d_2)
-    w_1, w_2 = d_1 @ to_1.T, d_2 @ to_2.T
-
-    def propose(count):
-        picks = np.argsort(rng.random((count, len(d_1))), axis=1)[:, :FEWEST]
-        null = np.linalg.svd(_rows(w_1[picks], w_2[picks]))[2][:, 8]
-        return _projected(to_2.T @ null.reshape(-1, 3, 3) @ to_1)
-
-    best = best_hypothesis(
-        propose,
-        lambda E: _angles_of_essential(E, d_1, d_2) ** 2,
-        threshold**2,
-        sample_size=FEWEST,
-        confidence=confidence,
-        most_trials=most_trials,
-        batch=64,
-    )
-    right, E = None, best
-    for _ in range(20):
-        now = _angles_of_essential(E[None], d_1, d_2)[0] < threshold
-        if np.array_equal(now, right):
-            break
-        right = now
-        E, margin = essential_matrix(d_1[right], d_2[right])
-    T, ahead = motion_of_essential(E, d_1[right], d_2[right])
-    return RelativePose(T, E, right, _rms(T, d_1[right], d_2[right]), ahead, margin)
-
-
-def refine_relative_pose(directions_1, directions_2, start, *, most=50):
-    """The motion that minimises the sum of squared `epipolar_angles`.
-
-    directions: (N, 3), N >= 5, of right pairs; start: RelativePose, whose inliers are
-    used where they are as many as the pairs. Levenberg-Marquardt over rotation and
-    direction of translation, with an analytic Jacobian. Returns RelativePose.
-    """
-    d_1, d_2 = _checked(directions_1, directions_2, fewest=5)
-    use = start.inliers
-    if len(use) != len(d_1):
-        use = np.ones(len(d_1), bool)
-    a, b = d_1[use], d_2[use]
-
-    def evaluate(T):
-        angles, jacobian = epipolar_system(T, a, b)
-        return gauss_newton(angles, lambda: jacobian)
-
-    T, _, _ = descend(
-        evaluate,
-        turned,
-        np.array(start.T_2_1, float),
-        iterations=most,
-        tolerance=AT_REST,
-        rounding=ROUNDING**2 * len(a),
-    )
-    E = cross_matrix(T[:3, 3]) @ T[:3, :3]
-    ahead = float(np.mean(np.all(depths(T, a, b) > 0, axis=1)))
-    return RelativePose(T, E, use, _rms(T, a, b), ahead, start.margin)
-
-
 def epipolar_angles(T_2_1, directions_1, directions_2):
     """Angles (N,) in radians, with sign, by which matched rays miss each other.
 
     To first order the root of the sum of squared angles by which both rays of a pair
     have to turn to meet (Sampson's error, on the sphere).
     """
-    return epipolar_system(
-        np.asarray(T_2_1, float), np.asarray(directions_1), np.asarray(directions_2)
-    )[0]
-
-
-def epipolar_system(T_2_1, directions_1, directions_2):
-    """`epipolar_angles` (N,) and their Jacobian (N, 5).
-
-    The motion moves as `turned`: columns w (3), then the two of the translation.
-    """
-    t, basis = T_2_1[:3, 3], tangent_bases(T_2_1[None, :3, 3])[0]
-    q, d = directions_1 @ T_2_1[:3, :3].T, directions_2
+    T_2_1, d = np.asarray(T_2_1, float), np.asarray(directions_2)
+    t, q = T_2_1[:3, 3], np.asarray(directions_1) @ T_2_1[:3, :3].T
     gap = np.cross(q, d) @ t
-    tq, td = q @ t, d @ t
-    room = np.maximum(2 - tq**2 - td**2 - 2 * gap**2, 1e-12)
-    d_gap = np.hstack([np.cross(q, np.cross(d, t)), np.cross(q, d) @ basis])
-    d_tq = np.hstack([np.cross(q, t), q @ basis])
-    d_td = np.hstack([np.zeros_like(d), d @ basis])
-    half = -(tq[:, None] * d_tq + td[:, None] * d_td + 2 * gap[:, None] * d_gap)
-    jacobian = d_gap / np.sqrt(room)[:, None]
-    jacobian -= (gap / room**1.5)[:, None] * half
-    return gap / np.sqrt(room), jacobian
-
-
-def turned(T_2_1, step):
-    """The motion (4, 4) after a step (5,): exp([w]x) R, and t moved along the sphere by
-    the last two, in the directions of its tangent plane."""
-    t = T_2_1[:3, 3] + tangent_bases(T_2_1[None, :3, 3])[0] @ step[3:]
-    R = rotation_from_vector(step[:3]) @ T_2_1[:3, :3]
-    return pose(R, t / np.linalg.norm(t))
-
-
-def _angles_of_essential(E, d_1, d_2):
-    """`epipolar_angles` (m, N), without sign, of essential matrices (m, 3, 3)."""
-    lines = d_1 @ np.swapaxes(E, 1, 2)
-    back = d_2 @ E
-    gap = np.einsum("mni,ni->mn", lines, d_2)
-    room = np.sum(lines**2, axis=2) + np.sum(back**2, axis=2) - 2 * gap**2
-    return np.abs(gap) / np.sqrt(np.maximum(room, 1e-12))
+    room = np.maximum(2 - (q @ t) ** 2 - (d @ t) ** 2 - 2 * gap**2, 1e-12)
+    return gap / np.sqrt(room)
 
 
 def _rows(d_1, d_2):
@@ -252,11 +142,7 @@ def _projected(E):
     return U[..., :2] @ Vt[..., :2, :]
 
 
-def _rms(T, d_1, d_2):
-    return float(np.sqrt(np.mean(epipolar_angles(T, d_1, d_2) ** 2)))
-
-
-def _checked(directions_1, directions_2, fewest=FEWEST):
+def _checked(directions_1, directions_2):
     d_1, d_2 = np.asarray(directions_1, float), np.asarray(directions_2, float)
     if d_1.ndim != 2 or d_1.shape[1] != 3 or d_1.shape != d_2.shape:
         raise CalibrationError(
@@ -264,9 +150,9 @@ def _checked(directions_1, directions_2, fewest=FEWEST):
             " equal arrays (N, 3)",
             code="shape",
         )
-    if len(d_1) < fewest:
+    if len(d_1) < FEWEST:
         raise CalibrationError(
-            f"epipolar geometry: {len(d_1)} pairs of rays; {fewest} or more are needed",
+            f"epipolar geometry: {len(d_1)} pairs of rays; {FEWEST} or more are needed",
             code="too-few-rays",
         )
     bad = np.count_nonzero(~np.isfinite(d_1 + d_2).all(axis=1))

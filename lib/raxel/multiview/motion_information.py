@@ -67,10 +67,6 @@ class MotionInformation(NamedTuple):
         known = inverse_information(self.information[:5, :5])
         return _root(known, slice(0, 3)), _root(known, slice(3, 5))
 
-    def eigenvalues(self):
-        """(values (6,), vectors (6, 6) in columns), the least information first."""
-        return np.linalg.eigh(self.information)
-
     def __str__(self):
         told = "told" if self.scale_told else "not told"
         return (

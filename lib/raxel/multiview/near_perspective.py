@@ -15,7 +15,7 @@ from raxel.cameras.core.centrality import closest_point
 from raxel.errors import InputError
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import inverse_pose, rotate, transform
-from raxel.multiview.perspective_view import BLOCK, NOWHERE, PerspectiveView
+from raxel.multiview.perspective_view import PerspectiveView
 from raxel.multiview.plane_points import checked_picture, checked_plane, plane_locations
 from raxel.multiview.plane_view import remap_to_plane
 
@@ -87,72 +87,13 @@ def view_pixels(view, points):
     return seen[:, :2] / ahead
 
 
-def plane_ranges(view, T_camera_plane):
-    """How far along its ray each pixel of a view meets a plane: (height, width).
-
-    NaN where it does not. Raises InputError for a pose that is none.
-    """
-    T_camera_plane = checked_plane(T_camera_plane)
-    ranges = np.full(view.height * view.width, np.nan)
-    for rows, pixels in _blocks(view):
-        hits = intersect_rays_plane(
-            view.centre, view.directions(pixels), T_camera_plane
-        )
-        ranges[rows] = np.where(hits.valid, hits.range, np.nan)
-    return ranges.reshape(view.height, view.width)
-
-
-def depth_ranges(view, depth):
-    """How far along its ray each pixel of a view ends at a depth map (height, width).
-
-    depth: along the view's axis from its centre, as depth maps have it. Raises
-    InputError for a map of another size.
-    """
-    depth = np.asarray(depth, float)
-    if depth.shape != (view.height, view.width):
-        raise InputError(
-            f"depth map: found {depth.shape[::-1]} px; the view has {view.width} x "
-            f"{view.height}"
-        )
-    ranges = np.empty(depth.size)
-    for rows, pixels in _blocks(view):
-        cosine = view.directions(pixels) @ view.R_camera_view[:, 2]
-        ranges[rows] = depth.ravel()[rows] / cosine
-    return ranges.reshape(depth.shape)
-
-
-def sources_at(camera, view, ranges):
-    """Where each pixel of a view comes from, (height, width, 2) float32 px.
-
-    ranges: (height, width), of the assumed scene along the view's rays from its centre.
-    The position is far outside the image where no range is known or the camera does not
-    show that point. For `raxel.multiview.perspective_view.resample`.
-    """
-    ranges = np.asarray(ranges, float)
-    if ranges.shape != (view.height, view.width):
-        raise InputError(
-            f"ranges: found {ranges.shape[::-1]} px; the view has {view.width} x "
-            f"{view.height}"
-        )
-    sources = np.full((view.height * view.width, 2), NOWHERE, np.float32)
-    for rows, pixels in _blocks(view):
-        reach = ranges.ravel()[rows]
-        known = np.isfinite(reach)
-        points = view.centre + reach[known, None] * view.directions(pixels[known])
-        shown, valid = camera.project(points)
-        block = sources[rows]
-        block[known] = np.where(valid[:, None], shown, NOWHERE)
-    return sources.reshape(view.height, view.width, 2)
-
-
 def view_over_plane(camera, image, view, T_camera_plane):
     """A camera's image as the view shows it, the scene assumed on a plane (Fig. 5.19).
 
-    The picture of `sources_at` and `plane_ranges`, by the camera's rays alone: for
-    cameras that find rays of pixels faster than pixels of points, as mirrors do. image:
-    (H, W) or (H, W, C), whole. Returns picture (height, width[, C]) and seen, as
-    `raxel.multiview.plane_view.remap_to_plane`. Raises InputError as that, and for an
-    image that is not the camera's.
+    By the camera's rays alone, as mirrors find rays of pixels faster than pixels of
+    points. image: (H, W) or (H, W, C), whole. Returns picture (height, width[, C]) and
+    seen, as `raxel.multiview.plane_view.remap_to_plane`. Raises InputError as that, and
+    for an image that is not the camera's.
     """
     on = plane_locations(camera, image, T_camera_plane)
     points = transform(T_camera_plane, on_plane(on.reshape(-1, 2)))
@@ -167,8 +108,8 @@ def view_over_plane(camera, image, view, T_camera_plane):
 def shown_in_view(camera, view, pixels, T_camera_plane):
     """Where what the camera sees at pixels (N, 2) lands in a view over a plane: (N, 2).
 
-    The view that `sources_at` makes of `plane_ranges`, asked the other way round; NaN
-    where a ray does not meet the plane. Raises InputError for a pose that is none.
+    The inverse of `view_over_plane`; NaN where a ray does not meet the plane. Raises
+    InputError for a pose that is none.
     """
     T_camera_plane = checked_plane(T_camera_plane)
     rays = camera.rays(pixels)
@@ -196,12 +137,3 @@ def _facing(ahead, down):
     y = down - z * (z @ down)
     y /= np.linalg.norm(y)
     return np.column_stack([np.cross(y, z), y, z])
-
-
-def _blocks(view):
-    """(slice of the view's pixels, those pixels (n, 2)), some rows at a time."""
-    height = max(1, BLOCK // view.width)
-    for top in range(0, view.height, height):
-        count = min(height, view.height - top)
-        rows = slice(top * view.width, (top + count) * view.width)
-        yield rows, pixel_grid(view.width, count) + [0, top]

@@ -18,7 +18,6 @@ from raxel.calibration.adjust.bundle import check_shared
 from raxel.calibration.adjust.ray_elimination import (
     BEND,
     LOSSES,
-    direction_covariances,
     moved,
     normal_equations,
     steps_of_poses,
@@ -47,8 +46,8 @@ class ConsistentResult(NamedTuple):
     covariance (6 n - 3, 6 n - 3): of the centre (mm, base frame), then of each grid but
     the base its rotation vector w (rad, its own frame: the true one is R exp([w]x)) and
     its translation (mm, base frame). noise: SD of the whitened residuals, the noise of
-    directions in rad where no sigma was given, and near 1 where one was; taken_noise:
-    the SD that the covariances are computed with, 1 where a sigma was given.
+    directions in rad where no sigma was given, and near 1 where one was; a given sigma
+    is taken at its word by the covariance.
     cost: sum of the loss of the squared whitened residuals; reduced_chi_square: cost
     over degrees_of_freedom. passes: how often all rays were gone through. converged:
     whether it came to rest within the iterations allowed. whitening (n, N, 3) float32:
@@ -60,26 +59,12 @@ class ConsistentResult(NamedTuple):
     directions: np.ndarray
     covariance: np.ndarray
     noise: float
-    taken_noise: float
     cost: float
     reduced_chi_square: float
     degrees_of_freedom: int
     passes: int
     converged: bool
     whitening: np.ndarray
-
-    def direction_covariance(self, points, rays=slice(None)):
-        """Covariances (M, 3, 3) of the unit directions of some rays, base frame, rad^2.
-
-        points: (n, N, 2), those that were adjusted; rays: indices or a slice. Of rank
-        two, across the direction; with the uncertainty of centre and poses. NaN for
-        rays that see no grid.
-        """
-        chosen = points[:, rays], self.whitening[:, rays], self.directions[rays]
-        own, follows = direction_covariances(chosen, self.centre, self.T_base_grid)
-        change = steps_of_poses(self.T_base_grid)
-        plain = np.linalg.solve(change, np.linalg.solve(change, self.covariance).T)
-        return self.taken_noise**2 * own + follows @ plain @ np.swapaxes(follows, 1, 2)
 
 
 class _State(NamedTuple):
@@ -248,7 +233,6 @@ def _result(rays, state, sigma, loss, freedom, passes):
         directions,
         covariance,
         noise,
-        taken,
         state.equations.cost,
         float(reduced),
         freedom,

@@ -312,38 +312,3 @@ def _product(a, b):
     for k in range(len(a)):
         total += a[k] * b[k]
     return total
-
-
-def direction_covariances(rays, centre, T_base_grid):
-    """How directions scatter by their own points, and follow centre and poses.
-
-    rays as in `normal_equations`. Returns the covariances (N, 3, 3) for whitened noise
-    of SD 1 with centre and poses as they are, and the derivatives (N, 3, 6 n - 3) of
-    the best directions by the unknowns of `moved`; NaN for a ray that sees no grid.
-    """
-    points, whitening, u = rays
-    R, c = frames(centre, T_base_grid)
-    size = 6 * len(points) - 3
-    information = np.zeros((len(u), 3, 3))
-    pull = np.zeros((len(u), 3, size))
-    for j in range(len(points)):
-        d = u @ R[j]
-        m = d[:, :2] / d[:, 2:]
-        q = c[j, :2] - c[j, 2] * m
-        W = np.zeros((len(u), 2, 2))
-        W[:, 0, 0], W[:, 0, 1], W[:, 1, 1] = whitening[j].T
-        E = W @ np.concatenate([np.tile(np.eye(2), (len(u), 1, 1)), -m[..., None]], 2)
-        of_u = (-c[j, 2] / d[:, 2])[:, None, None] * E @ R[j].T
-        G = np.zeros((len(u), 3, 3))
-        G[:, 0, 2], G[:, 2, 0] = q[:, 1], -q[:, 1]
-        G[:, 1, 2], G[:, 2, 1] = -q[:, 0], q[:, 0]
-        motion = np.concatenate([E @ G, E], axis=2)[:, :, 0 if j else 3 :]
-        at = 6 * j - 3 if j else 0
-        seen = np.where(whitening[j, :, :1, None] > 0, 1.0, 0.0)
-        flat = np.swapaxes(np.where(seen > 0, of_u, 0.0), 1, 2)
-        information += flat @ np.swapaxes(flat, 1, 2)
-        pull[:, :, at : at + motion.shape[2]] += flat @ np.where(seen > 0, motion, 0.0)
-    none = np.isnan(u[:, 0])
-    across = np.linalg.pinv(np.where(none[:, None, None], 0.0, information), 1e-9, True)
-    across[none] = np.nan
-    return across, -across @ pull

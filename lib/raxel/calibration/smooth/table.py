@@ -70,35 +70,6 @@ class _Field(NamedTuple):
     held_out: dict
 
 
-def smoothed_table(table, *, weights=None, trend=None, block_px=16):
-    """Smooth rays of a central GeneralCamera.
-
-    weights: (H, W), inverse variances of the rays up to one factor, or counts of what
-    each was found from; all alike if None. trend: (central Camera, T_table_trend
-    (4, 4)) to lay the field on; None fits a radial law. block_px: side of the squares
-    kept out, several times as far as neighbours' errors are alike.
-
-    Returns SmoothTable. Memory: 40 bytes a ray. Raises CalibrationError for a table
-    that is not central or has too few rays.
-    """
-    if not table.central:
-        raise CalibrationError(
-            "smooth rays: the table's rays do not all start in one point",
-            code="not-central",
-        )
-    v, u = np.nonzero(table.mask)
-    return smoothed_rays(
-        np.column_stack([u, v]).astype(float),
-        table.directions[v, u],
-        table.width,
-        table.height,
-        centre=table.origins,
-        weights=None if weights is None else np.asarray(weights, float)[v, u],
-        trend=trend,
-        block_px=block_px,
-    )
-
-
 def smoothed_rays(
     pixels,
     directions,

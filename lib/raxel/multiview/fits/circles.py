@@ -1,13 +1,11 @@
-"""Circles through points of a plane, and of a plane in space."""
+"""Circles through points of a plane."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.geometry.poses import inverse_pose, pose, transform
-from raxel.multiview.fits.orthogonal import agreeing, checked_points, least_distances
-from raxel.multiview.fits.planes import PlaneFit, fit_plane
+from raxel.multiview.fits.orthogonal import checked_points, least_distances
 
 STRAIGHT = 1e-9  # sagitta over extent of points that lie on a line
 
@@ -15,8 +13,7 @@ STRAIGHT = 1e-9  # sagitta over extent of points that lie on a line
 class CircleFit(NamedTuple):
     """centre (2,), radius, and their covariance (3, 3), in the unit of the points.
 
-    residuals: (N,) distances of all points, positive outside; sigma: see `Settled`;
-    inliers: (N,) bool.
+    residuals: (N,) distances of all points, positive outside; sigma: see `Settled`.
     """
 
     centre: np.ndarray
@@ -24,23 +21,6 @@ class CircleFit(NamedTuple):
     covariance: np.ndarray
     residuals: np.ndarray
     sigma: float
-    inliers: np.ndarray
-
-
-class SpaceCircleFit(NamedTuple):
-    """A circle in space: about the origin of T_frame_circle (4, 4), in its z = 0.
-
-    plane: the `PlaneFit` whose axes the frame has; circle: the `CircleFit` in it.
-    """
-
-    T_frame_circle: np.ndarray
-    plane: PlaneFit
-    circle: CircleFit
-
-    @property
-    def radius(self):
-        """In the unit of the points."""
-        return self.circle.radius
 
 
 def fit_circle(points, sigma=None):
@@ -53,48 +33,7 @@ def fit_circle(points, sigma=None):
     """
     points = checked_points("circle", points, 2, 3)
     fit = _settled(points, _start(points), sigma)
-    return _as_fit(fit, points, np.ones(len(points), bool))
-
-
-def fit_circle_ransac(points, rng, threshold, sigma=None):
-    """As `fit_circle`, where some points are wrong.
-
-    rng: numpy Generator; threshold: largest distance of a right point; sigma: one
-    number or None. Samples of three points; five or more must agree.
-    """
-    points = checked_points("circle", points, 2, 5)
-
-    def minimal(samples):
-        circles = algebraic_circles(samples)
-        return circles[np.isfinite(circles).all(axis=1)]
-
-    fit, right = agreeing(
-        "circle",
-        points,
-        minimal,
-        circle_distances,
-        lambda some, start: _settled(some, start, sigma),
-        3,
-        rng,
-        threshold,
-    )
-    return _as_fit(fit, points, right)
-
-
-def fit_circle_in_space(points, sigma=None):
-    """The circle near points in space: their plane, then the circle in it.
-
-    points: (N, 3); sigma: as `fit_circle`, of the distances in the plane and out of it.
-    A turn of the plane moves points within it by the square of the turn alone, so both
-    steps together minimise the distances in space, but for terms of second order in
-    the errors. Returns SpaceCircleFit. Raises InputError as `fit_plane` and
-    `fit_circle`.
-    """
-    plane = fit_plane(points, sigma)
-    flat = transform(inverse_pose(plane.T_frame_plane), np.asarray(points, float))
-    circle = fit_circle(flat[:, :2], sigma)
-    T = plane.T_frame_plane @ pose(np.eye(3), [*circle.centre, 0.0])
-    return SpaceCircleFit(T, plane, circle)
+    return _as_fit(fit, points)
 
 
 def algebraic_circles(points):
@@ -148,9 +87,7 @@ def _system(circle, points):
     return apart - circle[2], -np.column_stack([outward, np.ones(len(points))])
 
 
-def _as_fit(fit, points, right):
+def _as_fit(fit, points):
     circle = fit.parameters
     residuals = circle_distances(circle[None], points)[0]
-    return CircleFit(
-        circle[:2], float(circle[2]), fit.covariance, residuals, fit.sigma, right
-    )
+    return CircleFit(circle[:2], float(circle[2]), fit.covariance, residuals, fit.sigma)

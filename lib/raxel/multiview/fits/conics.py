@@ -1,4 +1,4 @@
-"""Conics through points of a plane, of every kind, and the ellipse among them.
+"""Conics through points of a plane, of every kind.
 
 A conic is the six numbers of Q(x, y) = c0 x^2 + c1 x y + c2 y^2 + c3 x + c4 y + c5 = 0,
 of length 1, with c0 + c2 >= 0: inside an ellipse Q is negative.
@@ -11,42 +11,23 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.geometry.homography import normalising
 from raxel.geometry.unit_sphere import stepped, tangents
-from raxel.multiview.fits.orthogonal import agreeing, checked_points, least_distances
+from raxel.multiview.fits.orthogonal import checked_points, least_distances
 
 OPEN = 1e-9  # fifth singular value over the first of points that determine no conic
-ROUNDING = 1e-10  # share below which a sum's value is rounding
 STEPS, SETTLED = 30, 1e-13
 
 
 class ConicFit(NamedTuple):
     """coefficients: (6,) of Q, as above; covariance: (6, 6), singular along them.
 
-    kind: see `kind_of_conic`. residuals: (N,) distances of all points, in their unit,
-    signed as Q; sigma: see `Settled`; inliers: (N,) bool.
+    residuals: (N,) distances of all points, in their unit, signed as Q; sigma: see
+    `Settled`.
     """
 
     coefficients: np.ndarray
     covariance: np.ndarray
-    kind: str
     residuals: np.ndarray
     sigma: float
-    inliers: np.ndarray
-
-    def ellipse(self):
-        """The `Ellipse` that it is; InputError where it is none."""
-        return ellipse_of_conic(self.coefficients, self.covariance)
-
-
-class Ellipse(NamedTuple):
-    """centre (2,), semi_axes (2,), longer first, angle: radians, from x to the longer.
-
-    covariance: (5, 5) of these five in turn; the angle's is inf for a circle.
-    """
-
-    centre: np.ndarray
-    semi_axes: np.ndarray
-    angle: float
-    covariance: np.ndarray
 
 
 def algebraic_conic(points):
@@ -74,29 +55,10 @@ def fit_conic(points, sigma=None):
     """
     points = checked_points("conic", points, 2, 5)
     T = _normalising(points)
-    fit = _settled(_moved(T, points), None, _scaled(sigma, T))
-    return _as_fit(fit, T, points, np.ones(len(points), bool), sigma)
-
-
-def fit_conic_ransac(points, rng, threshold, sigma=None):
-    """As `fit_conic`, where some points are wrong.
-
-    rng: numpy Generator; threshold: largest distance of a right point; sigma: one
-    number or None. Samples of five points; seven or more must agree.
-    """
-    points = checked_points("conic", points, 2, 7)
-    T = _normalising(points)
-    fit, right = agreeing(
-        "conic",
-        _moved(T, points),
-        lambda samples: np.linalg.svd(_monomials(samples))[2][:, 5],
-        _first_order_distances,
-        lambda some, start: _settled(some, start, _scaled(sigma, T)),
-        5,
-        rng,
-        threshold * T[0, 0],
-    )
-    return _as_fit(fit, T, points, right, sigma)
+    moved = _moved(T, points)
+    start = _algebraic(moved)
+    fit = least_distances("conic", _system, stepped, start, moved, _scaled(sigma, T))
+    return _as_fit(fit, T, points, sigma)
 
 
 def conic_distances(coefficients, points):
@@ -140,87 +102,6 @@ def value(coefficients, points):
     return (_monomials(points) @ np.asarray(coefficients)[..., None])[..., 0]
 
 
-def kind_of_conic(coefficients):
-    """'ellipse', 'parabola', 'hyperbola', 'lines', or 'nothing' without real points.
-
-    A parabola is exact but for rounding: no points with errors make one. 'lines' are
-    two that cross, or that are parallel or one; a single point is 'nothing'.
-    """
-    A, b, c5 = _parts(coefficients)
-    bends, axes = np.linalg.eigh(A)
-    flat = int(np.argmin(np.abs(bends)))
-    steep = bends[1 - flat]
-    if np.abs(bends[flat]) <= ROUNDING * np.abs(steep):
-        along, across = b @ axes[:, flat], b @ axes[:, 1 - flat]
-        if np.abs(along) > ROUNDING * np.linalg.norm(b):
-            return "parabola"
-        return "lines" if across**2 >= steep * c5 else "nothing"
-    centre = -np.linalg.solve(A, b)
-    # Q at the centre, and the size of what it is the sum of.
-    k, size = c5 + b @ centre, np.abs(c5) + np.abs(b) @ np.abs(centre)
-    same_side = bends[0] * bends[1] > 0
-    if np.abs(k) <= ROUNDING * size:
-        return "nothing" if same_side else "lines"
-    if not same_side:
-        return "hyperbola"
-    return "ellipse" if k * steep < 0 else "nothing"
-
-
-def ellipse_of_conic(coefficients, covariance=None):
-    """The `Ellipse` of six coefficients, with the covariance (6, 6) carried along.
-
-    Without one the ellipse's is NaN. Raises InputError for a conic of another kind.
-    """
-    kind = kind_of_conic(coefficients)
-    if kind != "ellipse":
-        raise InputError(
-            f"conic: found {kind} where an ellipse is needed; give points of more of "
-            "its outline, or with smaller errors"
-        )
-    A, b, c5 = _parts(coefficients)
-    centre = -np.linalg.solve(A, b)
-    bends, axes = np.linalg.eigh(A)
-    if bends[1] < 0:
-        A, bends, axes = -A, -bends[::-1], axes[:, ::-1]
-    # Q at the centre is -k: the semi-axes are the roots of k over the bends.
-    k = abs(c5 + b @ centre)
-    semi = np.sqrt(k / bends)
-    angle = float(np.arctan2(axes[1, 0], axes[0, 0]) % np.pi)
-    if covariance is None:
-        return Ellipse(centre, semi, angle, np.full((5, 5), np.nan))
-    J = _ellipse_jacobian(coefficients, centre, semi, bends, axes, k)
-    open_angle = not np.isfinite(J[4]).all()
-    J[4] = 0 if open_angle else J[4]
-    spread = J @ covariance @ J.T
-    if open_angle:
-        spread[4, 4] = np.inf
-    return Ellipse(centre, semi, angle, spread)
-
-
-def _ellipse_jacobian(coefficients, centre, semi, bends, axes, k):
-    """Derivatives (5, 6) of centre, semi-axes and angle by the coefficients."""
-    sign = np.sign(coefficients[0] + coefficients[2])
-    A = sign * _parts(coefficients)[0]
-    # Changes of the quadratic part (6, 2, 2) and the linear one (6, 2).
-    d_A = sign * np.array([_parts(row)[0] for row in np.eye(6)])
-    d_b = sign * np.eye(6)[:, 3:5] / 2
-    d_centre = -np.linalg.solve(A, (d_A @ centre + d_b).T)
-    d_k = -sign * _monomials(centre[None])[0]
-    d_bends = np.einsum("ik,nij,jk->kn", axes, d_A, axes)
-    d_semi = semi[:, None] / 2 * (d_k / k - d_bends / bends[:, None])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        d_angle = axes[:, 1] @ d_A @ axes[:, 0] / (bends[0] - bends[1])
-    # The second axis is the first one turned to the left, or to the right.
-    hand = np.sign(np.linalg.det(axes))
-    return np.vstack([d_centre, d_semi, hand * d_angle])
-
-
-def _parts(coefficients):
-    """A (2, 2), b (2,), c of Q = x^T A x + 2 b^T x + c."""
-    c0, c1, c2, c3, c4, c5 = coefficients
-    return np.array([[c0, c1 / 2], [c1 / 2, c2]]), np.array([c3, c4]) / 2, c5
-
-
 def _monomials(points):
     x, y = points[..., 0], points[..., 1]
     return np.stack([x * x, x * y, y * y, x, y, np.ones_like(x)], axis=-1)
@@ -240,13 +121,6 @@ def _newton_shift(coefficients, points):
     return g * (value(coefficients, points)[..., None] / size)
 
 
-def _first_order_distances(conics, points):
-    """Q / |grad Q| (m, N) of points (N, 2) and conics (m, 6) (Sampson's distance)."""
-    g, _ = _gradient(conics, points)
-    size = np.maximum(np.linalg.norm(g, axis=-1), 1e-150)
-    return (_monomials(points) @ conics.T).T / size
-
-
 def _algebraic(points):
     """Coefficients (6,) for points that have been normalised."""
     _, values, Vt = np.linalg.svd(np.linalg.qr(_monomials(points), mode="r"))
@@ -256,11 +130,6 @@ def _algebraic(points):
             "repeated"
         )
     return Vt[5]
-
-
-def _settled(points, start, sigma):
-    start = _algebraic(points) if start is None else start
-    return least_distances("conic", _system, stepped, start, points, sigma)
 
 
 def _system(coefficients, points):
@@ -304,12 +173,11 @@ def _in_frame(coefficients, T):
     return c, (np.eye(6) - np.outer(c, c)) @ carried / size
 
 
-def _as_fit(fit, T, points, right, sigma):
+def _as_fit(fit, T, points, sigma):
     c, carried = _in_frame(fit.parameters, T)
     J = carried @ tangents(fit.parameters)
     distances, _ = conic_distances(c, points)
     covariance = J @ fit.covariance @ J.T
-    kind = kind_of_conic(fit.parameters)
     # No length where it is told in standard deviations that were given.
     scatter = fit.sigma / T[0, 0] if sigma is None else fit.sigma
-    return ConicFit(c, covariance, kind, distances, scatter, right)
+    return ConicFit(c, covariance, distances, scatter)

@@ -14,11 +14,11 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, tangent_bases
 from raxel.multiview.fits.circles import algebraic_circles
-from raxel.multiview.fits.orthogonal import agreeing, checked_points, least_distances
+from raxel.multiview.fits.orthogonal import checked_points, least_distances
 from raxel.multiview.fits.planes import FLAT
 
 FEWEST = 7  # points, for five numbers: through five there are up to six cylinders
-DIRECTIONS, COARSE = 600, 150  # tried on all points, and on each sample
+DIRECTIONS = 600  # that are tried
 SEARCHED = 300  # points that judge directions
 STARTS, APART = 6, np.cos(np.radians(12))  # that are refined; between their axes
 STEPS, DAMPING = 12, 1e-6
@@ -32,7 +32,7 @@ class CylinderFit(NamedTuple):
     The frame's origin lies on the axis, about abeam of the points' mean; the largest
     coordinate of z is positive. covariance: (5, 5) of turns about x and y, radians, of
     shifts along x and y, and of the radius, in the cylinder's frame. residuals: (N,)
-    distances of all points, positive outside; sigma: see `Settled`; inliers: (N,) bool.
+    distances of all points, positive outside; sigma: see `Settled`.
     """
 
     T_frame_cylinder: np.ndarray
@@ -40,7 +40,6 @@ class CylinderFit(NamedTuple):
     covariance: np.ndarray
     residuals: np.ndarray
     sigma: float
-    inliers: np.ndarray
 
     @property
     def axis(self):
@@ -65,28 +64,7 @@ def fit_cylinder(points, sigma=None):
     gaps = np.sum(cylinder_distances(starts, points) ** 2, axis=1)
     start = starts[np.argmin(np.where(np.isfinite(gaps), gaps, np.inf))]
     fit = _settled(points, start, sigma)
-    return _as_fit(fit, points, np.ones(len(points), bool))
-
-
-def fit_cylinder_ransac(points, rng, threshold, sigma=None):
-    """As `fit_cylinder`, where some points are wrong.
-
-    rng: numpy Generator; threshold: largest distance of a right point; sigma: one
-    number or None. Samples of seven points; nine or more must agree.
-    """
-    points = checked_points("cylinder", points, 3, FEWEST + 2)
-    _refuse_flat(points)
-    fit, right = agreeing(
-        "cylinder",
-        points,
-        _of_samples,
-        cylinder_distances,
-        lambda some, start: _settled(some, start, sigma),
-        FEWEST,
-        rng,
-        threshold,
-    )
-    return _as_fit(fit, points, right)
+    return _as_fit(fit, points)
 
 
 def cylinder_distances(cylinders, points):
@@ -147,16 +125,6 @@ def _by_direction(points):
     if not chosen:
         raise InputError("cylinder: the points lie on one line, seen from all sides")
     return np.array(chosen)
-
-
-def _of_samples(samples):
-    """Cylinders (m, 7) near samples (k, n, 3) of points, m <= k."""
-    cylinders, gaps = _circles_along(samples, _half_sphere(COARSE))
-    gaps = np.where(np.isfinite(gaps), gaps, np.inf)
-    best = np.take_along_axis(cylinders, np.argmin(gaps, axis=1)[:, None, None], axis=1)
-    best = best[np.isfinite(gaps).any(axis=1)]
-    found = _refined(best, samples[np.isfinite(gaps).any(axis=1)])[:, 0]
-    return found[np.isfinite(found).all(axis=1)]
 
 
 def _circles_along(samples, axes):
@@ -226,13 +194,13 @@ def _settled(points, start, sigma):
     return fit
 
 
-def _as_fit(fit, points, right):
+def _as_fit(fit, points):
     cylinder = fit.parameters
     basis, axis = _bases(cylinder), cylinder[3:6]
     T = pose(np.column_stack([basis, axis]), cylinder[:3])
     residuals = cylinder_distances(cylinder[None], points)[0]
     radius = float(cylinder[6])
-    return CylinderFit(T, radius, fit.covariance, residuals, fit.sigma, right)
+    return CylinderFit(T, radius, fit.covariance, residuals, fit.sigma)
 
 
 def _refuse_flat(points):

@@ -1,4 +1,4 @@
-"""What fits of curves and surfaces share: least orthogonal distances, and wrong points.
+"""What fits of curves and surfaces share: least orthogonal distances.
 
 A shape is a vector of parameters that a step of fewer numbers moves, so that the length
 of a direction or of a conic's coefficients is no unknown. The sum of squared orthogonal
@@ -13,13 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.geometry.consensus import best_hypothesis, checked_generator
 from raxel.geometry.damped import descend, gauss_newton
 
 ITERATIONS, AT_REST = 100, 1e-13
 ROUNDING = 1e-15  # of the points' extent: distances of exact points
 OPEN = 1e-12  # least eigenvalue, diagonal 1, of equations that determine a shape
-BATCH, REFITS = 64, 20
 FARTHEST = 1e100  # of a coordinate: its square is a number yet
 
 
@@ -93,52 +91,6 @@ def weights_of(shape, sigma, count):
             f"{shape}: found sigma {bad[0]:g}; give standard deviations above 0"
         )
     return np.broadcast_to(1 / given, (count,))
-
-
-def agreeing(shape, points, minimal, distances, refit, size, rng, threshold):
-    """The shape that most points agree with: (last refit, inliers (N,)).
-
-    minimal: samples (k, size, d) -> parameters (m, P), m <= k, of those that have one;
-    distances: parameters (m, P), points (N, d) -> (m, N); refit: points, parameters to
-    start from -> a `Settled`; rng: numpy Generator; threshold: largest distance of a
-    right point. The best sample (least truncated squared distance) is followed by fits
-    to its inliers until they no longer change. Raises InputError where no sample gives
-    a shape or fewer points agree than two more than a sample.
-    See `raxel.geometry.consensus` for the sources.
-    """
-    if not threshold > 0:
-        raise InputError(f"{shape}: found threshold {threshold}; give a positive one")
-    checked_generator(shape, rng)
-
-    def propose(count):
-        picks = np.argsort(rng.random((count, len(points))), axis=1)[:, :size]
-        return minimal(points[picks])
-
-    best = best_hypothesis(
-        propose,
-        lambda hypotheses: distances(hypotheses, points) ** 2,
-        threshold**2,
-        sample_size=size,
-        confidence=0.999,
-        most_trials=5000,
-        batch=BATCH,
-    )
-    if best is None:
-        raise InputError(f"{shape}: no {size} of the points determine one")
-    right, fit = None, None
-    for _ in range(REFITS):
-        now = np.abs(distances(best[None], points)[0]) < threshold
-        if np.array_equal(now, right):
-            break
-        if np.count_nonzero(now) < size + 2:
-            raise InputError(
-                f"{shape}: {np.count_nonzero(now)} of {len(points)} points lie within "
-                f"{threshold:g} of one; {size + 2} or more must agree"
-            )
-        right = now
-        fit = refit(points[right], best)
-        best = fit.parameters
-    return fit, right
 
 
 def checked_points(shape, points, dimension, fewest):

@@ -6,13 +6,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.geometry.poses import pose
-from raxel.multiview.fits.orthogonal import (
-    Settled,
-    agreeing,
-    checked_points,
-    spread,
-    weights_of,
-)
+from raxel.multiview.fits.orthogonal import Settled, checked_points, spread, weights_of
 
 FLAT = 1e-9  # of the extent: points nearer to a line than this lie on it
 
@@ -24,14 +18,13 @@ class PlaneFit(NamedTuple):
     weighted as the distances are, z the normal, away from the frame's origin.
     covariance: (3, 3) of turns about x and y, radians, and of the shift along z; the
     plane's frame. residuals: (N,) distances of all points, positive on the side of z;
-    sigma: see `Settled`; inliers: (N,) bool.
+    sigma: see `Settled`.
     """
 
     T_frame_plane: np.ndarray
     covariance: np.ndarray
     residuals: np.ndarray
     sigma: float
-    inliers: np.ndarray
 
     @property
     def normal(self):
@@ -49,35 +42,7 @@ def fit_plane(points, sigma=None):
     Source: Pearson 1901, doi:10.1080/14786440109462720.
     """
     points = checked_points("plane", points, 3, 3)
-    return _as_fit(_settled(points, sigma), points, np.ones(len(points), bool))
-
-
-def fit_plane_ransac(points, rng, threshold, sigma=None):
-    """As `fit_plane`, where some points are wrong.
-
-    rng: numpy Generator; threshold: largest distance of a right point; sigma: one
-    number or None. Samples of three points; five or more must agree.
-    """
-    points = checked_points("plane", points, 3, 5)
-    fit, right = agreeing(
-        "plane",
-        points,
-        _of_three,
-        plane_distances,
-        lambda some, _: _settled(some, sigma),
-        3,
-        rng,
-        threshold,
-    )
-    return _as_fit(fit, points, right)
-
-
-def plane_distances(planes, points):
-    """Signed distances (m, N) of points (N, 3) from planes (m, 6 or more): a point of
-    each and its unit normal."""
-    return np.einsum(
-        "mni,mi->mn", points - planes[:, None, :3], planes[:, 3:6], optimize=True
-    )
+    return _as_fit(_settled(points, sigma), points)
 
 
 def _settled(points, sigma):
@@ -99,19 +64,10 @@ def _settled(points, sigma):
     return Settled(parameters, distances, covariance, scatter)
 
 
-def _as_fit(fit, points, right):
+def _as_fit(fit, points):
     middle, normal, x = fit.parameters.reshape(3, 3)
     normal = normal * (-1 if normal @ middle < 0 else 1)
     x = x * np.sign(x[np.argmax(np.abs(x))])
     T = pose(np.column_stack([x, np.cross(normal, x), normal]), middle)
     residuals = (points - middle) @ normal
-    return PlaneFit(T, fit.covariance, residuals, fit.sigma, right)
-
-
-def _of_three(samples):
-    """Planes (m, 6) through samples (k, 3, 3) that are no line."""
-    one, two = samples[:, 1] - samples[:, 0], samples[:, 2] - samples[:, 0]
-    normal = np.cross(one, two)
-    size = np.linalg.norm(normal, axis=1)
-    good = size > FLAT * np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
-    return np.hstack([samples[good, 0], normal[good] / size[good, None]])
+    return PlaneFit(T, fit.covariance, residuals, fit.sigma)
