@@ -18,7 +18,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test times recorded notebooks lab answers archive bench fuzz readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test times recorded notebooks lab answers archive bench fuzz where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -55,7 +55,8 @@ answers: notebooks ## the exercises with their answers, a sheet per route, for t
 	@$(RUN) .venv/bin/python -m chapters.guides.for_teachers.exercises.answers --effort $(EFFORT)
 
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
-	@$(RUN) .venv/bin/python -m repro.site.archive --effort $(EFFORT)
+	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
+	@cd report && $(CURDIR)/.venv/bin/python -m zipfile -c raxel-report-$(EFFORT).zip $(notdir $(SITE))
 
 bench: setup ## detectors without clicks and the decoder of active grids beside others: speed, counts, memory (RECORDED="set another-set")
 	@$(PYTHON) lib/repro/bootstrap.py --bench
@@ -64,10 +65,6 @@ bench: setup ## detectors without clicks and the decoder of active grids beside 
 fuzz: setup ## every reader of files against damaged ones: counts; no part of `make test` (MUTANTS=2000 of each)
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
 	  .venv/bin/python -m tests.fuzz.run --mutants $(MUTANTS) $(ARGS)
-
-.PHONY: readme
-readme: setup ## the pictures of README.md, from those of the full report
-	@$(RUN) .venv/bin/python -m repro.site.readme_pictures
 
 # The words after `where` are ids: what they name is looked up and not made.
 ifeq ($(firstword $(MAKECMDGOALS)),where)

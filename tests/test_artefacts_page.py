@@ -1,7 +1,6 @@
 """The page of all artefacts: findings from verdicts, small pictures, what is behind."""
 
 import os
-import re
 import shutil
 
 import cv2
@@ -9,10 +8,8 @@ import numpy as np
 import pytest
 
 from repro.page.furniture import Furnisher
-from repro.run.discover import Producer
 from repro.run.results import write_atomic, write_json
-from repro.run.run_times import duration, results_behind, seconds_of
-from repro.site import artefacts, readme_pictures, start
+from repro.site import artefacts, start
 from repro.site.chapters import Document
 from repro.site.thumbnails import SIZE_PX, thumbnails
 from tests.scoreboard_rows import row
@@ -132,7 +129,7 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
         f'href="source/{PAGE}/figures.py.html#draw"',
         'href="logs/sweep.json"',
         'href="scoreboard.html#fig_2_6"',
-        "<code>make fig_2_6</code> · 3\N{NO-BREAK SPACE}min",
+        "<code>make fig_2_6</code>",
         "reproduced",
     ):
         assert part in card
@@ -156,48 +153,6 @@ def test_a_small_picture_is_made_again_when_its_picture_changed(checkout, tmp_pa
     os.utime(picture, ns=(1, before + 1))
     thumbnails([picture], tmp_path / "small")
     assert made.stat().st_mtime_ns != before
-
-
-def test_the_readme_shows_the_pictures_that_its_command_makes(checkout):
-    with pytest.raises(readme_pictures.NotBuilt, match=r"build it first: make ext_zoo"):
-        readme_pictures.readme_pictures(checkout)
-    folder = checkout / "figures" / "full"
-    for name in readme_pictures.FIGURES:
-        shutil.copy(folder / "fig_2_6.png", folder / f"{name}.png")
-    made = [
-        path.relative_to(checkout) for path in readme_pictures.readme_pictures(checkout)
-    ]
-    shown = re.findall(
-        r"!\[[^]]{20,}\]\(([^)]+)\)", (ROOT / "README.md").read_text("utf-8")
-    )
-    assert shown == [path.as_posix() for path in made]
-    sizes = [(ROOT / path).stat().st_size for path in made]
-    assert sum(sizes) < 150_000
-    width, height = readme_pictures.SIZE_PX
-    for path in made:
-        own = cv2.imread(str(ROOT / path)).shape
-        assert own[1] == width or own[0] == height
-
-
-def test_the_time_of_an_artefact_is_that_of_all_experiments_behind_it(tmp_path):
-    def made(name, **details):
-        return Producer("experiment", name, "m", "f", "p", 1, details)
-
-    all_made = [
-        made("first"),
-        made("second", needs=("first", "own"), per_set=True),
-        made("own", per_set=True),
-    ]
-    behind = results_behind(all_made, ["second@set", "first"])
-    assert behind == ["second@set", "first", "own@set"]
-    for name, seconds in (("second@set", 2.5), ("first", 40)):
-        write_json(tmp_path / f"{name}.run.json", {"seconds": seconds})
-    assert seconds_of(tmp_path, behind) == 42.5
-    assert seconds_of(tmp_path, ["nobody"]) is None
-    times = (0.4, 4.4, 42.5, 58, 5300, 5500)
-    assert list(map(duration, times)) == [
-        "under 1 s", "4 s", "40 s", "1 min", "88 min", "1.5 h",
-    ]  # fmt: skip
 
 
 def test_the_start_page_quotes_what_there_is(tmp_path):

@@ -24,7 +24,6 @@ from repro.page.reader import mark
 from repro.page.templates import part, render
 from repro.page.wording import label, literal
 from repro.run.discover import Producer, producers, result_ids
-from repro.run.run_times import duration, results_behind, seconds_of
 from repro.run.sets_of_report import name_of
 
 MARK = re.compile(re.escape(mark("NAME")).replace("NAME", '([^"]+)'))
@@ -37,7 +36,6 @@ class Behind:
     """What stands behind an artefact; addresses lead from the page that names it."""
 
     command: str
-    took: str
     logs: Sequence[tuple[str, str]]
     source: str
     path: str
@@ -124,18 +122,15 @@ class Furnisher:
         )
 
     def behind(self, name: str, about: Mapping) -> Behind:
-        """Command, time, logs, code and comparison of an artefact.
+        """Command, logs, code and comparison of an artefact.
 
         ``about`` is the content of its description file.
         """
         identifier = name.partition("@")[0]
         path, function = about["source"]
-        read = results_behind(self.made, result_ids(about["results"]))
-        seconds = seconds_of(self.base / "results", read)
         compared = f"{self.up}scoreboard.html#{identifier}"
         return Behind(
             command=self._command(name),
-            took="" if seconds is None else duration(seconds),
             logs=self._logs(name, about),
             source=f"{self.up}source/{path}.html#{function}",
             path=path,

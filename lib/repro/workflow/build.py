@@ -30,7 +30,6 @@ from repro.workflow.forks import warm_jobs
 from repro.workflow.intact import drop_damaged
 from repro.workflow.interruption import stopped_by_signals
 from repro.workflow.terminal import say
-from repro.workflow.unchanged import is_done, note, sources_of
 from repro.workflow.work import Work, planned
 
 INTERRUPTED = "interrupted; what is finished stays, run it again to go on"
@@ -74,16 +73,11 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     trials = _checked_trials(options.trials, options.target)
     if options.target in WHOLE:
         _bring_photographs(root)
-    sources = sources_of(root)
     planned.cache_clear()  # of a build before, in the same process
     work = planned(root, options.effort, trials, recorded)
     _mind_faulty_sets(work, options.target)
     targets = _targets(work, options.target)
     drop_damaged(work)
-    order = (options.target, options.effort, trials, recorded, options.readings)
-    if is_done(work, order, sources, targets):
-        _say_where(work, targets, changed=False)
-        return 0
     _drop_judgements_of_gone_pages(work)
     say_changes(work)
     words = [
@@ -97,7 +91,6 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     done = _snakemake(words)
     if done:
         remember(work, _built(work, options.target))
-        note(work, order, sources)
         _say_where(work, targets, changed=_ages(root, targets) != before)
     return 0 if done else 1
 
