@@ -210,31 +210,6 @@ def test_smooth_pictures_have_no_wrong_matches():
     assert VIEWER.width > 0
 
 
-def test_corners_that_only_the_picture_after_shows_settle_the_free_edge():
-    rng = np.random.default_rng(5)
-    after = shaken(seen(bent(15.0), T_GRID), rng)
-    near = np.where((GRID[:, 0] < 190)[:, None], shaken(BEFORE, rng), np.nan)
-    outline = visible_pixels(15.0, 2, 2)
-    common, every = (
-        update_mirror(FLAT, near, after, GRID, CLAMP,
-                      PRIOR._replace(all_after=all_after), outline=outline)
-        for all_after in (False, True)
-    )  # fmt: skip
-    assert np.count_nonzero(every.used) > np.count_nonzero(common.used) + 5
-    assert (
-        angles_deg(every.camera, 15.0).mean() < angles_deg(common.camera, 15.0).mean()
-    )
-
-
-def test_corners_without_a_ray_before_are_seen_from_the_mirrors_middle():
-    """Then the linear stage takes the deflection for less, as of corners with one."""
-    near = np.where((GRID[:, 0] < 190)[:, None], BEFORE, np.nan)
-    every = PRIOR._replace(all_after=True)
-    found = update_mirror(FLAT, near, AFTER, GRID, CLAMP, every, outline=OUTLINE)
-    assert 0.2 < heights_at(found.linear, force_pixel(5.0))[0] / 5 < 0.7
-    assert angles_deg(found.linear, 5.0).mean() < 5
-
-
 @pytest.mark.parametrize("misfit", [0.0, 3e-4])
 def test_misfit_is_what_rays_are_off_beyond_noise(misfit):
     """Noise of 0.1 mm and misfit, radians, at each of two components of a ray."""

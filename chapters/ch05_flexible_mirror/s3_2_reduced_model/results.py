@@ -17,7 +17,7 @@ from repro.judge.statistics import trend, with_worst
 from repro.page.reader import value
 from repro.run.readings import Case
 
-RUNS, SWEPT, OTHER = "fig_5_7_runs", "fig_5_7_swept", "fig_5_7_other"
+RUNS, SWEPT = "fig_5_7_runs", "fig_5_7_swept"
 SENSITIVITY = "exp_c5_primary_sensitivity"
 # The options of each question, as trials call them; each but the primary one is a way
 # of its own to calibrate.
@@ -86,14 +86,13 @@ def final_over_injected(result, kind):
 
 def name_values(open_results):
     """Name the numbers of the prose: medians over the seeds."""
-    results = {name: open_results(name) for name in (RUNS, OTHER)}
+    result = open_results(RUNS)
     quoted = {
-        f"{geometry}.{bench}.{name}": number
-        for geometry, result in (("A", results[RUNS]), ("B", results[OTHER]))
+        f"{bench}.{name}": number
         for bench in BENCHES
         for name, number in of_bench(result, bench).items()
     }
-    quoted |= of_frames(results[RUNS]) | of_ways(results[RUNS])
+    quoted |= of_frames(result) | of_ways(result)
     for kind in KINDS:
         slope = final_over_injected(open_results(SENSITIVITY), kind)
         quoted[f"sensitivity.{kind}"] = slope.value

@@ -129,7 +129,7 @@ def reduced_trial(condition, rng, errors, benches, ways):
             refused = {"refused": refusal.code}
             out[name] = dict.fromkeys((PUBLISHED_WAY, *ways), refused)
             continue
-        back = seen_board(rig, bent.cameras[1], boards[1], these, rng), boards[1]
+        back = seen_board(rig, bent.cameras[1], boards[1], these, rng)
         out[name] = {way: scored(bent, WAYS[way]) for way in ways}
         out[name][PUBLISHED_WAY] = scored(bent, WAYS[PUBLISHED_WAY], back)
     return out
@@ -162,7 +162,7 @@ def curves_trial(condition, rng, errors):
     return {
         name: np.stack([(points - foot) @ along, (points - foot) @ way])
         for name, points in shapes.items()
-    } | {"reach": found.reach}
+    }
 
 
 def board_poses(rig, rng):
@@ -227,22 +227,21 @@ def in_strip(bent, pixels):
 def scored(bent, way, back=None):
     """Errors of the curve before, and of the linear and the final one after.
 
-    back: a board's pixels (182, 2) after the deflection, and its pose; then rays and
-    back-projection are scored too.
+    back: a board's pixels (182, 2) after the deflection; then rays and back-projection
+    are scored too.
     """
     try:
         before, found = calibrated(bent, way)
         out = off_scans(bent, before, linear=found.linear, final=found.curve)
         if back is not None:
-            out["before"]["angle_deg"] = mean_angle(bent, before, 0)
-            out["final"]["angle_deg"] = mean_angle(bent, found.curve, 1)
-            out["back"] = backs(bent.camera(found.curve), bent.points, *back)
+            out["final"]["angle_deg"] = mean_angle(bent, found.curve)
+            camera = bent.camera(found.curve)
+            own = lengths(back_projection(camera, back, bent.points))
+            out["back"] = {"own_mm": float(np.mean(own))}
     except CalibrationError as refusal:
         return {"refused": refusal.code}
     return out | {
         "residual_mm": float(np.mean(np.abs(found.residuals))),
-        "corners": len(found.residuals),
-        "reach": found.reach,
     }
 
 
@@ -270,16 +269,8 @@ def off_scans(bent, before, **after):
     return out
 
 
-def mean_angle(bent, curve, k):
-    """Mean angle between found and true rays, degrees, before (0) or after."""
-    true = bent.cameras[k]
+def mean_angle(bent, curve):
+    """Mean angle between found and true rays after bending, degrees."""
+    true = bent.cameras[1]
     pixels = lattice(true, COMPARED_PX)
     return float(np.nanmean(ray_angles(bent.camera(curve), true, pixels)))
-
-
-def backs(camera, points, pixels, T_camera_board):
-    """Mean errors on a board, mm: in the pose that the camera finds, and in its own."""
-    return {
-        name: float(np.mean(lengths(back_projection(camera, pixels, points, T))))
-        for name, T in (("own_mm", None), ("true_mm", T_camera_board))
-    }

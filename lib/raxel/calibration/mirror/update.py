@@ -62,8 +62,6 @@ class MirrorSettings(NamedTuple):
     numbers stay where features do not support them (then a prior must carry, or the
     stage is refused). noise_px: standard deviation of a feature along each axis, px.
     prior_sd: of `bending_prior`, mm; None for no prior. truncation: see `clamped`.
-    all_after: whether a corner that only the picture after shows counts, too: its place
-    is known once the grid's pose is. The thesis takes the common ones.
     """
 
     shape: tuple = (7, 3)
@@ -72,7 +70,6 @@ class MirrorSettings(NamedTuple):
     noise_px: float = 0.2
     prior_sd: float | None = None
     truncation: float = TRUNCATION
-    all_after: bool = False
 
 
 class MirrorUpdate(NamedTuple):
@@ -148,17 +145,10 @@ def update_mirror(
     _not_exchanged(before, pixels_after, points, wrong, pose)
     settings = settings or MirrorSettings()
     placed = transform(pose.T_camera_grid, on_plane(points))
-    counts = np.isfinite(pixels_after).all(axis=1) & ~wrong
-    directions = rays.directions
-    if settings.all_after:
-        directions = np.where(
-            pose.inliers[:, None], directions, placed - np.nanmean(rays.origins, axis=0)
-        )
-    else:
-        counts &= pose.inliers
+    counts = np.isfinite(pixels_after).all(axis=1) & ~wrong & pose.inliers
     found = _shape(
-        before, np.where(counts[:, None], pixels_after, np.nan), placed, directions,
-        clamp, settings, outline,
+        before, np.where(counts[:, None], pixels_after, np.nan), placed,
+        rays.directions, clamp, settings, outline,
         (motion_of_points(points, pose.T_camera_grid), pose.covariance),
     )  # fmt: skip
     flags = list(found.flags)
