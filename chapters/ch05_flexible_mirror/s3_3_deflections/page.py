@@ -1,5 +1,5 @@
 # %% [markdown]
-# # 5.3.3 Three deflections: is the mirror found where it went?
+# # 5.3.3 Three deflections, stage by stage
 #
 # **Question.** A mirror is pushed three times by 5 mm, and calibrated after
 # each push from two pictures of a chessboard. How far does the calibration say

@@ -1,5 +1,5 @@
 # %% [markdown]
-# # 5.3.3 There and back: does the error grow?
+# # 5.3.3 Repeatability: three deflections and back
 #
 # **Question.** A calibration that is updated from the one before it may carry
 # its errors on. A mirror is pushed three times by 5 mm and let back, and once
