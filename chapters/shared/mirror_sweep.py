@@ -24,18 +24,18 @@ class BenchRuns(Case):
     """Every seed on one bench: the one of the reading, or an end of a sweep.
 
     EXPERIMENTS: those of a kind of run, on geometry A, on A from half to twice the
-    bench's numbers, and on B. Where a seed was refused, it has no values from there on:
-    nan.
+    bench's numbers, and on B if it was run there. Where a seed was refused, it has no
+    values from there on: nan.
     """
 
-    EXPERIMENTS: tuple[str, str, str]
+    EXPERIMENTS: tuple[str, ...]
 
     def __init__(self, results, options=None, bench=None, geometry="A"):
         super().__init__(READINGS, options)
-        runs, swept, other = self.EXPERIMENTS
+        runs, swept, *other = self.EXPERIMENTS
         self.bench = bench or self["mirror_bench"]
         name = swept if self.bench in SWEPT else runs
-        self.result = results[name if geometry == "A" else other]
+        self.result = results[name if geometry == "A" else other[0]]
 
     @property
     def seeds(self):

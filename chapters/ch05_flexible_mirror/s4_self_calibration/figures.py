@@ -4,19 +4,15 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     OBJECTS,
-    PICTURES,
     STAGES,
     TOLD,
     Courses,
-    arrays_of,
     first_seed,
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import ALONG_MM
-from chapters.ch05_flexible_mirror.s4_self_calibration.trials.pictures import STEPS
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import DEPTHS_MM
-from chapters.shared.mirror_bench import BENCH, BENCHES
+from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from repro.judge.statistics import median_and_range
 from repro.page.style import INK, legend_below, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -24,9 +20,7 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 NEEDS = ("table_5_9_runs",)
-LOOKED_AT = {"sift": "SIFT", "many": "drawn, as many", "drawn": "drawn, a tenth"}
 SD_TICKS = (1, 2, 3, 5, 10, 20, 30, 50)
-SMALL_PX = (686, 544)  # of a picture from pictures, where none was rendered
 
 
 def first_of(arrays, columns=2):
@@ -161,81 +155,4 @@ def fig_5_27(results):
         drawn,
         columns(("u_px", "v_px"), pixels),
         "Features of the scene in the picture of stage 2, of the seed of Fig. 5.26.",
-    )
-
-
-@figure("ext_self_pictures", needs=("ext_self_pictures_runs",), evidence="rendered")
-def ext_self_pictures(results):
-    """Matches in the picture after the push, and what is found from them."""
-    drawn, (left, right) = new_figure(1, 2, height_in=3.6)
-    result, rows = results[PICTURES], []
-    picture = arrays_of(result, f"{BENCH}.picture")
-    left.imshow(
-        picture[0] if picture else np.zeros(SMALL_PX[::-1], np.uint8),
-        cmap="gray", vmin=0, vmax=255,
-    )  # fmt: skip
-    places = first_of(arrays_of(result, f"{BENCH}.matched"))
-    look = series(0) | {"linestyle": "", "markersize": 2}
-    left.plot(*places.T, **look)
-    left.grid(visible=False)
-    left.set(xlabel="u (px)", ylabel="v (px)", title="after the push, bench")
-    runs = np.arange(1, result.trials_per_condition + 1)
-    for number, (way, label) in enumerate(LOOKED_AT.items()):
-        for aside, bench in ((0.0, BENCH), (len(runs) + 1.0, "laboratory")):
-            found = result.column(f"{bench}.{way}.deflection_mm")
-            look = series(number) | {"linestyle": ""}
-            right.plot(runs + aside, found, label=None if aside else label, **look)
-            rows += [(bench, label, *row) for row in zip(runs, found, strict=True)]
-    right.axhline(STEPS[-1], color=INK, linestyle=":", marker="", label="true")
-    middle = (len(runs) + 1) / 2
-    right.set_xticks([middle, middle + len(runs) + 1], ["bench", "laboratory"])
-    right.set(xlim=(0, 2 * len(runs) + 2), xlabel="Run (1)")
-    right.set_ylim(bottom=0)
-    right.set_ylabel("Deflection (mm)")
-    legend_below(drawn, right, ncols=4)
-    return Drawing(
-        drawn,
-        columns(("bench", "features", "run", "deflection_mm"), rows),
-        "One push of 5 mm in two steps, self-calibrated from rendered pictures. Left: "
-        "the printed wall and the plane before it in the bent mirror, and the matches "
-        "of the second step. Right: the deflection found from matches, and from drawn "
-        "features of the same mirror, run by run: as many in each step as SIFT matches "
-        "in both together, and a tenth of that. A run "
-        "that was refused has no mark.",
-    )
-
-
-def middle_of(found):
-    """Median (1) of the trials that have a value, nan without any."""
-    return median_and_range(found).value
-
-
-@figure("ext_self_feedback", needs=("ext_self_ways_runs",), evidence="synthetic")
-def ext_self_feedback(results):
-    """What feeding triangulated points back does: nothing, with a small residual."""
-    drawn, (left, right) = new_figure(1, 2, height_in=3.6)
-    rows = []
-    for number, (depth, label) in enumerate(((0.0, "4 to 5 m"), (800.0, "0.8 m"))):
-        found = results["ext_self_ways_runs"].select(depth_mm=depth)
-        ways = ["linear", *(f"feedback{k}" for k in range(1, 7))]
-        went, rms = (
-            [middle_of(found.column(f"{way}.{name}")) for way in ways[start:]]
-            for name, start in (("deflection_mm", 0), ("rms", 1))
-        )
-        left.plot(range(7), went, label=label, **series(number))
-        right.plot(range(1, 7), rms, label=label, **series(number))
-        rows += [
-            (label, k, a, b)
-            for k, (a, b) in enumerate(zip(went, [None, *rms], strict=True))
-        ]
-    left.axhline(2.5, color=INK, linestyle=":", marker="", label="true")
-    left.set(xlabel="Round (1)", ylabel="Deflection (mm)", ylim=(0, 3))
-    right.set(xlabel="Round (1)", ylabel="Residual (SD)", ylim=(0, None))
-    legend_below(drawn, left, ncols=3)
-    return Drawing(
-        drawn,
-        columns(("scene", "round", "deflection_mm", "rms_sd"), rows),
-        "The loop of 5.4: points are triangulated with the shape that was found, and "
-        "the shape is refined to them. The residual falls, and the deflection stays "
-        "where the linear stage put it. Medians over the seeds.",
     )

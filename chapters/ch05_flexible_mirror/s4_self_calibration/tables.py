@@ -1,24 +1,17 @@
-"""Table 5.9 on both benches, ways without a target, and the numbers of 5.4."""
+"""Table 5.9 on both benches, other features, and the numbers of 5.4."""
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s4_self_calibration.results.predicates import (
-    BY_SEED,
-    order,
-)
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
-    BY_EITHER,
     OBJECTS,
-    PICTURES,
     STAGES,
     STEP_MM,
     TOLD,
     Courses,
-    pays,
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import SCENES
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import DEPTHS_MM
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_tables import MEDIANS, reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
@@ -30,27 +23,6 @@ FEATURES = {
     "clustered": "clustered, all far",
     "near": "even, near at the end",
     "even": "even, all far",
-}
-WAY_NAMES = {
-    "linear": "linear, scene at infinity (5.4)",
-    "feedback1": "fed back once (5.4)",
-    "feedback6": "fed back six times (5.4)",
-    "edges": "straight edges, as worded (6.3.3)",
-    "lines": "one line in space for each edge",
-    "one_depth": "one unknown depth",
-    "one_depth_held": "one unknown depth, slope of the clamp held",
-}
-
-OF_PICTURES = {
-    "sift.kept": "Matches",
-    "sift.wrong_kept": "Wrong",
-    "sift.match_px": "Right ones off (px)",
-    "sift.deflection_mm": "SIFT (mm)",
-    "many.deflection_mm": "Drawn, as many (mm)",
-    "drawn.deflection_mm": "Drawn, a tenth (mm)",
-    "sift.angle_deg": "SIFT (°)",
-    "many.angle_deg": "As many (°)",
-    "drawn.angle_deg": "A tenth (°)",
 }
 PUSHED = "the simulated mirror is pushed by so much"
 PLACED = "the simulated scene stands there"
@@ -126,114 +98,6 @@ def ext_self_features(results):
         "The same where features are spread otherwise: over the whole mirror, and "
         f"without near ones. {MEDIANS} {REACH}",
     )
-
-
-@table("ext_self_ways", needs=("ext_self_ways_runs",), evidence="synthetic")
-def ext_self_ways(results):
-    """One step by every way."""
-    rows = []
-    for depth, scene in ((0.0, "4 to 5 m"), (800.0, "0.7 to 0.9 m")):
-        found = results["ext_self_ways_runs"].select(depth_mm=depth)
-        for way, words in WAY_NAMES.items():
-            values = {
-                name: found.column(f"{way}.{name}")
-                for name in ("deflection_mm", "angle_deg", "rms", "depth_mm")
-            }
-            came = int(np.isfinite(values["deflection_mm"]).sum())
-            rows.append((scene, words, came, *map(reached, values.values())))
-    heads = ("Scene", "Way", "Seeds", "Deflection (mm)", "To true rays (°)")
-    return Table(
-        columns((*heads, "Residual (SD)", "Depth found (mm)"), rows),
-        "One step of 2.5 mm without a target, from a mirror that is known but for what "
-        "a spline cannot follow: what each way finds of it. Features are spread "
-        f"evenly. {MEDIANS}",
-    )
-
-
-@table("ext_self_anew", needs=NEEDS, evidence="rendered")
-def ext_self_anew(results):
-    """When a calibration by the general method pays (5.5)."""
-    rows = []
-    for bench in reversed(BENCHES):
-        runs = Courses(results, bench=bench)
-        start = runs.column("start_deg")
-        rows.append((bench, 0, None, reached(start), None))
-        for stage in STAGES:
-            kept, anew = (runs.of(w, "angle_deg", (stage,))[0] for w in BY_EITHER)
-            shares = 100 * pays(kept, anew) if np.isfinite(anew).any() else None
-            rows.append((bench, stage, reached(kept), reached(anew), shares))
-    heads = ("Bench", "Stage", "From stage to stage (°)", "Primary stage (°)")
-    return Table(
-        columns((*heads, "Primary nearer (% of the seeds)"), rows),
-        "Mean angle to the true rays after each push: of the mirror calibrated from "
-        "boards, stage after stage, and of one calibrated anew by the general method "
-        f"with the monitor. {MEDIANS} A refused seed counts for the latter.",
-    )
-
-
-@table(
-    "ext_self_pictures_table", needs=("ext_self_pictures_runs",), evidence="rendered"
-)
-def ext_self_pictures_table(results):
-    """Each run from pictures, beside drawn features of the same mirror."""
-    rows = []
-    for bench in reversed(BENCHES):
-        found = {
-            name: results[PICTURES].column(f"{bench}.{name}") for name in OF_PICTURES
-        }
-        rows += [
-            (bench, run, *(known(found[name][run - 1]) for name in OF_PICTURES))
-            for run in range(1, results[PICTURES].trials_per_condition + 1)
-        ]
-    return Table(
-        columns(("Bench", "Run", *OF_PICTURES.values()), rows),
-        "One push of 5 mm in two steps, all features far: from rendered pictures, "
-        "matched by SIFT, and from drawn features of the same mirror, about as many "
-        "and a tenth of that, as in the runs of three pushes: the deflection found and "
-        "the mean angle to the true rays. Pictures are of 768 x 576 px. A match is "
-        "wrong where it is 3 px or more beside its place; what does not follow a "
-        "smooth warp was left out before.",
-    )
-
-
-def known(value):
-    """A number, whole where it counts something; None where there is none."""
-    if not np.isfinite(value):
-        return None
-    return int(value) if value == int(value) else float(value)
-
-
-@table(
-    "ext_self_swept",
-    needs=("table_5_9_runs", "table_5_9_swept", "table_5_9_other"),
-    evidence="rendered",
-)
-def ext_self_swept(results):
-    """Shares of the seeds in which claims are true, from bench to bench."""
-    of = {
-        bench: Courses(results, bench=bench) for bench in (*reversed(BENCHES), *SWEPT)
-    }
-    of |= {
-        f"B, {bench}": Courses(results, bench=bench, geometry="B")
-        for bench in reversed(BENCHES)
-    }
-    rows = [
-        (claim.removeprefix("c5_"), *(share(predicate, runs) for runs in of.values()))
-        for claim, predicate in (BY_SEED | {"c5_multi_order": order}).items()
-    ]
-    return Table(
-        columns(("Claim", *(f"{name} (%)" for name in of)), rows),
-        "Share of the seeds in which each claim is true, on either bench, with one "
-        "of the bench's two numbers halved or doubled, and with geometry B, where "
-        "boards are refused before the end. What a refused seed should have says no.",
-    )
-
-
-def share(predicate, runs):
-    """% of the seeds in which a claim is true, None where nothing was run."""
-    if not np.isfinite(runs.column("start_deg")).any():
-        return None
-    return 100 * float(np.mean(predicate(runs)[0]))
 
 
 def _value(runs, found, unit):

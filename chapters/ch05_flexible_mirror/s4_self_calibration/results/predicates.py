@@ -176,16 +176,3 @@ def impractical(runs):
         f"over the refined method, stage 3; {_by_stage(own)} mm; boards "
         f"{_by_stage(board)} mm; even features {_by_stage(even)} mm",
     )
-
-
-BY_SEED = {
-    "c5_selfcal_better_early": better_early,
-    "c5_selfcal_degrades": degrades,
-    "c5_selfcal_vertical": vertical,
-    "c5_phantom_inflexion": inflexion,
-    "c5_vbs_large_error": large_error,
-    "c5_vbs_fixed_edge": fixed_edge,
-    "c5_multi_spread": spread,
-    "c5_multi_under": under,
-    "c5_selfcal_impractical": impractical,
-}

@@ -6,25 +6,18 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s4_self_calibration.results import predicates
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.known import slopes
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
-    BY_EITHER,
     KNOWN,
     OBJECTS,
-    OTHER,
-    PICTURES,
     RUNS,
-    STAGES,
     SWEPT_RUNS,
     TOLD,
-    WAYS,
     Courses,
-    pays,
 )
 from chapters.shared.mirror_bench import BENCHES
 from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
-STEPPED = ("linear", "feedback6", "edges", "lines", "one_depth", "one_depth_held")
 NONE = "none"
 
 
@@ -36,24 +29,12 @@ def said(found, digits=2):
 
 def name_values(open_results):
     """Name the numbers of the prose."""
-    results = {
-        name: open_results(name)
-        for name in (RUNS, SWEPT_RUNS, OTHER, WAYS, KNOWN, PICTURES)
-    }
-    for geometry, bench in (
-        (geometry, bench) for geometry in "AB" for bench in BENCHES
-    ):
-        runs = Courses(results, bench=bench, geometry=geometry)
-        short = ("" if geometry == "A" else "b.") + SHORT[bench]
-        found = of_scenes(runs) | of_views(runs)
-        if geometry == "A":
-            found |= of_boards(runs)
-        for name, words in found.items():
-            value(f"{short}{name}", words)
+    results = {name: open_results(name) for name in (RUNS, SWEPT_RUNS, KNOWN)}
+    for bench in BENCHES:
+        runs = Courses(results, bench=bench)
+        for name, words in (of_scenes(runs) | of_views(runs)).items():
+            value(f"{SHORT[bench]}{name}", words)
     value("swept.seeds", results[SWEPT_RUNS].trials_per_condition)
-    for named in (of_ways(results[WAYS]), of_pictures(results[PICTURES])):
-        for name, words in named.items():
-            value(name, words)
     for way in ("known", "boards"):
         value(f"{way}.slope", f"{np.mean(slopes(results[KNOWN], way)):.2f}")
     value("known.seeds", results[KNOWN].trials_per_condition)
@@ -73,25 +54,11 @@ def of_scenes(runs):
         found[f"{way}.reach"] = int(np.isfinite(at_load).sum())
     sides = runs.of("clustered", "sag_mm")[-1]
     found["sides"] = int(np.isfinite(sides).sum())
-    for way in (TOLD, "board"):
-        found[f"{way}.back"] = said(runs.of(way, "back_mm")[-1], 1)
     for way in ("near", "even"):
         found[f"{way}.inflected"] = (
             f"{100 * runs.inflected(way).all(axis=0).mean():.0f}"
         )
     found["whole"] = sum(text is not None for text in runs.refused("whole"))
-    return found
-
-
-def of_boards(runs):
-    """{name: words} of both ways to be calibrated after a push (5.5)."""
-    found = {"start": said(runs.column("start_deg"))}
-    for stage in STAGES:
-        kept, anew = (runs.of(way, "angle_deg", (stage,))[0] for way in BY_EITHER)
-        found[f"anew.{stage}"] = said(anew, 3)
-        found[f"pays.{stage}"] = f"{100 * pays(kept, anew):.0f}"
-    linear, near = runs.of("board", "linear_mm"), runs.of("board", "deflection_mm")
-    found["below.1"] = said(100 * (1 - linear / near)[0], 0)
     return found
 
 
@@ -112,34 +79,4 @@ def of_views(runs):
             )
             found[f"{cameras}.{one}.ratio"] = said(ratio)
             found[f"{cameras}.{one}.spread"] = said(spread / 1000, 1)
-    return found
-
-
-def of_ways(result):
-    """{name: words} of one step by every way."""
-    found = {}
-    for depth, short in ((0.0, "far"), (800.0, "near")):
-        trials = result.select(depth_mm=depth)
-        for way in STEPPED:
-            found[f"{short}.{way}"] = said(trials.column(f"{way}.deflection_mm"))
-            found[f"{short}.{way}.deg"] = said(trials.column(f"{way}.angle_deg"))
-        found[f"{short}.rms"] = said(trials.column("feedback6.rms"))
-    return found
-
-
-def of_pictures(result):
-    """{name: words} of the runs from pictures."""
-    found = {"pictures": result.trials_per_condition}
-    for bench, short in SHORT.items():
-        for way in ("sift", "many", "drawn"):
-            for name in ("deflection_mm", "angle_deg"):
-                of = result.column(f"{bench}.{way}.{name}")
-                found[f"{short}{way}.{name.split('_')[0]}"] = said(of)
-        matches, wrong, px = (
-            result.column(f"{bench}.sift.{name}")
-            for name in ("kept", "wrong_kept", "match_px")
-        )
-        found[f"{short}matches"] = said(matches, 0)
-        found[f"{short}wrong"] = said(100 * wrong / matches, 1)
-        found[f"{short}match_px"] = said(px)
     return found

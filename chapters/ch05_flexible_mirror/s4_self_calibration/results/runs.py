@@ -5,13 +5,9 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import SCENES
 from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
-from repro.judge.statistics import with_worst
 
-RUNS, SWEPT_RUNS, OTHER = "table_5_9_runs", "table_5_9_swept", "table_5_9_other"
-WAYS, KNOWN = "ext_self_ways_runs", "exp_c5_known_scene"
-PICTURES = "ext_self_pictures_runs"
-# After a push: calibrated from boards, stage after stage, and by the general method.
-BY_EITHER = ("board", "anew")
+RUNS, SWEPT_RUNS = "table_5_9_runs", "table_5_9_swept"
+KNOWN = "exp_c5_known_scene"
 STAGES = (1, 2, 3)
 STEP_MM = STAGES_MM[1]
 # As 5.4 tells: features across the middle, and nearer ones at the end that bends.
@@ -22,7 +18,7 @@ OBJECTS = ("plane", "object", "wall")
 class Courses(BenchRuns):
     """Three pushes."""
 
-    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
+    EXPERIMENTS = (RUNS, SWEPT_RUNS)
 
     def column(self, name):
         """A value (seeds,) that a run has once, nan where it ended before."""
@@ -33,12 +29,13 @@ class Courses(BenchRuns):
         return np.array([self.column(f"{way}.stage{k}.{name}") for k in stages])
 
     def refused(self, way):
-        """Why each seed (seeds,) of a way ended early, None where it did not."""
+        """Codes (seeds,) of the errors that ended a way, None where none did."""
         return self.result.texts(f"{self.bench}.{way}.refused")
 
     def arrays(self, name):
-        """One array for each seed that has it."""
-        return arrays_of(self.result, f"{self.bench}.{name}")
+        """One array for each seed that has it; none where nothing was run."""
+        result = self.result
+        return result.arrays(f"{self.bench}.{name}") if result.names() else []
 
     def of_seed(self, name, seed, came, columns=2):
         """An array of one seed, where `came` (seeds,) says which seeds have it; one
@@ -65,18 +62,6 @@ def first_seed(*came):
     """The first seed that came as far as is asked; None where none did."""
     every = np.flatnonzero(np.logical_and.reduce(came))
     return int(every[0]) if len(every) else None
-
-
-def arrays_of(result, name):
-    """One array for each trial that has it; none where nothing was run, as at quick
-    size."""
-    return result.arrays(name) if result.names() else []
-
-
-def pays(kept, anew):
-    """Share of the seeds in which rays (seeds,) of a primary stage anew are nearer than
-    those kept up from stage to stage; refused ones are farther than any."""
-    return float(np.mean(with_worst(anew) < with_worst(kept)))
 
 
 # Of the largest curvature: less of the other sign is no inflexion.

@@ -4,8 +4,6 @@ No feature of a distant scene stays in the last knot interval over 5 mm, so that
 push is self-calibrated in two steps of 2.5 mm; whether a whole one is refused is told.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import (
@@ -53,32 +51,24 @@ ALONG_MM, ACROSS_MM = np.linspace(5.0, 150.0, 30), np.linspace(-40.0, 40.0, 9)
 NEWTON_STEPS = 8
 
 
-class Extent(NamedTuple):
-    """How much of a course is run. pushes: of 5 mm; anew: whether a primary stage is
-    made again at each of them."""
-
-    pushes: int = 3
-    anew: bool = True
-
-
-def course_trial(condition, rng, errors, benches, extent):
-    """One course on each of some benches, all drawn alike."""
+def course_trial(condition, rng, errors, benches, pushes):
+    """One course of so many pushes on each of some benches, all drawn alike."""
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
     return {
-        name: course(rig, bench, of_rig._replace(factor=bench.factor), seed, extent)
+        name: course(rig, bench, of_rig._replace(factor=bench.factor), seed, pushes)
         for name, bench in benches.items()
     }
 
 
-def course(rig, bench, errors, seed, extent):
-    """Boards, scenes, and stereo between the states; `X.refused` says where one ended.
+def course(rig, bench, errors, seed, pushes):
+    """Boards, scenes, and stereo between the states; `X.refused`: the code of the error
+    that ended one.
 
-    stage{k} of `board`, of each of SCENES, and of `anew`, a primary stage of the bent
-    mirror; `whole.refused`: of 5 mm in one step.
+    stage{k} of `board` and of each of SCENES; `whole.refused`: of 5 mm in one step.
     """
     rng = np.random.default_rng(seed)
-    steps_mm = STEPS_MM[: 2 * extent.pushes + 1]
+    steps_mm = STEPS_MM[: 2 * pushes + 1]
     cameras = [rig.camera(mm, bench.aberration_um, seed) for mm in steps_mm]
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
     stages = cameras[::2]
@@ -91,7 +81,7 @@ def course(rig, bench, errors, seed, extent):
     score = _Scores(rig, stages, boards, load_height(rig, first.camera, cameras[0]))
     board, chain = by_boards(rig, stages, first, score, errors, rng)
     fields = [Field(camera) for camera in cameras]
-    found = {"board": board, "start_deg": score.angle(0, first.camera)}
+    found = {"board": board}
     for name, kind in SCENES.items():
         points, _ = features(view, fields, rng, *kind)
         seen = [field.pictured(points, errors, rng) for field in fields]
@@ -99,21 +89,7 @@ def course(rig, bench, errors, seed, extent):
     found["whole"] = in_one_step(cameras, first, seen)
     found["stereo"] = between_states(rig, view, fields[::2], chain, errors, rng)
     found["multi"] = four_views(view, fields[::2], chain, errors, rng)
-    if extent.anew:
-        found["anew"] = primaries(rig, stages, score, errors, rng)
     return found
-
-
-def primaries(rig, stages, score, errors, rng):
-    """Rays of a primary stage made anew at each stage but the first (5.5)."""
-    out = {}
-    for k, camera in enumerate(stages[1:], 1):
-        try:
-            found = primary(rig, camera, PUBLISHED, errors, rng).camera
-            out[f"stage{k}"] = {"angle_deg": score.angle(k, found)}
-        except CalibrationError as refusal:
-            out[f"stage{k}"] = {"refused": str(refusal)}
-    return out
 
 
 class _Scores:
@@ -164,7 +140,7 @@ def by_boards(rig, stages, first, score, errors, rng):
             )
             found = score.stage(k, stage.camera, height)
         except CalibrationError as refusal:
-            return out | {"refused": f"stage {k}: {refusal}"}, chain
+            return out | {"refused": refusal.code}, chain
         found["linear_mm"] = load_height(rig, stage.linear, stages[k]) - height
         out[f"stage{k}"], height = found, found["height_mm"]
         chain.append(stage.camera)
@@ -184,7 +160,7 @@ def by_scene(cameras, first, seen, score, own):
                 continue
             out[f"stage{j // 2}"] = score.stage(j // 2, before, height, own)
         except CalibrationError as refusal:
-            return out | {"refused": f"{STEPS_MM[j]} mm: {refusal}"}
+            return out | {"refused": refusal.code}
         height = out[f"stage{j // 2}"]["height_mm"]
     return out
 
@@ -197,7 +173,7 @@ def in_one_step(cameras, first, seen):
             outline=outline(cameras[2]),
         )  # fmt: skip
     except CalibrationError as refusal:
-        return {"refused": str(refusal)}
+        return {"refused": refusal.code}
     return {"went": 1.0}
 
 

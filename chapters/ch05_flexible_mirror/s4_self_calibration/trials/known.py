@@ -2,16 +2,18 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s4_self_calibration.trials.ways import nearest_spline
 from chapters.shared.gaussian_errors import GaussianErrors
 from chapters.shared.mirror_rigs import mirror_rig
 from chapters.shared.mirror_runs import PUBLISHED, lattice, outline, seen_board
 from chapters.shared.mirror_scores import ray_angles
 from raxel.calibration.mirror.clamp import clamp_of_camera
+from raxel.calibration.mirror.sightings import normalised
 from raxel.calibration.mirror.update import update_from_scene, update_mirror
+from raxel.cameras import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
+from raxel.geometry.spline_grid import spline_grid
 
 # The mirror goes to and fro, so that all steps are as hard as each other.
 TO_AND_FRO_MM, STEPS = (5.0, 7.5), 8
@@ -57,12 +59,22 @@ def known_trial(condition, rng):
             try:
                 camera = way(camera, step, at).camera
             except CalibrationError as refusal:
-                out[f"{name}_refused"] = f"step {step + 1}: {refusal}"
+                out[f"{name}_refused"] = refusal.code
                 break
             off = ray_angles(camera, true[at], pixels[at])
             angles[step] = np.nanmean(off)
         out[name] = {f"step{k}": float(a) for k, a in enumerate(angles, 1)}
     return out
+
+
+def nearest_spline(true):
+    """The 7 x 3 spline nearest to a true mirror, over all of its picture."""
+    viewer, pixels = true.viewer, lattice(true, 48)
+    span = normalised(viewer, np.vstack([pixels, outline(true)]))
+    grid = spline_grid(span, (7, 3))
+    return SplineMirrorCamera.fitted(
+        viewer, grid, true.rays(pixels).origins, "distance"
+    )
 
 
 class _Exact:

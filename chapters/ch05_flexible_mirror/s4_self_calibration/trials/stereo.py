@@ -142,10 +142,8 @@ def four_views(view, fields, chain, errors, rng):
             mine = depth[known & (names == one)]
             out[name][one] = {
                 "centroid_mm": float(mine.mean()),
-                "median_mm": float(np.median(mine)),
                 "spread_mm": float(np.ptp(mine)),
                 "ratio": float(mine.mean() / DEPTHS_MM[one]),
-                "count": len(mine),
             }
     out["pixels"] = pixels[-2]
     return out
