@@ -5,13 +5,12 @@ import pytest
 
 from chapters.ch05_flexible_mirror.s3_5_motion import claims
 from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates, runs
-from chapters.ch05_flexible_mirror.s3_5_motion.trials import motion, pictures, scene
+from chapters.ch05_flexible_mirror.s3_5_motion.trials import motion, scene
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import told
 from chapters.shared.mirror_bench import ABERRATION_UM
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.geometry import pose, transform
 from raxel.geometry.poses import tangent_bases
-from raxel.lab import Cylinder
 from tests.made_results import of_columns
 
 SEEDS = 40
@@ -25,25 +24,22 @@ def bent():
 def test_exact_pictures_give_the_motion_its_length_and_the_cylinder(bent):
     rng = np.random.default_rng(3)
     seen = scene.moved_cylinder(bent, rng)
-    found = motion.motion_and_shape(bent, seen, seen.pixels, rng, (4,))
-    assert found["marks"] == scene.MARKS
-    for way in ("open", "given", "together"):
-        assert found[way]["radius_mm"] == pytest.approx(scene.RADIUS_MM, abs=0.01)
+    found = motion.motion_and_shape(bent, seen, seen.pixels, rng)
     for way in ("open", "given"):
+        assert found[way]["radius_mm"] == pytest.approx(scene.RADIUS_MM, abs=0.01)
         last = found[way]["step5"]
         assert last["length_mm"] == pytest.approx(125, abs=0.01)
         assert max(last["turn_deg"], last["off_mm"]) < 0.01
         assert found[way]["missed"] == 0
     assert found["together"]["length_mm"] == pytest.approx(125, abs=0.01)
-    assert found["from_first4"]["open"]["turn_deg"] < 1e-3
 
 
 def test_marks_lie_on_the_cylinder_and_stay_in_the_mirror(bent):
     seen = scene.moved_cylinder(bent, np.random.default_rng(4))
     points = seen.points @ np.eye(3)
-    fit = motion.cylinder_through(points, seen)
+    fit = motion.cylinder_through(points)
     assert fit["radius_mm"] == pytest.approx(scene.RADIUS_MM, abs=1e-6)
-    assert fit["axis_deg"] < 1e-4
+    assert abs(fit["cylinder"][3:6] @ seen.axis) == pytest.approx(1)
     for T, pixels in zip(seen.T, seen.pixels, strict=True):
         again = bent.project(transform(T, points))
         np.testing.assert_allclose(again.pixels, pixels, atol=1e-9)
@@ -54,58 +50,16 @@ def test_a_lost_mark_misses_and_a_flat_scene_has_no_cylinder(bent):
     seen = scene.moved_cylinder(bent, np.random.default_rng(5))
     points = seen.points.copy()
     points[0] = np.nan
-    assert motion.cylinder_through(points, seen)["missed"] == 1
+    assert motion.cylinder_through(points)["missed"] == 1
     flat = points * [1.0, 1.0, 0.0]
-    assert "no_shape" in motion.cylinder_through(flat, seen)
+    assert "no_shape" in motion.cylinder_through(flat)
 
 
-def test_a_longer_way_tells_more_and_a_given_length_most(bent):
+def test_a_longer_way_determines_a_length_better(bent):
     seen = scene.moved_cylinder(bent, np.random.default_rng(6))
     found = told(bent, seen)
     one, five = found["told1"], found["told5"]
     assert five["length_percent"] < one["length_percent"] / 2
-    assert one["turn_given_deg"] < one["turn_deg"]
-
-
-def test_marks_that_are_printed_lie_where_their_points_are(bent):
-    """A viewing ray of a mark meets the mantle in the middle of its disc."""
-    placed = scene.placed_cylinder(bent, np.random.default_rng(8))
-    turn, height = np.radians([-40.0, 10.0, 35.0]), np.array([-20.0, 0.0, 45.0])
-    points = placed.points(turn, height)
-    rays = bent.rays(bent.project(points).pixels)
-    mantle = Cylinder(pictures.frame_of(placed), scene.RADIUS_MM, pictures.TALL_MM)
-    uv = mantle.hit(rays.origins, rays.directions).uv
-    paper = pictures.printed(turn, height)
-    column, row = np.rint(uv.T / pictures.PRINT_MM - 0.5).astype(int)
-    np.testing.assert_allclose(paper[row, column], pictures.INK)
-    # And the disc's middle is there.
-    rows, columns = np.nonzero(paper < (pictures.INK + pictures.PAPER) / 2)
-    own = np.hypot(columns - column[0], rows - row[0]) < 20
-    middle = [columns[own].mean(), rows[own].mean()]
-    np.testing.assert_allclose(middle, uv[0] / pictures.PRINT_MM - 0.5, atol=0.3)
-    assert scene.placed_cylinder(bent, np.random.default_rng(8)).axis == pytest.approx(
-        placed.motions()[3][:3, :3] @ placed.axis
-    )
-
-
-def test_patches_are_found_to_a_small_part_of_a_pixel():
-    y, x = np.indices((60, 80))
-    true = np.array([[20.3, 30.6], [60.75, 24.4]])
-    away = np.min([np.hypot(x - u, y - v) for u, v in true], axis=0)
-    picture = 200 - 180 * np.clip(6.5 - away, 0, 1)
-    picture[:3] = 5  # the dark room, larger than any mark
-    near = np.array([[21.0, 29.0], [59.0, 25.0], [40.0, 50.0]])
-    found = pictures.marks_in(picture.astype(np.uint8), near)
-    np.testing.assert_allclose(found[:2], true, atol=0.03)
-    assert np.isnan(found[2]).all()
-
-
-def test_a_coarse_pixel_is_sixteen_of_the_whole_camera():
-    small, whole = (mirror_rig("A", small=one).camera(15.0) for one in (True, False))
-    points = np.array([[20.0, 10.0, 300.0]]) + [[0, 0, 0], [5, -9, 40]]
-    seen = [camera.viewer.project(points).pixels for camera in (small, whole)]
-    np.testing.assert_allclose(pictures.whole_px(seen[0]), seen[1], atol=0.01)
-    np.testing.assert_allclose(pictures.small_px(seen[1]), seen[0], atol=0.01)
 
 
 def test_steps_that_go_aside_are_off_though_their_lengths_are_right(bent):

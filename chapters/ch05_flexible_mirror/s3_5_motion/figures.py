@@ -4,14 +4,13 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
     EACH_STEP,
-    PICTURES,
     STAGES,
     WAY,
     MotionRuns,
 )
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import MARKER_MM
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import RADIUS_MM, STEP_MM
-from chapters.shared.mirror_bench import BENCH, BENCHES
+from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_rigs import STAGES_MM
 from raxel.geometry.poses import tangent_bases
 from raxel.show import Points, Surface, framed
@@ -29,7 +28,6 @@ PATHS = {
     ("published", "given"): "calibrated, lengths given",
     ("true", "given"): "true mirror, lengths given",
 }
-PLACES = ("(a)", "(b)")
 ROUNDING = 1e-9
 AROUND, ALONG = 60, 2
 PLACES_MM = STEP_MM * np.array(EACH_STEP)
@@ -189,29 +187,4 @@ def ext_motion_scale(results):
         f"medians over seeds with 95 % intervals. Left: one step of {STEP_MM:g} mm at "
         "the stages; a flat mirror in the laboratory tells none. Right: at stage 3, "
         "from the first place to later ones by two pictures, and by all six at once.",
-    )
-
-
-@figure("ext_motion_pictures_shown", needs=("fig_5_21_pictures",), evidence="rendered")
-def ext_motion_pictures_shown(results):
-    """The printed cylinder in the bent mirror, in its first and its last place."""
-    result = results[PICTURES]
-    drawn, panels = new_figure(1, 2, height_in=3.4)
-    pictures = [result.arrays(f"{BENCH}.{name}")[0] for name in ("first", "last")]
-    for panel, picture, title in zip(panels, pictures, PLACES, strict=True):
-        panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
-        panel.set_title(title)
-        panel.set_axis_off()
-    size = [picture.shape for picture in pictures]
-    return Drawing(
-        drawn,
-        columns(
-            ("place", "rows", "columns", "mean_grey"),
-            [
-                (k, *shape, float(picture.mean()))
-                for k, shape, picture in zip((0, 5), size, pictures, strict=True)
-            ],
-        ),
-        "The printed cylinder in the bent mirror on the bench, rendered: the part of "
-        "the picture around its marks, in the first place (a) and 125 mm on (b).",
     )

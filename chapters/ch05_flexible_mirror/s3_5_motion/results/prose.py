@@ -6,8 +6,6 @@ from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates
 from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
     CAMERAS,
     LAST,
-    OTHER,
-    PICTURES,
     RUNS,
     STAGES,
     MotionRuns,
@@ -20,15 +18,12 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
     STEPS,
     moved_cylinder,
 )
-from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
 WAYS = ("open", "given")
 LENGTH_MM = STEPS * STEP_MM
-# Of two pictures alone: the place that is 100 mm away.
-FAR = "from_first4"
 
 
 def middle(found):
@@ -55,17 +50,15 @@ def percent_off(radii):
 
 def name_values(open_results):
     """Name the numbers of the prose."""
-    results = {name: open_results(name) for name in (RUNS, OTHER, PICTURES)}
+    results = {RUNS: open_results(RUNS)}
     found = dict(
         zip(("way", "alike", "parallax"), map(said, seen_shift()), strict=True)
     )
-    found |= {"away": AWAY_MM, "radius": RADIUS_MM}
+    found["away"] = AWAY_MM
     for bench, short in SHORT.items():
         runs = MotionRuns(results, bench=bench)
         found |= named(short, of_cameras(runs) | of_rays(runs) | of_judged(runs))
-        other = MotionRuns(results, bench=bench, geometry="B")
-        found |= named(f"b.{short}", of_judged(other))
-    for name, number in (found | of_pictures(results[PICTURES])).items():
+    for name, number in found.items():
         value(name, number)
 
 
@@ -102,16 +95,10 @@ def of_cameras(runs):
                 },
             )
         out[f"{camera}.ray"] = middle(runs.column(f"{camera}.ray_deg"))
-        out[f"{camera}.linear"] = middle(runs.column(f"{camera}.linear_deg"))
-        out[f"{camera}.six"] = percent_off(runs.of("radius_mm", camera, "together"))
-        for name, what in (("six.last", "turn_deg"), ("six.told", "told_percent")):
-            out[f"{camera}.{name}"] = middle(runs.of(what, camera, "together"))
+        sd = runs.of("told_percent", camera, "together")
+        out[f"{camera}.six.told"] = middle(sd)
         length = runs.of("length_mm", camera, "together") / LENGTH_MM
         out[f"{camera}.six.share"] = middle(length)
-        out[f"{camera}.six.length"] = middle(100 * np.abs(length - 1))
-        for way in WAYS:
-            two = runs.of(f"{way}.radius_mm", camera, FAR)
-            out[f"{camera}.two.{way}"] = percent_off(two)
     return out
 
 
@@ -123,8 +110,6 @@ def of_rays(runs):
             ("spread", "spread_mm"),
             ("told", "told1.length_percent"),
             ("told.far", "told5.length_percent"),
-            ("turn", "told1.turn_deg"),
-            ("turn.given", "told1.turn_given_deg"),
         ):
             out[f"{name}.{stage}"] = middle(runs.column(f"stage{stage}.{what}"))
     logs = predicates.log_scales(runs)
@@ -134,34 +119,13 @@ def of_rays(runs):
 
 
 def of_judged(runs):
-    """Name -> seeds, refusals, and shares of seeds that each claim is true of."""
+    """Name -> seeds, refusals, and the range of mean steps."""
     lost = [bool(reason) for reason in runs.refused()]
     has = np.isfinite(runs.of("radius_mm"))
     return {
         "seeds": runs.seeds,
         "refused": sum(lost),
         "no_shape": int(runs.seeds - sum(lost) - has.sum()),
-        "share.motion": 100 * np.mean(predicates.follows(runs)[0]),
-        "share.radius": 100 * np.mean(predicates.radius_found(runs)[0]),
-        "missed": middle(runs.of("missed")),
         "least": ends(runs.of("mean_mm"), np.min),
         "most": ends(runs.of("mean_mm"), np.max),
-        "end": middle(runs.steps("off_mm")[-1]),
-        "scaled": percent_off(runs.of("scaled_mm")),
-        "angle": middle(runs.column("published.ray_deg")),
     }
-
-
-def of_pictures(result):
-    """Name -> what prose quotes of the rendered pictures."""
-    out = {"pic.seeds": result.trials_per_condition}
-    for bench, short in ((bench, SHORT[bench]) for bench in BENCHES):
-        out[f"pic.{short}found"] = middle(result.column(f"{bench}.found"))
-        out[f"pic.{short}px"] = middle(result.column(f"{bench}.mark_px"))
-        for camera in CAMERAS:
-            for name, what in (("first", "step1"), ("last", "step5")):
-                found = result.column(f"{bench}.{camera}.given.{what}.turn_deg")
-                out[f"pic.{short}{camera}.{name}"] = middle(found)
-            radius = result.column(f"{bench}.{camera}.{FAR}.given.radius_mm")
-            out[f"pic.{short}{camera}.radius"] = percent_off(radius)
-    return out

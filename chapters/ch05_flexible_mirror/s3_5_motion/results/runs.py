@@ -6,13 +6,12 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import STEP_MM, STEP
 from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
 
-RUNS, SWEPT_RUNS, OTHER = "table_5_7_runs", "table_5_7_swept", "table_5_7_other"
-PICTURES = "fig_5_21_pictures"
+RUNS, SWEPT_RUNS = "table_5_7_runs", "table_5_7_swept"
 JUDGED = ("table_5_7_runs", "table_5_7_swept")
 # What the thesis reports: its own calibration, stage by stage, and steps whose lengths
 # the rays tell.
 CAMERA, WAY = "published", "open"
-CAMERAS = ("true", "published", "bundle")
+CAMERAS = ("true", "published")
 EACH_STEP = range(1, STEPS + 1)
 STAGES = range(len(STAGES_MM))
 LAST = len(STAGES_MM) - 1
@@ -21,7 +20,7 @@ LAST = len(STAGES_MM) - 1
 class MotionRuns(BenchRuns):
     """Motions of the cylinder."""
 
-    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
+    EXPERIMENTS = (RUNS, SWEPT_RUNS)
 
     def column(self, name):
         """A value (seeds,) that a run has once."""
@@ -41,7 +40,7 @@ class MotionRuns(BenchRuns):
         return self.column(own) / STEP_MM
 
     def refused(self):
-        """Why each seed (seeds,) has no motion, None where it has one."""
+        """Code of the error of each seed (seeds,) without a motion, None with one."""
         calibration = self.result.texts(f"{self.bench}.refused")
         motion = self.result.texts(f"{self.bench}.{CAMERA}.refused")
         return [a or b for a, b in zip(calibration, motion, strict=True)]

@@ -3,8 +3,8 @@
 The camera stands still and the cylinder moves, which is a motion of the camera the
 other way. T_k (4, 4) takes what is seen in the first picture to where it is in picture
 k; a shift is that of the point next to all rays, about which rays know a turn best. The
-lengths of the steps are open, and told by the rays, or each is given; all six pictures
-in one bundle, lengths open, stand beside. Frame: the viewer's; mm, degrees.
+lengths of the steps are open, and found from the rays, or each is given; beside them
+all six pictures in one bundle, lengths open. Frame: the viewer's; mm, degrees.
 """
 
 from itertools import pairwise as pairwise_of
@@ -24,7 +24,6 @@ from raxel.cameras.core.centrality import closest_point
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import angle_between_rotations
 from raxel.multiview.fits.cylinders import fit_cylinder
-from raxel.multiview.generalised_linear import generalised_pose
 from raxel.multiview.generalised_motion import refine_generalised_pose
 from raxel.multiview.generalised_robust import generalised_pose_ransac
 from raxel.multiview.noisy_rays import rays_of_pixels
@@ -70,29 +69,24 @@ def seen_by(camera, pixels, noise_px=NOISE_PX):
     return SeenMarks(used, rays, closest_point(Rays(o, d, np.ones(len(o), bool))))
 
 
-def motion_and_shape(camera, scene, pixels, rng, baselines=(), noise_px=NOISE_PX):
+def motion_and_shape(camera, scene, pixels, rng, alone=False, noise_px=NOISE_PX):
     """What a camera makes of the moved cylinder, as a trial keeps it.
 
-    baselines: numbers of the later places that are set beside the first one alone.
-    Where there is one, lengths are given as well, and all six pictures are adjusted
-    together.
+    alone: whether lengths are open only; otherwise they are given as well, and all six
+    pictures are adjusted together.
     """
     try:
         seen = seen_by(camera, pixels, noise_px)
         pairs = pairwise(seen.rays, rng)
     except CalibrationError as refusal:
-        return {"refused": str(refusal)}
-    out = {"marks": int(seen.used.sum()), "open": of_pairs(seen, scene, pairs)}
-    if not baselines:
+        return {"refused": refusal.code}
+    out = {"open": of_pairs(seen, scene, pairs)}
+    if alone:
         return out
     given = pairwise(seen.rays, rng, STEP_MM, pairs)
-    start = chained(given)
-    for k in baselines:
-        out[f"from_first{k}"] = two_views(seen, scene, start[k], k)
     return out | {
-        "linear_deg": linear_turn(seen.rays, scene),
         "given": of_pairs(seen, scene, given),
-        "together": together(seen, scene, start),
+        "together": together(seen, chained(given)),
     }
 
 
@@ -136,15 +130,6 @@ def _from_samples(rays_1, rays_2, rng, length):
     return []
 
 
-def linear_turn(rays, scene):
-    """Degrees by which the linear solution turns the first step."""
-    try:
-        T = generalised_pose(*rays[:2]).T_2_1
-    except CalibrationError:
-        return None
-    return turn_between(T, scene.T[1])
-
-
 def chained(pairs):
     """T (6, 4, 4) from the first place on, of those from each to the next."""
     T = [np.eye(4)]
@@ -171,32 +156,30 @@ def of_pairs(seen, scene, pairs):
             "turn_deg": turn_between(T[k], scene.T[k]),
             "off_mm": float(np.linalg.norm(path[k] - scene.T[k][:3, 3])),
         }
-    return out | {"path": path} | shape_of(seen, scene, T, scale)
+    return out | {"path": path} | shape_of(seen, T, scale)
 
 
-def shape_of(seen, scene, T, scale=1.0):
-    """The cylinder through the marks under motions (V, 4, 4) of the places that are
-    first in `seen`; nothing but `no_shape` where none can be laid."""
-    views = [RayView(one) for one in seen.rays[: len(T)]]
-    return cylinder_through(triangulate(views, T).points, scene, scale)
+def shape_of(seen, T, scale):
+    """The cylinder through the marks under motions (6, 4, 4) of the places; nothing but
+    `no_shape` where none can be laid."""
+    views = [RayView(one) for one in seen.rays]
+    return cylinder_through(triangulate(views, T).points, scale)
 
 
-def cylinder_through(points, scene, scale=1.0):
+def cylinder_through(points, scale=1.0):
     """Radius, distances and axis of the cylinder through points (n, 3), NaN allowed."""
     known = np.isfinite(points).all(axis=1)
     try:
         fit = fit_cylinder(points[known])
     except InputError as refusal:
-        return {"no_shape": str(refusal)}
+        return {"no_shape": refusal.code}
     off = scale * np.abs(fit.residuals)
-    cosine = min(abs(float(fit.axis @ scene.axis)), 1.0)
     return {
         "radius_mm": fit.radius,
         "scaled_mm": scale * fit.radius,
         "fit_mm": float(off.mean()),
         "fit_sd_mm": float(off.std(ddof=1)),
         "missed": int(MARKS - np.count_nonzero(off <= MARKER_MM)),
-        "axis_deg": float(np.degrees(np.arccos(cosine))),
         "points": scale * points,
         "cylinder": scaled_cylinder(fit, scale),
     }
@@ -208,36 +191,17 @@ def scaled_cylinder(fit, scale):
     return np.array([*(scale * at), *fit.axis, scale * fit.radius])
 
 
-def together(seen, scene, start):
-    """Six views in one bundle: shift and turn of the last, and the cylinder."""
+def together(seen, start):
+    """Six views in one bundle: length of the whole shift, and its SD in percent."""
     try:
         bundle = bundle_rays([RayView(one) for one in seen.rays], start)
     except CalibrationError as refusal:
-        return {"refused": str(refusal)}
+        return {"refused": refusal.code}
     T = bundle.T_view_world[STEPS]
     return {
         "length_mm": float(np.linalg.norm(seen.shift(T))),
-        "turn_deg": turn_between(T, scene.T[STEPS]),
         "told_percent": 100 * bundle.scale_sd(STEPS),
-        "noise": float(np.sqrt(bundle.variance)),
-        **cylinder_through(bundle.points, scene),
     }
-
-
-def two_views(seen, scene, start, k):
-    """The first place and place k alone, with the length given and with it open."""
-    rays = seen.rays[0], seen.rays[k]
-    two = seen._replace(rays=list(rays))
-    out = {}
-    for name, length in (("given", k * STEP_MM), ("open", None)):
-        T = refine_generalised_pose(*rays, start, length=length).T_2_1
-        shape = shape_of(two, scene, np.array([np.eye(4), T]))
-        out[name] = {
-            "length_mm": float(np.linalg.norm(seen.shift(T))),
-            "turn_deg": turn_between(T, scene.T[k]),
-            **{n: shape[n] for n in ("radius_mm", "axis_deg") if n in shape},
-        }
-    return out
 
 
 def turn_between(T, true):
