@@ -3,19 +3,17 @@
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_tin.results.runs import (
-    JUDGED,
     MATCHED,
     PUBLISHED,
     WAYS,
     TinRuns,
 )
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import MOTIONS
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import (
     ANGLES_DEG,
     PAIRS,
     SHIFT_MM,
 )
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_tables import reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
@@ -58,47 +56,35 @@ def table_5_8(results):
     )
 
 
-@table("ext_tin_ways", needs=("table_5_8_runs", "table_5_8_other"), evidence="rendered")
+@table("ext_tin_ways", needs=("table_5_8_runs",), evidence="rendered")
 def ext_tin_ways(results):
-    """How far angles are off by each way, with the motion known and found."""
+    """How far angles are off by each way, beside the rays and the planes."""
     rows = []
-    for geometry, bench, way in (
-        (g, b, w) for g in "AB" for b in reversed(BENCHES) for w in WAYS
-    ):
-        runs = TinRuns(results, bench=bench, geometry=geometry)
+    for bench, way in ((b, w) for b in reversed(BENCHES) for w in WAYS):
+        runs = TinRuns(results, bench=bench)
         found = runs.of("off_deg", way)
-        moved = [
-            reached(runs.of(f"{name}.off_deg", way)) if way != PUBLISHED else None
-            for name in reversed(MOTIONS)
-        ]
         rows.append(
             (
-                geometry,
                 bench,
                 WAYS[way],
                 int(np.isfinite(found).sum()),
                 reached(runs.of("ray_deg", way)),
                 reached(runs.of("rms_mm", way)),
                 reached(found),
-                *moved,
             )
         )
     heads = (
-        "Geometry",
         "Bench",
         "Mirror",
         "Seeds",
         "Mean to true rays (°)",
         "Off the planes, RMS (mm)",
         "Worst angle (°)",
-        "its motion found but for the length (°)",
-        "all of the motion found (°)",
     )
     return Table(
         columns(heads, rows),
-        "By how much the worst of the three angles is off: with the motion known, and "
-        "with a motion that was found from the same matches. Beside it the error of "
-        f"the rays, and how far points lie off their own planes. {MEDIANS}",
+        "Error of the rays, distance of points from their own planes, and error of the "
+        f"worst of the three angles, by mirror. Geometry A. {MEDIANS}",
     )
 
 
@@ -129,29 +115,3 @@ def numbers_of_fig_5_22(results):
         "s5_3_5_tin_t": Value(SHIFT_MM, unit="mm", put_in=MOVED),
         "s5_3_5_tin_n": Value.of_seeds(counts, "count"),
     }
-
-
-@table("ext_tin_swept", needs=JUDGED, evidence="rendered")
-def ext_tin_swept(results):
-    """The worst angle from bench to bench."""
-    rows = []
-    for bench in (*reversed(BENCHES), *SWEPT):
-        runs = TinRuns(results, bench=bench)
-        found = runs.of("off_deg")
-        least = runs.normality().min(axis=0)
-        bundle = runs.of("off_deg", "bundle")
-        counts = f"{np.isfinite(found).sum()} of {runs.seeds}"
-        rows.append((bench, counts, *map(reached, (found, least, bundle))))
-    heads = (
-        "Bench",
-        "Seeds as published",
-        "Worst angle as published (°)",
-        "Least correlation as published (1)",
-        "Worst angle, all stages at once (°)",
-    )
-    return Table(
-        columns(heads, rows),
-        "The worst angle, and the least correlation of a face's distances with a "
-        "normal law, with one of the bench's two numbers halved or doubled. Geometry "
-        f"A. {MEDIANS}",
-    )

@@ -8,31 +8,21 @@ from chapters.ch05_flexible_mirror.s3_5_tin.results.predicates import (
     distances_normal,
 )
 from chapters.ch05_flexible_mirror.s3_5_tin.results.runs import (
-    OTHER,
     PICTURES,
-    PUBLISHED,
     RUNS,
-    SWEPT_RUNS,
     WAYS,
     TinRuns,
 )
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import ray_pairs
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import (
-    MATCH_PX,
-    MATCHES,
-    motion_of,
-)
+from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import MATCHES
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import tin_points, two_places
-from chapters.shared.mirror_bench import ABERRATION_UM, BENCH, BENCHES
+from chapters.shared.mirror_bench import BENCH, BENCHES
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.geometry import transform
-from raxel.multiview.motion_information import motion_information
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
 MEASURES = {"off": "off_deg", "rms": "rms_mm", "ray": "ray_deg"}
-MOTIONS = {"length": "length.off_deg", "free": "free.off_deg"}
-BENT_MM, DRAWN = 15.0, MATCHES
+BENT_MM = 15.0
 
 
 def said(number):
@@ -50,40 +40,28 @@ def middle(found):
 
 def name_values(open_results):
     """Name the numbers of the prose."""
-    names = RUNS, SWEPT_RUNS, OTHER, PICTURES
-    results = {name: open_results(name) for name in names}
-    for name, found in of_runs(results).items():
+    for name, found in of_runs({RUNS: open_results(RUNS)}).items():
         value(name, found)
-    for name, found in of_pictures(results[PICTURES]).items():
+    for name, found in of_pictures(open_results(PICTURES)).items():
         value(name, found)
     way_mm, degrees = meeting_rays()
     value("way", way_mm)
     value("meet", degrees)
-    value("told.even", said(told_of_the_length(0.0)))
-    value("told.waves", said(told_of_the_length(ABERRATION_UM)))
 
 
 def of_runs(results):
-    """Name -> what prose quotes of both geometries and of the sweep."""
+    """Name -> what prose quotes of the runs on both benches."""
     out = {}
-    for geometry, bench in ((g, b) for g in "AB" for b in BENCHES):
-        runs = TinRuns(results, bench=bench, geometry=geometry)
-        short = ("" if geometry == "A" else "b.") + SHORT[bench]
+    for bench in BENCHES:
+        runs, short = TinRuns(results, bench=bench), SHORT[bench]
         out[f"{short}seeds"] = runs.seeds
         for way in WAYS:
-            for name, measure in (MEASURES | MOTIONS).items():
+            for name, measure in MEASURES.items():
                 out[f"{short}{way}.{name}"] = middle(runs.of(measure, way))
             out[f"{short}{way}.refused"] = sum(map(bool, runs.refused(way)))
             upright = runs.angles(way)[2]
             out[f"{short}{way}.upright"] = middle(upright)
-        if geometry == "A":
-            out |= {f"{short}{k}": v for k, v in _of_claims(runs).items()}
-    ends = {"halved": "half the aberration", "noisy": "twice the factor"}
-    for name, bench in ends.items():
-        runs = TinRuns(results, bench=bench)
-        for way in (PUBLISHED, "bundle"):
-            out[f"{name}.{way}.off"] = middle(runs.of("off_deg", way))
-    out["swept.seeds"] = runs.seeds
+        out |= {f"{short}{k}": v for k, v in _of_claims(runs).items()}
     return out
 
 
@@ -107,28 +85,20 @@ def of_pictures(result):
     """Name -> what prose quotes of the rendered pictures."""
     names = ("on_tin", "wrong", "match_px")
     out = {f"pic.{name}": middle(result.column(f"{BENCH}.{name}")) for name in names}
-    for way in WAYS:
-        for bench, short in SHORT.items():
-            found = result.column(f"{bench}.{way}.off_deg")
-            out[f"pic.{short}{way}.off"] = middle(found)
+    for way in ("true", "published"):
+        out[f"pic.{way}.off"] = middle(result.column(f"{BENCH}.{way}.off_deg"))
     for name, measure in (("left_out", "left_out"), ("kept", "wrong_kept")):
         out[f"pic.{name}"] = middle(result.column(f"{BENCH}.true.{measure}"))
     return out | {"pic.seeds": result.trials_per_condition}
 
 
-def _seen(aberration_um=0.0):
-    """(true camera, T_camera_tin (2, 4, 4), points (DRAWN, 3) of a tin) of geometry A;
-    its waves and its tin are those of seed 0."""
-    camera = mirror_rig("A").camera(BENT_MM, aberration_um=aberration_um, seed=0)
-    rng = np.random.default_rng(0)
-    poses = two_places(camera, rng)
-    return camera, poses, tin_points(rng, DRAWN)[0]
-
-
 def meeting_rays():
     """How far the tin's points are from the mirror, mm, and the degrees at which the
     two rays of each meet: means over points of one tin, geometry A."""
-    camera, poses, points = _seen()
+    camera = mirror_rig("A").camera(BENT_MM)
+    rng = np.random.default_rng(0)
+    poses = two_places(camera, rng)
+    points, _ = tin_points(rng, MATCHES)
     seen = [transform(T, points) for T in poses]
     rays = [camera.rays(camera.project(at).pixels) for at in seen]
     ways = [
@@ -136,13 +106,3 @@ def meeting_rays():
     ]
     turns = np.einsum("ni,ni->n", *(r.directions for r in rays))
     return float(np.mean(ways)), float(np.degrees(np.mean(np.arccos(turns))))
-
-
-def told_of_the_length(aberration_um):
-    """Standard deviation of the motion's length, %, that as many matches as the trials
-    have leave to any method: by the true mirror, the whole motion to be found."""
-    camera, poses, points = _seen(aberration_um)
-    pixels = np.stack([camera.project(transform(T, points)).pixels for T in poses])
-    rays, _ = ray_pairs(camera, pixels, MATCH_PX)
-    told = motion_information(motion_of(poses), *rays)
-    return 100 * float(told.scale_sd)

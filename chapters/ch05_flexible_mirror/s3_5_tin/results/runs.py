@@ -5,7 +5,7 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import ANGLES_DEG, FACES, PAIRS
 from chapters.shared.mirror_sweep import BenchRuns
 
-RUNS, SWEPT_RUNS, OTHER = "table_5_8_runs", "table_5_8_swept", "table_5_8_other"
+RUNS, SWEPT_RUNS = "table_5_8_runs", "table_5_8_swept"
 JUDGED = ("table_5_8_runs", "table_5_8_swept")
 PICTURES = "fig_5_22_pictures"
 MATCHED = "bench.on_tin"
@@ -21,7 +21,7 @@ PUBLISHED = "published"
 class TinRuns(BenchRuns):
     """A tin seen twice."""
 
-    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
+    EXPERIMENTS = (RUNS, SWEPT_RUNS)
 
     def of(self, name, way=PUBLISHED):
         """A value (seeds,) of a way, nan where a seed was refused."""
@@ -40,5 +40,5 @@ class TinRuns(BenchRuns):
         return np.array([self.of(f"{name}.{face}", way) for face in FACES])
 
     def refused(self, way=PUBLISHED):
-        """Why each seed (seeds,) has no tin, None where it has."""
+        """Code of the error of each seed (seeds,) without a tin, None with one."""
         return self.result.texts(f"{self.bench}.{way}.refused")

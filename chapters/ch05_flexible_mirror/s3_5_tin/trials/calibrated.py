@@ -52,7 +52,7 @@ def bent_mirror(rig, bench, errors, T_camera_boards, rng):
 
 
 def calibrations(bent, seed, ways=EVERY_WAY):
-    """{way: (camera of the last stage, "")}, or (None, why) where it was refused.
+    """{way: (camera of the last stage, "")}, or (None, code of the error).
 
     Both ways draw the primary stage's errors from one seed.
     """
@@ -68,7 +68,7 @@ def calibrations(bent, seed, ways=EVERY_WAY):
             first = primary(bent.rig, bent.cameras[0], method, bent.errors, rng)
             found[way] = last(bent, first, method), ""
         except CalibrationError as refusal:
-            found[way] = None, str(refusal)
+            found[way] = None, refusal.code
     return found
 
 

@@ -46,7 +46,6 @@ class FoundTin(NamedTuple):
                 f"qq_all.{face}": normality(each[k], np.inf)
                 for k, face in enumerate(FACES)
             },
-            "outliers": int(sum(np.sum(~usual(d)) for d in each)),
         }
 
 

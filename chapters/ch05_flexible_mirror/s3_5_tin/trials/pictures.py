@@ -13,7 +13,6 @@ import numpy as np
 from scipy.ndimage import zoom
 
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import (
-    EVERY_WAY,
     bent_mirror,
     boards_by_hand,
     calibrations,
@@ -102,7 +101,7 @@ def truth_of(camera, T_camera_tin, pixels):
     return face, off
 
 
-def pictures_trial(condition, rng, errors, benches, ways=EVERY_WAY):
+def pictures_trial(condition, rng, errors, benches, ways):
     """The tin from small pictures on each of some benches, by each way.
 
     condition: "geometry", and "margin_px" that is rendered around the tin.
@@ -118,17 +117,18 @@ def pictures_trial(condition, rng, errors, benches, ways=EVERY_WAY):
         bent = bent_mirror(rig, bench, given, boards, drawn)
         try:
             taken = taken_pictures(rig, bent.true, condition["margin_px"], drawn)
-        except InputError as said:
-            out[name] = {"refused": str(said)}
+        except InputError as refusal:
+            out[name] = {"refused": refusal.code}
             continue
         out[name] = of_matches(taken)
-        for way, (camera, refusal) in calibrations(bent, seed, ways).items():
+        for way, (camera, code) in calibrations(bent, seed, ways).items():
+            if camera is None:
+                out[name][way] = {"refused": code}
+                continue
             try:
-                if camera is None:
-                    raise InputError(refusal)
                 out[name][way] = model(camera, taken)
-            except InputError as said:
-                out[name][way] = {"refused": str(said)}
+            except InputError as refusal:
+                out[name][way] = {"refused": refusal.code}
     return out
 
 

@@ -26,17 +26,11 @@ from chapters.shared.mirror_runs import lattice
 from chapters.shared.mirror_scores import ray_angles
 from raxel.errors import InputError
 from raxel.geometry import pose, transform
-from raxel.multiview.generalised_robust import generalised_pose_ransac
 
 # Matches that the thesis has, and px by which each end of one is off along an axis.
 MATCHES, MATCH_PX = 460, 0.2
 # px between the pixels whose rays are compared.
 COMPARED_PX = 96
-# What of the motion is found from the same matches: all of it, or all but its length.
-MOTIONS = {"free": None, "length": SHIFT_MM}
-# Ways whose motion is found as well, and standard deviations by which rays of a match
-# may miss each other in it: what a calibration is off by is more than what pixels are.
-MOVED_WAYS, MOST_GAP = ("true", "bundle"), 12.0
 SETTINGS = STAGES | {
     "matches": MATCHES,
     "match_px": MATCH_PX,
@@ -46,11 +40,10 @@ SETTINGS = STAGES | {
 }
 
 
-def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY, moved=MOVED_WAYS):
+def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY):
     """Every measure of one seed, for some benches and ways, drawn alike for all.
 
-    errors: {geometry: MirrorErrors}; benches: {name: Bench}; moved: ways whose motion
-    is found as well.
+    errors: {geometry: MirrorErrors}; benches: {name: Bench}.
     """
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig, boards = errors[condition["geometry"]], boards_by_hand(rig, rng)
@@ -58,27 +51,25 @@ def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY, moved=MOVED_WAYS)
     for name, bench in benches.items():
         given, drawn = of_rig._replace(factor=bench.factor), np.random.default_rng(seed)
         bent = bent_mirror(rig, bench, given, boards, drawn)
-        out[name] = of_bench(bent, seed, ways, moved, drawn)
+        out[name] = of_bench(bent, seed, ways, drawn)
     return out
 
 
-def of_bench(bent, seed, ways, moved, rng):
-    """{way: scores} of a BentMirror; `refused` of a way says why it has none."""
+def of_bench(bent, seed, ways, rng):
+    """{way: scores} of a BentMirror; `refused`: code of the error of a way without."""
     T = two_places(bent.true, rng)
     points, face = tin_points(rng, MATCHES)
     pixels = np.stack([bent.true.project(transform(one, points)).pixels for one in T])
     pixels += rng.normal(0, MATCH_PX, pixels.shape)
     out = {}
-    for way, (camera, refusal) in calibrations(bent, seed, ways).items():
-        out[way] = {"refused": refusal}
+    for way, (camera, code) in calibrations(bent, seed, ways).items():
+        out[way] = {"refused": code}
         if camera is None:
             continue
         try:
             out[way] = scored(camera, pixels, face, motion_of(T))
-            if way in moved:
-                out[way] |= by_own_motion(camera, pixels, face, rng)
-        except InputError as said:
-            out[way] = {"refused": str(said)}
+        except InputError as refusal:
+            out[way] = {"refused": refusal.code}
             continue
         rays = lattice(bent.true, COMPARED_PX)
         out[way]["ray_deg"] = float(np.nanmean(ray_angles(camera, bent.true, rays)))
@@ -97,23 +88,3 @@ def scored(camera, pixels, face, T_second_first):
     rays, known = ray_pairs(camera, pixels, MATCH_PX)
     found = tin_of(rays, face[known], T_second_first)
     return found.scores() | {"distances": found.distances, "face": found.face}
-
-
-def by_own_motion(camera, pixels, face, rng):
-    """The same by the motions of MOTIONS, found from the matches themselves."""
-    rays, known = ray_pairs(camera, pixels, MATCH_PX)
-    out = {}
-    for name, length in MOTIONS.items():
-        try:
-            motion = generalised_pose_ransac(*rays, rng, MOST_GAP, length=length)
-            tin = tin_of(rays, face[known], motion.T_2_1)
-        except InputError as said:
-            out[name] = {"refused": str(said)}
-            continue
-        turn = (np.trace(motion.T_2_1[:3, :3]) - 1) / 2
-        out[name] = {
-            "off_deg": float(np.abs(tin.angles - ANGLES_DEG).max()),
-            "shift_mm": float(np.linalg.norm(motion.T_2_1[:3, 3])),
-            "turn_deg": float(np.degrees(np.arccos(np.clip(turn, -1, 1)))),
-        }
-    return out
