@@ -27,7 +27,7 @@ RED = "#d62728"
 EXACT = 1e-9
 
 
-LOOKS = {"true": look_of("true mirror"), "published": series(0), "bundle": series(1)}
+LOOKS = {"true": look_of("true mirror"), "published": series(0)}
 CORRECTED_BY = {"published": "the calibrated mirror", "true": "the true mirror"}
 
 

@@ -81,12 +81,12 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# The mirror is bent by 15 mm, calibrated in three ways: it is known exactly
-# (*true*); stage by stage as published; and by a calibration of all stages and
-# boards at once, with inverse depths, the clamp's slope and a prior on bending
-# ([calibration](s3_3_calibration.ipynb)). A box of 70 x 70 x 90 mm stands 300 mm before the
-# mirror, one corner towards it, placed by hand. Its faces meet at the angles of
-# the thesis's laser scan. The camera moves 100 mm across what the mirror shows.
+# The mirror is bent by 15 mm, calibrated in three ways: it is known exactly (*true*);
+# stage by stage as published; and by a calibration of all stages and boards at once,
+# with inverse depths, the clamp's slope and a prior on bending
+# ([calibration](s3_3_calibration.ipynb)). A box of 70 x 70 x 90 mm stands 300 mm before
+# the mirror, one corner towards it, placed by hand. Its faces meet at the angles of the
+# thesis's laser scan. The camera moves 100 mm across what the mirror shows.
 #
 # *Corner level.* 460 matches, as many as the thesis has, lie anywhere on the three
 # faces, with Gaussian noise of 0.2 px along each axis in both pictures. Which

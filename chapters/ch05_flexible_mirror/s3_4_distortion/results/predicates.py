@@ -106,12 +106,3 @@ def face_corrected(runs):
         "",
         f"left over raw; with the true mirror {words_of(face_left(runs, 'true'))}",
     )
-
-
-# Claims that are judged seed by seed.
-BY_SEED = {
-    "c5_circle_radius": radii_agree,
-    "c5_circle_conic": conic_departs,
-    "c5_circle_no_system": no_common_error,
-    "c5_face": face_corrected,
-}

@@ -6,25 +6,21 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import PLACES
 from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
 
-RUNS, SWEPT_RUNS, OTHER = "table_5_6_runs", "table_5_6_swept", "table_5_6_other"
+RUNS, SWEPT_RUNS = "table_5_6_runs", "table_5_6_swept"
 PICTURES = "fig_5_14_pictures"
 JUDGED = ("table_5_6_runs", "table_5_6_swept")
 STAGES = tuple(range(len(STAGES_MM)))
 # Times that vectors of Figs. 5.14 to 5.17 are drawn longer than they are.
 SCALE = 50
 FIRST, LAST = 1, STAGES[-1]
-# Who corrects: the mirror as it is, the published calibration, all stages at once.
-WAYS = {
-    "true": "true mirror",
-    "published": "stage by stage",
-    "bundle": "all stages at once",
-}
+# Who corrects: the mirror as it is, the published calibration.
+WAYS = {"true": "true mirror", "published": "stage by stage"}
 
 
 class CircleRuns(BenchRuns):
     """Circle and face of every seed on one bench."""
 
-    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
+    EXPERIMENTS = (RUNS, SWEPT_RUNS)
 
     def of(self, stage, name, way="published"):
         """A value (seeds,) of one stage, nan where a seed was refused before."""
@@ -44,15 +40,15 @@ class CircleRuns(BenchRuns):
 
     def refused(self):
         """How many seeds ended before the last stage."""
-        return self._said("refused")
+        return self._codes("refused")
 
     def face_refused(self):
         """How many have no camera for the face."""
-        return self._said("face.refused")
+        return self._codes("face.refused")
 
-    def _said(self, name):
-        said = self.result.texts(f"{self.bench}.{name}")
-        return sum(words is not None for words in said)
+    def _codes(self, name):
+        codes = self.result.texts(f"{self.bench}.{name}")
+        return sum(code is not None for code in codes)
 
     def profiles(self, stage):
         """Residuals (seeds, PLACES) mm around the circle, outwards, nan where a seed
@@ -68,7 +64,7 @@ class CircleRuns(BenchRuns):
 class PictureRuns(CircleRuns):
     """The same of the runs whose pictures were rendered; all are on the bench."""
 
-    EXPERIMENTS = (PICTURES, PICTURES, PICTURES)
+    EXPERIMENTS = (PICTURES, PICTURES)
 
     def drawn(self):
         """(way, run) that the figures draw: the first that was calibrated at all

@@ -26,7 +26,6 @@ from raxel.multiview.near_perspective import (
     view_of_plane,
     view_pixels,
 )
-from raxel.multiview.pinhole_fit import nearest_pinhole
 
 STEPS_MM = (0.0, 4.0, 8.0, 12.0)
 DEFLECTION_MM = STEPS_MM[-1]
@@ -42,7 +41,7 @@ FEWEST = 8  # landmarks that are seen
 
 def face_scores(rig, cameras, first, errors, seed):
     """What a plane leaves of a face's distortion, by the calibrated camera and the true
-    one; `refused` says why there is none.
+    one; `refused`: the code of the error that left none.
 
     cameras: the true ones of the steps, that of stage 0 first; first: the `Primary`.
     """
@@ -55,7 +54,7 @@ def face_scores(rig, cameras, first, errors, seed):
             "true": left_by_plane(true, true, T_bust, T_plane),
         }
     except InputError as refusal:
-        return {"refused": str(refusal)}
+        return {"refused": refusal.code}
 
 
 def pushed_to_face(rig, cameras, first, errors, seed, rng):
@@ -94,8 +93,7 @@ def left_by_plane(camera, true, T_bust, T_plane):
     camera: the one that corrects; true: that took the picture. Either picture is laid
     on the one that the view's own pinhole would have taken of the face itself, by the
     homography of least distances; raw_px and corrected_px: the root mean squares of
-    what is left, in that picture's px. Beside them the nearest pinhole of either
-    picture, in shares of the landmarks' spread there.
+    what is left, in that picture's px.
     """
     _, points = BUST.landmarks()
     points = transform(T_bust, points)
@@ -109,14 +107,10 @@ def left_by_plane(camera, true, T_bust, T_plane):
     seen &= np.isfinite(shown).all(axis=1)
     if np.count_nonzero(seen) < FEWEST:
         raise InputError(f"face: {np.count_nonzero(seen)} landmarks are seen")
-    points, pixels, shown = points[seen], pixels[seen], shown[seen]
-    ideal = view_pixels(view, points)
+    ideal = view_pixels(view, points[seen])
     return {
-        "raw_px": off_homography(pixels, ideal),
-        "corrected_px": off_homography(shown, ideal),
-        "raw_pinhole": off_pinhole(points, pixels),
-        "corrected_pinhole": off_pinhole(points, shown),
-        "landmarks": len(points),
+        "raw_px": off_homography(pixels[seen], ideal),
+        "corrected_px": off_homography(shown[seen], ideal),
     }
 
 
@@ -125,9 +119,3 @@ def off_homography(picture, ideal):
     H = refine_homography(homography_dlt(picture, ideal), picture, ideal)
     off = apply_homography(H, picture) - ideal
     return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
-
-
-def off_pinhole(points, pixels):
-    """RMS that the nearest pinhole leaves, as a share of the spread of the pixels."""
-    spread = np.sqrt(np.mean(np.sum((pixels - pixels.mean(axis=0)) ** 2, axis=1)))
-    return float(nearest_pinhole(points, pixels).rms / spread)

@@ -21,7 +21,6 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
     off_ring,
     ring_on,
 )
-from chapters.shared.mirror_bundle import bundled
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import (
     PUBLISHED,
@@ -32,44 +31,35 @@ from chapters.shared.mirror_runs import (
 )
 from chapters.shared.mirror_scores import ray_angles
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
-from raxel.cameras.core.centrality import closest_point
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry import transform
-from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.multiview.fits.circles import fit_circle
-from raxel.multiview.fits.conics import algebraic_conic, conic_distances, fit_conic
-from raxel.multiview.plane_points import circle_outline, points_on_plane, random_plane
+from raxel.multiview.fits.conics import algebraic_conic, conic_distances
+from raxel.multiview.plane_points import circle_outline, points_on_plane
 
 # Of a picture's width, between the pixels whose rays are compared: 168 px of 3072,
 # which are about as many rays as the thesis's 168 (Table 5.3).
 COMPARED = 168 / 3072
-# A random plane's tilt against the rays, at most.
-RANDOM_TILT = np.radians(25)
 
 
 class CircleScope(NamedTuple):
     """What is run: how many deflections, whether the face, and whether the true mirror
-    and all stages at once beside the published way."""
+    beside the published way."""
 
     steps: int = len(STAGES_MM) - 1
     face: bool = True
     true: bool = True
-    bundle: bool = True
 
 
 class RingSight(NamedTuple):
     """What is seen of the target at a stage.
 
     T_camera_board: (4, 4), true; corners: (182, 2) px with errors, NaN where hidden or
-    under the ring; line, exact: (PLACES, 2) px of the circle, with errors and without;
-    T_random: (4, 4), a plane drawn before the camera.
+    under the ring; line: (PLACES, 2) px of the circle, with errors.
     """
 
     T_camera_board: np.ndarray
     corners: np.ndarray
     line: np.ndarray
-    exact: np.ndarray
-    T_random: np.ndarray
 
 
 def correction_trial(condition, rng, errors, line_px, benches, scope):
@@ -95,7 +85,7 @@ def correction_trial(condition, rng, errors, line_px, benches, scope):
 
 
 def corrected(rig, bench, errors, line_px, seed, scope):
-    """Circle and face on one bench; `refused` says where it ended, if early."""
+    """Circle and face on one bench; `refused`: code of the error that ended it."""
     rng = np.random.default_rng(seed)
     uneven = {"aberration_um": bench.aberration_um, "seed": seed}
     stages = STAGES_MM[: scope.steps + 1]
@@ -114,27 +104,18 @@ def corrected(rig, bench, errors, line_px, seed, scope):
         out["face"] = face_scores(rig, pushes, first, errors, seed)
     if scope.true:
         out["true"] = by_stage(rig, cameras, cameras, sights)
-    found, pictures, updates, k = [first.camera], [], [], 0
-    published = out["published"] = {}
+    found, published = first.camera, {}
+    out["published"] = published
     try:
-        published |= by_stage(rig, found, cameras, sights)
+        published |= by_stage(rig, [found], cameras, sights)
         for k, T in enumerate(boards(rig, stages, seed), start=1):
             pair = [seen_board(rig, c, T, errors, rng) for c in cameras[k - 1 : k + 1]]
-            stage = deflected(
-                found[-1], cameras[k], pair, rig.board.points(), first.clamp, PUBLISHED
-            )
-            published[f"stage{k}"] = scored(rig, stage.camera, cameras[k], sights[k])
-            pictures.append(pair)
-            updates.append(stage)
-            found.append(stage.camera)
+            found = deflected(
+                found, cameras[k], pair, rig.board.points(), first.clamp, PUBLISHED
+            ).camera
+            published[f"stage{k}"] = scored(rig, found, cameras[k], sights[k])
     except InputError as refusal:
-        return out | {"refused": f"stage {k}: {refusal}"}
-    if scope.bundle:
-        try:
-            bundle = bundled(rig, first.camera, first.clamp, pictures, updates, errors)
-            out["bundle"] = by_stage(rig, bundle.cameras, cameras, sights)
-        except InputError as refusal:
-            out["bundle_refused"] = str(refusal)
+        out["refused"] = refusal.code
     return out
 
 
@@ -155,19 +136,7 @@ def sight(rig, camera, k, errors, line_px, seed):
     corners[~off_ring(rig.board)] = np.nan
     exact, normals, _ = circle_outline(camera, T, ring.centre, RADIUS_MM, PLACES)
     off = line_px[rng.integers(len(line_px), size=PLACES)]
-    T_random = plane_at_random(rig, camera, T, exact, rng)
-    return RingSight(T, corners, exact + off[:, None] * normals, exact, T_random)
-
-
-def plane_at_random(rig, camera, T_camera_board, pixels, rng):
-    """T_camera_plane (4, 4) of a plane about as far away as the board is."""
-    rays = camera.rays(pixels)
-    centre = on_plane(np.array([ring_on(rig.board).centre]))
-    # The rays come from about one point behind the mirror.
-    distance = np.linalg.norm(
-        transform(T_camera_board, centre)[0] - closest_point(rays)
-    )
-    return random_plane(rng, rays, distance, RANDOM_TILT)
+    return RingSight(T, corners, exact + off[:, None] * normals)
 
 
 class CircleOnBoard(NamedTuple):
@@ -204,43 +173,22 @@ def scored(rig, camera, true, sight):
     of_pose = fit_circle(placed[used])
     profile = np.full(PLACES, np.nan)
     profile[used] = circle.residuals
-    moved, turned = pose_errors(found.T_camera_board, sight.T_camera_board, points)
+    middle = [*points.mean(axis=0), 0, 1]
+    moved = (found.T_camera_board - sight.T_camera_board) @ middle
     size = np.abs(circle.residuals)
     scores = {
         "radius_mm": circle.radius,
         "residual_mm": float(size.mean()),
         "residual_sd_mm": float(size.std(ddof=1)),
         "true_pose_radius_mm": of_pose.radius,
-        "centre_mm": float(np.linalg.norm(circle.centre - ring_on(rig.board).centre)),
-        "pose_mm": moved,
-        "pose_deg": turned,
-        "single_mm": single(camera, sight.line[used], sight.T_random),
+        "pose_mm": float(np.linalg.norm(moved)),
         "profile": profile,
     }
     if camera is true:
-        return scores | {"parallax_mm": single(true, sight.exact, sight.T_random)}
+        return scores
     compared = lattice(true, round(COMPARED * true.width))
-    return scores | {
-        "ring_deg": float(np.nanmean(ray_angles(camera, true, sight.line))),
-        "angle_deg": float(np.nanmean(ray_angles(camera, true, compared))),
-    }
-
-
-def pose_errors(T, true, points):
-    """How far the middle of a target is off, mm, and how far its normal, degrees."""
-    middle = [*points.mean(axis=0), 0, 1]
-    cosine = np.clip(T[:3, 2] @ true[:3, 2], -1, 1)
-    shift = np.linalg.norm((T - true) @ middle)
-    return float(shift), float(np.degrees(np.arccos(cosine)))
-
-
-def single(camera, pixels, T_camera_plane):
-    """Mean distance, mm, from the best conic on a plane that nobody measured."""
-    pixels = pixels[np.isfinite(pixels).all(axis=1)]
-    rays = camera.rays(pixels)
-    met = intersect_rays_plane(rays.origins, rays.directions, T_camera_plane).points
-    met = met[np.isfinite(met).all(axis=1)]
-    return float(np.abs(fit_conic(met).residuals).mean())
+    angles = ray_angles(camera, true, compared)
+    return scores | {"angle_deg": float(np.nanmean(angles))}
 
 
 def of_picture(true, sight):
@@ -257,4 +205,4 @@ def of_picture(true, sight):
     for name, pixels in (("conic_px", seen), ("conic_no_lens_px", ideal)):
         off, _ = conic_distances(algebraic_conic(pixels), pixels)
         out[name] = float(np.abs(off).mean())
-    return out | {"shown": float(len(seen) / PLACES)}
+    return out
