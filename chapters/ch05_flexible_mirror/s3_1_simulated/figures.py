@@ -1,6 +1,4 @@
-"""Fig. 5.5 and what explains it: the scene, and the bias of the linear stage."""
-
-import numpy as np
+"""Fig. 5.5 and what explains it: the bias of the linear stage."""
 
 from chapters.ch05_flexible_mirror.s3_1_simulated.results import (
     PRIMARY,
@@ -11,13 +9,8 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.results import (
     missing_by_formula,
     typical,
 )
-from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import (
-    LENGTH_MM,
-    bent,
-    rig_of,
-)
+from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import rig_of
 from chapters.ch05_flexible_mirror.s3_1_simulated.trials.sweeps import DEFAULT, SWEEPS
-from repro.page.method_looks import look_of
 from repro.page.style import INK, legend_below, plot_estimates, series
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
@@ -136,51 +129,3 @@ def ext_fig_5_5_bias(results):
         "D of the camera from the mirror. Means with 95 % intervals; both axes are "
         "logarithmic.",
     )
-
-
-@figure("ext_fig_5_5_scene", needs=("fig_5_5_example",), evidence="synthetic")
-def ext_fig_5_5_scene(results):
-    """One trial drawn to scale, and the heights that it found."""
-    trial = results["fig_5_5_example"].select()
-    shown = {name: trial.arrays(name)[0] for name in ("corners", "before", "after")}
-    heights = {name: trial.arrays(name)[0] for name in ("true", "linear", "final")}
-    drawn, (plane, panel) = new_figure(1, 2, height_in=4.4, width_ratios=(1.25, 1))
-    _draw_plane(plane, shown)
-    rows = []
-    looks = {"true": look_of("true mirror"), "linear": series(0), "final": series(1)}
-    names = {"true": "true mirror", "linear": "linear estimate",
-             "final": "final estimate"}  # fmt: skip
-    for name, (x, height) in heights.items():
-        look = looks[name] | {"markevery": 10}
-        panel.plot(x, height, label=names[name], **look)
-        rows += [(name, *row) for row in zip(x, height, strict=True)]
-    panel.set_xlabel("Length along the clamped line (mm)")
-    panel.set_ylabel("Height over it, away from the camera (mm)")
-    panel.legend()
-    return Drawing(
-        drawn,
-        columns(("curve", "length_mm", "height_mm"), rows),
-        "One trial. Left, to scale: the camera, the mirror before bending and bent, a "
-        "row of corners, and how three of them are seen before (dashed) and after. "
-        "Right: the bent mirror, and what the two stages find.",
-    )
-
-
-def _draw_plane(axes, shown):
-    rig = rig_of("d200")
-    x = np.linspace(0, LENGTH_MM, 50)
-    flat, curved = (bent(rig, x, tip)[0] for tip in (0.0, DEFAULT["bend"]))
-    axes.plot(*flat.T, color=INK, linestyle=":", marker="", label="mirror before")
-    axes.plot(*curved.T, color=INK, marker="", linewidth=2.2, label="mirror bent")
-    corners = shown["corners"]
-    axes.plot(*corners.T, **series(1) | {"linestyle": ""}, label="corners")
-    for name, line in (("before", "--"), ("after", "-")):
-        for number in (1, len(corners) // 2, len(corners) - 2):
-            path = np.array([[0.0, 0.0], shown[name][number], corners[number]])
-            axes.plot(*path.T, **series(0) | {"linestyle": line, "marker": ""},
-                      linewidth=0.9)  # fmt: skip
-    axes.plot(0, 0, marker="^", color=INK, linestyle="", markersize=9, label="camera")
-    axes.plot(*rig.foot, **series(3) | {"linestyle": ""}, label="clamp")
-    axes.set_aspect("equal")
-    axes.set(xlabel="x (mm)", ylabel="z (mm)")
-    axes.legend(loc="best", fontsize=8)

@@ -16,12 +16,10 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.exercises import (
 from chapters.ch05_flexible_mirror.s3_1_simulated.results import name_values
 from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import beam, seen_bent
 from chapters.ch05_flexible_mirror.s3_1_simulated.trials.sweeps import (
-    BASE,
     SETTINGS,
     TRIALS,
     conditions,
     draw,
-    drawn_example,
     each_level,
 )
 from raxel.calibration.mirror.reduced import linear_reduced, ray_point_offsets
@@ -107,9 +105,6 @@ from repro.run.outcomes import Plan
 # the grid. A corner is seen where the way from camera over mirror to corner is
 # shortest (Fermat), which Newton's steps find exactly.
 
-# %% tags=["active-ipynb"]
-# show("ext_fig_5_5_scene")
-
 # %% [markdown]
 # **The reduced model** is a cubic, $S(u) = a u^3 + b u^2 + c u + d$ (5.2),
 # where $u$ is the image coordinate. The text says so, and the theory of the
@@ -169,12 +164,6 @@ def trial(condition, rng):
 def sweeps(effort):
     """Fig. 5.5: noise, depth and curvature, in every set-up that is a reading."""
     return Plan(trial, conditions(), TRIALS[effort], SETTINGS)
-
-
-@experiment("fig_5_5_example", artefact="ext_fig_5_5_scene")
-def example(effort):
-    """One trial at the default levels, with the arrays that a drawing needs."""
-    return Plan(drawn_example, [BASE], 1, SETTINGS)
 
 
 # %% tags=["active-ipynb"]

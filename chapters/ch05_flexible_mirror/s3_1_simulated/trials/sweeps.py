@@ -246,7 +246,7 @@ def measure(condition, noise_px, depth, tip, drawn):
             if name == "distance":
                 out[name]["restart_mm"] = restarted(found, views, noise_px)
         except CalibrationError as fault:
-            out[name] = {"failed": str(fault)}
+            out[name] = {"failed": fault.code}
     return out
 
 
@@ -259,26 +259,4 @@ def each_level(condition, drawn):
         out[f"level_{number}"] = measure(
             condition, at["noise"], at["depth"], at["bend"], drawn
         )
-    return out
-
-
-def drawn_example(condition, rng):
-    """Arrays of one trial at the default levels, for a drawing.
-
-    corners, and where on the mirror each is seen before and after, (14, 2) mm; lengths
-    and heights (2, 101) of the true mirror and of both estimates, mm.
-    """
-    views = look(condition, DEPTH_MM, TIP_MM, draw(condition, rng))
-    found = calibrate(views, NOISE_PX)
-    rig, true = views.rig, bent(views.rig, ALL_ALONG, TIP_MM)[0]
-    out = {"corners": views.points}
-    flat = seen_flat(rig, views.points)
-    out |= {"before": bent(rig, flat, 0.0)[0], "after": views.on}
-    for name, points in (
-        ("true", true),
-        ("linear", found.linear.points(pixels_of(true))),
-        ("final", found.curve.points(pixels_of(true))),
-    ):
-        from_foot = points - rig.foot
-        out[name] = np.stack([from_foot @ ALONG, from_foot @ AWAY])
     return out
