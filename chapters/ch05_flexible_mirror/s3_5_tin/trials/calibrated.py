@@ -1,22 +1,17 @@
-"""Stage 3 of a bending mirror, calibrated as published and by all stages at once."""
+"""Stage 3 of a bending mirror, calibrated stage by stage as published."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_bundle import AIMED, bundled
 from chapters.shared.mirror_rigs import DYNAMIC_MM, STAGES_MM
 from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_board
 from raxel.errors import CalibrationError
 
 LAST = len(STAGES_MM) - 1
 # How the last stage is known, the second as in the thesis.
-EVERY_WAY = ("true", "published", "bundle")
-SETTINGS = {
-    "stages_mm": list(STAGES_MM),
-    "grid_mm": DYNAMIC_MM,
-    "prior_mm": AIMED.prior_sd,
-}
+EVERY_WAY = ("true", "published")
+SETTINGS = {"stages_mm": list(STAGES_MM), "grid_mm": DYNAMIC_MM}
 
 
 class BentMirror(NamedTuple):
@@ -54,46 +49,22 @@ def bent_mirror(rig, bench, errors, T_camera_boards, rng):
 def calibrations(bent, seed, ways=EVERY_WAY):
     """{way: (camera of the last stage, "")}, or (None, code of the error).
 
-    Both ways draw the primary stage's errors from one seed.
+    seed: of the errors of the primary stage.
     """
     found = {"true": (bent.true, "")} if "true" in ways else {}
-    for way, method, last in (
-        ("published", PUBLISHED, stage_by_stage),
-        ("bundle", AIMED, all_stages),
-    ):
-        if way not in ways:
-            continue
-        rng = np.random.default_rng(seed)
+    if "published" in ways:
         try:
-            first = primary(bent.rig, bent.cameras[0], method, bent.errors, rng)
-            found[way] = last(bent, first, method), ""
+            found["published"] = stage_by_stage(bent, seed), ""
         except CalibrationError as refusal:
-            found[way] = None, refusal.code
+            found["published"] = None, refusal.code
     return found
 
 
-def stage_by_stage(bent, first, method):
+def stage_by_stage(bent, seed):
     """The camera of the last stage, each stage from the one before."""
-    return steps(bent, first, method)[-1].camera
-
-
-def all_stages(bent, first, method):
-    """The camera of the last stage, of all stages and boards together."""
-    bundle = bundled(
-        bent.rig,
-        first.camera,
-        first.clamp,
-        bent.pictures,
-        steps(bent, first, method),
-        bent.errors,
-    )
-    return bundle.cameras[-1]
-
-
-def steps(bent, first, method):
-    """MirrorUpdates of stages 1 to 3."""
-    found, before, points = [], first.camera, bent.rig.board.points()
-    for pair, camera in zip(bent.pictures, bent.cameras[1:], strict=True):
-        found.append(deflected(before, camera, pair, points, first.clamp, method))
-        before = found[-1].camera
+    rng = np.random.default_rng(seed)
+    first = primary(bent.rig, bent.cameras[0], PUBLISHED, bent.errors, rng)
+    found, points = first.camera, bent.rig.board.points()
+    for pair, true in zip(bent.pictures, bent.cameras[1:], strict=True):
+        found = deflected(found, true, pair, points, first.clamp, PUBLISHED).camera
     return found

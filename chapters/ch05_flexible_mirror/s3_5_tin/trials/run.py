@@ -1,4 +1,4 @@
-"""The tin at corner level: calibrated in two ways, and with the true mirror.
+"""The tin at corner level: calibrated as published, and with the true mirror.
 
 Matches are where the true camera has them, with Gaussian noise; no feature is looked
 for. All ways see the same boards and the same matches.
