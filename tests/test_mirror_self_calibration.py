@@ -49,7 +49,7 @@ HALF = np.where(BEFORE[:, :1] > BEFORE[:, 0].mean(), np.nan, BEFORE)
     [
         ("wrong-shape", {"before": np.zeros((360, 3))}),
         ("wrong-shape", {"after": np.zeros(360)}),
-        ("not-matched", {"after": AFTER[1:]}),
+        ("unmatched-features", {"after": AFTER[1:]}),
         ("no-clamp", {"clamp": None}),
         ("wrong-shape", {"outline": np.full((3, 2), np.nan)}),
         (

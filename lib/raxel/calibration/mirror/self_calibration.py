@@ -86,7 +86,7 @@ def _check_given(pixels_before, pixels_after, clamp, outline):
         raise CalibrationError(
             f"self-calibration: {len(pixels_before)} pixels before and "
             f"{len(pixels_after)} after; give matched ones",
-            code="not-matched",
+            code="unmatched-features",
         )
     if clamp is None:
         raise CalibrationError(
