@@ -1,6 +1,5 @@
 """The trials, claims and drawings of section 3.1.2."""
 
-import xml.etree.ElementTree as ET
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 
 from chapters.ch03_planar_grids.s1_2_celect import claims, page, results
 from chapters.ch03_planar_grids.s1_2_celect.figures import flowchart
-from chapters.ch03_planar_grids.s1_2_celect.figures.animation import animation
 from chapters.ch03_planar_grids.s1_2_celect.trials import (
     boards,
     constructed,
@@ -18,7 +16,6 @@ from chapters.ch03_planar_grids.s1_2_celect.trials import (
 from chapters.shared.lattices import steps_between
 from chapters.shared.synthetic_board import SyntheticBoard
 from tests.judged_claims import readings
-from tests.made_results import of_seed
 
 
 @pytest.fixture(scope="module")
@@ -67,18 +64,6 @@ def test_a_recorded_run_is_complete(run):
         assert run[name][:, 0].max() < len(run["steps"])
 
 
-def test_the_animation_is_well_formed_and_moves_on_a_click_only(run):
-    shown = animation(of_seed(lambda condition, rng: run))
-    assert "\n\n" not in shown.markdown
-    root = ET.fromstring(shown.html)
-    space = "{http://www.w3.org/2000/svg}"
-    moves = root.findall(f".//{space}set")
-    assert len(moves) > len(run["steps"])
-    assert all("celect_run.click" in m.get("begin") for m in moves)
-    # Browsers take a hyphen of a name for a minus.
-    assert not any("-" in m.get("begin") for m in moves)
-
-
 def test_every_way_through_the_code_is_in_the_flowchart():
     counts = recorded.stage_trial({}, np.random.default_rng(0))
     ways = [tuple(k.split(" > ")) for k in counts if " > " in k]
@@ -97,13 +82,6 @@ def test_constructed_first_corners_keep_away_from_the_boundaries():
             for a, b, c in ((1.5, 0, 0), (0, 1.5, 0), (0, 0, -1.5))
         ]
         assert all(m == (near, nearer) for m in moved)
-
-
-def test_the_corner_of_an_edge_picture_is_in_its_middle():
-    image = constructed.edge_picture([20, 100], 0, 61, 100, np.random.default_rng(0))
-    assert image.shape == (61, 61)
-    turned = image[::-1, ::-1].astype(int)
-    assert np.abs(image.astype(int) - turned).mean() < 15
 
 
 def test_a_bent_corner_stays_and_a_bent_disc_moves():

@@ -139,12 +139,6 @@ def test_the_trace_is_recorded():
     assert unrecorded.contours[0].steps == ()
 
 
-def test_more_candidates_than_corners_and_one_left_of_each():
-    result = celect(IMAGE, CLICKS, COLUMNS, ROWS)
-    for contour in result.contours:
-        assert len(contour.candidates) > len(contour.merged)
-
-
 def test_the_contour_that_fails_is_named_and_can_be_given():
     image = np.where(
         np.hypot(*(np.indices(IMAGE.shape)[::-1] - TRUTH[2, 3][:, None, None])) < 22,

@@ -12,10 +12,9 @@ from chapters.ch03_planar_grids.s1_2_celect.exercises import (
     growth_task,
     turn_task,
 )
-from chapters.ch03_planar_grids.s1_2_celect.figures.animation import animation
 from chapters.ch03_planar_grids.s1_2_celect.results import name_values
 from chapters.ch03_planar_grids.s1_2_celect.trials import boards, scenes
-from chapters.shared.lattices import outer, steps_between
+from chapters.shared.lattices import outer
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SyntheticBoard, clicks
 from raxel.features.celect import CelectSettings, celect
@@ -128,19 +127,11 @@ from repro.run.outcomes import Plan
 # show("fig_3_2")
 
 # %% [markdown]
-# The same window with numbers:
-
-# %% tags=["active-ipynb"]
-# show_table("ext_celect_step")
-
 # %% [markdown]
 # **All steps.** First come the four sides, clockwise, then the columns from
 # side 1 down to side 3. Harris corners of all windows of a contour are
 # candidates. Those near the trace, (3.22), are kept, and those that are
-# close together are averaged. The film shows a whole run.
-
-# %% tags=["active-ipynb", "remove-input"]
-# animation(open_results("fig_3_1_run"))
+# close together are averaged.
 
 # %% tags=["active-ipynb"]
 # show("fig_3_3")
@@ -204,10 +195,7 @@ def camera_trial(condition, rng):
     rows, columns = view.lattice.shape[:2]
     where = clicks(outer(view.lattice), rng)
     result = celect(view.image, where, columns, rows)
-    sides = steps_between(view.lattice)
     return scored(result, view.lattice) | {
-        "least_px": float(sides.min()),
-        "uneven": float(sides.max() / sides.min()),
         "candidates": candidates_of(result),
         "merged": int(np.isfinite(result.corners[..., 0]).sum()),
         "wanted": rows * columns,
@@ -254,8 +242,8 @@ def growth(effort):
 
 
 # %% [markdown]
-# Two more experiments stand beside this page, in `trials/sizes.py`: large
-# squares under strong distortion, and one smoothing for all squares.
+# One more experiment is in `trials/sizes.py`: large squares under strong
+# distortion.
 
 # %% [markdown]
 # ## Reading and limits
@@ -283,20 +271,15 @@ def growth(effort):
 #   half a square, so a larger square has a longer arc in it. But as the
 #   squares grow, the outermost corners come nearer to the middle, where
 #   edges bend less and cross at larger angles.
-# - **Smoothing is a choice** that the thesis does not give, and the last
-#   table shows what hangs on it. Strong smoothing averages noise away but
-#   moves the maxima of a corner apart, for which small squares have no room;
+# - **Smoothing is a choice** that the thesis does not state.
+#   [Section 3.3.1](s3_1_robustness.ipynb) varies it. Strong smoothing
+#   averages noise away but moves the maxima of a corner apart, for which
+#   small squares have no room;
 #   weak smoothing does the opposite. Ours is a share of the length scale,
 #   between two limits in px; value, reason and origin are in the ledger
 #   (`smoothing_px`).
 # - **Rendered, not photographed.** The text's Fig. 3.4 is a photograph.
 #   Clicks are simulated.
-
-# %% tags=["active-ipynb"]
-# show("ext_celect_window")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_celect_smoothing")
 
 # %% tags=["active-ipynb"]
 # show_code(celect)

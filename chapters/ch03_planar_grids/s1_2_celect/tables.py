@@ -2,15 +2,9 @@
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.results import (
-    NAMES,
-    THRESHOLDS,
-    Run,
-    turning_step,
-)
+from chapters.ch03_planar_grids.s1_2_celect.results import NAMES, THRESHOLDS, Run
 from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import LEAST_PX
 from raxel.features.celect import CelectSettings
-from raxel.features.celect.hough import angle_apart
 from repro.judge.statistics import proportion
 from repro.run.columns import columns
 from repro.run.experiment import table
@@ -86,38 +80,6 @@ def table_3_2(results):
     )
 
 
-@table("ext_celect_step", needs=("fig_3_1_run",), evidence="rendered")
-def step_table(results):
-    """The lines of the window of Fig. 3.2, and which one is followed."""
-    run = Run(results["fig_3_1_run"])
-    settings = CelectSettings()
-    index = turning_step(run)
-    limit = settings.near_centre * run.s[int(run.steps[index, 0])]
-    chosen, before = run.step(index)[2], run.step(index - 1)[2]
-    words = {True: "yes", False: "no"}
-    rows = [
-        (
-            number,
-            float(R),
-            words[bool(abs(R) < limit)],
-            float(theta),
-            float(angle_apart(theta, before[1])),
-            words[np.allclose((R, theta), chosen)],
-        )
-        for number, (R, theta) in enumerate(run.of_step("lines", index), 1)
-    ]
-    names = (
-        "Line", "$R$ (px)", r"$\lvert R\rvert < t_3$?", r"$\theta$ (deg)",
-        r"Turn from $\theta_{prev}$ (deg)", "Followed?",
-    )  # fmt: skip
-    return Table(
-        columns(names, rows),
-        "The lines that the window of Fig. 3.2 finds. Here $t_3$ = "
-        f"{limit:.1f} px and $\\theta_{{prev}}$ = {before[1]:.0f}°. Of the lines "
-        "near the middle, the one that turns least is followed.",
-    )
-
-
 @table("ext_celect_cameras", needs=("fig_3_1_cameras",), evidence="rendered")
 def camera_table(results):
     """Share of boards read before each camera, by size of the picture."""
@@ -137,32 +99,4 @@ def camera_table(results):
         "Boards read completely and in order, with exact 95 % intervals: "
         f"random poses, {result.trials_per_condition} for each camera, in "
         "pictures of two sizes.",
-    )
-
-
-@table("ext_celect_smoothing", needs=("ext_celect_limits",), evidence="synthetic")
-def smoothing_table(results):
-    """Success by smoothing, over noise and over the size of squares."""
-    result = results["ext_celect_limits"]
-    scenes = dict.fromkeys(
-        (c["squares_across"], c["noise_sd"]) for c in result.conditions
-    )
-    rows = [
-        (
-            "0.1 s (chosen)" if rule is None else f"{rule:g}",
-            *(
-                100
-                * float(
-                    runs.select(squares_across=n, noise_sd=sd).column("success").mean()
-                )
-                for n, sd in scenes
-            ),
-        )
-        for rule, runs in result.by("smoothing_px").items()
-    ]
-    heads = [f"{1000 / n:.0f} px squares, noise {sd:g} (%)" for n, sd in scenes]
-    return Table(
-        columns(("smoothing (px)", *heads), rows),
-        "Noise and small squares ask for opposite smoothing: share of synthetic "
-        "boards read completely. The thesis states no smoothing.",
     )

@@ -10,9 +10,8 @@ from chapters.ch03_planar_grids.s1_2_celect.results import (
 )
 from raxel.features.celect import CelectSettings
 from raxel.features.celect.hough import angle_apart
-from repro.judge.statistics import proportion
 from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval, series
+from repro.page.style import series
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
@@ -287,30 +286,4 @@ def fig_3_4(results):
             f"{len(raw)} candidates were merged into {len(grid)} corners, none "
             f"more than {largest:.1f} px off",
         ),
-    )
-
-
-@figure("ext_celect_window", needs=("table_3_1_window",), evidence="synthetic")
-def window_study(results):
-    """Share of boards read against the multiplier of the window radius."""
-    runs = results["table_3_1_window"].by("multiplier")
-    rates = [proportion(run.column("success"))[:3] for run in runs.values()]
-    multipliers, shares = list(runs), 100 * np.array(rates).T
-    drawn, axes = new_figure(height_in=2.8)
-    label = "boards read, 95 % interval"
-    plot_interval(axes, np.array(multipliers), *shares, look=series(0), label=label)
-    axes.set_xscale("log")
-    axes.set_xticks(multipliers, [f"{m:g}" for m in multipliers])
-    axes.minorticks_off()
-    axes.set(
-        ylim=(-3, 103),
-        xlabel="Window radius over that of Table 3.1 (1)",
-        ylabel="Success (%)",
-    )
-    axes.legend(loc="best")
-    return Drawing(
-        drawn,
-        {"multiplier": multipliers, "success_percent": shares[0].tolist()},
-        "Windows that are too small or too large: share of synthetic boards that "
-        "are read completely, against a multiplier of the window radius.",
     )
