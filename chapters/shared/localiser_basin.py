@@ -5,14 +5,9 @@ from functools import lru_cache
 import numpy as np
 
 from chapters.shared.synthetic_board import SyntheticBoard
-from raxel.features.localise import derivative, saddle_point
 
 # OpenCV's half widths of the 9 x 9 window: the printed 9 is its argument, or the width.
 HALF_WINDOWS = {"half window": 9, "full window": 4}
-OTHERS = {
-    "saddle point": (saddle_point, {"window": 19, "blur_sd": 2.0}),
-    "derivative": (derivative, {"window": 19}),
-}
 LOCALISED_PX = 0.46
 FARTHEST_START_PX = 8
 START_ERRORS_PX = {"quick": (0, 4, 8), "full": (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12)}
@@ -40,13 +35,6 @@ def basin_scores(localised, truth):
         "mean_px": float(error.mean()),
         "left_share": float(1 - localised.converged.mean()),
     }
-
-
-def results_by_localiser(results):
-    """Localiser -> its result: OpenCV's in both readings, then the others'."""
-    return dict.fromkeys(HALF_WINDOWS, results["fig_3_11_localised"]) | (
-        dict.fromkeys(OTHERS, results["ext_localiser_basin"])
-    )
 
 
 def starts_of(result):

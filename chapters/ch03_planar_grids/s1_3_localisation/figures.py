@@ -3,23 +3,10 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.results import BIN_EDGES_PX, Swept
-from chapters.shared.localiser_basin import (
-    largest_by_start,
-    results_by_localiser,
-    starts_of,
-)
-from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
-
-NAMES = {
-    "full window": "OpenCV, 9 × 9 px",
-    "half window": "OpenCV, half window of 9",
-    "saddle point": "saddle point, 19 px",
-    "derivative": "derivative, 19 px",
-}
 
 
 def frequencies(swept, best, levels):
@@ -122,35 +109,3 @@ def _slices(drawn, panel, levels, values, label, norm=None):
     panel.set_xticks(BIN_EDGES_PX[::2])
     drawn.colorbar(mesh, ax=panel, label=label, pad=0.02)
     return mesh
-
-
-@figure(
-    "ext_localiser_basin",
-    needs=("fig_3_11_localised", "ext_localiser_basin"),
-    evidence="rendered",
-)
-def ext_localiser_basin(results):
-    """Largest error against the start error, for all localisers."""
-    of_localiser = results_by_localiser(results)
-    drawn, panel = new_figure(height_in=3.6)
-    rows = []
-    for name, result in of_localiser.items():
-        starts = starts_of(result)
-        largest = largest_by_start(result, name)
-        panel.plot(starts, largest, label=NAMES[name], **look_of(NAMES[name]))
-        rows += [(name, *row) for row in zip(starts, largest, strict=True)]
-    panel.set(
-        yscale="log",
-        xlabel="Start error of every corner (px)",
-        ylabel="Largest error (px)",
-    )
-    panel.legend()
-    return Drawing(
-        drawn,
-        columns(("localiser", "start_px", "max_px"), rows),
-        "Largest error over all corners and trials after localisation on "
-        "the image of Fig. 3.10(b), which has no noise, against the distance "
-        "at which every corner was put from the truth. A corner that is "
-        "given up keeps its start error. OpenCV: all trials of Fig. 3.11(f); "
-        "the other methods: fewer of the same starts.",
-    )

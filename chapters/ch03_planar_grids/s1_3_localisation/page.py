@@ -7,8 +7,6 @@
 # CELECT, which knows these distances, choose the window for every corner.
 
 # %%
-import numpy as np
-
 from chapters.ch03_planar_grids.s1_3_localisation.exercises import (
     arc_task,
     saddle_task,
@@ -20,15 +18,13 @@ from chapters.ch03_planar_grids.s1_3_localisation.trials import (
     NOISE_SD,
     SQUARES_PX,
     START_SD_PX,
-    basin_trial,
     neighbour_distances,
     residuals,
     settled_residuals,
     study_image,
 )
-from chapters.shared.localiser_basin import START_ERRORS_PX
 from chapters.shared.synthetic_board import SIZE_PX
-from raxel.features.localise import corner_subpix, derivative, saddle_point
+from raxel.features.localise import derivative, saddle_point
 from raxel.features.localise.ridges import fit_ridges, gradient
 from raxel.features.localise.saddle import blurred, fit_saddles
 from raxel.features.localise.windows import noise_variance
@@ -210,53 +206,6 @@ def saddle_sweep(effort):
     return Plan(saddle_trial, conditions, IMAGES[effort], SETTINGS)
 
 
-# %%
-def spread_trial(condition, rng):
-    """Errors of a localiser beside the standard deviations that it states.
-
-    What is left without noise is its bias.
-    """
-    board, image, start = study_image(condition["square_px"], rng)
-    image, clean = image.astype(np.uint8), board.image(BLUR_PX)
-
-    def errors_of(function):
-        result, without = function(image, start), function(clean, start)
-        good = result.converged
-        error = (result.corners - board.corners)[good]
-        bias = (without.corners - board.corners)[good & without.converged]
-        stated = result.sd[good, None]
-        return {
-            "converged": float(good.mean()),
-            "rms_px": float(np.sqrt(np.mean(error**2))),
-            "sd_px": float(np.sqrt(np.mean(stated**2))),
-            "bias_px": float(np.sqrt(np.mean(bias**2))),
-            "score_sd": float(np.sqrt(np.mean((error / stated) ** 2))),
-            "within": float(np.mean(np.abs(error) < stated)),
-        }
-
-    return {
-        "saddle point": errors_of(saddle_point),
-        "derivative": errors_of(derivative),
-        "OpenCV": errors_of(corner_subpix),
-    }
-
-
-@experiment("ext_localiser_spread", artefact="ext_localisers")
-def spreads(effort):
-    """Errors of three localisers beside the SD that they state."""
-    conditions = [{"square_px": square} for square in SQUARES_PX]
-    return Plan(spread_trial, conditions, IMAGES[effort], SETTINGS)
-
-
-# %%
-@experiment("ext_localiser_basin", artefact="fig_3_11")
-def others_basin(effort):
-    """The starts of Fig. 3.11(f), with the localisers beside OpenCV's."""
-    conditions = [{"start_px": start} for start in START_ERRORS_PX[effort]]
-    trials = {"quick": 1, "full": 10}[effort]
-    return Plan(basin_trial, conditions, trials, SETTINGS)
-
-
 # %% tags=["active-ipynb"]
 # show_code(study_image, residuals, neighbour_distances)
 
@@ -265,15 +214,6 @@ def others_basin(effort):
 
 # %% tags=["active-ipynb"]
 # show_table("ext_localiser_choice")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_localisers")
-
-# %% tags=["active-ipynb"]
-# show("ext_localiser_basin")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_localiser_reach")
 
 # %% [markdown]
 # ## Reading and limits
@@ -300,17 +240,11 @@ def others_basin(effort):
 #   median residual is {glue:text}`derivative.at_5:.2f` px, against
 #   {glue:text}`derivative.median:.3f` px with the best window.
 # - **Bent images bias a corner.** A corner between curved edges is not the
-#   same after half a turn. The table of the localisers has what is left
-#   without any noise. Blur of SD $s$ pulls an arc of radius $R$ towards its
-#   centre by $s^2/2R$. A window of width $w$ sees the arc leave its tangent
+#   same after a rotation by 180°. Blur of SD $s$ pulls an arc of radius $R$
+#   towards its centre by $s^2/2R$. A window of width $w$ sees the arc leave its tangent
 #   by up to $w^2/8R$; small windows suffer less. The thesis cites that
-#   localisation is not significantly affected by distortion. Here the bias is
-#   {glue:text}`bias.saddle` times the stated SD with the saddle point method,
-#   and {glue:text}`bias.others` times with the others. OpenCV has an error of
-#   its own: it stops at a step shorter than 0.1 px.
-# - **The stated SD** is that of noise, and right where a corner is
-#   symmetric: the library's tests check it on images without distortion.
-#   Here it leaves the bias out: errors are larger than it says (see table).
+#   localisation is not significantly affected by distortion.
+# - **The stated SD** is that of noise. It does not include this bias.
 # - **How far off may a start be?** OpenCV gives a corner up when it moves
 #   further than its half window on either axis. So the thesis's 9, if it is
 #   the width of the window, cannot bring back 8 px; as OpenCV's half window

@@ -275,10 +275,8 @@ def name_values(open_results):
     swept = {name: Swept(result) for name, result in results.items()}
     derivative, saddle = swept.values()
     windows = best_windows(derivative)
-    spread = open_results("ext_localiser_spread")
     quoted = {
         "images": results["saddle"].trials_per_condition,
-        "corners": len(saddle.error),
         **of_method("derivative", derivative),
         **of_method("saddle", saddle),
         "derivative.narrowest": float(windows.min()),
@@ -294,8 +292,6 @@ def name_values(open_results):
         "most_ratio": MAX_RATIO,
         "interior.most": most_of_one_blur(saddle, "best interior blur"),
         "middle.most": most_of_one_blur(saddle, "middle of the sweep"),
-        "bias.saddle": range_of_bias(spread, ["saddle point"]),
-        "bias.others": range_of_bias(spread, ["derivative", "OpenCV"]),
     }
     for name, number in quoted.items():
         value(name, number)
@@ -316,14 +312,3 @@ def most_of_one_blur(swept, option):
     ratios = ratio_of_one_blur(swept, swept.mid_range_blurs(option))
     worst = max(ratios, key=lambda ratio: ratio.value)
     return rounded(worst.value, (worst.low, worst.high))
-
-
-def range_of_bias(result, localisers):
-    """The bias over the stated SD: its range over the sizes of square, in words."""
-    over = [
-        np.mean(square.column(f"{one}.bias_px"))
-        / np.mean(square.column(f"{one}.sd_px"))
-        for one in localisers
-        for square in result.by("square_px").values()
-    ]
-    return f"{min(over):.1f} to {max(over):.1f}"

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from chapters.shared.localiser_basin import OTHERS, basin_image, basin_scores, off_by
 from chapters.shared.synthetic_board import SyntheticBoard
 
 SQUARES_PX = (50, 100, 150, 200)
@@ -47,14 +46,4 @@ def settled_residuals(found, start, board, shape=(-1,)):
         "error": errors.reshape(len(errors), *shape),
         "distance": neighbour_distances(board),
         "converged": np.reshape([settled.mean() for _, settled in found], shape),
-    }
-
-
-def basin_trial(condition, rng):
-    """The other localisers from starts that are all off by the same distance."""
-    image, truth = basin_image()
-    start = off_by(condition["start_px"], truth, rng)
-    return {
-        name: basin_scores(function(image, start, **given), truth)
-        for name, (function, given) in OTHERS.items()
     }
