@@ -30,29 +30,17 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     largest_in_order,
     merging_trial,
 )
-from chapters.shared.scoring import missing_on, scored
+from chapters.shared.scoring import scored
 from tests.judged_claims import readings_of
 from tests.made_results import OfLaw, of_columns
 
 LATTICE = np.stack(np.meshgrid(np.arange(4) * 20.0, np.arange(3) * 20.0), axis=2)
 
 
-def contour(name, merged):
-    return SimpleNamespace(name=name, merged=np.asarray(merged, float).reshape(-1, 2))
-
-
 def run(corners=None, contours=(), failures=()):
     return SimpleNamespace(
         found=corners is not None, corners=corners, contours=contours, failures=failures
     )
-
-
-def test_missing_corners_are_those_without_a_find_within_8_px():
-    found = LATTICE[:, 1].copy()
-    found[1] += [8.5, 0]
-    assert missing_on(contour("column 2", found), LATTICE) == (1, 0)
-    assert missing_on(contour("side 1", []), LATTICE) == (4, 4)
-    assert missing_on(contour("column 2", []), LATTICE) == (3, 2)
 
 
 def test_a_run_succeeds_only_if_every_corner_is_within_8_px():
@@ -64,15 +52,6 @@ def test_a_run_succeeds_only_if_every_corner_is_within_8_px():
     lost = scored(run(corners), LATTICE)
     assert not lost["success"]
     assert "max_px" not in lost
-
-
-def test_a_run_that_was_given_up_names_its_stage():
-    failure = SimpleNamespace(stage="tracing", contour="side 2")
-    values = scored(
-        run(failures=[failure], contours=[contour("side 1", LATTICE[0, :3])]), LATTICE
-    )
-    assert (values["stage"], values["contour"]) == ("tracing", "side 2")
-    assert (values["missed"], values["missed_on_rim"]) == (1, 1)
 
 
 def swept(name, successes, means=None):

@@ -17,12 +17,9 @@ from chapters.ch03_planar_grids.s3_1_robustness.exercises import (
 from chapters.ch03_planar_grids.s3_1_robustness.results import name_values
 from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     BASIN_TRIALS,
-    COLUMN_FOV_DEG,
-    COLUMN_TRIALS,
     LEVELS,
     MERGING_YAW_DEG,
     NOISE_SD,
-    OUT_OF_SIGHT,
     SETTINGS,
     SWEPT,
     TERMINATION_PX,
@@ -30,7 +27,6 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     basin_trial,
     board_of,
     by_smoothing,
-    column_trial,
     largest_in_order,
     merging_trial,
     picture_trial,
@@ -41,7 +37,7 @@ from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
 from raxel.features.celect import celect
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment, experiments
 from repro.run.outcomes import Plan
 
@@ -143,8 +139,7 @@ def robustness_trial(condition, rng):
     board = board_of(condition)
     distances = {"least_px": board.least_spacing, "rim_px": board.rim_spacing}
     if np.isnan(board.corners).any():
-        lost = {"success": False, "stage": OUT_OF_SIGHT}
-        return distances | by_smoothing(lambda settings: lost)
+        return distances | by_smoothing(lambda settings: {"success": False})
     outer = clicks(board.outer_corners, rng)
     image = board.image(
         condition["blur_px"], condition["noise_sd"], rng, LEVELS[condition["levels"]]
@@ -194,16 +189,8 @@ def merging(effort):
     return Plan(merging_trial, conditions, 1, SETTINGS)
 
 
-@experiment("ext_celect_columns", artefact="ext_celect_columns")
-def columns_alone(effort):
-    """Which columns are lost beyond 134 deg when the sides are known."""
-    conditions = sweep("fov_deg", COLUMN_FOV_DEG, effort)
-    return Plan(column_trial, conditions, COLUMN_TRIALS[effort], SETTINGS)
-
-
 # %% [markdown]
-# Panel (f) is the basin of OpenCV's localiser;
-# [3.1.3](s1_3_localisation.ipynb) has others beside it.
+# Panel (f) is the basin of OpenCV's localiser.
 
 
 # %%
@@ -237,16 +224,7 @@ def pictures(effort):
 # show("fig_3_10")
 
 # %% tags=["active-ipynb"]
-# show_table("ext_celect_bounds")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_celect_losses")
-
-# %% tags=["active-ipynb"]
 # show("ext_celect_merging")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_celect_columns")
 
 # %% [markdown]
 # ## Reading and limits
@@ -272,19 +250,16 @@ def pictures(effort):
 # Beyond 48.6° corners are not in the picture, and nobody can click them:
 # trials are lost by construction, and no claim is tested there.
 #
-# **Small squares.** Most of these boards end in tracing: a window has too few
-# edge pixels for its lines. The smallest squares of this sweep are closer
+# **Small squares.** A window on them has few edge pixels for its lines. The
+# smallest squares of this sweep are closer
 # than 8 px in the bent picture, where even a neighbour's place would pass.
 # With squares of 50 px the nearest corners are {glue:text}`interior:.1f` px
 # apart; the text's 12 px fit the step from the last corner to the rim of the
 # board, {glue:text}`rim:.1f` px. That is geometry; no trial is in it.
 #
 # **Field of view.** CELECT traces the four sides first, and no column
-# without them. So every lost corner lies on the rim, which says nothing of
-# where edges bend. The last table gives the sides by hand. As the field
-# grows, the columns near the rim go before the middle ones, as the thesis
-# has it, but not on both sides alike: a column takes its window and its
-# merging distance from the one before.
+# without them. So every lost corner lies on the rim. That does not show
+# where edges bend too much.
 #
 # **Errors.** With the default settings the mean error is
 # {glue:text}`mean:.2f` px. The largest error of any successful trial in the

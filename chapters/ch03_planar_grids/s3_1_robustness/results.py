@@ -1,7 +1,5 @@
 """What the sweeps of 3.3.1 found, and the numbers that are quoted."""
 
-from collections import Counter
-
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_1_robustness.trials import SMOOTHINGS
@@ -11,7 +9,6 @@ from chapters.shared.localiser_basin import (
     farthest_start,
     worst_within,
 )
-from chapters.shared.scoring import DONE
 from chapters.shared.synthetic_board import SIZE_PX
 from repro.page.reader import value
 from repro.run.experiment import numbers
@@ -47,10 +44,6 @@ class Under:
     def column(self, name, **condition):
         """Trials (n,) of a value."""
         return self.result.column(self.prefix + name, **condition)
-
-    def texts(self, name, **condition):
-        """Trials of a textual value."""
-        return self.result.texts(self.prefix + name, **condition)
 
 
 def experiment_of(sweep):
@@ -114,14 +107,6 @@ def sure_up_to(result, name, share):
             break
         last = level
     return float(last)
-
-
-def losses(result):
-    """Stage at which runs were lost -> how many, over all levels at full contrast."""
-    trials = result.result.select(**FULL)
-    stages = Counter(trials.texts(f"{result.prefix}stage"))
-    del stages[DONE]
-    return stages
 
 
 def limit(result, name, **other):
@@ -340,7 +325,6 @@ def name_values(open_results):
     noise, square = results["fig_3_11_noise"], results["fig_3_11_square"]
     mean = noise.column("mean_px", noise_sd=0, **FULL)
     quoted = {
-        "trials": noise.trials_per_condition,
         "mean": float(np.nanmedian(mean)),
         "interior": least_distance(square),
         "rim": least_distance(square, "rim_px"),

@@ -10,8 +10,7 @@ from chapters.shared.localiser_basin import (
     basin_scores,
     off_by,
 )
-from chapters.shared.scoring import LOST_PX
-from chapters.shared.synthetic_board import FULL_RANGE, SIZE_PX, SyntheticBoard, clicks
+from chapters.shared.synthetic_board import FULL_RANGE, SIZE_PX, SyntheticBoard
 from raxel.evaluation.board_scores import distances
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.localise import corner_subpix
@@ -65,7 +64,6 @@ SETTINGS = {
     "celect": "the thesis's values (Tables 3.1 and 3.2)",
     "smoothings": list(SMOOTHINGS),
 }
-OUT_OF_SIGHT = "corner not in the picture"
 
 BASIN_TRIALS = {"quick": 2, "full": 50}
 TERMINATION_PX = 0.1
@@ -152,37 +150,6 @@ def merging_trial(condition, rng):
     if condition["yaw_deg"] == SHOWN_YAW_DEG:
         found |= {"picture": image, "truth": truth}
     return found
-
-
-COLUMN_FOV_DEG = tuple(fov for fov in FOV_DEG if fov > DEFAULTS["fov_deg"])
-COLUMN_TRIALS = {"quick": 1, "full": 5}
-
-
-def column_trial(condition, rng):
-    """Which columns are lost when the four sides are given by hand, exactly."""
-    board = board_of(condition)
-    image = board.image(condition["blur_px"])
-    outer = clicks(board.outer_corners, rng)
-    lattice = board.lattice
-    sides = (lattice[0], lattice[:, -1], lattice[-1], lattice[:, 0])
-    given = {f"side {k}": side for k, side in enumerate(sides, 1)}
-
-    def lost(settings):
-        result = celect(
-            image,
-            outer,
-            board.columns,
-            board.rows,
-            settings=settings,
-            given_contours=given,
-        )
-        off = np.linalg.norm(result.corners - lattice, axis=2)
-        right = (off <= LOST_PX).all(axis=0)
-        return {
-            f"column {k + 1}": bool(not right[k]) for k in range(1, board.columns - 1)
-        }
-
-    return by_smoothing(lost)
 
 
 def basin_trial(condition, rng):
