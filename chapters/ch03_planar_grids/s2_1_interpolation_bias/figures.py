@@ -3,30 +3,16 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import (
-    LENS,
     MAGNIFIED,
     READINGS,
-    SMOOTHING,
-    Method,
     formula_mm,
     of_other_corners,
     swept,
     trials_of_vectors,
 )
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials import facets
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
-    METHODS,
-)
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
-    CORNER_NOISE_PX,
-    SIDE_MM,
-)
-from raxel.geometry.planes import intersect_rays_plane
-from raxel.geometry.poses import transform
-from raxel.show import Polyline, Segments, board, framed, frustum, mirrors
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import SIDE_MM
 from repro.judge.statistics import median_interval
 from repro.page.method_looks import look_of
-from repro.page.space import draw_scene
 from repro.page.style import figure as new_figure
 from repro.page.style import plot_interval, series
 from repro.run.columns import columns
@@ -35,12 +21,6 @@ from repro.run.outcomes import Check, Drawing
 
 SHOWN_MM = (1e-2, 1e3)
 INK = "#1b1f24"
-ACTIVE_NAMES = {"7 x 7": "active grid, 7 × 7 filter", "none": "active grid, no filter"}
-DRAWN_PX, SIDE_PX = 360, 1e-6
-DRAWN_ROWS_PX = np.linspace(40, 320, 3)
-CAMERA_MM = 60.0
-RIDGE_ENDS_MM = np.array([[0.0, -200, 0], [0, 200, 0]])
-SIGHT = (0.8, -0.1, 0.55)
 RIDGE_NAMES = {
     "unknown": "interpolation, ridge unknown",
     "7 x 7": "decoding, 7 × 7 filter",
@@ -128,111 +108,6 @@ def fig_3_7(results):
         f"Medians over {result.trials_per_condition} trials of 500 points, "
         "with 95 % intervals (bands, hardly wider than the lines). Dotted: "
         "the formula of the Model, with $k_1$ alone.",
-    )
-
-
-@figure(
-    "ext_interpolation_methods",
-    needs=("ext_interpolation_methods", "ext_interpolation_active"),
-    evidence="synthetic",
-)
-def ext_interpolation_methods(results):
-    """Bias of four methods over the pitch, and with noise of the corners."""
-    result = results["ext_interpolation_methods"]
-    active = results["ext_interpolation_active"]
-    drawn, axes = new_figure(1, 2, height_in=3.6, sharex=True, sharey=True)
-    rows = []
-    for k, name in enumerate(METHODS):
-        one, look = Method(result, LENS, name), series(k)
-        axes[0].plot(one.pitch, one.bias_px, label=name, **look)
-        axes[1].plot(one.pitch, one.total_px, label=name, **look)
-        rows += [
-            (name, *row)
-            for row in zip(one.pitch, one.bias_px, one.total_px, strict=True)
-        ]
-    of_pitch = result.by("pitch_mm", camera=LENS)
-    needed = [np.median(of.column("by need.total_px")) for of in of_pitch.values()]
-    axes[1].plot(one.pitch, needed, label="by need", **series(len(METHODS)))
-    rows += [
-        ("by need", p, None, float(size))
-        for p, size in zip(one.pitch, needed, strict=True)
-    ]
-    for smoothing, style in zip(SMOOTHING, ("-", "--"), strict=True):
-        rms_px = one.px_per_mm * np.median(active.column(f"{smoothing}.rms_mm"))
-        label = ACTIVE_NAMES[smoothing]
-        colour = look_of(label)["color"]
-        axes[1].axhline(rms_px, color=colour, ls=style, lw=1, label=label)
-        rows.append((label, None, None, float(rms_px)))
-    axes[1].set(title=f"corners with {CORNER_NOISE_PX} px of noise")
-    axes[0].set(
-        xscale="log",
-        yscale="log",
-        title="exact corners",
-        ylabel="RMS error (px)",
-        ylim=(1e-3, 1.5),
-    )
-    ticks = [10, 20, 30, 60]
-    axes[0].set_xticks(ticks, [str(t) for t in ticks])
-    axes[0].minorticks_off()
-    for panel in axes:
-        panel.set_xlabel("Grid pitch (mm)")
-    axes[1].legend(loc="lower right", fontsize=7.5)
-    names = ("method", "pitch_mm", "bias_px", "total_px")
-    return Drawing(
-        drawn,
-        columns(names, rows),
-        "Straight lines and a smooth surface take most of the bias away, and "
-        "pass hardly more noise on. Lens and grid of Fig. 3.6 in a picture of "
-        f"1000 px; medians over {result.trials_per_condition} trials, fewer than "
-        "in Fig. 3.7 since no claim is judged here. Right: "
-        "bias and noise together, and beside them a decoded active grid, "
-        "photographed with a noise of its own. The smooth surface is laid "
-        "out in cells that bend by no more than 0.015 px: a floor of our own. "
-        "By need, the library's own choice, takes the surface or the cells, "
-        "whichever errs less as far as the corners of a board tell.",
-    )
-
-
-@figure("ext_two_mirrors", evidence="analytic", scene=True)
-def ext_two_mirrors(results):
-    """Camera, mirrors and monitor, and what is seen on both sides of the ridge."""
-    camera = facets.two_facets(facets.FACET_DEG, DRAWN_PX)
-    monitor = facets.monitor_pose(np.random.default_rng(0))
-    parts = board(facets.GRID, monitor, label="monitor")
-    parts += [*mirrors(camera), frustum(camera.viewer, CAMERA_MM)]
-    ends, rows = [], []
-    for k, side in enumerate(("left", "right")):
-        column = facets.RIDGE_PX + (2 * k - 1) * SIDE_PX
-        rays = camera.rays(np.array([[column, v] for v in DRAWN_ROWS_PX]))
-        length = intersect_rays_plane(*rays[:2], monitor).range
-        ends.append(rays.origins + length[:, None] * rays.directions)
-        look = series(k)["color"], f"seen just {side} of the ridge"
-        parts.append(Segments(rays.origins, ends[k], *look))
-        numbers = np.column_stack([DRAWN_ROWS_PX, rays.origins, ends[k]])
-        rows += [(side, *row) for row in numbers]
-    start = np.zeros_like(rays.origins)
-    parts.append(Segments(start, rays.origins, INK, "line of sight", 1.0))
-    ridge = transform(camera.T_viewer_facets[0], RIDGE_ENDS_MM)
-    parts.append(Polyline(ridge, INK, "ridge", 3.0))
-    scene = framed(parts, SIGHT)
-    drawn, axes = new_figure(height_in=3.6)
-    drawn.set_layout_engine("none")
-    axes.set_position([0.0, 0.0, 1.0, 1.0])
-    draw_scene(axes, scene)
-    jump = np.linalg.norm(ends[1] - ends[0], axis=1)
-    names = ("side", "v_px", "x_mm", "y_mm", "z_mm", "end_x", "end_y", "end_z")
-    return Drawing(
-        drawn,
-        columns(names, rows),
-        "Two mirrors, turned a little away from each other, split what "
-        "neighbouring pixels see: just left and just right of the ridge they see "
-        f"places {jump.mean():.0f} mm apart on the monitor above the camera "
-        "(pyramid).",
-        Check(
-            bool(jump.min() > 1),
-            f"both sides see places at least {jump.min():.0f} mm apart",
-        ),
-        scene,
     )
 
 

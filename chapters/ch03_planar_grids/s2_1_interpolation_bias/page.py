@@ -25,7 +25,6 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.facets import (
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
     FOUR,
     by_nearest_four,
-    by_straight_lines,
     nearest_four,
 )
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
@@ -38,7 +37,7 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     rms,
 )
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -59,13 +58,6 @@ from repro.run.outcomes import Plan
 #   pitch: Fig. 3.7 has a slope of {glue:text}`slope:.2f`, and at 20 mm the
 #   corners of the enclosing square leave {glue:text}`at_20:.4f` mm where the
 #   formula of the Model below says {glue:text}`formula_20:.4f`.
-# - In a picture 1000 px wide, corners with a noise of
-#   {glue:text}`noise_px:.1f` px err as much as the interpolation between them
-#   with {glue:text}`balance_squares:.0f` squares across the picture; noise
-#   differs from picture to picture, and the bias stays.
-# - Straight lines help: rows, columns and diagonals through the cell hold
-#   just the four numbers that a homography misses, and at 20 mm they leave
-#   {glue:text}`straight_share:.0f` % of the bias.
 # - At a break of the camera, where neighbouring pixels see places far apart
 #   (here a ridge between two mirrors), the decoder trusts
 #   {glue:text}`break.trusted:.0f` % of the pixels within a square of it. Of
@@ -169,24 +161,6 @@ from repro.run.outcomes import Plan
 # show_code(nearest_four, by_nearest_four)
 
 # %% [markdown]
-# **Straight lines.** The thesis names the collinearity constraints of
-# Ramalingam et al. (2005a) and does not say how they enter. We could not
-# consult the paper; this is our reading. Corners on a row, a column or a diagonal of
-# the grid are collinear in space. In the bent image a row is off its chord by
-# $\tfrac12 h^2 D_{ss}^{(2)}$, a column by $\tfrac12 h^2 D_{tt}^{(1)}$, and the
-# two diagonals give the other two of the four numbers. So the image about a
-# cell is bent until these lines are straight, and then the homography of the
-# cell does the rest. Third derivatives stay: the slope becomes 3 or more.
-#
-# **Smooth, and by need.** *Smooth* lays a surface with continuous slopes
-# through all corners of the board. *By need*, the library's own choice,
-# takes for each board the surface where the corners show that it errs less
-# than the homographies, counting their noise, and else the homographies.
-#
-# Straight lines in code: a bend of four numbers per cell, by least squares.
-
-# %% tags=["active-ipynb"]
-# show_code(by_straight_lines)
 
 # %% [markdown]
 # ## Experiment
@@ -248,21 +222,6 @@ def distortions(effort):
 
 
 # %% [markdown]
-# Beside it: four methods, with and without noise of the corners, for the
-# lens of the thesis and for two cameras that bend more. The fisheye is
-# that of [3.3.1](s3_1_robustness.ipynb), and the grid fills its picture; beside the
-# hyperboloidal mirror of [3.3.2](s3_2_grid_sets.ipynb) the same grid stands
-# upright, 300 mm away.
-
-# %% [markdown]
-# An **active grid** in the place of the grid, photographed by the laboratory
-# through the same lens and decoded ([3.2.2](s2_2_active_grids.ipynb)), needs no
-# neighbours: its error is noise, and what monitor and camera do to a sine.
-
-# %% tags=["active-ipynb"]
-# show_code(decoding_errors)
-
-# %% [markdown]
 # **A camera that breaks.** Two flat mirrors meet in an upright ridge before a
 # camera, each turned away from the other by {glue:text}`break.facet_deg:.1f`
 # degrees. Both show a monitor above the camera; the points that they show jump
@@ -272,10 +231,7 @@ def distortions(effort):
 # that the decoder *trusts*, which means that it gives them a place at all.
 
 # %% tags=["active-ipynb"]
-# show("ext_two_mirrors")
-
-# %% tags=["active-ipynb"]
-# show_code(two_facets, interpolated)
+# show_code(two_facets, interpolated, decoding_errors)
 
 # %% [markdown]
 # ## Further figures
@@ -284,16 +240,7 @@ def distortions(effort):
 # show("fig_3_7")
 
 # %% tags=["active-ipynb"]
-# show("ext_interpolation_methods")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_interpolation_cameras")
-
-# %% tags=["active-ipynb"]
 # show("ext_two_facets")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_breaks")
 
 # %% [markdown]
 # ## Reading and limits
@@ -302,23 +249,8 @@ def distortions(effort):
 #   four corners was a question of the ledger before the run; both answers
 #   stand in the table below. They differ for few points, near the edges of
 #   squares (orange in Fig. 3.6).
-# - **What it takes in a real camera.** The bias is a share of the picture.
-#   With {glue:text}`bias_px:.2f` px at 15 squares across 1000 px it is four
-#   times as much across 4000 px, while corners are found as well as before. It
-#   is twice as small with 1.4 times as many squares.
-# - **What to take from it.** More than {glue:text}`balance_squares:.0f`
-#   squares across a picture of 1000 px gain nothing with
-#   an ordinary lens if one picture is all there is. Over many pictures noise
-#   averages out and the bias does not. Then straight lines or the smooth
-#   surface are the better way: they pass on {glue:text}`straight.noise_px:.3f`
-#   and {glue:text}`smooth.noise_px:.3f` px of
-#   {glue:text}`noise_px:.1f` px, the nearest four
-#   {glue:text}`nearest.noise_px:.3f`.
-# - **Fisheyes and mirrors** bend more, and their squares have to be smaller
-#   for the same bias (see the table).
 # - **Second order only.** The formula leaves $k_2$ and all higher
-#   derivatives out. The `predicted_mm` of every trial has the derivatives of
-#   the camera itself, and comes closer.
+#   derivatives out.
 # - **At the ridge the decoder is asked only what it answers.** It masks the
 #   pixels next to a jump, onto which the lens spreads both sides: here all but
 #   {glue:text}`break.trusted:.0f` %. Interpolation errs most on those that are
@@ -336,8 +268,7 @@ def distortions(effort):
 #   from one step between pixels to the next.
 # - **A ridge that is known** costs interpolation nothing here, and the claim
 #   fails in that reading: each flat mirror before a pinhole is one more
-#   pinhole. Corners with noise then do as well as decoding without a filter
-#   (see the table). The general model is for cameras whose breaks nobody knows.
+#   pinhole. The general model is for cameras whose breaks are unknown.
 
 # %% [markdown]
 # ## Compared with the published numbers

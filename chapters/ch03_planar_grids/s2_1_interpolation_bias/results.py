@@ -8,16 +8,11 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.facets import (
     FACET_DEG,
     GRID,
 )
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
-    FOUR,
-    METHODS,
-)
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import FOUR
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
-    CORNER_NOISE_PX,
     FOCAL_MM,
     MIDDLE_MM,
     RADIAL,
-    SCENES,
     SIDE_MM,
 )
 from raxel.sets import plan_of_cells
@@ -27,7 +22,6 @@ from repro.page.reader import value
 READINGS = tuple(FOUR)
 PRIMARY = READINGS[0]
 MAGNIFIED = 300  # vectors of Fig. 3.6
-LENS = next(iter(SCENES))
 STATED_MM = 20
 BIN_EDGES_MM = np.linspace(0, MIDDLE_MM * np.sqrt(2), 5)
 # Options of two questions: is the ridge known, are the sines smoothed.
@@ -106,43 +100,6 @@ def formula_mm(pitch_mm):
     return strength * np.square(pitch_mm) * np.sqrt(11 / 90) * SIDE_MM / np.sqrt(6)
 
 
-class Method:
-    """One way to interpolate before one camera, over the pitch; medians over trials.
-
-    bias_px, bias_mm: (pitches,), with exact corners; noise_px: what a noise of
-    CORNER_NOISE_PX adds to it; total_px: both together.
-    """
-
-    def __init__(self, result, camera, name):
-        pitches = result.by("pitch_mm", camera=camera)
-
-        def medians(key):
-            return np.array([np.median(of.column(key)) for of in pitches.values()])
-
-        self.pitch = np.array(list(pitches), float)
-        self.px_per_mm = medians("px_per_mm").mean()
-        for key in ("bias_px", "bias_mm", "noise_px", "total_px"):
-            setattr(self, key, medians(f"{name}.{key}"))
-
-    @property
-    def slope(self):
-        """Of log bias over log pitch."""
-        return loglog_slope(self.pitch, self.bias_px)
-
-    @property
-    def balance_mm(self):
-        """Pitch at which bias and noise are as large; None outside the sweep."""
-        excess = np.log(self.bias_px / self.noise_px)
-        if excess[0] > 0 or excess[-1] < 0:
-            return None
-        return float(np.exp(np.interp(0, excess, np.log(self.pitch))))
-
-
-def at_stated_pitch(method, key):
-    """A number of a Method at the pitch of Fig. 3.6."""
-    return float(getattr(method, key)[list(method.pitch).index(STATED_MM)])
-
-
 def gain_of_decoding(result, known, smoothing):
     """Interpolation's RMS over decoding's (trials,), near the ridge."""
     return result.column(f"{known}.rms_mm") / result.column(f"{smoothing}.rms_mm")
@@ -154,8 +111,6 @@ def name_values(open_results):
         **of_vectors(open_results("fig_3_6_vectors")),
         **of_pitches(open_results("fig_3_7_pitches")),
         "formula_20": formula_mm(STATED_MM),
-        "noise_px": CORNER_NOISE_PX,
-        **of_methods(open_results("ext_interpolation_methods")),
         **of_breaks(open_results("exp_c3_interp_discontinuous")),
     }
     for name, number in quoted.items():
@@ -185,39 +140,17 @@ def of_pitches(pitches):
 def of_breaks(ridge):
     """What the ridge does to interpolation and to decoding."""
     shorts = {"unknown": "unknown", "7 x 7": "smoothed", "none": "plain"}
-    scales = {"rms_mm": 1, "median_mm": 1, "gross": 100}
     gain = median_interval(gain_of_decoding(ridge, KNOWN[0], SMOOTHING[0]))
     jump = np.median(ridge.column("jump_mm"))
     periods = plan_of_cells(GRID.monitor_px, phase_steps=4).phase_periods[0]
     return {
-        f"break.{short}.{key}": scale * np.median(ridge.column(f"{name}.{key}"))
+        f"break.{short}.gross": 100 * np.median(ridge.column(f"{name}.gross"))
         for name, short in shorts.items()
-        for key, scale in scales.items()
     } | {
-        "gain.value": gain.value,
         "gain.low": gain.low,
         "gain.high": gain.high,
         "break.trusted": 100 * np.median(ridge.column("trusted")),
         "break.jump": jump,
         "break.periods": jump * periods / GRID.monitor_mm[0],
         "break.facet_deg": FACET_DEG,
-    }
-
-
-def of_methods(result):
-    """Where noise and bias balance, what lines leave, and what an active grid does."""
-    shorts = ("nearest", "enclosing", "straight", "smooth")
-    methods = {
-        short: Method(result, LENS, name)
-        for short, name in zip(shorts, METHODS, strict=True)
-    }
-    bias = {short: at_stated_pitch(one, "bias_px") for short, one in methods.items()}
-    return {
-        f"{short}.{key}": at_stated_pitch(one, key)
-        for short, one in methods.items()
-        for key in ("bias_px", "noise_px")
-    } | {
-        "balance_squares": SIDE_MM / (methods["nearest"].balance_mm or STATED_MM),
-        "bias_px": bias["nearest"],
-        "straight_share": 100 * (bias["straight"] / bias["enclosing"]),
     }

@@ -7,7 +7,6 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.active import (
     decoding_errors,
 )
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
-    CORNER_NOISE_PX,
     SETTINGS,
     rms,
 )
@@ -16,7 +15,6 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 HEIGHT_PX = {"quick": 60, "full": 360}
-LOW_PX = {"quick": 60, "full": 160}
 
 
 def ridge_trial(condition, rng):
@@ -32,11 +30,9 @@ def ridge_trial(condition, rng):
     trusted = near & np.all([np.isfinite(e[:, 0]) for e in errors.values()], axis=0)
     pixels, seen = pixels[trusted], seen[trusted]
     own = camera.facet_of(pixels)
-    noisy = facets.with_noise(corners, CORNER_NOISE_PX, rng)
     errors = {k: e[trusted] for k, e in errors.items()} | {
         "unknown": facets.interpolated(pixels, corners) - seen,
         "known": facets.interpolated(pixels, corners, own) - seen,
-        "known, noisy": facets.interpolated(pixels, noisy, own) - seen,
     }
     column, of_column = np.unique(pixels[:, 0], return_inverse=True)
     found = {
@@ -48,8 +44,6 @@ def ridge_trial(condition, rng):
         size = np.linalg.norm(error, axis=1)
         found[name] = {
             "rms_mm": rms(error),
-            "median_mm": float(np.nanmedian(size)),
-            "left_out": int(np.isnan(size).sum()),
             "gross": float(np.mean(size > facets.GROSS_MM)),
             "by_column_mm": np.array(
                 [rms(error[of_column == k]) for k in range(len(column))]
@@ -64,17 +58,3 @@ def ridge(effort):
     stated = {"facet_deg": facets.FACET_DEG, "height_px": HEIGHT_PX[effort]}
     trials = {"quick": 1, "full": 8}[effort]
     return Plan(ridge_trial, [stated], trials, SETTINGS)
-
-
-@experiment("ext_interpolation_breaks", artefact="ext_breaks")
-def breaks(effort):
-    """Smaller and larger breaks, beside the stated one."""
-    others = facets.OTHER_FACETS_DEG
-    if effort == "quick":
-        others = others[:1]
-    return Plan(
-        ridge_trial,
-        [{"facet_deg": d, "height_px": LOW_PX[effort]} for d in others],
-        {"quick": 1, "full": 2}[effort],
-        SETTINGS,
-    )

@@ -17,7 +17,6 @@ from raxel.sets import ActiveGrid
 WIDTH_PX, FOCAL_PX = 480, 600.0
 RIDGE_MM, MONITOR_MM = 300.0, 400.0  # camera to ridge, ridge to monitor
 RAISED_DEG, FACET_DEG = 20.0, 1.5
-OTHER_FACETS_DEG = (0.5, 3.0)
 RIDGE_PX = (WIDTH_PX - 1) / 2  # column of the ridge, which is upright
 TILT_DEG, SHIFT_MM = 10.0, 20.0
 PITCH_MM = 20.0
@@ -80,12 +79,6 @@ def chessboard_corners(camera, T_camera_monitor):
         own = np.full(len(here), facet)
         found.append((seen.pixels[here], points[here], places[here], own))
     return [np.concatenate(part) for part in zip(*found, strict=True)]
-
-
-def with_noise(corners, sd_px, rng):
-    """The corners with noise of sd_px on each axis of the picture."""
-    seen, *rest = corners
-    return [seen + rng.normal(0, sd_px, seen.shape), *rest]
 
 
 def interpolated(pixels, corners, facets=None):

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from chapters.shared.rigs import rig_named
-from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
+from chapters.shared.synthetic_board import SIZE_PX
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import BrownCamera, Camera
 from raxel.geometry.planes import on_plane
@@ -17,7 +15,6 @@ from raxel.geometry.poses import pose, transform
 SIDE_MM, MIDDLE_MM = 300.0, 150.0
 FOCAL_MM, RADIAL = 680.0, (-0.8, 0.4)
 PIXEL_MM = 0.3
-CORNER_NOISE_PX = 0.1
 POINTS = 500
 SETTINGS = {
     "points": POINTS,
@@ -26,7 +23,6 @@ SETTINGS = {
     "k": list(RADIAL),
     "pixel_mm": PIXEL_MM,
 }
-MIRROR_DISTANCE_MM = 300.0
 # Of the square's side, between the points of a derivative.
 STEP = 1e-3
 
@@ -52,46 +48,22 @@ class GridScene:
         return BoardView(self.pixels(points), points, count, count)
 
 
-def lens(share=1.0, width_px=SIZE_PX):
+def lens(share=1.0):
     """The camera of 3.2.1 with a share of its distortion.
 
     The grid stands one focal length away (E-3.07) and fills the picture: of 1000 px,
     each shows PIXEL_MM of it.
     """
-    focal, middle = FOCAL_MM * width_px / SIDE_MM, (width_px - 1) / 2
+    focal, middle = FOCAL_MM * SIZE_PX / SIDE_MM, (SIZE_PX - 1) / 2
     K = [[focal, 0, middle], [0, focal, middle], [0, 0, 1]]
     radial = tuple(share * np.array(RADIAL))
-    camera = BrownCamera(K, radial, (0, 0), width_px, width_px)
+    camera = BrownCamera(K, radial, (0, 0), SIZE_PX, SIZE_PX)
     return GridScene(camera, facing(FOCAL_MM))
 
 
 def facing(distance_mm):
     """Pose (4, 4) of the grid straight before a camera."""
     return pose(np.eye(3), [-MIDDLE_MM, -MIDDLE_MM, distance_mm])
-
-
-def fisheye():
-    """The equisolid fisheye of 3.3.1; the grid just fills its picture."""
-    board = SyntheticBoard()
-    return GridScene(board.camera, facing(SIDE_MM * board.focal_px / SIZE_PX))
-
-
-def mirror():
-    """The hyperboloidal camera of 3.3.2; the grid stands upright beside the mirror."""
-    camera = rig_named("hyperboloidal").camera
-    x, y, z = camera.T_viewer_mirror[:3, 3]
-    R = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
-    corner = [x + MIRROR_DISTANCE_MM, y - MIDDLE_MM, z - MIDDLE_MM]
-    return GridScene(camera, pose(R, corner))
-
-
-SCENES = {"lens of 3.2.1": lens, "fisheye": fisheye, "hyperboloidal mirror": mirror}
-
-
-@cache
-def scene_named(name):
-    """One of SCENES."""
-    return SCENES[name]()
 
 
 def derivatives(scene, points):
