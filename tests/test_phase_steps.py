@@ -5,7 +5,7 @@ import pytest
 
 from chapters.appendix_a.phase_and_harmonics import claims as appendix
 from chapters.ch03_planar_grids.s2_2_active_grids import claims
-from chapters.ch03_planar_grids.s2_2_active_grids.results import bit_counts, worked
+from chapters.ch03_planar_grids.s2_2_active_grids.results import bit_counts
 from chapters.ch03_planar_grids.s2_2_active_grids.trials import codes
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.light import order_sizes
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import fitted
@@ -89,20 +89,6 @@ def test_slanted_edges_cover_the_share_of_a_pixel(slant):
     assert np.abs(picture.astype(float) + inverse - low - high).max() <= 1
     shares = np.unique(picture)
     assert len(shares) == 2 if slant == 0 else len(shares) > 40
-
-
-def test_one_pixel_by_hand():
-    # Gray 110 is cell 4; a phase of a quarter of a turn.
-    told = {"bit_0": 9, "bit_1": 9, "bit_2": 1, "step_0": 90, "step_1": 50}
-    told |= {"bit_0_inverse": 1, "bit_1_inverse": 1, "bit_2_inverse": 9}
-    told |= {"step_2": 10, "step_3": 50}
-    values = {f"pixel.x.{k}": v for k, v in told.items()}
-    values |= {"pixel.noise_floor": 1.0, "pixel.noise_slope": 0.06}
-    found = worked(of_columns(({}, values)), "x", 20.0)
-    assert (found["gray"], found["cell"]) == ("110", 4)
-    assert found["location"] == pytest.approx(4.25 * 20)
-    assert found["swing"] == pytest.approx(40)
-    assert found["sigma"] == pytest.approx(2 / 40 * np.sqrt(0.5) * 20 / (2 * np.pi))
 
 
 def test_a_wrong_bit_at_its_edge_costs_one_cell_and_elsewhere_more():

@@ -8,21 +8,13 @@
 # how sure is it, and what does the monitor's response do to it?
 
 # %%
-import numpy as np
-
 from chapters.ch03_planar_grids.s2_2_active_grids.exercises import (
     cell_task,
     place_task,
     sigma_task,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.results import name_values, worked
+from chapters.ch03_planar_grids.s2_2_active_grids.results import name_values
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import bits_trial
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import (
-    NOISE_GREY,
-    smoothing_trial,
-    view_trial,
-    wrap_trial,
-)
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.light import response_trial
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
     AMPLITUDE_GREY,
@@ -39,7 +31,7 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 # %% tags=["active-ipynb"]
-# show("ext_active_grid")
+# show("fig_3_8")
 
 # %% tags=["active-ipynb", "remove-input"]
 # name_values(open_results)
@@ -47,32 +39,19 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - Twenty patterns locate {glue:text}`view.share:.0f` % of the pixels that
-#   see the monitor, with an RMS error of {glue:text}`view.rms:.3f` mm along
-#   either axis; the rest are masked, most of them at the rim.
-# - Most of that error is not noise, which leaves
-#   {glue:text}`view.sigma:.3f` mm: the monitor's gamma makes a ripple of four
-#   waves to a cell. The stated standard deviation does not hold it; six
-#   steps remove it, and so does a window as wide as the wave.
-# - One sine fits the imaged profile badly and one harmonic more fits it well,
-#   as the thesis says; but with a gamma of 2.2 order 3 has another
-#   {glue:text}`linear.third_grey:.2f` grey levels (RMS), where the thesis's
-#   fits leave it 0.05 beside 1.31 of other misfit.
-# - With the sizes of the thesis's own fits, put into a profile, a phase is
-#   wrong by at most
-#   {glue:text}`response.three:.3f` % of a period. If what its fits leave
-#   over were order 5, it would be {glue:text}`response.five:.2f` %.
-# - Comparing a pattern with its inverse makes fewer wrong bits near edges
-#   than an exact threshold, but theory keeps it from half as many where edges
-#   may fall anywhere; where the light falls off, one threshold for all makes
+# - One sine fits the imaged profile poorly and one further harmonic fits it
+#   well, as in the thesis. At a gamma of 2.2 order 3 adds
+#   {glue:text}`linear.third_grey:.2f` grey levels (RMS).
+# - A profile with the orders that the published fits imply gives a phase error
+#   of at most {glue:text}`response.three:.3f` % of a period. If the remaining
+#   misfit were order 5, the error would be {glue:text}`response.five:.2f` %.
+# - Comparison with an inverse pattern makes fewer wrong bits than any
+#   threshold. Where edges fall anywhere, theory limits the factor to less than
+#   2; with light that falls off, one grey value makes
 #   {glue:text}`bits.anywhere.falls_off.one_grey_value:.1f` times as many.
-# - In light that overflows the sensor (1.2 full wells, with spilling) an active
-#   grid places the corners that it finds, {glue:text}`bloom.located:.0f` % of
-#   them, to {glue:text}`bloom.active:.3f` px. On a chessboard the saddle point
-#   method is off by {glue:text}`bloom.saddle:.3f` px and the derivative method
-#   by {glue:text}`bloom.derivative:.3f` px, at all corners. All pixels of an
-#   active grid together, with clipped sines masked, are off by
-#   {glue:text}`bloom.all_pixels:.3f` px at 1.05 full wells, most of it ripple.
+# - At 1.2 full wells the active grid locates {glue:text}`bloom.located:.0f` %
+#   of the corners, to {glue:text}`bloom.active:.3f` px. On a chessboard the
+#   saddle point method errs by {glue:text}`bloom.saddle:.3f` px.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -92,9 +71,6 @@ from repro.run.outcomes import Plan
 # of monitor and camera bends the sine without harm (Fig. 3.9); and that
 # blooming, charge that runs from overfull pixels into their neighbours,
 # troubles active grids less than chessboards.
-
-# %% tags=["active-ipynb"]
-# show("fig_3_8")
 
 # %% [markdown]
 # ## Model
@@ -133,13 +109,6 @@ from repro.run.outcomes import Plan
 # the grey level, since photons arrive at random. Every pixel gets its own
 # $\sigma$.
 #
-# **One pixel by hand.** Column {glue:text}`pixel.u`, row
-# {glue:text}`pixel.v` of the first view:
-
-# %% tags=["active-ipynb"]
-# show_table("ext_one_pixel")
-
-# %% [markdown]
 # **Midpoint of edges.** A bright stripe looks too wide, by blooming or by a
 # response that lifts grey. In the inverse the other side is bright, and the
 # edge is off by as much the other way. The two pictures are equally light
@@ -153,14 +122,7 @@ from repro.run.outcomes import Plan
 # so it is not asked; the cell becomes the one in which that phase lies next
 # to the edge. Of the two edges that a cell has, the right one is that whose
 # bit has lost contrast, as a mean over the 3 × 3 pixels around.
-
-# %% tags=["active-ipynb"]
-# show("ext_cell_edge")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_wrap_rule")
-
-# %% [markdown]
+#
 # **7 × 7.** The thesis smooths the pictures of the sines. The decoder
 # averages the two differences of (3.23), each pixel scaled to the same $B$,
 # so that a bright pixel has no more say. Noise that is independent from
@@ -171,11 +133,7 @@ from repro.run.outcomes import Plan
 # averaged, and its pixels keep their own values. The ripple of a gamma has
 # waves a quarter of a cell long, and averages out in a window that is as
 # wide.
-
-# %% tags=["active-ipynb"]
-# show_table("ext_window", digits=3)
-
-# %% [markdown]
+#
 # **The mask** says which pixels have no answer, and why:
 #
 # - too little contrast of the bits, or a modulation below five times its
@@ -200,7 +158,7 @@ from repro.run.outcomes import Plan
 # odd harmonics (E-3.09).
 
 # %% tags=["active-ipynb"]
-# show_code(worked, phase_of, fitted)
+# show_code(phase_of, fitted)
 
 # %% [markdown]
 # ## Experiment
@@ -212,33 +170,6 @@ from repro.run.outcomes import Plan
 
 # %%
 SEEDS = {"quick": 1, "full": 3}
-
-
-@experiment("ext_active_grid", artefact="ext_active_grid", inputs=RIGS)
-def views(effort):
-    """Views of an 8 x 8 grid, decoded with the decoder's defaults."""
-    return Plan(view_trial, [{"coarseness": COARSENESS[effort]}], SEEDS[effort])
-
-
-@experiment("ext_wrap_rule", artefact="ext_wrap_rule", inputs=RIGS)
-def edges_of_cells(effort):
-    """Gross errors at the edges of cells, under four blurs."""
-    condition = {"coarseness": COARSENESS[effort]}
-    settings = {"noise_grey": NOISE_GREY}
-    return Plan(wrap_trial, [condition], SEEDS[effort], settings)
-
-
-GRIDS = {"quick": ((8, 4),), "full": ((8, 4), (8, 6), (16, 4), (32, 4))}
-
-
-@experiment("ext_window", artefact="ext_window", inputs=RIGS)
-def windows(effort):
-    """The 7 x 7 window on wide and on narrow cells, with four and six steps."""
-    conditions = [
-        {"cells": cells, "steps": steps, "coarseness": COARSENESS[effort]}
-        for cells, steps in GRIDS[effort]
-    ]
-    return Plan(smoothing_trial, conditions, 1)
 
 
 # %%
@@ -260,16 +191,7 @@ def profiles(effort):
 # show("fig_3_9")
 
 # %% tags=["active-ipynb"]
-# show("ext_harmonics_gamma")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_bits", digits=3)
-
-# %% tags=["active-ipynb"]
 # show_table("ext_blooming", digits=3)
-
-# %% tags=["active-ipynb"]
-# show_table("ext_code_edges", digits=3)
 
 # %% [markdown]
 # ## Reading and limits

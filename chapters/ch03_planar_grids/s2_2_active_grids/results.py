@@ -14,12 +14,10 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
     SLANT_PX,
     light_along,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.decoding import BLURS_PX
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
     AMPLITUDE_GREY,
     DATA_SHEET_GAMMA,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import CELLS, STEPS
 from repro.judge.statistics import median_interval
 from repro.page.reader import value
 
@@ -92,27 +90,13 @@ def bloom_growth(result, method, exposure, name="rms_px"):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     quoted = {
-        **of_view(open_results("ext_active_grid")),
         **of_profile(open_results("fig_3_9")),
         **of_light(open_results),
         **of_bits(open_results("exp_c3_inverse_helps")),
-        **of_edges(open_results("ext_wrap_rule")),
         **of_blooming(open_results("exp_c3_blooming")),
     }
     for name, number in quoted.items():
         value(name, number)
-
-
-def of_view(view):
-    """How well the views were decoded, and the worked pixel, of the first one."""
-    return {
-        "view.rms": np.median(view.column("smooth.rms_mm")),
-        "view.rms_raw": np.median(view.column("raw.rms_mm")),
-        "view.sigma": np.median(view.column("smooth.sigma_mm")),
-        "view.sigma_raw": np.median(view.column("raw.sigma_mm")),
-        "view.share": 100 * np.median(view.column("smooth.share")),
-        **{f"pixel.{axis}": int(view.column(f"pixel.{axis}")[0]) for axis in "uv"},
-    }
 
 
 def of_profile(profile):
@@ -137,17 +121,11 @@ def of_profile(profile):
 
 
 def of_light(open_results):
-    """What offset, gain and the published orders do to a phase."""
-    offset = open_results("exp_c3_offset_cancels")
-    gain = open_results("exp_c3_vignetting")
+    """What the published orders do to a phase."""
     three, five = open_results("exp_c3_radiometric_ok").by("rest").values()
     return {
-        "offset.formula": offset.column("formula_rad").max(),
-        "gain.eight": PERCENT_OF_PERIOD * gain.column("decoder_8_rad").max(),
         "response.three": PERCENT_OF_PERIOD * three.column("largest_rad")[0],
         "response.five": PERCENT_OF_PERIOD * five.column("largest_rad")[0],
-        "response.two_grey": three.column("order_2_grey")[0],
-        "response.three_grey": three.column("order_3_grey")[0],
     }
 
 
@@ -159,14 +137,6 @@ def of_bits(bits):
         name = f"bits.{edges}.{light}.{threshold}".replace(" ", "_")
         found[name] = wrong.sum() / max(paired.sum(), 1)
     return found
-
-
-def of_edges(wrap):
-    """Pixels that are off by a cell, over all blurs."""
-    return {
-        f"wrap.{name}": int(sum(wrap.column(f"{b}.{name}").sum() for b in BLURS_PX))
-        for name in ("printed", "decoder", "pixels")
-    }
 
 
 def of_blooming(bloom):
@@ -183,58 +153,4 @@ def of_blooming(bloom):
         "bloom.left": 100 * median("all pixels", much, "share"),
         "bloom.corners_left": 100 * median("masked", little, "share"),
         "bloom.located": 100 * median("active grid", much, "share"),
-    }
-
-
-def of_pixel(view, axis, name):
-    """A number of the worked pixel along an axis, of the first view."""
-    return float(view.column(f"pixel.{axis}.{name}")[0])
-
-
-def bit_gaps(view, axis):
-    """What each bit's pattern is brighter than its inverse (bits,), grey levels."""
-    return [
-        of_pixel(view, axis, f"bit_{bit}") - of_pixel(view, axis, f"bit_{bit}_inverse")
-        for bit in range(int(np.log2(CELLS)))
-    ]
-
-
-def sine_steps(view, axis):
-    """The grey levels of the sine at its steps (STEPS,)."""
-    return [of_pixel(view, axis, f"step_{k}") for k in range(STEPS)]
-
-
-def pixel_rows(view):
-    """The worked pixel's numbers along x and y: [(what, x, y)], of the first view."""
-    gaps, steps = (
-        zip(*(of(view, axis) for axis in "xy"), strict=True)
-        for of in (bit_gaps, sine_steps)
-    )
-    return [
-        (f"bit {bit}: pattern less inverse (grey levels)", *pair)
-        for bit, pair in enumerate(gaps)
-    ] + [(f"step {k}, $I_{k}$ (grey levels)", *pair) for k, pair in enumerate(steps, 1)]
-
-
-def worked(view, axis, width_mm):
-    """What a reader works out for one axis of the pixel, step by step."""
-    gray = [gap > 0 for gap in bit_gaps(view, axis)]
-    cell = int("".join(str(int(b)) for b in np.cumsum(gray) % 2), 2)
-    i1, i2, i3, i4 = sine_steps(view, axis)
-    phi = np.arctan2(i1 - i3, i2 - i4) % (2 * np.pi)
-    level = (i1 + i2 + i3 + i4) / STEPS
-    swing = 0.5 * np.hypot(i1 - i3, i2 - i4)
-    floor, slope = (
-        float(view.column(f"pixel.noise_{n}")[0]) for n in ("floor", "slope")
-    )
-    noise = np.sqrt(floor + slope * level)
-    spread = np.sqrt(2 / STEPS) * noise / swing
-    return {
-        "gray": "".join("1" if b else "0" for b in gray),
-        "cell": cell,
-        "phi": phi,
-        "swing": swing,
-        "noise": noise,
-        "location": (cell + phi / (2 * np.pi)) * width_mm,
-        "sigma": spread / (2 * np.pi) * width_mm,
     }

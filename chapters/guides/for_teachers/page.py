@@ -295,7 +295,7 @@ READS_PAGES = True
 # - **5 min.** On paper: twenty pictures of a monitor. How could each pixel
 #   know where it looks?
 # - **15 min.** One pixel by hand, in pairs: bits, cell, phase, place. Fig.
-#   3.8 and the table of one pixel.
+#   3.8 and the model.
 #   [3.2.2](../ch03_planar_grids/s2_2_active_grids.ipynb)
 # - **10 min.** Exercises. *3.2.2*
 # - **15 min.** The ripple of gamma: three, four and six steps. Which orders

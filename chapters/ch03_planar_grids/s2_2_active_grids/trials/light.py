@@ -10,7 +10,6 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
 )
 from chapters.shared.phase_steps import (
     decoder_error,
-    formula_error,
     largest,
     phase_of,
     stepped,
@@ -112,15 +111,7 @@ def response_trial(condition, rng):
         _, error = decoder_error(profile, STEPS, condition["phases"])
         worst = max(worst, largest(error))
         misfit.append(fitted(profile(_phases(360)), 0)[1])
-    plain = largest(formula_error(_shifted({3: (three, 0.0)}), STEPS, _phases(360)))
-    return {
-        "largest_rad": worst,
-        "misfit_grey": float(np.median(misfit)),
-        "order_3_alone_rad": plain,
-        "order_2_grey": float(two),
-        "order_3_grey": float(three),
-        "rest_grey": float(rest),
-    }
+    return {"largest_rad": worst, "misfit_grey": float(np.median(misfit))}
 
 
 def _shifted(sizes):

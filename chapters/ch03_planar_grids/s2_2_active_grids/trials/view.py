@@ -20,8 +20,6 @@ ROOT = Path(__file__).resolve().parents[4]
 CELLS, STEPS = 8, 4
 # Pixels of the rig's camera that one of a picture stands for, each way.
 COARSENESS = {"quick": 2, "full": 1}
-# So many electrons that neither noise nor rounding of 16 bits is seen.
-MANY_E = 1e12
 
 
 @lru_cache(maxsize=2)
@@ -106,11 +104,3 @@ class MonitorView:
         """`decode` of pictures of the rig's monitor, as if it were linear."""
         settings = {"linear": True, "threads": 1, **given}
         return decode(pictures, patterns, self.rig.target, **settings)
-
-
-def noiseless(sensor):
-    """A sensor without noise, in 16 bits, with the same response."""
-    share = sensor.white_e / sensor.full_well_e
-    return replace(
-        sensor, white_e=share * MANY_E, full_well_e=MANY_E, read_noise_e=0.0, bits=16
-    )
