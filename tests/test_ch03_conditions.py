@@ -29,7 +29,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
     painted,
 )
 from chapters.shared.grid_rigs import HARD, WHOLE
-from chapters.shared.lattices import corner_areas, outer
+from chapters.shared.lattices import outer
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.board_photograph import window_of
 from raxel.lab.lighting import Shadow
@@ -105,11 +105,6 @@ def test_eight_orders_begin_where_they_should():
             assert (ax * by > ay * bx) != reverse
             seen.add(found.tobytes())
     assert len(seen) == 8
-
-
-def test_smallest_square_is_where_steps_are_shortest():
-    assert corner_areas(drawn_lattice(growth=1.2)).argmin() in (0, 3)
-    assert corner_areas(drawn_lattice())[0] == pytest.approx(600)
 
 
 def test_detected_needs_the_board_that_is_there(fisheye_sheet):

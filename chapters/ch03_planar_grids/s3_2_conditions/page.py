@@ -44,7 +44,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
 from chapters.shared.grid_rigs import HARD, LARGE_RIGS, RIGS, WHOLE, wiped
 from raxel.lab.lighting import Shadow
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -75,8 +75,7 @@ from repro.run.outcomes import Plan
 #   grid are the smaller ones: {glue:text}`part.hyperboloidal:.2f`
 #   (hyperboloid) and {glue:text}`part.fisheye:.2f` (fisheye) times those of
 #   OpenCV's `findChessboardCorners`, medians over {glue:text}`part.pictures`
-#   pictures a camera. The other detector, tried on fewer pictures, is in the
-#   table.
+#   pictures a camera.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -292,18 +291,6 @@ def merge_images(effort):
 
 # %% tags=["active-ipynb"]
 # show("fig_3_14")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_partial_grids")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_condition_rates")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_merge_failures")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_condition_failures")
 
 # %% [markdown]
 # ## Reading and limits

@@ -26,8 +26,7 @@ METHODS = {
     OPENCV_SB: "findChessboardCornersSB",
     CLICKLESS: "without clicks (ours)",
 }
-DIM = 0.05
-SPOTS = (SPOTTED, CLEAN) = ("600 spots", "no spots")
+SPOTTED, CLEAN = ("600 spots", "no spots")
 # Information below which a slope is without bound.
 SEPARATED = 1e-6
 
@@ -40,11 +39,6 @@ def numbers_of(result, name, poses=WHOLE):
 def levels_run(result):
     """Light levels of the contrast study as it was run, brightest first."""
     return [v for v in LIGHT_LEVELS if v in result.conditions[0]["levels"]]
-
-
-def dim_of(levels):
-    """The level nearest to a twentieth of full light."""
-    return min(levels, key=lambda level: abs(level - DIM))
 
 
 def in_light(result, level, method, poses=WHOLE, spots=SPOTTED):
