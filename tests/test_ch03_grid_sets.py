@@ -47,13 +47,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.spacing import (
     least_step,
     spacing_trial,
 )
-from chapters.shared.grid_detectors import (
-    CELECT,
-    OPENCV,
-    OPENCV_SB,
-    is_right,
-    localised,
-)
+from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB, is_right
 from chapters.shared.grid_rigs import HARD, SETS, WHOLE, rig_of, wiped
 from chapters.shared.lattices import clockwise, outer
 from chapters.shared.rigs import rig_named
@@ -122,13 +116,6 @@ def test_causes_are_told_from_the_contour_that_failed():
     assert [cause_of(result, LATTICE) for result, _ in cases] == [c for _, c in cases]
 
 
-def test_the_localiser_brings_starts_to_the_corners():
-    board = SyntheticBoard()
-    start = board.corners + [1.5, -1.0]
-    off = np.linalg.norm(localised(board.image(), start) - board.corners, axis=1)
-    assert np.median(off) < 0.1
-
-
 def test_errors_are_told_with_both_windows():
     board = SyntheticBoard()
     image, truth = board.image(), board.corners
@@ -155,18 +142,6 @@ def test_least_steps_are_told_in_merging_distances():
     bent = LATTICE.copy()
     bent[0, 1, 0] += 10
     assert least_over_merging(bent)[0][0] == pytest.approx(20 / reach[0])
-
-
-def test_poses_are_drawn_from_the_range_that_is_asked_for():
-    for name in ("spherical", "hyperboloidal", "fisheye", "flexible-mirror"):
-        whole, hard = (rig_of(name, 3, poses) for poses in (WHOLE, HARD))
-        assert hard is rig_of(name, 3)
-        for angle in ("polar", "tilt", "subtense"):
-            outer_range, inner = (getattr(r.poses, angle) for r in (whole, hard))
-            assert outer_range[0] <= inner[0]
-            assert outer_range[1] == pytest.approx(inner[1])
-        assert np.rad2deg(whole.poses.tilt) == pytest.approx((0, 70))
-        assert np.rad2deg(whole.poses.subtense) == pytest.approx((35, 125))
 
 
 def test_wiping_takes_one_blemish_and_leaves_the_draws():

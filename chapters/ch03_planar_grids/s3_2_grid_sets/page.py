@@ -205,7 +205,7 @@ def run_celect(name, image, clicks, lattice):
     try:
         result = celect(image, clicks, columns, rows, settings=settings)
     except InputError as fault:
-        return None, {"success": False, "cause": str(fault)}, None
+        return None, {"success": False, "cause": fault.code}, None
     truth = lattice.reshape(-1, 2)
     corners = result.corners.reshape(-1, 2)
     if result.found and is_right(corners, truth):
@@ -266,9 +266,6 @@ def pictures_of_sets(effort, identifier):
 
 # %% [markdown]
 # ## Figures
-
-# %% tags=["active-ipynb"]
-# show("ext_grid_steps")
 
 # %% [markdown]
 # A side of $n$ corners, $L$ px from end to end, has $s = L / 1.9n$, about

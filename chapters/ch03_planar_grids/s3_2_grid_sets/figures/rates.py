@@ -9,11 +9,9 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     GRIDS,
     TITLES,
     Which,
-    numbers_of,
-    pooled,
     right,
 )
-from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
+from chapters.shared.grid_detectors import CELECT, CLICKLESS, OPENCV, OPENCV_SB
 from chapters.shared.grid_rigs import HARD, WHOLE
 from repro.judge.statistics import proportion
 from repro.page.method_looks import look_of
@@ -31,13 +29,6 @@ SHOWN = {
 }
 SPOTLESS_TITLE = "Spherical,\nno spots"
 BESIDE = 0.16
-STEP_EDGES = (1.2, 1.6, 2.0, 2.3, 2.6)
-REACH_EDGES = (4.5, 5.5, 6.5, 8, 11)
-COMPARED = {
-    CELECT: "CELECT",
-    LINEAR: "CELECT, tone curve undone",
-    OPENCV: "findChessboardCorners",
-}
 HEADS = ("series", "x", "right", "pictures", "low", "high")
 
 
@@ -88,40 +79,4 @@ def ext_grid_rates(results):
         "intervals: poses of the whole range, three seeds, and of the hard "
         "range, one seed. The last column has the pictures of one seed of "
         "the ball again, without the spots on it.",
-    )
-
-
-@figure("ext_grid_steps", needs=GRIDS, evidence="rendered")
-def ext_grid_steps(results):
-    """Success against the least step over t8, and against t8 in px."""
-    drawn, panels = new_figure(1, 2, height_in=4.2, sharey=True)
-    rows = []
-    sides = (
-        ("(a)", "least_over_t8", STEP_EDGES, "Least step of a side over t8 (1)"),
-        ("(b)", "t8_px", REACH_EDGES, "t8 of the shortest side (px)"),
-    )
-    for panel, (letter, name, edges, quantity) in zip(panels, sides, strict=True):
-        x = pooled(results, lambda r, w, name=name: numbers_of(r, name, w))
-        bins = np.digitize(x, edges)
-        kept = [b for b in range(len(edges) + 1) if (bins == b).any()]
-        at = np.array([np.median(x[bins == b]) for b in kept])
-        for method, label in COMPARED.items():
-            good = pooled(results, lambda r, w, m=method: right(r, m, w))
-            groups = [good[bins == b] for b in kept]
-            shares = plot_shares(panel, at, groups, label)
-            rows += [
-                (letter, label, c, *share) for c, share in zip(at, shares, strict=True)
-            ]
-        panel.set(title=letter, xlabel=quantity, ylim=(-3, 103))
-    panels[0].set_ylabel("Right grids (%)")
-    legend_below(drawn, panels[0], ncols=3)
-    return Drawing(
-        drawn,
-        columns(("panel", *HEADS), rows),
-        "Right grids of the four sets and both ranges of poses, in groups "
-        "with exact 95 % intervals. (a) By the least distance of "
-        "neighbouring true corners along a side over its merging distance "
-        "t8, the smallest of the four sides: below 1 two neighbours are "
-        "joined. (b) By t8 of the shortest side: two answers of the corner "
-        "detector at one corner that are farther apart stay two corners.",
     )
