@@ -10,7 +10,6 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import (
     errors,
     levels_of,
     residuals,
-    shares,
     swept,
 )
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import (
@@ -22,7 +21,6 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import
 )
 from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
-from repro.page.style import series
 from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
@@ -33,12 +31,6 @@ AXES = {
     "blur": "Gaussian blur, SD (px)",
     "noise": "Gaussian noise, SD (grey levels)",
 }
-# Value of a trial, its factor, title and label.
-VIEWED = (
-    ("share", 100, "with the rim", "Decoded share (%)"),
-    ("without_rim", 100, "without the rim", "Decoded share (%)"),
-    ("sigma_um", 1, "SD of a coordinate", "SD (um)"),
-)
 
 
 def _along(panel, result, sweep, method, of, look, label):
@@ -113,51 +105,6 @@ def ext_active_errors(results):
         f"the picture: median and range over {_sets(result)}. Dashed: with "
         "a fifth more light than white's wells hold.",
     )  # fmt: skip
-
-
-@figure(
-    "ext_active_viewing", needs=("exp_c3_active_viewing_angle",), evidence="rendered"
-)
-def ext_active_viewing(results):
-    """What is decoded of a turned monitor, and how surely."""
-    result = results["exp_c3_active_viewing_angle"]
-    drawn, panels = new_figure(1, 3, height_in=3.2)
-    turns = sorted(result.levels("turn_deg"))
-    shown = sorted(
-        {(c["falloff_exponent"], c["camera_gamma"]) for c in result.conditions},
-        key=lambda pair: (-pair[1], pair[0]),
-    )
-    rows = []
-    for panel, (name, factor, title, label) in zip(panels, VIEWED, strict=True):
-        for number, (falloff, gamma) in enumerate(shown):
-            found = [
-                factor * shares(result, turn, name, falloff=falloff, gamma=gamma)
-                for turn in turns
-            ]
-            middle = [float(np.median(seeds)) for seeds in found]
-            which = f"cos$^{falloff:g}$" + ", linear file" * (gamma == 1)
-            panel.plot(turns, middle, label=which, **series(number))
-            rows += [
-                (title, turn, falloff, gamma, number)
-                for turn, number in zip(turns, middle, strict=True)
-            ]
-        panel.set(
-            title=title,
-            xlabel="Turn (deg)",
-            ylabel=label,
-            ylim=(0, 105 if factor > 1 else None),
-        )
-    _legend(drawn, panels[0], len(shown))
-    return Drawing(
-        drawn,
-        columns(
-            ("panel", "turn_deg", "falloff_exponent", "camera_gamma", "value"), rows
-        ),
-        "Share of the visible area of the grid that is decoded, at 200 mm, "
-        "for monitors whose light falls off with a power of the cosine of "
-        "the viewing angle (the rig: 2), and the median standard deviation "
-        "that the decoder states. Medians over seeds.",
-    )
 
 
 def _legend(drawn, panel, columns_in_it):

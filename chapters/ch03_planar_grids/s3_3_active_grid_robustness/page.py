@@ -15,13 +15,12 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.exercises import (
 )
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import name_values
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials import (
-    exposures,
     sweeps,
     viewing,
 )
 from raxel.features.active_grid.lookup import pixels_of, points_at
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -166,60 +165,21 @@ def viewing_angles(effort):
     return Plan(viewing.viewing_trial, viewing.conditions(effort), 1, viewing.SETTINGS)
 
 
-@experiment(
-    "ext_active_exposure", artefact="ext_active_exposure", rendered=exposures.SETS
-)
-def more_light(effort):
-    """The default condition with more and more light."""
-    conditions = [
-        {"set": name, "white_of_well": white}
-        for name in exposures.SETS[effort]
-        for white in exposures.EXPOSURES[effort]
-    ]
-    return Plan(exposures.exposure_trial, conditions, 1, sweeps.SETTINGS)
-
-
-@experiment("ext_active_pixels", artefact="ext_active_pixels", rendered=exposures.SETS)
-def over_all_pixels(effort):
-    """Errors over all pixels, with another tone curve and six steps."""
-    conditions = [
-        {"set": name, "camera_gamma": gamma, "steps": steps, "cells": 8}
-        for name in exposures.SETS[effort]
-        for gamma in exposures.GAMMAS
-        for steps in exposures.STEPS
-    ]
-    return Plan(exposures.pixel_trial, conditions, 1, sweeps.SETTINGS)
-
-
 # %% [markdown]
 # ## Further figures
 
 # %% tags=["active-ipynb"]
-# show_table("ext_active_methods")
-
-# %% tags=["active-ipynb"]
 # show("ext_active_errors")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_active_exposure")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_active_pixels")
-
-# %% tags=["active-ipynb"]
-# show("ext_active_viewing")
 
 # %% [markdown]
 # ## Reading and limits
 #
-# **The floor.** True corners leave nearly as much as any method (the first
-# table). Four phase steps keep the third harmonic of the sine that monitor,
-# black level and camera make of the pattern. At the corners of the *first*
-# grid it does no harm: they lie where $\varphi = k\pi$. The second grid
-# stands elsewhere, and shows it in full. With six steps the error over all
-# pixels falls from {glue:text}`pixels.4:.3f` to {glue:text}`pixels.6:.3f` mm.
-# So Fig. 3.15 can tell methods apart only where one of them errs by as much
-# as the second grid. How high the floor is depends on where the monitors
+# **The floor.** True corners leave nearly as much as any method. Four phase
+# steps keep the third harmonic of the sine that monitor, black level and camera
+# make of the pattern. At the corners of the *first* grid it does no harm: they
+# lie where $\varphi = k\pi$. The second grid stands elsewhere, and shows it in
+# full. So Fig. 3.15 can tell methods apart only where one of them errs by as
+# much as the second grid. How high the floor is depends on where the monitors
 # stand, and that is another place in every set of pictures: residuals that are
 # less apart than the dotted band is wide are a tie. Against the true corners
 # there is no floor. That is a reading of its own, in which nothing ties.
@@ -227,9 +187,9 @@ def over_all_pixels(effort):
 # **Noise.** The active grid is first beaten at a noise of
 # {glue:text}`first_lost_noise` grey levels. The thesis's range is lost; with
 # one that ends before, the claim holds. More cells make steeper sines. Our
-# pixels are 3 × 3 of the
-# camera's, and that is in the active grid's favour: its filter has 49 pixels
-# at any resolution, while an edge crosses more of the smaller ones.
+# pixels are 3 × 3 of the camera's, and that is in the active grid's favour: its
+# filter has 49 pixels at any resolution, while an edge crosses more of the
+# smaller ones.
 #
 # **Blur.** It is even about a corner as well as along a sine, and takes the
 # contrast, not the place. The derivative method, whose model has a width for
@@ -240,16 +200,14 @@ def over_all_pixels(effort):
 # large and the derivative method's {glue:text}`blurred.derivative:.2f` times,
 # by the true corners. In the residual the floor hides both.
 #
-# **Blooming.** Below a full well it does not exist. Above, white squares
-# grow along their columns, and corners move with them. Sines are clipped at
-# their crests; corners lie half way up. The decoder that this repository
-# recommends would leave clipped pixels out; here it does not, as the thesis
-# masks nothing. The margin within the rim of the monitor is fixed at what it is
-# in sharp pictures, as overflow at edges of the Gray code is no blur. The
-# table of exposures photographs anew what the sweeps reckon from finished
-# files; both agree. The test of blooming in
-# [3.2.2](s2_2_active_grids.ipynb) asks at corners too, in smaller pictures
-# and with overflow that all runs on; there, masking is a reading.
+# **Blooming.** Below a full well it does not exist. Above, white squares grow
+# along their columns, and corners move with them. Sines are clipped at their
+# crests; corners lie half way up. The decoder that this repository recommends
+# would leave clipped pixels out; here it does not, as the thesis masks nothing.
+# The margin within the rim of the monitor is fixed at what it is in sharp
+# pictures, as overflow at edges of the Gray code is no blur. The test of
+# blooming in [3.2.2](s2_2_active_grids.ipynb) asks at corners too, in smaller
+# pictures and with overflow that all runs on; there, masking is a reading.
 #
 # **Viewing angle.** At {glue:text}`largest_angle:.0f`°, the largest angle to
 # the monitor's normal, {glue:text}`light_there:.0f` % of the light is left. In

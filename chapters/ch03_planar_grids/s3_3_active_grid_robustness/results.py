@@ -156,7 +156,6 @@ def name_values(open_results):
         "floor": middle(residuals(result, "distance", DEFAULT_MM, TRUE)),
         "floor.spread": tie_width(result, "distance", DEFAULT_MM),
         "sets": len(result.levels("set")),
-        **of_pixels(open_results("ext_active_pixels")),
         **of_turns(open_results("exp_c3_active_viewing_angle")),
     }
     for name, number in quoted.items():
@@ -206,16 +205,6 @@ def _first_lost(result):
         if np.median(wins(result, [(sweep, level)])[0]) < 1:
             return level
     return "none"
-
-
-def of_pixels(result):
-    """Errors over all pixels with four steps and with six."""
-    return {
-        f"pixels.{steps}": middle(
-            result.column("all_mm", camera_gamma=2.2, steps=steps)
-        )
-        for steps in (4, 6)
-    }
 
 
 def of_turns(result):
