@@ -239,25 +239,7 @@ def fig_3_18_facets(effort):
 # show("fig_3_16")
 
 # %% tags=["active-ipynb"]
-# show("ext_fig_3_16_windows")
-
-# %% tags=["active-ipynb"]
-# show_table("ext_table_3_8_readings", digits=3)
-
-# %% tags=["active-ipynb"]
-# show("ext_fig_3_17_lines")
-
-# %% tags=["active-ipynb"]
-# show("ext_fig_3_17_verticals")
-
-# %% tags=["active-ipynb"]
-# show("ext_fig_3_17_room")
-
-# %% tags=["active-ipynb"]
 # show("fig_3_18")
-
-# %% tags=["active-ipynb"]
-# show("ext_fig_3_18_facets")
 
 # %% tags=["active-ipynb"]
 # show_table("ext_fig_3_18_numbers", digits=3)

@@ -8,10 +8,6 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.filters import AS_TEXT
 from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.native import NO_RASTER
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.straight import (
-    LEAST_LENGTH_PX,
-    MM_PER_PX,
-)
 from repro.judge.statistics import median_interval
 from repro.page.reader import value
 from repro.run.readings import Case
@@ -182,8 +178,6 @@ def of_corners(ran):
         "seeds": len(near.trials.conditions),
         "largest_window": near.trials.column("largest_window_px").min(),
         "square": np.median(near.trials.column("square_px")),
-        "radial.k1": np.median([r[0] for r in near.trials.arrays("radial")]),
-        "derivative.window": np.median(near.best_window("derivative")),
         "saddle.window": np.median(near.best_window("saddle point")),
         "saddle.blur": np.median(near.best_blur()),
     }
@@ -191,7 +185,6 @@ def of_corners(ran):
         ("", ".mean"): {},
         ("true_lens.", ""): {"lens_left": "true lens"},
         ("16_bits.", ""): {"undistorted_bits": "16 bits"},
-        ("sharp.", ""): {"edge_blur": "as on larger pixels"},
     }.items():
         for method in METHODS:
             mean = median_interval(Corners(ran, options).statistic(method, "mean"))
@@ -235,27 +228,15 @@ def of_lines(ran, half_pitched):
     found, half = lines_of(ran, **wall), lines_of(half_pitched)
     projected = lines_of(ran, {"line_points": "projected from truth"}, **wall)
     trials = ran.select(**wall)
-    across, _, most = trials.arrays("half_angles_deg")[0]
-
-    def spread(lines):
-        return float(np.median([abs(spread_between(x, x.lean)) for x in lines]))
+    *_, most = trials.arrays("half_angles_deg")[0]
 
     return {
         "before.worst": percent(np.median([x.before.max() for x in found])),
         "after.worst": percent(np.median([x.after.max() for x in found])),
-        "after.median": percent(np.median([np.median(x.after) for x in found])),
         "after.projected": percent(np.median([x.after.max() for x in projected])),
-        "edges": int(np.median([len(x.after) for x in found])),
         "vertical.gap": float(max(spread_gap(x) for x in found + half)),
-        "vertical.angle": spread(found),
-        "vertical.half": spread(half),
-        "pitch": float(np.median([x.pitch for x in found])),
-        "pitch.half": float(np.median([x.pitch for x in half])),
         "share_seen": percent(trials.column("share_seen")[0]),
-        "half_angle.across": float(across),
         "half_angle.most": float(most),
-        "mm_per_px": MM_PER_PX,
-        "least_length": LEAST_LENGTH_PX,
     }
 
 
@@ -266,13 +247,9 @@ def of_facets(trials):
         trials.column(name)[0] for name in ("decoded_elsewhere", "decoded")
     )
     return {
-        "facets.median": float(np.median([np.nanmedian(e) for e in errors])),
         "facets.worst": float(np.max([np.nanmax(e) for e in errors])),
         "facets.corners": int(np.median([np.isfinite(e).sum() for e in errors])),
-        "ball.facets": int(trials.column("facets")[0]),
         "ball.corners": int(trials.column("corners")[0]),
         "ball.share_of_grid": percent(trials.column("share_of_grid")[0]),
-        "ball.off_mm": float(trials.column("decoded_off_mm")[0]),
         "ball.elsewhere": percent(elsewhere / (decoded + elsewhere)),
-        "ball.found": int(trials.column("detector_found").sum()),
     }

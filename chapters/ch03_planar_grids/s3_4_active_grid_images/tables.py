@@ -3,28 +3,17 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
-    BOTH_PIXELS,
     CORNERS,
     FACETS,
     METHODS,
     NAMES,
     Corners,
-    corners_of,
 )
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
 # What the ledger's ids call the methods.
 PRINTED = ("derivative", "opencv", "saddle", "active")
-OTHERS = (
-    ("as in Table 3.8", {}),
-    ("half window", {"opencv_window": "half window"}),
-    ("local fit", {"active_corner": "local fit"}),
-    ("true lens", {"lens_left": "true lens"}),
-    ("16 bits", {"undistorted_bits": "16 bits"}),
-    ("sharper edges", {"edge_blur": "as on larger pixels"}),
-    ("native pixels", {"picture_pixels": "native pixels"}),
-)
 
 
 of_seeds = Measured.of_seeds
@@ -54,22 +43,6 @@ def table_3_8(results):
             "SD (px)": [f"t3_8_{name}_sd" for name in PRINTED],
             "Best window (px)": [*(f"t3_8_{name}_win" for name in PRINTED[:3]), None],
         },
-    )
-
-
-@table("ext_table_3_8_readings", needs=BOTH_PIXELS, evidence="rendered")
-def ext_table_3_8_readings(results):
-    """The means of Table 3.8 in every reading."""
-    cases = [corners_of(results, options) for _, options in OTHERS]
-    means = {
-        f"{method} (px)": [of_seeds(case.statistic(method, "mean")) for case in cases]
-        for method in METHODS
-    }
-    return Table(
-        {"Reading": [word for word, _ in OTHERS]} | means,
-        "Mean residuals in every reading: medians, and ranges over the seeds. One "
-        "option differs from Table 3.8 in each row; native pixels are of the camera "
-        "itself, without distortion.",
     )
 
 

@@ -4,13 +4,9 @@ import numpy as np
 
 from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     CORNERS,
-    FAR,
-    FAR_CASE,
     METHODS,
-    OF_CORNERS,
     VECTOR_SCALE,
     Corners,
-    over_blurs,
 )
 from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure
@@ -62,39 +58,4 @@ def fig_3_16(results):
         Check(
             worst < 1e-9, "mean length of the drawn vectors is the mean of Table 3.8"
         ),
-    )
-
-
-@figure("ext_fig_3_16_windows", needs=OF_CORNERS, evidence="rendered")
-def ext_fig_3_16_windows(results):
-    """Mean residual over the window, near and at twice the distance."""
-    drawn, axes = new_figure(1, 2, height_in=3.2, sharey=True)
-    rows = []
-    cases = Corners(results[CORNERS]), Corners(results[FAR], case=FAR_CASE)
-    for panel, case, letter in zip(axes, cases, "ab", strict=True):
-        windows = case.settings("windows").astype(float)
-        for method in METHODS:
-            curves = [over_blurs(means) for means in case.arrays(method, "means")]
-            middle = np.median(curves, axis=0)
-            if method == "active grid":
-                middle = np.full(len(windows), middle[0])
-            shown = np.where(np.isfinite(middle), middle, np.nan)
-            panel.plot(windows, shown, label=method, **look_of(method))
-            rows += [
-                (case.case, method, w, m) for w, m in zip(windows, shown, strict=True)
-            ]
-        square = np.median(case.trials.column("square_px"))
-        panel.set(
-            title=f"({letter}) squares of {square:.0f} px",
-            xlabel="Window, full width (px)",
-        )
-    axes[0].set(yscale="log", ylim=(0.003, 0.3), ylabel="Mean residual (px)")
-    axes[1].legend()
-    return Drawing(
-        drawn,
-        columns(("pose", "method", "window_px", "mean_px"), rows),
-        "Mean residual over the window, medians over the seeds; the saddle point "
-        "method with its best blur. A line ends where a window leaves the "
-        "picture, or a "
-        "corner is lost. The active grid has no window.",
     )

@@ -38,7 +38,7 @@ def corner_trial(condition, rng):
 
     condition: rig, boards (the rig whose pictures calibrate the camera), seed, pose
     (its number), bits (of the undistorted pictures), windows: full widths, px; blurs:
-    SD, px. Returns mean and SD of the residuals (px) by method, window and blur,
+    SD, px. Returns the mean of the residuals (px) by method, window and blur,
     infinite where a corner was not found; and with the best setting of each method the
     corners and their residuals, once as they are and once (`true_lens`) as though the
     true lens had taken the distortion out.
@@ -184,22 +184,19 @@ def residual_of(corners, metric):
 
 
 def best_of(settings, metric):
-    """Mean and SD of the residuals at each setting, and the best one's residuals.
+    """Mean of the residuals at each setting, and the best one's residuals.
 
     settings: corners (..., n, 2). The mean is infinite where a setting loses a corner.
     """
     shape = settings.shape[:-2]
     flat = settings.reshape(-1, *settings.shape[-2:])
-    mean, sd = np.full((2, len(flat)), np.inf)
+    mean = np.full(len(flat), np.inf)
     lost = np.isnan(flat[..., 0]).sum(axis=1)
     for k in np.flatnonzero(lost == 0):
-        one = residual_of(flat[k], metric)
-        mean[k], sd[k] = one["mean"], one["sd"]
+        mean[k] = residual_of(flat[k], metric)["mean"]
     best = int(mean.argmin()) if (lost == 0).any() else int(lost.argmin())
     return residual_of(flat[best], metric) | {
         "means": mean.reshape(shape),
-        "sds": sd.reshape(shape),
-        "losses": lost.reshape(shape),
         "best": best,
     }
 

@@ -49,7 +49,6 @@ def facet_trial(condition, rng):
         return share_right(corners, metric, truth, mine, NEAR * square)
 
     known = grid.mask & lit
-    off = (grid.location - truth)[known]
     board = target.chessboard
     drawn = (
         {"picture": picture, "laid": laid, "seen": seen} if condition["drawn"] else {}
@@ -64,9 +63,7 @@ def facet_trial(condition, rng):
         ),
         "across": np.array([right(everywhere, mine) for mine in of_facets]),
         "detector_found": bool(find_board(picture, board.columns, board.rows).found),
-        "decoded_off_mm": float(np.median(np.linalg.norm(off, axis=1))),
         "decoded": int(known.sum()),
-        "decoded_of": int(lit.sum()),
         "decoded_elsewhere": int((grid.mask & ~known).sum()),
         "share_of_grid": float(seen.mean()),
     }

@@ -102,7 +102,6 @@ def straight_trial(condition, rng):
         **{name: np.array(cells) for name, cells in of_edges.items()},
         "pitch_deg": pitch_of(truth),
         "share_seen": float(grid.mask.mean()),
-        "share_of_grid": float(seen.mean()),
         "half_angles_deg": half_angles(rig.camera, grid.mask),
     }
 
