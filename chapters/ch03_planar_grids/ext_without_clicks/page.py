@@ -15,11 +15,10 @@ from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (
     ANIMALS,
     zoo_board,
 )
-from chapters.shared.synthetic_board import SyntheticBoard
 from raxel.features import DETECTORS, find_board
 from raxel.features.find import compiled, grids, growth
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table, value
+from repro.page.reader import compared, open_results, show_code, show_table, value
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -30,10 +29,7 @@ from repro.run.outcomes import Plan
 # before = open_results("ext_without_clicks_zoo")
 
 # %% tags=["active-ipynb", "remove-input"]
-# swept = open_results("ext_without_clicks_sweeps")
-
-# %% tags=["active-ipynb", "remove-input"]
-# for name, x in facts(before, swept).items(): value(name, x)
+# for name, x in facts(before).items(): value(name, x)
 
 # %% [markdown]
 # **Findings.**
@@ -47,8 +43,6 @@ from repro.run.outcomes import Plan
 #   {glue:text}`opencv-sb.right` of the same boards when the size is given,
 #   which so few boards cannot tell apart from ours. Without the size
 #   `findChessboardCornersSB` reads {glue:text}`opencv-sb.counted`.
-# - What ends it are small squares, noise and blur. Then corners may be found
-#   and yet not be placed with certainty.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -104,9 +98,6 @@ from repro.run.outcomes import Plan
 # for, the picture is cut through the board's middle, and two boards are
 # shown side by side: all these must be refused.
 #
-# **Sweeps.** The board of 3.3.1, with noise, blur, smaller squares, a wider
-# field of view, or a yaw. The size is given.
-#
 # Rendered boards like these were the training ground of the detector: some
 # of its thresholds were set after boards with a corner more than a pixel off
 # had been looked at. So these counts say what it does with such boards, not
@@ -114,7 +105,6 @@ from repro.run.outcomes import Plan
 
 # %%
 ZOO_TRIALS = {"quick": 1, "full": 1}
-SWEEP_TRIALS = {"quick": 1, "full": 2}
 CAMERAS = {"quick": ANIMALS[7:8], "full": ANIMALS}
 
 
@@ -165,44 +155,12 @@ def zoo(effort):
     return Plan(zoo_trial, conditions, ZOO_TRIALS[effort], requests.SETTINGS)
 
 
-def sweep_trial(condition, rng):
-    """The synthetic board of 3.3.1 with one thing changed, its size given."""
-    name = requests.SWEPT[condition["sweep"]][0]
-    changed = {name: condition["level"]}
-    in_picture = name in ("noise_sd", "blur_px")
-    board = SyntheticBoard(**({} if in_picture else changed))
-    image = board.image(rng=rng, **(changed if in_picture else {}))
-    size = board.columns, board.rows
-    found = find_board(image, *size)
-    out = requests.scored(found, board.corners, *size)
-    if not found.found:
-        out["share"] = requests.handed_over(
-            found, board.corners, board.columns, image.shape
-        )
-    return out
-
-
-@experiment(
-    "ext_without_clicks_sweeps", artefact="ext_click_free_sweeps", shards={"full": 2}
-)
-def sweeps(effort):
-    """The synthetic board of 3.3.1 with one thing changed at a time."""
-    conditions = requests.sweep_conditions(effort)
-    return Plan(sweep_trial, conditions, SWEEP_TRIALS[effort])
-
-
 # %% tags=["active-ipynb"]
 # show_code(zoo_board, refusals)
 
 # %% [markdown]
 # ## Reading and limits
 #
-# - In the sweeps {glue:text}`swept_found` of {glue:text}`swept` boards are
-#   returned; {glue:text}`swept_wrong` of them with a corner more than a pixel
-#   off. The others are refused. A refusal need not mean that nothing was
-#   seen: under noise and blur the smallest squares may be found and yet not
-#   be placed with certainty. Share of the corners that the refusals hand
-#   over, in order and within a pixel (median): {glue:text}`swept_share`.
 # - Where another row of squares follows, however narrow, the contrast across
 #   an edge turns round at once. That is looked for beyond every side, and the
 #   board refused. A last row of less than a pixel cannot be seen: at the end
@@ -216,9 +174,6 @@ def sweeps(effort):
 
 # %% tags=["active-ipynb"]
 # show_table("ext_click_free_refusals")
-
-# %% tags=["active-ipynb"]
-# show("ext_click_free_sweeps")
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -36,10 +36,9 @@ def found_row(result, detector, size):
     }
 
 
-def facts(zoo, sweeps):
+def facts(zoo):
     """What the prose says, as {name: number or text}."""
     rows = {(d, s): found_row(zoo, d, s) for d, s in ROWS}
-    share, found, wrong = (known(sweeps, n) for n in ("share", "found", "wrong"))
     mine = rows["raxel", "known"]
     return {
         "boards": mine["Boards"],
@@ -49,10 +48,4 @@ def facts(zoo, sweeps):
         "opencv-sb.right": rows["opencv-sb", "known"]["Right"],
         "opencv-sb.counted": rows["opencv-sb", "counted"]["Right"],
         "wrong": mine["Wrong"] + rows["raxel", "counted"]["Wrong"],
-        "swept": len(found),
-        "swept_found": int(found.sum()),
-        "swept_wrong": int(wrong.sum()),
-        "swept_share": f"{100 * np.median(share):.0f} %"
-        if len(share)
-        else "none is refused",
     }

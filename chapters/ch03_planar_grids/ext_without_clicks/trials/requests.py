@@ -18,31 +18,6 @@ SETTINGS = {
     "larger": LARGER,
     "drawn": {name: list(limits) for name, limits in DRAWN.items()},
 }
-SWEPT = {
-    "noise": ("noise_sd", "SD of the noise", "grey levels"),
-    "blur": ("blur_px", "SD of the blur", "px"),
-    "squares": ("square_px", "side of a square", "px"),
-    "field": ("fov_deg", "field of view", "°"),
-    "yaw": ("yaw_deg", "yaw", "°"),
-}
-LEVELS = {
-    "noise": (0, 10, 20, 30, 40, 60),
-    "blur": (1, 2, 3, 4, 5, 7),
-    "squares": (100, 66, 50, 40, 33),
-    "field": (100, 120, 134, 145, 152),
-    "yaw": (0, 15, 30, 40, 44),
-}
-QUICK_LEVELS = {"noise": (20,), "blur": (2,), "squares": (), "field": (), "yaw": ()}
-
-
-def sweep_conditions(effort):
-    """Every level of every sweep."""
-    levels = LEVELS if effort == "full" else QUICK_LEVELS
-    return [
-        {"sweep": sweep, "level": level}
-        for sweep, values in levels.items()
-        for level in values
-    ]
 
 
 def scored(found, corners, columns, rows):
