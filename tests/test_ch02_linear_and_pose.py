@@ -12,6 +12,7 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
     exercises as s4_1_exercises,
 )
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose import page as s4_page
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import algorithm_1
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
     quadrics as three_quadrics,
 )
@@ -21,7 +22,6 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
     systems as linear_systems,
 )
-from chapters.shared import algorithm_1
 from raxel.calibration import linear_as_printed
 from tests.judged_claims import verdict
 from tests.made_results import flat, of_seed, written

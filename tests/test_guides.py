@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from chapters.guides.choose_a_method import page as choose_a_method
@@ -13,12 +12,8 @@ from chapters.guides.choose_a_method.results.detector_counts import (
     summed,
 )
 from chapters.guides.choose_a_method.results.prose import motion_facts, named
-from chapters.guides.choose_a_method.tables import COLUMNS, FAILED, costs
-from chapters.guides.choose_a_method.trials import (
-    STATED,
-    method_seconds,
-    recorded_scores,
-)
+from chapters.guides.choose_a_method.tables import COLUMNS, FAILED
+from chapters.guides.choose_a_method.trials import STATED, recorded_scores
 from chapters.guides.for_teachers import page as for_teachers
 from chapters.guides.for_teachers import tables as class_tables
 from chapters.guides.for_teachers.exercises import answers
@@ -216,13 +211,6 @@ def test_every_number_of_the_decision_page_is_named(results):
     used = {part.split("`")[1] for part in text.split("{glue:text}")[1:]}
     assert used <= set(named(results) | motion_facts(results["fig_2_2_error"]))
     assert named(results)["general.zoom.2"] == "0.71"
-
-
-def test_every_method_is_timed():
-    took = method_seconds()
-    assert set(took) == {"zhang", "opencv_fisheye", "general", "motion"}
-    assert all(np.isfinite(list(took.values())))
-    assert costs(took).markdown.count("\n") == 5
 
 
 def test_run_times_are_coarse():

@@ -37,14 +37,9 @@ def produced(tmp_path, scene):
     path = tmp_path / f"{NAME}.json"
     jobs.gather(ROOT, order, "key", {}, [tmp_path / "part.json"], path)
     given = {results.STUDY: Result(path)}
-    for draw in (
-        figures.ext_grid_places,
-        figures.ext_grid_mask,
-        figures.ext_grid_sigma,
-    ):
-        drawing = draw(given)
-        check_axes(drawing.figure, drawing.caption)
-        drawing.figure.draw_without_rendering()
+    drawing = figures.ext_grid_places(given)
+    check_axes(drawing.figure, drawing.caption)
+    drawing.figure.draw_without_rendering()
     filled = [tables.ext_grid_views(given), tables.ext_grid_camera(given)]
     for table in filled:
         assert len({len(column) for column in table.columns.values()}) == 1

@@ -13,6 +13,14 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.exercises import (
     solutions_task,
 )
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import name_values
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.algorithm_1 import (
+    BOARDS,
+    COLUMNS,
+    PITCH_MM,
+    ROWS,
+    SIZE_PX,
+    draw_poses,
+)
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.quadrics import (
     real_solutions,
 )
@@ -28,14 +36,6 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems impo
     matrix_a,
     matrix_d,
     rows_of_one_grid,
-)
-from chapters.shared.algorithm_1 import (
-    BOARDS,
-    COLUMNS,
-    PITCH_MM,
-    ROWS,
-    SIZE_PX,
-    draw_poses,
 )
 from chapters.shared.general_cameras import CAMERAS
 from raxel.calibration import calibrate_generic

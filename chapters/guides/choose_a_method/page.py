@@ -8,14 +8,12 @@
 
 # %%
 from chapters.guides.choose_a_method.results.prose import motion_facts, named
-from chapters.guides.choose_a_method.tables import costs
 from chapters.guides.choose_a_method.trials import (
     DETECTOR_RECORD,
     SCORED,
     STATED,
     STATED_RECORD,
     VIEWS,
-    method_seconds,
     recorded_scores,
     score_rig,
     stated_errors,
@@ -275,20 +273,18 @@ def ext_stated_record(effort):
 #
 # ## Cost
 #
-# The seconds are those of this page: {glue:text}`boards` boards of a small
-# simulated fisheye, {glue:text}`size` px wide, calibrated when the page was
-# built. The search for corners is not in them. The known motion is timed with
-# two grids of the same camera, and the point of each grid that every pixel
-# sees is given.
-
-# %% tags=["active-ipynb"]
-# costs(method_seconds())
-
-# %% [markdown]
-# The least number of pictures is what the command accepts. It is not what
-# you should take: the rendered sets above have {glue:text}`pictures`
-# pictures each. [Your own photographs](../your_photographs.md) says how to
-# take them.
+# | Method | Images, at least | Capture |
+# |---|---:|---|
+# | Zhang | 2 | board in the hand, tilted; any part of the image |
+# | OpenCV fisheye | 2 | as Zhang; no board near 90° from the axis |
+# | Generic, unknown poses | 3 | as Zhang; boards overlap and together cover the image |
+# | General, known motion | 2 | measured stage; every pixel sees the target each time |
+#
+# The rendered sets above have {glue:text}`pictures` images each, and should be
+# the model: the least number determines the camera badly. [Your own
+# photographs](../your_photographs.md) says how to take them. A formula is fitted in
+# seconds; a table of rays takes longer, with the image's size and the number of
+# boards.
 #
 # ## What is not known
 #
@@ -310,5 +306,3 @@ def ext_stated_record(effort):
 #   pictures when rays miss each other was measured for two rigs
 #   ([4.3.2](../ch04_central_generic/s3_2_results.ipynb)); a rule for other
 #   cameras is not known.
-# - **Seconds** depend on the machine; the resolution and the number of
-#   boards drive those of the generic method.

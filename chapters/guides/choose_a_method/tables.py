@@ -1,4 +1,4 @@
-"""Errors of the methods from results, and their costs as measured."""
+"""Errors of the methods, read from results."""
 
 import numpy as np
 
@@ -25,10 +25,7 @@ from chapters.guides.choose_a_method.results.prose import (
 )
 from chapters.shared.general_cameras import KINDS
 from chapters.shared.photographs.reading import PEER
-from chapters.shared.run_times import rounded_seconds
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
-from raxel.cli.calibrate import FEWEST_VIEWS
-from repro.page.reader import Shown, pipe_table
 from repro.run.columns import cell, columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
@@ -277,38 +274,3 @@ def ext_stated_errors(results):
         f"Gaussian, 99.7 % are within 3 SD. The record is made by "
         f"`{kept.settings['command']}`.",
     )
-
-
-def costs(seconds):
-    """Table of what each method asks for; seconds as `method_seconds`."""
-    took = {name: rounded_seconds(s) for name, s in seconds.items()}
-    head = ["Method", "Pictures, at least", "Calibration", "Capture"]
-    rows = [
-        [
-            "Zhang",
-            str(FEWEST_VIEWS["zhang"]),
-            took["zhang"],
-            "board in the hand, tilted; any part of the image",
-        ],
-        [
-            "OpenCV fisheye",
-            "2",
-            took["opencv_fisheye"],
-            "as Zhang; no board near 90° from the axis",
-        ],
-        [
-            "Generic, unknown poses",
-            str(FEWEST_VIEWS["generic"]),
-            took["general"],
-            "board in the hand, tilted; boards overlap in the image, and "
-            "together cover it",
-        ],
-        [
-            "General, known motion",
-            "2",
-            took["motion"],
-            "target on a measured stage; every pixel sees it in each pose",
-        ],
-    ]
-    text = pipe_table(head, rows, [False] * len(head))
-    return Shown(text, f"<pre>{text}</pre>")

@@ -123,20 +123,11 @@ def active_grid_study(effort, folder):
 # ## What became of each pixel
 
 # %% tags=["active-ipynb"]
-# show("ext_grid_mask")
-
-# %% tags=["active-ipynb"]
 # show_table("ext_grid_views", digits=3)
 
 # %% [markdown]
 # {glue:text}`origin` {glue:text}`mirrored`
 #
-# ## How sure each place is
-
-# %% tags=["active-ipynb"]
-# show("ext_grid_sigma")
-
-# %% [markdown]
 # ## A camera from these places
 #
 # {glue:text}`camera`

@@ -53,7 +53,7 @@ def _shown(view):
 
 
 def view_part(folder, index, width_px):
-    """One view: counts, noise, sigma, and small pictures of what was decoded."""
+    """One view: counts, noise, sigma, and a small picture of what was decoded."""
     found, reason, warnings, picture, mirrored, *_ = decoded(folder, index)
     step = max(1, int(np.ceil(picture.shape[1] / width_px)))
     counts = found.counts()
@@ -67,13 +67,10 @@ def view_part(folder, index, width_px):
         "decoded_of_lit": counts["decoded"] / max(seen, 1),
         "noise": {"floor": found.noise.floor, "slope": found.noise.slope},
         "picture": as_8_bit(picture)[::step, ::step],
-        "status": found.status[::step, ::step],
     }
     if reason:
         return result
-    result["step"] = step
     result["location"] = found.location[::step, ::step]
-    result["sigma"] = found.sigma[::step, ::step]
     result["spread"] = {
         name: _spread(found.sigma[..., axis]) for axis, name in enumerate("xy")
     }

@@ -186,13 +186,6 @@ def photograph_study(effort, folder):
 # for the general camera also the noise of its own rays, which it took from
 # a few boards each.
 #
-# ## Error per photograph
-
-
-# %% tags=["active-ipynb"]
-# show_table("ext_images", digits=3)
-
-# %% [markdown]
 # ## The photograph without distortion
 
 

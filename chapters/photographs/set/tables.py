@@ -130,64 +130,6 @@ def _pupil(study, model):
     return f"{said} ({chance})"
 
 
-@table("ext_images", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
-def ext_images(results):
-    """Every photograph: whether the board was found, and its errors kept out."""
-    study = Study(results["photograph_study"])
-    held_out = {row.image.index: row for row in study.held_out}
-    made = [_image_row(study, i, held_out.get(i.index)) for i in study.images]
-    names = list(_image_row(study, None, None))
-    if not any(row["Remark"] for row in made):
-        names.remove("Remark")
-    return Table(
-        {name: [row[name] for row in made] for name in names},
-        "Every photograph. Errors are RMS residuals in px when the photograph was "
-        "kept out of the calibration; shared corners are those that Zhang and the "
-        "general camera both have a ray for.",
-        texts=("Photograph", "Remark"),
-    )
-
-
-def _image_row(study, image, row):
-    """Cells of one photograph; of none, for the names of the columns."""
-
-    def error(kind, model, quantity="rms_px"):
-        return None if row is None else cell(column([row], kind, model, quantity)[0])
-
-    shared = error("same", "zhang", "corners")
-    return {
-        "Photograph": image.name if image else "",
-        "Corners": int(np.count_nonzero(np.isfinite(image.corners[:, 0])))
-        if image
-        else 0,
-        "Shared": None if shared is None else int(shared),
-        "Zhang, all": error("own", "zhang"),
-        "OpenCV fisheye, all": error("own", PEER),
-        "Zhang, shared": error("same", "zhang"),
-        "OpenCV fisheye, shared": error("same", PEER),
-        "General, shared": error("same", "general"),
-        "Remark": _remark(study, image, row) if image else "",
-    }
-
-
-def _remark(study, image, row):
-    """Why something is missing in this photograph, in words."""
-    if not image.found:
-        return image.reason
-    remarks = []
-    if image.use == "evaluate":
-        remarks.append("only evaluates")
-    if image.index in study.left_out:
-        remarks.append(f"not in the general camera: {study.left_out[image.index]}")
-    if row is not None:
-        remarks += [
-            f"kept out, {EVERY[model]}: {score.reason}"
-            for model, score in row.own.items()
-            if score.reason
-        ]
-    return "; ".join(remarks)
-
-
 def _median(values):
     values = values[np.isfinite(values)]
     return Measured(*median_interval(values)[:3]) if len(values) else None

@@ -7,7 +7,12 @@ truth is used only to say what each step gave.
 
 import numpy as np
 
-from chapters.shared.algorithm_1 import COLUMNS, ROWS, SIZE_PX, board_points
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.algorithm_1 import (
+    COLUMNS,
+    ROWS,
+    SIZE_PX,
+    board_points,
+)
 from raxel.calibration import (
     BoardView,
     bundle_adjust_fixed_centre,

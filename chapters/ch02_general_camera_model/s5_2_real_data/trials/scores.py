@@ -203,7 +203,6 @@ def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
     true = camera_of(zoom)
     size = true.width, true.height
     out = {f"found.{use}": len(of_use) for use, of_use in views.items()}
-    out["corner_error_px"] = corner_error(boards)
     out["distortion_level"] = distortion_level(true, boards)
     cameras, seen = {}, views["calibration"]
     prepared = cache(lambda: compared_boards(seen, *size, interpolation))
@@ -258,7 +257,7 @@ def correlation(board, rng):
 def stage(camera, views):
     """Steps of the stage: all five images are needed."""
     if len(views) < STAGE_IMAGES:
-        return {"failed": f"{len(views)} of {STAGE_IMAGES} boards found"}
+        return {"failed": "too-few-boards"}
     try:
         steps = steps_of(stage_poses(camera, views))
     except InputError as error:
@@ -273,12 +272,6 @@ def fields(zoom, boards, sample, cameras):
         f"field.{method}": np.hstack(residuals_of(camera, views)[0][:3])
         for method, camera in cameras.items()
     }
-
-
-def corner_error(boards):
-    """RMS distance (px) of found corners from the true ones."""
-    errors = np.concatenate([seen.found - seen.true for seen in boards.values()])
-    return np.sqrt(np.nanmean(np.sum(errors.reshape(-1, 2) ** 2, axis=1)))
 
 
 def distortion_level(camera, boards):

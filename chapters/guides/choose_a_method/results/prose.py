@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from chapters.shared.algorithm_1 import BOARDS, SIZE_PX
 from chapters.shared.general_cameras import KINDS
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS, rig_of
@@ -87,7 +86,6 @@ def named(results):
         )
     out |= recorded_facts(results["ext_calibration_record"])
     out |= fisheye_facts(results["ext_fisheye_scores"])
-    out["boards"], out["size"] = str(BOARDS), str(SIZE_PX)
     out["pictures"] = str(zoom.settings["calibration_images"])
     out["noise"] = f"{fov.settings['fov_sweep']['noise']:g}"
     return out
