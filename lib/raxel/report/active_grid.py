@@ -9,7 +9,6 @@ from raxel.features.active_grid.layout import (
     BREAK,
     DARK,
     FILLED,
-    PASSED,
     RIM,
     SATURATED,
     UNREADABLE,
@@ -29,7 +28,6 @@ COLOURS = {
     BESIDE: (180, 170, 60),
     RIM: (170, 170, 170),
     BREAK: (90, 200, 90),
-    PASSED: (160, 90, 160),
 }
 STRENGTH = 0.6  # of the colours over the photograph
 PALENESS = 0.25

@@ -13,8 +13,11 @@ import cv2
 import numpy as np
 from scipy.special import erfinv, ndtri
 
-from raxel.features.active_grid.layout import REACH, TURNED
+from raxel.features.active_grid.layout import REACH
 
+# Of the contrast: by how much a picture and its inverse together change where one of
+# them is covered and its bit turned over; at an edge behind a tone curve 0.6 at most.
+TURNED = 0.75
 SAMPLES = 10_000  # pixels looked at for edges, all over the picture
 REACH_PX = 12  # of the patch around an edge
 SMOOTHED_PX = 1.5  # against noise; taken off again

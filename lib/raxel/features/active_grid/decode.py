@@ -29,7 +29,6 @@ from raxel.features.active_grid.layout import (
     DARK,
     DECODED,
     FILLED,
-    PASSED,
     REACH,
     RIM,
     ROWS_A_CALL,
@@ -63,7 +62,6 @@ REASONS = {
     BESIDE: "beside the monitor",
     RIM: "at the rim of the lit area",
     BREAK: "at a break of the surface",
-    PASSED: "something passed before it",
 }
 
 

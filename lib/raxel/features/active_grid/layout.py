@@ -9,15 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 DECODED, FILLED, DARK, SATURATED, UNREADABLE = range(5)
-ALONE, BESIDE, RIM, BREAK, PASSED = range(5, 10)
+ALONE, BESIDE, RIM, BREAK = range(5, 9)
 
 UNKNOWN = 65535  # in CodePlan.orders: no cell
 # Of the modulation of bright pixels: less is the dark beside the monitor, where noise
 # has harmonics of every kind, or light that tells little.
 LIT, BRIGHT = 0.2, 99
-# Of the contrast: by how much a picture and its inverse together change where one of
-# them is covered and its bit turned over; at an edge behind a tone curve 0.6 at most.
-TURNED = 0.75
 REACH = 3  # of the smoothing window, 7 x 7, to each side
 AHEAD = REACH + 1  # rows read before one is decoded: breaks need one more
 SQUARE = 32  # px; in each such square of the picture a bias is taken as the same

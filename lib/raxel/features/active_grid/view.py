@@ -7,16 +7,10 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
-from raxel.features.active_grid.checks.levels import mended_levels
-from raxel.features.active_grid.checks.passing import NOTHING, passing, passing_warnings
-from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.decode import Decoded, decode
-from raxel.features.active_grid.layout import PASSED
 from raxel.features.active_grid.response import response_warnings
-from raxel.features.active_grid.specks import without_specks
 from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, read_colour
-from raxel.sets.image_files import is_jpeg
 
 LEVELS = "white", "black"
 
@@ -65,12 +59,11 @@ def decode_view(image_set, view, **options):
     images = images[: len(view.patterns)]
     shown = view.patterns, image_set.target
     try:
-        found, told, passed = decode_checked(images, *shown, **levels, **options)
+        found, checked = decode_checked(images, *shown, **levels, **options)
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
-    found, specks = without_specks(found)
-    found = replace(found, sigma=told.widened(found.sigma))
-    doubts = told.doubts
+    found = replace(found, sigma=checked.widened(found.sigma))
+    doubts = checked.doubts
     reason = next((doubt.text for doubt in doubts if doubt.spoils), "")
     if not reason and not found.mask.any():
         reasons = (f"{n} {why}" for why, n in found.counts().items() if n)
@@ -81,68 +74,27 @@ def decode_view(image_set, view, **options):
             f"its blur cannot be measured; the margin of {found.margin_px} px is right "
             "for blur of 1 px or less: give more with --margin where it is larger"
         )
-    warnings += passed
-    if specks:
-        warnings.append(
-            f"{100 * specks:.0f} % of what was decoded were specks beside the lit area "
-            "and are left out: noise is larger in the dark than it seems, and standard "
-            f"deviations do not know of it; {_what_hides_noise(image_set, view)}"
-        )
     warnings += response_warnings(found, options.get("linear"))
     warnings = tuple(f"{view.label}: {text}" for text in warnings)
     picture = levels.get("white", images[0])
     mirrored = as_in_a_mirror(found.location)
-    errors, factors = (tuple(map(float, x)) for x in (told.errors, told.factors))
+    errors, factors = (tuple(map(float, x)) for x in (checked.errors, checked.factors))
     return DecodedView(found, reason, warnings, picture, mirrored, errors, factors)
 
 
-def decode_checked(images, patterns, monitor, *, smooth=True, linear=False, **options):
-    """Decoded, what its pictures say against themselves, as Examined, and lines on what
-    passed before the monitor; arguments as of `decode`.
-
-    With `linear`, no pixel is asked whether something passed before it, in white or
-    black neither.
-    """
+def decode_checked(images, patterns, monitor, *, smooth=True, **options):
+    """Decode pictures and check them: (Decoded, Examined); arguments as of `decode`."""
     clipped = clipped_at(images, patterns)
     if clipped:
-        options = {"saturated": clipped.level, **options}
-    options |= {"smooth": smooth, "linear": linear}
-    levels, off = {level: options.get(level) for level in LEVELS}, []
-    codes = read_coding(patterns, monitor.monitor_px)
-    if not linear:
-        levels, off = mended_levels(images, codes, levels)
-        options |= levels
-    found, passed = decode(images, patterns, monitor, **options), NOTHING
-    if not linear:
-        passed = passing(images, codes, found)
-    levels |= {"smooth": smooth, "spoilt": passed.mask, "bands": passed.bands}
-    told = examine(images, patterns, monitor, found, **levels)
-    if max(told.factors) > 1:
-        options |= {"noise": found.noise, "shared": told.factors}
+        options = {"saturated": clipped, **options}
+    options["smooth"] = smooth
+    levels = {level: options.get(level) for level in LEVELS}
+    found = decode(images, patterns, monitor, **options)
+    checked = examine(images, patterns, monitor, found, **levels, smooth=smooth)
+    if max(checked.factors) > 1:
+        options |= {"noise": found.noise, "shared": checked.factors}
         found = decode(images, patterns, monitor, **options)
-    count = _leave_out(found, passed)
-    return found, told, off + passing_warnings(passed, patterns, count)
-
-
-def _leave_out(decoded, passed):
-    """Take their places from pixels before which something passed; how many had one."""
-    if passed.mask is None:
-        return 0
-    mask = decoded.mask & passed.mask
-    decoded.status[mask] = PASSED
-    decoded.location[mask] = decoded.sigma[mask] = np.nan
-    return int(np.count_nonzero(mask))
-
-
-def _what_hides_noise(image_set, view):
-    """Why noise may be larger than it seems, and what to do: as the files are."""
-    names = [pattern.image for pattern in view.patterns]
-    if any(is_jpeg(image_set.folder / name) for name in names):
-        return "JPEG smooths it away in the dark; save PNG or TIFF"
-    return (
-        "a tone curve of the camera squeezes it in the dark, as JPEG does that was "
-        "turned into another format; take the pictures with a linear response"
-    )
+    return found, checked
 
 
 def _levels(view):

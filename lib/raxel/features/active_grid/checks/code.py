@@ -36,58 +36,20 @@ def code_doubts(sample):
 def _not_opposite(sample):
     total = sample.high + sample.low
     contrast = np.maximum(sample.high - sample.low, 1e-6)
-    names, bad = sample.names, []
     for code in sample.codes:
-        for pair in code.bits:
-            if pair[1] is not None:
-                both = sample.pictures[pair[0]] + sample.pictures[pair[1]]
-                off = np.abs(both - total)[sample.lit] > 0.5 * contrast[sample.lit]
-                if off.mean() > NOT_OPPOSITE:
-                    bad.append(pair)
-    if len(bad) == 2:
-        (a, b), (c, d) = bad
-        for one, other, new in ((b, d, ((a, d), (c, b))), (b, c, ((a, c), (b, d)))):
-            if all(_opposite(sample, pair, total, contrast) for pair in new):
+        for light, dark in code.bits:
+            if dark is None:
+                continue
+            both = sample.pictures[light] + sample.pictures[dark]
+            off = np.abs(both - total)[sample.lit] > 0.5 * contrast[sample.lit]
+            if off.mean() > NOT_OPPOSITE:
                 yield Doubt(
+                    "not-opposite",
                     True,
-                    f"{names[one]} and {names[other]} are in each other's place: "
-                    f"neither is opposite to its partner ({names[a]}, {names[c]}); "
-                    "exchange them",
+                    f"{sample.names[light]} and {sample.names[dark]} are not opposite "
+                    "to each other, as a pattern and its inverse are; put the right "
+                    "pictures there or take them again",
                 )
-                return
-    if len(bad) == 1:
-        wrong = _sine_in_place(sample, bad[0], total, contrast)
-        if wrong:
-            one, other, partner = (names[k] for k in wrong)
-            yield Doubt(
-                True,
-                f"{one} and {other} are in each other's place: {one} is not opposite "
-                f"to {partner}, as a pattern and its inverse are; exchange them",
-            )
-            return
-    for light, dark in bad:
-        yield Doubt(
-            True,
-            f"{names[light]} and {names[dark]} are not opposite to each other, as a "
-            "pattern and its inverse are; put the right pictures there or take them "
-            "again",
-        )
-
-
-def _sine_in_place(sample, pair, total, contrast):
-    """(picture of a pair, picture among sines that is opposite to the other one, that
-    other one), or None."""
-    for k in (k for code in sample.codes for k in code.steps):
-        for one, partner in (pair, pair[::-1]):
-            if _opposite(sample, (k, partner), total, contrast):
-                return one, k, partner
-    return None
-
-
-def _opposite(sample, pair, total, contrast):
-    both = sample.pictures[pair[0]] + sample.pictures[pair[1]]
-    off = np.abs(both - total)[sample.lit] > 0.5 * contrast[sample.lit]
-    return off.mean() <= NOT_OPPOSITE
 
 
 def _out_of_order(sample):
@@ -122,20 +84,14 @@ def _out_of_order(sample):
     doubt = _leaping(before, after, count, slots)
     if doubt is None:
         return
-    repair = _repair(before, after, count, slots)
     named = [_name(sample, bits[k]) for k in kept]
-    where = " and ".join(
-        "xy"[sample.codes[a].axis] for a in range(len(orders)) if doubt[a]
-    )
-    if repair:
-        yield Doubt(True, repair(named, where))
-    elif max(doubt) > BEYOND_REPAIR:
-        own = [named[p] for a, order in enumerate(slots) if doubt[a] for p, _ in order]
-        yield Doubt(
-            True,
-            f"the Gray code of axis {where} leaps from cell to cell; check the order "
-            f"of its pictures, their axis, bit and inverse: {_listed(own)}",
-        )
+    cause = _cause(before, after, count, slots, named)
+    if cause or max(doubt) > BEYOND_REPAIR:
+        axes = [a for a in range(len(orders)) if doubt[a]]
+        where = " and ".join("xy"[sample.codes[a].axis] for a in axes)
+        of_all = _listed(named[p] for a in axes for p, _ in slots[a])
+        cause = cause or f"check axis, bit and inverse of {of_all}"
+        yield Doubt("code-leaps", True, f"the Gray code of axis {where} leaps: {cause}")
 
 
 def _doubled(names, signs, strong):
@@ -150,6 +106,7 @@ def _doubled(names, signs, strong):
         two = min(*shares, *(1 - share for share in shares)) > BOTH_SIGNS
         if two and max(alike, 1 - alike) > ALIKE:
             yield Doubt(
+                "doubled-bit",
                 True,
                 f"{_both(names[other])}: the same stripes as of {_both(names[one])}; "
                 "one of both is there twice: put the right pictures there or take them "
@@ -200,6 +157,7 @@ def _countable(sample, bits, widths, seen):
                 first, second = (_both(_name(sample, bits[n])) for n in (fine, k))
                 name = "xy"[sample.codes[axis].axis]
                 return orders, Doubt(
+                    "coarse-after-fine",
                     True,
                     f"{first} has finer stripes than {second}, which follows it in the "
                     f"code of axis {name}; mend their bits",
@@ -252,41 +210,33 @@ def _leaping(before, after, count, slots):
     return shares if any(shares) else None
 
 
-def _repair(before, after, count, slots):
-    """A function (names, axis) -> words for what would mend the order, or None."""
+def _cause(before, after, count, slots, names):
+    """What to do about the one mistake that explains the leaps, or "" where none does;
+    names: (picture, inverse) by place in the word."""
 
     def leaps(trial):
         return sum(
             _leaps(before, after, count, order)[:, 1].sum() for order in trial if order
         )
 
-    allowed = HEALED * leaps(slots)
-    trials = [
-        (leaps(trial), k, message) for k, (trial, message) in enumerate(_trials(slots))
-    ]
-    if not trials:
-        return None
-    least, _, message = min(trials, key=lambda one: one[:2])
-    return message if least <= allowed else None
+    trials = [(leaps(trial), text) for trial, text in _trials(slots, names)]
+    least, text = min(trials, key=lambda one: one[0], default=(np.inf, ""))
+    return text if least <= HEALED * leaps(slots) else ""
 
 
-def _trials(slots):
-    """Orders that mistakes make, each with what to say about it."""
+def _trials(slots, names):
+    """Orders that mistakes make, each with what to do about it."""
     flat = [(a, b) for a, order in enumerate(slots) for b in range(len(order))]
     for a, b in flat:
         if b:  # turned over, the coarsest bit reverses the axis and leaps nowhere
             place, turned = slots[a][b]
-            yield _with(slots, {(a, b): (place, not turned)}), _turned(place)
+            text = f"correct inverse of {_both(names[place])}"
+            yield _with(slots, {(a, b): (place, not turned)}), text
     for (a, b), (c, d) in combinations(flat, 2):
         one, other = slots[a][b], slots[c][d]
-        trial = _with(slots, {(a, b): other, (c, d): one})
-        yield trial, _exchanged(one[0], other[0])
-    for a, order in enumerate(slots):
-        if len(order) > 2:
-            reverse = {(a, b): order[-1 - b] for b in range(len(order))}
-            yield _with(slots, reverse), _backwards(order)
-        inverse = {(a, b): (place, not t) for b, (place, t) in enumerate(order)}
-        yield _with(slots, inverse), _all_turned(order)
+        pairs = zip(names[one[0]], names[other[0]], strict=True)
+        text = ", ".join(f"{j} and {k}" for j, k in pairs if j and k)
+        yield _with(slots, {(a, b): other, (c, d): one}), f"exchange {text}"
 
 
 def _with(slots, changes):
@@ -294,51 +244,3 @@ def _with(slots, changes):
         [changes.get((a, b), slot) for b, slot in enumerate(order)]
         for a, order in enumerate(slots)
     ]
-
-
-def _turned(place):
-    def message(names, axis):
-        light, dark = names[place]
-        if dark is None:
-            return (
-                f"{light} shows the inverse of its pattern: the Gray code of axis "
-                f"{axis} leaps; mend inverse, or show it again"
-            )
-        return (
-            f"{light} and {dark} are in each other's place: the Gray code of axis "
-            f"{axis} leaps; exchange them"
-        )
-
-    return message
-
-
-def _exchanged(one, other):
-    def message(names, axis):
-        pairs = zip(names[one], names[other], strict=True)
-        told = ", ".join(f"{a} and {b}" for a, b in pairs if a and b)
-        return (
-            f"{told} are in each other's place: the Gray code of axis {axis} leaps; "
-            "exchange them"
-        )
-
-    return message
-
-
-def _backwards(order):
-    def message(names, axis):
-        return (
-            f"the bits of axis {axis} are listed backwards: bit 0 has the widest "
-            f"stripes; mend bit of {_listed(names[place] for place, _ in order)}"
-        )
-
-    return message
-
-
-def _all_turned(order):
-    def message(names, axis):
-        return (
-            f"the pictures of axis {axis} and their inverses are exchanged throughout; "
-            f"mend inverse of {_listed(names[place] for place, _ in order)}"
-        )
-
-    return message

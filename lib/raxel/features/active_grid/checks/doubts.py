@@ -13,22 +13,10 @@ import numpy as np
 
 from raxel.features.active_grid.checks.code import code_doubts
 from raxel.features.active_grid.checks.edges import moved_doubts
-from raxel.features.active_grid.checks.jolts import (
-    changes_over,
-    jolt_doubts,
-    jolts,
-    without_means_of,
-)
 from raxel.features.active_grid.checks.motion import motion_doubts
 from raxel.features.active_grid.checks.phases import phase_doubts
 from raxel.features.active_grid.checks.sample import Doubt, sampled
-from raxel.features.active_grid.checks.steadiness import (
-    WIDENS,
-    WORTH_A_WORD,
-    step_errors,
-    unsteady_light,
-)
-from raxel.features.active_grid.checks.tones import tone_doubts
+from raxel.features.active_grid.checks.steadiness import step_errors, unsteady_light
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.layout import BESIDE, DARK, SATURATED
 from raxel.sets.patterns import pattern_picture
@@ -38,16 +26,8 @@ CLIPPED = 0.1
 OUTSIDE = 0.2
 # Values so much more frequent than those below them are where a camera stops counting.
 SPIKE = 5
-MOSAIC = 0.1  # of the light: pixels of every second row or column differ by more
 MIN_AT_LIMIT = 5e-4
 FEW = 50_000  # pixels, enough for a median
-
-
-class ClippedAt(NamedTuple):
-    """The grey value at which pictures stop, and the share of pixels there."""
-
-    level: int
-    share: float
 
 
 class Examined(NamedTuple):
@@ -66,27 +46,22 @@ class Examined(NamedTuple):
 
 
 def examine(
-    images, patterns, monitor, decoded,
-    white=None, black=None, smooth=True, spoilt=None, bands=(1.0, 1.0),
+    images, patterns, monitor, decoded, white=None, black=None, smooth=True
 ):  # fmt: skip
     """What these pictures say against themselves, as Examined.
 
     As `decode`, whose result `decoded` is, with windows averaged or not (smooth).
-    spoilt: (H, W) bool, pixels before which something passed, and bands, as of
-    `passing.Passing`. What
-    is not told: two axes exchanged as a whole, or one of them reversed as a whole,
-    which is what a mirror does; light that drifts by a few percent over all pictures,
-    and turns no phase by more than noise; tones that a camera sets by what lies around,
-    where there is no Gray code; a step of three that is brighter, where no
-    Gray code has its inverse; and a movement of a pixel between two pictures, where
-    neither edges beside the pattern nor steps and code of one axis, before and after
-    it, show it.
+    Not detected: both axes exchanged or one of them reversed as a whole, which is what
+    a mirror does; light that drifts by a few percent over all pictures; something that
+    covers the monitor in some of them; a step of three that is brighter, where no Gray
+    code has its inverse; and a movement of less than a pixel that neither the edges
+    beside the pattern, the steps, nor the code shows.
     """
     found = list(_equal_pictures(images, patterns))
     errors, factors = np.zeros(2), np.ones(2)
     codes = read_coding(patterns, monitor.monitor_px)
     levels = white, black
-    sample = sampled(images, patterns, codes, monitor, decoded.noise, levels, spoilt)
+    sample = sampled(images, patterns, codes, monitor, decoded.noise, levels)
     found += _levels(sample, white, black)
     if sample is not None:
         found += code_doubts(sample)
@@ -94,52 +69,32 @@ def examine(
         # In the wrong order, pictures seem unsteady as well.
         if not any(doubt.spoils for doubt in found):
             found += unsteady_light(sample)
-            found += tone_doubts(sample, decoded.blur_px)
-            far = list(motion_doubts(sample))
-            of_steps, errors, factors = _of_steps(
-                sample, monitor, decoded, smooth, bands, far
-            )
-            found += far + of_steps
+            found += motion_doubts(sample)
+            of_steps, errors, factors = _of_steps(sample, monitor, decoded, smooth)
+            found += of_steps
             for axis, code in enumerate(codes):
                 if not errors[code.axis]:
                     found += moved_doubts(sample, axis, decoded.blur_px)
-    found += _mosaic(images, codes, decoded)
-    found += _outside(decoded, codes)
-    found += _overexposed(decoded)
+    found += _left_out(decoded, codes)
     found = sorted(found, key=lambda doubt: not doubt.spoils)
     return Examined(found, errors, factors)
 
 
-def _of_steps(sample, monitor, decoded, smooth, bands, far):
-    """Doubts, errors (2,) and factors (2,) by steps that do not agree, and by movements
-    between them; far: doubts about such as are told already."""
-    size = monitor.monitor_mm or monitor.monitor_px
-    lengths = np.array(
-        [
-            (code.period or code.cell) * size[code.axis] / monitor.monitor_px[code.axis]
-            for code in sample.codes
-        ]
-    )
-    known = decoded.sigma[decoded.mask]
+def _of_steps(sample, monitor, decoded, smooth):
+    """Doubts, errors (2,) and factors (2,) by steps that do not agree."""
     errors, factors = np.zeros(2), np.ones(2)
+    known = decoded.sigma[decoded.mask]
     if not len(known):
         return [], errors, factors
+    size = monitor.monitor_mm or monitor.monitor_px
     axes = [code.axis for code in sample.codes]
-    every = np.median(known[:: 1 + len(known) // FEW], axis=0)
-    noise, stated = decoded.noise, every[axes] / lengths
-    bands = [bands[axis] for axis in axes]
-    moved = jolts(sample, decoded.blur_px)
-    jolted = [jolt.within for jolt in moved]
-    told = step_errors(sample, noise, stated, smooth, bands, jolted)
-    doubts, periods, wider, mean_moved = told
+    lengths = [
+        (code.period or code.cell) * size[code.axis] / monitor.monitor_px[code.axis]
+        for code in sample.codes
+    ]
+    usual = np.median(known[:: 1 + len(known) // FEW], axis=0)[axes] / lengths
+    doubts, periods, wider = step_errors(sample, decoded.noise, usual, smooth)
     errors[axes], factors[axes] = periods * lengths, wider
-    moved = without_means_of(moved, mean_moved)
-    if moved:
-        off = [changes_over(jolt.shift, decoded.location) for jolt in moved]
-        off = np.max(off, axis=0)
-        errors = np.hypot(errors, np.where(off > WIDENS * every, off, 0))
-        if not far:
-            doubts += jolt_doubts(sample, moved, off, WORTH_A_WORD * every)
     return doubts, errors, factors
 
 
@@ -153,6 +108,7 @@ def _equal_pictures(images, patterns):
         other = first.setdefault(key, pattern)
         if other is not pattern and not _shown_alike(other, pattern):
             yield Doubt(
+                "same-image",
                 True,
                 f"{pattern.image}: the same picture as {other.image}, pixel for pixel; "
                 "take it again or mend the name",
@@ -173,57 +129,37 @@ def _levels(sample, white, black):
     light = white.astype(np.int32) - black
     if np.quantile(light, 0.95) < np.abs(np.quantile(light, 0.05)):
         yield Doubt(
+            "white-black",
             True,
             "its black picture is brighter than its white one; exchange white and "
             "black",
         )
 
 
-def _mosaic(images, codes, decoded):
-    """Raw pictures of colour sensors: neighbours see other colours."""
-    steps = next((code.steps for code in codes if len(code.steps) > 2), ())
-    if not steps:
-        return
-    parts = [np.s_[down::2, right::2] for down in (0, 1) for right in (0, 1)]
-    light = np.array([sum(images[k][part].mean() for k in steps) for part in parts])
-    apart = np.ptp(light) / max(light.mean(), 1e-6)
-    if apart > MOSAIC:
-        yield Doubt(
-            not decoded.mask.any(),
-            f"pixels of every second row or column differ by {100 * apart:.0f} % of "
-            "their light, which is taken for noise: raw pictures of a colour camera "
-            "are mosaics; give their colour pictures, or grey ones made of them",
-        )
-
-
-def _outside(decoded, codes):
-    """The code counts cells that the monitor does not have."""
+def _left_out(decoded, codes):
+    """Pixels that are not decoded for one reason, too many of those not in the dark."""
     counts = np.bincount(decoded.status.ravel(), minlength=8)
-    seen = counts[[k for k in range(8) if k != DARK]].sum()
-    if counts[BESIDE] > OUTSIDE * max(seen, 1):
+    seen = max(counts.sum() - counts[DARK], 1)
+    if counts[BESIDE] > OUTSIDE * seen:
         axes = " and ".join("xy"[code.axis] for code in codes)
-        share = 100 * counts[BESIDE] / seen
         yield Doubt(
+            "beside-monitor",
             True,
-            f"{share:.0f} % of the pixels would lie beside the monitor along {axes}; "
-            "mend target.monitor_px, or of and cell_px of its Gray code",
+            f"{100 * counts[BESIDE] / seen:.0f} % of the pixels would lie beside the "
+            f"monitor along {axes}; correct target.monitor_px, or of and cell_px of "
+            "its Gray code",
         )
-
-
-def _overexposed(decoded):
-    counts = np.bincount(decoded.status.ravel(), minlength=8)
-    seen = counts.sum() - counts[DARK]
-    if counts[SATURATED] > CLIPPED * max(seen, 1):
-        share = 100 * counts[SATURATED] / seen
+    if counts[SATURATED] > CLIPPED * seen:
         yield Doubt(
+            "overexposed",
             False,
-            f"{share:.0f} % of the pixels that see the monitor are overexposed and "
-            "left out; expose less",
+            f"{100 * counts[SATURATED] / seen:.0f} % of the pixels that see the "
+            "monitor are overexposed and left out; expose less",
         )
 
 
 def clipped_at(images, patterns):
-    """Where these pictures stop, as ClippedAt, or None where they do not.
+    """The grey value at which the sines are clipped, None where none is.
 
     A camera of 12 bits in files of 16, or one that ends at 235, clips its sines below
     the largest value of the file: such a value is far more frequent than those below.
@@ -243,4 +179,4 @@ def clipped_at(images, patterns):
     if len(lower) < 3:
         return None
     below = np.isin(values, lower).sum() / len(lower)
-    return ClippedAt(top, count / total) if count > SPIKE * below else None
+    return top if count > SPIKE * below else None

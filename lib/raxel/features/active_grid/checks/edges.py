@@ -38,6 +38,7 @@ def moved_doubts(sample, axis, blur_px):
     if turn > limit and px > DRAWN * (blur_px or 0.0):
         files = f"{sample.names[code.steps[0]]} to {sample.names[code.steps[-1]]}"
         yield Doubt(
+            "moved-code-phase",
             False,
             f"the sines along {'xy'[code.axis]} ({files}) begin "
             f"{turn / (2 * np.pi):.2g} periods, about {px:.1f} px, off the cells of "

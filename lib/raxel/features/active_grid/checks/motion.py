@@ -40,6 +40,7 @@ def motion_doubts(sample):
         _, when, pictures = found[sizes.index(size)]
         when = when.format(sample.names[pictures[0]], sample.names[pictures[-1]])
         yield Doubt(
+            "moved",
             size > FAR_MOVED_PX,
             f"the picture moved by about {size:.1f} px {when}; camera and monitor must "
             "be at rest: take the pictures again",

@@ -7,18 +7,14 @@ from raxel.features.active_grid.checks.frequencies import frequency_doubts
 from raxel.features.active_grid.checks.sample import Doubt
 from raxel.features.active_grid.checks.steps import (
     circle_order,
-    every_turned,
     faulty_pictures,
-    nearest_turned,
-    put_right,
-    told_offset,
+    rounded_offset,
 )
 
 # Length of the mean of unit vectors. Without inverses a tone curve moves edges to dark
 # and to bright apart, as far as blur reaches.
 TOGETHER, TOGETHER_ALONE = 0.7, 0.3
 OFF_CODE = 0.08  # periods
-OFF_STEP = 0.45  # of a step: less is no exchange of steps
 
 
 def phase_doubts(sample, noise):
@@ -41,84 +37,53 @@ def phase_doubts(sample, noise):
 def _out_of_order(sample, axis, every, orders):
     """Doubts about orders of pictures, each of some Sines, the first by its code."""
     for sines, order in zip(every, orders, strict=True):
-        at_edges = ((),) * 3
-        if sines is every[0]:
-            pictures = [sines.steps[k] for k in order]
-            at_edges = phases_at_edges(sample, axis, pictures)
-        if len(at_edges[0]):
-            yield from edge_doubts(sample, axis, order, *at_edges)
-        elif not _as_listed(order):
-            yield _not_in_order(sample, axis, sines, order, every_turned(len(order)))
+        names = [sample.names[k] for k in sines.steps]
+        if order != list(range(len(order))):
+            yield Doubt(
+                "step-order",
+                True,
+                f"the phase steps along {'xy'[sample.codes[axis].axis]} ({names[0]} to "
+                f"{names[-1]}) are not in order; correct step",
+            )
+        elif sines is every[0]:
+            at_edges = phases_at_edges(sample, axis, sines.steps)
+            if len(at_edges[0]):
+                yield from edge_doubts(sample, axis, *at_edges)
 
 
-def _as_listed(order):
-    return all(j == k for j, k in enumerate(order))
-
-
-def _not_in_order(sample, axis, sines, order, ways):
-    """ways: of the order round the circle, each a Turned."""
-    names = [sample.names[k] for k in sines.steps]
-    told = put_right(names, [turned.shown(order) for turned in ways])
-    along = "xy"[sample.codes[axis].axis]
-    return Doubt(True, f"the phase steps along {along} are not in order: {told}")
-
-
-def edge_doubts(sample, axis, order, phase, due, along):
-    """Doubts by phases at edges; order: of pictures, the others `phases_at_edges`."""
+def edge_doubts(sample, axis, phase, due, along):
+    """Doubts about steps in order by their phases at edges (`phases_at_edges`)."""
     code = sample.codes[axis]
     name, names = "xy"[code.axis], [sample.names[k] for k in code.steps]
     # Where sines are clipped, they stand still.
     backwards = bool(np.mean(along < 0) > 0.5)
     mean = np.mean((-np.conj(phase) if backwards else phase) * np.conj(due))
-    where = f"the sines along {name} ({names[0]} to {names[-1]})"
+    turns = np.angle(mean) / (2 * np.pi)
+    steps, bits = f"{names[0]} to {names[-1]}", _of_code(sample, code)
     alone = any(dark is None for _, dark in code.bits)
     if abs(mean) < (TOGETHER_ALONE if alone else TOGETHER):
         yield Doubt(
+            "period",
             True,
-            f"{where} do not fit the cells of its Gray code "
-            f"({_of_code(sample, code)}); mend periods, cell_px, of or axis",
+            f"the sines along {name} ({steps}) do not fit the cells of its Gray code "
+            f"({bits}); correct periods, cell_px, of or axis",
         )
-        return
-    turns = np.angle(mean) / (2 * np.pi)
-    turned = nearest_turned(turns, backwards, code.sines)
-    if backwards:
-        what = f"the phase along {name} falls where its Gray code rises"
-        yield Doubt(True, f"{what}: {_ways(sample, code, order, turned, phase, due)}")
-    elif not _as_listed(order):
-        ways = [turned] if turned else every_turned(len(order))
-        yield _not_in_order(sample, axis, code.sines, order, ways)
+    elif backwards:
+        yield Doubt(
+            "reversed",
+            True,
+            f"the phase along {name} falls where its Gray code rises: correct step of "
+            f"{steps}, or bit and inverse of {bits}",
+        )
     elif abs(turns) > OFF_CODE:
-        there = f"give offset: {told_offset(code.sines.offset + turns)}"
-        advice = f": {there} if they begin there, or mend step or inverse of its bits"
-        if abs(turns) < OFF_STEP / len(names):
-            advice = (
-                ", as if something had moved; take all pictures in one pose, or "
-                f"{there} if they begin there"
-            )
-        elif turned:
-            steps = put_right(names, [turned.shown(order)])
-            advice = f": {steps}, or {there} if they begin there"
-        off = f"begin {abs(turns):.2f} periods off the cells of its Gray code"
-        yield Doubt(True, f"{where} {off}{advice}")
-
-
-def _ways(sample, code, order, turned, phase, due):
-    """What makes phases fall where cells rise: steps, or bit 0 and its inverse."""
-    names, ways = [sample.names[k] for k in code.steps], []
-    if turned is not None:
-        ways.append(put_right(names, [turned.shown(order)]))
-    # With bit 0 turned over, cells count from the other end.
-    last = np.exp(2j * np.pi * 2 ** len(code.bits) * code.cell / code.period)
-    off = np.angle(np.mean(phase * due * np.conj(last))) / (2 * np.pi)
-    if abs(off) < OFF_CODE and _as_listed(order):
-        light, dark = code.bits[0]
-        if dark is None:
-            ways.append(f"{sample.names[light]} shows its inverse: mend inverse")
-        else:
-            pair = f"{sample.names[light]} and {sample.names[dark]}"
-            ways.append(f"{pair} are in each other's place: exchange them")
-    every = f"{names[0]} to {names[-1]} and {_of_code(sample, code)}"
-    return ", or ".join(ways) or f"mend step, bit and inverse of {every}"
+        there = rounded_offset(code.sines.offset + turns)
+        yield Doubt(
+            "offset",
+            True,
+            f"the sines along {name} ({steps}) begin {abs(turns):.2f} periods off the "
+            f"cells of its Gray code: give offset: {there} if they begin there, else "
+            "correct step, or take all pictures in one pose",
+        )
 
 
 def _of_code(sample, code):

@@ -13,8 +13,10 @@ MIN_LIT = 500  # pixels; of fewer, nothing is said
 
 
 class Doubt(NamedTuple):
-    """What was found and what to do; `spoils`: what was decoded is wrong."""
+    """What was found and what to do. code: of its kind, for programs; `spoils`: what
+    was decoded is wrong."""
 
+    code: str
     spoils: bool
     text: str
 
@@ -58,11 +60,8 @@ class Sample:
         return parts[1] + 1j * parts[0], parts[2]
 
 
-def sampled(images, patterns, codes, monitor, noise, levels, spoilt=None):
-    """The Sample of a view's pictures, or None where too little of it is lit.
-
-    spoilt: (H, W) bool, pixels that do not count as lit.
-    """
+def sampled(images, patterns, codes, monitor, noise, levels):
+    """The Sample of a view's pictures, or None where too little of it is lit."""
     height, width = images[0].shape
     rows = _rows(height, width)
     levels = [level for level in levels if level is not None]
@@ -74,8 +73,6 @@ def sampled(images, patterns, codes, monitor, noise, levels, spoilt=None):
     spread = np.sqrt(noise.at((high + low) / 2))
     usual = np.quantile(contrast, 0.95)
     lit = contrast > np.maximum(MIN_CONTRAST * spread, MIN_SHARE * usual)
-    if spoilt is not None:
-        lit &= ~spoilt[rows].reshape(lit.shape)
     if np.count_nonzero(lit) < MIN_LIT:
         return None
     names = [p.image for p in patterns]

@@ -4,11 +4,10 @@ Each picture of a sine, less the mean of all and in shares of their spread, is a
 combination of a sine and a cosine over the pixels. So the pictures lie on a circle, at
 the angles of their steps, up to a turn and a reflection: picture j of those in the
 order of the circle shows step m + j or m - j. The edges of a Gray code, or sines of
-other periods, settle which. Every picture that does not show its own step is named.
+other periods, determine which.
 """
 
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,71 +18,14 @@ SAME_STEP = 0.1  # of the distance between steps
 OF_SINES = 0.6  # share of a picture that is explained by what all have in common
 MIN_LEFT = 0.01  # share that a sine leaves of the steps as they are listed
 HEALED = 0.4  # of it is left by an order that explains the pictures
-NEAREST = 0.2  # of a step: what is farther from one than this is no step
 OFFSETS, SAME_OFFSET = 24, 0.005  # in a period, and what is taken for one of them
-MAX_WAYS = 2  # to put pictures in order that are named, if as few are moved by each
 
 
-class Turned(NamedTuple):
-    """Sines seen from step m on, and backwards where sign is -1."""
-
-    sign: int
-    m: int
-
-    def undone(self, turns, sines):
-        """Phases in periods, of Sines in their order; turns: as read in this one."""
-        ahead = self.m / len(sines.steps)
-        if self.sign > 0:
-            return turns - ahead
-        return 0.5 - turns - ahead - 2 * sines.offset
-
-    def shown(self, order):
-        """The step that each listed picture shows; order: of them round the circle."""
-        steps = self.m + self.sign * np.arange(len(order))
-        return steps[np.argsort(order)] % len(order)
-
-
-def every_turned(count):
-    """[Turned, ...] of so many steps."""
-    return [Turned(sign, m) for sign in (1, -1) for m in range(count)]
-
-
-def nearest_turned(turns, backwards, sines):
-    """The Turned by which phases seem `turns` periods ahead, or None; backwards:
-    whether they fall where places rise, and `turns` is by how much 0.5 - phase is."""
-    count = len(sines.steps)
-    ahead = count * (turns - 2 * sines.offset * backwards)
-    if abs(ahead - round(ahead)) > NEAREST:
-        return None
-    return Turned(-1 if backwards else 1, round(ahead) % count)
-
-
-def told_offset(offset):
+def rounded_offset(offset):
     """An offset as it is written in set.yaml, by one that is measured."""
     near = round(offset * OFFSETS) / OFFSETS
     offset = near if abs(offset - near) < SAME_OFFSET else offset
     return f"{offset % 1:.3g}"
-
-
-def put_right(names, orders):
-    """What is wrong and what to do, every picture concerned by name.
-
-    names: of listed pictures; orders: for each explanation the steps that they show.
-    Of explanations that leave more pictures in place than others these are told.
-    """
-    moved = [int(np.sum(shown != np.arange(len(names)))) for shown in orders]
-    fewest = [one for one, n in zip(orders, moved, strict=True) if n == min(moved)]
-    return ", or ".join(_told(names, shown) for shown in fewest[:MAX_WAYS])
-
-
-def _told(names, shown):
-    moved = [k for k, step in enumerate(shown) if step != k]
-    if all(shown[shown[k]] == k for k in moved):
-        pairs = [(k, shown[k]) for k in moved if k < shown[k]]
-        told = ", ".join(f"{names[j]} and {names[k]}" for j, k in pairs)
-        return f"{told} are in each other's place: exchange them"
-    told = ", ".join(f"{names[k]} shows step {shown[k]}" for k in moved)
-    return f"{told}: mend step"
 
 
 def faulty_pictures(sample, axis, sines):
@@ -94,6 +36,7 @@ def faulty_pictures(sample, axis, sines):
     contrast = np.median((sample.high - sample.low)[sample.lit])
     if np.median(spread) < FAINT * contrast:
         yield Doubt(
+            "no-sines",
             True,
             f"{names[0]} to {names[-1]} show no sines along {along}, but as good as "
             "equal light; put the right pictures there or take them again",
@@ -107,6 +50,7 @@ def faulty_pictures(sample, axis, sines):
     both_signs = 0.15 < np.mean(values[j] > 0) < 0.85
     if both_signs and near[j, k] < SAME_STEP * (1 - np.cos(step)):
         yield Doubt(
+            "same-step",
             True,
             f"{names[k]} shows the same step as {names[j]}; put the right picture "
             "there or take it again",
@@ -115,34 +59,12 @@ def faulty_pictures(sample, axis, sines):
     common = _in_common(alike)
     if common.min() < OF_SINES:
         odd = np.flatnonzero(common < common.min() + 0.1)
-        other = _taken_for(sample, axis, sines, odd)
-        if other is not None:
-            yield Doubt(
-                True,
-                f"{names[odd[0]]} and {sample.names[other]} are in each other's place: "
-                f"{names[odd[0]]} shows no step of the sines along {along} that the "
-                "others show; exchange them",
-            )
-            return
         yield Doubt(
+            "not-a-step",
             True,
             f"{' or '.join(names[k] for k in odd)} shows no step of the sines along "
             f"{along} that the others show; put the right picture there",
         )
-
-
-def _taken_for(sample, axis, sines, odd):
-    """The sine along the other axis that fits in the place of the odd one, or None."""
-    if len(odd) > 1:
-        return None
-    for other, code in enumerate(sample.codes):
-        for k in code.steps if other != axis else ():
-            steps = list(sines.steps)
-            steps[odd[0]] = k
-            values = _in_shares(_around_mean(sample, steps))
-            if _in_common(values @ values.T).min() > OF_SINES:
-                return k
-    return None
 
 
 def circle_order(sample, sines):
