@@ -53,24 +53,6 @@ def test_a_picture_of_another_size_or_depth(tmp_path, capsys, folder, change, me
     assert not (tmp_path / "points").exists()
 
 
-def test_specks_of_pictures_without_loss_are_not_blamed_on_jpeg(
-    tmp_path, capsys, folder, monkeypatch
-):
-    name = "raxel.features.active_grid.view.without_specks"
-    monkeypatch.setattr(name, lambda found: (found, 0.2))
-    orders = "decode", str(folder), "--out"
-    assert main((*orders, str(tmp_path / "first"))) == 0
-    told = capsys.readouterr().out
-    assert "20 % of what was decoded were specks" in told
-    assert "take the pictures with a linear response" in told
-    assert "save PNG" not in told
-    picture = cv2.imread(str(folder / "gray-y-01.png"), cv2.IMREAD_UNCHANGED)
-    _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 95])
-    (folder / "gray-y-01.png").write_bytes(jpeg)
-    assert main((*orders, str(tmp_path / "second"))) == 0
-    assert "JPEG smooths it away in the dark; save PNG" in capsys.readouterr().out
-
-
 def test_a_white_picture_of_another_depth(tmp_path, capsys, folder):
     cv2.imwrite(str(folder / "white.png"), np.full((120, 160), 9000, np.uint16))
     text = (folder / "set.yaml").read_text()
