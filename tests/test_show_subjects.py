@@ -13,17 +13,16 @@ from raxel.errors import InputError
 from raxel.features.boards import detect_boards
 from raxel.geometry import inverse_pose, on_plane, pose, transform
 from raxel.io import rendering
-from raxel.lab import board_scene, facade, load_rig, room
+from raxel.lab import load_rig
 from raxel.lab.render_set import POSES
 from raxel.lab.rig import Rig
-from raxel.sets import Chessboard, load_set
+from raxel.sets import load_set
 from raxel.show import Points, Polyline, Segments, Surface, camera_scene
 from raxel.show.boards import surface_texture
 from raxel.show.cameras import MEASURED, field_edge, mirrors, moved, spread_pixels
 from raxel.show.rigs import rig_scene
-from raxel.show.scene import CLEAR, finite_points
+from raxel.show.scene import finite_points
 from raxel.show.sets import set_scene
-from raxel.show.surroundings import surroundings
 from tests.image_sets import write_drawn_set
 from tests.test_lab_rig import RIGS
 from tests.test_show import draws
@@ -217,29 +216,8 @@ def test_known_boards_are_not_looked_for_and_may_lack_corners(tmp_path, monkeypa
     assert f"2 of {len(drawn)} boards; poses fitted to the camera given" in scene.note
 
 
-def test_walls_are_looked_through_from_behind_and_furniture_is_not():
-    parts = surroundings(room())
-    clear = [part.back == CLEAR for part in parts]
-    assert clear[:6] == [True] * 6
-    assert not any(clear[6:])
-    inside = np.zeros(3)
-    for wall in parts[:6]:
-        a, b, c = wall.points[0, 0], wall.points[0, 1], wall.points[1, 0]
-        away = np.cross(b - a, c - a)
-        assert (inside - a) @ away < 0
-    assert len(surroundings(facade())) == len(facade().parts)
 
 
-def test_a_wall_shows_its_texture_as_it_hangs():
-    chess = Chessboard(4, 3, 20.0)
-    (sheet,) = surroundings(board_scene(chess, np.eye(4)))
-    dark = sheet.texture < 128
-    rows, columns = dark.shape
-    at = transform(np.eye(4), [[30, 10, 0], [10, 10, 0]])
-    low, high = sheet.points[0, 0], sheet.points[-1, -1]
-    u, v = ((at - low)[:, :2] / (high - low)[:2]).T
-    places = (v * rows).astype(int), (u * columns).astype(int)
-    assert dark[places].tolist() == [True, False]
 
 
 @draws

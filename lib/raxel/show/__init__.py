@@ -1,8 +1,7 @@
 """Scenes in space, drawn by pyvista: pictures, and pages on which they turn.
 
 Needs the extra `show` (`pip install raxel[show]`); `available` says whether it is here.
-Ready-made scenes: `camera_scene` here, `rigs.rig_scene`, `sets.set_scene` and
-`surroundings.surroundings_scene`.
+Ready-made scenes: `camera_scene` here, `rigs.rig_scene` and `sets.set_scene`.
 """
 
 from raxel.io.rendering import RenderingError, available
