@@ -21,10 +21,7 @@ from chapters.ch05_flexible_mirror.s2_method.trials.knots import (
 )
 from chapters.ch05_flexible_mirror.s2_method.trials.pictures import platter_trial
 from chapters.ch05_flexible_mirror.s2_method.trials.run import watched_trial
-from chapters.ch05_flexible_mirror.s2_method.trials.starts import (
-    one_deflection,
-    starts_trial,
-)
+from chapters.ch05_flexible_mirror.s2_method.trials.starts import one_deflection
 from chapters.ch05_flexible_mirror.s2_method.trials.static_grids import (
     PITCH_MM,
     static_trial,
@@ -32,6 +29,7 @@ from chapters.ch05_flexible_mirror.s2_method.trials.static_grids import (
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
+from chapters.shared.mirror_plans import bench_plan, on_each
 from raxel.calibration.mirror.linear import shape_with_clamp
 from raxel.calibration.mirror.platter import reflected_pose, reflection
 from raxel.calibration.mirror.primary_start import mirror_points
@@ -236,7 +234,7 @@ FEWER = {"quick": 1, "full": 20}
 )
 def starts(effort, results):
     """Three starts on both benches."""
-    return _plan(results, BENCHES, SEEDS[effort])
+    return bench_plan(results, on_each(one_deflection), BENCHES, SEEDS[effort])
 
 
 @experiment(
@@ -247,17 +245,7 @@ def starts(effort, results):
 )
 def starts_swept(effort, results):
     """The same at half and twice each of the bench's numbers."""
-    return _plan(results, SWEPT, FEWER[effort])
-
-
-def _plan(results, benches, seeds):
-    trial = partial(starts_trial, errors=_errors(results), benches=benches)
-    settings = {name: bench._asdict() for name, bench in benches.items()}
-    return Plan(trial, [{"geometry": "A"}], seeds, settings)
-
-
-def _errors(results):
-    return {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
+    return bench_plan(results, on_each(one_deflection), SWEPT, FEWER[effort])
 
 
 @experiment(
@@ -270,7 +258,8 @@ def knots(effort, results):
     """Steps of several sizes with several numbers of knots."""
     settings = {"steps_mm": list(STEPS_MM), "corner_px": CORNER_PX}
     seeds = {"quick": 1, "full": 16}[effort]
-    trial = partial(knots_trial, errors=_errors(results))
+    errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
+    trial = partial(knots_trial, errors=errors)
     return Plan(trial, [{"geometry": "A"}], seeds, settings)
 
 

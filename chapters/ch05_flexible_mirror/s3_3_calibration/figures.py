@@ -212,7 +212,8 @@ def trust_figure(results):
                     (geometry, surface, label), look=series(number), label=label,
                     bars=True,
                 )  # fmt: skip
-            panel.set(title=f"{geometry}, {surface}", ylim=(0, None))
+            panel.set_title(f"{geometry}, {surface}")
+        row[0].set_ylim(bottom=0)
         row[0].set_ylabel("RMS ray error (deg)")
     for panel in axes[-1]:
         panel.set_xticks(list(stages))

@@ -26,9 +26,6 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.trials.errors import (
     SMALL,
     errors_trial,
 )
-from chapters.ch05_flexible_mirror.s3_3_calibration.trials.trust import (
-    SETTINGS as TRUST_SETTINGS,
-)
 from chapters.ch05_flexible_mirror.s3_3_calibration.trials.trust import trust_trial
 from chapters.ch05_flexible_mirror.s3_3_calibration.trials.views import (
     DEFLECTIONS_MM,
@@ -231,7 +228,7 @@ def trust_runs(effort):
     """Three stages, calibrated all together."""
     surfaces = {"geometry": ("A", "B"), "aberration_um": (0.0, 10.0)}
     seeds = {"quick": 1, "full": 20}[effort]
-    return Plan(trust_trial, crossed(**surfaces), seeds, TRUST_SETTINGS)
+    return Plan(trust_trial, crossed(**surfaces), seeds)
 
 
 # %% tags=["active-ipynb"]

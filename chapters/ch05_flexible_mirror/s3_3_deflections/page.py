@@ -19,13 +19,13 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.trials.rendered import (
     rendered_trial,
 )
 from chapters.ch05_flexible_mirror.s3_3_deflections.trials.run import (
-    deflections_trial,
     of_deflection,
+    three_stages,
 )
-from chapters.ch05_flexible_mirror.s3_3_deflections.trials.tip import tip_trial
+from chapters.ch05_flexible_mirror.s3_3_deflections.trials.tip import one_push
 from chapters.shared.mirror_bench import BENCHES, SWEPT
-from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B
+from chapters.shared.mirror_plans import bench_plan, on_each
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -132,7 +132,7 @@ FEWER = {"quick": 1, "full": 20}
 )
 def runs(effort, results):
     """Geometry A, on both benches."""
-    return _plan(results, "A", BENCHES, SEEDS[effort])
+    return bench_plan(results, on_each(three_stages), BENCHES, SEEDS[effort])
 
 
 @experiment(
@@ -144,7 +144,7 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
-    return _plan(results, "A", SWEPT, FEWER[effort])
+    return bench_plan(results, on_each(three_stages), SWEPT, FEWER[effort])
 
 
 @experiment(
@@ -155,14 +155,7 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, on both benches."""
-    return _plan(results, "B", BENCHES, FEWER[effort])
-
-
-def _plan(results, geometry, benches, seeds):
-    errors = {geometry: MirrorErrors.read(results["sec_5_3_3_errors"], geometry)}
-    trial = partial(deflections_trial, errors=errors, benches=benches)
-    settings = {name: bench._asdict() for name, bench in benches.items()}
-    return Plan(trial, [{"geometry": geometry}], seeds, settings)
+    return bench_plan(results, on_each(three_stages), BENCHES, FEWER[effort], "B")
 
 
 RUNS_FROM_IMAGES = (
@@ -206,7 +199,7 @@ def rendered(effort):
 )
 def tips(effort, results):
     """How far the mirror went at the load and among the corners, on both benches."""
-    return _tip_plan(results, BENCHES, SEEDS[effort])
+    return bench_plan(results, on_each(one_push), BENCHES, SEEDS[effort])
 
 
 @experiment(
@@ -217,14 +210,7 @@ def tips(effort, results):
 )
 def tips_swept(effort, results):
     """The same from half to twice each of the bench's numbers."""
-    return _tip_plan(results, SWEPT, FEWER[effort])
-
-
-def _tip_plan(results, benches, seeds):
-    errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
-    trial = partial(tip_trial, errors=errors, benches=benches)
-    settings = {name: bench._asdict() for name, bench in benches.items()}
-    return Plan(trial, [{"geometry": "A"}], seeds, settings)
+    return bench_plan(results, on_each(one_push), SWEPT, FEWER[effort])
 
 
 # %% [markdown]

@@ -17,9 +17,6 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.prose import name_
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.conditioning import (
     conditioning_trial,
 )
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.film import (
-    SETTINGS as FILM_SETTINGS,
-)
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.film import film_trial
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.losses import (
     DEFLECTIONS_MM,
@@ -30,20 +27,18 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.metric import (
     metric_trial,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.placements import (
-    placements_trial,
+    in_all_places,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.relief import (
     RELIEFS_UM,
     relief_trial,
 )
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import (
-    repeated_trial,
-    travelled,
-)
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import starts_trial
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import loop, travelled
+from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import both_steps
 from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
+from chapters.shared.mirror_plans import bench_plan, on_each
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -161,7 +156,7 @@ ABLATED = {"quick": 1, "full": 24}
 )
 def runs(effort, results):
     """Geometry A, on both benches."""
-    return _plan(results, repeated_trial, "A", BENCHES, SEEDS[effort])
+    return bench_plan(results, on_each(loop), BENCHES, SEEDS[effort])
 
 
 @experiment(
@@ -173,7 +168,7 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
-    return _plan(results, repeated_trial, "A", SWEPT, FEWER[effort])
+    return bench_plan(results, on_each(loop), SWEPT, FEWER[effort])
 
 
 @experiment(
@@ -184,7 +179,7 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, on both benches."""
-    return _plan(results, repeated_trial, "B", BENCHES, FEWER[effort])
+    return bench_plan(results, on_each(loop), BENCHES, FEWER[effort], "B")
 
 
 @experiment(
@@ -195,7 +190,7 @@ def other(effort, results):
 )
 def placed(effort, results):
     """The first step, with the board elsewhere and all else the same."""
-    return _plan(results, placements_trial, "A", BENCHES | SWEPT, PLACED[effort])
+    return bench_plan(results, on_each(in_all_places), BENCHES | SWEPT, PLACED[effort])
 
 
 @experiment("exp_c5_feature_loss", artefact="fig_5_13", inputs=GEOMETRY_A)
@@ -214,7 +209,7 @@ def lost(effort):
 )
 def conditioned(effort, results):
     """Covered mirror and condition of each step of the loop, on both benches."""
-    return _plan(results, conditioning_trial, "A", BENCHES, CONDITIONED[effort])
+    return bench_plan(results, conditioning_trial, BENCHES, CONDITIONED[effort])
 
 
 @experiment(
@@ -225,7 +220,7 @@ def conditioned(effort, results):
 )
 def conditioned_swept(effort, results):
     """The same, from half to twice each of the bench's numbers."""
-    return _plan(results, conditioning_trial, "A", SWEPT, HARDLY_ANY[effort])
+    return bench_plan(results, conditioning_trial, SWEPT, HARDLY_ANY[effort])
 
 
 @experiment(
@@ -250,7 +245,7 @@ def ablated(effort, results):
 )
 def started(effort, results):
     """Steps of 5 and of 15 mm, refined from perturbed starts."""
-    return _plan(results, starts_trial, "A", BENCHES | SWEPT, STARTED[effort])
+    return bench_plan(results, on_each(both_steps), BENCHES | SWEPT, STARTED[effort])
 
 
 @experiment(
@@ -270,15 +265,7 @@ def relief(effort, results):
 @experiment("ext_mirror_film_pictures", artefact="ext_mirror_film", inputs=SMALL_A)
 def film_pictures(effort):
     """A film there and back, every picture rendered, its corners found and tracked."""
-    return Plan(film_trial, FILMS[effort], 1, FILM_SETTINGS)
-
-
-def _plan(results, run, geometry, benches, seeds):
-    """The Plan of a trial of one geometry, with what pictures have shown."""
-    errors = {geometry: MirrorErrors.read(results["sec_5_3_3_errors"], geometry)}
-    trial = partial(run, errors=errors, benches=benches)
-    settings = {name: bench._asdict() for name, bench in benches.items()}
-    return Plan(trial, [{"geometry": geometry}], seeds, settings)
+    return Plan(film_trial, FILMS[effort], 1)
 
 
 # %% [markdown]

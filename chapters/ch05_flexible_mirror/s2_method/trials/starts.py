@@ -7,7 +7,7 @@ it was before, which needs no linear stage.
 
 import numpy as np
 
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_runs import (
     PUBLISHED,
     deflected,
@@ -26,19 +26,6 @@ from raxel.geometry.planes import on_plane
 # px between the mirror points that a start is fitted to.
 FITTED_PX = 64
 STEP_MM = STAGES_MM[:2]
-
-
-def starts_trial(condition, rng, errors, benches):
-    """One deflection from three starts, on each of some benches.
-
-    The board and the errors' random numbers are drawn alike for all benches.
-    """
-    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
-    of_rig = errors[condition["geometry"]]
-    return {
-        name: one_deflection(rig, bench, of_rig._replace(factor=bench.factor), seed)
-        for name, bench in benches.items()
-    }
 
 
 def one_deflection(rig, bench, errors, seed):

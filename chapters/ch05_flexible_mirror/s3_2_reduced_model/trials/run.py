@@ -240,9 +240,7 @@ def scored(bent, way, back=None):
             out["back"] = {"own_mm": float(np.mean(own))}
     except CalibrationError as refusal:
         return {"refused": refusal.code}
-    return out | {
-        "residual_mm": float(np.mean(np.abs(found.residuals))),
-    }
+    return out | {"residual_mm": float(np.mean(np.abs(found.residuals)))}
 
 
 def off_scans(bent, before, **after):

@@ -5,8 +5,8 @@ No picture is rendered: corners and decoded points have Gaussian errors.
 
 import numpy as np
 
-from chapters.shared.gaussian_errors import CORNER_PX, DECODED_MM, GaussianErrors
-from chapters.shared.mirror_rigs import DYNAMIC_MM, STAGES_MM, mirror_rig
+from chapters.shared.gaussian_errors import CORNER_PX, GaussianErrors
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import (
     MirrorMethod,
     deflected,
@@ -20,16 +20,11 @@ from raxel.calibration import BoardView, StageView, bundle_stages
 from raxel.errors import CalibrationError
 
 STEPS = len(STAGES_MM) - 1
-# Inverse depth, the clamp's slope too, and a prior that was chosen on other seeds, mm.
+# Inverse depth, the clamp's slope too, and a prior. Its SD, mm, has the least ray error
+# at stage 3 among 1, 0.3, 0.1, 0.03, 0.01 and none, on eight seeds of either geometry,
+# smooth and uneven by 10 µm, that no other run has.
 AIMED = MirrorMethod("inverse depth", slope=True, prior_sd=0.1)
 COMPARED_PX = 96  # px between the pixels whose rays are compared
-SETTINGS = {
-    "corner_px": CORNER_PX,
-    "decoded_mm": DECODED_MM,
-    "stages_mm": list(STAGES_MM),
-    "grid_mm": DYNAMIC_MM,
-    "prior_mm": AIMED.prior_sd,
-}
 
 
 def trust_trial(condition, rng):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
+from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM
 from chapters.shared.mirror_runs import (
     PUBLISHED,
     decoded,
@@ -32,19 +32,6 @@ from raxel.geometry import inverse_pose, transform
 
 # px between the pixels whose rays are compared: about the thesis's 168 (Table 5.3).
 COMPARED_PX = 168
-
-
-def deflections_trial(condition, rng, errors, benches):
-    """Every measure of the three stages, for each of some benches.
-
-    Boards, places of the monitor and errors are drawn alike for all benches.
-    """
-    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
-    of_rig = errors[condition["geometry"]]
-    return {
-        name: three_stages(rig, bench, of_rig._replace(factor=bench.factor), seed)
-        for name, bench in benches.items()
-    }
 
 
 def three_stages(rig, bench, errors, seed):

@@ -7,7 +7,7 @@ against how far it went: at the load, and at places that lie among the corners.
 import numpy as np
 from scipy.spatial import Delaunay
 
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_board
 from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, transform
@@ -16,16 +16,6 @@ STEP_MM = STAGES_MM[:2]
 # Places of the sheet, along and across, and the share of its width that they cover.
 PLACES, ACROSS = (33, 11), 0.9
 NEWTON_STEPS, ARRIVED_MM = 20, 1e-9
-
-
-def tip_trial(condition, rng, errors, benches):
-    """One push on each of some benches, all drawn alike."""
-    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
-    of_rig = errors[condition["geometry"]]
-    return {
-        name: one_push(rig, bench, of_rig._replace(factor=bench.factor), seed)
-        for name, bench in benches.items()
-    }
 
 
 def one_push(rig, bench, errors, seed):

@@ -12,7 +12,7 @@ import numpy as np
 
 from chapters.shared.gaussian_errors import CORNER_PX, DECODED_MM, GaussianErrors
 from chapters.shared.mirror_pictures import board_picture
-from chapters.shared.mirror_rigs import DYNAMIC_MM, STAGES_MM, mirror_rig
+from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import (
     CLAMP_PICKS,
     CLAMP_SD_PX,
@@ -39,12 +39,6 @@ COARSER = 4  # a pixel of the small rig is as wide as four of the camera's
 DECODED_STEP_PX, COMPARED_PX = 16, 24
 ERRORS = GaussianErrors(CORNER_PX / COARSER, DECODED_MM)
 METHOD = MirrorSettings(noise_px=CORNER_PX / COARSER, prior_sd=0.1)
-SETTINGS = {
-    "corner_px": ERRORS.corner_px,
-    "decoded_mm": ERRORS.decoded_mm,
-    "grid_mm": DYNAMIC_MM,
-    "prior_mm": METHOD.prior_sd,
-}
 # Places along and across the sheet at which a found shape is kept to be drawn.
 ALONG, ACROSS = 33, 9
 KEPT = 0.5  # pictures are kept at half the size

@@ -8,7 +8,7 @@ among its own, with the same errors.
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import travelled
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_runs import PUBLISHED, deflected, primary
 from raxel.errors import CalibrationError
 from raxel.geometry import transform
@@ -18,16 +18,6 @@ from raxel.sets import Chessboard
 PLACES = 5
 # Stages before and after: the first step of Table 5.5.
 BEFORE, AFTER = 0, 1
-
-
-def placements_trial(condition, rng, errors, benches):
-    """Deflections (PLACES,) by bench and pitch, all benches drawn alike."""
-    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
-    of_rig = errors[condition["geometry"]]
-    return {
-        name: in_all_places(rig, bench, of_rig._replace(factor=bench.factor), seed)
-        for name, bench in benches.items()
-    }
 
 
 def in_all_places(rig, bench, errors, seed):

@@ -6,7 +6,7 @@ place, so that the same pictures also calibrate from stage 3 to stage 0 at once.
 
 import numpy as np
 
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
+from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM
 from chapters.shared.mirror_runs import (
     PUBLISHED,
     deflected,
@@ -27,16 +27,6 @@ LOOP = (0, 1, 2, 3, 2, 1, 0)
 OUT = 3  # steps of the loop that go out
 # px between the pixels whose rays are held against the true ones, as in Table 5.3.
 COMPARED_PX = 168
-
-
-def repeated_trial(condition, rng, errors, benches):
-    """The loop and the single step, for each of some benches, all drawn alike."""
-    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
-    of_rig = errors[condition["geometry"]]
-    return {
-        name: loop(rig, bench, of_rig._replace(factor=bench.factor), seed)
-        for name, bench in benches.items()
-    }
 
 
 def loop(rig, bench, errors, seed):

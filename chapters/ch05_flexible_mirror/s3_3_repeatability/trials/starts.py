@@ -8,7 +8,7 @@ same corners.
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import travelled
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_board
 from chapters.shared.mirror_scores import load_height
 from raxel.calibration.mirror.refine import refine_shape
@@ -25,16 +25,6 @@ STEPS = {"5": (0, 1), "15": (3, 0)}
 STEPS_MM = {
     name: abs(STAGES_MM[end] - STAGES_MM[start]) for name, (start, end) in STEPS.items()
 }
-
-
-def starts_trial(condition, rng, errors, benches):
-    """Deflections from perturbed starts, by bench and step, all benches drawn alike."""
-    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
-    of_rig = errors[condition["geometry"]]
-    return {
-        name: both_steps(rig, bench, of_rig._replace(factor=bench.factor), seed)
-        for name, bench in benches.items()
-    }
 
 
 def both_steps(rig, bench, errors, seed):

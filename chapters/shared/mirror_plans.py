@@ -1,0 +1,39 @@
+"""Plans of runs on the benches of chapter 5, with errors from rendered pictures."""
+
+from functools import partial
+
+from chapters.shared.mirror_errors import MirrorErrors
+from chapters.shared.mirror_rigs import mirror_rig
+from repro.run.outcomes import Plan
+
+
+def bench_plan(results, trial, benches, seeds, geometry="A"):
+    """The Plan of a trial (condition, rng, errors, benches) of one geometry.
+
+    results: with those of `sec_5_3_3_errors`; benches: {name: Bench}.
+    """
+    errors = {geometry: MirrorErrors.read(results["sec_5_3_3_errors"], geometry)}
+    settings = {name: bench._asdict() for name, bench in benches.items()}
+    return Plan(
+        partial(trial, errors=errors, benches=benches),
+        [{"geometry": geometry}],
+        seeds,
+        settings,
+    )
+
+
+def on_each(run):
+    """The trial that gives {bench: run(rig, bench, errors, seed)}.
+
+    All benches have the same seed: what a run draws is drawn alike for each.
+    """
+    return partial(_on_each, run)
+
+
+def _on_each(run, condition, rng, errors, benches):
+    rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
+    of_rig = errors[condition["geometry"]]
+    return {
+        name: run(rig, bench, of_rig._replace(factor=bench.factor), seed)
+        for name, bench in benches.items()
+    }
