@@ -218,7 +218,8 @@ def rendered_table(results):
         "measures with redrawn errors (medians over many seeds with 95 % intervals). "
         "*As published*: distances along viewing rays, the clamp's position held. "
         "*raxel calibrate*: as many knots as the corners carry, all stages together. "
-        "Rays are compared as far as the spline reaches. Back-projection onto a board "
+        "Rays are compared as far as the spline reaches; where it does not reach the "
+        "load there is no deflection. Back-projection onto a board "
         "at 400 mm, whose corners are exact in the runs from images.",
     )
 
