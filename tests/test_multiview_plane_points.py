@@ -7,7 +7,6 @@ from raxel.cameras import PerspectiveCamera
 from raxel.errors import InputError
 from raxel.features.edge_points import edge_points
 from raxel.geometry import pose, rotation_from_vector
-from raxel.geometry.planes import intersect_rays_plane
 from raxel.lab.render import render
 from raxel.lab.ringed_board import BoardRing, RingedChessboard, ringed_board_scene
 from raxel.lab.textures import ChessboardTexture
@@ -18,7 +17,6 @@ from raxel.multiview.plane_points import (
     measured_circle,
     plane_picture,
     points_on_plane,
-    random_plane,
 )
 from raxel.sets import Chessboard
 from tests.mirror_scenes import BOARD, VIEWER, board_pose, flexible_camera, posed, small
@@ -131,25 +129,6 @@ def test_the_radius_errs_as_much_as_edges_and_pose_say():
         error = np.array([*(found.centre - CENTRE), found.radius - 87.21])
         squares.append(error @ np.linalg.solve(found.covariance, error) / 3)
     assert np.mean(squares) == pytest.approx(1, abs=4 * np.sqrt(2 / 3 / 60))
-
-
-def test_a_random_plane_serves_central_cameras_only():
-    rng = np.random.default_rng(5)
-    pinhole = PerspectiveCamera(
-        [[900, 0, 320.0], [0, 900, 240], [0, 0, 1]], [], 640, 480
-    )
-    T = posed([20, -30, 5], [-80, -70, 500])
-    for camera, T_board, central in [(pinhole, T, True), (CAMERA, T_BOARD, False)]:
-        pixels, _, _ = circle_outline(camera, T_board, CENTRE, 60.0, 60)
-        pixels = pixels[np.isfinite(pixels).all(axis=1)]
-        rays = camera.rays(pixels)
-        T_plane = random_plane(rng, rays, 400.0, np.radians(25))
-        normal, mean = T_plane[:3, 2], rays.directions.mean(axis=0)
-        assert normal @ mean / np.linalg.norm(mean) >= np.cos(np.radians(25))
-        hits = intersect_rays_plane(rays.origins, rays.directions, T_plane)
-        left = np.abs(fit_conic(hits.points[hits.valid]).residuals).max()
-        assert (left < 1e-8) == central
-        assert left < 5
 
 
 @pytest.fixture(scope="module")

@@ -9,17 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.cameras.core.base import pixel_grid
-from raxel.cameras.core.centrality import closest_point
 from raxel.errors import InputError
 from raxel.geometry.planes import intersect_rays_plane, on_plane
-from raxel.geometry.poses import (
-    cross_matrix,
-    inverse_pose,
-    pose,
-    rotate,
-    tangent_bases,
-    transform,
-)
+from raxel.geometry.poses import cross_matrix, inverse_pose, rotate, transform
 from raxel.multiview.fits.circles import CircleFit, fit_circle
 from raxel.multiview.plane_view import remap_to_plane
 from raxel.multiview.ray_gaps import are_rotations
@@ -203,39 +195,6 @@ def _circle_by_pose(centre, points, by_pose, spread):
 
 def _lengths(vectors):
     return np.linalg.norm(vectors, axis=1, keepdims=True)
-
-
-def random_plane(rng, rays, distance, tilt):
-    """T_camera_plane (4, 4) of a plane drawn before a camera, to meet its rays with.
-
-    rng: numpy Generator; rays: Rays, of which those valid count; distance: along their
-    mean direction, from the point nearest to them all or, where that is none, as for
-    parallel rays, from one near their origins; tilt: radians, largest angle between the
-    plane's normal and that direction, all directions within it alike.
-
-    For the thesis's single evaluation: no pose is estimated, and the points where rays
-    meet the plane lie on a conic, whatever the plane, if the camera is *central*. For
-    one that is not, they do so only on the circle's own plane: what is left on another
-    one is the camera's own parallax as well as its error. Raises InputError without a
-    valid ray, and for a distance or tilt that is none.
-    """
-    if not rays.valid.any():
-        raise InputError("plane: none of the rays is valid; give pixels that have one")
-    if not (np.isfinite(distance) and 0 <= tilt <= np.pi / 2):
-        raise InputError(
-            f"plane: found distance {distance} and tilt {tilt}; give a finite one and "
-            "one from 0 to pi / 2 radians"
-        )
-    mean = rays.directions[rays.valid].mean(axis=0)
-    mean = mean / np.linalg.norm(mean)
-    cosine = rng.uniform(np.cos(tilt), 1)
-    turn, sine = rng.uniform(0, 2 * np.pi), np.sqrt(1 - cosine**2)
-    basis = tangent_bases(mean[None])[0]
-    normal = cosine * mean + sine * basis @ [np.cos(turn), np.sin(turn)]
-    across = tangent_bases(normal[None])[0]
-    return pose(
-        np.column_stack([across, normal]), closest_point(rays) + distance * mean
-    )
 
 
 def plane_picture(camera, image, T_camera_plane, corner, size, per_px):
