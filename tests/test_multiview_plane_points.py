@@ -45,7 +45,6 @@ def test_a_flat_mirror_and_a_lens_without_distortion_make_a_conic_of_it():
     camera = flexible_camera(0.0, viewer=viewer)
     pixels, _, _ = circle_outline(camera, T_BOARD, CENTRE, 87.21, 90)
     fit = fit_conic(pixels[np.isfinite(pixels).all(axis=1)])
-    assert fit.kind == "ellipse"
     assert np.abs(fit.residuals).max() < 1e-6
 
 
