@@ -1,6 +1,5 @@
 """The page of all artefacts: findings from verdicts, small pictures, what is behind."""
 
-import os
 import shutil
 
 import cv2
@@ -11,7 +10,6 @@ from repro.page.furniture import Furnisher
 from repro.run.results import write_atomic, write_json
 from repro.site import artefacts, start
 from repro.site.chapters import Document
-from repro.site.thumbnails import SIZE_PX, thumbnails
 from tests.scoreboard_rows import row
 from tests.small_checkouts import ROOT
 
@@ -110,8 +108,6 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
     assert found[0].finding == f"Holds: “c2_motion is so”; {measured}."
     assert found[1].head == ["<size>", "words", "c"]
     assert found[1].cells == [["1.235", "long long long long l…", "3"]]
-    small = artefacts.pictures(checkout / "figures" / "full", found, checkout / "small")
-    assert list(small) == ["thumbnails/fig_2_6.webp"]
     chapter = ("Chapter 2", [Document(PAGE, "A page", "", "A page")])
     thesis = {name: {"chapter": int(name[4])} for name in ("fig_2_6", "fig_5_1")}
     shown = artefacts.page(found, [("Chapter 1", []), chapter], thesis)
@@ -139,20 +135,6 @@ def test_each_artefact_of_the_build_has_a_card_with_all_that_is_behind_it(checko
     pictured = artefacts.artefacts(Furnisher(checkout, "full", ""), [PAGE], board)
     assert [a.lines for a in pictured] == [False, True]
     assert artefacts.artefacts(Furnisher(checkout, "full", ""), [], board) == []
-
-
-def test_a_small_picture_is_made_again_when_its_picture_changed(checkout, tmp_path):
-    picture = checkout / "figures" / "full" / "fig_2_6.png"
-    made = thumbnails([picture], tmp_path / "small")["fig_2_6"]
-    height, width = cv2.imread(str(made)).shape[:2]
-    assert (width, height) == (SIZE_PX[0], 240)
-    os.utime(made, ns=(1, picture.stat().st_mtime_ns + 1))
-    before = made.stat().st_mtime_ns
-    thumbnails([picture], tmp_path / "small")
-    assert made.stat().st_mtime_ns == before
-    os.utime(picture, ns=(1, before + 1))
-    thumbnails([picture], tmp_path / "small")
-    assert made.stat().st_mtime_ns != before
 
 
 def test_the_start_page_quotes_what_there_is(tmp_path):

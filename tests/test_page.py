@@ -143,9 +143,9 @@ def test_code_that_only_prepares_is_folded_and_code_that_teaches_is_open(page):
     display = '# %% tags=["active-ipynb"]\n# SCENE = 3\n'
     found = read_page(page(f"{text}\n\n{hidden}{display}")).cells
     tags = [cell.metadata.get("tags", []) for cell in found]
-    assert tags[1:3] == [["hide-input", "imports"], ["hide-input"]]
+    assert tags[1:3] == [["remove-cell"], ["hide-input"]]
     assert tags[3:7] == [[], ["hide-input"], [], []]
-    assert tags[7:] == [["remove-cell", "imports"], ["active-ipynb"]]
+    assert tags[7:] == [["remove-cell"], ["active-ipynb"]]
     # The trial stands open, what registers it is folded.
     assert found[3].source == "def trial(c, rng):\n    return {}"
     assert found[4].source.startswith("@experiment('x', artefact='y')\ndef sweep")

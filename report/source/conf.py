@@ -17,7 +17,7 @@ project_copyright = "the Raxel authors"
 language = "en"
 
 extensions = ["myst_nb", "sphinx_design", "sphinxcontrib.bibtex"]
-extensions += ["repro.site.codes", "repro.site.reading", "repro.site.each_page"]
+extensions += ["repro.site.codes", "repro.site.each_page"]
 extensions += ["repro.site.library"]
 exclude_patterns = ["_extra", "_templates", "_static"]
 templates_path = ["_templates"]

@@ -1,7 +1,8 @@
 """Which code of a page is folded: a page opens with its question and its figure.
 
-Imports, settings, and what registers something for the workflow stand on the page under
-a line to click on. Code that teaches stays open, a trial beside its experiment too.
+Settings, and what registers something for the workflow, stand on the page under a line
+to click on; imports stand in the notebook alone. Code that teaches stays open, a trial
+beside its experiment too.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from nbformat.v4 import new_code_cell
 from repro.run.discover import MARKS
 
 FOLDED = ("hide-cell", "hide-input", "remove-cell", "remove-input")
-IMPORTS_TAG = "imports"
 IMPORTS, SETTINGS = "imports of this page", "settings of the experiments"
 REGISTRATION = "registration of the experiments"
 
@@ -54,9 +54,7 @@ def _fold(cell: NotebookNode) -> None:
         return
     tags = cell.metadata.setdefault("tags", [])
     if not set(tags) & set(FOLDED):
-        tags.append("hide-input")
-    if what == IMPORTS:
-        tags.append(IMPORTS_TAG)
+        tags.append("remove-cell" if what == IMPORTS else "hide-input")
     cell.metadata["mystnb"] = NotebookNode(
         code_prompt_show=f"Show the {what}", code_prompt_hide=f"Hide the {what}"
     )

@@ -22,10 +22,8 @@ from repro.page.furniture import Behind, Furnisher
 from repro.page.rows import row_templates
 from repro.page.wording import label, number_in, plain, rounded
 from repro.site.numbered import listed
-from repro.site.thumbnails import thumbnails
 
 TEMPLATES = Path(__file__).with_name("templates")
-THUMBNAILS = "thumbnails"
 # Of a table, its preview shows so many columns and rows, and so much of a cell.
 COLUMNS, ROWS, CELL = 3, 4, 22
 # An exclamation mark stands in the name of a camera, and ends no caption.
@@ -82,16 +80,6 @@ def artefacts(
     return sorted(
         found, key=lambda a: (pages.index(a.page), not a.label, natural(a.name))
     )
-
-
-def pictures(base: Path, found: Sequence[Artefact], folder: Path) -> dict[str, Path]:
-    """Thumbnails of the figures among the artefacts: place in the site -> file.
-
-    The figures lie in ``base``, the thumbnails are made in ``folder``.
-    """
-    drawn = [base / f"{a.name}.png" for a in found if a.picture]
-    small = thumbnails(drawn, folder)
-    return {a.picture: small[a.name] for a in found if a.picture}
 
 
 def page(
@@ -172,7 +160,7 @@ def _artefact(
         files=[(f"figures/{name}.{ending}", ending.upper()) for ending in endings]
         + scene,
         behind=furnisher.behind(name, about),
-        picture=f"{THUMBNAILS}/{name}.webp" if drawn else "",
+        picture=f"figures/{name}.png" if drawn else "",
         lines=not drawn or about["lines"],
         head=head,
         cells=cells,

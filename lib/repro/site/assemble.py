@@ -78,8 +78,6 @@ def assemble(
     wanted["artefacts.md"] = artefacts.page(
         found, [(c.title, c.pages) for c in chapters], furnisher.book.artefacts
     )
-    small = artefacts.pictures(furnisher.base, found, out.parent / "thumbnails")
-    wanted |= {f"_extra/{name}": path for name, path in small.items()}
     wanted |= _filled(root, effort, chapters, board)
     wanted |= ledger_pages(root, furnisher.book)
     wanted |= library_pages(root / "lib" / "raxel")
@@ -94,7 +92,6 @@ def assemble(
             # Neighbours show a page's title: when one changes, they are written again.
             "titles": _titles(chapters, wanted),
             "entries": {page.name: page.entry for page in documents(chapters)},
-            "held": {page.name: page.held for page in documents(chapters)},
             "codes": codes(root, furnisher.book, board),
         },
         indent=1,

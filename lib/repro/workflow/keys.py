@@ -84,5 +84,5 @@ class CodeKeys:
 
     def site(self) -> str:
         """Key over the code that assembles the site."""
-        rooms = ("assemble", "codes", "reading", "sphinx", "check")
+        rooms = ("assemble", "codes", "library", "sphinx", "check")
         return self._work.reach.key(*((f"repro.site.{name}", "*") for name in rooms))
