@@ -6,7 +6,6 @@ TRIALS ?=
 RECORDED ?=
 READINGS ?= open
 PORT ?= 8000
-MUTANTS ?= 2000
 SITE = report/site$(if $(filter quick,$(EFFORT)),-quick)
 
 # Everything a run writes stays in the checkout; only package caches lie outside.
@@ -18,7 +17,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test times recorded notebooks lab answers archive bench fuzz where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test times recorded notebooks lab answers archive bench where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -58,13 +57,10 @@ archive: setup ## the built report as one file: report/raxel-report-full.zip (EF
 	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
 	@cd report && $(CURDIR)/.venv/bin/python -m zipfile -c raxel-report-$(EFFORT).zip $(notdir $(SITE))
 
-bench: setup ## detectors without clicks and the decoder of active grids beside others: speed, counts, memory (RECORDED="set another-set")
+bench: setup ## times of decoder, detectors, CGSP, bundle adjustment and mirror update beside their peers
 	@$(PYTHON) lib/repro/bootstrap.py --bench
-	@$(RUN) .venv/bin/python -m tests.bench $(RECORDED)
-
-fuzz: setup ## every reader of files against damaged ones: counts; no part of `make test` (MUTANTS=2000 of each)
-	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1 \
-	  .venv/bin/python -m tests.fuzz.run --mutants $(MUTANTS) $(ARGS)
+	@$(RUN) .venv/bin/python -m pytest -q tests/bench/speed.py --benchmark-group-by=group \
+	  --benchmark-columns=min,median,rounds
 
 # The words after `where` are ids: what they name is looked up and not made.
 ifeq ($(firstword $(MAKECMDGOALS)),where)

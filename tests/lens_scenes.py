@@ -73,3 +73,25 @@ def boards(camera, count, reach, seed, noise=0.0):
         if len(views) == count:
             return views
     raise AssertionError(f"{len(views)} of {count} boards fit into the image")
+
+
+class DrawnLens:
+    """A lens seen along its axis: radius(theta), its pupil at a theta^2 mm on it."""
+
+    def __init__(self, radius, focal, centre, reach, shift=0.0):
+        self._radius, self._focal, self._centre = radius, focal, np.array(centre)
+        self._reach, self._shift = reach, shift
+
+    def project(self, points):
+        """Pixels (N, 2) of points (N, 3) in the camera's frame, and which are seen."""
+        rho = np.hypot(points[:, 0], points[:, 1])
+        theta = np.arctan2(rho, points[:, 2])
+        for _ in range(40):
+            theta = np.arctan2(rho, points[:, 2] - self._shift * theta**2)
+        along = points[:, :2] / np.maximum(rho, 1e-12)[:, None]
+        pixels = self._focal * self._radius(theta)[:, None] * along + self._centre
+        return pixels, theta < self._reach
+
+    def in_image(self, pixels):
+        """Which of the pixels (N, 2) lie in the picture."""
+        return np.all((pixels > -0.5) & (pixels < np.array(SIZE) - 0.5), axis=1)

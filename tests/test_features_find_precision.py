@@ -13,10 +13,10 @@ from raxel.features.find.grids import _at_sides
 from raxel.features.find.patches import Patches, patches_of, side_patches_of
 from raxel.features.find.saddles import Level
 from raxel.features.lattice import orders
-from tests.bench.stated._drawn import Board as BoardBefore
-from tests.bench.stated._drawn import Lens, Photo, gaussian
-from tests.bench.stated._drawn import drawn as photographed
 from tests.chessboards import Board, facing
+from tests.drawn_photographs import Board as BoardBefore
+from tests.drawn_photographs import Lens, Photo, gaussian
+from tests.drawn_photographs import drawn as photographed
 from tests.test_features_find import seen, soft_and_noisy
 
 FINER = 4

@@ -6,7 +6,7 @@ import pytest
 from raxel.errors import InputError
 from raxel.lab.optics import Optics, _levels
 from raxel.lab.rig import load_rig
-from tests.fuzz import rigs
+from tests import sample_rigs as rigs
 from tests.test_lab_rig import MIRROR, changed, leaf
 
 GRID = {

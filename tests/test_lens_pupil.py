@@ -20,8 +20,7 @@ from raxel.calibration.parametric.lens_pupil import (
     agreed,
 )
 from raxel.cli.models import lines
-from tests.bench.stated.pupil import DrawnLens
-from tests.lens_scenes import SIZE, boards
+from tests.lens_scenes import SIZE, DrawnLens, boards
 
 
 def bent(theta):

@@ -131,7 +131,7 @@ def pins(name):
 
 @pytest.mark.parametrize(
     ("file", "package"),
-    [("lab", "jupyterlab"), ("bench", "fringes"), ("bench", "poselib")],
+    [("lab", "jupyterlab"), ("bench", "fringes"), ("bench", "pytest-benchmark")],
 )
 def test_further_pins_change_no_package_of_the_report(file, package):
     report, further = pins("environment.txt"), pins(f"lib/repro/{file}.txt")
