@@ -15,21 +15,18 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.predicates import (
 from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
     FIRST,
     LAST,
-    PICTURES,
     RUNS,
     STAGES,
     SWEPT_RUNS,
     CircleRuns,
-    PictureRuns,
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import PER_PX
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import RADIUS_MM
-from chapters.shared.mirror_bench import BENCH, SWEPT
 from repro.judge.statistics import median_and_range, ratio_of
 from repro.page.reader import value
 
 SHORT = {"bench": "", "laboratory": "lab."}
-ENDS = dict(zip(SWEPT, ("less_noise", "more_noise", "evener", "waved"), strict=True))
+ENDS = {"half the aberration": "evener", "twice the aberration": "waved"}
 
 
 def in_words(number, form=".2g"):
@@ -44,8 +41,8 @@ def middle(found):
 
 def name_values(open_results):
     """Name the numbers of the prose."""
-    names = (RUNS, SWEPT_RUNS, PICTURES)
-    for name, said in of_results({name: open_results(name) for name in names}).items():
+    results = {name: open_results(name) for name in (RUNS, SWEPT_RUNS)}
+    for name, said in of_results(results).items():
         value(name, said)
 
 
@@ -59,18 +56,7 @@ def of_results(results):
         runs = CircleRuns(results, bench=end)
         found[f"{short}.refused"] = runs.refused()
         found[f"{short}.conic"] = share_of_conic(runs)
-        found[f"{short}.residual"] = in_words(middle(runs.of(0, "residual_mm")))
-    return found | {"ends.seeds": runs.seeds} | rendered(results)
-
-
-def rendered(results):
-    """Residuals of the runs whose pictures were rendered."""
-    runs = PictureRuns(results, bench=BENCH)
-    found = {"rendered.runs": runs.seeds, "rendered.refused": runs.refused()}
-    for way, short in (("published", "rendered"), ("true", "rendered.true")):
-        for stage, residuals in zip(STAGES, runs.at("residual_mm", way), strict=True):
-            found[f"{short}.{stage}"] = in_words(middle(residuals))
-    return found
+    return found | {"ends.seeds": runs.seeds}
 
 
 def quoted(runs):
