@@ -6,7 +6,6 @@ import pytest
 from chapters.ch03_planar_grids.s3_2_grid_sets.claims.accuracy import (
     judge_same_after_loc,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import clicks_task
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     CLEAN,
     EXPERIMENTS,
@@ -20,7 +19,6 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.verdicts import seed_by_s
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials import pictures
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
     CLICKS,
-    IMAGES,
     PICTURE,
     from_smallest,
     grid_view,
@@ -48,7 +46,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.spacing import (
     spacing_trial,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB, is_right
-from chapters.shared.grid_rigs import HARD, SETS, WHOLE, rig_of, wiped
+from chapters.shared.grid_rigs import HARD, WHOLE, rig_of, wiped
 from chapters.shared.lattices import clockwise, outer
 from chapters.shared.rigs import rig_named
 from chapters.shared.synthetic_board import SyntheticBoard
@@ -239,18 +237,6 @@ def test_the_spacing_of_a_grid_is_that_of_its_picture():
     bent = LATTICE.copy()
     bent[1, 2] += [0, -12]
     assert least_step(bent) == pytest.approx(18)
-
-
-def test_sets_have_15_images_and_2880_corners():
-    corners = 0
-    for name in ("spherical", "hyperboloidal", "fisheye", "flexible-mirror"):
-        assert sum(count for _, count in SETS[name]) == IMAGES
-        for image in range(IMAGES):
-            target = rig_of(name, image).target
-            corners += target.columns * target.rows
-    assert corners == clicks_task()["expected"]() == 2880
-    with pytest.raises(ValueError, match="no image 15"):
-        rig_of("fisheye", 15)
 
 
 def test_a_picture_is_its_seeds_and_shows_the_board_clockwise():

@@ -17,7 +17,6 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     SIDE_MM,
     GridScene,
     lens,
-    predicted_bias,
     rms,
 )
 from raxel.cameras import BrownCamera, PerspectiveCamera
@@ -44,20 +43,6 @@ def test_nothing_is_wrong_before_a_pinhole(name):
     found = FOUR[name](TILTED.pixels(points), view)
     assert np.isfinite(found).all()
     assert np.abs(found - points).max() < 1e-8
-
-
-def test_the_bias_is_that_of_the_second_derivatives():
-    scene, points, left = lens(), points_of(2), []
-    for pitch in (5, 10):
-        found = by_enclosing_cell(scene.pixels(points), scene.view(pitch))
-        seen = np.isfinite(found[:, 0])
-        error = (found - points)[seen]
-        formula = predicted_bias(scene, points, pitch)[seen]
-        assert rms(error) == pytest.approx(rms(formula), rel=0.02)
-        left.append(rms(error - formula) / rms(error))
-    # What is left is of the next order: a share that falls with the pitch.
-    assert left[1] < 0.06
-    assert 1.6 < left[1] / left[0] < 2.6
 
 
 def test_the_formula_has_the_size_of_a_weak_lens():

@@ -6,10 +6,6 @@ import numpy as np
 import pytest
 
 from chapters.ch03_planar_grids.s1_3_localisation import claims
-from chapters.ch03_planar_grids.s1_3_localisation.exercises import (
-    SURFACE,
-    stationary_point,
-)
 from chapters.ch03_planar_grids.s1_3_localisation.results import (
     Swept,
     best_blur,
@@ -171,10 +167,3 @@ def test_distances_are_those_to_the_neighbours():
     bent = neighbour_distances(SyntheticBoard(square_px=100.0)).reshape(9, 9)
     assert bent[4, 4] == bent.max()
     assert np.allclose(bent, bent.T)
-
-
-def test_the_surface_of_the_exercise_is_level_at_its_answer():
-    x, y = stationary_point()
-    a, b, c, d, e = SURFACE.values()
-    assert 2 * a * x + b * y + d == pytest.approx(0)
-    assert b * x + 2 * c * y + e == pytest.approx(0)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.ext_without_clicks.exercises import least_in_order
 from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import scored
 from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (
     ANIMALS,
@@ -35,7 +34,3 @@ def test_boards_of_the_zoo_are_drawn_whole_and_found(name):
     found = find_board(board.image, board.columns, board.rows)
     assert found.found, found.reason
     assert scored(found, board.corners, board.columns, board.rows)["right"]
-
-
-def test_the_exercise():
-    assert least_in_order() == 46

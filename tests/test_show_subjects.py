@@ -216,10 +216,6 @@ def test_known_boards_are_not_looked_for_and_may_lack_corners(tmp_path, monkeypa
     assert f"2 of {len(drawn)} boards; poses fitted to the camera given" in scene.note
 
 
-
-
-
-
 @draws
 @pytest.mark.parametrize("name", ["a.png", "b.html"])
 def test_the_command_writes_what_its_name_says(tmp_path, capsys, name):

@@ -4,7 +4,6 @@ import numpy as np
 
 K1, FOCAL_MM, SIDE_MM = -0.8, 680.0, 300.0
 RADIUS_MM, PITCH_MM = 200.0, 20.0
-ROW_MM, ROW_PITCH_MM = 100.0, 30.0
 NOISE_PX, WIDTH_PX = 0.1, 4000
 
 
@@ -42,20 +41,6 @@ def balance_task():
     }
 
 
-def sagitta_task():
-    """The row lies at y; its second derivative is 2 k1 y / f^2, and the middle of
-    three corners is h^2 / 2 times that off the chord of the other two."""
-    return {
-        "expected": sagitta,
-        "hint": "which second derivative bends a row, and how long is the chord?",
-        "slips": {
-            "The chord is two squares long, from -h to h.": lambda: sagitta() / 4,
-            "Half of the second derivative, times the square.": lambda: 2 * sagitta(),
-            "That is for a row at the side, along the radius.": lambda: 3 * sagitta(),
-        },
-    }
-
-
 def strength():
     """|k1| / f^2, per mm^2."""
     return abs(K1) / FOCAL_MM**2
@@ -71,8 +56,3 @@ def balanced_pitch():
     noise = np.sqrt(52 / 45) * NOISE_PX * SIDE_MM / WIDTH_PX
     per_area = strength() * np.sqrt(11 / 90) * SIDE_MM / np.sqrt(6)
     return np.sqrt(noise / per_area)
-
-
-def sagitta():
-    """How far in mm of the image the middle of three corners of a row is off."""
-    return strength() * ROW_MM * ROW_PITCH_MM**2

@@ -12,7 +12,6 @@ import numpy as np
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.exercises import (
     balance_task,
     largest_task,
-    sagitta_task,
 )
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import name_values
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.active import (
@@ -33,7 +32,6 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     SIDE_MM,
     derivatives,
     lens,
-    predicted_bias,
     rms,
 )
 from repro.page.exercise import check
@@ -137,9 +135,6 @@ from repro.run.outcomes import Plan
 # \tfrac{2}{36} h^4 = \tfrac{11}{90} h^4$. Over the grid, of side $a$,
 # $|\mathbf{x}|^2$ has $2\,\tfrac{a^2}{12} = \tfrac{a^2}{6}$. The RMS is
 # $\tfrac{|k_1|}{f^2}\, h^2 \sqrt{\tfrac{11}{90}}\,\tfrac{a}{\sqrt{6}}$.
-
-# %% tags=["active-ipynb"]
-# show_code(derivatives, predicted_bias)
 
 # %% [markdown]
 # **Noise.** Corners that are off by noise of SD $\sigma$ on each axis move the
@@ -295,11 +290,3 @@ def distortions(effort):
 
 # %% tags=["active-ipynb"]
 # check(None, **balance_task())
-
-# %% [markdown]
-# **3.** A row of corners, 30 mm apart, passes 100 mm above the image centre,
-# with one corner right above it. How far, in mm of the image, is that corner
-# off the chord of its two neighbours? ($k_1$ alone.)
-
-# %% tags=["active-ipynb"]
-# check(None, **sagitta_task())

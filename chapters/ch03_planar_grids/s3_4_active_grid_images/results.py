@@ -228,7 +228,6 @@ def of_lines(ran, half_pitched):
     found, half = lines_of(ran, **wall), lines_of(half_pitched)
     projected = lines_of(ran, {"line_points": "projected from truth"}, **wall)
     trials = ran.select(**wall)
-    *_, most = trials.arrays("half_angles_deg")[0]
 
     return {
         "before.worst": percent(np.median([x.before.max() for x in found])),
@@ -236,7 +235,7 @@ def of_lines(ran, half_pitched):
         "after.projected": percent(np.median([x.after.max() for x in projected])),
         "vertical.gap": float(max(spread_gap(x) for x in found + half)),
         "share_seen": percent(trials.column("share_seen")[0]),
-        "half_angle.most": float(most),
+        "half_angle.most": trials.column("half_angle_deg")[0],
     }
 
 

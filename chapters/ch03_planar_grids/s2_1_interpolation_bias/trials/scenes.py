@@ -23,8 +23,6 @@ SETTINGS = {
     "k": list(RADIAL),
     "pixel_mm": PIXEL_MM,
 }
-# Of the square's side, between the points of a derivative.
-STEP = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,39 +62,6 @@ def lens(share=1.0):
 def facing(distance_mm):
     """Pose (4, 4) of the grid straight before a camera."""
     return pose(np.eye(3), [-MIDDLE_MM, -MIDDLE_MM, distance_mm])
-
-
-def derivatives(scene, points):
-    """First and second derivatives of the picture, taken back onto the grid.
-
-    points: (N, 2) mm. Returns J (N, 2, 2) px per mm, whose columns are along x and y of
-    the grid, and D_xx, D_xy, D_yy (N, 2) per mm: the second derivatives times J^-1.
-    """
-    h = STEP * SIDE_MM
-    steps = h * np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij"), -1)
-    g = scene.pixels(points[:, None, None] + steps)
-    J = np.stack([g[:, 2, 1] - g[:, 0, 1], g[:, 1, 2] - g[:, 1, 0]], -1)
-    J = J / (2 * h)
-    second = (
-        g[:, 2, 1] - 2 * g[:, 1, 1] + g[:, 0, 1],
-        (g[:, 2, 2] - g[:, 2, 0] - g[:, 0, 2] + g[:, 0, 0]) / 4,
-        g[:, 1, 2] - 2 * g[:, 1, 1] + g[:, 1, 0],
-    )
-    back = np.linalg.inv(J)
-    return J, *(np.einsum("nij,nj->ni", back, d) / h**2 for d in second)
-
-
-def predicted_bias(scene, points, pitch_mm):
-    """The bias (N, 2) mm of the enclosing cell's homography, to second order.
-
-    The cell's second derivatives are those at its middle.
-    """
-    first = pitch_mm * np.minimum(points // pitch_mm, round(SIDE_MM / pitch_mm) - 1)
-    _, xx, xy, yy = derivatives(scene, first + pitch_mm / 2)
-    s, t = ((points - first) * (first + pitch_mm - points)).T
-    x = (2 * xy[:, 1] - xx[:, 0]) * s - yy[:, 0] * t
-    y = (2 * xy[:, 0] - yy[:, 1]) * t - xx[:, 1] * s
-    return np.column_stack([x, y]) / 2
 
 
 def rms(errors):

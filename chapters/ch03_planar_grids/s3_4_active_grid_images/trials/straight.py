@@ -102,7 +102,7 @@ def straight_trial(condition, rng):
         **{name: np.array(cells) for name, cells in of_edges.items()},
         "pitch_deg": pitch_of(truth),
         "share_seen": float(grid.mask.mean()),
-        "half_angles_deg": half_angles(rig.camera, grid.mask),
+        "half_angle_deg": half_angle(rig.camera, grid.mask),
     }
 
 
@@ -294,15 +294,8 @@ def pitch_of(T_camera_grid):
     return float(np.degrees(np.arctan2(-y, np.hypot(x, z))))
 
 
-def half_angles(camera, mask):
-    """Angles (deg) from the axis: largest decoded one along rows, columns, at all."""
+def half_angle(camera, mask):
+    """Largest angle (deg) from the axis that is decoded."""
     v, u = np.nonzero(mask)
     rays = camera.rays(np.column_stack([u, v]).astype(float)).directions
-    x, y, z = rays.T
-    return np.degrees(
-        [
-            np.abs(np.arctan2(x, z)).max(),
-            np.abs(np.arctan2(y, z)).max(),
-            np.arccos(z).max(),
-        ]
-    )
+    return float(np.degrees(np.arccos(rays[:, 2]).max()))
