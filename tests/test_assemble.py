@@ -232,21 +232,6 @@ def test_the_start_page_shows_a_finding_whose_picture_and_page_there_are(tmp_pat
     assert "0.737 mm" not in start_page(tmp_path, base)
 
 
-def test_the_start_page_says_what_is_not_built(tmp_path):
-    base = small_checkout(tmp_path)
-    board = json.loads((base / "scoreboard.json").read_text("utf-8"))
-    board += [
-        {**board[0], "id": f"fig_5_{number}", "chapter": 5} for number in (1, 2, 3)
-    ]
-    write_json(base / "scoreboard.json", board)
-    missing = start_page(tmp_path, base)
-    missing = missing[missing.index("## What is not") : missing.index("## Install")]
-    assert (
-        "- Chapter 5, calibration of flexible mirror imaging systems: Fig. 5.1 to 5.3."
-        in missing
-    )
-
-
 def test_the_start_page_quotes_the_detectors_of_the_build(tmp_path):
     base = small_checkout(tmp_path)
     lines = ["Detector,Size,Boards,Right,Wrong", "raxel,not given,28,27,0"]

@@ -70,9 +70,9 @@ def test_the_key_follows_the_rig_and_the_code_of_the_laboratory(checkout):
 
 
 def test_the_key_reaches_into_the_real_laboratory():
-    parts = sets(ROOT).parts("spherical/0")
+    reached = {":".join(place) for place in Reach(ROOT).reached(rendering.CODE)}
     wanted = ["lab.render_set:render_set", "lab.rig:Rig", "lab.sensor:Sensor"]
-    assert {f"raxel.{one}" for one in wanted} | {"data/rigs/spherical.yaml"} <= {*parts}
+    assert {f"raxel.{one}" for one in wanted} <= reached
 
 
 def test_names_are_checked_where_they_are_declared(checkout):
@@ -101,7 +101,9 @@ def test_only_a_declared_set_is_opened(checkout):
 def test_a_page_that_reads_a_rig_declares_one():
     """Of its experiments some may only stand beside the code that reads it."""
     reach = Reach(ROOT)
-    readers = {f"chapters.shared.{name}:rig_named" for name in ("rigs", "grid_rigs")}
+    readers = {
+        (f"chapters.shared.{name}", "rig_named") for name in ("rigs", "grid_rigs")
+    }
     made = [p for p in producers(ROOT) if p.kind == "experiment"]
     declaring = {
         p.page
@@ -109,7 +111,7 @@ def test_a_page_that_reads_a_rig_declares_one():
         if "data/rigs" in str(p.details.get("inputs")) or p.details.get("rendered")
     }
     reading = {
-        p.page for p in made if readers & reach.parts((p.module, p.function)).keys()
+        p.page for p in made if readers & {*reach.reached((p.module, p.function))}
     }
     assert len(reading) > 5
     assert reading <= declaring

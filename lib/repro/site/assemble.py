@@ -22,7 +22,7 @@ from functools import partial
 from pathlib import Path
 from statistics import median
 
-from repro.judge.scoreboard import chapter_order, headline, natural
+from repro.judge.scoreboard import chapter_order, headline
 from repro.page.furniture import Furnisher
 from repro.page.notebook import PageError
 from repro.run.kept import Kept
@@ -192,7 +192,6 @@ def _filled(
         "written_before": written_before(counts["changed"]),
         "quote": Quotable(root / "figures" / effort, board),
         "built": {page.name for page in documents(chapters)},
-        "unmade": unmade(board),
         "table": chapter_table(board, chapters),
     }
     filled = {"index.md": templates.get_template("index.md.jinja").render(known)}
@@ -201,15 +200,6 @@ def _filled(
             "chapter.md.jinja"
         ).render(known, chapter=chapter)
     return filled
-
-
-def unmade(board: Sequence[dict]) -> dict[str, str]:
-    """Chapter -> the figures and tables of the thesis that nothing makes yet."""
-    found: dict[str, list[str]] = {str(row["chapter"]): [] for row in board}
-    for row in board:
-        if row["kind"] == "artefact" and row["verdict"] == "not yet":
-            found[str(row["chapter"])].append(row["id"])
-    return {c: numbered.listed(sorted(own, key=natural)) for c, own in found.items()}
 
 
 def chapter_table(board: Sequence[dict], chapters: Sequence[Chapter]) -> list[dict]:

@@ -1,7 +1,7 @@
 """`python -m repro.workflow.build TARGET`: from an order to a finished build.
 
-Brings the photographs, says what changed in the code since the last build, runs
-Snakemake with a plain progress display, and says where to look.
+Brings the photographs, runs Snakemake with a plain progress display, and names the file
+to look at.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from repro.run.sets_of_report import (
     mirror_sets_without_page,
     name_of,
 )
-from repro.workflow.changes import remember, say_changes
 from repro.workflow.forks import warm_jobs
 from repro.workflow.intact import drop_damaged
 from repro.workflow.interruption import stopped_by_signals
@@ -79,7 +78,6 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     targets = _targets(work, options.target)
     drop_damaged(work)
     _drop_judgements_of_gone_pages(work)
-    say_changes(work)
     words = [
         *targets,
         "--cores", options.cores or str(os.cpu_count() or 1),
@@ -90,7 +88,6 @@ def _build(root: Path, options: argparse.Namespace) -> int:
     before = _ages(root, targets)
     done = _snakemake(words)
     if done:
-        remember(work, _built(work, options.target))
         _say_where(work, targets, changed=_ages(root, targets) != before)
     return 0 if done else 1
 
@@ -206,7 +203,7 @@ def _targets(work: Work, target: str) -> list[str]:
         return [f"{work.pages_folder}/{page}.ipynb" for page in pages]
     made = {i: kind for kind, i in work.producers if kind in ("figure", "table")}
     if target not in made:
-        raise OrderError(_unknown(work, target, list(made)))
+        raise OrderError(_unknown(target, list(made)))
     return work.files_of_artefact(made[target], target)
 
 
@@ -225,35 +222,22 @@ def _chapter_name(target: str) -> str:
     return f"appendix {target[-1].upper()}"
 
 
-def _unknown(work: Work, target: str, made: list[str]) -> str:
-    """Why there is no such figure or table, and which its chapter has."""
-    parts = target.split("_")
-    chapter = parts[1] if len(parts) > 1 and parts[1].isdigit() else ""
-    package = f"ch{chapter:0>2}_"
-    if chapter and not any(page.startswith(package) for page in work.pages):
-        return f"nothing makes {target}: chapter {chapter} is not built"
+def _unknown(target: str, made: list[str]) -> str:
+    """That there is no such figure or table, and which ids are near."""
     near = difflib.get_close_matches(target, made, n=3)
-    hint = f"; did you mean {', '.join(near)}?" if near else ""
-    pages = {i: producer.page for (_, i), producer in work.producers.items()}
-    own = [i for i in made if chapter and pages[i].startswith(package)]
-    if own:
-        return f"nothing makes {target}{hint} (chapter {chapter}: {', '.join(own)})"
-    return f"nothing makes {target}{hint or '; the scoreboard lists what there is'}"
+    hint = f"did you mean {', '.join(near)}?" if near else "see the scoreboard"
+    return f"nothing makes {target}; {hint}"
 
 
 def _built(work: Work, target: str) -> set[str]:
     """Ids of the experiments, figures and tables that an order brings up to date."""
     if _is_chapter(target):
-        wanted = {
-            i for (_, i), p in work.producers.items() if _in_chapter(p.page, target)
-        }
-    elif target in WHOLE:
-        wanted = {identifier for _, identifier in work.producers}
+        made = work.producers.items()
+        wanted = {i for (_, i), p in made if _in_chapter(p.page, target)}
     else:
         wanted = {target}
-    needed = {n for k, i in work.producers if i in wanted for n in work.needed(k, i)}
-    made = [p for (_, i), p in work.producers.items() if i in wanted | needed]
-    return wanted | needed | {n for p in made for n in p.rendered(work.effort)}
+    needed = (work.needed(k, i) for k, i in work.producers if i in wanted)
+    return wanted.union(*needed)
 
 
 def _ages(root: Path, targets: list[str]) -> list[int]:

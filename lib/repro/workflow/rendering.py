@@ -54,10 +54,6 @@ class RenderedSets:
         if not (self.root / rig_file(name)).is_file():
             raise ValueError(f"{place}: no rig {rig_file(name)}; check the name")
 
-    def parts(self, name: str) -> dict[str, str]:
-        """What the set is made with: each definition reached, and the rig's bytes."""
-        return self.reach.parts(CODE) | {rig_file(name): self._rig(name)}
-
     def key(self, name: str) -> str:
         """Key over the code and the rig of a set; its seed is in its name."""
         text = f"{self.reach.key(CODE)}\n{self._rig(name)}"
