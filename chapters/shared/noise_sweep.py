@@ -48,3 +48,22 @@ def counterpart_over_the_sweep(case: Case, found_at) -> Reading:
         return bool(np.mean(holds) >= SHARE_OF_SEEDS)
 
     return over_the_sweep(case, lambda noise: counterpart(*found_at(noise)), most)
+
+
+def judged_by_seed(case_of):
+    """Decorate a predicate of the seeds of a reading as the test of a claim.
+
+    case_of(results, options[, noise]): the `Case` that the predicate takes; the bench's
+    noise if none is given. The predicate returns what `counterpart` takes.
+    """
+
+    def decorate(predicate):
+        def judge(results, options):
+            return counterpart_over_the_sweep(
+                case_of(results, options),
+                lambda noise: predicate(case_of(results, options, noise)),
+            )
+
+        return judge
+
+    return decorate

@@ -1,8 +1,4 @@
-"""What the correction experiments left, what claims ask of it, and the prose.
-
-A predicate takes the `Corrected` trials of a reading and returns whether it is true
-(trials,), what was measured (trials,), its unit, and words.
-"""
+"""What the correction experiments left in one reading, and the prose."""
 
 import numpy as np
 
@@ -42,78 +38,6 @@ class Corrected(Case):
         """Standard over CGSP, (trials,); a failed standard run counts as the worst."""
         standard, cgsp = self.both(camera, name)
         return with_worst(standard) / cgsp
-
-
-REMOVED = 0.2
-MIN_RATIO, EQUAL = 1.3, (0.85, 1.25)
-MAX_BIAS, SEAM, SKEW = 0.25, 1.5, 0.3
-
-
-def less_view(lines):
-    """Less vertical view with the standard method, and its depth is why."""
-    own, cgsp = lines.both(OMNI, "vertical_deg")
-    same, _ = lines.both(OMNI, "equal_depth_deg")
-    less = cgsp - own
-    left = np.abs(cgsp - same) / np.abs(less)
-    return (
-        (less > 0) & (left <= REMOVED),
-        less,
-        "deg",
-        "CGSP's vertical view less the standard one's; with equal depth "
-        f"{100 * np.nanmedian(left):.0f} % of the difference is left",
-    )
-
-
-def larger_residuals(boards):
-    """Mean and SD of the standard residuals at least 1.3 times CGSP's."""
-    mean, spread = (boards.ratio(OMNI, name) for name in ("mean_mm", "sd_mm"))
-    return (
-        (mean >= MIN_RATIO) & (spread >= MIN_RATIO),
-        mean,
-        "",
-        f"ratio of the means; of the SDs {np.median(spread):.3f}",
-    )
-
-
-def equal_residuals(boards):
-    """The means of the fisheye are nearly equal."""
-    mean = boards.ratio(FISH, "mean_mm")
-    return (mean >= EQUAL[0]) & (mean <= EQUAL[1]), mean, "", "ratio of the means"
-
-
-def no_radial_bias(boards):
-    """No quintile of radius has a mean radial residual of a quarter RMS."""
-    worse = with_worst(boards.both(OMNI, "radial_bias")).max(axis=0)
-    return (
-        worse <= MAX_BIAS,
-        worse,
-        "",
-        "largest mean radial residual of a quintile over the RMS, the worse of both "
-        "methods",
-    )
-
-
-def seams(boards):
-    """Standard residuals are larger beside seams, CGSP's less so."""
-    own, cgsp = boards.both(OMNI, "seam_ratio")
-    return (
-        (own > SEAM) & (cgsp < own),
-        own,
-        "",
-        "mean residual beside seams over that elsewhere; CGSP "
-        f"{np.nanmedian(cgsp):.2f}",
-    )
-
-
-def skew(boards):
-    """Residuals of the fisheye rise with the angle to the plane's normal."""
-    least = boards.both(FISH, "skew_spearman").min(axis=0)
-    return (
-        least >= SKEW,
-        least,
-        "",
-        "rank correlation of angle and residual, the smaller of both methods",
-    )
 
 
 def name_values(open_results):
