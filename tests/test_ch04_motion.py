@@ -7,7 +7,6 @@ from chapters.ch04_central_generic.s3_4_motion import claims as motion_claims
 from chapters.ch04_central_generic.s3_4_motion.trials import (
     calibrations,
     corners,
-    motion,
     stage,
 )
 from chapters.shared.decoding_errors import ANGLES, PHASES, DecodingErrors
@@ -63,12 +62,12 @@ def test_the_stage_moves_by_what_it_says():
 
 def test_exact_rays_give_the_motion_of_the_stage():
     rays, _ = exact_rays("translation")
-    found = motion.scored("translation", rays)
+    found = stage.scored("translation", rays)
     assert found["deviation_mm"] < 1e-6
     assert found["turn_deg"] < 1e-6
     rays, _ = exact_rays("rotation")
     rays[:, 3] = np.nan
-    found = motion.scored("rotation", rays)
+    found = stage.scored("rotation", rays)
     assert found["off_deg"] < 1e-6
     np.testing.assert_allclose(found["turned"], 10 * np.arange(1, 12), atol=1e-6)
 
@@ -76,7 +75,7 @@ def test_exact_rays_give_the_motion_of_the_stage():
 def test_one_board_alone_leaves_the_motion_open():
     rays, _ = exact_rays("translation")
     count = stage.BOARDS[0].columns * stage.BOARDS[0].rows
-    found = motion.scored("translation", rays[:, :count])
+    found = stage.scored("translation", rays[:, :count])
     assert found == {"failed": "degenerate-points"}
 
 

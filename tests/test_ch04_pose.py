@@ -6,13 +6,17 @@ import pytest
 from chapters.ch04_central_generic.s2_pose import claims
 from chapters.ch04_central_generic.s2_pose import page as pose_page
 from chapters.ch04_central_generic.s2_pose.figures import DrawnPose
-from chapters.ch04_central_generic.s2_pose.trials import counted, drawn, kodak, triplets
+from chapters.ch04_central_generic.s2_pose.trials import kodak, simulated
 from chapters.ch04_central_generic.s2_pose.trials.estimators import (
     all_estimates,
     errors_of,
 )
-from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG, plane_trial
-from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES, size_trial
+from chapters.ch04_central_generic.s2_pose.trials.simulated import (
+    SIZES,
+    TILTS_DEG,
+    plane_trial,
+    size_trial,
+)
 from raxel.geometry import inverse_pose, pose, rotation_from_vector
 from tests.bench_noises import EVERY_NOISE
 from tests.judged_claims import readings, readings_of
@@ -51,7 +55,7 @@ def test_a_refused_pose_says_why():
 
 
 def test_the_drawn_case_is_what_it_shows():
-    assert max(DrawnPose(of_seed(drawn.case_trial)).gaps()) < 1e-12
+    assert max(DrawnPose(of_seed(simulated.case_trial)).gaps()) < 1e-12
 
 
 def test_planes_are_judged_both_ways():
@@ -81,17 +85,17 @@ def test_planes_are_judged_both_ways():
 def test_triples_are_as_far_apart_as_their_name_says():
     rng = np.random.default_rng(3)
     pixels = rng.uniform(0, 640, (999, 2))
-    for kind, (low, high) in triplets.APART.items():
-        picks = triplets.draw_triples(pixels, kind, rng)
+    for kind, (low, high) in simulated.APART.items():
+        picks = simulated.draw_triples(pixels, kind, rng)
         corners = pixels[picks]
         gaps = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-        assert picks.shape == (triplets.DRAWS, 3)
+        assert picks.shape == (simulated.DRAWS, 3)
         assert gaps.min() > max(low * 640, 0)
         assert gaps.max() <= high * 640
 
 
 def test_samples_are_judged_both_ways():
-    counts = {f"{kind}.without": [9] * 100 for kind in triplets.APART}
+    counts = {f"{kind}.without": [9] * 100 for kind in simulated.APART}
     judge = claims.judge_no_solution
     experiment = "exp_c4_3pt_no_solution"
     assert {r.verdict for r in readings(judge, experiment, counts)} == {"reproduced"}
@@ -113,7 +117,7 @@ def test_samples_are_judged_both_ways():
 
 def test_the_linear_pose_solves_one_system_and_refinement_several():
     found = [
-        flat(counted.solves_trial({"points": count}, np.random.default_rng(count)))
+        flat(simulated.solves_trial({"points": count}, np.random.default_rng(count)))
         for count in (40, 900)
     ]
     assert [one["linear.systems"] for one in found] == [1, 1]
@@ -146,7 +150,7 @@ def test_fast_means_one_system_and_no_iteration(change, verdicts):
 
 def test_what_numpy_solves_is_counted_and_its_solvers_come_back():
     before = np.linalg.solve
-    with counted.counted() as solved:
+    with simulated.counted() as solved:
         np.linalg.solve(np.eye(2), np.ones(2))
         np.linalg.svd(np.ones((5, 3, 2)))
     assert solved == [("solve", (2, 2)), ("svd", (5, 3, 2))]

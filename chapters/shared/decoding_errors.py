@@ -233,3 +233,19 @@ def true_lattice(rays, shape, T_camera_grid, size_mm):
         seen &= np.all((points >= 0) & (points <= size_mm), axis=1)
     points[~seen] = np.nan
     return points.reshape(*shape, 2), cosine.reshape(shape)
+
+
+def drawn_lattices(rays, shape, poses, size_mm, step, rng, errors=None):
+    """(true, decoded) points (n, h, w, 2) of monitors at poses (n, 4, 4).
+
+    rays, shape: of every step-th pixel (`lattice_rays`); errors: DecodingErrors to draw
+    again, or None to decode the true points.
+    """
+    true, decoded = [], []
+    for T in poses:
+        points, cosine = true_lattice(rays, shape, T, size_mm)
+        true.append(points)
+        if errors is not None:
+            points = drawn_again(errors, points, cosine, rng, step)
+        decoded.append(points)
+    return np.stack(true), np.stack(decoded)

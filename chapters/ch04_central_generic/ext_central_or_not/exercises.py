@@ -13,15 +13,3 @@ def unknowns_task():
             "A line has four unknowns, a direction two of them.": lambda: 4 * 500 - 3,
         },
     }
-
-
-def alarms_task():
-    """Under the null hypothesis p is uniform."""
-    return {
-        "expected": lambda: 1000 * 0.01,
-        "hint": "how is a p-value distributed where nothing is wrong?",
-        "slips": {
-            "That is the share of alarms at 5 %.": lambda: 1000 * 0.05,
-            "That is the number of those that give no alarm.": lambda: 1000 * 0.99,
-        },
-    }

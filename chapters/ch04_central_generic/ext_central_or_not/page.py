@@ -6,10 +6,7 @@
 # points alone, can one tell, and say by how many mm the rays miss?
 
 # %%
-from chapters.ch04_central_generic.ext_central_or_not.exercises import (
-    alarms_task,
-    unknowns_task,
-)
+from chapters.ch04_central_generic.ext_central_or_not.exercises import unknowns_task
 from chapters.ch04_central_generic.ext_central_or_not.results import name_values
 from chapters.ch04_central_generic.ext_central_or_not.trials import (
     CAMERAS,
@@ -129,10 +126,3 @@ def runs(effort):
 
 # %% tags=["active-ipynb"]
 # check(None, **unknowns_task())
-
-# %% [markdown]
-# **2.** In 1000 calibrations of a central camera, how many alarms at 1 % do
-# you expect?
-
-# %% tags=["active-ipynb"]
-# check(None, **alarms_task())

@@ -59,23 +59,18 @@ def draw_geometry(name, rng):
         return rig.camera, poses, _on_monitors(rig, poses, rng), -1
     camera = equidistance(FOV_DEG)
     if name == "pupil":
-        camera = with_moving_pupil(camera)
+        camera = AxialCamera(
+            camera.projection,
+            camera.focal_px,
+            PRINCIPAL,
+            PUPIL_SHIFT_MM,
+            SIZE_PX,
+            SIZE_PX,
+            camera.max_angle,
+        )
     T_base_grid = draw_poses(rng, GRIDS)
     pixels = draw_pixels(camera, T_base_grid, rng, RAYS)
     return camera, inverse_pose(T_BASE_CAMERA) @ T_base_grid, pixels, SIDE
-
-
-def with_moving_pupil(lens):
-    """The fisheye lens with a pupil that moves along its axis."""
-    return AxialCamera(
-        lens.projection,
-        lens.focal_px,
-        PRINCIPAL,
-        PUPIL_SHIFT_MM,
-        SIZE_PX,
-        SIZE_PX,
-        lens.max_angle,
-    )
 
 
 def _on_monitors(rig, poses, rng):

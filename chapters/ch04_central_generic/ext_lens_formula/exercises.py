@@ -14,24 +14,3 @@ def pupil_task():
             "That is the second term alone.": lambda: theta**4,
         },
     }
-
-
-def near_task():
-    """Seen from the axis, a shift z0 across the line of sight is z0 sin(theta); at the
-    distance d that is an angle z0 sin(theta) / d, and f px for each radian."""
-    theta = np.radians(60.0)
-    turn = 5.0 * np.sin(theta) * (1 / 300.0 - 1 / 3000.0)
-    return {
-        "expected": lambda: 290.0 * turn,
-        "hint": "a central camera can be right at one distance; what is left is "
-        "the difference of two angles",
-        "slips": {
-            "The shift along the axis is not all across the ray.": lambda: (
-                290.0 * 5.0 * (1 / 300.0 - 1 / 3000.0)
-            ),
-            "A central camera that is right far away is meant.": lambda: (
-                290.0 * 5.0 * np.sin(theta) / 300.0
-            ),
-        },
-        "tolerance": 0.03,
-    }

@@ -7,10 +7,7 @@
 # where to start, and what is missing where they fail?
 
 # %%
-from chapters.ch04_central_generic.ext_lens_formula.exercises import (
-    near_task,
-    pupil_task,
-)
+from chapters.ch04_central_generic.ext_lens_formula.exercises import pupil_task
 from chapters.ch04_central_generic.ext_lens_formula.results import name_values
 from chapters.ch04_central_generic.ext_lens_formula.trials import (
     LENSES,
@@ -166,11 +163,3 @@ def known_lenses(effort):
 
 # %% tags=["active-ipynb"]
 # check(None, **pupil_task())
-
-# %% [markdown]
-# **2.** A pupil is off by 5 mm at 60 degrees, on a lens of 290 px per
-# radian. A central formula is right for boards at 3 m. By about how many px
-# is it off for boards at 30 cm? (3 % off will do.)
-
-# %% tags=["active-ipynb"]
-# check(None, **near_task())

@@ -7,10 +7,7 @@
 # smoothed over the image, and does the camera remain as general as a table?
 
 # %%
-from chapters.ch04_central_generic.ext_smooth_rays.exercises import (
-    averaging_task,
-    controls_task,
-)
+from chapters.ch04_central_generic.ext_smooth_rays.exercises import controls_task
 from chapters.ch04_central_generic.ext_smooth_rays.results import name_values
 from chapters.ch04_central_generic.ext_smooth_rays.trials import (
     CONDITIONS,
@@ -173,11 +170,3 @@ def runs(effort):
 
 # %% tags=["active-ipynb"]
 # check(None, **controls_task())
-
-# %% [markdown]
-# **2.** The coordinates of 999 rays scatter by 0.29 px each. A field of 49
-# values per coordinate is fitted to them by plain least squares. By how
-# much do the fitted places scatter on average, in px?
-
-# %% tags=["active-ipynb"]
-# check(None, **averaging_task())

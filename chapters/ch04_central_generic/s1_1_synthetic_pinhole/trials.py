@@ -64,11 +64,6 @@ def _of_camera(camera, T_base_camera):
     return draw
 
 
-def lens(camera):
-    """Rays of a lens that looks straight down."""
-    return _of_camera(camera, T_BASE_CAMERA)
-
-
 def mirror():
     """Rays of a hyperboloid mirror with its viewer in the focus."""
     camera = ZOO["hyperboloid mirror"].build()
@@ -93,9 +88,9 @@ def no_lens():
 def camera_of(name):
     """The drawing function of one of CAMERAS."""
     if name == "radial lens, 100°":
-        return lens(radial_lens())
+        return _of_camera(radial_lens(), T_BASE_CAMERA)
     if name == "equidistance, 183°":
-        return lens(equidistance(WIDE_FOV_DEG))
+        return _of_camera(equidistance(WIDE_FOV_DEG), T_BASE_CAMERA)
     return mirror() if name == "hyperboloid mirror" else no_lens()
 
 

@@ -4,7 +4,6 @@ import numpy as np
 
 NEAR_MM, FAR_MM = 300.0, 600.0
 SIGMA_MM, POSE_MM = 0.5, 1.0
-PIXELS = 3008 * 2000
 
 
 def image_noise_task():
@@ -30,17 +29,5 @@ def pose_task():
             "Variances count, not deviations.": lambda: float(
                 np.hypot(1, POSE_MM / SIGMA_MM)
             ),
-        },
-    }
-
-
-def table_task():
-    """Sixteen numbers of eight bytes for every pixel."""
-    return {
-        "expected": lambda: 16 * 8 * PIXELS / 1e6,
-        "hint": "how many numbers has the matrix, and how many bytes a number?",
-        "slips": {
-            "That is for directions alone.": lambda: 3 * 8 * PIXELS / 1e6,
-            "That is for the six numbers of the vector.": lambda: 6 * 8 * PIXELS / 1e6,
         },
     }

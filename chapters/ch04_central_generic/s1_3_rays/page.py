@@ -11,7 +11,6 @@
 from chapters.ch04_central_generic.s1_3_rays.exercises import (
     image_noise_task,
     pose_task,
-    table_task,
 )
 from chapters.ch04_central_generic.s1_3_rays.results import name_values
 from chapters.ch04_central_generic.s1_3_rays.trials import NOISE, weights_trial
@@ -166,10 +165,3 @@ def weights_of_rays(effort):
 
 # %% tags=["active-ipynb"]
 # check(None, **pose_task())
-
-# %% [markdown]
-# **3.** How many MB do the Plücker matrices of 3008 × 2000 pixels take, in
-# numbers of 8 bytes?
-
-# %% tags=["active-ipynb"]
-# check(None, **table_task())

@@ -51,15 +51,6 @@ def slant_task():
     }
 
 
-def more_rays_task():
-    """A consistent estimate's error falls as one over the root of the number."""
-    return {
-        "expected": lambda: ERROR_MM * np.sqrt(FEW / MANY),
-        "hint": "how does the mean of independent errors shrink?",
-        "slips": {"That would be without a root.": lambda: ERROR_MM * FEW / MANY},
-    }
-
-
 def moved_mm(aslant_deg):
     """Step of a point along the slope of its grid when its ray turns."""
     across = RANGE_MM * np.radians(TURN_DEG)

@@ -8,7 +8,6 @@
 
 # %%
 from chapters.ch04_central_generic.s1_4_bundle_adjustment.exercises import (
-    more_rays_task,
     slant_task,
     unknowns_task,
 )
@@ -185,10 +184,3 @@ from repro.page.reader import compared, open_results, show, show_code
 
 # %% tags=["active-ipynb"]
 # check(None, **slant_task())
-
-# %% [markdown]
-# **3.** With 1000 rays a consistent estimate of the centre has an error of
-# 0.8 mm. What is it with 25 000 rays, in mm?
-
-# %% tags=["active-ipynb"]
-# check(None, **more_rays_task())

@@ -88,11 +88,6 @@ def everything(points):
     return np.ones(points.shape[:2], bool)
 
 
-def linear(points):
-    """CGSP's linear stage, which all adjustments start from."""
-    return linear_cgsp(points, side=SIDE)
-
-
 def starts_trial(condition, rng):
     """One scene, many draws of its noise, and where each start ends.
 
@@ -108,7 +103,7 @@ def starts_trial(condition, rng):
     while len(draws) < condition["starts"]:
         scene = observe(camera, poses, pixels, NOISE_PX, "px", rng)
         try:
-            draws.append((scene.noisy, linear(scene.noisy)))
+            draws.append((scene.noisy, linear_cgsp(scene.noisy, side=SIDE)))
         except CalibrationError:
             continue
     starts = np.array([start.centre for _, start in draws])

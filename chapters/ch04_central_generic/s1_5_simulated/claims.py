@@ -9,7 +9,7 @@ from chapters.ch04_central_generic.s1_5_simulated.results import (
     WORDS,
     NoiseCase,
 )
-from chapters.ch04_central_generic.s1_5_simulated.trials.sweeps import LEVELS
+from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS
 from repro.judge.statistics import HOLDS, all_of, bootstrap, ratio_of, wins
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value

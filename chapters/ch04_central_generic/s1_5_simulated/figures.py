@@ -12,8 +12,7 @@ from chapters.ch04_central_generic.s1_5_simulated.results import (
     centre_after,
     medians,
 )
-from chapters.ch04_central_generic.s1_5_simulated.trials.steps import NOISE_PX, STEPS
-from chapters.ch04_central_generic.s1_5_simulated.trials.sweeps import LEVELS
+from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS, NOISE_PX, STEPS
 from chapters.shared.methods import LINEAR_NAMES
 from repro.page.method_looks import look_of
 from repro.page.style import figure as new_figure

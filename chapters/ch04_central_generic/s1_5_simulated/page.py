@@ -15,17 +15,15 @@ from chapters.ch04_central_generic.s1_5_simulated.exercises import (
     share_task,
 )
 from chapters.ch04_central_generic.s1_5_simulated.results import name_values
-from chapters.ch04_central_generic.s1_5_simulated.trials.steps import (
-    in_normalised_coordinates,
-    one_scale,
-)
-from chapters.ch04_central_generic.s1_5_simulated.trials.sweeps import (
+from chapters.ch04_central_generic.s1_5_simulated.trials import (
     TRIALS,
     calibrate,
     calibrate_consistent,
     each_method,
     errors,
+    in_normalised_coordinates,
     levels,
+    one_scale,
 )
 from chapters.shared.wide_angle import (
     FOV_DEG,

@@ -4,8 +4,11 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from chapters.ch04_central_generic.s1_5_simulated.trials.steps import MANY_GRIDS, STEPS
-from chapters.ch04_central_generic.s1_5_simulated.trials.sweeps import LEVELS
+from chapters.ch04_central_generic.s1_5_simulated.trials import (
+    LEVELS,
+    MANY_GRIDS,
+    STEPS,
+)
 from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
 from repro.judge.statistics import median_interval, median_ratio, with_worst
 from repro.page.reader import value

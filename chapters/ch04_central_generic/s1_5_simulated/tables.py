@@ -11,7 +11,7 @@ from chapters.ch04_central_generic.s1_5_simulated.results import (
     failures,
     gain,
 )
-from chapters.ch04_central_generic.s1_5_simulated.trials.steps import (
+from chapters.ch04_central_generic.s1_5_simulated.trials import (
     MANY_GRIDS,
     NOISE_PX,
     OF_MANY_GRIDS,

@@ -20,10 +20,12 @@ from chapters.ch04_central_generic.s2_pose.results import (
     trials_of,
     without_solution,
 )
-from chapters.ch04_central_generic.s2_pose.trials.counted import POINTS
 from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
-from chapters.ch04_central_generic.s2_pose.trials.planes import TILTS_DEG
-from chapters.ch04_central_generic.s2_pose.trials.simulated import SIZES
+from chapters.ch04_central_generic.s2_pose.trials.simulated import (
+    COUNTED_POINTS,
+    SIZES,
+    TILTS_DEG,
+)
 from chapters.shared.noise_sweep import over_the_sweep
 from repro.judge.statistics import (
     FAILS,
@@ -290,14 +292,14 @@ def judge_fast(results, options):
     at_once = set(systems) == {1} and len(set(calls)) == 1
     solved = [
         median_interval(result.column(SOLVED[options["standard_pose"]], points=count))
-        for count in POINTS
+        for count in COUNTED_POINTS
     ]
     return Reading.of(
         all_of([HOLDS if at_once else FAILS, *(n.above(MORE_THAN) for n in solved)]),
         min(solved, key=lambda n: n.value),
         "count",
         "what the standard pose solves in a scene, the smaller median of "
-        f"{POINTS[0]} and {POINTS[1]} points; the linear pose solves "
+        f"{COUNTED_POINTS[0]} and {COUNTED_POINTS[1]} points; the linear pose solves "
         f"{min(systems):g} to {max(systems):g} systems of all points, in "
         f"{min(calls):g} to {max(calls):g} calls of solvers",
     )

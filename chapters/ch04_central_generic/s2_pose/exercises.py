@@ -26,15 +26,6 @@ def normal_task():
     }
 
 
-def outliers_task():
-    """Each of 20 000 pairs is wrong with 0.3 %."""
-    return {
-        "expected": lambda: SHARE * PAIRS,
-        "hint": "0.3 % is 3 in a thousand",
-        "slips": {"Mind the percent.": lambda: 100 * SHARE * PAIRS},
-    }
-
-
 def sample_task():
     """All four pairs of a sample are right with 0.9^4."""
     return {

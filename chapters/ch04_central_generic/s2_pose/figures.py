@@ -3,14 +3,14 @@
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.results import MEASURES, trials_of
-from chapters.ch04_central_generic.s2_pose.trials.drawn import (
+from chapters.ch04_central_generic.s2_pose.trials.estimators import ESTIMATORS, NAMES
+from chapters.ch04_central_generic.s2_pose.trials.simulated import (
     COLUMNS,
     PITCH_MM,
     PLANE_MM,
     ROWS,
     lattice,
 )
-from chapters.ch04_central_generic.s2_pose.trials.estimators import ESTIMATORS, NAMES
 from chapters.shared.wide_angle import CENTRE_MM
 from raxel.geometry import apply_homography, homography_dlt, on_plane, pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed

@@ -10,11 +10,7 @@
 # %%
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.exercises import (
-    normal_task,
-    outliers_task,
-    sample_task,
-)
+from chapters.ch04_central_generic.s2_pose.exercises import normal_task, sample_task
 from chapters.ch04_central_generic.s2_pose.results import name_values
 from chapters.ch04_central_generic.s2_pose.trials.estimators import (
     all_estimates,
@@ -291,13 +287,7 @@ def noise_sweep(effort):
 # check(None, **normal_task())
 
 # %% [markdown]
-# **2.** 0.3 % of 20 000 pairs are wrong. How many are these?
-
-# %% tags=["active-ipynb"]
-# check(None, **outliers_task())
-
-# %% [markdown]
-# **3.** Let 10 % of the pairs be wrong. In how many percent of RANSAC's
+# **2.** Let 10 % of the pairs be wrong. In how many percent of RANSAC's
 # samples are all four pairs right?
 
 # %% tags=["active-ipynb"]

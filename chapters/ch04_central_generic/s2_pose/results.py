@@ -5,11 +5,14 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.trials.counted import POINTS
 from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
 from chapters.ch04_central_generic.s2_pose.trials.kodak import PUT_IN
-from chapters.ch04_central_generic.s2_pose.trials.simulated import RAYS
-from chapters.ch04_central_generic.s2_pose.trials.triplets import APART, DRAWS
+from chapters.ch04_central_generic.s2_pose.trials.simulated import (
+    APART,
+    COUNTED_POINTS,
+    DRAWS,
+    RAYS,
+)
 from chapters.shared.bench_noise import BENCH, OPTIONS
 from repro.judge.statistics import median_ratio
 from repro.page.reader import value
@@ -26,7 +29,7 @@ IN_WORDS = {
     "translation_mm": "translation",
 }
 SHOWN_PX = 0.5
-MANY_POINTS = POINTS[-1]
+MANY_POINTS = COUNTED_POINTS[-1]
 
 
 def trials_of(result, estimator, measure, noise, **condition):

@@ -35,19 +35,5 @@ def foci_task():
     }
 
 
-def width_task():
-    """A monitor square before the camera reaches atan(w / 2 d) to either side."""
-    return {
-        "expected": lambda: 2 * _half_deg(),
-        "hint": "half of the monitor's width and its distance make a right triangle",
-        "slips": {
-            "That is to one side of the middle.": _half_deg,
-            "Half of its width lies on either side.": lambda: float(
-                np.degrees(np.arctan(WIDTH_MM / DISTANCE_MM))
-            ),
-        },
-    }
-
-
 def _half_deg():
     return float(np.degrees(np.arctan(WIDTH_MM / 2 / DISTANCE_MM)))

@@ -8,11 +8,7 @@
 # are photographed?
 
 # %%
-from chapters.ch04_central_generic.s3_1_setup.exercises import (
-    foci_task,
-    shift_task,
-    width_task,
-)
+from chapters.ch04_central_generic.s3_1_setup.exercises import foci_task, shift_task
 from chapters.ch04_central_generic.s3_1_setup.results import name_values
 from chapters.ch04_central_generic.s3_1_setup.trials import (
     TURNED_SETS,
@@ -184,10 +180,3 @@ def turned_over(effort):
 
 # %% tags=["active-ipynb"]
 # check(None, **foci_task())
-
-# %% [markdown]
-# **3.** How many degrees wide is a monitor of 376.9 mm that stands 116 mm
-# before the camera, straight ahead of its middle?
-
-# %% tags=["active-ipynb"]
-# check(None, **width_task())

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from chapters.ch04_central_generic.s3_2_results.results import CAMERAS, RENDERED
-from chapters.ch04_central_generic.s3_2_results.trials.factor import MULTIPLIED, solved
+from chapters.ch04_central_generic.s3_2_results.trials import MULTIPLIED, solved
 from chapters.shared.bench_noise import BENCH, NOISES
 from chapters.shared.methods import LINEAR_NAMES
 from repro.page.style import INK, legend_below, series

@@ -16,20 +16,16 @@ from chapters.ch04_central_generic.s3_2_results.exercises import (
     lever_task,
 )
 from chapters.ch04_central_generic.s3_2_results.results import ERRORS, name_values
-from chapters.ch04_central_generic.s3_2_results.trials.factor import (
-    SEEDS,
-    cgsp_conditions,
-    cgsp_trial,
-)
-from chapters.ch04_central_generic.s3_2_results.trials.limits import (
+from chapters.ch04_central_generic.s3_2_results.trials import (
     BRACKET_SETS,
+    FACTOR_SEEDS,
+    TRIALS,
     bracket_conditions,
     bracket_trial,
     caustic_conditions,
     caustic_trial,
-)
-from chapters.ch04_central_generic.s3_2_results.trials.seeds import (
-    TRIALS,
+    cgsp_conditions,
+    cgsp_trial,
     errors_conditions,
     errors_trial,
     redrawn_conditions,
@@ -218,7 +214,7 @@ def redrawn_seeds(effort, results):
 def bench_factor(effort, results):
     """CGSP alone, with the laboratory's decoding errors multiplied."""
     trial = partial(cgsp_trial, errors=DecodingErrors.by_rig(results[ERRORS]))
-    return Plan(trial, cgsp_conditions(effort), SEEDS[effort], {})
+    return Plan(trial, cgsp_conditions(effort), FACTOR_SEEDS[effort], {})
 
 
 # %%

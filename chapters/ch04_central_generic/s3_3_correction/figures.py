@@ -3,7 +3,7 @@
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.results import BOARDS
-from chapters.ch04_central_generic.s3_3_correction.trials.sweeps import MAGNIFIED
+from chapters.ch04_central_generic.s3_3_correction.trials.boards import MAGNIFIED
 from chapters.shared.bench_noise import BENCH
 from chapters.shared.central_sets import FISH, OMNI
 from repro.page.method_looks import look_of

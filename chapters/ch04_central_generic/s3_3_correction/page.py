@@ -16,7 +16,9 @@ from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
     corner_residuals,
     cut_across,
 )
-from chapters.ch04_central_generic.s3_3_correction.trials.protocol import by_protocol
+from chapters.ch04_central_generic.s3_3_correction.trials.calibrations import (
+    by_protocol,
+)
 from chapters.ch04_central_generic.s3_3_correction.trials.scenes import straightness
 from raxel.calibration import calibrate_central
 from repro.page.exercise import check

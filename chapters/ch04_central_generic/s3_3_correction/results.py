@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_3_correction.trials.protocol import METHODS
+from chapters.ch04_central_generic.s3_3_correction.trials.calibrations import METHODS
 from chapters.shared.bench_noise import BENCH, OPTIONS
 from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.methods import LINEAR_NAMES

@@ -26,15 +26,3 @@ def parallax_task():
         "hint": "draw the triangle of camera and both places of the point",
         "slips": {"That is in radians.": lambda: np.arctan(SHIFT_MM / AWAY_MM)},
     }
-
-
-def sum_task():
-    """Independent errors add by their squares: 0.1 sqrt(11)."""
-    return {
-        "expected": lambda: STEP_ERROR_DEG * np.sqrt(STEPS),
-        "hint": "variances add",
-        "slips": {
-            "That is so if all errors have one sign.": lambda: STEP_ERROR_DEG * STEPS,
-            "That is the error of the mean.": lambda: STEP_ERROR_DEG / np.sqrt(STEPS),
-        },
-    }

@@ -14,7 +14,6 @@ import numpy as np
 from chapters.ch04_central_generic.s3_4_motion.exercises import (
     freedom_task,
     parallax_task,
-    sum_task,
 )
 from chapters.ch04_central_generic.s3_4_motion.results import name_values
 from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import (
@@ -26,14 +25,11 @@ from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import (
     table_rays,
 )
 from chapters.ch04_central_generic.s3_4_motion.trials.corners import (
-    DETECTORS,
-    SWEPT_DETECTOR,
-)
-from chapters.ch04_central_generic.s3_4_motion.trials.motion import motions, scored
-from chapters.ch04_central_generic.s3_4_motion.trials.seeds import (
     CALIBRATION,
+    DETECTORS,
     MEASURED,
     RENDERED,
+    SWEPT_DETECTOR,
     measured,
 )
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
@@ -41,6 +37,8 @@ from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
     RIG_FILES,
     SETTINGS,
     STEPS,
+    motions,
+    scored,
     target_poses,
     true_pixels,
 )
@@ -327,10 +325,3 @@ def redrawn_seeds(effort, results):
 
 # %% tags=["active-ipynb"]
 # check(None, **parallax_task())
-
-# %% [markdown]
-# **3.** Each of 11 steps has an error of 0.1° in its angle, independent of
-# the others. What error (SD, degrees) has the whole turn?
-
-# %% tags=["active-ipynb"]
-# check(None, **sum_task())

@@ -12,7 +12,7 @@ from chapters.shared.active_grid_sets import seen_grids, true_camera
 from chapters.shared.bench_noise import NOISES, SWEPT_NOISES
 from chapters.shared.decoding_errors import (
     DecodingErrors,
-    drawn_again,
+    drawn_lattices,
     lattice_rays,
     measured_errors,
     true_lattice,
@@ -187,14 +187,8 @@ def redrawn_trial(condition, rng, rig_name, seeds):
     true = rig.draw_poses(rng, 2)
     step = 1 if rig.camera.width * rig.camera.height < 4 * PAIRS else STEP
     rays, shape = lattice_rays(rig.camera, step)
-    decoded, true_points = [], []
-    for T in true:
-        points, cosine = true_lattice(rays, shape, T, size_mm)
-        decoded.append(drawn_again(errors, points, cosine, rng, step))
-        true_points.append(points)
-    found = errors_at_noises(
-        camera, np.stack(decoded), np.stack(true_points), true, step, size_mm, rng
-    )
+    true_points, decoded = drawn_lattices(rays, shape, true, size_mm, step, rng, errors)
+    found = errors_at_noises(camera, decoded, true_points, true, step, size_mm, rng)
     return {"errors": found}
 
 

@@ -4,11 +4,9 @@ from functools import cache, lru_cache
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_3_correction.trials.protocol import (
+from chapters.ch04_central_generic.s3_3_correction.trials.calibrations import (
     METHODS,
     SWEPT_METHODS,
-)
-from chapters.ch04_central_generic.s3_3_correction.trials.rigs import (
     calibrated,
     decoded_points,
     on_lattice,
@@ -141,14 +139,10 @@ def off_line(points):
 
 def vertical_deg(camera, down):
     """Difference in elevation (deg) of the lowest and highest calibrated rays."""
-    heights = camera.rays(lattice_nodes(camera)).directions @ -down
-    return float(np.ptp(np.degrees(np.arcsin(np.clip(heights, -1, 1)))))
-
-
-def lattice_nodes(camera):
-    """Pixels (N, 2) of a camera's mask."""
     v, u = np.nonzero(camera.mask)
-    return np.column_stack([u, v]).astype(float)
+    nodes = np.column_stack([u, v]).astype(float)
+    heights = camera.rays(nodes).directions @ -down
+    return float(np.ptp(np.degrees(np.arcsin(np.clip(heights, -1, 1)))))
 
 
 def equal_depth(calibration, points, depth, lattice, R_camera_base):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import RIG
-from chapters.shared.decoding_errors import drawn_again, lattice_rays, true_lattice
+from chapters.shared.decoding_errors import drawn_lattices, lattice_rays, true_lattice
 from chapters.shared.rigs import rig_named
 from raxel.calibration import (
     calibrate_central,
@@ -60,14 +60,14 @@ def drawn_grids(errors, rng):
     size_mm = np.array(rig.target.monitor_mm)
     rays, shape = lattice_rays(rig.camera, LATTICE_PX)
     poses = rig.draw_poses(rng, rig.count)
-    true, decoded = [], []
-    for T in poses:
-        points, cosine = true_lattice(rays, shape, T, size_mm)
-        true.append(points.reshape(-1, 2))
-        seen = drawn_again(errors, points, cosine, rng, LATTICE_PX)
-        decoded.append(seen.reshape(-1, 2))
+    true, decoded = (
+        points.reshape(len(poses), -1, 2)
+        for points in drawn_lattices(
+            rays, shape, poses, size_mm, LATTICE_PX, rng, errors
+        )
+    )
     some = np.isfinite(decoded).all(axis=2).any(axis=0)
-    return SeenGrids(poses, np.stack(true)[:, some], np.stack(decoded)[:, some])
+    return SeenGrids(poses, true[:, some], decoded[:, some])
 
 
 def calibrated(method, grids, rng):

@@ -1,19 +1,35 @@
-"""Corners of both boards in rendered pictures, by CELECT and without clicks."""
+"""Corners of both boards in rendered pictures, and drawn again for further seeds."""
+
+from functools import partial
 
 import numpy as np
 
+from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import (
+    LATTICE_PX,
+    LINEAR_GRIDS,
+    THRESHOLD_MM,
+)
 from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
     BOARDS,
     RIG,
+    RIG_FILES,
+    SETTINGS,
+    STEPS,
+    Setup,
+    drawn_setup,
     photograph,
+    target_poses,
     true_pixels,
 )
+from chapters.shared.decoding_errors import DecodingErrors
 from chapters.shared.grid_detectors import CLICK_SD_PX, CLICKLESS, returned
 from chapters.shared.lattices import clockwise, outer
 from chapters.shared.rigs import rig_named
 from raxel.errors import InputError
 from raxel.features.celect.clicked import find_celect
 from raxel.features.opencv import refine
+from repro.run.experiment import experiment
+from repro.run.outcomes import Plan, crossed
 
 DETECTORS = ("CELECT", "without clicks")
 SWEPT_DETECTOR = "CELECT"  # along the sweep of the bench's noise
@@ -84,3 +100,102 @@ def seen_boards(poses, rng):
                 corners = clicked if corners is None else corners
                 errors[name][k][index] = corners - (true - first)
     return errors, refused
+
+
+DECODED = {"quick": "onevr-d70-small", "full": "onevr-d70"}
+RENDERED = {"quick": 1, "full": 3}
+# In quick builds every so many pictures stand for those between them.
+EVERY = {"quick": 5, "full": 1}
+MEASURED = "table_4_3_errors", "fig_4_10_corners"
+
+
+def corner_trial(condition, rng, every):
+    """Corner errors and refusals of one seed, in pictures of one motion."""
+    setup = drawn_setup(rng)
+    poses = target_poses(condition["motion"], setup)[::every]
+    errors, refused = seen_boards(poses, rng)
+    return {
+        "turn": setup.turn,
+        "shift": setup.shift,
+        "errors": {
+            name: {str(k): e for k, e in enumerate(of_boards)}
+            for name, of_boards in errors.items()
+        },
+        "refused": refused,
+    }
+
+
+@experiment(
+    "fig_4_10_corners", artefact="fig_4_10", shards={"full": 2}, inputs=RIG_FILES
+)
+def corners(effort):
+    """Corners of the target in rendered pictures, by both detectors."""
+    trial = partial(corner_trial, every=EVERY[effort])
+    return Plan(trial, crossed(motion=STEPS), RENDERED[effort], SETTINGS)
+
+
+class MeasuredCorners:
+    """Corner errors of the rendered seeds, to be drawn again.
+
+    An error has a part that all seeds share, which is that of the place, and
+    a part of its own; a redrawn corner has the first, and the second of any
+    corner of its board and picture.
+    """
+
+    def __init__(self, result, every):
+        self.every = every
+        self.errors, self.setups = {}, {}
+        for motion in STEPS:
+            stood = (result.arrays(name, motion=motion) for name in ("turn", "shift"))
+            self.setups[motion] = [Setup(*one) for one in zip(*stood, strict=True)]
+            for name in DETECTORS:
+                self.errors[motion, name] = [
+                    np.stack(result.arrays(f"errors.{name}.{k}", motion=motion))
+                    for k in range(len(BOARDS))
+                ]
+
+    def setup(self, motion, seed, rng):
+        """How the target stands in a rendered seed, or in another (None)."""
+        return drawn_setup(rng) if seed is None else self.setups[motion][seed]
+
+    def of_seed(self, motion, name, seed, rng):
+        """Errors (pictures, corners, 2) px, both boards, of a rendered seed,
+        or redrawn (None)."""
+        if seed is None:
+            return self._redrawn(motion, name, rng)
+        return np.concatenate(
+            [self._all(e[seed], motion) for e in self.errors[motion, name]], axis=1
+        )
+
+    def _redrawn(self, motion, name, rng):
+        boards = []
+        for errors in self.errors[motion, name]:
+            shared, own = errors.mean(axis=0), errors[0]
+            if len(errors) > 1:
+                own = (errors - shared) * np.sqrt(len(errors) / (len(errors) - 1))
+                own = own[rng.integers(len(own))]
+            else:
+                shared = np.zeros_like(shared)
+            order = rng.permuted(
+                np.broadcast_to(np.arange(own.shape[1]), own.shape[:2]), axis=1
+            )
+            own = np.take_along_axis(own, order[..., None], axis=1)
+            boards.append(self._all(shared + own, motion))
+        return np.concatenate(boards, axis=1)
+
+    def _all(self, errors, motion):
+        """Pictures that were not rendered have the errors of the last that was."""
+        return errors[np.arange(STEPS[motion] + 1) // self.every]
+
+
+def measured(results, effort):
+    """(MeasuredCorners, DecodingErrors) of the pictures."""
+    decoded = DecodingErrors.by_rig(results["table_4_3_errors"])[DECODED[effort]]
+    return MeasuredCorners(results["fig_4_10_corners"], EVERY[effort]), decoded
+
+
+CALIBRATION = {
+    "lattice_px": LATTICE_PX,
+    "linear_grids": LINEAR_GRIDS,
+    "ransac_threshold_mm": THRESHOLD_MM,
+}

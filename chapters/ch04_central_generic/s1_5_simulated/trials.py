@@ -1,14 +1,17 @@
-"""Section 4.1.5: the methods on one trial's data, and their errors."""
+"""Section 4.1.5: the methods on one trial, and the steps from one to the other."""
+
+from functools import partial
 
 import numpy as np
 
-from chapters.shared.methods import LINEAR_STAGES
+from chapters.shared.methods import LINEAR_STAGES, as_printed
 from chapters.shared.wide_angle import (
     CENTRE_MM,
     SETTINGS,
     SIDE,
     draw_pixels,
     draw_poses,
+    draw_scene,
     observe,
     radial_lens,
 )
@@ -16,9 +19,18 @@ from raxel.calibration.adjust.bundle import ray_point_distances
 from raxel.calibration.adjust.centroid_rays import centroid_directions
 from raxel.calibration.adjust.consistent import adjust_consistent
 from raxel.calibration.adjust.relaxation import relax_poses
+from raxel.calibration.linear.bilinear import solve_coefficients
 from raxel.calibration.linear.cgsp import linear_cgsp
+from raxel.calibration.linear.standard import (
+    LinearSolution,
+    linear_well_conditioned,
+    normalising_similarity,
+    printed_depth,
+    printed_pose,
+    solve_unknowns,
+)
 from raxel.errors import CalibrationError
-from raxel.geometry import angle_between_rotations, on_plane, transform
+from raxel.geometry import angle_between_rotations, on_plane, pose, transform
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -135,3 +147,104 @@ def fixed_sweep(effort):
     """The sweep of Fig. 4.2 with one configuration of grids and rays."""
     settings = SETTINGS | {"fixed_seed": FIXED_SEED}
     return Plan(fixed_trial, levels(), TRIALS[effort], settings)
+
+
+NOISE_PX = 0.5
+STEPS_TRIALS = {"quick": 3, "full": 100}
+MANY_GRIDS = 10
+
+
+def printed(points):
+    """(2.15) to (2.25) in mm, t_z from V_6."""
+    return as_printed(points, side=SIDE)
+
+
+def in_normalised_coordinates(solve, points):
+    """The solution of ``solve`` in coordinates of every grid about its middle.
+
+    All grids share one scale, so that a pose stays a pose.
+    """
+    similarities = [normalising_similarity(p) for p in points]
+    scale = np.mean([s.scale for s in similarities])
+    offsets = [s.offset for s in similarities]
+    found = solve([scale * (p - o) for p, o in zip(points, offsets, strict=True)])
+    base = np.append(offsets[0], 0.0)
+    poses = []
+    for T, offset in zip(found.T_base_grid, offsets, strict=True):
+        R = T[:3, :3]
+        shift = T[:3, 3] / scale + base - R @ np.append(offset, 0.0)
+        poses.append(pose(R, shift))
+    centre = found.centre / scale + base
+    return LinearSolution(centre, np.stack(poses), found.degeneracy)
+
+
+def one_scale(points):
+    """As printed, but V and W brought to one scale by all they share."""
+    coefficients = []
+    for other in points[1:]:
+        v, w, _ = solve_coefficients(points[0], other)
+        shared = np.column_stack([v[3:6], w[:3]])
+        scale_v, scale_w = np.linalg.svd(shared)[2][0]
+        coefficients += [v, w * (scale_v / scale_w)]
+    v, w, m, n = coefficients
+    u, degeneracy = solve_unknowns(v, w, m, n)
+    centre = np.array([u[0], u[1], printed_depth(u, v, SIDE)])
+    poses = [np.eye(4)] + [
+        printed_pose(vector, part, centre, on_grid, "corrected")
+        for vector, part, on_grid in ((v, u[2:8], points[1]), (m, u[8:14], points[2]))
+    ]
+    return LinearSolution(centre, np.stack(poses), degeneracy)
+
+
+def consistent(points):
+    """CGSP, then an adjustment of centre, poses and rays together."""
+    start = linear_cgsp(points, side=SIDE)
+    return adjust_consistent(points, None, start.centre, start.T_base_grid)
+
+
+# Every one differs from that before it by one change.
+STEPS = {
+    "as_printed": printed,
+    "normalised": lambda points: in_normalised_coordinates(printed, points),
+    "one_scale": lambda points: in_normalised_coordinates(one_scale, points),
+    "well_conditioned": partial(linear_well_conditioned, side=SIDE),
+    "cgsp": partial(linear_cgsp, side=SIDE),
+    "cgsp_weighted": partial(linear_cgsp, side=SIDE, weights="image noise"),
+    "consistent": consistent,
+}
+OF_MANY_GRIDS = ("well_conditioned", "cgsp", "cgsp_weighted", "consistent")
+
+
+def centre_errors(points, methods):
+    """Error (mm) of the centre by method, and why one gave nothing."""
+    out = {}
+    for name, method in methods.items():
+        try:
+            off = method(points).centre - CENTRE_MM
+            out[name] = {"centre_mm": float(np.linalg.norm(off))}
+        except CalibrationError as fault:
+            out[name] = {"failed": fault.code}
+    return out
+
+
+def steps_trial(condition, rng):
+    """One scene of three grids, and the error of the centre after every step."""
+    return centre_errors(draw_scene(radial_lens(), NOISE_PX, rng).noisy, STEPS)
+
+
+@experiment("ext_cgsp_steps", artefact="ext_what_cgsp_buys_figure")
+def steps(effort):
+    """All steps, three grids, 0.5 px."""
+    return Plan(steps_trial, [{"noise": NOISE_PX}], STEPS_TRIALS[effort], SETTINGS)
+
+
+def grids_trial(condition, rng):
+    """More than three grids: methods that take any number."""
+    scene = draw_scene(radial_lens(), NOISE_PX, rng, grids=condition["grids"])
+    return centre_errors(scene.noisy, {name: STEPS[name] for name in OF_MANY_GRIDS})
+
+
+@experiment("ext_cgsp_grids", artefact="ext_cgsp_sensitivity_figure")
+def many_grids(effort):
+    """Ten grids, 0.5 px."""
+    return Plan(grids_trial, [{"grids": MANY_GRIDS}], STEPS_TRIALS[effort], SETTINGS)

@@ -1,0 +1,294 @@
+"""Section 4.3.2: grids set up anew, calibrations from them, and their limits.
+
+Each seed is calibrated with the laboratory's decoding errors, and with errors as large
+as the bench's. The factor of the bench is solved from runs of CGSP alone, with the one
+printed number that it may see (settings.yaml, decoding_noise).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from chapters.shared.active_grid_sets import seen_grids, true_camera
+from chapters.shared.bench_noise import BENCH, NOISES, SWEPT_NOISES
+from chapters.shared.central_scatter import best_lines, crossings, scatter_of
+from chapters.shared.central_sets import (
+    LINEAR_GRIDS,
+    OMNI,
+    RIGS,
+    SEEDS,
+    SMALL,
+    first_points,
+    first_points_and_truth,
+    shared_rays,
+    true_grids,
+    true_grids_of_set,
+)
+from chapters.shared.decoding_errors import (
+    drawn_lattices,
+    lattice_rays,
+    measured_errors,
+)
+from chapters.shared.methods import LINEAR_STAGES
+from chapters.shared.rigs import rig_named
+from chapters.shared.three_grids import calibrated, parameters
+from raxel.calibration import centroid_directions, linear_cgsp, ray_point_distances
+from raxel.errors import CalibrationError
+from raxel.geometry import on_plane, transform
+from repro.run.rendered import rendered_set
+
+# px between the rays of a trial: some thousand of them meet all three grids.
+STEPS = {"quick": 4, "full": 9}
+
+
+class DrawnGrids(NamedTuple):
+    """Three grids, and where the rays of a lattice of pixels meet them.
+
+    true, decoded: (3, N, 2) mm, NaN beside a grid; pixels: (N, 2); T_camera_grid:
+    (3, 4, 4).
+    """
+
+    true: np.ndarray
+    decoded: np.ndarray
+    pixels: np.ndarray
+    T_camera_grid: np.ndarray
+
+
+@cache
+def _rays_of(rig, step):
+    camera = rig_named(rig).camera
+    return camera, *lattice_rays(camera, step)
+
+
+def drawn_grids(rig, step, rng, errors=None):
+    """The DrawnGrids of a rig; decoded with `DecodingErrors`, or as they are."""
+    camera, rays, shape = _rays_of(rig, step)
+    setup = rig_named(rig)
+    poses = setup.draw_poses(rng, LINEAR_GRIDS)
+    true, decoded = (
+        points.reshape(len(poses), -1, 2)
+        for points in drawn_lattices(
+            rays, shape, poses, setup.target.monitor_mm, step, rng, errors
+        )
+    )
+    v, u = np.mgrid[step // 2 : camera.height : step, step // 2 : camera.width : step]
+    pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
+    return DrawnGrids(true, decoded, pixels, poses)
+
+
+TRIALS = {"quick": 3, "full": 50}
+DRAWN = 3000  # points of a scatter that are drawn
+# The sweep of the factor is run for the primary readings.
+SWEPT_METHODS = ("as_printed", "cgsp")
+
+
+def rendered_trial(condition, rng):
+    """A rendered set decoded and calibrated by every method, and its true numbers."""
+    folder = rendered_set(condition["rig"], condition["seed"])
+    decoded, true_points = first_points_and_truth(folder)
+    width = true_camera(folder).width
+    out = {}
+    for name, noise in NOISES.items():
+        points = noise.points(decoded, true_points, rng)
+        rays = shared_rays(points, width, rng)
+        true = true_grids_of_set(folder, rays.pixels)
+        found = calibrated(rays.points, true)
+        for method in found.values():
+            crossing = method.pop("crossing", None)
+            if crossing is not None and name == BENCH:
+                method["crossing"] = crossing[:: max(1, len(crossing) // DRAWN)]
+        out[name] = found | _of_rays(rays, true)
+    return out
+
+
+def _of_rays(rays, true):
+    """How many rays there were, and what is true of them."""
+    return {
+        "true": parameters(true.centre, true.T_base_grid),
+        "true_scatter_mm": true.scatter_mm,
+        "rays": rays.found,
+        "used": len(rays.pixels),
+        "left_out": rays.left_out,
+    }
+
+
+def errors_trial(condition, rng):
+    """The DecodingErrors of all rendered sets of a rig, as arrays."""
+    folders = [rendered_set(condition["rig"], seed) for seed in condition["seeds"]]
+    rays, shape = lattice_rays(true_camera(folders[0]), 1)
+    found = measured_errors(
+        (grid, (rays.directions @ grid.T_camera_grid[:3, 2]).reshape(shape))
+        for folder in folders
+        for grid in seen_grids(folder, count=LINEAR_GRIDS)
+    )
+    return {name: np.asarray(value) for name, value in found._asdict().items()} | {
+        "share_of_outliers": found.outlier_share,
+        "correlation": float(found.correlation_px.mean()),
+        "stated_x": float(found.stated[0]),
+        "stated_y": float(found.stated[1]),
+        "bias_mm_rms": float(np.sqrt(np.mean(found.bias_mm**2))),
+        "sd_mm_rms": float(np.sqrt(np.mean(found.sd_mm**2))),
+    }
+
+
+def errors_conditions(effort):
+    """A condition for each rig whose errors are measured."""
+    rigs = [rig + SMALL[effort] for rig in RIGS.values()]
+    return [{"rig": rig, "seeds": list(SEEDS[effort])} for rig in rigs]
+
+
+def redrawn_trial(condition, rng, errors):
+    """Grids set up anew, decoding errors drawn again; as `rendered_trial`.
+
+    The errors are drawn once, and made larger for the bench.
+    """
+    rig = condition["rig"]
+    grids = drawn_grids(rig, condition["step"], rng, errors[rig])
+    out = {}
+    for name, noise in (NOISES | SWEPT_NOISES).items():
+        methods = SWEPT_METHODS if name in SWEPT_NOISES else LINEAR_STAGES
+        rays = shared_rays(noise.points(grids.decoded, grids.true, rng), 1, rng)
+        chosen = grids.pixels[rays.pixels[:, 1].astype(int)]
+        true = true_grids(rig_named(rig).camera, grids.T_camera_grid, chosen)
+        found = calibrated(rays.points, true, methods=tuple(methods))
+        for method in found.values():
+            method.pop("crossing", None)  # only rendered sets are drawn
+        out[name] = found | _of_rays(rays, true)
+    return out
+
+
+def redrawn_conditions(effort):
+    """A condition for each camera."""
+    return [
+        {"camera": camera, "rig": rig + SMALL[effort], "step": STEPS[effort]}
+        for camera, rig in RIGS.items()
+    ]
+
+
+FACTOR_SEEDS = {"quick": 3, "full": 36}
+MULTIPLIED = (1.0, 2.0, 4.0, 8.0)
+
+
+def cgsp_trial(condition, rng, errors):
+    """Mean ray-point error (mm) of CGSP as it comes out.
+
+    mean_mm: for each of MULTIPLIED; chosen_mm: for the factor that was solved.
+    """
+    rig, noise = condition["rig"], NOISES[condition["noise"]]
+    grids = drawn_grids(rig, condition["step"], rng, errors[rig])
+
+    def mean(factor):
+        errors_times = noise._replace(factor=factor)
+        return mean_error(errors_times.points(grids.decoded, grids.true, rng), rng)
+
+    return {
+        "mean_mm": np.array([mean(factor) for factor in MULTIPLIED]),
+        "chosen_mm": mean(noise.factor),
+    }
+
+
+def mean_error(points, rng):
+    """Mean ray-point error of points (3, N, 2); NaN where CGSP gives nothing."""
+    try:
+        rays = shared_rays(points, 1, rng)
+        found = linear_cgsp(rays.points, side=-1)
+    except CalibrationError:
+        return np.nan
+    seen = np.ones(rays.points.shape[:2], bool)
+    directions = centroid_directions(rays.points, seen, found.centre, found.T_base_grid)
+    placed = transform(found.T_base_grid, on_plane(rays.points))
+    return ray_point_distances(placed, found.centre, directions).mean()
+
+
+def cgsp_conditions(effort):
+    """The mirror camera, with errors as they come and with those of other pixels."""
+    rig, step = RIGS[OMNI] + SMALL[effort], STEPS[effort]
+    return [{"rig": rig, "step": step, "noise": noise} for noise in ("bench", "white")]
+
+
+def solved(result, target_mm, noise):
+    """The factor at which the median over seeds is target_mm, None where none is.
+
+    Between the factors that were run, medians go as powers of the factor.
+    """
+    means = np.array(result.arrays("mean_mm", noise=noise))
+    medians = np.nanmedian(means, axis=0)
+    if not medians[0] <= target_mm <= medians[-1]:
+        return None
+    logs = np.interp(np.log(target_mm), np.log(medians), np.log(MULTIPLIED))
+    return float(np.exp(logs))
+
+
+# Misalignments of the bracket (mm), and their rigs; all of reduced size.
+BRACKETS = {
+    0.0: "onevr-d70-aligned-small",
+    0.5: "onevr-d70-half-small",
+    1.0: "onevr-d70-small",
+    2.0: "onevr-d70-double-small",
+}
+OFFSETS_MM = {"quick": (0.0, 1.0), "full": tuple(BRACKETS)}
+# Literals, which the workflow reads without running them.
+BRACKET_SETS = {
+    "quick": ("onevr-d70-aligned-small/0", "onevr-d70-small/0"),
+    "full": (
+        "onevr-d70-aligned-small/0", "onevr-d70-half-small/0",
+        "onevr-d70-small/0", "onevr-d70-double-small/0",
+        "onevr-d70-aligned-small/1", "onevr-d70-half-small/1",
+        "onevr-d70-small/1", "onevr-d70-double-small/1",
+        "onevr-d70-aligned-small/2", "onevr-d70-half-small/2",
+        "onevr-d70-small/2", "onevr-d70-double-small/2",
+    ),
+}  # fmt: skip
+
+
+def bracket_trial(condition, rng):
+    """CGSP's ray-point errors on rendered sets of one misalignment."""
+    folder = rendered_set(condition["rig"], condition["seed"])
+    rays = shared_rays(first_points(folder), true_camera(folder).width, rng)
+    true = true_grids_of_set(folder, rays.pixels)
+    found = calibrated(rays.points, true, centrality=False, methods=("cgsp",))
+    return found | {
+        "true_scatter_mm": true.scatter_mm,
+        "used": len(rays.pixels),
+        "left_out": rays.left_out,
+    }
+
+
+def bracket_conditions(effort):
+    """A condition for every misalignment and seed."""
+    return [
+        {"offset_mm": offset, "rig": BRACKETS[offset], "seed": seed}
+        for offset in OFFSETS_MM[effort]
+        for seed in SEEDS[effort]
+    ]
+
+
+def caustic_trial(condition, rng):
+    """Noise-free rays of the fisheye: their scatter after CGSP, and the caustic's own.
+
+    The caustic's spread is where the true rays cross the plane across them through
+    the point nearest to all, RMS from there.
+    """
+    rig, step = condition["rig"], condition["step"]
+    grids = drawn_grids(rig, step, rng)
+    seen = np.isfinite(grids.true[..., 0]).all(axis=0)
+    points = grids.true[:, seen]
+    camera = rig_named(rig).camera
+    true = true_grids(camera, grids.T_camera_grid, grids.pixels[seen])
+    start = linear_cgsp(points)
+    found = crossings(start.centre, best_lines(points, start.T_base_grid))
+    exact = crossings(true.centre, best_lines(points, true.T_base_grid))
+    return {
+        "scatter_mm": scatter_of(found)["rms_mm"],
+        "caustic_mm": scatter_of(exact)["rms_mm"],
+        "distance_mm": true.scatter_mm,
+        "centre_off_mm": float(np.linalg.norm(start.centre - true.centre)),
+    }
+
+
+def caustic_conditions(effort):
+    """The fisheye; without noise nothing but the poses is drawn."""
+    return [{"rig": RIGS["fisheye"] + SMALL[effort], "step": STEPS[effort]}]
