@@ -66,7 +66,7 @@ def _of_camera(camera, T_base_camera):
 
 def mirror():
     """Rays of a hyperboloid mirror with its viewer in the focus."""
-    camera = ZOO["hyperboloid mirror"].build()
+    camera = ZOO["hyperboloid mirror"]()
     rays = camera.rays(pixel_grid(camera.width, camera.height)[::7])
     shift = CENTRE_MM - SIDEWAYS @ closest_point(rays)
     return _of_camera(camera, pose(SIDEWAYS, shift))
