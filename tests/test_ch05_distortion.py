@@ -15,7 +15,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.trials import (
     run,
     target,
 )
-from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.errors import InputError
 from raxel.geometry.homography import apply_homography
@@ -189,27 +189,6 @@ def test_the_ring_is_outlined_by_its_edges_from_inside_to_outside():
         assert np.nanmax(np.abs(off)) < most
 
 
-def test_edges_in_pictures_are_found_where_the_line_is(monkeypatch):
-    """Of a line that is said to be 1 mm farther out, the error is that many px."""
-    found, scales = target.middle_of_line, []
-    centre = target.ring_on(mirror_rig("A", small=True).board).centre
-
-    def farther_out(camera, edges, T):
-        points = found(camera, edges, T)
-        scales.append(edges.scale[np.isfinite(points).all(axis=1)])
-        outwards = points - centre
-        return points + outwards / np.linalg.norm(outwards, axis=1, keepdims=True)
-
-    monkeypatch.setattr(target, "middle_of_line", farther_out)
-    rng = np.random.default_rng(4)
-    off = target.edges_trial({"geometry": "A"}, rng, small=True)["line_px"]
-    scale = np.concatenate(scales)
-    assert len(off) > 12
-    assert 1.5 < scale.min() < scale.max() < 4
-    assert abs(np.median(off - scale)) < 0.02
-    assert np.std(off - scale) < 0.05
-
-
 def exact_sight(rig, camera, deflection):
     """The RingSight of stage `deflection` without any error."""
     T = target.held(rig, deflection, 3)
@@ -256,33 +235,6 @@ def test_wider_pixels_see_along_the_same_rays():
     assert fine.valid.all()
     np.testing.assert_allclose(wide.origins, fine.origins, atol=1e-9)
     np.testing.assert_allclose(wide.directions, fine.directions, atol=1e-12)
-
-
-def rendered_runs(radii):
-    """PictureRuns of runs with a radius at the last stage, None where refused."""
-    columns = {}
-    for stage in runs.STAGES:
-        last = stage == runs.LAST
-        at = f"{BENCH}.published.stage{stage}"
-        radius = np.array(radii if last else [87.0] * len(radii), object)
-        columns[f"{at}.radius_mm"] = radius
-        columns[f"{BENCH}.true.stage{stage}.radius_mm"] = 87.2
-        came = np.empty(len(radii), object)
-        for place, known in enumerate(radius):
-            came[place] = None if known is None else np.full(3, float(place))
-        columns[f"{at}.residuals_mm"] = came
-    results = {runs.PICTURES: of_columns(({}, columns))}
-    return runs.PictureRuns(results, bench=BENCH)
-
-
-def test_figures_draw_the_first_run_that_came_through():
-    found = rendered_runs([None, 87.4, 87.1])
-    assert found.drawn() == ("published", 1)
-    assert found.array("published", runs.LAST, "residuals_mm", 1)[0] == 1
-    assert found.array("published", runs.LAST, "residuals_mm", 2)[0] == 2
-    assert found.array("published", 0, "residuals_mm", 1)[0] == 1
-    assert found.came_to(runs.LAST) == 2
-    assert rendered_runs([None, None]).drawn() == ("true", 0)
 
 
 def test_a_homography_is_no_distortion_and_a_bend_is():

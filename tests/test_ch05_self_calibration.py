@@ -6,10 +6,6 @@ import pytest
 from chapters.ch05_flexible_mirror.s4_self_calibration import claims
 from chapters.ch05_flexible_mirror.s4_self_calibration.results import known, runs
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import Field
-from chapters.ch05_flexible_mirror.s4_self_calibration.trials.stereo import (
-    in_strips,
-    nearest,
-)
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from tests.judged_claims import readings_of
 from tests.made_results import of_columns
@@ -142,19 +138,6 @@ def test_errors_that_accumulate_are_told(slope, verdict):
     assert found.verdict == verdict
 
 
-def test_rays_of_several_views_meet_at_their_point():
-    point = np.array([[10.0, -5.0, 900.0]])
-
-    class View:
-        def __init__(self, origin):
-            self.origins = np.array([origin])
-            away = point - self.origins
-            self.directions = away / np.linalg.norm(away)
-
-    views = [View([0.0, 0, 0]), View([5.0, 0, 0]), View([0.0, 7, 1])]
-    np.testing.assert_allclose(nearest(views), point, atol=1e-6)
-
-
 def test_what_a_picture_shows_ends_at_the_rays_of_near_and_of_far_ones():
     """Rays start over 100 mm, straight on: near and far points are seen over as much,
     though far ones alone span hardly any angle."""
@@ -171,14 +154,6 @@ def test_what_a_picture_shows_ends_at_the_rays_of_near_and_of_far_ones():
         [[49.0, 0, 1000], [52, 0, 1000], [0, -49, 5000], [0, -52, 5000], [40, 40, 5000]]
     )
     assert field.shows(points).tolist() == [True, False, True, False, True]
-
-
-def test_standard_deviations_are_medians_of_strips_from_the_clamp():
-    share = np.linspace(0.0, 1.0, 801)
-    along, sd = in_strips(share, 1 / np.maximum(share, 1e-9) ** 2, 8)
-    np.testing.assert_allclose(along, (np.arange(8) + 0.5) / 8, atol=1e-3)
-    np.testing.assert_allclose(sd, 1 / along**2, rtol=0.02)
-    assert sd[0] / sd[-1] == pytest.approx(225, rel=0.03)
 
 
 def test_a_figure_shows_one_seed_also_where_others_were_refused():
