@@ -361,3 +361,33 @@ def test_texture_in_the_dark_is_no_noise_of_the_light():
     found = estimate_noise(list(pictures), 250)
     assert found.slope == 0
     assert found.floor == pytest.approx(4 + 1 / 12, rel=0.15)
+
+
+def test_the_arrays_of_an_earlier_view_are_written_over():
+    scene, other = drawn(noise=1.0), drawn(noise=2.0, tilt=0.4, seed=1)
+    kept = decode(other.images, other.patterns, other.grid)
+    expected = decode(scene.images, scene.patterns, scene.grid)
+    found = decode(scene.images, scene.patterns, scene.grid, into=kept)
+    assert found.location.base is kept.location.base
+    for name in ("location", "sigma", "cells", "status"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+
+
+def test_edges_of_cells_stay_where_they_are_whatever_the_response():
+    """A picture and its inverse are equal midway between their edges."""
+    plan = PatternPlan((4, 4), True)
+    scene = drawn(size=(240, 180), plan=plan, blur=2.0)
+    grey = np.arange(256) / 255
+    bent = np.rint(255 * grey**2.2).astype(np.uint8)[scene.images]
+    first = decode(scene.images, scene.patterns, scene.grid, noise=0.5)
+    second = decode(bent, scene.patterns, scene.grid, noise=0.5)
+    both = first.mask & second.mask
+    assert both.mean() > 0.4
+    assert np.mean(first.cells[both] != second.cells[both]) < 1e-3
+    own = [k for k, p in enumerate(scene.patterns) if not p.inverse]
+    levels = {"white": 3 * (scene.white // 4), "black": scene.black, "noise": 0.5}
+    single = decode(
+        scene.images[own], [scene.patterns[k] for k in own], scene.grid, **levels
+    )
+    both &= single.mask
+    assert np.mean(first.cells[both] != single.cells[both]) > 0.005

@@ -1,9 +1,10 @@
 """By how much windows and blur shift phases that bend, and noise those that do not."""
 
 import numpy as np
+import pytest
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
-from raxel.features.active_grid.bias import OF_SIGMA, squared_bias
+from raxel.features.active_grid.bias import OF_SIGMA, OF_WINDOWS, squared_bias
 from raxel.features.active_grid.coding import read_coding
 from raxel.features.active_grid.layout import SQUARE
 from raxel.features.active_grid.undoing import no_ripple
@@ -11,6 +12,7 @@ from raxel.sets import patterns_of, plan_of_cells
 from tests.active_grids import drawn
 
 BLUR, WINDOW = 2.0, 7
+LINEAR = (no_ripple(), no_ripple())
 
 
 def test_a_phase_that_bends_where_light_grows_is_shifted_so_far():
@@ -48,3 +50,33 @@ def test_noise_bends_flat_phases_by_no_more_than_it_does_once_in_three_times():
     # Of 80 squares; those at the border go on as others do.
     inner = found[:, 1:-1, SQUARE:-SQUARE:SQUARE]
     assert 0.2 < np.mean(inner > 0) < 0.5
+
+
+def test_the_bias_of_windows_is_that_of_a_bent_surface():
+    """Second derivatives 1.2 and 0.4 of the monitor's width on 400 px."""
+
+    def bent(u, v, monitor):
+        x = 0.5 + 0.7 * u + 0.6 * u * u + 0.2 * v * v
+        return x * monitor[0], (0.5 + 0.8 * v) * monitor[1]
+
+    scene = drawn(size=(400, 300), place=bent, dtype=np.uint16)
+    codes = read_coding(scene.patterns, scene.grid.monitor_px)
+    squared = squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1, LINEAR)
+    found = np.sqrt(squared)[:, 1:-1]
+    expected = OF_SIGMA * OF_WINDOWS / 2 * (1.2 + 0.4) * 8 / 400**2
+    assert found[0, :, 32:-32] == pytest.approx(expected, rel=0.02)
+    assert found[1].max() < 0.02 * expected
+
+
+def test_facets_are_not_bent():
+    """Their places jump by up to a third of a period, along x alone."""
+
+    def facets(u, v, monitor):
+        i, j = np.floor(u * 400 / 29), np.floor(v * 400 / 29)
+        x = 0.5 + 0.7 * u + 0.014 * ((3 * i + 5 * j) % 4)
+        return x * monitor[0], (0.5 + 0.8 * v + 0.2 * u * u) * monitor[1]
+
+    scene = drawn(size=(400, 300), place=facets, dtype=np.uint16)
+    codes = read_coding(scene.patterns, scene.grid.monitor_px)
+    found = squared_bias(scene.images, codes, OF_WINDOWS, 0.0, 0.1, LINEAR)
+    assert np.quantile(found, 0.9) < 1e-8  # square of 1e-4 periods

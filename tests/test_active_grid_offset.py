@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.features.active_grid import decode, locate
+from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
 from raxel.sets import plan_of_cells
 from tests.active_grids import drawn
@@ -22,8 +22,3 @@ def test_places_are_those_of_sines_without_offset(steps, offset):
     assert np.max(off / found.sigma[found.mask]) < 6
     assert found.mask.mean() > 0.45
     assert examine(one.images, one.patterns, one.grid, found).doubts == []
-    np.testing.assert_allclose(
-        locate(one.images, one.patterns, one.grid)[20:100:9, 40:120:9],
-        one.true[20:100:9, 40:120:9],
-        atol=2.0,
-    )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from raxel.errors import InputError
-from raxel.features.active_grid import decode, locate
+from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
 from raxel.features.active_grid.coding import phase_weights, places_apart, read_coding
 from raxel.features.active_grid.layout import UNKNOWN
@@ -45,8 +45,6 @@ def test_places_are_right_and_sigma_holds(periods, steps):
     assert off.max() < 6
     assert 0.62 < np.mean(off < 1) < 0.74
     assert examine(one.images, one.patterns, one.grid, found).doubts == []
-    with pytest.raises(InputError, match="sines without Gray code; use decode"):
-        locate(one.images, one.patterns, one.grid)
 
 
 @pytest.mark.parametrize("smooth", [True, False])

@@ -11,16 +11,14 @@ from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.evaluation.corrections import polynomials
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.stability import (
-    BY_FOCAL,
     LEAST_PX,
     SURE,
-    SURE_GROUPS,
     Division,
     _apart,
-    _board,
-    _BoardSystem,
     _judged,
     _scatter,
+    _Systems,
+    _systems,
     stability,
 )
 from raxel.geometry.planes import on_plane
@@ -90,33 +88,6 @@ def test_two_cameras_lie_apart_as_their_rays_do():
     assert halves.disagreement_px == pytest.approx(size, abs=2 * halves.allowed_px)
     rest = np.sum((halves.field[there] - apart) ** 2, axis=1)
     assert np.sqrt(rest.mean()) < 3 * halves.allowed_px
-
-
-def test_which_photographs_are_whose_need_not_be_known():
-    mixed = [CAMERA, CAMERA, OTHER, CAMERA, OTHER, OTHER, OTHER]
-    cameras = mixed + mixed[::-1]
-    found = found_in(views_of(cameras, 2))
-    assert not found.same_camera
-    worst = found.divisions[0]
-    assert worst.name == BY_FOCAL
-    assert found.p_value == worst.p_value < SURE_GROUPS
-    of = [{cameras[int(name[:-4])] is OTHER for name in half} for half in worst.halves]
-    assert sorted(map(list, of)) == [[False], [True]]
-    # None of those that nothing but the boards' places divide tells as much.
-    assert all(each.p_value > SURE / 11 for each in found.divisions[1:])
-
-
-def test_a_board_that_is_longer_one_way_is_told():
-    views = views_of(COUNT * [CAMERA], 3, solid=on_plane(BOARD * [1.005, 1.0]))
-    found = found_in(views)
-    assert not found.stable
-    assert found.divisions[0].disagreement_px > 2 * found.divisions[0].allowed_px
-
-
-def test_a_rolling_shutter_is_told():
-    ways = np.random.default_rng(4).normal(size=(COUNT, 3))
-    ways *= 2 / np.linalg.norm(ways, axis=1)[:, None]
-    assert not found_in(views_of(COUNT * [CAMERA], 4, shift=ways)).stable
 
 
 def test_scatter_alone_does_what_it_is_said_to_do():
@@ -216,14 +187,12 @@ def test_the_more_ways_there_are_to_divide_the_surer_one_of_them_has_to_be(times
 
 
 def systems(rng, boards, ways, free, sd=1.0):
-    """_BoardSystems of corrections that are nought: `free` numbers a board."""
-    found = []
-    for _ in range(boards):
-        shapes, off = rng.normal(size=(free, ways)), sd * rng.normal(size=free)
-        found.append(
-            _BoardSystem(shapes.T @ shapes, shapes.T @ off, float(off @ off), free)
-        )
-    return found
+    """_Systems of corrections that are nought: `free` numbers a board."""
+    shapes = rng.normal(size=(boards, free, ways))
+    off = sd * rng.normal(size=(boards, free))
+    normal = np.einsum("nmk,nml->nkl", shapes, shapes)
+    right = np.einsum("nmk,nm->nk", shapes, off)
+    return _Systems(normal, right, float(np.sum(off**2)), boards * free)
 
 
 def test_scatter_is_told_without_what_poses_and_corrections_take():
@@ -235,7 +204,7 @@ def test_scatter_is_told_without_what_poses_and_corrections_take():
     view = views_of([CAMERA], 21, poses=board_poses(21, 1))[0]
     score = evaluate_camera(CAMERA, [view]).images[0]
     mixing = np.eye(polynomials(view.pixels[:1], CAMERA).shape[2])
-    own = _board(CAMERA, score, view, None, mixing, 1.0)
+    own = _systems(CAMERA, [(score, view)], None, mixing, 1.0)
     assert own.free == 2 * np.isfinite(view.pixels[:, 0]).sum() - 6
 
 

@@ -17,7 +17,7 @@ from raxel.cameras import (
 from raxel.cameras.io import load_camera
 from raxel.cli import main
 from raxel.errors import InputError
-from raxel.evaluation.benchmark import score_camera, score_corners, score_points
+from raxel.evaluation.benchmark import score_camera, score_corners
 from raxel.features.boards import Board
 from raxel.features.detector import Detection, refused
 from raxel.geometry import rotation_from_vector
@@ -29,22 +29,6 @@ from tests.test_lab_rig import changed, leaf
 def board_set(tmp_path_factory):
     folder = tmp_path_factory.mktemp("board")
     rig = changed(folder / "rig.yaml", poses__count=leaf(3, "1"))
-    assert main(["render", str(rig), "--out", str(folder / "set")]) == 0
-    return load_set(folder / "set")
-
-
-@pytest.fixture(scope="module")
-def monitor_set(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("monitor")
-    target = {
-        "kind": "active_grid",
-        "monitor_px": leaf([64, 48], "px"),
-        "monitor_mm": leaf([64, 48], "mm"),
-        "gamma": leaf(2.2, "1"),
-        "gray_bits": leaf([1, 0], "1"),
-    }
-    distance = leaf([90, 110], "mm")
-    rig = changed(folder / "rig.yaml", target=target, poses__distance=distance)
     assert main(["render", str(rig), "--out", str(folder / "set")]) == 0
     return load_set(folder / "set")
 
@@ -127,56 +111,6 @@ def test_no_right_board_has_no_error(board_set):
     assert scored["rms_px"] is None
 
 
-def decoded(image_set, folder, change):
-    """A folder with the true points of every view, changed."""
-    folder.mkdir()
-    for view in image_set.views:
-        points = np.load(image_set.folder / "truth" / f"{view.label}.npz")["points_mm"]
-        np.savez(folder / f"{view.label}.npz", points_mm=change(points))
-    return folder
-
-
-def test_true_points_score_zero(monitor_set, tmp_path):
-    scored = score_points(monitor_set, decoded(monitor_set, tmp_path / "p", np.array))
-    assert scored["share_decoded"] == 1
-    assert scored["beside"] == scored["gross"] == 0
-    assert scored["rms_mm"] == scored["median_mm"] == scored["max_mm"] == 0
-    assert len(scored["views"]) == len(monitor_set.views)
-
-
-def test_errors_of_points_are_told_apart(monitor_set, tmp_path):
-    """Gross ones (over 0.64 mm), undecoded ones, and points beside the monitor."""
-
-    def change(points):
-        on = np.argwhere(np.isfinite(points[..., 0]))
-        points = points + [0.03, 0.04]
-        points[~np.isfinite(points).all(axis=2)] = 5.0
-        quarter = len(on) // 4
-        points[tuple(on[:quarter].T)] = np.nan
-        points[tuple(on[quarter : 2 * quarter].T)] += 7.0
-        return points
-
-    folder = decoded(monitor_set, tmp_path / "p", change)
-    scored = score_points(monitor_set, folder)
-    assert scored["share_decoded"] == pytest.approx(0.75, abs=1e-3)
-    assert scored["gross"] == pytest.approx(1 / 3, abs=1e-3)
-    assert scored["max_mm"] == pytest.approx(0.05)
-    assert scored["rms_mm"] == pytest.approx(0.05)
-    pixels = monitor_set.width * monitor_set.height
-    on = sum(
-        np.isfinite(np.load(p)["points_mm"][..., 0]).sum()
-        for p in (monitor_set.folder / "truth").glob("pose-*.npz")
-    )
-    assert scored["beside"] == len(monitor_set.views) * pixels - on
-
-
-def test_a_point_is_gross_from_a_share_of_the_monitors_width_on(monitor_set, tmp_path):
-    # The monitor is 64 mm wide and 48 mm high.
-    for off, gross in ((0.56, 0), (0.72, 1)):
-        folder = decoded(monitor_set, tmp_path / f"{off}", lambda p, o=off: p + [0, o])
-        assert score_points(monitor_set, folder)["gross"] == gross
-
-
 def table_of(camera, turn=(0.0, 0.0, 0.0), columns=None):
     """A general camera with the rays of another, turned, in the first columns."""
     rays = camera.rays(pixel_grid(camera.width, camera.height))
@@ -243,50 +177,6 @@ def test_directions_of_a_mirror_are_seen_from_its_centre(board_set, tmp_path):
     apart = np.linalg.norm(back.pixels - pixels[rays.valid], axis=1)[back.valid]
     assert scored["rms_px"] == pytest.approx(np.sqrt(np.mean(apart**2)), rel=1e-4)
     assert scored["max_px"] == pytest.approx(apart.max(), rel=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("arrays", "message"),
-    [
-        ({"points": np.zeros(3)}, "field 'points_mm': missing"),
-        ({"points_mm": np.zeros((3, 2))}, "shape (3, 2)"),
-        (None, "no such file"),
-    ],
-)
-def test_files_that_are_no_points_are_refused(monitor_set, tmp_path, arrays, message):
-    if arrays:
-        np.savez(tmp_path / f"{monitor_set.views[0].label}.npz", **arrays)
-    with pytest.raises(InputError) as told:
-        score_points(monitor_set, tmp_path)
-    assert message in str(told.value)
-    assert "\n" not in str(told.value)
-
-
-@pytest.mark.parametrize(
-    ("points", "message"),
-    [
-        (np.zeros((120, 160, 2), complex), "found complex128"),
-        (np.zeros((120, 160, 2), bool), "points_mm: found bool"),
-        (np.zeros((120, 160, 2), "U1"), "points_mm: found <U1"),
-    ],
-)
-def test_points_that_are_no_numbers(monitor_set, tmp_path, points, message):
-    np.savez(tmp_path / f"{monitor_set.views[0].label}.npz", points_mm=points)
-    with pytest.raises(InputError) as told:
-        score_points(monitor_set, tmp_path)
-    assert message in str(told.value)
-
-
-def test_points_of_absurd_size_are_gross(monitor_set, tmp_path):
-    view = monitor_set.views[0].label
-    for one in monitor_set.views:
-        shutil.copy(monitor_set.folder / "truth" / f"{one.label}.npz", tmp_path)
-    with np.load(tmp_path / f"{view}.npz") as stored:
-        points = stored["points_mm"]
-    np.savez(tmp_path / f"{view}.npz", points_mm=np.where(points > 0, 1e300, np.nan))
-    scored = score_points(monitor_set, tmp_path)
-    assert scored["views"][0]["gross"] == 1
-    assert scored["views"][1]["gross"] == 0
 
 
 def test_truth_without_one_corner_is_refused(board_set, tmp_path):

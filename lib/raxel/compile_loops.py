@@ -27,7 +27,7 @@ from raxel.cameras import (
     QuadricMirrorCamera,
 )
 from raxel.features import find_board
-from raxel.features.active_grid import decode, locate
+from raxel.features.active_grid import decode
 from raxel.features.active_grid.lookup import pixels_of
 from raxel.features.active_grid.undoing import no_ripple, undone
 from raxel.features.celect import celect
@@ -85,7 +85,6 @@ def compile_loops():
     place = np.moveaxis(np.indices(MONITOR_PX[::-1], float)[::-1], 0, 2)
     remap_to_plane(shown[0], place, None, None, MONITOR_PX, 1.0)
     ray_table([dense_view(place)], T_camera_board[None], np.zeros(3), *MONITOR_PX)
-    locate(shown, patterns, ActiveGrid(MONITOR_PX))
     ripple = no_ripple()._replace(steps=patterns[-1].of, times=1)
     undone(ripple, np.ones(1, complex), np.zeros(1), np.zeros(1))
     for kind in (np.float32, np.float64):

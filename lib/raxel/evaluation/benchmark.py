@@ -1,4 +1,4 @@
-"""Scores against the truth of a rendered set: corners, decoded points, cameras.
+"""Scores against the truth of a rendered set: corners and cameras.
 
 The folder that a set names as its `truth` (written by `raxel.lab.render_set`) is opened
 here and by no detector, decoder or calibration.
@@ -13,12 +13,9 @@ from raxel.cameras.io import load_camera
 from raxel.errors import InputError
 from raxel.evaluation.distortion import angular_residual
 from raxel.evaluation.reference_corners import corner_errors, is_right
-from raxel.features.grids import read_points
 from raxel.geometry.poses import nearest_rotation
-from raxel.sets.model import ActiveGrid
 from raxel.sets.reference import load_reference
 
-GROSS_SHARE = 0.01  # of the monitor's width: a decoded point this far off is wrong
 GRID_PIXELS = 100_000  # a camera is scored on about as many pixels
 FAR_MM = 1000.0  # from the centre, where a direction becomes a point
 
@@ -58,39 +55,6 @@ def score_corners(image_set, boards):
         **_spread(np.concatenate(errors) if errors else None, "px"),
         "images": images,
     }
-
-
-def score_points(image_set, folder):
-    """Decoded points against the true point of every pixel of a rendered active grid.
-
-    folder: holds for each view `<view>.npz` with points_mm (height, width, 2), NaN
-    where not decoded. A point farther off than 1 % of the monitor's width is gross.
-    Returns a dict: per view and over all, share_decoded (of the pixels that see the
-    monitor), beside (decoded pixels that do not see it), gross (share of the decoded),
-    and rms_mm, median_mm, max_mm of the points that are not gross (None if none).
-    Raises InputError for a set without such truth, and for files that do not fit.
-    """
-    truth = truth_folder(image_set)
-    if not isinstance(image_set.target, ActiveGrid):
-        raise InputError(
-            f"{image_set.description}: target.kind: found chessboard, but points are "
-            "decoded on an active grid; give a set of such views, or --corners"
-        )
-    if image_set.target.monitor_mm is None:
-        raise InputError(
-            f"{image_set.description}: target.monitor_mm: null, but points are scored "
-            "in mm; give the lit area's width and height"
-        )
-    shape = image_set.height, image_set.width, 2
-    limit = GROSS_SHARE * image_set.target.monitor_mm[0]
-    views, parts = [], []
-    for view in image_set.views:
-        true, found = (
-            read_points(place / f"{view.label}.npz", shape) for place in (truth, folder)
-        )
-        parts.append(_compared(true, found))
-        views.append({"view": view.label} | _points_score([parts[-1]], limit))
-    return _points_score(parts, limit) | {"views": views}
 
 
 def score_camera(image_set, camera, pixels=None):
@@ -160,27 +124,6 @@ def truth_folder(image_set):
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder; give the set as it was rendered")
     return folder
-
-
-def _compared(true, found):
-    """(errors in mm of the decoded pixels on the monitor, pixels on it, beside it)"""
-    on = np.isfinite(true).all(axis=2)
-    decoded = np.isfinite(found).all(axis=2)
-    with np.errstate(over="ignore", invalid="ignore"):
-        errors = np.linalg.norm(found - true, axis=2)[on & decoded]
-    return errors, int(on.sum()), int((decoded & ~on).sum())
-
-
-def _points_score(parts, limit):
-    errors = np.concatenate([errors for errors, _, _ in parts])
-    on = sum(count for _, count, _ in parts)
-    good = errors[errors <= limit]
-    return {
-        "share_decoded": len(errors) / on if on else None,
-        "beside": sum(beside for _, _, beside in parts),
-        "gross": 1 - len(good) / len(errors) if len(errors) else None,
-        **_spread(good, "mm"),
-    }
 
 
 def _spread(errors, unit, names=("rms", "median", "max")):

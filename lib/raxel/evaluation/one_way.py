@@ -23,7 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.evaluation.apart import apart
-from raxel.evaluation.two_groups import ALIKE, beyond_together
+
+ALIKE = 1e-9  # of the largest eigenvalue: what photographs say nothing of
 
 
 class OneWay(NamedTuple):
@@ -45,7 +46,7 @@ def one_way(normal, right, direction, variance):
     """
     from scipy.stats import f as fisher
 
-    y, covariance = beyond_together(normal, right, direction)
+    y, covariance = _beyond_together(normal, right, direction)
     size, axes = np.linalg.eigh(covariance)
     told = size > ALIKE * size[-1]
     free = np.count_nonzero(told)
@@ -68,3 +69,13 @@ def _beside(normal, right, direction):
     share = to_all / own[:, None]
     normal = normal - share[:, :, None] * to_all[:, None]
     return normal, right - share * (right @ direction)[:, None]
+
+
+def _beyond_together(normal, right, direction):
+    """What photographs say of the direction beyond what all say together, (n,), and its
+    covariance (n, n) in units of their scatter."""
+    inverse = np.linalg.pinv(normal.sum(axis=0), hermitian=True)
+    together = inverse @ right.sum(axis=0)
+    to_all = normal @ direction
+    y = (right - normal @ together) @ direction
+    return y, np.diag(to_all @ direction) - to_all @ inverse @ to_all.T

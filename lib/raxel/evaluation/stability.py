@@ -16,12 +16,9 @@ explains, whichever way they are divided, that is said, too: a shutter does so w
 boards moved differently in each, and no mean of them is known to be right.
 
 Photographs of two cameras may be mixed in a way that no such division comes near. So
-they are divided, too, by the focal length that each asks for, where these fall into two
-groups better than chance divides one. Where they form no groups, they may differ all
-the same: how far apart the focal lengths lie that photographs ask for is held against
-how far they differ in all else (`raxel.evaluation.one_way`). And one photograph may
-differ from all others: a picture that was cropped or turned, say
-(`raxel.evaluation.odd_one`).
+how far apart the focal lengths lie that photographs ask for is held against how far
+they differ in all else (`raxel.evaluation.one_way`). And one photograph may differ from
+all others: a picture that was cropped or turned, say (`raxel.evaluation.odd_one`).
 
 A step of least squares from the fitted camera is each half's fit: no camera is fitted
 anew, so this asks little time, serves formulas and smooth rays alike (of OpenCV's fit
@@ -58,15 +55,13 @@ from raxel.evaluation.corrections import (
 from raxel.evaluation.odd_one import odd_one
 from raxel.evaluation.one_way import OneWay, one_way
 from raxel.evaluation.pixel_pose import pose_jacobian
-from raxel.evaluation.two_groups import two_groups
 from raxel.evaluation.ways_to_divide import ways_to_divide
 
 # p-value, times the number of divisions, below which halves disagree. It takes corners
 # that err together to do so alike in all ways; as they do not, those that share as much
 # as each errs for itself show less than 1e-3 in one set of forty, 1e-4 in one of a
-# hundred. That of two groups holds whichever way corners err most.
-SURE, SURE_GROUPS, SURE_FOCAL, SURE_ODD = 1e-5, 3e-3, 1e-4, 1e-5
-BY_FOCAL = "focal length that each photograph asks for"
+# hundred.
+SURE, SURE_FOCAL, SURE_ODD = 1e-5, 1e-4, 1e-5
 LEAST_PX, TIMES = 0.1, 1.5  # disagreement that matters: at least, and beyond scatter
 # Times scatter by which photographs differ from each other: more than corners do that
 # share as much with their neighbours as each errs for itself (2.8 at most). And what it
@@ -129,13 +124,10 @@ class OddPhotograph(NamedTuple):
 
 
 class Stability(NamedTuple):
-    """divisions: list of Division: first what tells most, the others by p-value. That
-    is the one by focal length, there only where photographs fall into two groups; else
-    the one of least p-value of those that matter and are not explained; where there is
-    none, the one most times as far apart as expected.
+    """divisions: list of Division by p-value, first the one of least p-value of those
+    that matter; where there is none, the one most times as far apart as expected.
 
-    pixels (N, 2): of their fields; p_value: of the first, times how many there are,
-    which that by focal length has in it;
+    pixels (N, 2): of their fields; p_value: of the first, times how many there are;
     same_camera: whether no division matters with a p-value so small; factor: how many
     times as far as scatter explains photographs differ from each other, 1 or more;
     steady: whether that is less than ERRATIC, or shows in no division by ERRATIC_PX, or
@@ -166,9 +158,10 @@ class Stability(NamedTuple):
         return fine and self.odd is None
 
 
-class _BoardSystem(NamedTuple):
-    """What a board, with its pose free, says of the corrections: normal (K, K), right
-    (K,); squares: of what the pose leaves; free: coordinates less pose."""
+class _Systems(NamedTuple):
+    """What n boards, each with its pose free, say of the corrections: normal (n, K, K),
+    right (n, K); squares, free: of what the poses leave, and coordinates less poses, of
+    all together."""
 
     normal: np.ndarray
     right: np.ndarray
@@ -198,41 +191,29 @@ def stability(camera, scores, views, shape=None):
         np.concatenate([score.residuals_px for score, _ in pairs]), axis=1
     )
     widest = WIDTH * max(np.nanmedian(distances) / RAYLEIGH, LEAST_SD_PX)
-    boards = [_board(camera, *pair, shape, fields.mixing, widest) for pair in pairs]
+    boards = _systems(camera, pairs, shape, fields.mixing, widest)
     variance = _scatter(boards)
     seen = np.array([seen_on(view, camera, fields.pixels) for _, view in pairs])
     names = np.array([view.name for _, view in pairs], object)
-
-    def divided(name, first):
+    divisions = []
+    for name, first in ways_to_divide(pairs):
         both = seen[first].any(axis=0) & seen[~first].any(axis=0)
         found = _compared(boards, first, fields, both, variance)
-        of_halves = tuple(names[first]), tuple(names[~first])
-        return None if found is None else Division(name, of_halves, *found)
-
-    divisions = [divided(*way) for way in ways_to_divide(pairs)]
-    divisions = [each for each in divisions if each is not None]
+        if found is not None:
+            halves = tuple(names[first]), tuple(names[~first])
+            divisions.append(Division(name, halves, *found))
     if not divisions:
         return None
-    factor, _ = _apart(boards, [np.ones(len(boards), bool)], variance)
+    factor, _ = _apart(boards, [np.ones(len(pairs), bool)], variance)
     table = camera.kind == "general"
     found = _judged(divisions, fields.pixels, factor, table)
     if table:
         return found
-    longer = _longer(fields, camera)
-    focal = one_way(*_equations(boards), longer, variance)
-    odd = _odd(boards, fields, seen.any(axis=0), variance, names)
+    equations = boards.normal, boards.right
+    focal = one_way(*equations, _longer(fields, camera), variance)
+    odd = _odd(equations, fields, seen.any(axis=0), variance, names)
     beyond = _beyond(camera, pairs, shape, widest, variance * factor**2)
-    found = found._replace(focal=focal, odd=odd, beyond=beyond)
-    first, p_value = two_groups(*_equations(boards), longer)
-    by_focal = None
-    if p_value < SURE_GROUPS:
-        by_focal = divided(BY_FOCAL, first)
-    if by_focal is None or not by_focal.matters:
-        return found
-    if odd and (odd.name,) in by_focal.halves:
-        return found
-    divisions = [by_focal._replace(p_value=p_value), *found.divisions]
-    return found._replace(divisions=divisions, p_value=p_value, same_camera=False)
+    return found._replace(focal=focal, odd=odd, beyond=beyond)
 
 
 def _beyond(camera, pairs, shape, widest, variance):
@@ -241,19 +222,17 @@ def _beyond(camera, pairs, shape, widest, variance):
     fields = correction_fields(camera, pairs, with_radial_terms)
     if fields is None:
         return None
-    of_all = shape, fields.mixing, widest, with_radial_terms
-    boards = [_board(camera, *pair, *of_all) for pair in pairs]
-    normal, _ = _sums(boards, np.ones(len(boards), bool))
-    covariance = variance * np.linalg.pinv(normal, hermitian=True)
+    boards = _systems(camera, pairs, shape, fields.mixing, widest, with_radial_terms)
+    covariance = variance * np.linalg.pinv(boards.normal.sum(axis=0), hermitian=True)
     views = [view for _, view in pairs]
     seen = np.any([seen_on(view, camera, fields.pixels) for view in views], axis=0)
     return beyond_boards(fields, covariance, views, seen)
 
 
-def _odd(boards, fields, seen, variance, names):
+def _odd(equations, fields, seen, variance, names):
     """The OddPhotograph of boards, None where none is; seen (N,) bool: the pixels of
     the fields where boards were seen."""
-    found = odd_one(*_equations(boards), variance)
+    found = odd_one(*equations, variance)
     if found is None or found.p_value > SURE_ODD:
         return None
     shapes = without_turns(fields.turns[seen], fields.shapes[seen])
@@ -284,56 +263,44 @@ def _judged(divisions, pixels, factor, table):
 # ---------------------------------------------------------------------- the corrections
 
 
-def _board(camera, score, view, shape, mixing, widest, terms=polynomials):
-    """The _BoardSystem of a view, of corners no more than `widest` px off."""
-    off = score.residuals_px
-    right = np.linalg.norm(off, axis=1) <= widest
-    off, points = off[right], view.points[right]
-    places = view.pixels[right] - off
-    solid = board_points(points, shape)
-    by_pose = pose_jacobian(camera, places, solid, score.T_camera_grid)
-    shapes = (terms(places, camera) @ mixing).reshape(off.size, mixing.shape[1])
-    of_pose, _ = np.linalg.qr(by_pose)
-    shapes = shapes - of_pose @ (of_pose.T @ shapes)
-    off = off.ravel() - of_pose @ (of_pose.T @ off.ravel())
-    free = len(off) - by_pose.shape[1]
-    return _BoardSystem(
-        shapes.T @ shapes, shapes.T @ off, float(off @ off), max(free, 0)
-    )
+def _systems(camera, pairs, shape, mixing, widest, terms=polynomials):
+    """The _Systems of views, of corners no more than `widest` px off."""
+    normal, right, squares, free = [], [], 0.0, 0
+    for score, view in pairs:
+        off = score.residuals_px
+        near = np.linalg.norm(off, axis=1) <= widest
+        off = off[near]
+        places, solid = view.pixels[near] - off, board_points(view.points[near], shape)
+        by_pose = pose_jacobian(camera, places, solid, score.T_camera_grid)
+        shapes = (terms(places, camera) @ mixing).reshape(off.size, mixing.shape[1])
+        of_pose, _ = np.linalg.qr(by_pose)
+        shapes = shapes - of_pose @ (of_pose.T @ shapes)
+        off = off.ravel() - of_pose @ (of_pose.T @ off.ravel())
+        normal.append(shapes.T @ shapes)
+        right.append(shapes.T @ off)
+        squares += float(off @ off)
+        free += max(len(off) - by_pose.shape[1], 0)
+    return _Systems(np.array(normal), np.array(right), squares, free)
 
 
 def _scatter(boards):
     """Variance of a coordinate: of what poses and one correction by all boards leave.
     So what the camera does to all boards alike, of which no half tells, does not count
     as scatter."""
-    normal, right = _sums(boards, [True] * len(boards))
+    normal, right = boards.normal.sum(axis=0), boards.right.sum(axis=0)
     taken = right @ np.linalg.pinv(normal, hermitian=True) @ right
-    free = max(sum(board.free for board in boards) - len(right), 1)
-    squares = sum(board.squares for board in boards) - taken
-    return max(squares / free, LEAST_SD_PX**2)
-
-
-def _equations(boards):
-    """normal (n, K, K) and right (n, K)."""
-    normal = np.array([board.normal for board in boards])
-    return normal, np.array([board.right for board in boards])
-
-
-def _sums(boards, chosen):
-    """normal and right of the chosen boards."""
-    of_half = [board for board, inside in zip(boards, chosen, strict=True) if inside]
-    return sum(board.normal for board in of_half), sum(board.right for board in of_half)
+    free = max(boards.free - len(right), 1)
+    return max((boards.squares - taken) / free, LEAST_SD_PX**2)
 
 
 def _apart(boards, parts, variance):
     """(factor, freedom): how many times as far as scatter explains boards lie from what
     their part, of those given as (n,) bool, says together, 1 or more; and how many
     independent squares that is told by."""
-    normal, right = _equations(boards)
-    first, *others = (apart(normal[part], right[part]) for part in parts)
-    whole = sum(others, first)
+    found = [apart(boards.normal[part], boards.right[part]) for part in parts]
+    whole = sum(found[1:], found[0])
     factor = np.sqrt(max(whole.variance / variance, 1.0))
-    return float(factor), (len(boards) - len(parts)) * whole.several
+    return float(factor), (len(boards.right) - len(parts)) * whole.several
 
 
 # ------------------------------------------------------------------------ the divisions
@@ -352,11 +319,10 @@ def _compared(boards, first, fields, both, variance):
     None where that is nowhere."""
     from scipy.stats import f as fisher
 
-    normal, right = _sums(boards, first)
-    whole = _sums(boards, np.ones(len(boards), bool))
+    normal, right = boards.normal[first].sum(axis=0), boards.right[first].sum(axis=0)
     # What one half says beyond what both together say, and its covariance.
-    share = normal @ np.linalg.pinv(whole[0], hermitian=True)
-    beyond = right - share @ whole[1]
+    share = normal @ np.linalg.pinv(boards.normal.sum(axis=0), hermitian=True)
+    beyond = right - share @ boards.right.sum(axis=0)
     size, axes = np.linalg.eigh(normal - share @ normal)
     told = size > variance / UNKNOWN_PX**2
     if not told.any() or np.count_nonzero(both) < FEWEST_PIXELS:

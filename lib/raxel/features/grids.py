@@ -91,13 +91,6 @@ def read_grids(folder, image_set, views=None):
             yield SeenGrid(view, reason=f"{folder} has no file for it")
 
 
-def read_points(path, shape, unit="mm"):
-    """points_mm (or points_px) of an .npz file, float64 of a shape, or InputError."""
-    with Archive(path, "file of points") as archive:
-        points = _numbers(path, archive, f"points_{unit}", shape)
-    return np.asarray(points, float)
-
-
 def holds_points(path):
     """Whether an .npz file is one of a decoded view. Raises InputError if it is none of
     arrays."""
