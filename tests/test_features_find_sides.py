@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.errors import InputError
-from raxel.features import find_board, find_boards
+from raxel.features import find_board
 from raxel.features.find.grids import Grid
 from raxel.features.find.sides import dark_side, unequal_pitch
 from raxel.features.opencv import find_opencv_sb
@@ -129,11 +129,10 @@ def test_a_board_of_which_squares_run_out_lies_in_no_shadow():
     assert (found.columns, found.rows) == (7, 6)
 
 
-@pytest.mark.parametrize("find", [find_board, find_boards, find_opencv_sb])
+@pytest.mark.parametrize("find", [find_board, find_opencv_sb])
 def test_a_colour_picture_is_told_as_one(find):
-    size = () if find is find_boards else (9, 6)
     with pytest.raises(InputError, match=r"shape \(480, 640, 3\); give grey"):
-        find(np.zeros((480, 640, 3), np.uint8), *size)
+        find(np.zeros((480, 640, 3), np.uint8), 9, 6)
 
 
 def covered(image, light, from_, slant=0):

@@ -12,7 +12,7 @@ size given and without, all of them right within a pixel, where 'opencv' found 5
 
 from raxel.features.celect.clicked import find_celect
 from raxel.features.detector import Detection, Partial, refused, verified
-from raxel.features.find import find_board, find_boards
+from raxel.features.find import find_board
 from raxel.features.lattice import order_of_clicks, symmetries
 from raxel.features.opencv import find_opencv, find_opencv_sb
 
@@ -27,7 +27,6 @@ __all__ = [
     "Detection",
     "Partial",
     "find_board",
-    "find_boards",
     "order_of_clicks",
     "refused",
     "symmetries",

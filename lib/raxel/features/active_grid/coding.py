@@ -32,12 +32,6 @@ class Sines:
     offset: float = 0.0
 
     @property
-    def advances(self):
-        """(N,) phases of the steps at the monitor's border, in periods."""
-        count = len(self.steps)
-        return np.arange(count) / count + self.offset
-
-    @property
     def weights(self):
         """(3, N): as `phase_weights`."""
         return phase_weights(len(self.steps), self.offset)

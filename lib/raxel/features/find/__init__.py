@@ -61,19 +61,6 @@ def _found(image, grey, columns, rows):
     return _known_size(seen, image, columns, rows)
 
 
-def find_boards(image):
-    """Detections of all complete boards in an image; for more than one board.
-
-    image: as `find_board`; InputError for an array that is no grey image.
-    """
-    grey = as_8_bit(image)
-    if min(grey.shape) < 16:
-        return []
-    seen = seen_in(grey)
-    verdicts = _verdicts(seen, image, told=False)
-    return [_detection(v.sure, image) for v in verdicts if not v.fault]
-
-
 def _verdicts(seen, image, told):
     """What each lattice is: `verdict.Judged`, by its corners and by its fields."""
     level = seen.levels[0]
