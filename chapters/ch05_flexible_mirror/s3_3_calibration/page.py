@@ -250,7 +250,7 @@ def trust_runs(effort):
 #   the saddle point method; ordering them is not tried here. A pixel that was
 #   decoded though its own ray misses the monitor is left out. So in the runs with
 #   errors drawn from these no corner is missed and none is wrong. In
-#   [runs from images](s3_3_deflections.ipynb#ext_mirror_rendered_table) both occur.
+#   [runs from images](s3_3_deflections.ipynb) both occur.
 # - **The field of view** is the fan in the plane of bending. Across it the mirror
 #   does not bend, and shows no more than before.
 

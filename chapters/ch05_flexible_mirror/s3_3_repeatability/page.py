@@ -130,7 +130,7 @@ from repro.run.outcomes import Plan
 # *bench* and in the laboratory
 # ([how they differ](s3_3_calibration.ipynb)). Which corners the mirror shows, and
 # where its edges are, is known exactly, unlike in
-# [images](s3_3_deflections.ipynb#ext_mirror_rendered_table).
+# [images](s3_3_deflections.ipynb).
 
 # %%
 SEEDS = {"quick": 5, "full": 100}

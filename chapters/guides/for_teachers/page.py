@@ -367,7 +367,7 @@ READS_PAGES = True
 #   [5.3.3](../ch05_flexible_mirror/s3_3_calibration.ipynb), Fig. 5.10
 # - **5 min.** The mirror was bent: what is left of its calibration, and what is
 #   needed anew? [5.2](../ch05_flexible_mirror/s2_method.ipynb), Fig. 5.4, and
-#   [a film](../ch05_flexible_mirror/s3_3_repeatability.ipynb#ext_mirror_film)
+#   [a film](../ch05_flexible_mirror/s3_3_repeatability.ipynb)
 # - **5 min.** The scoreboard: "twice the field of view", on two geometries. Why
 #   does it hang on the rig?
 #
