@@ -18,7 +18,7 @@ PACKAGE = "mvtb-data==1.6.1"
 WHEEL_SHA256 = "0ca9c30e100fa272421068a167ea6529085ff8f4afdca72e5fad681c52cabdbf"
 FOLDER_IN_WHEEL = "mvtbdata/images/calibration"
 CACHE = Path(__file__).resolve().parents[3] / ".cache"
-NAMES = tuple(f"left{n:02d}.jpg" for n in (*range(1, 10), *range(11, 15)))
+NAMES = tuple(f"left{n:02d}.jpg" for n in range(1, 15))
 
 
 def fetch(folder: Path) -> bool:
