@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from raxel.errors import InputError
-from raxel.features.active_grid import Noise, decode
+from raxel.features.active_grid import decode
 from raxel.features.active_grid.noise import estimate_noise
+from raxel.features.active_grid.phases import turns
 from raxel.sets import ActiveGrid, Pattern, PatternPlan
 from tests.active_grids import drawn
 
@@ -79,32 +80,6 @@ def assert_covered(scene, found):
     assert 0.66 < within.mean(axis=0).min() <= within.mean(axis=0).max() < 0.70
 
 
-@pytest.mark.parametrize("options", [{}, {"smooth": False}, {"neighbours": True}])
-def test_sigma_holds_with_periods_too_short_for_a_window(options):
-    """32 cells are of about 14 px: what windows leave alone is averaged over 3 x 3."""
-    scene = drawn(size=(560, 420), cells=32, noise=2.0, vignetting=1.2, seed=3)
-    assert_covered(scene, decoded(scene, **options))
-
-
-@pytest.mark.parametrize("noise", [1.0, 2.0])
-def test_sigma_holds_where_windows_are_biased(noise):
-    """A bent surface, on which averages over 7 x 7 are off by up to a sigma.
-
-    Some 2400 windows do not overlap, so that shares are known to 1 % only.
-    """
-
-    def bent(u, v, monitor):
-        x = 0.5 + 0.7 * u + 0.6 * u * u + 0.2 * v * v
-        return x * monitor[0], (0.5 + 0.8 * v + 0.3 * u * v) * monitor[1]
-
-    scene = drawn(size=(400, 300), place=bent, noise=noise, seed=4)
-    found = decoded(scene)
-    off = errors(scene, found)[:, 0]
-    sigma = found.sigma[found.mask][:, 0]
-    assert np.median(off) > 0.25 * np.median(sigma)
-    assert 0.65 < np.mean(np.abs(off) < sigma) < 0.71
-
-
 def test_smoothing_takes_away_what_it_says():
     scene = with_noise(3.0)
     spread = {}
@@ -143,24 +118,6 @@ def test_no_cell_is_wrong_at_a_blurred_edge(shift):
     assert share_of_lit(scene, decoded(scene, margin_px=9)) > 0.9
 
 
-def test_a_code_finer_than_its_sines_needs_no_edges():
-    plan = PatternPlan((5, 5), True, 4, (16.0, 16.0))
-    scene = drawn(size=(240, 180), plan=plan, noise=3.0, blur=1.0)
-    off = np.abs(errors(scene, decoded(scene)))
-    assert off.max() < 0.1 * 300 / 16
-
-
-def test_sines_that_are_long_enough_need_no_finest_bits():
-    """Cells are then as wide as those of the finest bit that is there."""
-    scene = drawn(size=(240, 180), plan=PatternPlan((5, 5), True, 4, (8.0, 8.0)))
-    own = [k for k, p in enumerate(scene.patterns) if p.kind == "phase" or p.bit < 3]
-    assert len(own) == len(scene.patterns) - 8
-    patterns = [scene.patterns[k] for k in own]
-    found = decode(scene.images[own], patterns, scene.grid, smooth=False)
-    assert np.abs(errors(scene, found)).max() < 0.02 * 300 / 8
-    assert share_of_lit(scene, found) > 0.8
-
-
 def test_gray_code_alone_gives_the_middle_of_its_cells():
     plan = PatternPlan((5, 6), True)
     scene = drawn(size=(240, 180), plan=plan, noise=2.0, blur=0.7)
@@ -188,6 +145,15 @@ def test_one_axis_leaves_the_other_open():
         np.testing.assert_array_equal(
             found.location[good, axis], both.location[good, axis]
         )
+
+
+def test_a_picture_in_two_strips_is_decoded_as_one():
+    scene = drawn(size=(2500, 32), monitor=(1920, 1440), noise=2.0)
+    found = decoded(scene)
+    assert share_of_lit(scene, found) > 0.5
+    assert np.abs(errors(scene, found) / found.sigma[found.mask]).max() < 6.5
+    across = found.mask[16]
+    assert across[1150:1350].all()
 
 
 @pytest.mark.parametrize("with_white", [True, False])
@@ -319,16 +285,6 @@ def test_sigma_holds_for_raw_pictures_whose_black_is_a_level(dtype):
         assert_covered(scene, decoded(scene, smooth=smooth))
 
 
-def test_stated_noise_is_taken():
-    # Without the response: what is left of one is in sigma, and no noise of pixels.
-    scene = drawn(noise=3.0)
-    found = decoded(scene, noise=3.0, smooth=False, linear=True)
-    assert found.noise == Noise(9.0)
-    twice = decoded(scene, noise=Noise(36.0), smooth=False, linear=True)
-    both = found.mask & twice.mask
-    np.testing.assert_allclose(twice.sigma[both], 2 * found.sigma[both], rtol=1e-5)
-
-
 def test_a_long_code_is_the_code_of_its_part():
     """Cells of a stated width: a code of ten bits on a monitor that needs eight."""
     plan = PatternPlan((10, 0), True, cell_px=(1.0, 0.0))
@@ -391,3 +347,27 @@ def test_edges_of_cells_stay_where_they_are_whatever_the_response():
     )
     both &= single.mask
     assert np.mean(first.cells[both] != single.cells[both]) > 0.005
+
+
+def test_angles_in_turns():
+    angle = np.linspace(0, 1, 20001)[:-1]
+    for x in angle[::7]:
+        s, c = np.float32(np.sin(2 * np.pi * x)), np.float32(np.cos(2 * np.pi * x))
+        off = abs(turns(s, c) - x)
+        assert min(off, 1 - off) < 2e-7
+    assert turns(np.float32(-1e-12), np.float32(1)) in (0, np.float32(1 - 2**-24))
+
+
+def test_pictures_in_a_list_in_any_order_and_number_of_threads():
+    scene = drawn(size=(150, 301), noise=3.0)
+    order = np.random.default_rng(0).permutation(len(scene.patterns))
+    first = decode(scene.images, scene.patterns, scene.grid, threads=1)
+    other = decode(
+        [scene.images[k] for k in order],
+        [scene.patterns[k] for k in order],
+        scene.grid,
+        noise=first.noise,
+        threads=3,
+    )
+    for name in ("location", "sigma", "cells", "status"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(other, name))

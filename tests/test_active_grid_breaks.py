@@ -1,7 +1,5 @@
 """Blurred breaks of a surface: what is left is right, and smooth views lose none."""
 
-from importlib import import_module
-
 import numpy as np
 import pytest
 
@@ -76,25 +74,6 @@ def test_what_is_left_beside_a_break_is_as_good_as_it_says(jump, smooth):
     assert 0.60 < np.mean(near < 1) < 0.75
     assert np.mean(near.max(axis=1) > 6) < 0.003
     assert np.mean(np.concatenate(lost)) < 0.001
-
-
-def test_without_it_there_are_gross_errors(monkeypatch):
-    """The mutant: nothing is found."""
-
-    def nothing(location, sigma, used, length, start, stop, found):
-        found[:] = 0
-
-    module = import_module("raxel.features.active_grid.decode")
-    monkeypatch.setattr(module, "find_breaks", nothing)
-    for jump in JUMPS:
-        scene = scene_of(jump)
-        found = decode(scene.images, scene.patterns, scene.grid)
-        assert found.counts()[BROKEN] == 0
-        # Sigma itself holds a part of them, as what bends within few pixels.
-        off = standardised(scene, found) * found.sigma / np.nanmedian(found.sigma)
-        off = off[np.abs(from_ridge(0)) < 8]
-        off = off[np.isfinite(off[:, 0])].max(axis=1)
-        assert np.mean(off > 6) > 0.03
 
 
 SMOOTH = {

@@ -1,7 +1,5 @@
 """Facets that meet edge to edge: places go on, their steps do not, and sigma knows."""
 
-import importlib
-
 import numpy as np
 import pytest
 
@@ -48,15 +46,6 @@ def test_sigma_holds_at_folds(blur, noise):
     assert np.mean(far < 1) < 0.82
 
 
-def test_without_it_errors_are_many_deviations(monkeypatch):
-    module = importlib.import_module("raxel.features.active_grid.decode")
-    monkeypatch.setattr(module, "widen_at_folds", lambda *_: None)
-    monkeypatch.setattr(module, "widen_at_bends", lambda *_: None)
-    one = drawn(**SCENE, place=facets, blur=0.7, noise=1.0, seed=3)
-    near, _ = near_folds(one, decode(one.images, one.patterns, one.grid))
-    assert np.mean(near < 3) < 0.93
-
-
 def test_sigma_holds_where_places_turn_round():
     one = drawn(**SCENE, place=caustic, blur=1.0, noise=2.0, seed=3)
     found = decode(one.images, one.patterns, one.grid)
@@ -79,9 +68,3 @@ def test_places_that_scatter_more_than_is_stated(times):
     sigma = np.full((2, 64, 400), 0.2, np.float32)
     found = scatter_of_places(noise.astype(np.float32), sigma, np.array([1, 0]))
     np.testing.assert_allclose(found, [max(times, 1.0), 1.0], rtol=0.06)
-
-
-def test_more_blur_shifts_a_fold_by_more():
-    """Also where it reaches farther than the difference that tells the fold."""
-    shares = [share_at_folds(variance) for variance in (1, 4, 25, 100, 625)]
-    assert (np.diff([0, *shares]) > 0).all()

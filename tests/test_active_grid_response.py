@@ -11,13 +11,7 @@ from raxel.features.active_grid import decode, harmonics
 from raxel.features.active_grid.harmonics import bound_of_shares, harmonics_of_powers
 from raxel.features.active_grid.lines import basis_of
 from raxel.features.active_grid.noise import Noise
-from raxel.features.active_grid.response import (
-    _covariance,
-    _of_fit,
-    _of_pieces,
-    lower_quartile,
-    response_warnings,
-)
+from raxel.features.active_grid.response import _covariance, _of_fit, response_warnings
 from raxel.features.active_grid.undoing import Ripple, undone
 from tests.active_grids import drawn
 
@@ -257,14 +251,6 @@ def test_bounds_hold_and_are_not_far_above_what_they_bound(steps):
         assert bound < 20 * max(off, 0.0015)
 
 
-@pytest.mark.parametrize("steps", [6, 8])
-def test_a_curve_like_an_s_is_told_by_its_odd_harmonics(steps):
-    waves = answered(like_an_s(3.5), 0)
-    bound = bound_of_shares(np.r_[0, waves[1 : steps - 1]], steps)
-    off = abs(waves[steps - 1] - waves[steps + 1])
-    assert off < bound < 10 * off
-
-
 @pytest.mark.parametrize("dark", [0.0, 0.05, 0.1])
 @pytest.mark.parametrize("steepness", [1.5, 2.5, 4.0, 6.0])
 def test_bounds_of_four_and_five_steps_hold_for_curves_like_an_s(steepness, dark):
@@ -306,34 +292,3 @@ def test_pieces_that_contradict_each_other_know_less(apart):
     assert np.mean(stated) == pytest.approx(
         np.trace(np.cov(np.transpose(found))), rel=0.3
     )
-
-
-def test_three_steps_that_tell_nothing_are_warned_of():
-    found, _ = seen(2.2, 3, cells=36, noise=1.0, size=(240, 180))
-    assert len(response_warnings(found, False)) == 2
-    assert not response_warnings(found, True)
-    assert not response_warnings(seen(2.2, 3)[0], False)
-
-
-def test_the_lower_quartile_is_numpys():
-    rng = np.random.default_rng(3)
-    for count in (1, 2, 5, 6, 7, 100):
-        values = rng.normal(size=count)
-        assert lower_quartile(values) == pytest.approx(np.quantile(values, 0.25))
-
-
-def test_what_pieces_keep_of_ripples_is_told_where_it_is_beyond_their_noise():
-    rng = np.random.default_rng(5)
-    phase = rng.uniform(0, 2 * np.pi, (2000, 1)) + np.pi / 4 * np.arange(32)
-    slopes = np.stack([np.sin(phase), np.cos(phase)], axis=2)
-    weights = rng.uniform(50, 200, 2000)
-
-    def kept(size):
-        noise = rng.normal(0, 1, phase.shape) / np.sqrt(weights)[:, None]
-        own = rng.normal(0, size, (2000, 2, 1))
-        return _of_pieces((slopes @ own)[..., 0] + noise, slopes, weights)
-
-    # Of two standard deviations, one in forty is beyond by chance.
-    assert np.count_nonzero([kept(0.0) for _ in range(40)]) <= 4
-    for size in (0.02, 0.05):
-        assert np.sqrt(kept(size)) * 2 * np.pi == pytest.approx(size, rel=0.1)

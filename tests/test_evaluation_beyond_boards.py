@@ -6,14 +6,12 @@ import pytest
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.cli.beyond import beyond_fields, beyond_warnings
 from raxel.evaluation.beyond_boards import BeyondBoards, beyond_boards
 from raxel.evaluation.corrections import CorrectionFields
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.stability import stability
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
-from raxel.sets.words import BOARDS
 
 SIZE = np.array([640, 480])
 MIDDLE = (SIZE - 1) / 2
@@ -88,25 +86,3 @@ def test_a_lens_with_more_terms_than_the_fit_is_told_where_no_board_was():
     beyond = stability(found, scores.images, views).beyond
     assert beyond.matters
     assert beyond.largest_px > 3
-
-
-def test_what_is_known_beyond_boards_grows_with_the_corners_noise():
-    one, other = (found_in(views_within(0.7, noise=n)) for n in (0.05, 0.1))
-    assert other.share == pytest.approx(one.share, abs=0.02)
-    assert other.largest_px == pytest.approx(2 * one.largest_px, rel=0.1)
-    assert other.under_px == pytest.approx(2 * one.under_px, rel=0.1)
-
-
-def test_the_warning_and_the_result_say_which_number_is_which():
-    found = BeyondBoards(0.62, 0.31, 4.7, 0.25)
-    assert beyond_fields(found) == {
-        "share_of_image": 0.62, "share_unknown": 0.31, "largest_sd_px": 4.7,
-        "sd_under_boards_px": 0.25,
-    }  # fmt: skip
-    (told,) = beyond_warnings(found, BOARDS)
-    assert told.startswith("62 % of the image lie beyond all boards")
-    assert "off by up to 4.7 px (SD; 0.25 px under the boards), and in 31 % of" in told
-    assert "take photographs with the board in the corners" in told
-    assert beyond_warnings(found._replace(unknown=0.09), BOARDS) == []
-    assert beyond_warnings(None, BOARDS) == []
-    assert beyond_fields(None) is None

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.evaluation.board_scores import distances, in_order_of, in_place
+from raxel.evaluation.board_scores import in_order_of, in_place
 
 COLUMNS, ROWS = 5, 4
 LATTICE = np.stack(
@@ -42,11 +42,3 @@ def test_rows_stay_rows_on_a_square_board():
     best = in_order_of(square.reshape(-1, 2), turned, ROWS, ROWS).reshape(square.shape)
     across = np.diff(best, axis=1)
     np.testing.assert_array_equal(across[..., 0], 0)
-
-
-def test_distances_are_between_all_pairs_and_far_from_nothing():
-    apart = distances(
-        np.array([[0.0, 0], [3, 4]]), np.array([[0.0, 0], [3, 0], [0, 4]])
-    )
-    np.testing.assert_allclose(apart, [[0, 3, 4], [5, 4, 3]])
-    assert np.isinf(distances(TRUTH, np.empty((0, 2)))).all()

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from raxel.calibration.pose.three_point import moved_pose
-from raxel.cameras.lenses.fisheye import FisheyeCamera
 from raxel.cameras.tables.general import GeneralCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.cross_validation import (
@@ -13,13 +12,8 @@ from raxel.evaluation.cross_validation import (
     fit_board_pose,
 )
 from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import (
-    angle_between_rotations,
-    pose,
-    rotation_from_vector,
-    transform,
-)
-from tests.board_scenes import BOARD, FISHEYE, HEIGHT, WIDTH, board_poses, views_of
+from raxel.geometry.poses import pose, rotation_from_vector, transform
+from tests.board_scenes import BOARD, FISHEYE, board_poses, views_of
 
 
 def test_the_true_camera_scores_zero_and_finds_the_poses():
@@ -61,12 +55,6 @@ def test_every_corner_counts_the_same_whatever_board_it_lies_on():
     assert result.median_px < 1e-9
 
 
-def test_a_wrong_camera_scores_worse():
-    wrong = FisheyeCamera("stereographic", 100.0, [122.0, 88.0], WIDTH, HEIGHT)
-    views = views_of(board_poses(2, 3))
-    assert evaluate_camera(wrong, views).rms_px > 0.2
-
-
 def test_a_table_with_a_hole_counts_the_corners_without_a_ray():
     table = GeneralCamera.from_camera(FISHEYE)
     mask = table.mask.copy()
@@ -103,17 +91,6 @@ def test_missing_corners_are_not_counted():
     image = evaluate_camera(FISHEYE, views).images[0]
     assert image.n_corners == len(BOARD) - 2
     assert image.n_without_ray == 0
-
-
-def test_pose_from_rays_of_many_origins():
-    T = board_poses(6, 1)[0]
-    rng = np.random.default_rng(6)
-    origins = 3.0 * rng.normal(size=(len(BOARD), 3))
-    sight = transform(T, on_plane(BOARD)) - origins
-    directions = sight / np.linalg.norm(sight, axis=1)[:, None]
-    found = fit_board_pose(directions, BOARD, origins)
-    assert np.abs(found[:3, 3] - T[:3, 3]).max() < 1e-6
-    assert angle_between_rotations(found[:3, :3], T[:3, :3]) < 1e-8
 
 
 def test_a_pose_from_rays_has_the_smallest_sines_of_all_poses_beside_it():

@@ -158,11 +158,6 @@ def test_a_bent_board_whose_shape_is_known_is_no_fault():
     assert stability(CAMERA, flat.images, views).factor > 2
 
 
-def test_few_boards_are_not_tested():
-    views = views_of(COUNT * [CAMERA], 9)[:5]
-    assert found_in(views, CAMERA) is None
-
-
 def test_tables_of_rays_are_held_against_their_own_errors():
     views = views_of(7 * [CAMERA] + 7 * [OTHER], 3)
     camera = calibrate_generic(views, *SIZE, rng=np.random.default_rng(0)).camera
@@ -221,10 +216,3 @@ def test_boards_tell_how_far_they_lie_apart_by_their_number_less_their_parts(par
     assert np.median(factors) < 1.1
     far = [_apart(systems(rng, 7, 1, 30, 2 * sd), halves, sd**2)[0] for _ in range(200)]
     assert np.mean(np.square(far)) == pytest.approx(4, rel=0.15)
-
-
-def test_a_board_of_which_no_corner_is_right_tells_nothing():
-    views = views_of(COUNT * [CAMERA], 10)
-    away = np.random.default_rng(10).choice([-3.0, 3.0], BOARD.shape)
-    views[3] = views[3]._replace(pixels=views[3].pixels + away)
-    assert found_in(views, CAMERA) is not None

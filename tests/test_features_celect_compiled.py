@@ -19,16 +19,6 @@ def window(seed, radius=24.0):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_points_within_a_circle(seed):
-    points = np.random.default_rng(seed).uniform(0, 50, (200, 2))
-    centre = np.array([20.0, 30.0])
-    inside = np.linalg.norm(points - centre, axis=1) <= 12
-    found = compiled.within(points, centre, 12.0)
-    np.testing.assert_array_equal(found, points[inside])
-    assert compiled.within(points[:0], centre, 12.0).shape == (0, 2)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
 def test_every_pixel_votes_once_for_every_angle(seed):
     pixels, centre = window(seed)
     angles = np.radians(np.arange(BINS))
@@ -44,11 +34,6 @@ def test_every_pixel_votes_once_for_every_angle(seed):
     assert space.sum() == pytest.approx(BINS * len(pixels))
     # A pixel whose distance lies between two bins may go into either.
     assert (space != smooth).mean() < 1e-3
-
-
-def test_pixels_far_outside_the_window_have_no_votes():
-    far = np.array([[500.0, 60.0], [60.0, -400.0]])
-    assert vote(far, np.array([60.0, 60.0]), 24.0).sum() == 0
 
 
 def plain_strongest(space, limits, neighbourhood, share, columns):
@@ -105,18 +90,6 @@ def test_the_farthest_pixel_ahead_in_the_band(seed):
     rules = centre, normal, R, 2.0, away_from, direction
     assert compiled.farthest_ahead(pixels, *rules) == off.argmax()
     assert compiled.farthest_ahead(pixels[~ahead], *rules) == -1
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_pixels_of_a_mask_within_a_circle(seed):
-    mask = np.random.default_rng(seed).integers(0, 2, (40, 50)).astype(np.uint8)
-    first, centre = np.array([100, 200], np.int32), np.array([120.5, 219.0])
-    v, u = np.nonzero(mask)
-    pixels = np.column_stack((u, v)) + first
-    inside = np.linalg.norm(pixels - centre, axis=1) <= 15
-    found = compiled.set_within(mask, first, centre, 15.0)
-    np.testing.assert_array_equal(found, pixels[inside])
-    assert compiled.set_within(0 * mask, first, centre, 15.0).shape == (0, 2)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

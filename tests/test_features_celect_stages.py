@@ -10,30 +10,11 @@ from hypothesis import strategies as st
 from raxel.features.celect import CelectSettings, algorithm, along_contour
 from raxel.features.celect.algorithm import _Run, snapped
 from raxel.features.celect.compiled import merged_lines
-from raxel.features.celect.hough import (
-    angle_apart,
-    normal_of,
-    orientation,
-    peaks_of,
-    vote,
-)
+from raxel.features.celect.hough import angle_apart, peaks_of, vote
 from raxel.features.celect.layers import Layers
-from raxel.features.celect.processing import (
-    average_close,
-    distance_to_trace,
-    position_along,
-    processed,
-)
+from raxel.features.celect.processing import average_close, distance_to_trace, processed
 from raxel.features.celect.radius import mean_side, side_lengths
-from raxel.features.celect.trace import (
-    FirstLine,
-    Trace,
-    Tracer,
-    first_line,
-    near_lines,
-    next_anchor,
-    next_line,
-)
+from raxel.features.celect.trace import FirstLine, first_line, next_anchor, next_line
 from raxel.features.celect.window import (
     canny_edges,
     clear_scale,
@@ -117,27 +98,6 @@ def test_close_peaks_become_their_mean_by_votes_across_the_border():
     assert len(merged_lines(np.abs(near), 3.0)) == 2
 
 
-@given(a=st.floats(-720, 720), b=st.floats(-720, 720))
-def test_angles_between_orientations(a, b):
-    apart = angle_apart(a, b)
-    assert 0 <= apart <= 90
-    assert angle_apart(b, a) == pytest.approx(apart)
-    assert angle_apart(a + 180, b) == pytest.approx(apart, abs=1e-9)
-
-
-def test_orientation_and_normal_agree():
-    direction = np.array([3.0, -4.0])
-    normal = normal_of(orientation(direction))
-    assert direction @ normal == pytest.approx(0, abs=1e-12)
-    assert np.linalg.norm(normal) == pytest.approx(1)
-    np.testing.assert_allclose(normal_of(0), [0, 1], atol=1e-15)
-
-
-def test_only_lines_near_the_centre_count():
-    lines = np.array([[0.0, 10], [-9.7, 20], [9.5, 30], [12, 40]])
-    np.testing.assert_array_equal(near_lines(lines, 9.6), [0, 2])
-
-
 def test_the_first_line_leaves_out_the_wrong_contour():
     lines = np.array([[0.0, 10], [0, 88], [0, 100]])
     everything = np.arange(3)
@@ -165,14 +125,6 @@ def test_the_next_anchor_is_the_farthest_ahead_in_the_band():
     back = next_anchor(edges, line, CENTRE, 3, CENTRE, np.array([-1.0, 0]))
     np.testing.assert_array_equal(back, [20, 50])
     assert next_anchor(edges[:3], line, CENTRE, 3, CENTRE, np.array([-1.0, 0])) is None
-
-
-TRACE = np.array([[0.0, 0], [10, 0], [10, 10], [30, 10]])
-
-
-def test_positions_along_a_trace_go_on_beyond_its_ends():
-    points = np.array([[-3.0, 1], [4, 1], [11, 4], [12, 11], [33, 9]])
-    np.testing.assert_allclose(position_along(points, TRACE), [-3, 4, 14, 22, 43])
 
 
 def test_the_distance_is_to_the_line_through_the_two_nearest_anchors():
@@ -258,22 +210,6 @@ def test_a_lattice_is_read_along_the_contours_by_their_names():
     assert sides == [[0, 1, 2, 3], [3, 7, 11], [8, 9, 10, 11], [0, 4, 8]]
     assert along_contour("column 2", numbers).tolist() == [1, 5, 9]
     assert along_contour("column 3", np.zeros((3, 4, 2))).shape == (3, 2)
-
-
-@pytest.mark.parametrize(
-    ("end", "arrived"),
-    [
-        ((25.0, 21), True),  # passed by on the way
-        ((31.0, 20), True),
-        ((34.0, 20), False),
-        ((16.0, 20), False),  # behind where the step began
-        ((25.0, 24), False),
-    ],
-)
-def test_a_step_arrives_where_it_passes_the_end_corner(end, arrived):
-    tracer = Tracer(np.zeros((40, 60)), None, CelectSettings(arrival=0.5))
-    trace = Trace([np.array([20.0, 20]), np.array([30.0, 20])])
-    assert tracer._arrived(trace, np.array(end), 5.0) == arrived
 
 
 def test_a_column_merges_within_a_share_of_the_least_distance_before_it():

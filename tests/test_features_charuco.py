@@ -3,18 +3,13 @@
 import cv2
 import numpy as np
 import pytest
-import yaml
 
-from raxel.cameras import load_camera
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features import find_board
-from raxel.features.boards import detect_boards, read_boards
 from raxel.features.charuco import find_charuco, without_markers
-from raxel.features.markers import markers_seen
 from raxel.sets import Charuco, load_set, write_set
 from tests.charuco_boards import (
-    FOCAL,
     HEIGHT,
     SQUARE_PX,
     TARGET,
@@ -24,7 +19,7 @@ from tests.charuco_boards import (
     photograph,
     sheet,
 )
-from tests.image_sets import description, write_description, write_drawn_set
+from tests.image_sets import description, write_description
 
 CHARUCO = {
     "kind": "charuco",
@@ -118,15 +113,6 @@ def test_another_dictionary_is_refused_with_what_was_read():
     assert found.reason.startswith("0 of 24 markers of 6X6_50 are read")
 
 
-def test_a_plain_set_of_charuco_boards_hears_of_it(tmp_path):
-    drawn_set(tmp_path / "set", target=PLAIN)
-    (board, *_) = detect_boards(load_set(tmp_path / "set"))
-    assert not board.detection.found
-    reason = board.detection.reason
-    assert reason.startswith("this looks like a ChArUco board (24 ArUco markers of 4X4")
-    assert "give target.kind: charuco; as a chessboard: no board of 7 x 5" in reason
-
-
 @pytest.mark.parametrize("marker_mm", [16.0, 20.0, 24.0])
 def test_squares_with_small_markers_are_no_chessboard(marker_mm):
     image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, "4X4_50", marker_mm))
@@ -164,38 +150,6 @@ def test_a_board_needs_as_many_markers_as_are_drawn_on_it(counts, legacy):
     assert len(board.getIds()) == Charuco(*counts, 40.0).marker_count
 
 
-@pytest.mark.parametrize("name", ["4X4_50", "APRILTAG_16h5", "ARUCO_ORIGINAL"])
-def test_markers_of_a_dictionary_go_by_its_name(name):
-    image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, name, 29.0))
-    assert markers_seen(image) == (24, name)
-
-
-def test_a_large_picture_is_looked_at_smaller():
-    image, _ = photograph(TILTS_DEG[0])
-    large = cv2.resize(image, None, fx=5, fy=5, interpolation=cv2.INTER_LINEAR)
-    count, name = markers_seen(large)
-    assert (count >= 20, name) == (True, "4X4_50")
-
-
-def test_no_markers_are_seen_on_a_plain_board(tmp_path):
-    board = write_drawn_set(tmp_path / "set")[1]
-    assert markers_seen(board.image()) is None
-
-
-def test_a_set_is_calibrated(tmp_path, capsys):
-    drawn_set(tmp_path / "set")
-    corners, camera = tmp_path / "corners.json", tmp_path / "camera.npz"
-    assert main(["corners", str(tmp_path / "set"), "--json", str(corners)]) == 0
-    image_set = load_set(tmp_path / "set")
-    boards = read_boards(corners, image_set)
-    assert [board.detection.found for board in boards] == [True] * 4
-    options = ["--model", "zhang", "--corners", str(corners), "--out", str(camera)]
-    assert main(["calibrate", str(tmp_path / "set"), *options]) == 0
-    K = load_camera(camera).K
-    assert K[0, 0] == pytest.approx(FOCAL, rel=0.01)
-    assert yaml.safe_load(corners.read_text("utf-8"))["detector"] == "charuco"
-
-
 def test_a_set_survives_the_disk(tmp_path):
     drawn_set(tmp_path / "set", target=CHARUCO | {"legacy": True})
     image_set = load_set(tmp_path / "set")
@@ -218,9 +172,3 @@ def test_faults_of_the_target_are_named(tmp_path, change, found):
     with pytest.raises(InputError) as fault:
         load_set(tmp_path / "set")
     assert found in str(fault.value)
-
-
-def test_a_named_detector_cannot_read_markers(tmp_path, capsys):
-    drawn_set(tmp_path / "set")
-    assert main(["corners", str(tmp_path / "set"), "--detector", "opencv"]) == 2
-    assert "leave --detector out" in capsys.readouterr().err

@@ -65,15 +65,6 @@ def test_corners_are_followed_within_their_stated_error():
     assert not (found.lost & found.regained).any()
 
 
-def test_a_negative_of_a_film_is_followed_alike():
-    scene, flat, bent = film()
-    found = next_corners(flat.picture, bent.picture, flat.true, *scene.size)
-    negative = next_corners(
-        255 - flat.picture, 255 - bent.picture, flat.true, *scene.size
-    )
-    np.testing.assert_allclose(negative.corners, found.corners, atol=0.01)
-
-
 def test_flow_gone_astray_does_not_bend_the_flow_of_all():
     rng = np.random.default_rng(4)
     lattice = np.indices((9, 11)).reshape(2, -1).T
@@ -102,20 +93,6 @@ def test_no_corner_becomes_its_neighbour_at_steps_of_half_a_square():
     found = next_corners(flat.picture, picture, flat.true, *scene.size)
     assert not np.isfinite(found.corners).any()
     assert found.lost.sum() == np.isfinite(flat.true[:, 0]).sum()
-
-
-def test_flow_that_leads_to_the_neighbours_is_not_believed(monkeypatch):
-    """After half a square to the left, half a square to the right looks no worse."""
-    scene, flat, _ = film()
-    step = square(flat, scene.size)
-    picture, true = shifted(flat, [-0.5 * step, 0.0])
-    wrong = np.roll(true.reshape(13, 14, 2), 1, axis=1).reshape(-1, 2)
-    wrong[::14] = np.nan
-    known = np.isfinite(wrong[:, 0]) & np.isfinite(flat.true[:, 0])
-    assert np.all(np.linalg.norm(wrong - flat.true, axis=1)[known] < 0.6 * step)
-    monkeypatch.setattr("raxel.features.film._flown", lambda *given: wrong)
-    found = next_corners(flat.picture, picture, flat.true, *scene.size)
-    assert not np.isfinite(found.corners).any()
 
 
 def test_a_covered_rim_is_lost_and_comes_back():

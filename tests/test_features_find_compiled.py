@@ -47,13 +47,6 @@ def test_saddles_are_where_the_hessian_of_opencv_says(seed):
     np.testing.assert_allclose(found, strength.ravel()[place], rtol=1e-4)
 
 
-def test_a_plateau_of_saddles_is_kept_whole():
-    v, u = np.indices((20, 30), dtype=np.float32)
-    place, strength = compiled.strongest_saddles(u * v, np.float32(0.5))
-    assert len(place) == 16 * 26
-    assert (strength == 1).all()
-
-
 @pytest.mark.parametrize("seed", SEEDS)
 def test_changes_on_a_ring_are_counted(seed):
     grey = picture(seed)
@@ -151,10 +144,6 @@ def test_a_trace_ends_where_dark_and_bright_change_sides():
     assert follow(edge_atlas(0.0, (80, 40), hidden=True), 0.0)[0] == -1
 
 
-def test_a_trace_ends_after_its_steps_in_the_last_level():
-    assert follow(edge_atlas(0.0, (105, 40)), 0.0)[0] == -1
-
-
 @pytest.mark.parametrize("scale", [1, 2])
 def test_slopes_are_those_of_a_bent_picture(scale):
     rng = np.random.default_rng(5)
@@ -175,13 +164,3 @@ def test_slopes_are_those_of_a_bent_picture(scale):
         down = (window[2:, 1:-1] - window[:-2, 1:-1]) * samples / 2
         expected = np.stack([along.ravel(), down.ravel()], axis=1)
         np.testing.assert_allclose(found[n], expected, atol=1e-3)
-
-
-def test_the_nearest_is_the_nearest():
-    rng = np.random.default_rng(6)
-    points, others = rng.uniform(0, 9, (40, 2)), rng.uniform(0, 9, (25, 2))
-    index, distance = compiled.nearest(points, others)
-    apart = np.linalg.norm(points[:, None] - others[None], axis=2)
-    np.testing.assert_array_equal(index, apart.argmin(axis=1))
-    np.testing.assert_allclose(distance, apart.min(axis=1), rtol=1e-14)
-    assert compiled.nearest(points, others[:0])[1].min() == np.inf

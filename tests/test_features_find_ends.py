@@ -58,13 +58,6 @@ def test_grids_that_move_away_from_their_nodes_come_to_an_end(seed, monkeypatch)
     assert len(grids) == len(passes) > 0
 
 
-@pytest.mark.parametrize("blur", [4.0, 5.0, 6.0])
-def test_heavy_blur_ends_in_an_answer(blur):
-    soft = cv2.GaussianBlur(BOARD.image().astype(np.float32), (0, 0), blur)
-    found = find_board(np.rint(soft).astype(np.uint8), 9, 6)
-    assert found.found or found.reason
-
-
 @pytest.mark.parametrize("rows", [1, 2])
 def test_a_lattice_one_or_two_squares_wide_is_refused(rows, monkeypatch):
     image = BOARD.image()
@@ -117,15 +110,3 @@ def test_the_noise_of_a_picture_is_told_beside_its_edges(sd):
     squares = 60 + 120 * ((np.indices((400, 500)) // 40).sum(axis=0) % 2)
     picture = squares + sd * rng.normal(size=squares.shape)
     assert noise_sd(picture.astype(np.float32)) == pytest.approx(sd, rel=0.06)
-
-
-@pytest.mark.parametrize("size", [(9, 6), None])
-def test_a_size_that_is_told_is_told_to_what_ends_the_board(monkeypatch, size):
-    asked, ended = [], search.ended
-    monkeypatch.setattr(
-        search,
-        "ended",
-        lambda grid, level, told: asked.append(told) or ended(grid, level, told),
-    )
-    search.seen_in(BOARD.image(), size)
-    assert set(asked) == {size is not None}

@@ -6,14 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.cli import main
-from raxel.cli.models import FITS
 from raxel.errors import InputError
 from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards, write_boards
 from raxel.features.detector import Detection
-from raxel.features.find import search
-from raxel.features.find.grids import Grid, holed, nearly_complete
+from raxel.features.find.grids import Grid, nearly_complete
 from raxel.features.find.verdict import judged
 from raxel.features.lattice import (
     lattice_fault,
@@ -25,7 +22,7 @@ from raxel.features.lattice import (
 from raxel.io.files import write_json
 from raxel.sets import load_set
 from tests.chessboards import Board, facing
-from tests.image_sets import COLUMNS, ROWS, TILTS_DEG, write_drawn_set
+from tests.image_sets import COLUMNS, ROWS, write_drawn_set
 from tests.test_features_find import drawn, seen
 
 TWO_LACK = [None] * 2 + [[9, 9]] * 33
@@ -100,35 +97,6 @@ def test_a_strip_of_squares_is_refused(columns):
         found = find_board(seen(board), *size)
         assert not found.found
         assert "too small to be sure of" in found.reason or "no lattice" in found.reason
-
-
-class _TooMany(Exception):
-    pass
-
-
-def _runaway(shift, most):
-    """grid_of whose corners lie `shift` px from where they were seen."""
-    calls = []
-
-    def grid_of(start, nodes, level):
-        calls.append(len(nodes))
-        if len(calls) > most:
-            raise _TooMany
-        known = np.isfinite(start[..., 0])
-        ones = np.where(known, 1.0, np.nan)
-        return Grid(start + shift, ones, ones, ones, ones)
-
-    return grid_of
-
-
-@pytest.mark.parametrize("shift", [0.0, 2.4, 2.6, 40.0, 4000.0])
-def test_the_search_ends_wherever_corners_go(monkeypatch, shift):
-    """As many turns as lattices, however far corners are from where they were seen."""
-    image = np.hstack([seen(drawn("straight")), seen(drawn("bent"))])
-    nodes = search.seen_in(image).nodes
-    monkeypatch.setattr(search, "grid_of", _runaway(shift, len(nodes.points)))
-    monkeypatch.setattr(search, "nearly_complete", lambda grid: False)
-    assert search.seen_in(image).grids
 
 
 def test_blur_of_five_pixels_ends():
@@ -225,40 +193,3 @@ def test_faults_of_missing_corners_are_named(tmp_path, entry, found):
     with pytest.raises(InputError) as fault:
         read_boards(tmp_path / "corners.json", load_set(tmp_path / "set"))
     assert found in str(fault.value)
-
-
-def test_boards_with_a_covered_corner_are_calibrated(tmp_path, capsys, monkeypatch):
-    drawn_set = write_drawn_set(tmp_path / "set", tilts=TILTS_DEG[:4])
-    path = tmp_path / "set" / "view1.png"
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    u, v = np.rint(drawn_set[1].corners()[17]).astype(int).tolist()
-    cv2.circle(image, (u, v), 7, 128, -1)
-    cv2.imwrite(str(path), image)
-    corners = str(tmp_path / "corners.json")
-    assert main(["corners", str(tmp_path / "set"), "--json", corners]) == 0
-    assert "view1.png: 1 of 35 corners are missing" in capsys.readouterr().out
-
-    def calibrate(model):
-        out = str(tmp_path / f"{model}.npz")
-        options = ["--model", model, "--corners", corners, "--out", out]
-        assert main(["calibrate", str(tmp_path / "set"), *options]) == 0
-        assert main(["evaluate", out, str(tmp_path / "set"), "--corners", corners]) == 0
-
-    for model in FITS:
-        calibrate(model)
-    # Two models are compared as all would be, and boards kept out.
-    for other in set(FITS) - {"zhang", "generic"}:
-        monkeypatch.delitem(FITS, other)
-    calibrate("auto")
-
-
-def test_a_hole_has_neither_place_nor_deviation_and_the_rest_stays():
-    full = [np.random.default_rng(k).random((4, 5)) for k in range(len(Grid._fields))]
-    full[Grid._fields.index("points")] = np.dstack(full[:2])
-    grid, gone = Grid(*full), np.zeros((4, 5), bool)
-    gone[1, 2] = gone[3, 4] = True
-    left = holed(grid, gone)
-    for before, after in zip(grid, left, strict=True):
-        assert np.isnan(after[gone]).all()
-        np.testing.assert_array_equal(after[~gone], before[~gone])
-        assert not np.isnan(before).any()

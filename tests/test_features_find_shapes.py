@@ -6,7 +6,7 @@ import pytest
 
 from raxel.features import find_board
 from raxel.features.find import search
-from raxel.features.find.ends import ended, sides_seen
+from raxel.features.find.ends import sides_seen
 from raxel.features.find.squares import ARC, MOST_BULGE, bulge_of, other_tone
 from tests.chessboards import Board, facing
 from tests.test_features_find import distance, drawn, seen, soft_and_noisy
@@ -49,17 +49,6 @@ def test_a_row_that_may_be_the_edge_of_the_paper_is_named():
     what = "the last row of corners at its top may be the edge of the paper: 57 of 63"
     assert found.reason.startswith(what)
     assert "6 of 9 corners of row 1 from its top are missing" in found.reason
-
-
-def test_a_lattice_of_edges_alone_comes_to_an_end():
-    """Corners of one line beside empty ones: rows go until too little is left."""
-    grid, level = lattice_of(seen(BOARD))
-    points = np.full((7, 7, 2), np.nan)
-    points[:, 0] = np.column_stack([np.full(7, 20), 20 + 12 * np.arange(7)])
-    points[0] = points[0, 0] + np.column_stack([12 * np.arange(7), np.zeros(7)])
-    ones = np.where(np.isfinite(points[..., 0]), 1.0, np.nan)
-    lattice = type(grid)(points, *(ones.copy() for _ in range(4)))
-    assert ended(lattice, level, told=True) is lattice
 
 
 def lattice_of(image):

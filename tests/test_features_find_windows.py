@@ -43,11 +43,6 @@ def test_tiles_that_look_like_the_board_are_named():
     assert "no part of this size differs from the rest" in told.reason
 
 
-@pytest.mark.parametrize("size", [(5, 4), (6, 3), (7, 4)])
-def test_a_wrong_size_is_refused_on_tiles(size):
-    assert not find_board(on_tiles(60, 180), *size).found
-
-
 def test_a_column_of_fainter_paint_does_not_end_a_board():
     """The board is whole; with a column too few given, no part of it is one."""
     image = BOARD.image()
@@ -67,11 +62,3 @@ def test_rows_that_run_out_of_the_picture_do_not_end_a_board(width, ends):
     steps = [np.stack([-np.ones((5, 6)), np.ones((5, 6))], -1)] * 2
     room = slice(0, 5), slice(0, 5)
     assert _ends(points, _shown(points, level), steps, room) == ends
-
-
-def test_cells_of_a_code_are_no_squares_that_go_on():
-    cells = np.random.default_rng(11).random((25, 30)) < 0.5
-    code = np.pad(np.where(cells, 40, 210), 4, constant_values=210)
-    found = find_board(soft_and_noisy(code.repeat(12, 0).repeat(12, 1)))
-    assert not found.found
-    assert "squares go on" not in found.reason

@@ -12,7 +12,7 @@ from raxel.features import find_board
 from raxel.features.boards import Board as Looked
 from raxel.features.boards import detect_boards
 from raxel.features.detector import Detection, refused
-from raxel.features.size_vote import agreed, votes_of
+from raxel.features.size_vote import agreed
 from raxel.sets import load_set
 from tests.chessboards import Board, facing
 from tests.image_sets import (
@@ -119,13 +119,6 @@ def test_photographs_without_a_board_vote_for_none(tmp_path, monkeypatch):
     assert vote.votes == {(7, 5): ["view0.png"]}
     assert vote.again == ["view1.png", "view2.png", "view3.png"]
     assert [board.detection.found for board in boards] == [True, False, False, False]
-
-
-def test_nothing_is_voted_where_nothing_is_complete(tmp_path):
-    image_set = written(tmp_path / "set", np.full((HEIGHT, WIDTH), 120, np.uint8))
-    boards, vote = voted(image_set)
-    assert vote is None
-    assert votes_of(boards) == {}
 
 
 def test_commands_tell_the_vote_and_keep_it(tmp_path, capsys):

@@ -78,16 +78,6 @@ def test_what_neighbours_share_is_not_wrong():
     assert without_wrong_corners(CAMERA, rolling).wrong == []
 
 
-def test_what_grows_towards_the_end_of_a_board_is_not_wrong():
-    views = views_of(COUNT * [CAMERA], 7)
-    view = next(v for v in views if np.isfinite(v.pixels).all())
-    pixels = view.pixels.reshape(view.rows, view.columns, 2)
-    for ring, off in enumerate((6.0, 2.5, 1.5, 0.7)):
-        own = np.maximum(*np.mgrid[: view.rows, : view.columns]) == ring
-        pixels[own] += [off, off]
-    assert without_wrong_corners(CAMERA, views).wrong == []
-
-
 def test_residuals_with_a_slope_continue_to_the_very_rim():
     """At a rim all neighbours lie to one side: only their slope leads to the corner."""
     j, i = np.mgrid[:5, :7]
@@ -131,22 +121,6 @@ def test_calibrate_counts_and_names_them(calibrated):
     assert result["misfit"]["rms_px"] < 0.1
     assert result["camera"]["focal_px"] == pytest.approx([300, 300], rel=0.01)
     assert "2.png: 2, 5.png: 1" in page
-
-
-def test_errors_of_a_camera_are_told_with_the_corners_that_are_wrong(tmp_path, capsys):
-    """As printed: a pose bends away from a corner that is 30 px off, and little."""
-    boards = boards_of(PINHOLE, count=4)
-    boards[1][20] += [18.0, 24.0]
-    folder, corners = write_made_set(tmp_path / "set", boards)
-    camera, path = tmp_path / "camera.npz", tmp_path / "result.json"
-    PINHOLE.save(camera)
-    order = ["evaluate", camera, folder, "--corners", corners, "--json", path]
-    assert main([*map(str, order)]) == 0
-    result, printed = json.loads(path.read_text()), capsys.readouterr().out
-    due = 30 / np.sqrt(4 * COLUMNS * ROWS)
-    assert result["rms_px"] == pytest.approx(due, rel=0.1)
-    assert f"rms {result['rms_px']:.3f} px" in printed
-    assert "the others by 0.0" in printed
 
 
 def test_a_lens_of_another_law_is_still_blamed(calibrated):
