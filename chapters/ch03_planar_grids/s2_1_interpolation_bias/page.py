@@ -30,7 +30,6 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     POINTS,
     SETTINGS,
     SIDE_MM,
-    derivatives,
     lens,
     rms,
 )
