@@ -50,7 +50,7 @@ from raxel.geometry import (
     rotation_from_vector,
 )
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 

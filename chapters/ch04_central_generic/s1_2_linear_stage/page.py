@@ -31,7 +31,7 @@ from raxel.calibration.linear.synthetic_pinhole import (
 )
 from raxel.geometry.robust_homography import robust_start
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import compared, open_results, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 

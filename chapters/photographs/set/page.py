@@ -29,7 +29,7 @@ from chapters.photographs.set.trials.study import (
     settings_of,
 )
 from chapters.shared.photographs.notes import origin, title
-from chapters.shared.photographs.reading import ALL_NAMES, BOARDS, Study
+from chapters.shared.photographs.reading import BOARDS, Study
 from raxel.sets import load_set
 from repro.page.exercise import check
 from repro.page.reader import open_results, show, show_code, show_table, value
