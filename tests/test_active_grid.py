@@ -80,20 +80,6 @@ def assert_covered(scene, found):
     assert 0.66 < within.mean(axis=0).min() <= within.mean(axis=0).max() < 0.70
 
 
-def test_smoothing_takes_away_what_it_says():
-    scene = with_noise(3.0)
-    spread = {}
-    for name, options in {
-        "raw": {"smooth": False},
-        "windows": {},
-        "both": {"neighbours": True},
-    }.items():
-        found = decoded(scene, **options)
-        spread[name] = np.sqrt(np.mean((errors(scene, found) / 300) ** 2))
-    assert spread["raw"] / spread["windows"] == pytest.approx(7, rel=0.1)
-    assert spread["windows"] / spread["both"] == pytest.approx(441 / 55 / 7, rel=0.05)
-
-
 @pytest.mark.parametrize("cells", [8, 32])
 @pytest.mark.parametrize("share", [1.0, 1.05, 1.3])
 def test_no_pixel_beyond_the_monitor_is_decoded(share, cells):
@@ -327,26 +313,6 @@ def test_the_arrays_of_an_earlier_view_are_written_over():
     assert found.location.base is kept.location.base
     for name in ("location", "sigma", "cells", "status"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
-
-
-def test_edges_of_cells_stay_where_they_are_whatever_the_response():
-    """A picture and its inverse are equal midway between their edges."""
-    plan = PatternPlan((4, 4), True)
-    scene = drawn(size=(240, 180), plan=plan, blur=2.0)
-    grey = np.arange(256) / 255
-    bent = np.rint(255 * grey**2.2).astype(np.uint8)[scene.images]
-    first = decode(scene.images, scene.patterns, scene.grid, noise=0.5)
-    second = decode(bent, scene.patterns, scene.grid, noise=0.5)
-    both = first.mask & second.mask
-    assert both.mean() > 0.4
-    assert np.mean(first.cells[both] != second.cells[both]) < 1e-3
-    own = [k for k, p in enumerate(scene.patterns) if not p.inverse]
-    levels = {"white": 3 * (scene.white // 4), "black": scene.black, "noise": 0.5}
-    single = decode(
-        scene.images[own], [scene.patterns[k] for k in own], scene.grid, **levels
-    )
-    both &= single.mask
-    assert np.mean(first.cells[both] != single.cells[both]) > 0.005
 
 
 def test_angles_in_turns():

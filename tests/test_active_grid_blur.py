@@ -129,12 +129,3 @@ def test_light_beyond_the_rim_is_read_as_far_as_noise_in_the_dark_lets_it():
     contrast = np.median(scene.white[on].astype(float) - scene.black[on])
     share = 7 * np.sqrt(dark) / contrast
     assert found.beyond_px == pytest.approx(-found.px * ndtri(share), rel=0.08)
-
-
-def test_where_one_square_of_the_code_is_all_that_is_lit_no_blur_is_known():
-    """A mirror that shows the camera next to nothing of the monitor."""
-    scene = drawn(size=(64, 48), share=0.75, noise=1.0, seed=1)
-    images = np.broadcast_to(scene.images[:, 24:25, 32:33], scene.images.shape).copy()
-    found = decode(images, scene.patterns, scene.grid)
-    assert found.blur_px is None
-    assert found.margin_px >= 6

@@ -9,9 +9,8 @@ import pytest
 
 from raxel.features.active_grid import decode, harmonics
 from raxel.features.active_grid.harmonics import bound_of_shares, harmonics_of_powers
-from raxel.features.active_grid.lines import basis_of
 from raxel.features.active_grid.noise import Noise
-from raxel.features.active_grid.response import _covariance, _of_fit, response_warnings
+from raxel.features.active_grid.response import _covariance, response_warnings
 from raxel.features.active_grid.undoing import Ripple, undone
 from tests.active_grids import drawn
 
@@ -150,13 +149,6 @@ def test_ripples_of_three_pixels_are_told(steps, camera):
     assert not response_warnings(found, False)
 
 
-def test_stripes_that_turn_once_across_a_line_do_not_look_parallel_to_it():
-    """From side to side of it, the phase of a period of 5.4 px seems to stand still."""
-    found, within = seen(2.2, 4, cells=36, noise=1.0, size=(240, 180))
-    assert not any(own.ripple.steps for own in found.response)
-    assert within[1] > 0.95
-
-
 FINEST = {"cells": 36, "noise": 1.0, "size": (280, 210)}
 
 
@@ -214,25 +206,6 @@ def test_a_bounded_ripple_shifts_as_a_sine_of_that_size_does(monkeypatch):
     assert found == pytest.approx(due, rel=0.01)
 
 
-def test_blur_that_takes_from_sines_is_no_curve_like_an_s():
-    """Of four steps, whose coarsest bit it leaves as it is. What is not known of it is
-    a part of what it takes: the variance of the blur by half the slope's square."""
-    psi = np.linspace(0, 40, 600) + np.linspace(0, 4, 40)[:, None]
-    slope = np.hypot(40 / 599, 4 / 39)
-    kept = np.exp(-((1.5 * slope) ** 2) / 2)
-    steps = 2 * np.pi * np.arange(4) / 4
-    found = harmonics.shift_bound(
-        SimpleNamespace(
-            shape=psi.shape,
-            images=[100 + 50 * kept * np.cos(psi + step) for step in steps],
-            apart=lambda _, at: np.full(len(at[0]), 100.0),
-        ),
-        SimpleNamespace(steps=range(4), bits=((0, 1),)), Noise(1.0), 1.5,
-    )  # fmt: skip
-    due = harmonics.BLUR_KNOWN * (1.5 * slope) ** 2 / 2
-    assert found == pytest.approx(due / np.sqrt(2) / (2 * np.pi), rel=0.02)
-
-
 def test_harmonics_of_powers():
     for power in (0.7, 1.8, 2.2):
         found = harmonics_of_powers([power], 8)[0, 1:]
@@ -249,31 +222,6 @@ def test_bounds_hold_and_are_not_far_above_what_they_bound(steps):
         bound = bound_of_shares(np.r_[0, waves[1 : steps - 1]], steps)
         assert off < bound + 1e-5
         assert bound < 20 * max(off, 0.0015)
-
-
-@pytest.mark.parametrize("dark", [0.0, 0.05, 0.1])
-@pytest.mark.parametrize("steepness", [1.5, 2.5, 4.0, 6.0])
-def test_bounds_of_four_and_five_steps_hold_for_curves_like_an_s(steepness, dark):
-    waves = answered(like_an_s(steepness), dark)
-    odd = waves[3::2].sum()
-    off = abs(waves[3] - waves[5])
-    assert off < bound_of_shares(waves[:3], 4, odd) < 2.5 * off
-    off = abs(waves[4] - waves[6] + waves[9] - waves[11])
-    assert off < bound_of_shares(np.r_[0, waves[1:4]], 5) + 1e-4
-
-
-def test_numbers_that_are_not_quite_known_shift_phases_by_so_much():
-    """Drawn from their covariance, at places all over the picture and all phases."""
-    rng, used = np.random.default_rng(6), np.array([0, 1, 4, 6, 7])
-    root = 1e-3 * rng.normal(size=(5, 5))
-    values = np.zeros((20_000, 9))
-    values[:, used] = rng.normal(size=(20_000, 5)) @ root.T
-    basis = basis_of(*rng.uniform(-1, 1, (2, 20_000)))
-    one = np.exp(-1j * rng.uniform(0, 2 * np.pi, 20_000))
-    share = np.sum(values[:, :6] * basis, axis=1) + 1j * values[:, 6]
-    f = 1 + share * one + values[:, 7] * one**2 + values[:, 8] * one**3
-    due = np.mean((np.angle(f) / (2 * np.pi)) ** 2)
-    assert _of_fit(root @ root.T, used, basis) == pytest.approx(due, rel=0.06)
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.5])

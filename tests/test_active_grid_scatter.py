@@ -6,7 +6,7 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
-from raxel.features.active_grid.checks.scatter import scatter_of_steps, sine_taken_off
+from raxel.features.active_grid.checks.scatter import scatter_of_steps
 from tests.active_grids import drawn
 
 SCENE = {"size": (320, 240), "monitor": (800, 600), "blur": 1.0, "share": 1.3}
@@ -61,13 +61,6 @@ def test_the_light_of_each_step_is_found(count):
     assert found.periods == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.1)
 
 
-def test_what_takes_a_sine_off_leaves_n_less_three():
-    for count in (4, 5, 7):
-        off = sine_taken_off(count)
-        np.testing.assert_allclose(off @ off, off, atol=1e-12)
-        assert np.trace(off) == pytest.approx(count - 3)
-
-
 def compressed(picture):
     return cv2.imdecode(cv2.imencode(".jpg", picture, [1, 90])[1], 0)
 
@@ -106,15 +99,6 @@ def test_each_axis_is_widened_by_its_own_factor():
     np.testing.assert_allclose(np.median(times, axis=0), [2, 3], rtol=1e-3)
 
 
-def test_white_noise_widens_nothing():
-    for steps in (4, 5, 6):
-        one = drawn(**SCENE, steps=steps, noise=3.0, seed=steps)
-        found = decode(one.images, one.patterns, one.grid)
-        told = examine(one.images, one.patterns, one.grid, found)
-        np.testing.assert_array_equal(told.factors, 1)
-        np.testing.assert_array_equal(told.widened(found.sigma), found.sigma)
-
-
 def test_what_blur_leaves_of_a_curve_like_an_s_is_no_noise_that_neighbours_share():
     """A tilted monitor: its harmonics are finer, and weaker, on one side."""
     one = drawn(**SCENE | {"blur": 0.0}, steps=5, tilt=0.4)
@@ -126,3 +110,12 @@ def test_what_blur_leaves_of_a_curve_like_an_s_is_no_noise_that_neighbours_share
     told = examine(images, one.patterns, one.grid, found)
     assert told.factors.max() < 1.25
     assert not any(doubt.code == "correlated-noise" for doubt in told.doubts)
+
+
+def test_white_noise_widens_nothing():
+    for steps in (4, 5, 6):
+        one = drawn(**SCENE, steps=steps, noise=3.0, seed=steps)
+        found = decode(one.images, one.patterns, one.grid)
+        told = examine(one.images, one.patterns, one.grid, found)
+        np.testing.assert_array_equal(told.factors, 1)
+        np.testing.assert_array_equal(told.widened(found.sigma), found.sigma)

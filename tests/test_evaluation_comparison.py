@@ -105,18 +105,6 @@ def test_each_camera_is_built_once_and_never_sees_its_part(views):
     ]
 
 
-def test_a_near_copy_is_kept_out_with_the_view_that_it_is_like(views):
-    built, moved = [], views[0]._replace(pixels=views[0].pixels + 0.1, name="moved")
-
-    def remember(views):
-        built.append([view.name for view in views])
-        return lens(views)
-
-    compare_models({"a": remember}, [views[0], moved, *views[1:3]], 4)
-    own = ["view0", "moved"]
-    assert built == [["view1", "view2"], [*own, "view2"], [*own, "view1"]]
-
-
 def answering(camera, keep):
     """A builder of a table with the rays of `camera` where keep(u, v) says so."""
     whole = GeneralCamera.from_camera(camera)
@@ -131,24 +119,6 @@ BAD = PerspectiveCamera(K, [0.6, 0.2], WIDTH, HEIGHT)
 
 def never(u, v):
     return np.zeros(u.shape, bool)
-
-
-def left(u, v):
-    return u < WIDTH // 2
-
-
-def right(u, v):
-    return u >= WIDTH // 2
-
-
-def test_without_common_corners_there_are_no_common_scores(views):
-    """No corner at all is no reason to say 100 %, nor a number that is none."""
-    builders = {"left": answering(GOOD, left), "right": answering(GOOD, right)}
-    comparison = compare_models(builders, views, 3)
-    assert comparison.common == {}
-    own = comparison.own
-    more = max(own, key=lambda model: own[model].share_with_ray)
-    assert comparison.best() == more
 
 
 def test_parts_that_gave_no_camera_are_told(views):
@@ -172,3 +142,15 @@ def test_models_that_answer_for_nothing_are_refused(views):
     alone = compare_models({"none": builders["none"]}, views, 3)
     with pytest.raises(CalibrationError, match="no model answers for six points"):
         alone.choice()
+
+
+def test_a_near_copy_is_kept_out_with_the_view_that_it_is_like(views):
+    built, moved = [], views[0]._replace(pixels=views[0].pixels + 0.1, name="moved")
+
+    def remember(views):
+        built.append([view.name for view in views])
+        return lens(views)
+
+    compare_models({"a": remember}, [views[0], moved, *views[1:3]], 4)
+    own = ["view0", "moved"]
+    assert built == [["view1", "view2"], [*own, "view2"], [*own, "view1"]]

@@ -100,22 +100,6 @@ def test_a_step_that_loses_a_corner_is_not_taken():
     assert rms(residuals) < rms(at_start)
 
 
-def test_corners_that_are_not_scored_have_no_share():
-    table = GeneralCamera.from_camera(FISHEYE)
-    mask = np.zeros_like(table.mask)
-    (view,) = views_of(board_poses(4, 1))
-    for u, v in np.floor(view.pixels[[20, 60, 100]]).astype(int):
-        mask[v : v + 2, u : u + 2] = True
-    few = GeneralCamera(np.nan_to_num(table.directions), mask)
-    rays = few.rays(view.pixels).valid.sum()
-    assert 0 < rays < 6
-    score = evaluate_camera(few, [view])
-    assert score.images[0].n_without_ray == len(BOARD)
-    assert score.share_with_ray == 0
-    blank = view._replace(pixels=np.full_like(view.pixels, np.nan))
-    assert np.isnan(evaluate_camera(FISHEYE, [blank]).share_with_ray)
-
-
 def test_pixels_move_with_their_points_also_at_the_edge_of_the_image():
     """There rays are known to one side alone; differences of `project` tell."""
     table = GeneralCamera.from_camera(FISHEYE)

@@ -53,17 +53,6 @@ def test_doubtful_corners_do_not_count():
     np.testing.assert_allclose(errors, np.full(len(CORNERS) - 1, 0.5))
 
 
-@pytest.mark.parametrize("key", ["uncertain", "missing"])
-def test_corners_that_a_file_doubts_are_not_certain(key, tmp_path):
-    entry = {"corners": CORNERS.tolist(), key: [3, 11]}
-    data = {"columns": COLUMNS, "rows": ROWS, "images": {"a.png": entry}}
-    (tmp_path / "reference.json").write_text(json.dumps(data))
-    given = SimpleNamespace(folder=tmp_path, reference="reference.json")
-    found = load_reference(given)["a.png"]
-    np.testing.assert_array_equal(np.flatnonzero(~found.certain), [3, 11])
-    assert found.tolerance_px == 1.0
-
-
 def test_a_board_is_right_up_to_the_tolerance():
     errors = corner_errors(detected(CORNERS + (3, 4)), reference())
     assert is_right(errors, reference(tolerance_px=5.0))
@@ -85,13 +74,6 @@ def test_what_is_not_there_or_of_another_size_has_no_errors_and_is_wrong():
         errors = corner_errors(detection, reference())
         assert errors is None
         assert not is_right(errors, reference())
-
-
-def test_a_reference_without_a_certain_corner_refutes_nothing():
-    nothing = reference(np.full_like(CORNERS, np.nan), ~ALL)
-    errors = corner_errors(detected(CORNERS), nothing)
-    assert errors.shape == (0,)
-    assert is_right(errors, nothing)
 
 
 @pytest.mark.parametrize(

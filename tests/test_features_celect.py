@@ -82,14 +82,6 @@ def test_a_mirrored_image_clicked_in_mirrored_order_is_read_the_same_way():
     assert largest_error(result, mirror(straight)) < SAME_PX
 
 
-def test_a_crop_changes_nothing():
-    shift = np.floor(BENT.corners().min(axis=0)).astype(int) - 60
-    u, v = np.maximum(shift, 0)
-    result = celect(np.ascontiguousarray(IMAGE[v:, u:]), CLICKS - [u, v], COLUMNS, ROWS)
-    whole = celect(IMAGE, CLICKS, COLUMNS, ROWS)
-    np.testing.assert_allclose(result.corners + [u, v], whole.corners, atol=1e-9)
-
-
 def test_colour_inversion_and_depth_change_nothing():
     whole = celect(IMAGE, CLICKS, COLUMNS, ROWS)
     inverted = celect(255 - IMAGE, CLICKS, COLUMNS, ROWS)
@@ -178,14 +170,6 @@ def test_a_flat_image_has_no_corner_near_any_click():
     assert np.isnan(result.corners).all()
 
 
-def test_a_board_partly_outside_is_not_found():
-    right = int(TRUTH[:, 5, 0].max())
-    cut = np.ascontiguousarray(IMAGE[:, :right])
-    clicks = CLICKS.copy()
-    clicks[:, 0] = np.minimum(clicks[:, 0], right - 2)
-    assert not celect(cut, clicks, COLUMNS, ROWS).found
-
-
 BAD_INPUT = {
     "colour": (np.dstack([IMAGE] * 3), CLICKS, COLUMNS, ROWS, "image: found an array"),
     "float": (IMAGE / 255, CLICKS, COLUMNS, ROWS, "image: found an array"),
@@ -224,13 +208,3 @@ def test_bad_input_is_one_line(name):
 def test_bad_contours_by_hand(given, said):
     with pytest.raises(InputError, match=said):
         celect(IMAGE, CLICKS, COLUMNS, ROWS, given_contours=given)
-
-
-def test_the_radius_that_is_recorded_is_that_of_the_window_that_was_grown():
-    settings = CelectSettings(radius_scale=0.5)
-    result = celect(IMAGE, CLICKS, COLUMNS, ROWS, settings=settings, record=True)
-    grown = 0
-    for contour in result.contours:
-        np.testing.assert_array_equal([s.radius for s in contour.steps], contour.radii)
-        grown += len(set(contour.radii)) > 1
-    assert grown > 0

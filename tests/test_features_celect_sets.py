@@ -4,7 +4,6 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features.boards import detect_boards
 from raxel.features.celect.clicked import find_celect
@@ -88,18 +87,3 @@ def test_faulty_contours_are_one_line(tmp_path, contours, said):
     assert "views[0].contours" in str(caught.value)
     assert "\n" not in str(caught.value)
     assert said in str(caught.value)
-
-
-def test_contours_without_clicks_are_refused(tmp_path):
-    view = View("a.png", contours=(("side 1", ((1.0, 1.0), (2.0, 2.0))),))
-    with pytest.raises(InputError, match="give the four clicks"):
-        set_of(tmp_path, view)
-
-
-def test_clicks_too_close_are_one_line_that_names_their_field(tmp_path, capsys):
-    close = ((10.0, 10.0), (20.0, 10.0), (20.0, 20.0), (10.0, 20.0))
-    clicks = as_points(CLICKS), close
-    set_of(tmp_path, *(View(f"{n}.png", outer_corners=c) for n, c in enumerate(clicks)))
-    assert main(["corners", str(tmp_path), "--detector", "celect"]) == 2
-    said = capsys.readouterr().err.strip().splitlines()[-1]
-    assert f"{tmp_path / 'set.yaml'}: views[1].outer_corners: found a side" in said

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from raxel.features.celect import CelectSettings, algorithm, along_contour
-from raxel.features.celect.algorithm import _Run, snapped
+from raxel.features.celect.algorithm import snapped
 from raxel.features.celect.compiled import merged_lines
 from raxel.features.celect.hough import angle_apart, peaks_of, vote
 from raxel.features.celect.layers import Layers
 from raxel.features.celect.processing import average_close, distance_to_trace, processed
 from raxel.features.celect.radius import mean_side, side_lengths
-from raxel.features.celect.trace import FirstLine, first_line, next_anchor, next_line
+from raxel.features.celect.trace import next_anchor, next_line
 from raxel.features.celect.window import (
     canny_edges,
     clear_scale,
@@ -96,18 +96,6 @@ def test_close_peaks_become_their_mean_by_votes_across_the_border():
     near = np.array([(2.0, 179.0, 30.0), (-2.0, 1.0, 10.0)])
     np.testing.assert_array_equal(merged_lines(near, 5.0), [(2.0, 179.5, 40.0)])
     assert len(merged_lines(np.abs(near), 3.0)) == 2
-
-
-def test_the_first_line_leaves_out_the_wrong_contour():
-    lines = np.array([[0.0, 10], [0, 88], [0, 100]])
-    everything = np.arange(3)
-    by_angle = FirstLine(90.0, False, np.array([1.0, 0]))
-    assert first_line(lines, everything, by_angle, 15, 0) == 0
-    assert first_line(lines, everything[1:], by_angle, 15, 0) is None
-    # Only the nearest one is taken out: 100 remains and is nearest to 120.
-    exact = FirstLine(90.0, True, np.array([1.0, 0]))
-    assert first_line(lines, everything, exact, 15, 120) == 2
-    assert first_line(lines, everything[:0], exact, 15, 120) is None
 
 
 def test_the_next_line_turns_least_modulo_180():
@@ -210,16 +198,6 @@ def test_a_lattice_is_read_along_the_contours_by_their_names():
     assert sides == [[0, 1, 2, 3], [3, 7, 11], [8, 9, 10, 11], [0, 4, 8]]
     assert along_contour("column 2", numbers).tolist() == [1, 5, 9]
     assert along_contour("column 3", np.zeros((3, 4, 2))).shape == (3, 2)
-
-
-def test_a_column_merges_within_a_share_of_the_least_distance_before_it():
-    corners = np.zeros((4, 2))
-    run = _Run(None, None, corners, 4, 4, CelectSettings(), {}, False)
-    # The board leans back: 10 px from one corner to the next, then 30 and 50.
-    previous = np.array([[7.0, 0], [7, 10], [7, 40], [7, 90]])
-    radius, distance = run._column_scale(previous)
-    assert distance == pytest.approx(0.47 * 10)
-    assert radius == pytest.approx(0.5 * 30)
 
 
 def test_the_window_of_a_click_is_that_of_the_shorter_of_its_sides(monkeypatch):

@@ -15,7 +15,6 @@ from tests.charuco_boards import (
     TARGET,
     TILTS_DEG,
     WIDTH,
-    opencv_board,
     photograph,
     sheet,
 )
@@ -113,14 +112,6 @@ def test_another_dictionary_is_refused_with_what_was_read():
     assert found.reason.startswith("0 of 24 markers of 6X6_50 are read")
 
 
-@pytest.mark.parametrize("marker_mm", [16.0, 20.0, 24.0])
-def test_squares_with_small_markers_are_no_chessboard(marker_mm):
-    image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, "4X4_50", marker_mm))
-    for size in ((7, 5), (None, None)):
-        found = find_board(image, *size)
-        assert not found.found
-
-
 @pytest.mark.parametrize("marker_mm", [16.0, 32.0])
 def test_a_board_with_markers_is_named_whatever_was_wrong_with_it(marker_mm):
     image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, "4X4_50", marker_mm))
@@ -141,13 +132,6 @@ def test_markers_that_leave_the_squares_plain_are_named_for_the_set(tmp_path, ca
     told = capsys.readouterr()
     assert "board found in 1 of 1 images" in told.out
     assert "view0.png: this looks like a ChArUco board" in told.err
-
-
-@pytest.mark.parametrize("legacy", [False, True])
-@pytest.mark.parametrize("counts", [(7, 5), (6, 5), (7, 4), (6, 4)])
-def test_a_board_needs_as_many_markers_as_are_drawn_on_it(counts, legacy):
-    board = opencv_board(Charuco(*counts, 40.0, "4X4_50", 29.0, legacy))
-    assert len(board.getIds()) == Charuco(*counts, 40.0).marker_count
 
 
 def test_a_set_survives_the_disk(tmp_path):

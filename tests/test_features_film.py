@@ -10,7 +10,7 @@ from chapters.shared.mirror_scores import load_height
 from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
 from raxel.calibration.mirror.update import MirrorSettings
 from raxel.errors import CalibrationError, InputError
-from raxel.features.film import _smooth, carried_on, next_corners
+from raxel.features.film import _smooth, next_corners
 from raxel.features.lattice import spacing
 from tests.film_scenes import film_scene
 
@@ -113,16 +113,6 @@ def test_a_covered_rim_is_lost_and_comes_back():
     back = next_corners(covered, flat.picture, without.corners, *scene.size)
     assert back.regained[rim].sum() > 0.8 * rim.sum()
     assert off_px(back, flat.true).max() < 0.05
-
-
-def test_a_lattice_is_carried_on_by_its_parabolas():
-    i, j = np.indices((5, 6))
-    curved = np.stack([10 * j + 0.3 * i**2, 9 * i + 0.2 * j**2 + j], axis=2)
-    seen = curved.reshape(-1, 2).copy()
-    seen[5::6] = np.nan
-    found = carried_on(seen, 6, 5)
-    np.testing.assert_allclose(found[5::6], curved[:, 5], atol=1e-9)
-    assert np.isnan(carried_on(np.full((30, 2), np.nan), 6, 5)).all()
 
 
 def test_pictures_in_shapes_out_without_drift():

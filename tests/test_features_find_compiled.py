@@ -3,11 +3,9 @@
 import cv2
 import numpy as np
 import pytest
-from scipy.ndimage import map_coordinates
 
 from raxel.features.find import compiled
-from raxel.features.find.patches import Patches
-from raxel.features.find.ring import CIRCLE, RADII, paint, ring_test
+from raxel.features.find.ring import RADII, ring_test
 from raxel.features.find.saddles import Level
 from raxel.features.find.trace import Atlas
 
@@ -47,19 +45,6 @@ def test_saddles_are_where_the_hessian_of_opencv_says(seed):
     np.testing.assert_allclose(found, strength.ravel()[place], rtol=1e-4)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_changes_on_a_ring_are_counted(seed):
-    grey = picture(seed)
-    points = np.random.default_rng(seed).uniform(-2, 85, (300, 2))
-    found = compiled.four_changes(grey, points, CIRCLE)
-    for point, is_four in zip(points, found, strict=True):
-        u, v = np.clip(np.rint(point).astype(int), 3, [79, 57])
-        ring = grey[v + CIRCLE[:, 1], u + CIRCLE[:, 0]]
-        bright = ring > (ring.min() + ring.max()) / 2
-        assert is_four == ((bright != np.roll(bright, 1)).sum() >= 4)
-    assert 0 < found.sum() < 300
-
-
 @pytest.mark.parametrize("turn", np.linspace(0.02, 3.1, 7))
 def test_the_ring_of_a_turned_corner_crosses_where_its_edges_leave(turn):
     v, u = np.indices((41, 41)) - 20.0
@@ -77,26 +62,6 @@ def test_the_ring_of_a_turned_corner_crosses_where_its_edges_leave(turn):
     assert np.abs(off).max() < 0.05
     assert (signs[0] == -np.roll(signs[0], 1)).all()
     assert contrast[0] > 150
-
-
-@pytest.mark.parametrize("kind", ["one picture", "part of one"])
-def test_discs_lie_on_top_of_each_other_at_every_offset(kind):
-    rng = np.random.default_rng(4)
-    whole = np.zeros((40, 60), np.int32)
-    room = whole if kind == "one picture" else whole[5:35, 8:50]
-    place = rng.integers(0, 30, (2, 25))
-    paint(room, place, np.arange(1, 26), 2.6)
-    height, width = room.shape
-    expected = np.zeros_like(room)
-    for y in range(-2, 3):
-        for x in range(-2, 3):
-            if np.hypot(x, y) <= 2.6:
-                at = (
-                    np.clip(place[1] + y, 0, height - 1),
-                    np.clip(place[0] + x, 0, width - 1),
-                )
-                expected[at] = np.arange(1, 26)
-    np.testing.assert_array_equal(room, expected)
 
 
 def edge_atlas(angle, corner, hidden=False):
@@ -142,25 +107,3 @@ def test_an_edge_is_followed_to_the_corner_on_it(angle):
 def test_a_trace_ends_where_dark_and_bright_change_sides():
     assert follow(edge_atlas(0.0, (80, 40)), 0.0)[0] == 6
     assert follow(edge_atlas(0.0, (80, 40), hidden=True), 0.0)[0] == -1
-
-
-@pytest.mark.parametrize("scale", [1, 2])
-def test_slopes_are_those_of_a_bent_picture(scale):
-    rng = np.random.default_rng(5)
-    grey = picture(5, (90, 90))
-    p = rng.uniform(60, 80, (4, 2)) * scale / 2
-    patches = Patches(
-        p, *rng.normal(0, (8, 8, 0.5, 0.5, 0.5), (4, 2, 5)).transpose(2, 0, 1)
-    )
-    half, samples = rng.uniform(0.2, 0.4, (4, 2)), 4
-    found = compiled.slopes_in_windows(grey, scale, patches, half, samples)
-    k = np.arange(-samples - 1, samples + 2) / samples
-    t, s = np.meshgrid(k, k, indexing="ij")
-    for n in range(4):
-        at = patches.of([n]).at(half[n, 0] * s.ravel(), half[n, 1] * t.ravel())
-        u, v = (at[0] / scale).T.reshape(2, *s.shape)
-        window = map_coordinates(grey, (v, u), order=3, prefilter=False, mode="nearest")
-        along = (window[1:-1, 2:] - window[1:-1, :-2]) * samples / 2
-        down = (window[2:, 1:-1] - window[:-2, 1:-1]) * samples / 2
-        expected = np.stack([along.ravel(), down.ravel()], axis=1)
-        np.testing.assert_allclose(found[n], expected, atol=1e-3)

@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.errors import InputError
 from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards, write_boards
 from raxel.features.detector import Detection
@@ -19,13 +18,11 @@ from raxel.features.lattice import (
     standard_order,
     symmetries,
 )
-from raxel.io.files import write_json
 from raxel.sets import load_set
 from tests.chessboards import Board, facing
 from tests.image_sets import COLUMNS, ROWS, write_drawn_set
 from tests.test_features_find import drawn, seen
 
-TWO_LACK = [None] * 2 + [[9, 9]] * 33
 INNER, ON_SIDE = 22, 4  # of the 9 x 6 corners of `drawn("straight")`
 
 
@@ -99,12 +96,6 @@ def test_a_strip_of_squares_is_refused(columns):
         assert "too small to be sure of" in found.reason or "no lattice" in found.reason
 
 
-def test_blur_of_five_pixels_ends():
-    board = Board(9, 6, facing(9, 6, 60))
-    found = find_board(seen(board, blur=5.0, noise=0.5), 9, 6)
-    assert found.found or found.reason
-
-
 def grid(points, sd=0.05, misfit=0.1):
     ones = np.ones(points.shape[:2])
     return Grid(points, sd * ones, misfit * ones, ones, ones)
@@ -175,21 +166,3 @@ def test_missing_corners_survive_the_disk(tmp_path):
     assert again.missing == 1
     np.testing.assert_allclose(again.corners, corners, atol=1e-6)
     assert np.array_equal(np.isnan(again.sd), np.isnan(sd))
-
-
-@pytest.mark.parametrize(
-    ("entry", "found"),
-    [
-        ({"corners": [None] * 35}, "images[0].corners: every corner is null"),
-        ({"corners": TWO_LACK, "missing": 1}, "images[0].missing: found 1"),
-        ({"corners": TWO_LACK, "missing": True}, "missing: found true"),
-        ({"corners": [[9, None]] * 35}, "images[0].corners[0]: found a list of 2"),
-    ],
-)
-def test_faults_of_missing_corners_are_named(tmp_path, entry, found):
-    write_drawn_set(tmp_path / "set")
-    size = {"file": "view0.png", "found": True, "columns": COLUMNS, "rows": ROWS}
-    write_json(tmp_path / "corners.json", {"images": [size | entry]})
-    with pytest.raises(InputError) as fault:
-        read_boards(tmp_path / "corners.json", load_set(tmp_path / "set"))
-    assert found in str(fault.value)

@@ -8,10 +8,7 @@ import pytest
 
 from raxel.features import find_board
 from raxel.features.find.agreement import times_noise
-from raxel.features.find.corners import FULL, placed
-from raxel.features.find.grids import _at_sides
-from raxel.features.find.patches import Patches, patches_of, side_patches_of
-from raxel.features.find.saddles import Level
+from raxel.features.find.patches import patches_of, side_patches_of
 from raxel.features.lattice import orders
 from tests.chessboards import Board, facing
 from tests.drawn_photographs import Board as BoardBefore
@@ -124,42 +121,6 @@ def test_a_half_covered_corner_is_not_returned(side):
     assert np.nanmax(errors(found, board.corners())[0]) < 1.0
 
 
-def crossings(blur, angle, noise, sigma, rng, count=60):
-    """A corner of edges at an angle, `count` times in noise: levels, and its patch."""
-    along = [np.array([np.cos(turn), np.sin(turn)]) for turn in (0.3, 0.3 + angle)]
-    v, u = (np.mgrid[: 61 * FINER, : 61 * FINER] + 0.5) / FINER - 30.5
-    sides = [FINER * (x * v - y * u) for x, y in along]
-    sharp = np.prod([np.clip(side, -1, 1) for side in sides], axis=0)
-    soft = cv2.GaussianBlur(sharp, (0, 0), blur * FINER)
-    soft = 128 + 80 * cv2.resize(soft, (61, 61), interpolation=cv2.INTER_AREA)
-
-    def level():
-        seen = soft + rng.normal(0, noise, soft.shape)
-        smooth = cv2.GaussianBlur(seen.astype(np.float32), (0, 0), sigma)
-        return Level(smooth, 1, noise, sigma)
-
-    zero = np.zeros((1, 2))
-    shape = (36 * along[0][None], 36 * along[1][None], zero, zero, zero)
-    return [level() for _ in range(count)], Patches(zero + 30, *shape)
-
-
-@pytest.mark.parametrize(
-    ("blur", "degrees", "window", "sigma"),
-    [(0.7, 90, 7.0, 0.7), (3.0, 90, 14.0, 1.2), (1.0, 35, 7.0, 0.7)],
-)
-def test_the_noise_of_pixels_is_carried_through_the_fit(blur, degrees, window, sigma):
-    """To the scatter of the corner, and of what two parts of its window say of it."""
-    rng = np.random.default_rng(5)
-    levels, patch = crossings(blur, np.radians(degrees), 2.0, sigma, rng)
-    put = [placed(patch, level, window, FULL) for level in levels]
-    points = np.concatenate([one.points for one in put])
-    apart = np.concatenate([one.apart for one in put])
-    # 120 numbers: their SD is known to 6.5 %.
-    stated = np.median([one.sd[0] for one in put])
-    assert np.sqrt(points.var(axis=0).mean()) == pytest.approx(stated, rel=0.2)
-    assert np.sqrt(np.mean(apart**2)) == pytest.approx(1, rel=0.2)
-
-
 def scattered(times, seed, shape=(7, 10)):
     rng = np.random.default_rng(seed)
     return times * rng.standard_normal((*shape, 2))
@@ -171,15 +132,6 @@ def test_errors_are_as_many_times_noise_as_parts_of_windows_disagree(times):
     assert np.median(stated) == pytest.approx(times, rel=0.08)
     # Chance makes no corner much better than it is.
     assert np.quantile(stated, 0.02) > 0.75 * times
-
-
-def test_one_side_of_a_board_may_be_worse_than_the_other():
-    worse = np.where(np.arange(24) < 12, 1, 5)[:, None]
-    boards = [worse * scattered(1.0, seed, (8, 24)) for seed in range(20)]
-    stated = np.stack([times_noise(apart) for apart in boards])
-    # Each corner counts its board's mean, here 3.6, as one corner more beside it.
-    assert np.median(stated[..., :8]) < 1.5
-    assert np.median(stated[..., 16:]) == pytest.approx(5, rel=0.1)
 
 
 def test_a_corner_whose_parts_disagree_is_less_certain_than_others():
@@ -222,14 +174,6 @@ def test_corners_along_the_edge_of_a_shadow_are_missing():
     off, _ = errors(found, board.corners())
     assert found.missing == 9
     assert off[np.isfinite(off)].max() < 0.2
-
-
-def test_a_part_of_a_board_whose_outer_lines_nobody_sees_has_no_sides():
-    """As of a ChArUco board: its numbers tell a place far inside."""
-    points = np.full((6, 6, 2), np.nan)
-    points[2:4, 2:4] = 30.0 * np.stack(np.meshgrid([1, 2], [1, 2]), axis=-1)
-    shift = np.arange(36.0).reshape(6, 6)
-    np.testing.assert_array_equal(_at_sides(shift.copy(), points, None), shift)
 
 
 @pytest.mark.parametrize("quality", [75, 90])

@@ -110,46 +110,6 @@ def test_a_sheet_whose_edge_is_that_of_squares_does_not_end_the_board(light):
     assert "the edge at its right side runs straight on beyond" in found.reason
 
 
-def test_what_covers_a_few_squares_of_a_side_may_hide_a_column():
-    """A hand in the middle of the side: the squares beside it end as they should."""
-    image = BOARD.image()
-    v = BOARD.corners().reshape(6, 9, 2)[:, 8, 1]
-    image[round(v[1]) + 5 : round(v[4]) - 5, round(column(7)) + 15 :] = 150
-    image[:, round(column(8)) - 1 :] = np.where(
-        image[:, round(column(8)) - 1 :] < 150, 210, image[:, round(column(8)) - 1 :]
-    )
-    found = find_board(soft_and_noisy(image))
-    assert not found.found
-    assert "squares at its right side look cut short" in found.reason
-
-
-def test_a_board_that_lies_along_a_sheet_is_whole():
-    """The sheet lies half a square off: paper is seen between them."""
-    image = covered(BOARD.image(), 235, column(8) + 60)
-    found = find_board(soft_and_noisy(image))
-    assert (found.columns, found.rows) == (9, 6)
-
-
-def without_margin(image, ground):
-    """The picture of BOARD with `ground` in place of its white margin."""
-    (left, top), (right, bottom) = BOARD.corners()[[0, -1]]
-    v, u = np.mgrid[0 : image.shape[0], 0 : image.shape[1]]
-    on_board = (np.abs(u - (left + right) / 2) < (right - left) / 2 + 40) & (
-        np.abs(v - (top + bottom) / 2) < (bottom - top) / 2 + 40
-    )
-    return np.where(on_board, image, ground)
-
-
-def test_squares_in_a_shadow_beyond_a_side_are_seen():
-    """No side has white paper behind it: only the squares tell that they are some."""
-    image = without_margin(BOARD.image(), 30.0)
-    found = find_board(soft_and_noisy(image))
-    assert (found.columns, found.rows) == (9, 6)
-    found = find_board(shaded(image, 0, column(0), 0.2))
-    assert not found.found
-    assert "more squares stand in a shadow beyond its left side" in found.reason
-
-
 def test_squares_cut_aslant_are_no_side_of_a_board():
     """Tiles seen through an opening: no side of it shows whole squares."""
     tiles = Board(16, 14, facing(16, 14, 48, turn=0.05)).image()

@@ -1,12 +1,9 @@
 """Photographs of one set agree on the size of its board, or say that they do not."""
 
-import json
-
 import cv2
 import numpy as np
 import pytest
 
-from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features import find_board
 from raxel.features.boards import Board as Looked
@@ -15,14 +12,7 @@ from raxel.features.detector import Detection, refused
 from raxel.features.size_vote import agreed
 from raxel.sets import load_set
 from tests.chessboards import Board, facing
-from tests.image_sets import (
-    HEIGHT,
-    TILTS_DEG,
-    WIDTH,
-    description,
-    write_description,
-    write_drawn_set,
-)
+from tests.image_sets import HEIGHT, WIDTH, description, write_description
 
 UNKNOWN = {"kind": "chessboard", "columns": None, "rows": None, "pitch_mm": 20.0}
 
@@ -119,24 +109,3 @@ def test_photographs_without_a_board_vote_for_none(tmp_path, monkeypatch):
     assert vote.votes == {(7, 5): ["view0.png"]}
     assert vote.again == ["view1.png", "view2.png", "view3.png"]
     assert [board.detection.found for board in boards] == [True, False, False, False]
-
-
-def test_commands_tell_the_vote_and_keep_it(tmp_path, capsys):
-    folder, found = tmp_path / "set", tmp_path / "corners.json"
-    write_drawn_set(folder, TILTS_DEG[:4], target=UNKNOWN)
-    first = cv2.imread(str(folder / "view0.png"), cv2.IMREAD_GRAYSCALE)
-    cv2.circle(first, (160, 40), 60, 125, -1)
-    cv2.imwrite(str(folder / "view0.png"), first)
-    assert main(["corners", str(folder), "--json", str(found)]) == 0
-    line = "size not given: a board of 7 x 5 by 3 of 4 photographs; 1 looked at again"
-    assert line in capsys.readouterr().out
-    size = json.loads(found.read_text())["size"]
-    assert size["votes"][0]["files"] == ["view1.png", "view2.png", "view3.png"]
-    assert size["looked_at_again"] == ["view0.png"]
-    out = ["--out", str(tmp_path / "camera.npz"), "--json", str(tmp_path / "f.json")]
-    report = ["--report", str(tmp_path / "report")]
-    assert main(["calibrate", str(folder), "--model", "zhang", *out, *report]) == 0
-    assert line in capsys.readouterr().out
-    assert json.loads((tmp_path / "f.json").read_text())["size"] == size
-    page = next((tmp_path / "report").glob("*.html")).read_text("utf-8")
-    assert "7 x 5 corners in 3 of 4 photographs" in page
