@@ -10,7 +10,7 @@ import pytest
 from raxel.features.active_grid import decode, harmonics
 from raxel.features.active_grid.harmonics import bound_of_shares, harmonics_of_powers
 from raxel.features.active_grid.noise import Noise
-from raxel.features.active_grid.response import _covariance, response_warnings
+from raxel.features.active_grid.response import response_warnings
 from raxel.features.active_grid.undoing import Ripple, undone
 from tests.active_grids import drawn
 
@@ -222,21 +222,3 @@ def test_bounds_hold_and_are_not_far_above_what_they_bound(steps):
         bound = bound_of_shares(np.r_[0, waves[1 : steps - 1]], steps)
         assert off < bound + 1e-5
         assert bound < 20 * max(off, 0.0015)
-
-
-@pytest.mark.parametrize("apart", [0.0, 0.5])
-def test_pieces_that_contradict_each_other_know_less(apart):
-    """Their numbers scatter by so much beside their noise of 1."""
-    rng, usual = np.random.default_rng(7), np.full(2, 1e3)
-    slopes, weights = rng.normal(size=(40, 32, 2)), np.ones(40)
-    moment = np.linalg.inv(np.einsum("skp,skq->pq", slopes, slopes))
-    found, stated = [], []
-    for _ in range(200):
-        own = apart * rng.normal(size=(40, 2, 1))
-        rest = (slopes @ own)[..., 0] + rng.normal(size=(40, 32))
-        found.append(moment @ np.einsum("skp,sk->p", slopes, rest))
-        left = rest - slopes @ found[-1]
-        stated.append(np.trace(_covariance(usual, left, slopes, weights)))
-    assert np.mean(stated) == pytest.approx(
-        np.trace(np.cov(np.transpose(found))), rel=0.3
-    )

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features import DETECTORS, order_of_clicks, refused, symmetries, verified
+from raxel.features import DETECTORS, order_of_clicks, symmetries, verified
 from raxel.features.lattice import lattice_fault, misfit, spacing, standard_order
 from raxel.features.opencv import chessboard_corners_sb, refine
 from tests.chessboards import Board, facing
@@ -115,66 +115,44 @@ def test_refinement_repairs_a_corner_that_went_astray():
     )
 
 
-class TestLattice:
-    board = drawn("bent")
-    image = board.image()
-    corners = board.corners()
+BENT = drawn("bent")
+CORNERS = BENT.corners()
+HALF_ASIDE = 0.35 * spacing(CORNERS, 9, 6)[24]
 
-    def fault(self, corners):
-        return lattice_fault(corners, 9, 6, self.image)
 
-    def test_the_drawn_corners_pass(self):
-        assert self.fault(self.corners) == ""
-        assert verified(self.corners, 9, 6, self.image).found
+@pytest.mark.parametrize("order", range(4))
+def test_every_symmetry_of_a_lattice_passes(order):
+    same_size = [o for o, size in symmetries(CORNERS, 9, 6) if size == (9, 6)]
+    assert lattice_fault(same_size[order], 9, 6, BENT.image()) == ""
+    assert verified(CORNERS, 9, 6, BENT.image()).found
 
-    @pytest.mark.parametrize("order", range(4))
-    def test_every_symmetry_passes(self, order):
-        same_size = [o for o, s in symmetries(self.corners, 9, 6) if s == (9, 6)]
-        assert self.fault(same_size[order]) == ""
 
-    def test_a_corner_that_is_not_finite(self):
-        broken = self.corners.copy()
-        broken[7, 1] = np.nan
-        assert "not finite" in self.fault(broken)
+@pytest.mark.parametrize(
+    ("changed", "values", "fault"),
+    [
+        (7, (np.nan, 0), "not finite"),
+        (0, (-0.6, 30), "outside"),
+        (10, CORNERS[11], "less than a pixel apart"),
+        ([10, 11], CORNERS[[11, 10]], "folded"),
+        (24, CORNERS[24] + HALF_ASIDE, "out of line"),
+    ],
+)
+def test_a_lattice_with_a_fault_is_refused(changed, values, fault):
+    broken = CORNERS.copy()
+    broken[changed] = values
+    refusal = verified(broken, 9, 6, BENT.image())
+    assert fault in refusal.reason
+    assert not refusal.found
+    assert refusal.corners.shape == (0, 2)
 
-    def test_a_corner_outside_the_image(self):
-        broken = self.corners.copy()
-        broken[0] = (-0.6, 30)
-        assert "outside" in self.fault(broken)
 
-    def test_two_corners_at_one_place(self):
-        broken = self.corners.copy()
-        broken[10] = broken[11]
-        assert "less than a pixel apart" in self.fault(broken)
-
-    def test_two_corners_exchanged(self):
-        broken = self.corners.copy()
-        broken[[10, 11]] = broken[[11, 10]]
-        assert "folded" in self.fault(broken)
-
-    def test_a_corner_a_third_of_a_square_off(self):
-        broken = self.corners.copy()
-        broken[24] += spacing(self.corners, 9, 6)[24] * 0.35
-        assert "out of line" in self.fault(broken)
-
-    def test_a_lattice_that_is_not_on_squares(self):
-        grid = drawn("straight").corners()
-        flat = np.full_like(self.image, 90)
-        assert "dark and bright" in lattice_fault(grid, 9, 6, flat)
-
-    def test_a_lattice_that_skips_a_column(self):
-        whole = Board(10, 6, facing(10, 6, 40))
-        lattice = whole.corners().reshape(6, 10, 2)
-        skipping = np.delete(lattice, 4, axis=1).reshape(-1, 2)
-        assert lattice_fault(skipping, 9, 6, whole.image()) != ""
-
-    def test_refusals_hold_no_corners(self):
-        broken = np.full((54, 2), np.nan)
-        refusal = verified(broken, 9, 6, self.image)
-        assert refusal == refused(9, 6, refusal.reason)._replace(
-            corners=refusal.corners
-        )
-        assert refusal.corners.shape == (0, 2)
+def test_a_lattice_beside_the_squares_is_refused():
+    flat = np.full_like(BENT.image(), 90)
+    assert "dark and bright" in lattice_fault(drawn("straight").corners(), 9, 6, flat)
+    whole = Board(10, 6, facing(10, 6, 40))
+    lattice = whole.corners().reshape(6, 10, 2)
+    skipping = np.delete(lattice, 4, axis=1).reshape(-1, 2)
+    assert lattice_fault(skipping, 9, 6, whole.image()) != ""
 
 
 def test_the_misfit_of_a_homography_is_small_and_of_an_outlier_its_size():

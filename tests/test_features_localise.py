@@ -5,15 +5,8 @@ import pytest
 from scipy.special import erf
 
 from raxel.errors import InputError
-from raxel.features.localise import (
-    LOCALISERS,
-    corner_subpix,
-    derivative,
-    saddle,
-    saddle_point,
-)
+from raxel.features.localise import LOCALISERS, corner_subpix, derivative, saddle_point
 from raxel.features.localise.ridges import _columns, _offsets
-from raxel.features.localise.saddle import _variance, fit_saddles
 from raxel.features.localise.subpix import opencv_subpix
 from raxel.features.localise.windows import noise_variance
 
@@ -250,31 +243,3 @@ def test_noise_is_measured_and_the_picture_is_not(clean):
     noisy = image + rng.normal(0, 5, image.shape)
     found = np.sqrt(noise_variance(noisy, truth, weights).mean())
     assert found == pytest.approx(5, rel=0.05)
-
-
-def test_the_covariance_of_a_saddle_is_what_each_pixel_does_to_it(monkeypatch):
-    """Each pixel is made a little brighter, and the saddle is found anew."""
-    # Half a pixel is what a noisy picture needs, and too far for a derivative.
-    monkeypatch.setattr(saddle, "SHIFT_PX", 0.02)
-    v, u = np.mgrid[:41, :41].astype(float)
-    distances = [
-        (v - 20.5) * np.cos(a) - (u - 20) * np.sin(a) for a in np.radians([5, 30])
-    ]
-    corner = 128 + 90 * np.prod([erf(d / (np.sqrt(2) * BLUR)) for d in distances], 0)
-    start, window = np.array([[20.0, 20.5]]), 5
-    found, converged = fit_saddles(corner, start, window)
-    assert converged.all()
-    moved = []
-    for row, column in np.argwhere((np.abs(u - 20) < 8) & (np.abs(v - 20.5) < 8)):
-        ends = []
-        for change in (0.5, -0.5):
-            image = corner.copy()
-            image[row, column] += change
-            ends.append(fit_saddles(image, start, window)[0][0])
-        moved.append(ends[0] - ends[1])
-    due = np.transpose(moved) @ moved
-    noisy = corner + np.random.default_rng(0).normal(0, 2, corner.shape)
-    told = _variance(noisy, corner, found, window, 0.0)[0]
-    assert due[0, 0] > 3 * due[1, 1], "longer along the narrow corner"
-    # Both are multiplied with the noise of a pixel.
-    np.testing.assert_allclose(told / np.trace(told), due / np.trace(due), atol=0.002)
