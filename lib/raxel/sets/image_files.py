@@ -19,7 +19,6 @@ from raxel.sets.decoder_words import pixels_were_lost, words_of_decoders
 from raxel.sets.model import View
 
 FORMATS = ("PNG", "JPEG", "TIFF", "BMP", "PPM", "WEBP")
-JPEG_SIGNATURE = b"\xff\xd8\xff"
 # 160 megapixels of three samples of 16 bit, not packed. Pillow bounds the decoded size.
 MAX_BYTES = 1_000_000_000
 # Tags of TIFF, and values of theirs.
@@ -58,12 +57,6 @@ def read_colour(image_set, view):
     import cv2
 
     return _read(image_set, view, cv2.IMREAD_ANYCOLOR)
-
-
-def is_jpeg(path):
-    """Return whether a file begins as a JPEG does, whatever its name is."""
-    with open(path, "rb") as stream:
-        return stream.read(len(JPEG_SIGNATURE)) == JPEG_SIGNATURE
 
 
 def has_orientation(path):
