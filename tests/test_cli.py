@@ -14,9 +14,8 @@ from raxel.cameras import GeneralCamera, PerspectiveCamera
 from raxel.cameras.io import load_camera
 from raxel.cli import main
 from raxel.cli.models import FITS
-from raxel.cli.progress import PATIENCE_S, Progress
+from raxel.cli.progress import Progress
 from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
-from raxel.sets import load_set, read_image
 from tests.image_sets import (
     COLUMNS,
     FOCAL,
@@ -201,12 +200,6 @@ def test_auto_says_why_the_general_camera_is_not_possible(tmp_path, capsys):
     assert "with: 2" in result["cross_validation"]["generic"]["refused"]
 
 
-def test_zhang_is_content_with_two_views(tmp_path):
-    write_drawn_set(tmp_path / "set", tilts=((25, 0), (0, 28)))
-    arguments = ["calibrate", str(tmp_path / "set"), "--model", "zhang"]
-    assert main([*arguments, "--out", str(tmp_path / "camera.npz")]) == 0
-
-
 @pytest.mark.parametrize("model", ["zhang", "generic"])
 def test_undistortion_straightens_the_boards(
     calibrated, drawn, tmp_path, capsys, model
@@ -258,19 +251,6 @@ def unstraightness(corners):
     return worst
 
 
-def test_a_view_through_a_table_equals_the_view_through_its_camera():
-    K = np.array([[FOCAL, 0, 150.0], [0, FOCAL, 125.0], [0, 0, 1]])
-    lens = PerspectiveCamera(K, [-0.2, 0.05], WIDTH, HEIGHT)
-    table = GeneralCamera.from_camera(lens)
-    view = perspective_view(lens)
-    assert np.array_equal(view.K, K)
-    by_lens, by_table = source_pixels(lens, view), source_pixels(table, view)
-    both = (by_lens >= 0).all(axis=2) & (by_table >= 0).all(axis=2)
-    assert both.mean() > 0.9
-    # Bilinear interpolation of the directions between pixels.
-    assert np.abs(by_lens - by_table)[both].max() < 0.01
-
-
 def test_the_view_of_a_general_camera_turns_no_picture_over():
     K = np.array([[FOCAL, 0, 159.5], [0, FOCAL, 119.5], [0, 0, 1]])
     table = GeneralCamera.from_camera(PerspectiveCamera(K, [-0.3], WIDTH, HEIGHT))
@@ -286,44 +266,12 @@ def test_the_view_of_a_general_camera_turns_no_picture_over():
     assert seen[HEIGHT // 2, WIDTH // 2 + 20].tolist() == [0, 0, 60000]
 
 
-def test_names_that_differ_in_their_ending_only_stay_apart(calibrated, tmp_path):
-    folder = tmp_path / "set"
-    write_drawn_set(folder, tilts=((0, 0),))
-    image = read_image(load_set(folder), "view0.png")
-    colour = np.dstack((image, image // 2, image // 3))
-    cv2.imwrite(str(folder / "view0.tif"), colour)
-    views = [{"image": "view0.png"}, {"image": "view0.tif"}]
-    write_description(folder, description(2, views=views))
-    out = tmp_path / "out"
-    arguments = ["undistort", str(calibrated["zhang"][0]), str(folder)]
-    assert main([*arguments, "--out", str(out)]) == 0
-    grey = cv2.imread(str(out / "view0.png.png"), cv2.IMREAD_UNCHANGED)
-    assert grey.shape == (HEIGHT, WIDTH)
-    kept = cv2.imread(str(out / "view0.tif.png"), cv2.IMREAD_UNCHANGED)
-    assert kept.shape == (HEIGHT, WIDTH, 3)
-
-
 def test_check_says_what_is_in_a_set(drawn, capsys):
     assert main(["check", str(drawn)]) == 0
     printed = capsys.readouterr().out
     assert "chessboard, 7 x 5 interior corners, pitch 20.0 mm" in printed
     assert "6 of 8 bit, 320 x 240 px" in printed
     assert "5 to calibrate, 1 to evaluate" in printed
-
-
-def test_check_counts_the_bits_of_an_active_grid(drawn, tmp_path, capsys):
-    image = np.zeros((HEIGHT, WIDTH), np.uint8)
-    for bit in range(7):
-        cv2.imwrite(str(tmp_path / f"{bit}.png"), image)
-    patterns = [
-        {"image": f"{bit}.png", "axis": "x", "kind": "gray", "bit": bit, "of": 10}
-        for bit in range(7)
-    ]
-    target = {"kind": "active_grid", "monitor_px": [1024, 768]}
-    views = [{"name": "pose", "patterns": patterns}]
-    write_description(tmp_path, description(0, target=target, views=views))
-    assert main(["check", str(tmp_path)]) == 0
-    assert "pose: x gray 7 of 10 bits" in capsys.readouterr().out
 
 
 def test_help_names_all_commands_without_loading_numpy():
@@ -353,14 +301,6 @@ def test_the_reference_lists_every_command_with_its_options():
         assert asked - {"-h", "--help"} <= told, name
 
 
-def test_the_module_runs_as_a_program(drawn):
-    command = [sys.executable, "-m", "raxel", "check", str(drawn)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0
-    assert done.stdout.startswith("set        drawn\n")
-    assert done.stderr.splitlines()[-1] == "6/6 view5.png"
-
-
 class Stream:
     """Where progress goes; a terminal or not."""
 
@@ -385,16 +325,3 @@ def test_progress_is_live_on_a_terminal_and_held_back_elsewhere(terminal, at_onc
     assert stream.text == at_once
     progress.release()
     assert stream.text == "one\n"
-
-
-def test_a_command_that_takes_long_shows_its_lines_through_a_pipe_too():
-    now, log = [0.0], Stream(False)
-    progress = Progress(log, clock=lambda: now[0])
-    progress.say("one")
-    now[0] = PATIENCE_S - 0.1
-    progress.say("two")
-    assert log.text == ""
-    now[0] = PATIENCE_S
-    progress.say("three")
-    assert log.text == "one\ntwo\nthree\n"
-    assert log.flushed

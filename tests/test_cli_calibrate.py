@@ -221,107 +221,82 @@ def test_one_board_that_does_not_belong_is_named(calibrate):
     assert told.startswith("4.png: does not fit as the other boards do: with it off by")
 
 
-def test_half_a_board_that_is_off_is_named_though_all_together_fit(calibrate):
-    boards = [*boards_of(PINHOLE, 1, 7), *boards_of(PINHOLE, 2, 7)]
-    boards[4] = boards[4] + [2.0, 0.0] * (np.arange(COLUMNS * ROWS)[:, None] % 2)
-    printed, result = calibrate(boards, "--model", "zhang")
-    assert result["misfit"]["fits"]
-    assert result["misfit"]["odd_board"] == "4.png"
-    told = warnings_in(printed)
-    assert sum("4.png: does not fit as the other boards do" in one for one in told) == 1
-    assert all("its shape was not asked for" not in one for one in told)
-
-
-def test_few_boards_that_are_bent_may_be_to_blame(calibrate):
-    printed, _ = calibrate(boards_of(PINHOLE, 4, 5, bend=4.0), "--model", "zhang")
-    (told,) = [one for one in warnings_in(printed) if "not fit" in one]
-    assert told.endswith(
-        "its shape was not asked for, which takes 6 boards and a formula"
-    )
-
-
-def test_boards_whose_columns_and_rows_are_exchanged_are_told_so(calibrate):
-    turned = [
-        corners.reshape(ROWS, COLUMNS, 2).swapaxes(0, 1).reshape(-1, 2)
-        for corners in boards_of(PINHOLE)
-    ]
-    printed, _ = calibrate(turned, "--model", "zhang")
-    (told,) = [one for one in warnings_in(printed) if "not fit these" in one]
-    assert "are columns and rows exchanged" in told
-
-
-def test_a_picture_that_is_there_twice_is_told(calibrate):
-    boards = boards_of(PINHOLE)
-    printed, _ = calibrate([*boards, *boards[2:4]], "--model", "zhang")
-    (told,) = warnings_in(printed)
-    assert told.startswith("6.png: its corners are those of 2.png, to the last digit")
-    assert "(1 more such: 7.png)" in told
-
-
-def test_frames_that_hardly_differ_are_told(calibrate):
-    """And what they share is not laid to the board, nor to another camera."""
-    boards = boards_of(PINHOLE, 6, 9)
-    rng = np.random.default_rng(5)
-    frames = [boards[4] + 0.02 * rng.normal(size=boards[4].shape) for _ in range(30)]
-    printed, _ = calibrate([*boards, *frames], "--model", "zhang")
-    (told,) = warnings_in(printed)
-    assert told.startswith(
-        "30 of 39 photographs show the board where another does, such as 9.png and "
-        "4.png: they say little more than one of them"
-    )
-
-
-def test_few_boards_are_told(calibrate):
-    printed, result = calibrate(boards_of(PINHOLE)[:5], "--model", "zhang")
-    assert result["stability"] is result["board_shape"] is None
-    assert "made: stability: not tested; it takes 6 boards whose halves" in printed
-    (told,) = warnings_in(printed)
-    assert told.startswith("5 boards went into the fit")
-    assert "nor whether halves of them agree was asked; take 10 or more" in told
-
-
-def test_photographs_of_two_cameras_are_told(calibrate):
+def of_two_cameras():
     longer = K * [[1.03, 1, 1], [1, 1.03, 1], [1, 1, 1]]
     other = PerspectiveCamera(longer, [-0.2, 0.05], WIDTH, HEIGHT)
-    boards = [*boards_of(PINHOLE, 1, 6), *boards_of(other, 2, 6)]
-    printed, result = calibrate(boards, "--model", "zhang")
-    (told,) = warnings_in(printed)
-    found = result["stability"]
-    assert found["stable"] is False
-    assert told.startswith(
-        "halves of the boards tell of different cameras: divided by "
-        f"'{found['divided_by']}', rays {found['disagreement_px']:.2g} px apart (RMS, "
-    )
-    assert found["divisions"][0]["divided_by"] == found["divided_by"]
-    names = [f"{k}.png" for k in range(12)]
-    assert sorted(found["halves"]) == sorted([names[:6], names[6:]])
-    assert "made: stability: of 12 divisions into halves the worst is '" in printed
+    return [*boards_of(PINHOLE, 1, 6), *boards_of(other, 2, 6)]
 
 
-def test_a_lens_that_focuses_anew_is_told(calibrate):
-    breaths = 0.008 * np.random.default_rng(8).normal(size=14)
-    boards = [
-        boards_of(
-            PerspectiveCamera(
-                K * [[1 + b, 1, 1], [1, 1 + b, 1], [1, 1, 1]],
-                [-0.2, 0.05],
-                WIDTH,
-                HEIGHT,
-            ),
-            seed,
-            1,
-        )[0]
-        for seed, b in enumerate(breaths)
-    ]
-    printed, result = calibrate(boards, "--model", "zhang")
-    (told,) = warnings_in(printed)
-    found = result["stability"]
-    assert found["stable"] is False
-    assert found["same_camera"] is True
-    sd = found["focal_lengths"]["sd"]
-    assert sd == pytest.approx(np.std(breaths), rel=0.35)
-    assert told.startswith("boards do not ask for one focal length: ")
-    assert f"scatter by {100 * sd:.2g} % (SD) beyond" in told
+def of_a_lens_that_focuses():
+    boards = []
+    for seed, b in enumerate(0.008 * np.random.default_rng(8).normal(size=14)):
+        focused = K * [[1 + b, 1, 1], [1, 1 + b, 1], [1, 1, 1]]
+        camera = PerspectiveCamera(focused, [-0.2, 0.05], WIDTH, HEIGHT)
+        boards += boards_of(camera, seed, 1)
+    return boards
+
+
+def of_a_board_half_off():
+    boards = [*boards_of(PINHOLE, 1, 7), *boards_of(PINHOLE, 2, 7)]
+    boards[4] = boards[4] + [2.0, 0.0] * (np.arange(COLUMNS * ROWS)[:, None] % 2)
+    return boards
+
+
+def of_frames_alike():
+    boards, rng = boards_of(PINHOLE, 6, 9), np.random.default_rng(5)
+    frames = [boards[4] + 0.02 * rng.normal(size=boards[4].shape) for _ in range(30)]
+    return [*boards, *frames]
+
+
+# Fault -> (boards, begin of its one warning, what the result holds of it).
+FAULTS = {
+    "two cameras": (
+        of_two_cameras,
+        "halves of the boards tell of different cameras",
+        lambda result: not result["stability"]["same_camera"],
+    ),
+    "a lens that focuses anew": (
+        of_a_lens_that_focuses,
+        "boards do not ask for one focal length",
+        lambda result: (
+            result["stability"]["same_camera"] and not result["stability"]["stable"]
+        ),
+    ),
+    "a misprinted row": (
+        lambda: boards_of(PINHOLE, 3, 10, row=0.4),
+        "corners of the board do not lie where",
+        lambda result: result["board_corners"]["worst"] // COLUMNS == 2,
+    ),
+    "half a board off": (
+        of_a_board_half_off,
+        "4.png: ",
+        lambda result: result["misfit"]["odd_board"] == "4.png",
+    ),
+    "an image twice": (
+        lambda: [*boards_of(PINHOLE), *boards_of(PINHOLE)[2:4]],
+        "6.png: its corners are those of 2.png",
+        lambda result: result["misfit"]["fits"],
+    ),
+    "frames alike": (
+        of_frames_alike,
+        "30 of 39 ",
+        lambda result: result["misfit"]["fits"],
+    ),
+    "few boards": (
+        lambda: boards_of(PINHOLE)[:5],
+        "5 boards ",
+        lambda result: result["stability"] is result["board_shape"] is None,
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_of_the_boards_is_one_warning_and_in_the_result(calibrate, fault):
+    boards, begin, holds = FAULTS[fault]
+    printed, result = calibrate(boards(), "--model", "zhang")
+    (warning,) = warnings_in(printed)
+    assert warning.startswith(begin)
+    assert holds(result)
 
 
 def test_a_bent_board_is_told_and_used(calibrate):
@@ -335,22 +310,6 @@ def test_a_bent_board_is_told_and_used(calibrate):
     (told,) = warnings_in(printed)
     assert told.startswith("the board is not as stated: it bends by up to ")
     assert result["rms_px"] < 1.5 * shape["shaped_px"]
-
-
-def test_a_misprinted_row_is_told(calibrate):
-    printed, result = calibrate(boards_of(PINHOLE, 3, 10, row=0.4), "--model", "zhang")
-    found = result["board_corners"]
-    assert found["as_stated"] is False
-    assert found["worst"] // COLUMNS == 2
-    (told,) = warnings_in(printed)
-    assert told.startswith("corners of the board do not lie where they are said to: ")
-    offset = np.linalg.norm(found["offsets"][found["worst"]])
-    assert f"and row 2, counted from 0, is {offset:.2g} +- " in told
-    assert "measure the board, or take one that is printed on a stiff plate" in told
-    printed, result = calibrate(boards_of(PINHOLE, 3, 10), "--model", "zhang")
-    assert result["board_corners"]["as_stated"] is True
-    assert warnings_in(printed) == []
-    assert "made: corners of the board: nothing that all boards share says " in printed
 
 
 def test_an_evaluation_takes_the_shape_that_was_found(calibrate, tmp_path, capsys):

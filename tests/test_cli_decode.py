@@ -1,17 +1,13 @@
 """raxel decode on sets that are not as they should be: one line, and nothing kept."""
 
 import json
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
 from raxel.cli import main
-from raxel.cli.decode import _of_response, _summary
-from raxel.errors import InputError
 from raxel.sets import PatternPlan, load_set
-from raxel.show.sets import set_scene
 from tests.active_grids import drawn
 from tests.test_cli_active_grid import recorded, refused
 
@@ -53,15 +49,6 @@ def test_a_picture_of_another_size_or_depth(tmp_path, capsys, folder, change, me
     assert not (tmp_path / "points").exists()
 
 
-def test_a_white_picture_of_another_depth(tmp_path, capsys, folder):
-    cv2.imwrite(str(folder / "white.png"), np.full((120, 160), 9000, np.uint16))
-    text = (folder / "set.yaml").read_text()
-    text = text.replace("- name: pose", "- name: pose\n  white: white.png")
-    (folder / "set.yaml").write_text(text)
-    line = refused(capsys, "decode", folder, "--out", tmp_path / "points")
-    assert "white.png: found 16 bit, but 8 in gray-x-00.png" in line
-
-
 def test_a_change_of_light_is_a_warning(tmp_path, capsys, folder):
     again(folder, "gray-x-00.png", lambda i: np.rint(0.88 * i).astype(np.uint8))
     out = tmp_path / "points"
@@ -91,17 +78,6 @@ def test_a_colour_clipped_is_no_sine(tmp_path, capsys, folder):
         assert found["mask"].mean() > 0.1
 
 
-def test_a_grid_as_in_a_mirror_is_told(tmp_path, capsys):
-    scene = drawn(noise=2.0)
-    scene.images = scene.images[:, :, ::-1]
-    folder = recorded(tmp_path / "set", scene)
-    out = tmp_path / "points"
-    assert main(["decode", str(folder), "--out", str(out)]) == 0
-    assert "seen as in a mirror" in capsys.readouterr().out
-    (view,) = json.loads((out / "decoded.json").read_text())["views"]
-    assert view["as_in_a_mirror"] is True
-
-
 def test_only_some_views_as_in_a_mirror(tmp_path, capsys):
     scene, text = drawn(noise=2.0), ""
     folder = recorded(tmp_path / "set", scene)
@@ -117,16 +93,6 @@ def test_only_some_views_as_in_a_mirror(tmp_path, capsys):
     assert "warning: pose-2 shows the grid as in a mirror, and pose does not" in told
 
 
-def test_a_monitor_partly_outside_is_no_fault(tmp_path, capsys):
-    folder = recorded(tmp_path / "set", drawn(noise=2.0, share=1.7))
-    out = tmp_path / "points"
-    assert main(["decode", str(folder), "--out", str(out)]) == 0
-    assert "warning" not in capsys.readouterr().out
-    (view,) = json.loads((out / "decoded.json").read_text())["views"]
-    assert view["pixels"]["decoded"] > 0.9 * 160 * 120
-    assert sum(view["pixels"].values()) == 160 * 120
-
-
 def test_a_full_disk_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
@@ -135,16 +101,6 @@ def test_a_full_disk_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
     out = tmp_path / "points"
     assert main(["decode", str(folder), "--out", str(out)]) == 1
     assert "No space left on device" in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["set"]
-
-
-def test_an_interruption_leaves_nothing(tmp_path, capsys, folder, monkeypatch):
-    def stopped(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("raxel.cli.decode.decoded_picture", stopped)
-    assert main(["decode", str(folder), "--out", str(tmp_path / "points")]) == 130
-    assert "interrupted" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
@@ -161,17 +117,6 @@ def test_twelve_bits_in_files_of_sixteen(tmp_path, capsys):
         assert (crest == 4095).mean() > 0.02
         assert not found["mask"][crest == 4095].any()
         assert found["mask"].mean() > 0.1
-
-
-@pytest.mark.parametrize("command", ["decode", "calibrate", "show"])
-def test_pictures_that_are_not_there(tmp_path, capsys, folder, command):
-    if command == "show":
-        with pytest.raises(InputError, match="found active_grid, and no truth"):
-            set_scene(load_set(folder))
-    (folder / "phase-y-2.png").unlink()
-    line = refused(capsys, command, folder, "--out", tmp_path / "out.png")
-    assert "patterns[18].image: no file 'phase-y-2.png'" in line
-    assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
 def test_what_the_summary_says_of_a_view(tmp_path, capsys):
@@ -207,36 +152,3 @@ def test_a_margin_that_leaves_nothing(tmp_path, capsys, folder, margin):
     assert f"give {most} at most" in line
     assert "nothing is left" in refused(capsys, *words, most + 1)
     assert not (tmp_path / "points").exists()
-
-
-def test_without_a_gray_code_the_margin_is_a_guess(tmp_path, capsys):
-    plan = PatternPlan((0, 0), False, 4, (1.0, 1.0))
-    folder = recorded(tmp_path / "set", drawn(noise=2.0, plan=plan))
-    out = tmp_path / "points"
-    assert main(["decode", str(folder), "--out", str(out)]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[-1] == (
-        "warning: pose: its blur cannot be measured; the margin of 6 px is right for "
-        "blur of 1 px or less: give more with --margin where it is larger"
-    )
-
-
-def test_the_summary_tells_what_the_response_did_and_what_is_left_of_each_axis():
-    response = [
-        SimpleNamespace(ripple=SimpleNamespace(steps=steps), size=size, left=left)
-        for steps, size, left in ((0, 0.0, 0.1), (5, 0.7, 0.2))
-    ]
-    decoded = SimpleNamespace(
-        counts=dict, unit="mm", sigma=np.ones((2, 2, 2)), blur_px=None, margin_px=3,
-        noise=SimpleNamespace(floor=1.0, slope=0.5), response=response,
-    )  # fmt: skip
-    found = SimpleNamespace(
-        decoded=decoded, step_errors=[0.0, 0.4], noise_factors=[1.0, 1.2],
-        as_in_a_mirror=False,
-    )  # fmt: skip
-    told = _summary("pose", found)
-    assert told["response"] == {
-        "corrected": [False, True], "shift": [0.0, 0.7], "left": [0.1, 0.2],
-    }  # fmt: skip
-    assert (told["step_errors"], told["noise_factors"]) == ([0.0, 0.4], [1.0, 1.2])
-    assert _of_response(told) == "; response corrected: y by 0.7 mm, 0.2 left"

@@ -11,7 +11,6 @@ import pytest
 import yaml
 
 from raxel.cameras import load_camera
-from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.cli import main, parser
 from raxel.evaluation.benchmark import score_camera
 from raxel.multiview.plane_view import plane_scale
@@ -180,14 +179,6 @@ def test_check_doubts_pixels_that_are_not_square(copied, capsys):
     assert f"warning: {told}" in capsys.readouterr().out
 
 
-def test_check_says_what_the_monitor_shows(rendered, capsys):
-    assert main(["check", str(rendered[0])]) == 0
-    printed = capsys.readouterr().out
-    assert "active grid on a monitor of 1024 x 768 px, 304 x 228 mm\n" in printed
-    assert "pose-000 and 3 more: x gray 4 of 4 bits (16 cells of 64 px), " in printed
-    assert "y phase 4 of 4 steps (16 periods of 48 px), white, black" in printed
-
-
 def test_points_that_are_not_of_the_set_are_refused(copied, tmp_path, capsys):
     image_set, points = copied
     order = "calibrate", image_set, "--out", tmp_path / "camera.npz", "--points"
@@ -226,20 +217,6 @@ def test_options_of_the_other_target_are_refused(rendered, tmp_path, capsys):
     )
     told = refused(capsys, "corners", rendered[0])
     assert "raxel decode finds the points of an active grid" in told
-
-
-def test_the_pictures_of_a_grid_are_undistorted(tmp_path):
-    scene = drawn()
-    folder = recorded(tmp_path / "set", scene)
-    K = np.array([[150.0, 0, 79.5], [0, 150.0, 59.5], [0, 0, 1]])
-    PerspectiveCamera(K, [0.0, 0.0], 160, 120).save(tmp_path / "camera.npz")
-    out = tmp_path / "straight"
-    order = ["undistort", tmp_path / "camera.npz", folder, "--out", out]
-    assert main([*map(str, order)]) == 0
-    assert {path.name for path in out.iterdir()} == {p.image for p in scene.patterns}
-    for pattern, image in zip(scene.patterns, scene.images, strict=True):
-        straight = cv2.imread(str(out / pattern.image), -1)
-        assert np.abs(straight[2:-2, 2:-2].astype(int) - image[2:-2, 2:-2]).max() <= 1
 
 
 def test_the_readme_gives_orders_that_can_be_carried_out():

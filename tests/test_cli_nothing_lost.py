@@ -101,43 +101,39 @@ def test_undistorting_over_a_photograph_of_the_set(folder, camera, capsys, way):
     assert contents(folder) == before
 
 
-@pytest.mark.parametrize("key", ["reference", "truth"])
-def test_undistorting_over_what_else_belongs_to_the_set(folder, camera, capsys, key):
+def over_the_reference(folder, camera):
+    """The name of an image of --out is that of the reference corners."""
     (folder / "kept").mkdir()
     (folder / "kept" / "a.png").write_text("{}")
-    edit(folder, setting(key, to="kept/a.png" if key == "reference" else "kept"))
-    before = contents(folder)
-    line = refused(capsys, "undistort", camera, folder, "--out", folder / "kept")
-    assert "a.png: found a file of the set" in line
-    assert contents(folder) == before
+    edit(folder, setting("reference", to="kept/a.png"))
+    return folder / "kept", camera
 
 
-def test_undistorting_over_the_camera(folder, camera, capsys):
+def over_the_camera(folder, camera):
     out = folder.parent / "out"
     out.mkdir()
-    camera = shutil.move(camera, out / "a.png")
-    before = contents(out)
-    line = refused(capsys, "undistort", camera, folder, "--out", out)
-    assert "a.png: the command reads this file" in line
-    assert contents(out) == before
+    return out, shutil.move(camera, out / "a.png")
 
 
-def test_undistorting_over_photographs_of_another_set(folder, camera, capsys):
-    other = shutil.copytree(folder, folder.parent / "other")
-    before = contents(other)
-    line = refused(capsys, "undistort", camera, folder, "--out", other)
-    assert "a.png: found a file that raxel undistort did not write" in line
-    assert contents(other) == before
+def over_another_set(folder, camera):
+    return shutil.copytree(folder, folder.parent / "other"), camera
 
 
-def test_undistorting_into_a_file_as_a_folder(folder, camera, capsys):
-    (folder.parent / "out").mkdir()
-    (folder.parent / "out" / "sub").write_text("a note")
-    before = contents(folder.parent)
+def into_a_file_as_a_folder(folder, camera):
     out = folder.parent / "out"
-    assert "sub: found no folder" in refused(
-        capsys, "undistort", camera, folder, "--out", out
-    )
+    out.mkdir()
+    (out / "sub").write_text("a note")
+    return out, camera
+
+
+@pytest.mark.parametrize(
+    "place",
+    [over_the_reference, over_the_camera, over_another_set, into_a_file_as_a_folder],
+)
+def test_undistorting_over_a_file_of_another_kind(folder, camera, capsys, place):
+    out, camera = place(folder, camera)
+    before = contents(folder.parent)
+    assert str(out) in refused(capsys, "undistort", camera, folder, "--out", out)
     assert contents(folder.parent) == before
 
 
@@ -181,23 +177,6 @@ NAMES = {
 @pytest.mark.parametrize("names", NAMES)
 def test_two_photographs_never_become_one_file(names):
     assert [str(path) for path in _targets(names)] == NAMES[names]
-
-
-def test_all_photographs_are_in_the_folder_afterwards(folder, camera):
-    """Grey levels tell which is which."""
-    names = ["a.png", "a.jpg", "a.jpg.png", "a.PNG"]
-    for level, name in enumerate(names, 1):
-        image = np.full((HEIGHT, WIDTH), 60 * level, np.uint8)
-        data = cv2.imencode(".png", image)[1].tobytes()
-        (folder / name).write_bytes(data)
-    write_description(folder, description(0, views=[{"image": name} for name in names]))
-    out = folder.parent / "out"
-    assert main(["undistort", str(camera), str(folder), "--out", str(out)]) == 0
-    levels = [
-        cv2.imread(str(path), cv2.IMREAD_UNCHANGED)[HEIGHT // 2, WIDTH // 2]
-        for path in out.iterdir()
-    ]
-    assert sorted(levels) == [60, 120, 180, 240]
 
 
 def test_corners_keep_the_good_file_where_no_board_is_found(folder, capsys):

@@ -3,24 +3,13 @@
 import argparse
 from types import SimpleNamespace
 
-import cv2
 import numpy as np
 import pytest
 
-from raxel.cli import boards, decode, main, mirror, numbers, render, seen
-from raxel.cli.models import _pupil_line
-from raxel.cli.stability import stability_line
+from raxel.cli import boards, decode, main, mirror, numbers, render
 from raxel.cli.warnings import of_pixels, of_swapped_sides
-from raxel.cli.wrong_points import wrong_fields, wrong_warnings
 from raxel.errors import InputError
-from raxel.evaluation.stability import Division, Stability
 from raxel.sets.model import ActiveGrid
-from raxel.sets.words import BOARDS, GRIDS
-
-NAN = float("nan")
-
-
-# decode, patterns, render
 
 
 @pytest.mark.parametrize(
@@ -57,22 +46,6 @@ def test_each_option_of_decoding_alone_changes_what_it_names(
     assert given == [usual | asked]
 
 
-def test_an_offset_of_a_quarter_makes_cosines_of_sines(tmp_path):
-    """A sine begins each period in mid-grey and brightens, a cosine is brightest."""
-    sides = "--width", "64", "--height", "48", "--cells", "4", "--steps", "4"
-    rows = {}
-    for name, more in (("sine", ()), ("cosine", ("--offset", "0.25"))):
-        out = tmp_path / name
-        assert main(["patterns", *sides, *more, "--out", str(out)]) == 0
-        (path,) = (p for p in out.glob("phase*x*0.png"))
-        rows[name] = cv2.imread(str(path), 0)[0].astype(float)
-        assert (cv2.imread(str(out / "white.png"), 0) == 255).all()
-        assert (cv2.imread(str(out / "black.png"), 0) == 0).all()
-    turn = 2 * np.pi * (np.arange(64) + 0.5) / 16
-    np.testing.assert_allclose(rows["sine"], 127.5 * (1 + np.sin(turn)), atol=1.5)
-    np.testing.assert_allclose(rows["cosine"], 127.5 * (1 + np.cos(turn)), atol=1.5)
-
-
 def test_a_mirror_set_is_rendered_with_the_seed_and_noise_asked_for(monkeypatch):
     given = []
 
@@ -104,9 +77,6 @@ def test_numbers_are_taken_from_their_first_to_their_last(kind, taken, refused):
             kind(text)
 
 
-# calibrate, evaluate
-
-
 def test_four_clicks_in_one_photograph_are_enough_for_celect(monkeypatch):
     of_set = SimpleNamespace(
         description="set.yaml", target=SimpleNamespace(columns=9, rows=7)
@@ -120,69 +90,6 @@ def test_four_clicks_in_one_photograph_are_enough_for_celect(monkeypatch):
     assert found == ("found", None)
     with pytest.raises(InputError, match="found no outer_corners in the 2 to be"):
         boards.detected(of_set, options, [bare, bare], print)
-
-
-def test_points_of_a_grid_are_those_that_were_found(monkeypatch):
-    pixels = np.arange(10.0).reshape(5, 2)
-    pixels[[1, 3]] = NAN
-    view = SimpleNamespace(
-        name="one", pixels=pixels, step=4, mirrored=False, area=lambda: 80
-    )
-    grid = SimpleNamespace(
-        view=SimpleNamespace(label="one"), reason="", warnings=[], location=None,
-        sigma=None, mask=None,
-    )  # fmt: skip
-    monkeypatch.setattr(seen, "decode_grids", lambda *given: [grid])
-    monkeypatch.setattr(seen, "dense_view", lambda *given: view)
-    of_set = SimpleNamespace(target=ActiveGrid((64, 48), (64.0, 48.0)))
-    options = SimpleNamespace(points=None)
-    found = seen.seen_in(of_set, [grid.view], options, lambda line: None)
-    told = {"file": "one", "pixels": 80, "points": 3, "step": 4}
-    assert found.fields() == {"grids": [told]}
-    (line,) = found.lines()
-    assert line == (
-        "1 grid of 80 pixels; formulas, poses and scores take a pixel every 4 px each "
-        "way, 3 of them"
-    )
-
-
-def test_what_scatter_explains_is_told_apart_from_what_photographs_do():
-    worst = Division("near and far", ((), ()), 0.9, 0.2, 0.5, 1e-7, np.zeros((0, 2)))
-    found = Stability([worst], np.zeros((0, 2)), 1e-6, False, 2.5, True)
-    assert stability_line(found, BOARDS) == (
-        "stability: of 1 divisions into halves the worst is 'near and far': rays 0.9 "
-        "px apart (RMS, after the best rotation, where both saw boards), of which the "
-        "corners' scatter explains 0.2 px, and 0.5 px with what photographs of one "
-        "half differ by; p = 1e-06"
-    )
-
-
-def test_errors_with_and_without_a_moving_pupil_stand_on_their_sides():
-    pupil = {
-        "p_value": 1e-5, "central_px": 0.5, "moving_px": 0.25, "chance": 0.125,
-        "shift": 2.0, "shift_sd": 0.1, "verdict": "moves", "against": None,
-        "moves": True,
-    }  # fmt: skip
-    errors = "without that, 0.5 px RMS on boards kept out, with it 0.25 px"
-    by = "by 2 +- 0.1 mm over the field of view"
-    assert _pupil_line(pupil, "mm") == f"the entrance pupil moves {by}: {errors}"
-    unsure = pupil | {"moves": False, "verdict": "undecided"}
-    told = _pupil_line(unsure, "mm")
-    assert f"if it does, {by}; {errors}, which chance makes with p = 0.12" in told
-    rests = _pupil_line(unsure | {"verdict": "rests"}, "mm")
-    assert "(p = 1e-05), but not boards kept out (0.25 px RMS, 0.5 px without)" in rests
-
-
-def test_the_worst_of_wrong_points_is_the_farthest_rounded_up():
-    wrong = [
-        {"file": name, "corner": n, "distance_px": px}
-        for name, n, px in (("a", 7, 2.5), ("b", 3, 9.04), ("b", 4, 1.5))
-    ]
-    (told,) = wrong_warnings(wrong_fields(wrong, 60), 0.125, GRIDS)
-    assert told.startswith(
-        "3 points (5.0 %) do not fit and have no weight: photographs b (2), a (1); the "
-        "worst, number 3 of b, is off by 9.1 px, the others by 0.12 px (RMS); "
-    )
 
 
 @pytest.mark.parametrize(
@@ -201,9 +108,6 @@ def test_sides_are_said_to_be_exchanged_where_that_makes_pixels_squarer(
         oblong,
         swapped,
     )
-
-
-# mirror
 
 
 def test_wrong_corners_of_a_stage_are_not_those_that_could_not_be_used():

@@ -10,8 +10,7 @@ import yaml
 from raxel.cameras.io import load_camera
 from raxel.cli import main
 from raxel.features import find_opencv
-from raxel.geometry.planes import intersect_rays_plane, on_plane
-from raxel.lab.rig import load_rig
+from raxel.geometry.planes import on_plane
 from raxel.sets import load_set, read_image
 from tests.test_lab_rig import RIGS, changed, leaf
 
@@ -120,16 +119,6 @@ def test_progress_goes_to_standard_error_and_the_summary_to_output(small, capsys
     assert told.out.startswith("small: 3 views, 3 images of 160 x 120 px")
 
 
-def test_an_existing_folder_stays_as_it_is(small, capsys):
-    before = contents(small / "set")
-    status = main(["render", str(small / "rig.yaml"), "--out", str(small / "set")])
-    assert status == 2
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert "exists already" in err
-    assert contents(small / "set") == before
-
-
 @pytest.mark.parametrize(
     ("out", "seed", "changes", "message"),
     [
@@ -154,56 +143,3 @@ def test_what_cannot_be_rendered_leaves_nothing(
     assert err.count("\n") == 1
     assert message in err
     assert [path.name for path in tmp_path.iterdir()] == ["rig.yaml"]
-
-
-def test_an_active_grid_with_the_point_of_every_pixel(tmp_path):
-    target = {
-        "kind": "active_grid",
-        "monitor_px": leaf([64, 48], "px"),
-        "monitor_mm": leaf([64, 48], "mm"),
-        "gamma": leaf(2.2, "1"),
-        "gray_bits": leaf([2, 0], "1"),
-        "gray_inverse": True,
-        "phase_steps": leaf(4, "1"),
-        "phase_periods": leaf([4, 3], "1"),
-    }
-    path = changed(
-        tmp_path / "rig.yaml",
-        target=target,
-        poses__distance=leaf([90, 110], "mm"),
-        poses__count=leaf(1, "1"),
-    )
-    assert main(["render", str(path), "--out", str(tmp_path / "set")]) == 0
-    image_set = load_set(tmp_path / "set")
-    view = image_set.views[0]
-    assert len(view.patterns) == 4 + 8
-    points = np.load(tmp_path / "set" / "truth" / f"{view.name}.npz")["points_mm"]
-    assert points.shape == (120, 160, 2)
-    on = np.isfinite(points[..., 0])
-    white, black = (
-        read_image(image_set, f).astype(int) for f in (view.white, view.black)
-    )
-    assert np.mean((white - black > 100) == on) > 0.98
-    rig = load_rig(path)
-    T = json.loads((tmp_path / "set/truth/poses.json").read_text())["T_camera_target"]
-    rays = rig.camera.rays(np.array([[80.0, 60.0]]))
-    met = intersect_rays_plane(*rays[:2], np.array(T[view.name])).points[0]
-    np.testing.assert_allclose(points[60, 80], met, atol=1e-9)
-    # The most significant bit along x: right half bright.
-    first, inverse = (
-        read_image(image_set, p.image).astype(int)
-        for p in view.patterns
-        if p.kind == "gray" and p.bit == 0
-    )
-    far = on & (np.abs(np.nan_to_num(points[..., 0]) - 32) > 2)
-    inside = far & (white - black > 100)
-    np.testing.assert_array_equal(
-        (first > inverse)[inside], (points[..., 0] > 32)[inside]
-    )
-    # Four phase steps give the place within its period.
-    steps = [
-        read_image(image_set, p.image) / 1.0
-        for p in view.patterns
-        if p.kind == "phase" and p.axis == "x"
-    ]
-    assert np.ptp(np.stack(steps)[:, 60, 80]) > 50

@@ -11,7 +11,6 @@ import pytest
 
 from raxel.cameras.io import load_camera
 from raxel.cli import main
-from raxel.cli.progress import Progress
 from raxel.cli.terminal import Terminal, on_one_line
 from tests.bad_input.changes import edit, setting
 from tests.image_sets import description, write_drawn_set
@@ -45,14 +44,6 @@ def test_nothing_from_a_set_commands_the_terminal(folder, capsys, command):
     assert is_harmless(printed.out + printed.err)
     shown = command.encode("unicode_escape").decode()
     assert f"camera     good {shown} camera\n" in printed.out
-
-
-def test_a_camera_of_several_lines_forges_none(folder, capsys):
-    edit(folder, setting("camera", to="a camera\nviews      99 to calibrate"))
-    assert main(["check", str(folder)]) == 0
-    printed = capsys.readouterr().out
-    assert r"camera     a camera\nviews" in printed
-    assert printed.count("\nviews") == 1
 
 
 @pytest.mark.parametrize(
@@ -142,14 +133,6 @@ def test_what_the_stream_cannot_encode_is_shown_as_an_escape():
 @pytest.mark.parametrize("text", ["", "a b", "µ → é", "a\xa0b\u3000c", "日本語"])
 def test_ordinary_text_stays_as_it_is(text):
     assert on_one_line(text) == text
-
-
-def test_a_word_of_progress_is_one_line():
-    stream = io.StringIO()
-    progress = Progress(stream)
-    progress.say("first\nsecond")
-    progress.release()
-    assert stream.getvalue() == "first\\nsecond\n"
 
 
 def test_streams_that_were_closed_before(drawn, monkeypatch):

@@ -9,8 +9,6 @@ from raxel.calibration.generic.central_test import CentralTest
 from raxel.cameras import PerspectiveCamera
 from raxel.cli import mirror_evaluate, scores
 from raxel.cli.board_corners import corner_warnings
-from raxel.cli.check import _shown
-from raxel.cli.decode import _summary
 from raxel.cli.described import camera_fields, centre_fields
 from raxel.cli.models import _terms
 from raxel.cli.stability import stability_fields
@@ -19,8 +17,6 @@ from raxel.evaluation.back_projection import BackProjection
 from raxel.evaluation.board_corners import BoardCorners
 from raxel.evaluation.cross_validation import Evaluation, ImageScore
 from raxel.evaluation.stability import Division, Stability
-from raxel.features.active_grid.noise import Noise
-from raxel.sets.model import ActiveGrid, Pattern
 from raxel.sets.words import BOARDS
 
 NAN = float("nan")
@@ -77,25 +73,6 @@ def test_the_worst_corner_of_a_board_is_told_by_its_column_and_row():
     assert "column 2 and row 1, counted from 0, is 0.5 +- 0.02 mm off" in told
 
 
-def test_periods_are_told_in_pixels_of_their_own_axis():
-    grid = ActiveGrid((1600, 900))
-    views = [
-        SimpleNamespace(
-            patterns=[
-                Pattern(f"{axis}{k}", axis, "phase", 4, step=k, periods=10.0)
-                for axis in "xy"
-                for k in range(4)
-            ],
-            name="one",
-            white=None,
-            black=None,
-        )
-    ]
-    (line,) = _shown(SimpleNamespace(views=views, target=grid))
-    assert "x phase 4 of 4 steps (10 periods of 160 px)" in line
-    assert "y phase 4 of 4 steps (10 periods of 90 px)" in line
-
-
 def test_what_halves_disagree_by_stands_beside_what_explains_it():
     halves = [("a", "b"), ("c", "d")]
     worst = Division("near and far", halves, 0.9, 0.2, 0.5, 1e-7, np.zeros((0, 2)))
@@ -120,21 +97,6 @@ def test_bounds_of_a_distance_stand_on_their_sides_of_it():
         "central": True, "p_value": 0.2, "distance": 0.5, "at_least": 0.25,
         "at_most": 0.75, "noise_over_stated": 1.5, "rays": 90,
     }  # fmt: skip
-
-
-def test_spreads_of_decoded_points_are_listed_x_before_y():
-    sigma = np.full((4, 5, 2), 0.1)
-    sigma[..., 1], sigma[0, 0] = 0.3, NAN
-    decoded = SimpleNamespace(
-        sigma=sigma, unit="mm", noise=Noise(1.0), blur_px=None, margin_px=3,
-        response=[], counts=lambda: {"decoded": 19, "dark": 1, "edge": 0},
-    )  # fmt: skip
-    found = SimpleNamespace(
-        decoded=decoded, step_errors=(), noise_factors=(), as_in_a_mirror=False
-    )
-    result = _summary("one", found)
-    assert result["median_sigma"] == [0.1, 0.3]
-    assert result["pixels"] == {"decoded": 19, "dark": 1}
 
 
 def test_terms_have_standard_deviations_in_their_own_unit():

@@ -17,7 +17,7 @@ from raxel.sets import load_set, read_image
 from raxel.sets.image_files import has_orientation, read_colour
 from tests.image_sets import boards, description, write_description
 
-LZW, DEFLATE, OLD_DEFLATE, PACK_BITS = 5, 8, 32946, 32773
+LZW, DEFLATE, OLD_DEFLATE = 5, 8, 32946
 PACKINGS = {"lzw": LZW, "deflate": DEFLATE, "old deflate": OLD_DEFLATE}
 
 

@@ -8,13 +8,8 @@ import pytest
 
 from raxel.cli import main
 from raxel.features import DETECTORS
-from tests.bad_input.changes import ACTIVE_GRID, GRAY, NEXT, edit, reference, setting
+from tests.bad_input.changes import edit, reference, setting
 from tests.image_sets import write_drawn_set
-
-
-def test_one_view_only(broken, calibration_fails):
-    edit(broken, lambda data: data.update(views=data["views"][:1]))
-    assert "set.yaml: views: found 1 to calibrate with" in calibration_fails()
 
 
 def test_one_view_left_to_calibrate(broken, calibration_fails):
@@ -81,20 +76,6 @@ def test_an_image_too_large_for_the_memory(broken, fails, monkeypatch, fault):
     monkeypatch.setitem(DETECTORS, "opencv-sb", greedy)
     line = fails("corners", broken, "--detector", "opencv-sb")
     assert f"{broken / 'view0.png'}: the memory does not suffice" in line
-
-
-def test_an_active_grid_has_no_corners(broken, calibration_fails, fails):
-    views = [
-        {"name": "a", "patterns": [GRAY]},
-        {"name": "b", "patterns": [{**GRAY, **NEXT}]},
-    ]
-    edit(broken, lambda data: data.update(target=ACTIVE_GRID, views=views))
-    told = fails("corners", broken)
-    assert "set.yaml: target.kind: found active_grid" in told
-    assert "raxel decode finds the points of an active grid" in told
-    told = calibration_fails("--corners", broken / "corners.json")
-    assert "--corners: found with" in told
-    assert "whose target is an active grid; leave it out, or give --points" in told
 
 
 REFERENCES = {

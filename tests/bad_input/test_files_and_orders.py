@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from raxel.cameras.lenses.perspective import PerspectiveCamera
-from tests.bad_input.changes import edit
 from tests.image_sets import HEIGHT, WIDTH
 
 
@@ -98,25 +97,6 @@ def test_one_name_for_two_outputs(broken, fails, tmp_path):
     assert "--json and --out name the same file; give two names" in line
 
 
-@pytest.mark.parametrize("name", ["set.yaml", "view0.png", "known.json", "truth/a"])
-def test_results_over_the_files_of_the_set(broken, fails, tmp_path, name):
-    (broken / "known.json").write_text("{}")
-    (broken / "truth").mkdir()
-    edit(broken, lambda data: data.update(reference="known.json", truth="truth/"))
-    path = broken / name
-    known = {p: p.read_bytes() for p in broken.iterdir() if p.is_file()}
-    camera = tmp_path / "camera.npz"
-    PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], WIDTH, HEIGHT).save(camera)
-    for arguments in (
-        ("corners", broken, "--json", path),
-        ("calibrate", broken, "--out", tmp_path / "new.npz", "--json", path),
-        ("calibrate", broken, "--out", path),
-        ("evaluate", camera, broken, "--json", path),
-    ):
-        assert f"{path}: found a file of the set" in fails(*arguments)
-    assert known == {p: p.read_bytes() for p in broken.iterdir() if p.is_file()}
-
-
 def test_results_over_a_device(broken, fails, tmp_path):
     """A pipe stands for it; whoever may, would put a file in place of /dev/stdout."""
     pipe, link = tmp_path / "pipe", tmp_path / "link"
@@ -153,13 +133,6 @@ def test_cameras_that_do_not_fit(broken, fails, tmp_path):
     assert f"{path}: width, height: found 640 x 480, but resolution in" in line
     line = fails("undistort", path, broken, "--out", tmp_path / "out")
     assert f"{path}: width, height: found 640 x 480, but resolution in" in line
-
-
-def test_undistorting_into_the_set_itself(broken, fails, tmp_path):
-    path = tmp_path / "camera.npz"
-    PerspectiveCamera(np.diag([300.0, 300.0, 1.0]), [], WIDTH, HEIGHT).save(path)
-    line = fails("undistort", path, broken, "--out", broken)
-    assert f"{broken}: this is the set itself" in line
 
 
 @pytest.mark.parametrize(
