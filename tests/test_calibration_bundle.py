@@ -13,7 +13,7 @@ from raxel.calibration.adjust.bundle import (
 )
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import angle_between_rotations
-from tests.calibration_scenes import central_difference, partly_seen, scene
+from tests.calibration_scenes import central_difference, partly_seen
 
 SHARE = 0.7  # of the rays that a grid is seen by
 
@@ -70,32 +70,6 @@ def test_exact_points_bring_disturbed_poses_back(seed):
     assert np.isnan(result.directions[~known]).all()
 
 
-def test_noise_settles_at_a_minimum_below_the_truth():
-    centre, T, _, points, seen = partly_seen(5, SHARE, count=400, noise=0.5)
-    result = bundle_adjust_fixed_centre(points, seen, centre, disturbed(T, 5))
-    assert result.converged
-    assert np.all(np.diff(result.costs) < 0)
-    assert result.costs[-1] < cost_at(points, seen, centre, T)
-    _, _, gradient = reduced_normal_equations(
-        bundle.homogeneous(points, seen), centre, result.T_base_grid
-    )
-    for move in 1e-4 * np.eye(18):
-        for step in (move, -move):
-            nearby = moved_poses(result.T_base_grid, step)
-            assert cost_at(points, seen, centre, nearby) > result.costs[-1]
-    assert np.abs(gradient).max() < 1e-2
-
-
-def test_blocks_do_not_change_the_sums(monkeypatch):
-    centre, T, _, points, seen = partly_seen(6, SHARE, count=300, noise=0.5)
-    q = bundle.homogeneous(points, seen)
-    whole = reduced_normal_equations(q, centre, T)
-    monkeypatch.setattr(bundle, "BLOCK", 37)
-    parts = reduced_normal_equations(q, centre, T)
-    for a, b in zip(whole, parts, strict=True):
-        assert np.allclose(a, b, rtol=1e-10, atol=1e-12 * np.abs(a).max())
-
-
 def test_the_best_direction_has_the_smallest_distances():
     centre, T, _, points, seen = partly_seen(7, SHARE, noise=2.0)
     u = ray_directions(points, seen, centre, T)
@@ -119,17 +93,4 @@ def test_poses_that_are_not_finite_are_refused():
     centre, T, _, points, seen = partly_seen(9, SHARE)
     T[1, 0, 3] = np.nan
     with pytest.raises(CalibrationError, match="not finite"):
-        bundle_adjust_fixed_centre(points, seen, centre, T)
-
-
-@pytest.mark.parametrize(("shared", "enough"), [(2, False), (3, True)])
-def test_three_common_rays_are_the_fewest_that_hold_a_grid(shared, enough):
-    centre, T, _, points = scene(10, grids=4, count=60)
-    seen = np.ones(points.shape[:2], bool)
-    seen[2, shared:] = False
-    if enough:
-        result = bundle_adjust_fixed_centre(points, seen, centre, disturbed(T, 10))
-        assert result.converged
-        return
-    with pytest.raises(CalibrationError, match="grid 2 shares fewer than three"):
         bundle_adjust_fixed_centre(points, seen, centre, T)

@@ -8,16 +8,13 @@ from raxel.calibration import (
     calibrate_zhang,
     dense_view,
     locate_pixels,
-    pixels_on_board,
 )
-from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.views import dense
 from raxel.calibration.views.moments import add_points
 from raxel.cameras.core.base import pixel_grid
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError
-from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.coverage import board_counts
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.distortion import angular_residual
@@ -99,34 +96,6 @@ def test_a_formula_that_does_not_fit_is_told():
     assert misfit(evaluate_camera(straight, views).images, views).large
 
 
-def test_models_are_compared_on_grids_as_on_boards():
-    def generic(views):
-        rng = np.random.default_rng(0)
-        return calibrate_generic(views, WIDTH, HEIGHT, rng=rng).camera
-
-    def zhang(views):
-        return calibrate_zhang(views, WIDTH, HEIGHT).camera
-
-    views = grids_of(POSES, FISHEYE, NOISE_MM)
-    compared = compare_models({"zhang": zhang, "generic": generic}, views, 3)
-    angles = {model: found.mean_deg for model, found in compared.own.items()}
-    assert angles["generic"] < angles["zhang"]
-    assert not compared.refused
-
-
-def test_the_lattice_is_a_spread_of_pixels_with_their_own_points():
-    points = seen_points(FISHEYE, POSES[0])
-    view = dense_view(points, np.full(points.shape, 0.1), name="a")
-    found = np.isfinite(view.pixels[:, 0])
-    assert dense.SAMPLES <= np.count_nonzero(found) < 1.5 * dense.SAMPLES
-    assert len(view.pixels) == view.columns * view.rows
-    u, v = view.pixels[found].astype(int).T
-    assert np.array_equal(view.points[found], points[v, u].astype(np.float32))
-    step = u[1] - u[0]
-    assert {*(u - u[0]) % step, *(v - v[0]) % step} == {0}
-    assert view.area() == np.count_nonzero(np.isfinite(points[..., 0]))
-
-
 def test_the_stated_deviation_is_that_of_pixels():
     # A pinhole straight before the grid: 0.5 mm a pixel along u, 0.504 along v.
     camera = PerspectiveCamera(K, [0, 0], WIDTH, HEIGHT)
@@ -163,31 +132,6 @@ def test_a_pixel_is_looked_up_between_its_neighbours_and_never_across_an_edge():
     wanted = (1 - b) * top + b * low
     assert np.allclose(found[inside], wanted[inside], atol=1e-4)
     assert np.isnan(found[~inside]).all()
-
-
-def test_whole_pixels_are_looked_up_up_to_the_rim():
-    points = seen_points(FISHEYE, POSES[0])
-    points[60:70, 100:110] = np.nan
-    view = dense_view(points)
-    pixels, seen = pixels_on_board(view, WIDTH, HEIGHT)
-    found, inside = locate_pixels(pixels, view)
-    assert inside.all()
-    assert np.array_equal(found, seen)
-    assert len(pixels) == view.area()
-    coarse, _ = pixels_on_board(view, WIDTH, HEIGHT, 3)
-    assert (coarse % 3 == 0).all()
-    assert len(coarse) == pytest.approx(len(pixels) / 9, rel=0.05)
-
-
-def test_the_surer_of_two_points_counts_more_in_a_ray():
-    T = np.eye(4)[None] + np.array([[[0, 0, 0, 0]] * 2 + [[0, 0, 0, 100.0], [0] * 4]])
-    grids = []
-    for shift, sigma in ((0.0, 0.1), (1.0, 0.3)):
-        points = np.full((20, 20, 2), shift)
-        grids.append(dense_view(points, np.full(points.shape, sigma)))
-    table = ray_table(grids, np.concatenate([T, T]), np.zeros(3), 20, 20)
-    x = 100 * table[..., 0] / table[..., 2]
-    assert np.allclose(x, 0.1, atol=1e-3)
 
 
 def test_through_a_mirror_the_grid_is_its_image():

@@ -12,7 +12,6 @@ from raxel.calibration import (
     ray_point_distances,
     relaxed_start,
 )
-from raxel.errors import CalibrationError
 from raxel.geometry import on_plane, transform
 from tests.calibration_scenes import scene
 
@@ -54,19 +53,6 @@ def test_without_joining_only_rays_of_the_first_grids_place_others():
     assert "0 points" in found.failed[4]
 
 
-def test_weights_draw_the_rays_to_the_first_grids():
-    _, _, points, start = begun(noise=0.3)
-    seen = np.ones(points.shape[:2], bool)
-    for weight in (1.0, 10.0):
-        rng = np.random.default_rng(2)
-        found = calibrate_central(points, start, grid_pose_ransac, rng, weight=weight)
-        weights = [weight] * FIRST + [1.0, 1.0]
-        expected = centroid_directions(
-            points, seen, found.centre, found.T_base_grid, weights
-        )
-        np.testing.assert_array_equal(found.directions, expected)
-
-
 def test_relaxing_keeps_the_centre_and_shortens_the_distances():
     _, _, points, start = begun(noise=0.5)
     first = points[:FIRST]
@@ -96,18 +82,3 @@ def test_distances_of_points_from_rays_are_those_across_them():
     np.testing.assert_allclose(
         ray_point_distances(points, origins, along_z), [[0.0, 1.0]]
     )
-
-
-def test_wrong_points_of_the_first_grids_do_not_make_further_ones_right():
-    """A tenth of them are 60 mm off; the usual distance is that of the others."""
-    _, _, points, start = begun(noise=0.2)
-    points[1, ::10] += [60.0, 0.0]
-    limits = []
-
-    def place(rays, seen, rng, threshold):
-        limits.append(threshold)
-        raise CalibrationError("asked for its limit alone")
-
-    calibrate_central(points, start, place, np.random.default_rng(1))
-    assert len(limits) == 2
-    assert max(limits) < 2.0

@@ -1,20 +1,16 @@
 """Algorithm 1 from chessboards to the table, and what it refuses."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from raxel.calibration.generic import standard
 from raxel.calibration.generic.standard import calibrate_generic
-from raxel.calibration.views.correspondence import BoardView, pixels_on_board
+from raxel.calibration.views.correspondence import pixels_on_board
 from raxel.calibration.views.samples import sample_boards
 from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.distortion import angular_residual
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import inverse_pose, pose, rotation_from_vector, transform
+from raxel.geometry.poses import inverse_pose, pose, rotation_from_vector
 from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 
 
@@ -85,38 +81,11 @@ def test_the_frames_belong_together(six_boards):
     )
 
 
-def test_a_board_twice_as_far_off_weighs_a_quarter(six_boards):
-    """Of those that were placed by rays; the first three count in full."""
-    _, found = six_boards
-    assert (found.weights[:3] == 1).all()
-    times = found.grid_rms_deg / np.sqrt(np.mean(found.grid_rms_deg[:3] ** 2))
-    assert times[3:].max() > 1.1
-    due = np.minimum(1, times[3:] ** -2.0)
-    np.testing.assert_allclose(found.weights[3:], due, rtol=1e-6)
-
-
 def test_boards_kept_out_are_predicted(six_boards):
     _, found = six_boards
     score = evaluate_camera(found.camera, views_of(board_poses(50, 3)))
     assert score.share_with_ray > 0.8
     assert score.rms_px < 0.03
-
-
-def test_finer_boards_leave_quadratically_less():
-    errors = []
-    for cells in (6, 12):
-        step = 144.0 / cells
-        board = np.stack(np.meshgrid(*[np.arange(cells + 1) * step] * 2), -1)
-        board = board.reshape(-1, 2)
-        poses = board_poses(1, 4)
-        views = []
-        for T in poses:
-            pixels = FISHEYE.project(transform(T, on_plane(board)))
-            views.append(BoardView(pixels.pixels, board, cells + 1, cells + 1))
-        camera = calibrated(views, interpolation="homographic").camera
-        errors.append(np.median(ray_errors_deg(camera)))
-    # The homography misses second order terms inside a cell; 4 is the ideal ratio.
-    assert 3.0 < errors[0] / errors[1] < 6.0
 
 
 def test_noise_of_the_corners_passes_through_without_gain():
@@ -125,14 +94,6 @@ def test_noise_of_the_corners_passes_through_without_gain():
     assert sorted(found.used) == list(range(5))
     # 0.1 px is 0.057 degrees per axis.
     assert np.sqrt(np.mean(ray_errors_deg(found.camera) ** 2)) < 0.12
-
-
-def test_as_printed_also_begins():
-    found = calibrated(views_of(board_poses(3, 4), noise=0.02), linear="as printed")
-    assert len(found.used) == 4
-    assert np.isfinite(found.linear.centre).all()
-    # Worse than the other variant (0.05 degrees here), but of use.
-    assert np.sqrt(np.mean(ray_errors_deg(found.camera) ** 2)) < 0.3
 
 
 def test_a_wrong_board_is_left_out_with_the_reason():
@@ -195,14 +156,3 @@ def test_samples_are_where_the_boards_are():
     half = samples.thinned(2)
     assert half.step == 2 * samples.step
     assert 0.2 < half.seen.sum() / samples.seen.sum() < 0.3
-
-
-def test_of_many_boards_those_of_least_noise_are_tried(monkeypatch):
-    noise = np.random.default_rng(0).permutation(14) + 1.0
-    pairs = {(0, k): SimpleNamespace(noise=noise[k - 1]) for k in range(1, 15)}
-    monkeypatch.setattr(
-        standard, "margins_of_pairs", lambda _, picks: np.ones(len(picks))
-    )
-    triples = standard._ranked(pairs, 0, [])
-    tried = {board for triple in triples for board in triple[1:]}
-    assert tried == {k for k in range(1, 15) if noise[k - 1] <= standard.CLEAREST}

@@ -7,12 +7,11 @@ from raxel.calibration import calibrate_generic
 from raxel.calibration.views.correspondence import (
     BoardView,
     board_cells,
-    cell_turns,
     locate_pixels,
     pixels_on_board,
 )
 from raxel.calibration.views.interpolation import corner_variance, interpolated_view
-from raxel.calibration.views.lattice_surface import refined_lattice, refining_weights
+from raxel.calibration.views.lattice_surface import refined_lattice
 from raxel.cameras import (
     FieldOfViewCamera,
     FisheyeCamera,
@@ -20,7 +19,6 @@ from raxel.cameras import (
     UnifiedSphereCamera,
 )
 from raxel.cameras.core.base import pixel_grid
-from raxel.cli.calibrate import FITS
 from raxel.geometry.homography import apply_homography
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import nearest_rotation, transform
@@ -127,22 +125,7 @@ def test_a_hole_takes_its_cells_and_no_more():
     assert np.array_equal(fine[:, 32:], whole[:, 32:])
 
 
-def test_the_weights_are_those_of_the_surface():
-    values = np.random.default_rng(3).normal(size=(7, 1))
-    line = refined_lattice(np.repeat(values, 2, axis=1), 6)[:, 0]
-    assert np.allclose(refining_weights(7, 6) @ values[:, 0], line, atol=1e-12)
-
-
 # ------------------------------------------------------------------------- on one board
-
-
-def test_homographic_is_the_view_itself():
-    view = views_of(BENT["bent lens"])[0]
-    same, name = interpolated_view(view, "homographic")
-    assert name == "homographic"
-    assert all(
-        a is b for a, b in zip(same[:4], (view.pixels, view.points, 9, 6), strict=True)
-    )
 
 
 def test_a_pinhole_is_exact_with_either():
@@ -182,20 +165,6 @@ def test_the_noise_of_corners_is_read_off_the_corners(size):
         assert found == pytest.approx(0.2, rel=0.15)
 
 
-def test_a_fold_takes_whole_cells():
-    points = lattice(9, 6)
-    x, y = points.T
-    folded = np.column_stack([30 + 2 * x - x**2 / 110, 30 + y + 0.1 * x])
-    view = BoardView(folded, points, 9, 6)
-    fine, _ = interpolated_view(view, "smooth")
-    factor = (fine.rows - 1) // 5
-    turns = cell_turns(fine).reshape(5, factor, 8, factor).swapaxes(1, 2)
-    kept = turns[..., 0, 0]
-    assert (turns == kept[..., None, None]).all()
-    # The fold at x = 110 lies in the seventh of eight columns of cells.
-    assert (kept == [1, 1, 1, 1, 1, 1, 0, -1]).all()
-
-
 def test_another_name_is_refused():
     with pytest.raises(ValueError, match="'homographic', 'smooth', 'by need'"):
         interpolated_view(views_of(PINHOLE)[0], "linear")
@@ -215,38 +184,11 @@ def test_exact_corners_of_a_bent_camera_give_its_rays(name):
     assert errors.max() < 0.05
 
 
-def test_homographies_are_still_what_they_were():
-    found = calibrated(views_of(BENT["bent lens"], count=4), "homographic")
-    assert found.interpolation == ("homographic",) * 4
-    # Recorded before there was a choice.
-    assert found.centre == pytest.approx(
-        [53.696647113, 109.772778096, -130.902074775], rel=1e-8
-    )
-    assert found.rms_deg == pytest.approx(0.016333570466, rel=1e-7)
-
-
 @pytest.mark.parametrize("noise", [0.0, 0.1, 0.3])
 def test_noise_alone_leaves_a_pinhole_as_it_is(noise):
     for size in ((9, 6), (15, 15), (5, 7)):
         for view in views_of(PINHOLE, size, count=10, noise=noise):
             assert interpolated_view(view, "by need")[1] == "homographic"
-
-
-@pytest.mark.parametrize("noise", [0.03, 0.1, 0.3])
-def test_noisy_corners_lose_nothing_and_bent_cells_still_gain(noise):
-    errors = {"homographic": [], "smooth": [], "by need": []}
-    for camera in BENT.values():
-        views, poses = views_of(camera, count=10, noise=noise), poses_of(1, 10)
-        for way, found in errors.items():
-            gaps = [
-                gap_px(interpolated_view(view, way)[0], camera, T, step=3)
-                for view, T in zip(views, poses, strict=True)
-            ]
-            found.append(rms(np.concatenate(gaps)))
-    needed = np.array(errors["by need"])
-    best = np.minimum(errors["homographic"], errors["smooth"])
-    # A board near the tie may fall on either side.
-    assert (needed < 1.03 * best).all()
 
 
 def test_boards_with_missing_corners_are_taken():
@@ -258,12 +200,6 @@ def test_boards_with_missing_corners_are_taken():
     assert sorted(found.used) == list(range(4))
     assert found.interpolation == ("smooth",) * 4
     assert ray_errors_px(found, camera).max() < 0.1
-
-
-def test_the_command_says_how_many_of_each():
-    views = views_of(BENT["bent lens"], count=3)
-    fitted = FITS["generic"](views, (WIDTH, HEIGHT), "mm")
-    assert fitted.details["interpolation"] == {"homographic": 0, "smooth": 3}
 
 
 def test_the_noise_of_few_corners_is_not_told_for_less():

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from raxel.calibration import rays_from_known_motion
-from raxel.calibration.mirror import planar_start
 from raxel.calibration.mirror.planar_start import _image, _jacobian, calibrate_flat
-from raxel.calibration.mirror.platter import grid_poses_in_platter, reflected_pose
+from raxel.calibration.mirror.platter import grid_poses_in_platter
 from raxel.calibration.mirror.primary import _refined, calibrate_primary
 from raxel.calibration.mirror.primary_start import mirror_points
 from raxel.calibration.mirror.ray_points import RayPoints
@@ -148,16 +147,6 @@ def test_a_corner_that_was_matched_wrongly_is_left_out_of_static_boards():
     assert "left out as wrong" in found.flags[0]
 
 
-def test_points_of_which_a_third_fits_no_others_are_refused():
-    true, rng = flexible_camera(viewer=small()), np.random.default_rng(4)
-    views = [
-        wrongly_decoded(view, 0.35, "anywhere", rng)
-        for view in lit_views(true, GRIDS, rng, 0.005)
-    ]
-    with pytest.raises(CalibrationError, match="do not fit the others"):
-        calibrate_primary(true.viewer, views, GRIDS)
-
-
 def test_errors_of_the_poses_are_in_the_covariance():
     true = spline_camera(viewer=small(24))
     rng, squared = np.random.default_rng(7), []
@@ -226,25 +215,6 @@ def test_what_determines_no_mirror_is_refused():
     )) for v in views]  # fmt: skip
     with pytest.raises(CalibrationError, match="the last knot interval along u"):
         calibrate_primary(true.viewer, narrow, GRIDS, span=true.grid.corners)
-
-
-def test_six_corners_tell_their_noise_although_a_plane_follows_it(monkeypatch):
-    """Of a dozen numbers, three are the plane's."""
-    monkeypatch.setattr(planar_start.SplineMirrorCamera, "fitted", lambda *_: None)
-    exact, told = view(flexible_camera(0.0), BOARDS[0], BOARD, *CELLS), []
-    seen = np.flatnonzero(np.isfinite(exact.pixels[:, 0]))
-    some = seen[np.linspace(0, len(seen) - 1, 6).astype(int)]
-    exact = exact._replace(pixels=exact.pixels[some], points=BOARD[some])
-    known = calibrate_flat(VIEWER, exact._replace(sd=np.full(6, 0.2)), BOARDS[0])
-    image = reflected_pose(BOARDS[0], known.plane)
-    monkeypatch.setattr(planar_start, "seen_pose", lambda _: image)
-    rng = np.random.default_rng(9)
-    for _ in range(60):
-        noisy = exact.pixels + 0.2 * rng.standard_normal((6, 2))
-        found = calibrate_flat(VIEWER, exact._replace(pixels=noisy), BOARDS[0])
-        told.append(found.covariance[2, 2] / known.covariance[2, 2])
-    # Of 60 draws of a chi square with nine, the mean is known to 6 %.
-    assert np.mean(told) == pytest.approx(1, abs=0.15)
 
 
 def test_few_points_tell_their_noise_although_the_spline_follows_it():

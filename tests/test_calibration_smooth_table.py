@@ -7,17 +7,10 @@ import numpy as np
 import pytest
 
 from raxel.calibration.smooth import table as smooth_module
-from raxel.calibration.smooth import trend as smooth_trend
-from raxel.calibration.smooth.prior import (
-    TIE,
-    free_polynomials,
-    node_places,
-    penalty_matrix,
-)
+from raxel.calibration.smooth.prior import free_polynomials, penalty_matrix
 from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
 from raxel.calibration.smooth.table import smoothed_rays
 from raxel.calibration.smooth.trend import trend_of_rays
-from raxel.cameras import FisheyeCamera, KannalaBrandtCamera
 from raxel.cameras.tables.cubic_field import field_at, shares
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
@@ -78,18 +71,6 @@ def test_smoothness_costs_bends_and_leaves_polynomials_to_the_third_degree_known
     np.testing.assert_allclose(values, x**3, atol=1e-12)
 
 
-def test_nodes_are_the_corners_of_cells_and_half_way_between():
-    places = node_places(SHAPE, SPACING)
-    # Pixels are squares about whole numbers: the first cell begins at -1/2.
-    np.testing.assert_array_equal(places[0, 0], [-0.5, -0.5])
-    _, share = shares(places[::2, ::2].reshape(-1, 2), SHAPE, SPACING)
-    share = share.reshape(-1, 4, 4).sum(axis=1)
-    np.testing.assert_allclose(np.sort(share), [[0, 1 / 6, 1 / 6, 4 / 6]] * len(share))
-    _, share = shares(places[1::2, 1::2].reshape(-1, 2), SHAPE, SPACING)
-    share = share.reshape(-1, 4, 4).sum(axis=1)
-    np.testing.assert_allclose(share, [[1 / 48, 23 / 48, 23 / 48, 1 / 48]] * len(share))
-
-
 def test_exact_rays_of_a_camera_it_can_be_come_back():
     camera = bent()
     rng = np.random.default_rng(2)
@@ -121,19 +102,6 @@ def test_noise_falls_far_below_that_of_a_ray_and_is_stated():
     np.testing.assert_allclose(np.mean(residuals), 0.5, rtol=0.05)
 
 
-def test_kept_out_rays_are_a_distance_off_that_counts_both_axes():
-    """Without cells it is how far the trend is off by weights; with them, the noise."""
-    rng = np.random.default_rng(6)
-    pixels, directions = noisy_rays(bent(), rng, 600, 0.2)
-    weights = rng.uniform(0.5, 2, 600)
-    found = smoothed_rays(pixels, directions, W, H, trend=TREND, weights=weights)
-    assert found.n_rays == 600
-    squares = np.sum((LENS.project(directions).pixels - pixels) ** 2, axis=1)
-    off = np.sqrt(np.average(squares, weights=weights))
-    assert found.held_out_px[0] == pytest.approx(off, rel=1e-6)
-    assert found.held_out_px[found.cells] == pytest.approx(0.2 * 2**0.5, rel=0.1)
-
-
 def test_errors_that_neighbours_share_are_counted_once():
     """A table whose noise is alike in squares of 6 px: as if it had 36 times fewer."""
     camera, rng = bent(), np.random.default_rng(3)
@@ -149,23 +117,6 @@ def test_errors_that_neighbours_share_are_counted_once():
     stated = found.camera.pixel_covariance(fresh)[:, 0, 0].mean()
     assert 0.4 < rms(off) / np.sqrt(stated) < 1.6
     assert rms(off) < 0.05
-
-
-def test_sharing_is_the_number_of_neighbours_that_err_alike():
-    """Whatever the squares' own errors are; also where they are those of a field."""
-    rng, side = np.random.default_rng(12), 8
-    across = W // side, H // side
-    pixels = np.stack(np.meshgrid(np.arange(W), np.arange(H)), axis=-1).reshape(-1, 2)
-    square = pixels // side
-    own = rng.normal(size=(*across, 2)) + 3.0
-    weights = rng.uniform(1, 2, across)[square[:, 0], square[:, 1]]
-    control = rng.normal(size=(*SHAPE, 2))
-    sums = SimpleNamespace(spacing=SPACING)
-    field = SimpleNamespace(control=control, sums=sums)
-    values = field_at(pixels.astype(float), control, SPACING)[0]
-    values += own[square[:, 0], square[:, 1]]
-    sharing = smooth_module._sharing(field, pixels, values, weights, side)
-    assert sharing == pytest.approx(side**2)
 
 
 def test_where_no_ray_is_known_it_is_the_trend():
@@ -194,22 +145,6 @@ def test_wrong_rays_are_left_out_and_counted():
     assert wrong <= found.left_out["gross error"] <= wrong + 5
     fresh = positions(rng, 500)
     assert rms(misfit_px(found.camera, camera, fresh)) < 0.06
-
-
-def test_the_choice_of_trend_hardly_matters():
-    camera, rng = bent(0.5), np.random.default_rng(6)
-    pixels, directions = noisy_rays(camera, rng, 20_000, 0.3)
-    other = FisheyeCamera("equidistance", 118, (160, 119), W, H)
-    third = KannalaBrandtCamera([1, -0.02], (121, 119), (163, 117), W, H)
-    fresh = positions(rng, 1000)
-    places = []
-    for trend in (TREND, (other, np.eye(4)), (third, np.eye(4)), None):
-        found = smoothed_rays(pixels, directions, W, H, trend=trend)
-        rays = found.camera.rays(fresh).directions
-        places.append(camera.project(rays).pixels - fresh)
-    for place in places:
-        assert rms(place) < 0.03
-        assert rms(place - places[0]) < 0.03
 
 
 def test_a_table_in_any_frame_and_its_memory(monkeypatch):
@@ -241,18 +176,6 @@ def test_the_trend_of_rays_is_the_lens_they_come_from():
     assert found.scale_px < 1e-6
 
 
-def test_a_saddle_costs_the_same_however_it_is_turned():
-    """u^2 - v^2 bends along the axes, 2 u v is twisted: an eighth of a turn apart."""
-    n = 9
-    v, u = np.mgrid[:n, :n] - (n - 1) / 2
-    matrix = penalty_matrix((n, n)) - TIE * np.eye(n * n)
-    costs = [
-        field.ravel() @ matrix @ field.ravel() for field in (u**2 - v**2, 2 * u * v)
-    ]
-    # Second differences fit into a lattice less often than mixed ones.
-    assert costs == pytest.approx([8 * n * (n - 2), 8 * (n - 1) ** 2])
-
-
 def test_the_trend_tells_the_deviation_of_pixels():
     rng = np.random.default_rng(11)
     pixels = positions(rng, 300)
@@ -273,23 +196,6 @@ def test_too_few_rays_and_two_centres_are_refused():
         smoothed_rays(pixels, directions, W, H, trend=TREND)
 
 
-def test_the_noise_of_few_rays_is_told_although_the_field_follows_it():
-    """Of 60 rays the field takes a third."""
-    found, smoothness = [], 1e-3
-    for seed in range(10):
-        rng = np.random.default_rng(20 + seed)
-        pixels, values = positions(rng, 60), 0.5 * rng.standard_normal((60, 2))
-        sums = FieldSums(W, H, W / 4, 5)
-        sums.add(pixels, values, np.ones(60), np.arange(60) % 5)
-        normal = sums.band(slice(None)) + smooth_module._penalty(sums, smoothness)
-        control = smooth_module._solved(normal, sums.right.sum(axis=0).reshape(-1, 2))
-        control = control.reshape(*sums.shape, 2)
-        field = smooth_module._Field(4, sums, smoothness, control, {})
-        found.append(smooth_module._uncertainty(field)[0])
-    # Of 800 numbers, the deviation is known to 2.5 %.
-    assert rms(found) == pytest.approx(0.5, rel=0.07)
-
-
 def test_a_ray_of_large_weight_is_wrong_where_one_of_small_weight_is_right():
     rng, count = np.random.default_rng(21), 400
     weights = np.where(np.arange(count) % 2, 1.0, 100.0)
@@ -304,11 +210,3 @@ def test_a_ray_of_large_weight_is_wrong_where_one_of_small_weight_is_right():
     # Nothing is wrong by a twentieth of a pixel, of whatever weight.
     values = np.where(np.arange(count)[:, None] % 9, 1e-4, 0.05) * np.ones(2)
     assert smooth_module._near(field, pixels, values, weights).all()
-
-
-@pytest.mark.parametrize(("share", "passes"), [(0.9, False), (1.1, True)])
-def test_a_law_passes_pi_where_the_image_reaches_farther(share, passes):
-    """r = 50 (theta + theta^3 / 100) px from the middle, the corners so far away."""
-    values = np.array([0, 0, 0, 7.0, 9.0, np.log(50), np.log(50), 1.0, 0.01])
-    corner = share * 50 * (np.pi + np.pi**3 / 100)
-    assert smooth_trend._passes_pi(values, np.array([[7.0, 9 + corner]])) == passes

@@ -24,23 +24,6 @@ def test_stacked_rays_meet_the_plane_as_each_alone_with_its_sign():
     assert verdict(judge, name, values | {"printed": 2.0}) == "differs"
 
 
-def test_weights_help_where_poses_are_poor():
-    found = [
-        flat(rays.weights_trial({"domain": "mm"}, np.random.default_rng(seed)))
-        for seed in range(6)
-    ]
-    few, many = (
-        {
-            name: np.median([one[f"ray_mm.{posed}.{name}"] for one in found])
-            for name in ("1", "4", "variance", "linear grids alone")
-        }
-        for posed in (rays.POSED[0], rays.POSED[-1])
-    )
-    assert few["4"] < few["1"]
-    assert many["1"] < many["4"] < many["linear grids alone"]
-    assert min(few, key=few.get) == min(many, key=many.get) == "variance"
-
-
 def test_closed_form_of_the_distance_and_the_unknowns():
     found = of_seed(schemes.formula_trial, [{}])
     assert found.column("largest_mm")[0] < 1e-11

@@ -5,7 +5,6 @@ import pytest
 
 from chapters.ch04_central_generic.s3_2_results import claims as seeds
 from chapters.ch04_central_generic.s3_3_correction import claims as corrected
-from chapters.shared.bench_noise import NOISES
 from tests.bench_noises import at_every_noise
 from tests.judged_claims import readings_of, verdict
 from tests.made_results import as_planned, flat, of_columns
@@ -206,10 +205,6 @@ def test_a_claim_about_corrected_pictures_holds_and_fails(claim):
     assert column in right[name]
     broken = right | {name: right[name] | {column: value}}
     assert readings_of(JUDGES[claim], trials(broken))[0].verdict == "differs"
-
-
-def test_all_noises_are_told_apart():
-    assert len(set(NOISES.values())) == len(NOISES)
 
 
 @pytest.mark.parametrize(
