@@ -10,10 +10,17 @@ from pathlib import Path
 import pytest
 
 from repro.run import discover
-from repro.run.sets_of_report import faulty_sets, name_of, set_files, sets_of_report
+from repro.run.sets_of_report import (
+    faulty_sets,
+    folders_of_sets,
+    name_of,
+    set_files,
+    sets_of_report,
+)
 from repro.workflow import build as orders
 from repro.workflow.terminal import say
 from repro.workflow.work import Work
+from tests import mirror_sets
 from tests.image_sets import description, write_description
 from tests.test_workflow import ROOT, build, jobs, small_checkout
 
@@ -304,3 +311,14 @@ def test_without_any_set_the_page_of_all_is_built(checkout):
     assert status == 0, text
     assert rows(checkout) == []
     assert "There are 0 sets: ." in page(checkout)
+
+
+def test_a_mirror_set_is_refused_with_the_command_that_reports_on_it(tmp_path):
+    folder = tmp_path / "wing"
+    mirror_sets.write_mirror_set(folder)
+    for given in (folder, tmp_path):
+        assert folders_of_sets(given) == []
+        with pytest.raises(
+            orders.OrderError, match=r"raxel calibrate .*wing .*--report"
+        ):
+            orders._checked_recorded(str(given))
