@@ -319,6 +319,6 @@ def test_a_mirror_set_is_refused_with_the_command_that_reports_on_it(tmp_path):
     for given in (folder, tmp_path):
         assert folders_of_sets(given) == []
         with pytest.raises(
-            orders.OrderError, match=r"raxel calibrate .*wing .*--report"
+            orders.OrderError, match=r"calibrate .*wing .*--report"
         ):
             orders._checked_recorded(str(given))
