@@ -39,17 +39,6 @@ def test_exercises_know_right_from_wrong():
     assert "3.0" not in wrong.text
 
 
-def test_exercises_in_functions():
-    cases = [(1.0,), (4.0,)]
-    good = exercise.check_function(lambda x: x**0.5, np.sqrt, lambda: cases)
-    assert good.right is True
-    bad = exercise.check_function(lambda x: x / 2, np.sqrt, lambda: cases, hint="root")
-    assert bad.text == "Case 1: Too small. Hint: root"
-    broken = exercise.check_function(lambda: 0, np.sqrt, lambda: cases)
-    assert broken.text.startswith("Case 1: TypeError")
-    assert exercise.check_function(None, np.sqrt, lambda: cases).right is None
-
-
 def test_a_right_answer_may_be_a_fraction_a_column_or_rounded():
     def expected():
         return np.array([0.5, -2.0])

@@ -85,9 +85,3 @@ def test_style_sheets_are_read(site):
 
 def test_a_folder_without_pages_is_not_a_good_site(tmp_path):
     assert "no HTML page" in check_site(tmp_path)[0].text
-
-
-def test_a_page_that_changes_is_read_again(site):
-    assert check_site(site) == []
-    (site / "sub" / "other.html").write_text('<a href="gone.html">x</a>')
-    assert {p.file for p in check_site(site)} == {"index.html", "sub/other.html"}

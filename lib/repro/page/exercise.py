@@ -70,29 +70,6 @@ def check(
     return Checked(False, _advice(_difference(near(right), right), hint))
 
 
-def check_function(
-    answer: Callable | None,
-    reference: Callable,
-    cases: Callable[[], list[tuple]],
-    *,
-    tolerance: float = 1e-6,
-    hint: str = "",
-) -> Checked:
-    """Compare a function that the reader wrote with the library's, case by case."""
-    if answer is None:
-        return Checked(None, "Write the function, put it in place of None, run again.")
-    for number, arguments in enumerate(cases(), 1):
-        try:
-            given = answer(*arguments)
-        except Exception as error:  # Whatever the reader's code raises is its outcome.
-            return Checked(False, f"Case {number}: {type(error).__name__}: {error}")
-        right = reference(*arguments)
-        if not _same(given, right, tolerance):
-            text = f"Case {number}: {_difference(given, right)}"
-            return Checked(False, _advice(text, hint))
-    return Checked(True, "Your function agrees with the library in every case.")
-
-
 def _advice(text: str, hint: str) -> str:
     return f"{text} Hint: {hint}" if hint else text
 

@@ -1,8 +1,8 @@
 """The exercises of a page, found in its cells: question, check, right answer, reason.
 
-The cell of an exercise is one line that begins with `check(None` or
-`check_function(None`. Its question is the paragraph above it, and its reason the
-docstring of the function that gives the answer: no page shows that.
+The cell of an exercise is one line that begins with `check(None`. Its question is the
+paragraph above it, and its reason the docstring of the function that gives the answer:
+no page shows that.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from nbformat import NotebookNode
 
-CHECKS = ("check", "check_function")
+CHECK = "check"
 
 
 class Exercise(NamedTuple):
@@ -59,7 +59,7 @@ def task_of(exercise: Exercise, notebook: NotebookNode, names: Mapping) -> Task:
     def asked(answer, expected, *more, **options) -> Task:
         return Task(expected, options)
 
-    return evaluated(exercise.line, notebook, names, **dict.fromkeys(CHECKS, asked))
+    return evaluated(exercise.line, notebook, names, **{CHECK: asked})
 
 
 def reason_of(exercise: Exercise, names: Mapping) -> str:
@@ -68,7 +68,7 @@ def reason_of(exercise: Exercise, names: Mapping) -> str:
         found = names.get(part.id) if isinstance(part, ast.Name) else None
         if isinstance(part, ast.Attribute) and isinstance(part.value, ast.Name):
             found = getattr(names.get(part.value.id), part.attr, None)
-        if callable(found) and getattr(found, "__name__", "") not in CHECKS:
+        if callable(found) and getattr(found, "__name__", "") != CHECK:
             return " ".join((found.__doc__ or "").split("\n\n")[0].split())
     return ""
 
@@ -78,7 +78,7 @@ def _is_check(source: str) -> bool:
     return (
         isinstance(statement, ast.Expr)
         and isinstance(statement.value, ast.Call)
-        and getattr(statement.value.func, "id", "") in CHECKS
+        and getattr(statement.value.func, "id", "") == CHECK
     )
 
 

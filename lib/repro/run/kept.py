@@ -57,16 +57,9 @@ class Kept:
         return path.relative_to(self.root).as_posix()
 
     def _hash(self, name: str) -> str:
-        """Hash of a file's content or of a folder's names; of nothing, if gone."""
+        """Hash of a file's content; of nothing, if it is gone."""
         if name not in self._hashes:
             path = self.root / name
-            content = path.read_bytes() if path.is_file() else _names(path)
+            content = path.read_bytes() if path.is_file() else b""
             self._hashes[name] = hashlib.sha256(content).hexdigest()
         return self._hashes[name]
-
-
-def _names(path: Path) -> bytes:
-    """What lies in a folder, caches left out; empty where there is none."""
-    inside = path.iterdir() if path.is_dir() else ()
-    names = (one.name for one in inside if one.name != "__pycache__")
-    return "\n".join(sorted(names)).encode()

@@ -15,12 +15,11 @@ import argparse
 import re
 import sys
 from collections.abc import Iterator
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import unquote, urlsplit
-
-from repro.run.kept import Kept
 
 CSS_URL = re.compile(r"""url\(\s*['"]?([^'")]+)|@import\s+['"]([^'"]+)""")
 # What a script written into a page fetches by a whole address.
@@ -42,6 +41,8 @@ LOADED = {
     "use": ("href", "xlink:href"),
     "form": ("action",),
 }
+CODE = "source"
+ID = re.compile(r'\bid="([^"]+)"')
 NOT_LOADED = {"canonical", "prev", "next", "author", "license", "index", "search"}
 
 
@@ -64,16 +65,8 @@ class Problem(NamedTuple):
         return f"{self.file}:{self.line}: {self.text}"
 
 
-class HtmlPage(NamedTuple):
-    """Ids and references of one HTML file, and (line, text) of what is wrong in it."""
-
-    ids: set[str]
-    references: list[Reference]
-    faults: list[tuple[int, str]]
-
-
 class PageReader(HTMLParser):
-    """Reads an `HtmlPage`; its faults are what a reader without sight misses."""
+    """Ids and references of a page; its faults: what a reader without sight misses."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -138,73 +131,56 @@ def css_addresses(text: str) -> list[str]:
     ]
 
 
-class LinkTargets:
-    """Where addresses of a site lead. Its pages share most of theirs: the frame around
-    the text leads to all chapters from everywhere."""
-
-    def __init__(self, site: Path) -> None:
-        self.site = site
-        self.known: dict[tuple[Path, str], tuple[Path, str]] = {}
-
-    def led_to(self, folder: Path, address: str) -> tuple[Path, str]:
-        """The file that an address in a page of ``folder`` names, and what is wrong."""
-        if (folder, address) not in self.known:
-            target = (folder / unquote(address)).resolve()
-            self.known[folder, address] = target, self._wrong_with(target)
-        return self.known[folder, address]
-
-    def _wrong_with(self, target: Path) -> str:
-        if target != self.site and self.site not in target.parents:
-            return "leads out of the site"
-        if target.is_dir():
-            return "is a folder; name the page in it"
-        return "" if target.is_file() else "no such file"
+@cache
+def led_to(site: Path, folder: Path, address: str) -> tuple[Path, str]:
+    """The file that an address in a page of ``folder`` names, and what is wrong."""
+    target = (folder / unquote(address)).resolve()
+    if target != site and site not in target.parents:
+        return target, "leads out of the site"
+    if target.is_dir():
+        return target, "is a folder; name the page in it"
+    return target, "" if target.is_file() else "no such file"
 
 
 def check_site(site: Path) -> list[Problem]:
     """Every problem of the site at ``site``; an empty list for a good one."""
-    pages = pages_of(site)
+    led_to.cache_clear()
+    site = site.resolve()
+    pages = {path: _page(path, site) for path in sorted(site.rglob("*.html"))}
     if not pages:
         return [Problem(str(site), 0, "no HTML page here; build the site first")]
     problems: list[Problem] = []
-    places = LinkTargets(site.resolve())
-    for path, page in sorted(pages.items()):
-        name = path.relative_to(site.resolve()).as_posix()
+    for path, page in pages.items():
+        name = path.relative_to(site).as_posix()
         problems += [Problem(name, line, text) for line, text in page.faults]
         for reference in page.references:
-            text = _fault(places, path, reference, pages)
+            text = _fault(site, path, reference, pages)
             if text:
                 problems.append(Problem(name, reference.line, text))
-    return problems + list(_style_sheets(site, places))
+    return problems + list(_style_sheets(site))
 
 
-def pages_of(site: Path) -> dict[Path, HtmlPage]:
-    """The pages of a site. What one says is kept in `.cache` until its file changes."""
-    kept = Kept(site.resolve().parent, f"{site.name}-pages", (__file__,))
-    pages = {}
-    for path in site.resolve().rglob("*.html"):
-        ids, references, faults = kept.of(path, _read)
-        pages[path] = HtmlPage(set(ids), [Reference(*r) for r in references], faults)
-    kept.keep()
-    return pages
+def _page(path: Path, site: Path) -> PageReader:
+    text = path.read_text("utf-8")
+    if path.relative_to(site).parts[0] != CODE:
+        return PageReader(text)
+    # A page of code has long text, and one link that our own template writes.
+    page = PageReader("")
+    page.ids = set(ID.findall(text))
+    return page
 
 
-def _read(path: Path) -> tuple[list, list[Path]]:
-    page = PageReader(path.read_text("utf-8"))
-    return [sorted(page.ids), page.references, page.faults], [path]
-
-
-def _style_sheets(site: Path, places: LinkTargets) -> Iterator[Problem]:
+def _style_sheets(site: Path) -> Iterator[Problem]:
     for path in sorted(site.rglob("*.css")):
         for address in css_addresses(path.read_text("utf-8")):
             reference = Reference(0, address, True)
-            text = _fault(places, path.resolve(), reference, {})
+            text = _fault(site, path, reference, {})
             if text:
                 yield Problem(path.relative_to(site).as_posix(), 0, text)
 
 
 def _fault(
-    places: LinkTargets, path: Path, reference: Reference, pages: dict[Path, HtmlPage]
+    site: Path, path: Path, reference: Reference, pages: dict[Path, PageReader]
 ) -> str | None:
     parts = urlsplit(reference.address)
     shown = reference.address
@@ -220,7 +196,7 @@ def _fault(
         return f"link {shown}: starts at the root, which a file has not"
     target, wrong = path, ""
     if parts.path:
-        target, wrong = places.led_to(path.parent, parts.path)
+        target, wrong = led_to(site, path.parent, parts.path)
     if wrong:
         return f"link {shown}: {wrong}"
     anchor = unquote(parts.fragment)
