@@ -17,7 +17,6 @@ from raxel.cameras import (
     PerspectiveCamera,
     RationalCubicCamera,
     ScaramuzzaCamera,
-    ShahAggarwalCamera,
     TardifCamera,
     UnifiedSphereCamera,
     load_camera,
@@ -34,7 +33,6 @@ from tests.camera_zoo import (
     SIZE,
     ZOO,
     K,
-    angle_between,
     lifted_paraboloid,
     radii_of,
     unit,
@@ -58,19 +56,6 @@ def test_brown_is_opencvs_model(radial, tangential):
     # Skew acts after the distortion.
     shear = (camera.project(points).pixels - straight.project(points).pixels)[:, 0]
     np.testing.assert_allclose(shear, 1.5 * (theirs[:, 0, 1] - 250) / 280, atol=1e-9)
-
-
-def test_brown_without_decentring_is_the_perspective_camera():
-    brown, old = (
-        c(K, [-0.3, 0.02], *more, *SIZE)
-        for c, more in ((BrownCamera, ([0, 0],)), (PerspectiveCamera, ()))
-    )
-    pixels = np.random.default_rng(4).uniform(-300, 900, (2000, 2))
-    ours, theirs = brown.rays(pixels), old.rays(pixels)
-    np.testing.assert_array_equal(ours.valid, theirs.valid)
-    # Next to the turning point the ray is determined only to the root of rounding.
-    np.testing.assert_allclose(ours.directions, theirs.directions, atol=1e-7)
-    assert brown.max_angle == pytest.approx(math.atan(old.max_radius), abs=1e-9)
 
 
 def test_symmetric_kannala_brandt_is_opencvs_fisheye():
@@ -179,19 +164,6 @@ def test_shah_aggarwal_is_two_polynomials_of_the_radius():
     np.testing.assert_array_equal(valid, (points[:, 2] > 0) & (r <= limit))
 
 
-def test_a_twist_of_many_turns_is_undone():
-    twist = [0.15, 0.2, -0.5, -0.14, 2]
-    camera = ShahAggarwalCamera(K, [1, -0.24, 0.25, 0.13, 0.035], twist, *SIZE)
-    r = np.linspace(0.01, 20, 300)
-    directions = unit(np.column_stack([0.6 * r, -0.8 * r, 1 + 0 * r]))
-    pixels, valid = camera.project(directions)
-    assert valid.all()
-    rays = camera.rays(pixels)
-    assert rays.valid.all()
-    # The last turn is of six million radians, known to the rounding of those.
-    assert angle_between(rays.directions, directions).max() < 1e-8
-
-
 def test_models_meet_where_they_must():
     points = np.random.default_rng(11).normal(0, 1, (500, 3))
     pinhole = PerspectiveCamera(K, [], *SIZE).project(points)
@@ -228,14 +200,6 @@ def test_models_meet_where_they_must():
         assert inside.mean() > 0.1
         assert found.valid[inside].all(), camera.kind
         np.testing.assert_allclose(found.pixels[inside], pixels[inside], atol=2e-9)
-
-
-def test_the_lifted_ray_is_a_chi():
-    camera = ZOO["lifted"]
-    u, v = np.random.default_rng(12).uniform(0, SIZE, (300, 2)).T
-    chi = np.column_stack([u * u, u * v, v * v, u, v, np.ones(300)])
-    d = camera.rays(np.column_stack([u, v])).directions
-    np.testing.assert_allclose(d, unit(chi @ camera.A.T), atol=2e-13)
 
 
 def test_the_rational_cubic_pixel_is_two_ratios():
@@ -299,21 +263,6 @@ def test_a_map_with_decentring_ends_at_its_first_folding_circle():
     ring = warp.limit * np.column_stack([np.cos(phi), np.sin(phi)])
     assert warp.regular(0.999 * ring).all()
     assert not warp.regular(1.001 * ring).all()
-
-
-def test_a_narrow_fold_ends_the_field_of_view_too():
-    """The slope of r falls below zero for 0.02 of r only: between two scanned rings."""
-    radial = [-0.3, 0.04049]
-    limit = PerspectiveCamera(K, radial, *SIZE).max_radius
-    assert 1.4 < limit < 1.5
-    for camera in (
-        BrownCamera(K, radial, [0, 0], *SIZE),
-        ShahAggarwalCamera(K, [1, 0, radial[0], 0, radial[1]], [0] * 5, *SIZE),
-    ):
-        assert math.tan(camera.max_angle) == pytest.approx(limit, rel=1e-9)
-        r = np.linspace(limit - 0.05, limit + 0.05, 40)
-        seen = camera.project(np.column_stack([r, 0 * r, 1 + 0 * r]))
-        np.testing.assert_array_equal(seen.valid, r < limit)
 
 
 @pytest.mark.parametrize("max_angle", [None, 0.9])

@@ -133,33 +133,6 @@ def test_boards_are_seen_before_and_after(rig):
             assert (valid & camera.in_image(pixels)).all()
 
 
-def test_patterns_keep_more_light_than_boards(rig):
-    high = rig.darker("high")
-    for name in ("viewer", "plate", "steps", "grids"):
-        share = 0.25 if name == "grids" else 0.0156
-        dark, light = (getattr(one, name).sensor for one in (high, rig))
-        assert dark.white_e == pytest.approx(share * light.white_e)
-        assert dark.read_noise_e == light.read_noise_e
-
-
-def test_the_platter_lies_dark_beside_its_board(rig, rendered):
-    plate = rig.plate
-    T = plate.draw_poses(np.random.default_rng([3, 3]), 1)[0]
-    picture = read_image(rendered.plate, rendered.plate.views[0])
-    centre = np.array(rig.ring.centre_mm)
-    middle = (rig.ring.radius_mm + rig.ring.hub_mm) / 2
-    angle = np.linspace(0, 2 * np.pi, 8)
-    ring = centre + middle * np.column_stack([np.cos(angle), np.sin(angle)])
-    paper = plate.extent[0] + [2.0, 2.0]
-    at = [
-        np.rint(plate.camera.project(transform(T, on_plane(p))).pixels).astype(int)
-        for p in (ring, paper[None])
-    ]
-    silver, white = (picture[p[:, 1], p[:, 0]] for p in at)
-    assert silver.max() < 40
-    assert white.min() > 150
-
-
 def test_the_seed_and_the_level_make_the_bytes(rig, rendered, tmp_path):
     render_mirror_set(rig, tmp_path / "again", 3)
     first, again = contents(rendered.folder), contents(tmp_path / "again")
@@ -190,23 +163,6 @@ def test_its_calibration_opens_no_truth(rendered, tmp_path):
         shutil.rmtree(folder)
     assert load_mirror_set(bare).name == rendered.name
     assert main(["check", str(bare)]) == 0
-
-
-def test_what_is_different_about_each_set():
-    clean, aberrated, twisted, two = (tiny_rig(name, 4) for name in SETS)
-    assert clean.changes == {}
-    assert aberrated.changes == {"aberration": 0.021}
-    assert twisted.changes == {"rulings": pytest.approx(np.radians(20))}
-    assert two.changes == {"loads": [80, 150]}
-    waves = [
-        one.cameras(seed)[1].mirror for one, seed in ((aberrated, 1), (aberrated, 2))
-    ]
-    x, y = np.array([100.0]), np.array([20.0])
-    assert waves[0].height(x, y)[0] != waves[1].height(x, y)[0]
-    mirror = twisted.cameras(0)[3].mirror
-    ends = mirror.height(np.full(2, mirror.end), np.array([-50.0, 50.0]))[0]
-    assert np.ptp(ends) == pytest.approx(15 / 9, rel=0.1)
-    assert two.cameras(0)[3].deflections.tolist() == [3, 10]
 
 
 def changed(tmp_path, change):

@@ -24,7 +24,6 @@ from raxel.lab.monitor_sight import MonitorSight
 from raxel.lab.monitor_views import points_seen
 from raxel.lab.render_set import render_set
 from raxel.lab.rig import load_rig
-from raxel.lab.sensor import Sensor
 from raxel.sets import (
     ActiveGrid,
     ImageSet,
@@ -165,53 +164,6 @@ def test_the_chessboard_lies_where_the_patterns_say(tmp_path):
     # Half a pixel away at most, and a pixel sees some 0.8 mm.
     assert np.nanmax(np.abs(there - points)) < 0.8
     assert np.isfinite(there).all(axis=1).mean() > 0.9
-
-
-def test_cells_are_the_plan_of_so_many_and_their_width_may_be_stated(tmp_path):
-    rig = rig_of(tmp_path, small_rig(cells=leaf([8, 5], "1")))
-    assert len(patterns_of(rig.patterns)) == 24
-    assert rig.patterns.cell_px == (20, 32)
-    stated = small_rig(
-        gray_bits=leaf([4, 4], "1"),
-        phase_periods=leaf([6.4, 6.4], "1"),
-        cell_px=leaf([25, 25], "px"),
-    )
-    rig = rig_of(tmp_path, stated)
-    assert {p.cell_px for p in patterns_of(rig.patterns) if p.kind == "gray"} == {25}
-
-
-def test_poses_set_up_by_hand_differ_with_the_seed(tmp_path):
-    data = small_rig(**CELLS)
-    data["poses"]["list"] = [
-        {
-            "translation": leaf([-60, -60, 150], "mm"),
-            "rotation": leaf([0, 20, 0], "deg"),
-        }
-    ] * 400
-    exact = rig_of(tmp_path, data).draw_poses(np.random.default_rng(0), 400)
-    assert np.all(exact == exact[0])
-    data["poses"]["set_up"] = {"shift": leaf(2, "mm"), "turn": leaf(1, "deg")}
-    drawn = rig_of(tmp_path, data).draw_poses(np.random.default_rng(0), 400)
-    again = rig_of(tmp_path, data).draw_poses(np.random.default_rng(0), 400)
-    np.testing.assert_array_equal(drawn, again)
-    middle = np.array([60.0, 60.0, 0.0])
-    off = np.array([transform(T, middle) - transform(exact[0], middle) for T in drawn])
-    np.testing.assert_allclose(off.std(axis=0), 2, rtol=0.15)
-    turned = np.arccos(
-        [(np.trace(T[:3, :3] @ exact[0][:3, :3].T) - 1) / 2 for T in drawn]
-    )
-    expected = np.sqrt(3) * np.radians(1)
-    np.testing.assert_allclose(np.sqrt(np.mean(turned**2)), expected, rtol=0.15)
-
-
-def test_large_wells_have_the_noise_of_photons():
-    """Drawn as one Gaussian, with the mean and variance of shot and read noise."""
-    sensor = Sensor(white_e=2e5, full_well_e=4e5, read_noise_e=300, bits=16)
-    for light in (0.01, 0.5):
-        share = sensor.read_out(np.full((300, 300), light), np.random.default_rng(0))
-        charge, mean = share * 4e5, light * 2e5
-        assert abs(charge.mean() - mean) < 4 * np.sqrt((mean + 9e4) / 9e4)
-        np.testing.assert_allclose(charge.var(), mean + 300**2, rtol=0.02)
 
 
 @pytest.mark.parametrize(

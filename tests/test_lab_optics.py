@@ -6,7 +6,6 @@ from scipy.special import erf
 
 from raxel.errors import InputError
 from raxel.lab.optics import Optics, gaussian_blur, magnified
-from raxel.lab.sight import Crop
 from raxel.lab.textures import LUMINANCE
 
 
@@ -40,48 +39,6 @@ def test_blurred_edge_is_an_error_function(sd, most):
     assert np.abs(off).max() < most
 
 
-@pytest.mark.parametrize(("fineness", "most"), [(2, 0.035), (4, 0.012)])
-def test_finer_pixels_bring_the_blurred_edge_to_the_error_function(fineness, most):
-    height, width, at, slope, sd = 61, 61, 30.0, 0.05, 0.6
-    fine_at = (at + 0.5 - 0.5 * slope) * fineness - 0.5 + 0.5 * slope
-    image = edge(height * fineness, width * fineness, fine_at, slope)
-    blurred = Optics(blur_sd_px=(sd, sd)).apply(image, fineness)
-    assert blurred.shape == (height, width)
-    inner = slice(20, 41)
-    v, u = np.mgrid[inner, :width]
-    across = (u - (at + slope * v)) / np.hypot(1, slope)
-    off = blurred[inner].ravel() - box_erf(across.ravel(), sd)
-    assert np.abs(off).max() < most
-
-
-@pytest.mark.parametrize(
-    ("fineness", "low", "high"), [(1, 0, 1 / 4), (2, 0.118, 0.188)]
-)
-def test_width_of_a_blurred_edge_depends_on_its_place_in_a_pixel(fineness, low, high):
-    """Variance of differences beyond the blur's; 2/12 is that of two exact pixels."""
-    sd, height, width = 0.6, 8 * fineness, 61 * fineness
-    places = (30.5 + np.linspace(0, 1, 41)) * fineness - 0.5
-    lens = Optics(blur_sd_px=(sd, sd))
-    rows = [lens.apply(edge(height, width, at, 0.0), fineness)[4] for at in places]
-    share = np.diff(np.array(rows, float), axis=1)
-    u = np.arange(60) + 0.5
-    middle = share @ u
-    more = share @ u**2 - middle**2 - sd**2
-    assert more.min() == pytest.approx(low, abs=1e-3)
-    assert more.max() == pytest.approx(high, abs=1e-3)
-    assert low < 2 / 12 < high
-
-
-@pytest.mark.parametrize("sd", [0.6, 1.0])
-def test_blur_leaves_edges_in_place_wherever_they_cross_a_pixel(sd):
-    places = 30 + np.linspace(0, 1, 21)
-    image = np.concatenate([edge(1, 61, at, 0.0) for at in places])
-    blurred = np.concatenate(
-        [Optics(blur_sd_px=(sd, sd)).apply(row[None]) for row in image]
-    )
-    np.testing.assert_allclose(60.5 - blurred.sum(axis=1), places, atol=1e-5)
-
-
 @pytest.mark.parametrize("sd", [0.3, 0.6, 1.7])
 def test_point_spread_has_its_variance_and_keeps_the_light(sd):
     point = np.zeros((41, 41), np.float32)
@@ -110,32 +67,12 @@ def test_blur_grows_from_centre_to_corner_with_the_square_of_the_radius():
         assert variance == pytest.approx(expected, rel=0.01, abs=2e-3)
 
 
-@pytest.mark.parametrize("fineness", [2, 3])
-def test_blur_is_alike_on_all_sides_of_the_centre_however_fine_the_pixels(fineness):
-    optics = Optics(blur_sd_px=(0.3, 3.0))
-    rng = np.random.default_rng(fineness)
-    quarter = rng.random((24 * fineness, 31 * fineness), np.float32)
-    half = np.hstack([quarter, quarter[:, ::-1]])
-    blurred = optics.apply(np.vstack([half, half[::-1]]), fineness)
-    np.testing.assert_allclose(blurred[:, ::-1], blurred, atol=1e-5)
-    np.testing.assert_allclose(blurred[::-1], blurred, atol=1e-5)
-
-
 def test_pinhole_falls_off_as_the_fourth_power_of_the_cosine():
     focal, width, height = 300.0, 400, 300
     light = Optics(exit_pupil_px=focal).vignetting(width, height)
     v, u = np.mgrid[:height, :width]
     angle = np.arctan(np.hypot(u - 199.5, v - 149.5) / focal)
     np.testing.assert_allclose(light, np.cos(angle) ** 4, rtol=1e-6)
-
-
-def test_falloff_curve_and_own_centre():
-    optics = Optics(falloff=((0, 50, 100), (1.0, 0.8, 0.2)), centre_px=(10, 20))
-    light = optics.vignetting(200, 40)
-    assert light[20, 10] == 1
-    assert light[20, 60] == pytest.approx(0.8)
-    assert light[20, 85] == pytest.approx(0.5)
-    assert light[20, 190] == pytest.approx(0.2)
 
 
 def test_a_picture_is_dimmed_by_as_much_as_the_lens_takes():
@@ -151,16 +88,6 @@ def test_a_picture_is_dimmed_by_as_much_as_the_lens_takes():
         )
 
 
-def test_a_curve_takes_of_what_the_pupil_leaves():
-    curve = ((0, 50, 100), (1.0, 0.8, 0.2))
-    both = Optics(exit_pupil_px=90.0, falloff=curve).vignetting(60, 40)
-    each = [
-        Optics(exit_pupil_px=90.0).vignetting(60, 40),
-        Optics(falloff=curve).vignetting(60, 40),
-    ]
-    np.testing.assert_allclose(both, each[0] * each[1], rtol=1e-6)
-
-
 def test_fringes_move_colours_by_the_ratio_of_their_scales():
     size, scales = 401, (1.002, 1.0, 0.997)
     image = np.repeat(
@@ -170,13 +97,6 @@ def test_fringes_move_colours_by_the_ratio_of_their_scales():
     places = size - 0.5 - seen[200].astype(float).sum(axis=0)
     expected = 200 + (350 - 200) * np.array(scales) / (LUMINANCE @ scales)
     np.testing.assert_allclose(places, expected, atol=2e-3)
-
-
-def test_fringes_leave_edges_of_a_grey_picture_in_place():
-    image = gaussian_blur(edge(401, 401, 350.3, 0.0), 0.5)
-    seen = Optics(chromatic_scale=(1.002, 1.0, 0.997)).apply(image)
-    place = 400.5 - seen[200].astype(float).sum()
-    assert place == pytest.approx(350.3, abs=2e-3)
 
 
 def test_magnified_picture_of_a_smooth_scene():
@@ -210,27 +130,3 @@ def test_a_lens_that_cannot_be_is_refused(field, values):
     with pytest.raises(InputError, match=f"^field '{field}': found .*;") as fault:
         Optics(**values)
     assert "\n" not in str(fault.value)
-
-
-def test_pixels_of_the_sensor_are_means_of_the_finer_ones():
-    fine = np.random.default_rng(3).random((12, 18, 3), dtype=np.float32)
-    expected = fine.reshape(4, 3, 6, 3, 3).mean(axis=(1, 3))
-    assert np.allclose(Optics().apply(fine, 3), expected, rtol=1e-6)
-    for colour in range(3):
-        grey = Optics().apply(fine[..., colour], 3)
-        assert np.allclose(grey, expected[..., colour], rtol=1e-6)
-
-
-def test_a_part_of_a_picture_has_the_light_of_its_own_place():
-    optics = Optics(exit_pupil_px=60.0)
-    part = Crop(30, 20, 16, 12, 64, 48)
-    found = optics.apply(np.ones((12, 16), np.float32), window=part)
-    np.testing.assert_array_equal(found, optics.vignetting(64, 48)[part.place])
-
-
-@pytest.mark.parametrize(("centre", "radii"), [(None, 1.0), ((0.0, 0.0), 2.0)])
-def test_the_strongest_blur_is_that_of_the_farthest_corner(centre, radii):
-    """The variance grows from 0.25 by 3.75 for each squared half diagonal."""
-    optics = Optics(blur_sd_px=(0.5, 2.0), centre_px=centre)
-    found = optics.strongest_blur_px(3000, 2000)
-    assert found == pytest.approx(np.sqrt(0.25 + 3.75 * radii**2), rel=1e-3)

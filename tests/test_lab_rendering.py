@@ -16,7 +16,6 @@ from raxel.lab import (
     Panels,
     Plain,
     Rectangle,
-    Stripes,
     Texture,
     TexturedScene,
     Tiles,
@@ -31,7 +30,7 @@ from raxel.lab.footprint import PixelMeans, lattice
 from raxel.lab.laboratory import Laboratory
 from raxel.lab.optics import Optics
 from raxel.lab.sensor import Sensor
-from raxel.lab.sight import Crop, Raster, Sight
+from raxel.lab.sight import Sight
 from raxel.sets import Chessboard
 from tests.corner_check import board_before, fitted_corners
 
@@ -122,31 +121,6 @@ def test_the_border_of_a_surface_is_sampled_without_bias():
     assert many.sum() == pytest.approx(6.4 * 5.3, abs=24 / 8192)
 
 
-@pytest.mark.parametrize("period", [0.13, 0.5, 1.7, 4.0])
-def test_stripes_of_known_duty_average_to_it(period):
-    """Also where many stripes share a pixel: none is missed."""
-    texture = Stripes(period, duty=0.3, dark=0.1, bright=0.9)
-    size = 10 * 4.0
-    camera = OrthographicCamera(1, (-0.5, -0.5), 40, 8)
-    # The sheet goes on beyond the image: along its rim pixels are sampled.
-    scene = flat(texture, (size + 2, size + 2, (-1, -1)))
-    image = render(camera, HERE, scene)
-    count = size / period
-    whole, part = divmod(count, 1)
-    bright = (whole * 0.3 + min(part, 0.3)) * period / size
-    assert image.mean() == pytest.approx(0.1 + 0.8 * bright, abs=0.0005)
-
-
-def test_squares_thinner_than_a_pixel_are_not_lost():
-    board = ChessboardTexture(40, 40, 0.3, 0.0, black=0.0, white=1.0)
-    image = render(ORTHO, HERE, flat(board, (20, 20, (-5, -5))))
-    # A pixel holds a little more of one colour: at most a ninth of a square's area.
-    assert np.abs(image[2:9, 2:9] - 0.5).max() < 0.08
-    line = Panels(0.2, [(3.1, -20, 3.2, 20, 1.0)])
-    image = render(ORTHO, HERE, flat(line))
-    np.testing.assert_allclose(image[:, 3], 0.2 + 0.8 * 0.1, atol=0.01)
-
-
 def test_the_sum_over_the_image_does_not_depend_on_where_the_edges_fall():
     board = ChessboardTexture(5, 4, 1.0, 1.0, black=0.0, white=1.0)
     corner, size = board.extent
@@ -181,55 +155,6 @@ def test_pixels_without_a_ray_are_black_and_colour_agrees_with_grey():
     assert grey.shape == (48, 64)
     assert (grey[0, :3] == 0).all()
     np.testing.assert_allclose(grey, colour @ [0.2126, 0.7152, 0.0722], atol=1e-6)
-
-
-def test_tiles_take_turns_and_every_second_row_is_shifted():
-    tiles = Tiles((8, 5), [0.1, 0.5, 0.9], 1.0, 0.3, shift=0.5)
-    v, u = np.mgrid[-3:4, -3:4]
-    middles = np.stack([8 * (u + 0.5 + 0.5 * (v % 2)), 5 * (v + 0.5)], axis=-1)
-    found = tiles.radiance(middles.reshape(-1, 2), np.ones(49))
-    expected = np.take([0.1, 0.5, 0.9], (u + v) % 3)
-    np.testing.assert_allclose(found.reshape(v.shape), expected, rtol=1e-6)
-    joints = np.array([[0.5, 2.5], [4.5, 7.5], [3.0, 0.5], [9.0, 5.5]])
-    np.testing.assert_allclose(tiles.radiance(joints, np.ones(4)), 0.3, rtol=1e-6)
-
-
-class Slope(Texture):
-    """Radiance that rises linearly: its mean over a pixel is its middle's."""
-
-    def radiance(self, uv, cosine):
-        """A thousandth per mm."""
-        return 0.5 + 0.001 * uv[:, 0]
-
-
-def test_smooth_textures_take_the_centre_and_one_trace_shades_many():
-    traced = trace(ORTHO, HERE, flat(Plain(0.0)))
-    u = np.arange(12) * np.ones((10, 1))
-    np.testing.assert_allclose(traced.shade({0: Slope()}), 0.5 + 0.001 * u, atol=1e-6)
-    board = ChessboardTexture(3, 3, 1.7, 1.0)
-    np.testing.assert_array_equal(
-        traced.shade({0: board}), render(ORTHO, HERE, flat(board))
-    )
-    assert (traced.shade() == 0).all()
-
-
-def test_given_positions_take_the_place_of_the_lattice():
-    scene = flat(Plain(1.0), (10, 10, (0.3, -5)))
-    one = render(ORTHO, HERE, scene, offsets=[[0.0, 0.0]])
-    assert one[2, 0] == 0
-    assert one[2, 1] == 1
-    two = render(ORTHO, HERE, scene, offsets=[[-0.4, 0.0], [0.4, 0.0]])
-    assert two[2, 0] == 0.5
-
-
-@pytest.mark.parametrize("samples", [1, 2, 7, 16, 64, 100])
-def test_the_lattice_is_centred_even_and_symmetric(samples):
-    points = lattice(samples)
-    even = (np.arange(samples) + 0.5) / samples - 0.5
-    for axis in range(2):
-        np.testing.assert_allclose(np.sort(points[:, axis]), even, atol=1e-12)
-    both = np.concatenate([points, -points]).round(9) + 0.0
-    assert len(np.unique(both, axis=0)) == samples
 
 
 def test_rows_in_blocks_make_the_same_picture(monkeypatch):
@@ -327,30 +252,3 @@ def test_the_mean_place_of_a_pixel_on_a_bent_map_is_exact():
     found = means.mean_inside(pixels, corners, [Middle()], False)
     # The mean of u^2 over a pixel's side is that of its middle and 1 / 12.
     np.testing.assert_allclose(found, pixels[:, 0] ** 2 + 1 / 12, atol=1e-3)
-
-
-@pytest.mark.parametrize("window", [None, Crop(3, 11, 8, 6, 40, 30)])
-@pytest.mark.parametrize("fineness", [1, 2, 3])
-def test_the_finer_pixels_of_a_pixel_lie_evenly_about_its_middle(fineness, window):
-    """Their middles are those of equal parts of it, and their mean is its own."""
-    camera = PerspectiveCamera([[50.0, 0, 17], [0, 60.0, 12], [0, 0, 1]], [], 40, 30)
-    raster = Raster(camera, fineness, window)
-    first = [0, 0] if window is None else [window.u, window.v]
-    parts = (np.arange(fineness) + 0.5) / fineness - 0.5
-    u, v = np.meshgrid(2 + parts, 1 + parts)
-    here = np.column_stack([u.ravel(), v.ravel()])
-    fine = [np.arange(n * fineness, (n + 1) * fineness) for n in (2, 1)]
-    across, down = np.meshgrid(*fine)
-    pixels = np.column_stack([across.ravel(), down.ravel()]).astype(float)
-    wanted = camera.rays(here + first).directions
-    for found in (raster.rays(pixels), raster.grid(*(f.astype(float) for f in fine))):
-        np.testing.assert_allclose(found.directions, wanted, atol=1e-7)
-    assert raster.width == fineness * (40 if window is None else 8)
-    assert raster.height == fineness * (30 if window is None else 6)
-
-
-@pytest.mark.parametrize("most", [200_000, 100])
-def test_a_share_of_the_image_is_that_of_all_its_columns(most):
-    camera = OrthographicCamera(1, (0, 0), 90, 20)
-    third = Rectangle(pose(np.eye(3), [59.5, -0.5, 50]), 30, 20)
-    assert visible_share(camera, HERE, third, most) == pytest.approx(1 / 3, abs=0.02)

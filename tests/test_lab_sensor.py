@@ -6,8 +6,7 @@ from scipy.stats import norm
 
 from raxel.errors import InputError
 from raxel.lab.monitor import Monitor
-from raxel.lab.sensor import Sensor, bloom, compressed, demosaiced, mosaic
-from raxel.lab.tone_steps import tone_steps
+from raxel.lab.sensor import Sensor, bloom, compressed
 
 SHAPE = 250, 400
 COUNT = SHAPE[0] * SHAPE[1]
@@ -55,14 +54,6 @@ def test_share_of_saturated_pixels():
     assert np.all(flat(sensor, 3.0) == 255)
 
 
-def test_rounding_adds_a_twelfth():
-    ramp = np.linspace(0.1, 0.9, COUNT)
-    numbers = Sensor(1, 1, bits=8).develop(ramp)
-    error = numbers - 255 * ramp
-    assert error.var() == pytest.approx(1 / 12, rel=0.01)
-    assert abs(error.mean()) < 0.005
-
-
 def test_gamma_table_and_black_level():
     share = np.array([0.0, 0.25, 0.5, 1.0, -0.1, 1.3])
     gamma = Sensor(1, 1, gamma=2.2, bits=16).develop(share)
@@ -88,29 +79,6 @@ def test_blooming_runs_along_the_column_and_keeps_the_charge():
     assert np.count_nonzero(spilt[:, 2]) == 11
 
 
-def test_blooming_fills_wells_that_are_partly_full():
-    charge = np.full((30, 1), 60.0)
-    charge[10] = 300
-    spilt = bloom(charge.copy(), 100, 0.5)[:, 0]
-    assert spilt.sum() == pytest.approx(29 * 60 + 100 + 100)
-    np.testing.assert_allclose(spilt[8:13], [70, 100, 100, 100, 70])
-
-
-def test_what_runs_off_the_sensor_is_lost_and_a_drain_takes_the_rest():
-    charge = np.array([[500.0], [0.0]])
-    assert bloom(charge.copy(), 100, 1.0).ravel() == pytest.approx([100, 100])
-    assert bloom(charge.copy(), 100, 0.0).ravel() == pytest.approx([100, 0])
-
-
-@pytest.mark.parametrize("pattern", ["RGGB", "BGGR", "GRBG", "GBRG"])
-def test_mosaic_comes_back_where_colours_are_even(pattern):
-    colour = np.array([0.2, 0.5, 0.9], np.float32)
-    image = np.broadcast_to(colour, (12, 14, 3))
-    back = demosaiced(mosaic(image, pattern), pattern)
-    assert back.shape == image.shape
-    np.testing.assert_allclose(back, image, atol=3e-5)
-
-
 def test_colour_and_grey_of_a_picture_behind_a_mosaic():
     sensor = Sensor(20000, 20000, bits=16, bayer="RGGB")
     image = np.broadcast_to(np.array([0.2, 0.5, 0.8]), (60, 80, 3))
@@ -123,12 +91,6 @@ def test_colour_and_grey_of_a_picture_behind_a_mosaic():
     np.testing.assert_allclose(means, [0.2, 0.5, 0.8], atol=1e-3)
     luminance = np.dot([0.2126, 0.7152, 0.0722], [0.2, 0.5, 0.8])
     assert grey.mean() / 65535 == pytest.approx(luminance, abs=1e-3)
-
-
-def test_the_generator_alone_decides():
-    sensor = Sensor(500, 1000, read_noise_e=5)
-    np.testing.assert_array_equal(flat(sensor, 0.7, 3), flat(sensor, 0.7, 3))
-    assert np.any(flat(sensor, 0.7, 3) != flat(sensor, 0.7, 4))
 
 
 def test_monitor_gamma_black_level_and_falloff():
@@ -176,25 +138,6 @@ def test_what_no_sensor_or_monitor_can_have_is_refused(build, values, field):
     with pytest.raises(InputError, match=f"^field '{field}': .*") as fault:
         build(**values)
     assert "\n" not in str(fault.value)
-
-
-@pytest.mark.parametrize(
-    "tone",
-    [
-        {},
-        {"gamma": 2.2, "black_level": 0.02},
-        {"black_level": 0.1, "bits": 16},
-        {"response": ((0, 0.01, 0.3, 1), (0.02, 0.2, 0.5, 0.9))},
-    ],
-)
-def test_steps_of_the_tone_curve_are_the_curve_rounded(tone):
-    sensor = Sensor(1, 1, **tone)
-    share = np.random.default_rng(4).uniform(-0.3, 1.3, (70, 500)).astype(np.float32)
-    share[0, :5] = -2, -0.0, 0, 1, 3
-    steps = tone_steps(sensor.number, 2**sensor.bits - 1).steps
-    share[1:3, :250] = np.resize(steps[np.isfinite(steps)], 250)
-    share[2] = np.nextafter(share[1], np.float32(-9))
-    np.testing.assert_array_equal(sensor.develop(share), sensor.number(share))
 
 
 @pytest.mark.parametrize("colour", [(200, 60, 20), (20, 180, 90), (60, 40, 220)])

@@ -21,7 +21,6 @@ from raxel.lab import (
     facade,
     room,
 )
-from raxel.lab.room import _column
 
 T = pose(rotation_from_vector([0.4, -0.3, 0.8]), [20.0, -35, 50])
 
@@ -113,24 +112,6 @@ def test_a_relief_is_met_on_its_surface_and_nowhere_before(steepness):
     gap = z - height_at(relief, np.clip(x / 5, 0, 11), np.clip(y / 5, 0, 9))
     both = over[:, 1:] & over[:, :-1] & (gap[:, 1:] * gap[:, :-1] < -1e-9)
     assert not both.any()
-
-
-def test_a_flat_relief_is_a_rectangle():
-    origins, directions = random_rays(5)
-    flat = Relief(T, np.zeros((4, 6)), 8.0).hit(origins, directions)
-    plane = Rectangle(T, 40, 24).hit(origins, directions)
-    np.testing.assert_allclose(flat.distance, plane.distance, rtol=1e-10)
-    seen = np.isfinite(plane.distance)
-    np.testing.assert_allclose(flat.cosine[seen], plane.cosine[seen], atol=1e-9)
-
-
-def test_rays_along_the_axes_meet_a_relief_too():
-    relief = Relief(np.eye(4), np.full((3, 3), 2.0) + np.diag([0, 1.0, 0]), 10.0)
-    above = np.array([[10.0, 10, 50], [3, 20 - 1e-9, 50]])
-    down = relief.hit(above, np.array([[0, 0, -1.0]] * 2))
-    np.testing.assert_allclose(down.distance, [47, 48], rtol=1e-12)
-    level = relief.hit(np.array([[-5.0, 10, 2.5]]), np.array([[1.0, 0, 0]]))
-    np.testing.assert_allclose(level.distance, [10.0], rtol=1e-12)
 
 
 def test_a_box_is_closed():
@@ -235,22 +216,6 @@ def test_a_picture_as_texture_has_its_outer_corner_at_the_origin():
     assert corner == pytest.approx(picture[:2, :2].mean())
 
 
-def test_a_relief_is_seen_at_the_angle_of_its_normal():
-    """The normal is that of the plane through three places close together."""
-    relief = Relief(T, np.array([[0.0, 1, 5], [2, 9, 3]]), 10.0)
-    places = np.array([[2.0, 7], [13, 3], [18, 8.5]])
-    for place in places:
-        steps = np.array([[0, 0, 100], [1e-4, 0, 100], [0, 1e-4, 100]])
-        origins = transform(T, np.append(place, 0) + [3, -5, 0] + steps)
-        way = T[:3, :3] @ [-3, 5, -100.0]
-        way /= np.linalg.norm(way)
-        hit = relief.hit(origins, np.tile(way, (3, 1)))
-        one, two, three = origins + hit.distance[:, None] * way
-        normal = np.cross(two - one, three - one)
-        normal *= np.sign(normal @ T[:3, 2]) / np.linalg.norm(normal)
-        np.testing.assert_allclose(hit.cosine[0], way @ normal, atol=1e-5)
-
-
 @pytest.mark.parametrize(
     ("place", "met"), [((5, 12), True), ((5, 33), False), ((33, 5), False)]
 )
@@ -258,12 +223,3 @@ def test_a_ray_straight_down_meets_a_relief_only_where_it_lies(place, met):
     relief = Relief(np.eye(4), np.zeros((4, 3)), 10.0)  # 20 mm wide, 30 mm high
     hit = relief.hit(np.array([[*place, 50.0]]), np.array([[0.0, 0, -1]]))
     assert np.isfinite(hit.distance[0]) == met
-
-
-def test_the_flutes_of_the_rooms_column_go_all_around_it():
-    ((column, texture),) = _column(np.zeros(3), 2700.0)
-    u = np.pi * column.radius * np.linspace(-1, 1, 481)[:-1] + 0.1
-    seen = texture.radiance(np.column_stack([u, np.full(480, 900.0)]), np.ones(480))
-    each = seen.reshape(12, 40, -1)
-    assert len(np.unique(each[0], axis=0)) == 2
-    np.testing.assert_array_equal(each, np.broadcast_to(each[:1], each.shape))

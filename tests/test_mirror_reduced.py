@@ -3,15 +3,9 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.curves import (
-    DistanceCurve,
-    HeightCurve,
-    reflected,
-    viewing_rays,
-)
+from raxel.calibration.mirror.curves import DistanceCurve, HeightCurve, viewing_rays
 from raxel.calibration.mirror.reduced import (
     calibrate_reduced,
-    linear_reduced,
     place_row,
     ray_point_offsets,
     refine_reduced,
@@ -67,15 +61,6 @@ def test_a_curve_of_the_models_own_space_is_recovered_exactly(kind):
 
 
 @pytest.mark.parametrize("kind", CURVES)
-def test_the_linear_stage_is_exact_for_true_directions(kind):
-    true, _ = CURVES[kind]
-    u, _ = seen(true, 1500.0)
-    # A height's features are placed on the curve handed over: here the true one.
-    found = linear_reduced(true, u, true.scene_rays(u), clamp_of(true))
-    np.testing.assert_allclose(found.coefficients, true.coefficients, atol=1e-9)
-
-
-@pytest.mark.parametrize("kind", CURVES)
 def test_changes_are_those_of_differences(kind):
     true, _ = CURVES[kind]
     u, points = seen(true, 700.0)
@@ -91,20 +76,6 @@ def test_changes_are_those_of_differences(kind):
         for h in steps
     ]
     np.testing.assert_allclose(jacobian, np.transpose(numeric), rtol=1e-6, atol=1e-7)
-
-
-@pytest.mark.parametrize("kind", CURVES)
-def test_tangents_run_along_the_curve_and_rays_obey_reflection(kind):
-    true, _ = CURVES[kind]
-    u = np.linspace(-0.3, 0.3, 7)
-    chord = true.points(u + 1e-5) - true.points(u - 1e-5)
-    tangent = true.tangents(u)
-    sine = chord[:, 0] * tangent[:, 1] - chord[:, 1] * tangent[:, 0]
-    lengths = np.linalg.norm(chord, axis=1) * np.linalg.norm(tangent, axis=1)
-    assert np.abs(sine / lengths).max() < 1e-8
-    V, V_r = viewing_rays(u)[0], true.scene_rays(u)
-    # Equal parts along the tangent, opposite parts across.
-    np.testing.assert_allclose(np.einsum("ij,ij->i", V - V_r, tangent), 0, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", CURVES)
@@ -146,11 +117,6 @@ def test_a_row_of_points_is_placed_where_it_is(n):
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         foot, found = place_row(origins, directions, places)
         np.testing.assert_allclose(foot + places[:, None] * found, points, atol=1e-6)
-
-
-def test_reflection_keeps_the_part_along_the_tangent():
-    turned = reflected(np.array([[0.0, 1.0]]), np.array([[3.0, 3.0]]))
-    np.testing.assert_allclose(turned, [[1.0, 0.0]], atol=1e-15)
 
 
 def refused(kind="distance", **changed):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.clamp_line import FixedLine
-from raxel.calibration.mirror.prior import bending_prior, bending_rows, plane_through
+from raxel.calibration.mirror.prior import bending_prior
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import camera_of_shape, ray_sd, refine_shape
 from raxel.calibration.mirror.sightings import normalised
@@ -71,34 +70,6 @@ def test_jacobians_agree_with_differences(quantity):
 
 
 @QUANTITIES
-def test_residuals_move_with_their_places_in_the_picture(quantity):
-    camera, _, _, p, points = scene(quantity=quantity)
-    c = 1.01 * camera.coefficients.ravel("F")
-    inside = np.all(np.abs(p - p.mean(axis=0)) < 0.3 * np.ptp(p, axis=0), axis=1)
-    p, points, step = p[inside], points[inside], 1e-5
-    slopes = RayPoints(p, camera.grid, quantity).picture_jacobian(c, points)
-    off = [
-        RayPoints(p + sign * step * np.array([0.6, -0.8]), camera.grid, quantity)
-        for sign in (1, -1)
-    ]
-    moved = np.subtract(*(rays.residuals(c, points) for rays in off)) / (2 * step)
-    due = slopes @ [0.6, -0.8]
-    np.testing.assert_allclose(moved, due, atol=1e-5 * np.abs(due).max())
-
-
-@QUANTITIES
-def test_the_residual_is_the_distance_of_the_thesis(quantity):
-    camera, _, _, p, points = scene(quantity=quantity)
-    c = 1.01 * camera.coefficients.ravel("F")
-    rays = RayPoints(p, camera.grid, quantity)
-    S, scene_rays = rays.surface(c)
-    along = np.sum(scene_rays * (points - S), axis=1)[:, None]
-    gamma = np.linalg.norm(along * scene_rays + S - points, axis=1)
-    length = np.linalg.norm(rays.residuals(c, points), axis=1)
-    np.testing.assert_allclose(length, gamma, rtol=1e-9)
-
-
-@QUANTITIES
 def test_a_mirror_of_the_splines_own_space_comes_back_exactly(quantity):
     camera, clamp, flat, _, _ = scene(quantity=quantity)
     p, points = dense(camera)
@@ -109,25 +80,6 @@ def test_a_mirror_of_the_splines_own_space_comes_back_exactly(quantity):
     np.testing.assert_allclose(found.coefficients, true, rtol=1e-7)
     assert np.abs(found.residuals).max() < 1e-6
     assert len(found.costs) < 15
-
-
-def test_clamp_by_weights_goes_the_same_way_and_gives_way_where_it_is_soft():
-    camera, clamp, flat, _, _ = scene()
-    p, points = dense(camera)
-    true, firm = camera.coefficients.ravel("F"), np.full(len(clamp.points), 1e-9)
-    line = FixedLine(*clamp, firm, 10 * firm, 0.0)
-    found = refine_shape(p, points, camera.grid, "inverse depth", flat, noise=NOISE,
-                         clamp=line)  # fmt: skip
-    np.testing.assert_allclose(found.coefficients, true, rtol=1e-7)
-    wrong = line._replace(values=1.002 * clamp.values)
-    held, freed = (
-        refine_shape(p, points, camera.grid, "inverse depth", true, noise=NOISE,
-                     clamp=wrong._replace(value_sd=firm * k, slope_sd=10 * firm * k))
-        for k in (1, 1e5)
-    )  # fmt: skip
-    b = camera.grid.rows(clamp.points)[0]
-    assert np.abs(b @ held.coefficients / clamp.values - 1.002).max() < 1e-4
-    assert np.abs(b @ freed.coefficients / clamp.values - 1).max() < 2e-4
 
 
 @QUANTITIES
@@ -167,19 +119,6 @@ def test_the_prior_of_a_turned_spline_knows_the_plane_where_its_knots_are():
 
 def rms(values):
     return np.sqrt(np.mean(values**2))
-
-
-def test_rows_of_the_prior_vanish_for_parabolas_and_count_intervals():
-    camera = scene()[0]
-    grid = camera.grid
-    assert bending_rows(grid).shape == (4 * 3 + 7, 21)
-    u, v = grid.turned(visible_pixels(10.0) / 7600 - [0.2, 0.15]).T
-    p = grid.unturned(np.column_stack([u, v]))
-    kept = grid.inside(p)
-    c = np.linalg.lstsq(grid.rows(p[kept])[0], 1 + u[kept] + u[kept] ** 2 + v[kept])[0]
-    assert np.abs(bending_rows(grid) @ c).max() < 1e-9
-    normal, offset = plane_through(np.array([[0, 0, 5], [1, 0, 5], [0, 2, 5.0]]))
-    assert abs(offset / normal[2] - 5) < 1e-12
 
 
 def test_the_covariance_predicts_the_scatter():

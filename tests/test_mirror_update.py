@@ -5,10 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror import edges
 from raxel.calibration.mirror.clamp import clamp_of_camera
 from raxel.calibration.mirror.edges import EVEN_MM, turns_if_even
-from raxel.calibration.mirror.matches import wrong_matches
 from raxel.calibration.mirror.prior import bending_prior, plane_through
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import ray_sd
@@ -187,29 +185,6 @@ def test_exchanged_pictures_and_too_few_corners_are_refused():
         update_mirror(FLAT, BEFORE, mixed, GRID, CLAMP, PRIOR, outline=OUTLINE)
 
 
-@pytest.mark.parametrize("rounds", [0, 1])
-def test_a_match_that_is_far_off_in_the_last_round_is_kept_and_flagged(
-    monkeypatch, rounds
-):
-    """Residuals are those of the features that the last fit used."""
-    monkeypatch.setattr("raxel.calibration.mirror.update.ROUNDS", rounds)
-    scene = transform(T_GRID, on_plane(GRID))
-    middle = np.flatnonzero(np.isfinite(AFTER[:, 0]))[40]
-    scene[middle] += [0, 40, 0]
-    found = update_from_scene(FLAT, AFTER, scene, CLAMP, outline=OUTLINE)
-    kept = np.isfinite(found.residuals)
-    np.testing.assert_array_equal(kept, found.used)
-    assert found.wrong[middle] == (rounds > 0)
-    told = any("far off the others" in flag for flag in found.flags)
-    assert told == (rounds == 0)
-
-
-def test_smooth_pictures_have_no_wrong_matches():
-    for pixels in (BEFORE, AFTER, seen(bent(15.0), T_GRID)):
-        assert not wrong_matches(GRID, pixels).any()
-    assert VIEWER.width > 0
-
-
 @pytest.mark.parametrize("misfit", [0.0, 3e-4])
 def test_misfit_is_what_rays_are_off_beyond_noise(misfit):
     """Noise of 0.1 mm and misfit, radians, at each of two components of a ray."""
@@ -342,24 +317,3 @@ def test_rays_are_as_uncertain_as_they_are_said_to_be():
         assert found.misfit > 0
         assert found.widening > 1
     assert 0.4 < np.mean(squares) < 2.5
-
-
-@pytest.mark.parametrize(
-    ("degrees", "told"), [(0.29, "none"), (0.31, "flagged"), (5.1, "refused")]
-)
-def test_rays_next_to_a_knot_are_uncertain_from_a_third_of_a_degree_on(
-    degrees, told, monkeypatch
-):
-    grid = FLAT.grid
-
-    def one_of_them(places, *_):
-        return np.radians(np.where(np.arange(len(places)) == 3, degrees, 0.1))
-
-    monkeypatch.setattr(edges, "ray_sd", one_of_them)
-    if told == "refused":
-        with pytest.raises(CalibrationError, match="knot 3 along u, 0 along v, are"):
-            edges.uncertain_knots(grid, FLAT.quantity, None, None)
-    else:
-        flags = edges.uncertain_knots(grid, FLAT.quantity, None, None)
-        assert len(flags) == (told == "flagged")
-        assert all("are uncertain by 0.31 degrees" in flag for flag in flags)

@@ -11,15 +11,14 @@ from raxel.cameras import camera_from, closest_point
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features.boards import detect_boards
-from raxel.geometry import inverse_pose, on_plane, pose, transform
+from raxel.geometry import pose, transform
 from raxel.io import rendering
 from raxel.lab import load_rig
 from raxel.lab.render_set import POSES
 from raxel.lab.rig import Rig
 from raxel.sets import load_set
-from raxel.show import Points, Polyline, Segments, Surface, camera_scene
-from raxel.show.boards import surface_texture
-from raxel.show.cameras import MEASURED, field_edge, mirrors, moved, spread_pixels
+from raxel.show import Points, Segments, Surface, camera_scene
+from raxel.show.cameras import MEASURED, field_edge, spread_pixels
 from raxel.show.rigs import rig_scene
 from raxel.show.scene import finite_points
 from raxel.show.sets import set_scene
@@ -50,12 +49,6 @@ def of_kind(scene, kind, label):
     return [p for p in scene.parts if isinstance(p, kind) and p.label == label]
 
 
-def fronts(scene):
-    """The sheets that show squares."""
-    sheets = [part for part in scene.parts if isinstance(part, Surface)]
-    return [sheet for sheet in sheets if sheet.texture is not None]
-
-
 def test_the_field_of_a_pinhole_ends_at_its_border_and_of_a_lens_at_its_angle():
     u, v = field_edge(PINHOLE).T
     rim = np.maximum(np.abs(u - 99.5) / 99.5, np.abs(v - 79.5) / 79.5)
@@ -69,15 +62,6 @@ def test_the_field_of_a_pinhole_ends_at_its_border_and_of_a_lens_at_its_angle():
     )  # fmt: skip
     radius = np.linalg.norm(field_edge(lens) - [99.5, 79.5], axis=1)
     assert radius == pytest.approx(60, abs=1e-6)
-
-
-def test_pixels_that_are_drawn_lie_evenly_about_mid_image():
-    camera = load_rig(RIGS[0]).camera
-    pixels = spread_pixels(camera, (8, 6)).reshape(6, 8, 2)
-    size = np.array([camera.width, camera.height])
-    np.testing.assert_allclose(pixels.mean(axis=(0, 1)), (size - 1) / 2)
-    # The image reaches from -1/2 on; the first cell's middle is half a cell from there.
-    np.testing.assert_allclose(pixels[0, 0], size / [8, 6] / 2 - 0.5)
 
 
 def test_a_central_camera_shows_its_centre_and_rays_of_equal_length():
@@ -103,49 +87,6 @@ def test_a_mirror_is_where_its_rays_start_and_its_caustic_is_shown():
     (nearest,) = of_kind(scene, Points, "nearest to all rays")
     rays = camera.rays(spread_pixels(camera, MEASURED))
     assert nearest.points[0] == pytest.approx(closest_point(rays))
-
-
-def test_facets_are_shown_as_their_outlines():
-    outline = [[-9, -9], [9, -9], [9, 9], [-9, 9]]
-    camera = camera_from(
-        "planar mirrors",
-        {
-            "viewer": {"kind": "perspective"} | LENS,
-            "T_viewer_facets": [pose(np.eye(3), [0, 0, 50])],
-            "outlines": [outline],
-        },
-    )
-    (facet,) = mirrors(camera)
-    assert np.allclose(facet.points[0, :4], on_plane(outline) + [0, 0, 50])
-    assert mirrors(PINHOLE) == []
-
-
-def test_a_texel_shows_what_lies_at_its_middle():
-    class Ramp:
-        """As bright as its place is far right and, in another channel, far down."""
-
-        def radiance(self, uv, cosine):
-            share = (uv - [10.0, 20.0]) / [8.0, 4.0]
-            return np.column_stack([share, 0 * cosine]) ** 2.2
-
-    shown = surface_texture(Ramp(), np.array([10.0, 20.0]), np.array([8.0, 4.0]), 1.0)
-    assert shown.shape == (4, 8, 3)
-    np.testing.assert_array_equal(
-        shown[0, :, 0], np.round(255 * (np.arange(8) + 0.5) / 8)
-    )
-    np.testing.assert_array_equal(
-        shown[:, 0, 1], np.round(255 * (np.arange(4) + 0.5) / 4)
-    )
-
-
-def test_moved_parts_keep_their_shape():
-    T = pose(np.diag([1.0, -1, -1]), [5, 6, 7])
-    line = Polyline([[0, 0, 0], [1, 2, 3]], "k", "way")
-    (there,) = moved([line], T, scale=2.0)
-    assert np.allclose(there.points, [[5, 6, 7], [7, 2, 1]])
-    (back,) = moved([there], inverse_pose(T), unlabelled=True, scale=1.0)
-    assert np.allclose(back.points, 2 * np.array(line.points))
-    assert (there.label, back.label) == ("way", "")
 
 
 @pytest.mark.parametrize("path", RIGS, ids=lambda path: path.stem)
