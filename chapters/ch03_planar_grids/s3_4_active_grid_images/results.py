@@ -235,7 +235,7 @@ def of_lines(ran, half_pitched):
         "after.projected": percent(np.median([x.after.max() for x in projected])),
         "vertical.gap": float(max(spread_gap(x) for x in found + half)),
         "share_seen": percent(trials.column("share_seen")[0]),
-        "half_angle.most": trials.column("half_angle_deg")[0],
+        "half_angle.most": float(trials.column("half_angle_deg")[0]),
     }
 
 
