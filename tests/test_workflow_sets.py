@@ -318,7 +318,5 @@ def test_a_mirror_set_is_refused_with_the_command_that_reports_on_it(tmp_path):
     mirror_sets.write_mirror_set(folder)
     for given in (folder, tmp_path):
         assert folders_of_sets(given) == []
-        with pytest.raises(
-            orders.OrderError, match=r"calibrate .*wing .*--report"
-        ):
+        with pytest.raises(orders.OrderError, match=r"calibrate .*wing .*--report"):
             orders._checked_recorded(str(given))
