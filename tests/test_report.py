@@ -8,7 +8,6 @@ from functools import cache
 from pathlib import Path
 
 import nbformat
-import numpy as np
 import pytest
 
 from repro.judge.ledger import read_yaml
@@ -16,7 +15,6 @@ from repro.page.execute import CELL_SECONDS
 from repro.page.notebook import execute
 from repro.page.questions import exercises_of
 from repro.run.discover import page_files, page_id
-from repro.run.results import Result
 from repro.site.check import check_site
 from tests.exercise_answers import misjudged
 
@@ -47,15 +45,6 @@ def report() -> Path:
     done = build()
     assert done.returncode == 0, done.stderr[-3000:]
     return SITE
-
-
-def result(name: str) -> Result:
-    return Result(FIGURES / "results" / f"{name}.json")
-
-
-def case(**condition):
-    usual = {"domain": "px", "extent": "unbounded"}
-    return usual | condition
 
 
 def test_a_second_build_has_nothing_to_do(report):
@@ -122,50 +111,6 @@ def test_scoreboard_has_a_row_for_everything_and_quick_gives_no_verdict(report):
     built = {row["id"]: row for row in rows if row["verdict"] == "quick"}
     assert {"fig_2_3", "table_2_1", "c2_crossover"} <= set(built)
     assert built["c2_crossover"]["regenerated"]
-
-
-def test_noise_of_a_calibrated_ray_is_that_of_three_points(report):
-    # A ray is fitted to three points with independent noise s per axis. Its own error
-    # has s / sqrt(3) per axis, and a mean length of that times sqrt(pi / 2).
-    ran = result("fig_2_3_noise")
-    for noise in (0.1, 0.5):
-        found = ran.column(
-            "generic_well_conditioned.clean.source.mean_px",
-            **case(noise=noise, fov_deg=60, law="lens"),
-        )
-        expected = noise * np.sqrt(np.pi / 6)
-        # The homography and a few trials leave some per cent.
-        assert np.median(found) == pytest.approx(expected, rel=0.12)
-
-
-def test_a_model_that_fits_leaves_the_noise_of_the_pixels(report):
-    ran = result("fig_2_3_fov")
-    found = ran.column(
-        "parametric.noisy.source.mean_px", **case(fov_deg=30, law="equidistance")
-    )
-    # Mean length of Gaussian noise of 0.5 px on two axes; 999 points, so 2 % and a bit.
-    assert np.median(found) == pytest.approx(0.5 * np.sqrt(np.pi / 2), rel=0.05)
-
-
-def test_residuals_grow_in_proportion_to_the_noise(report):
-    ran = result("fig_2_3_noise")
-    levels = sorted({condition["noise"] for condition in ran.conditions})
-    for method in ("parametric", "generic_well_conditioned"):
-        name = f"{method}.clean.corrected.mean_px"
-        medians = [
-            np.median(ran.column(name, **case(noise=n, fov_deg=60, law="lens")))
-            for n in levels
-        ]
-        slope = np.polyfit(np.log(levels), np.log(medians), 1)[0]
-        # Few trials: what Zhang's few numbers leave differs by half among them.
-        assert slope == pytest.approx(1, abs=0.25), method
-
-
-def test_the_parametric_model_gives_way_at_wide_fields(report):
-    ran = result("fig_2_3_fov")
-    name = "parametric.clean.corrected.mean_px"
-    means = [np.median(ran.column(name, **case(fov_deg=f))) for f in (60, 105, 150)]
-    assert means[0] < 0.1 < means[1] < 2 < means[2]
 
 
 def test_results_are_plain_and_say_where_they_come_from(report):

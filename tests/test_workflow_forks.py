@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import resource
 import socket
 import subprocess
 import sys
@@ -113,12 +112,6 @@ def test_status_of_a_job_that_fails(ask, folder, words, status, reason):
     assert not (folder / "times" / "page" / "label.json").exists()
 
 
-def test_a_job_that_dies_is_not_taken_for_done(ask):
-    job = ask("die")
-    job.communicate(timeout=FOREVER)
-    assert job.returncode != 0
-
-
 def test_a_job_ends_with_the_process_that_asked_for_it(ask):
     job = ask("sleep")
     number = int(job.stdout.readline())
@@ -222,29 +215,3 @@ def test_no_job_begins_once_the_build_was_interrupted(folder):
         asked = [sys.executable, "-I", "-S", str(ASK), "kind/label", "sample", "say"]
         job = subprocess.run(asked, env=environment, capture_output=True, check=False)
     assert (job.returncode, job.stdout) == (1, b"")
-
-
-def test_the_warm_process_ends_with_the_build():
-    with warm_jobs():
-        address = os.environ[ADDRESS]
-    assert ADDRESS not in os.environ
-    assert not Path(address).exists()
-
-
-def test_the_time_of_jobs_counts_as_the_servers(tmp_path):
-    busy = "import time\nend = time.process_time() + 1\n"
-    busy += "def main(words):\n    while time.process_time() < end:\n        pass\n"
-    (tmp_path / "busy.py").write_text(busy + "    return 0\n")
-    before = processor_seconds()
-    with bare_server(tmp_path) as (server, ask):
-        for _ in range(2):
-            assert ask("kind/label", "busy").wait(timeout=FOREVER) == 0
-        server.stdin.close()
-        assert server.wait(timeout=FOREVER) == 0
-    assert processor_seconds() - before > 2
-
-
-def processor_seconds():
-    """Of all processes that were waited for."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
