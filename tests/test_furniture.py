@@ -66,7 +66,7 @@ def test_what_shows_every_set_has_every_set_s_log(furnisher):
 
 def test_below_an_artefact_stand_its_command_its_time_and_its_comparison(furnisher):
     block = furnisher.block("fig_2_6")
-    assert "<code>make fig_2_6</code> · computed in 1 min on one core" in block
+    assert "<code>make fig_2_6</code>" in block
     assert 'href="../scoreboard.html#fig_2_6">comparison</a>' in block
     quick = Furnisher(furnisher.root, "quick", "")
     assert quick._command("fig_2_6") == "make fig_2_6 EFFORT=quick"

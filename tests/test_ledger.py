@@ -110,6 +110,7 @@ def contents():
     }
     for entry in small["settings"]["settings"] + small["settings"]["readings"]:
         entry["used_by"] = ["fig_2_3"]
+        entry.pop("settled", None)
     return yaml.safe_dump(small)
 
 

@@ -136,7 +136,7 @@ def all_artefacts():
     made = [
         artefacts.Artefact(
             name=name, label="", said="", page="p", row=None, finding="", files=[],
-            behind=Behind("make", "", [], "s", "", "", ""), picture="",
+            behind=Behind("make", [], "s", "", "", ""), picture="",
             lines=True, head=[], cells=[],
         )
         for name in ("fig_2_3", "ext_more")

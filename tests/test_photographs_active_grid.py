@@ -78,9 +78,9 @@ def test_pictures_in_the_wrong_order_have_a_page_that_says_so(tmp_path):
     scene.images[[12, 13]] = scene.images[[13, 12]]
     told, (views, _) = produced(tmp_path, scene)
     assert told["found"].startswith(
-        "None of 1 view could be decoded: the phase along x"
+        "None of 1 view could be decoded: the phase steps along x"
     )
-    assert "in each other's place: exchange them" in views.columns["Remark"][0]
+    assert "not in order" in views.columns["Remark"][0]
     assert told["precision"] == "No standard deviation is known."
 
 

@@ -159,7 +159,7 @@ def test_the_drawn_camera_is_recovered(drawn):
 
 def test_a_corner_counts_alike_in_whatever_photograph_it_is():
     def row(corners, rms_px):
-        score = Score(corners, rms_px, 0.0, "", np.zeros((corners, 2)), 0.0)
+        score = Score(corners, rms_px, 0.0, "", np.zeros((corners, 2)))
         image = Image(0, "", "calibrate", True, "", np.zeros((48, 2)), 8, None)
         return Row(image, 48, {"zhang": score}, {})
 
