@@ -9,6 +9,7 @@ from raxel.errors import InputError
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
 from raxel.features.active_grid.decode import Decoded, decode
 from raxel.features.active_grid.response import response_warnings
+from raxel.features.active_grid.specks import without_specks
 from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, read_colour
 
@@ -62,6 +63,7 @@ def decode_view(image_set, view, **options):
         found, checked = decode_checked(images, *shown, **levels, **options)
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
+    found, specks = without_specks(found)
     found = replace(found, sigma=checked.widened(found.sigma))
     doubts = checked.doubts
     reason = next((doubt.text for doubt in doubts if doubt.spoils), "")
@@ -73,6 +75,12 @@ def decode_view(image_set, view, **options):
         warnings.append(
             f"its blur cannot be measured; the margin of {found.margin_px} px is right "
             "for blur of 1 px or less: give more with --margin where it is larger"
+        )
+    if specks:
+        warnings.append(
+            f"{100 * specks:.0f} % of the decoded pixels are specks outside the lit area "
+            "and are left out; save PNG or TIFF with a linear response, since the noise "
+            "in the dark is larger than measured"
         )
     warnings += response_warnings(found, options.get("linear"))
     warnings = tuple(f"{view.label}: {text}" for text in warnings)
