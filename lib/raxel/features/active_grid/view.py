@@ -78,9 +78,9 @@ def decode_view(image_set, view, **options):
         )
     if specks:
         warnings.append(
-            f"{100 * specks:.0f} % of the decoded pixels are specks outside the lit area "
-            "and are left out; save PNG or TIFF with a linear response, since the noise "
-            "in the dark is larger than measured"
+            f"{100 * specks:.0f} % of the decoded pixels are specks outside the lit "
+            "area and are left out; save PNG or TIFF with a linear response, since the "
+            "noise in the dark is larger than measured"
         )
     warnings += response_warnings(found, options.get("linear"))
     warnings = tuple(f"{view.label}: {text}" for text in warnings)
