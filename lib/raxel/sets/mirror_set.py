@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 
 from raxel.errors import InputError
-from raxel.io.documents import field_name, read_yaml, validate
+from raxel.io.documents import field_name, one_line, read_yaml, validate
 from raxel.sets.image_set import load_set
 from raxel.sets.model import ActiveGrid, ImageSet
 
@@ -168,12 +168,15 @@ def _image_set(folder, field, name):
 
 
 def _inside(folder, field, name):
+    where = f"{folder / DESCRIPTION}: {field_name(field)}: found {one_line(name)}"
     parts = PureWindowsPath(name).parts
     if PureWindowsPath(name).anchor or Path(name).is_absolute() or ".." in parts:
         raise InputError(
-            f"{folder / DESCRIPTION}: {field_name(field)}: found {name}, which leads "
-            "out of the set's folder; keep the image sets beneath it"
+            f"{where}, which leads out of the set's folder; keep the image sets "
+            "beneath it"
         )
+    if not name.isprintable():
+        raise InputError(f"{where} with a control character; rename the folder")
     return folder / name
 
 
@@ -220,13 +223,14 @@ def _position_faults(mirror_set):
         yield ("primary", "grids"), f"{fault} {LEAST_POSITIONS} or more"
     for name in names:
         if not mirror_set.platter_views(name):
-            fault = f"no view {name}, which primary.grids has; photograph the grid"
-            yield ("primary", "platter"), f"{fault} in the flat mirror there, too"
+            fault = f"no view {one_line(name)}, which primary.grids has; photograph"
+            yield ("primary", "platter"), f"{fault} the grid in the flat mirror there"
     count = len(mirror_set.platter.views)
     placed = {k for name in names for k in mirror_set.platter_views(name)}
     for k in sorted(set(range(count)) - placed):
-        fault = f"view {mirror_set.platter.views[k].label} is of no position of"
-        yield ("primary", "platter"), f"{fault} primary.grids; name it after one"
+        label = one_line(mirror_set.platter.views[k].label)
+        fault = f"view {label} is of no position of primary.grids; name it after one"
+        yield ("primary", "platter"), fault
     if len(mirror_set.plate.views) != count:
         fault = f"found {len(mirror_set.plate.views)} photographs of the board for"
         fault = f"{fault} {count} views of primary.platter"
@@ -251,12 +255,13 @@ def _step_faults(mirror_set):
         for key, name, state in _photographs(step, k):
             path = ("stages", "steps", k, key)
             if name not in known:
-                fault = f"found {name}, which is no view of {mirror_set.stages.name}"
+                fault = f"found {one_line(name)}, which is no view of"
+                fault = f"{fault} {one_line(mirror_set.stages.name)}"
                 yield path, f"{fault}; add it to the views there, or mend the name"
             elif state_of.setdefault(name, state) != state:
-                fault = f"found {name}, taken after {state_of[name]} deflections"
-                fault = f"{fault} elsewhere and after {state} here"
-                yield path, f"{fault}; a photograph shows one state of the mirror"
+                fault = f"found {one_line(name)}, taken after {state_of[name]}"
+                fault = f"{fault} deflections elsewhere and after {state} here"
+                yield path, f"{fault}; an image shows one state of the mirror"
 
 
 def _photographs(step, k):
