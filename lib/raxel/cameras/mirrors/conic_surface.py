@@ -249,7 +249,8 @@ def _carries(x, y, z, shape):
 def conic_of(shape, axes):
     """(R, e, kappa) of a shape and its axes; InputError if no such surface exists."""
     names = SHAPES[checked_word("shape", shape, SHAPES)]
-    axes = checked_array("axes", np.atleast_1d(axes), (None,))
+    listed = axes if isinstance(axes, list) else np.atleast_1d(axes)
+    axes = checked_array("axes", listed, (None,))
     if len(axes) != len(names) or not ((axes > MIN_SCALE) & (axes < MAX_SCALE)).all():
         raise InputError(
             f"field 'axes': found {axes.tolist()}; the {shape} needs positive "
