@@ -337,3 +337,33 @@ def test_pictures_in_a_list_in_any_order_and_number_of_threads():
     )
     for name in ("location", "sigma", "cells", "status"):
         np.testing.assert_array_equal(getattr(first, name), getattr(other, name))
+
+
+@pytest.mark.parametrize("noise", [1.0, 2.0])
+def test_sigma_holds_where_windows_are_biased(noise):
+    """A bent surface, on which averages over 7 x 7 are off by up to a sigma.
+
+    Some 2400 windows do not overlap, so that shares are known to 1 % only.
+    """
+
+    def bent(u, v, monitor):
+        x = 0.5 + 0.7 * u + 0.6 * u * u + 0.2 * v * v
+        return x * monitor[0], (0.5 + 0.8 * v + 0.3 * u * v) * monitor[1]
+
+    scene = drawn(size=(400, 300), place=bent, noise=noise, seed=4)
+    found = decoded(scene)
+    off = errors(scene, found)[:, 0]
+    sigma = found.sigma[found.mask][:, 0]
+    assert np.median(off) > 0.25 * np.median(sigma)
+    assert 0.65 < np.mean(np.abs(off) < sigma) < 0.71
+
+
+def test_sines_that_are_long_enough_need_no_finest_bits():
+    """Cells are then as wide as those of the finest bit that is there."""
+    scene = drawn(size=(240, 180), plan=PatternPlan((5, 5), True, 4, (8.0, 8.0)))
+    own = [k for k, p in enumerate(scene.patterns) if p.kind == "phase" or p.bit < 3]
+    assert len(own) == len(scene.patterns) - 8
+    patterns = [scene.patterns[k] for k in own]
+    found = decode(scene.images[own], patterns, scene.grid, smooth=False)
+    assert np.abs(errors(scene, found)).max() < 0.02 * 300 / 8
+    assert share_of_lit(scene, found) > 0.8

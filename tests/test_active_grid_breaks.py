@@ -141,3 +141,12 @@ def test_edges_end_with_the_last_cell_that_a_monitor_shows():
     """4 bits number 16 cells; of 16 px, 12 and a half are shown along x, 9 along y."""
     plan = plan_arrays(gray_codes(4, (200, 144), cell_px=16.0), (200, 144), (1, 1))
     np.testing.assert_array_equal(plan.edges, [13, 9])
+
+
+@pytest.mark.parametrize("bits", [5, 7, 9])
+def test_neighbours_without_phases_are_as_near_whatever_the_cells(bits):
+    """A 64th of the monitor's sides to each side, in its own unit."""
+    monitor_px, mm_per_px = (1024, 512), 0.25
+    codes = gray_codes(bits, monitor_px)
+    plan = plan_arrays(codes, monitor_px, 2 * [mm_per_px])
+    np.testing.assert_allclose(plan.reach, mm_per_px * np.array(monitor_px) / 64)

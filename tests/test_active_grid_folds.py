@@ -68,3 +68,9 @@ def test_places_that_scatter_more_than_is_stated(times):
     sigma = np.full((2, 64, 400), 0.2, np.float32)
     found = scatter_of_places(noise.astype(np.float32), sigma, np.array([1, 0]))
     np.testing.assert_allclose(found, [max(times, 1.0), 1.0], rtol=0.06)
+
+
+def test_more_blur_shifts_a_fold_by_more():
+    """Also where it reaches farther than the difference that tells the fold."""
+    shares = [share_at_folds(variance) for variance in (1, 4, 25, 100, 625)]
+    assert (np.diff([0, *shares]) > 0).all()

@@ -72,3 +72,9 @@ def test_points_that_are_none_leave_the_others_alone():
     assert np.isnan(found[1]).all()
     np.testing.assert_allclose(found[[0, 2]], PLACES[[0, 2]], atol=1e-3)
     assert pixels_of(seen_by(), np.empty((0, 2))).shape == (0, 2)
+
+
+def test_a_point_just_beside_the_picture_is_not_found():
+    """One and a half pixels beyond its border, all four see it from one side."""
+    beside = np.array([[-1.5, 40.0], [60.0, -1.5], [120.5, 40.0], [60.0, 90.5]])
+    assert np.isnan(pixels_of(seen_by(), apply_homography(H, beside))).all()

@@ -1,6 +1,7 @@
 """Sines of several periods without a Gray code: which period does a pixel see?"""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,10 @@ import pytest
 from raxel.errors import InputError
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
-from raxel.features.active_grid.coding import places_apart, read_coding
+from raxel.features.active_grid.coding import phase_weights, places_apart, read_coding
+from raxel.features.active_grid.layout import UNKNOWN
+from raxel.features.active_grid.noise import Noise
+from raxel.features.active_grid.orders import _cells, _phases
 from raxel.features.active_grid.periods import Phases, fitted_periods
 from tests.active_grids import drawn, sines
 from tests.test_active_grid_checks import facets
@@ -143,3 +147,31 @@ def test_what_a_place_leaves_of_sines_is_their_noise_less_a_place(periods):
     found = fitted_periods(phases, periods)
     assert found.left.mean() == pytest.approx(len(periods) - 1, rel=0.1)
     np.testing.assert_allclose(found.place / periods[0], place, atol=0.03)
+
+
+def test_a_window_of_49_pixels_knows_its_phase_49_times_as_well():
+    """Variances of phases by propagation: 2 / N of a grey value's, over amplitude^2."""
+    shift = 2 * np.pi * np.arange(4) / 4
+    images = [np.full((20, 30), 100 + 40 * np.sin(1.2 + s), np.float32) for s in shift]
+    sines = SimpleNamespace(steps=range(4), weights=phase_weights(4))
+    own, means = _phases(images, [sines], 0, Noise(6.0))
+    for phases, pixels in ((own, 1), (means, 49)):
+        variance = 2 / 4 * 6.0 / pixels / 40**2 / (2 * np.pi) ** 2
+        np.testing.assert_allclose(phases.variances, variance, rtol=1e-4)
+        np.testing.assert_allclose(phases.turns, 1.2 / (2 * np.pi), rtol=1e-5)
+
+
+def test_a_pixel_and_its_window_agree_across_the_end_of_a_period():
+    """Its own phase is just before it, or far off what its window sees."""
+    periods = np.float32([8, 9])
+    of_window = np.array([[3.004, 5.5, 5.5]])
+    own = of_window - [[0.008, 0.008, 0.3]]
+    seen = [
+        Phases(
+            np.float32([place % 1, place * 9 / 8 % 1]),
+            np.full((2, 1, 3), np.float32(1e-6)),
+            np.ones((1, 3), bool),
+        )
+        for place in (own, of_window)
+    ]
+    np.testing.assert_array_equal(_cells(*seen, periods, 1.0), [[12, 22, UNKNOWN]])

@@ -9,8 +9,14 @@ import pytest
 
 from raxel.features.active_grid import decode, harmonics
 from raxel.features.active_grid.harmonics import bound_of_shares, harmonics_of_powers
+from raxel.features.active_grid.lines import basis_of
 from raxel.features.active_grid.noise import Noise
-from raxel.features.active_grid.response import response_warnings
+from raxel.features.active_grid.response import (
+    _covariance,
+    _of_fit,
+    _of_pieces,
+    response_warnings,
+)
 from raxel.features.active_grid.undoing import Ripple, undone
 from tests.active_grids import drawn
 
@@ -222,3 +228,78 @@ def test_bounds_hold_and_are_not_far_above_what_they_bound(steps):
         bound = bound_of_shares(np.r_[0, waves[1 : steps - 1]], steps)
         assert off < bound + 1e-5
         assert bound < 20 * max(off, 0.0015)
+
+
+def test_stripes_that_turn_once_across_a_line_do_not_look_parallel_to_it():
+    """From side to side of it, the phase of a period of 5.4 px seems to stand still."""
+    found, within = seen(2.2, 4, cells=36, noise=1.0, size=(240, 180))
+    assert not any(own.ripple.steps for own in found.response)
+    assert within[1] > 0.95
+
+
+def test_blur_that_takes_from_sines_is_no_curve_like_an_s():
+    """Of four steps, whose coarsest bit it leaves as it is. What is not known of it is
+    a part of what it takes: the variance of the blur by half the slope's square."""
+    psi = np.linspace(0, 40, 600) + np.linspace(0, 4, 40)[:, None]
+    slope = np.hypot(40 / 599, 4 / 39)
+    kept = np.exp(-((1.5 * slope) ** 2) / 2)
+    steps = 2 * np.pi * np.arange(4) / 4
+    found = harmonics.shift_bound(
+        SimpleNamespace(
+            shape=psi.shape,
+            images=[100 + 50 * kept * np.cos(psi + step) for step in steps],
+            apart=lambda _, at: np.full(len(at[0]), 100.0),
+        ),
+        SimpleNamespace(steps=range(4), bits=((0, 1),)), Noise(1.0), 1.5,
+    )  # fmt: skip
+    due = harmonics.BLUR_KNOWN * (1.5 * slope) ** 2 / 2
+    assert found == pytest.approx(due / np.sqrt(2) / (2 * np.pi), rel=0.02)
+
+
+def test_numbers_that_are_not_quite_known_shift_phases_by_so_much():
+    """Drawn from their covariance, at places all over the picture and all phases."""
+    rng, used = np.random.default_rng(6), np.array([0, 1, 4, 6, 7])
+    root = 1e-3 * rng.normal(size=(5, 5))
+    values = np.zeros((20_000, 9))
+    values[:, used] = rng.normal(size=(20_000, 5)) @ root.T
+    basis = basis_of(*rng.uniform(-1, 1, (2, 20_000)))
+    one = np.exp(-1j * rng.uniform(0, 2 * np.pi, 20_000))
+    share = np.sum(values[:, :6] * basis, axis=1) + 1j * values[:, 6]
+    f = 1 + share * one + values[:, 7] * one**2 + values[:, 8] * one**3
+    due = np.mean((np.angle(f) / (2 * np.pi)) ** 2)
+    assert _of_fit(root @ root.T, used, basis) == pytest.approx(due, rel=0.06)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.5])
+def test_pieces_that_contradict_each_other_know_less(apart):
+    """Their numbers scatter by so much beside their noise of 1."""
+    rng, usual = np.random.default_rng(7), np.full(2, 1e3)
+    slopes, weights = rng.normal(size=(40, 32, 2)), np.ones(40)
+    moment = np.linalg.inv(np.einsum("skp,skq->pq", slopes, slopes))
+    found, stated = [], []
+    for _ in range(200):
+        own = apart * rng.normal(size=(40, 2, 1))
+        rest = (slopes @ own)[..., 0] + rng.normal(size=(40, 32))
+        found.append(moment @ np.einsum("skp,sk->p", slopes, rest))
+        left = rest - slopes @ found[-1]
+        stated.append(np.trace(_covariance(usual, left, slopes, weights)))
+    assert np.mean(stated) == pytest.approx(
+        np.trace(np.cov(np.transpose(found))), rel=0.3
+    )
+
+
+def test_what_pieces_keep_of_ripples_is_told_where_it_is_beyond_their_noise():
+    rng = np.random.default_rng(5)
+    phase = rng.uniform(0, 2 * np.pi, (2000, 1)) + np.pi / 4 * np.arange(32)
+    slopes = np.stack([np.sin(phase), np.cos(phase)], axis=2)
+    weights = rng.uniform(50, 200, 2000)
+
+    def kept(size):
+        noise = rng.normal(0, 1, phase.shape) / np.sqrt(weights)[:, None]
+        own = rng.normal(0, size, (2000, 2, 1))
+        return _of_pieces((slopes @ own)[..., 0] + noise, slopes, weights)
+
+    # Of two standard deviations, one in forty is beyond by chance.
+    assert np.count_nonzero([kept(0.0) for _ in range(40)]) <= 4
+    for size in (0.02, 0.05):
+        assert np.sqrt(kept(size)) * 2 * np.pi == pytest.approx(size, rel=0.1)

@@ -4,12 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from raxel.calibration import calibrate_lens
-from raxel.calibration.parametric import lens_bundle, lens_fit
+from raxel.calibration.parametric import lens_board, lens_bundle, lens_fit
 from raxel.calibration.parametric.clustered import clustered_covariance
-from raxel.calibration.parametric.lens_board import _wald
-from raxel.calibration.parametric.lens_fit import FormulaFit, covariance_of
+from raxel.calibration.parametric.lens_board import _wald, board_test
+from raxel.calibration.parametric.lens_fit import FormulaFit, _criterion, covariance_of
 from raxel.calibration.parametric.lens_laws import LensFormula
 from raxel.calibration.views.board_shape import TERMS, BoardShape, shaped
 from raxel.geometry.planes import on_plane
@@ -18,6 +19,26 @@ from tests.calibration_scenes import central_difference
 
 HALF = np.ptp(BOARD, axis=0) / 2
 COUNT, NOISE_PX, FOCAL_PX = 12, 0.05, 100.0
+
+
+def asked_for(gain, monkeypatch, count=20):
+    """(used, px of what was there, px of what is asked for), where boards kept out gain
+    so many px^2, each."""
+    formula = LensFormula("kannala-brandt", 2, 0, 0)
+    none, fit = np.zeros((count, 4, 2)), FormulaFit(formula, None)
+    seen = np.ones((count, 4), bool)
+    boards = lens_bundle.StackedBoards(none, none, seen, None, np.arange(count))
+    shape = shape_of(9.0, 9.0, 9.0, 0.0)
+    found = shape, np.eye(4), np.eye(4)
+    squares = {"flat": 4 + gain, "shaped": np.full(count, 4.0)}
+    monkeypatch.setattr(lens_board, "_found_shape", lambda *_: found)
+    monkeypatch.setattr(lens_board, "_shaped", lambda *_: "shaped")
+    monkeypatch.setattr(
+        lens_board,
+        "kept_out_squares",
+        lambda one, _: squares["shaped" if one == "shaped" else "flat"],
+    )
+    return board_test(fit, boards)
 
 
 def shape_of(*values):
@@ -221,3 +242,63 @@ def test_boards_kept_out_are_predicted_by_the_others_and_count_by_their_corners(
         squares = np.sum((pixels[k][seen[k]] - mean) ** 2, axis=1)
         expected = np.minimum(squares, (lens_bundle.WIDTH * scales[k]) ** 2).mean()
         assert found[k] == pytest.approx(expected)
+
+
+def test_a_shape_pays_where_boards_kept_out_gain_twice_what_their_mean_scatters(
+    monkeypatch,
+):
+    rng, paid = np.random.default_rng(52), {0.0: [], 0.75: []}
+    for _ in range(200):
+        scatter = rng.standard_normal(20)
+        for mean, found in paid.items():
+            found.append(bool(asked_for(mean + scatter, monkeypatch).used))
+    # Student's t of 19 is beyond 2 by chance once in 33.
+    assert 0.01 < np.mean(paid[0.0]) < 0.06
+    assert np.mean(paid[0.75]) > 0.85
+    for gain, used in ((0.0005**2, ()), (0.0015**2, TERMS[:3])):
+        assert asked_for(np.full(20, gain), monkeypatch).used == used
+    test = asked_for(np.full(20, 5.0), monkeypatch)
+    assert (test.flat_px, test.shaped_px) == (3.0, 2.0)
+
+
+def test_boards_that_are_there_thrice_tell_no_more():
+    """With the errors they share a board seems no more bent, and a fit no surer."""
+    start = np.array([FOCAL_PX, FOCAL_PX, 122.0, 88.0, 0.0, 0.0])
+    formula, once = LensFormula("kannala-brandt", 2, 0, 0), np.arange(COUNT)
+
+    def told(of, copies=None):
+        poses = board_poses(4, COUNT)
+        views = views_of(poses, noise=NOISE_PX, seed=4)
+        corners = [(views[k].pixels[::3], views[k].points[::3]) for k in of]
+        boards = lens_bundle.stacked(corners, copies)
+        found = lens_bundle.adjusted(formula, start, poses[of], boards, "tukey")
+        fit = FormulaFit(formula, found)
+        sd = np.sqrt(covariance_of(fit, boards).covariance[0, 0])
+        return sd, np.log10(board_test(fit, boards).p_bends)
+
+    thrice = np.repeat(once, 3)
+    (sd, bends), single = told(thrice, thrice), told(once)
+    assert sd / single[0] == pytest.approx(1, abs=0.1)
+    assert bends == pytest.approx(single[1], abs=0.3)
+    alone = told(thrice)
+    assert alone[0] < 0.7 * single[0]
+    assert alone[1] < 2 * single[1]
+
+
+def test_a_term_that_is_none_is_kept_as_seldom_as_schwarz_says():
+    """Of 240 coordinates it lowers squares by a chi square with one; log 240 is 5.5."""
+    rng, boards = np.random.default_rng(53), SimpleNamespace(seen=np.ones((3, 40)))
+    kept = []
+    for _ in range(3000):
+        left, taken = rng.chisquare([239, 1]) / 240
+        fits = [
+            SimpleNamespace(
+                formula=SimpleNamespace(names=tuple(names)),
+                result=SimpleNamespace(cost=cost),
+            )
+            for names, cost in (("abcd", left + taken), ("abcde", left))
+        ]
+        less, more = (_criterion(fit, boards) for fit in fits)
+        kept.append(more < less)
+    # 0.019 of 3000, known to 0.003.
+    assert np.mean(kept) == pytest.approx(chi2.sf(np.log(240), 1), abs=0.008)

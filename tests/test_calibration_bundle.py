@@ -13,7 +13,7 @@ from raxel.calibration.adjust.bundle import (
 )
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import angle_between_rotations
-from tests.calibration_scenes import central_difference, partly_seen
+from tests.calibration_scenes import central_difference, partly_seen, scene
 
 SHARE = 0.7  # of the rays that a grid is seen by
 
@@ -93,4 +93,17 @@ def test_poses_that_are_not_finite_are_refused():
     centre, T, _, points, seen = partly_seen(9, SHARE)
     T[1, 0, 3] = np.nan
     with pytest.raises(CalibrationError, match="not finite"):
+        bundle_adjust_fixed_centre(points, seen, centre, T)
+
+
+@pytest.mark.parametrize(("shared", "enough"), [(2, False), (3, True)])
+def test_three_common_rays_are_the_fewest_that_hold_a_grid(shared, enough):
+    centre, T, _, points = scene(10, grids=4, count=60)
+    seen = np.ones(points.shape[:2], bool)
+    seen[2, shared:] = False
+    if enough:
+        result = bundle_adjust_fixed_centre(points, seen, centre, disturbed(T, 10))
+        assert result.converged
+        return
+    with pytest.raises(CalibrationError, match="grid 2 shares fewer than three"):
         bundle_adjust_fixed_centre(points, seen, centre, T)

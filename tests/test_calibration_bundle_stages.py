@@ -10,7 +10,9 @@ from raxel.calibration.mirror.bundle import (
     _misfit,
     _sightings,
     _spaces,
+    _variance,
     _whitening,
+    _widening,
     bundle_stages,
 )
 from raxel.calibration.mirror.bundle_system import BundleProblem, State, moved
@@ -33,6 +35,17 @@ from tests.mirror_scenes import (
 DEFLECTIONS = 0.0, 5.0, 10.0, 15.0
 PAIRS = [(0, 0), (1, 0), (1, 1), (2, 1), (2, 2), (3, 2)]
 SD = 0.2
+
+
+def seen_by(stages, coefficients):
+    """A problem whose views show these stages, each of a dozen coefficients."""
+    space = SimpleNamespace(directions=np.eye(coefficients))
+    return SimpleNamespace(
+        layout=lambda state: (0, coefficients * 2),
+        residuals=lambda state: (state, None),
+        spaces=[space, space],
+        seen=[SimpleNamespace(stage=stage, unknown_sd=False) for stage in stages],
+    )
 
 
 def poses():
@@ -266,3 +279,60 @@ def test_misfit_is_what_scene_rays_are_off_at_each_component_beyond_noise(misfit
     state = SimpleNamespace(T=pose(np.eye(3), [[0.0, 0, 300]]))
     found = _misfit(problem, state, [off / noise])
     np.testing.assert_allclose(found, [0, misfit], rtol=0.05)
+
+
+def test_misfit_does_not_carry_the_first_shape_away():
+    """60 um of unevenness: corners at 0.2 px claim more than a spline can follow.
+
+    With the variance of all stages at the first one too it is 0.72 deviations.
+    """
+    true = [flexible_camera(d, aberration=0.06, seed=5) for d in DEFLECTIONS]
+    starts = [spline_camera(deflection=d) for d in DEFLECTIONS]
+    c = starts[0].coefficients
+    covariance = (1e-5 * np.mean(c)) ** 2 * np.eye(c.size)
+    views = noisy(stage_pictures(true, PAIRS, poses()), 0)
+    found = bundle_stages(starts, views, poses(), first_covariance=covariance)
+    carried = (found.cameras[0].coefficients - c) / (1e-5 * np.mean(c))
+    assert found.variance > 100
+    assert np.abs(carried).max() < 0.4
+
+
+def test_the_noise_of_few_corners_is_told_although_shapes_and_poses_follow_it():
+    """Of three views with 24 numbers, sixteen are taken by what is fitted."""
+    rng, problem = np.random.default_rng(40), SimpleNamespace(layout=lambda s: (0, 16))
+    basis = np.linalg.qr(rng.normal(size=(24, 16)))[0]
+    found = []
+    for _ in range(600):
+        off = rng.standard_normal(24)
+        off -= basis @ (basis.T @ off)
+        variance, freedom = _variance(problem, off.reshape(3, 4, 2), None)
+        found.append(variance)
+    assert freedom == 8
+    # Of 600 draws of a chi square with 8, the mean is known to 2 %.
+    assert np.mean(found) == pytest.approx(1, abs=0.08)
+
+
+def test_noise_alone_is_no_misfit_and_little_more_than_noise_is_one():
+    rng, problem = np.random.default_rng(42), seen_by([0, 1], 12)
+    told = {1.0: [], 1.25: []}
+    for _ in range(1000):
+        # Of 424 numbers, 24 are taken by what is fitted: a deviation is 0.07.
+        off = rng.standard_normal(424)
+        off *= np.sqrt(400 / 424)
+        for variance, found in told.items():
+            views = np.sqrt(variance) * off.reshape(2, 106, 2)
+            found.append(np.any(_widening(problem, views) != 1))
+    assert np.mean(told[1.0]) < 0.01
+    assert np.mean(told[1.25]) > 0.6
+
+
+def test_a_misfit_of_few_functions_counts_as_often_as_these_however_many_corners():
+    """The mean of all numbers of the first shape, of which the misfit has twelve."""
+    problem, rng, count = seen_by([0, 1], 12), np.random.default_rng(43), 600
+    widening, means = [], []
+    for _ in range(400):
+        misfit = np.repeat(3 * rng.standard_normal(12), count // 12)
+        off = (rng.standard_normal(count) + misfit).reshape(-1, 2)
+        widening.append(_widening(problem, [off, off])[0])
+        means.append(off.mean())
+    assert np.mean(widening) / count == pytest.approx(np.var(means), rel=0.2)

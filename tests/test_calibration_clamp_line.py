@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from raxel.calibration.mirror import from_pictures
+from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera, clamped, soft_clamp
 from raxel.calibration.mirror.clamp_line import beam_give, clamp_line, fixed_line
 from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
@@ -164,3 +165,42 @@ def test_no_line_is_refused():
     outside = clamp_line(VIEWER, picks_on_line() + [500, 0])
     with pytest.raises(InputError, match="0 of 8 points"):
         fixed_line(camera, outside)
+
+
+def test_a_line_that_is_off_by_its_deviation_is_held_as_one_so_far_from_the_clamp():
+    """0.01 in the picture are some mm on the mirror, others at each of its points."""
+    camera, off = plane_camera("distance"), 0.01
+    line = clamp_line(VIEWER, picks_on_line())
+    pushed = {"length": 150.0, "deflection": 15.0}
+    found = fixed_line(camera, line._replace(offset_sd=off), **pushed)
+    at = [camera.mirror.points(found.points + way * found.u) for way in (0, 1e-5)]
+    for k, mm in enumerate(np.linalg.norm(at[1] - at[0], axis=1) * off / 1e-5):
+        hidden = fixed_line(camera, line._replace(offset_sd=0.0), hidden=mm, **pushed)
+        assert found.value_sd[k] == pytest.approx(hidden.value_sd[k], rel=1e-3)
+        assert found.slope_sd[k] == pytest.approx(hidden.slope_sd[k], rel=1e-3)
+
+
+@pytest.mark.parametrize("quantity", ["distance", "inverse depth"])
+def test_the_mirror_it_was_read_from_keeps_what_is_fixed(quantity):
+    camera, line = plane_camera(quantity), clamp_line(VIEWER, picks_on_line())
+    clamp = fixed_line(camera, line)
+    # Another direction than across the line as well: slopes are vectors.
+    for angle in (line.angle, line.angle + 0.9):
+        kept = soft_clamp(camera.grid, clamp._replace(angle=angle))
+        c = camera.coefficients.ravel("F")
+        assert len(kept.rows) == 2 * len(clamp.points)
+        np.testing.assert_allclose(kept.rows @ c, kept.values, rtol=1e-9)
+
+
+def test_one_point_of_a_clamp_outside_the_knots_is_enough_to_refuse_it():
+    camera = plane_camera("distance")
+    line = fixed_line(camera, clamp_line(VIEWER, picks_on_line()))
+    points = np.vstack([line.points[:-1], [[0.9, 0.9]]])
+    for kept in (Clamp(points, line.values), Clamp(points, line.values, line.slopes)):
+        with pytest.raises(CalibrationError, match="outside the knots"):
+            clamped(camera.grid, kept)
+    with pytest.raises(CalibrationError, match="outside the knots"):
+        soft_clamp(camera.grid, line._replace(points=points))
+    pixels = VIEWER.project(np.column_stack([points, np.ones(len(points))])).pixels
+    with pytest.raises(CalibrationError, match="1 of 8 pixels lie outside"):
+        clamp_of_camera(camera, pixels)

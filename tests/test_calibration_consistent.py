@@ -220,3 +220,13 @@ def test_bad_input_is_refused_in_one_line():
     for sigma in (0.0, np.ones(len(points)), np.ones(points.shape[1])):
         with pytest.raises(InputError, match="sigma"):
             adjust_consistent(points, seen, centre, T, sigma=sigma)
+
+
+def test_all_that_is_adjusted_takes_degrees_of_freedom():
+    """Of each point's two: two for a ray, three for the centre, six for a pose but the
+    base's."""
+    centre, T, _, points = exact_scene(6, count=12)
+    grids, rays = points.shape[:2]
+    found = adjust_consistent(points, None, centre, T)
+    left = 2 * grids * rays - 2 * rays - 3 - 6 * (grids - 1)
+    assert found.degrees_of_freedom == left

@@ -139,3 +139,25 @@ def test_no_cell_at_all_means_nothing_inside():
     empty.pixels[:] = np.nan
     _, inside = locate_pixels(np.zeros((3, 2)), empty)
     assert not inside.any()
+
+
+def test_the_pixels_that_a_board_covers_lie_about_its_middle():
+    """Over shifts by parts of a pixel, their mean is that of the board's outline."""
+    off = []
+    for shift in np.stack(np.meshgrid(*2 * [np.arange(10) / 10]), -1).reshape(-1, 2):
+        corners = np.array([[20, 30], [60, 30], [20, 80], [60, 80]]) + shift
+        board = BoardView(corners, np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]]), 2, 2)
+        v, u = np.nonzero(board.covered(100, 120))
+        off.append([u.mean(), v.mean()] - corners.mean(axis=0))
+    assert np.abs(np.mean(off, axis=0)).max() < 0.1
+
+
+@pytest.mark.parametrize("hand", [1.0, -1.0])
+def test_a_board_covers_its_whole_cells_whichever_way_it_is_seen(hand):
+    """Six by four cells of 20 x 20; a corner that is missing takes four along."""
+    stretch = np.array([[1.5, 0.4], [-0.3 * hand, 0.8 * hand]])
+    seen = view(lambda points: points @ stretch.T)
+    cell = 400 * abs(np.linalg.det(stretch))
+    assert seen.area() == pytest.approx(24 * cell)
+    seen.pixels[COLUMNS + 1] = np.nan
+    assert seen.area() == pytest.approx(20 * cell)

@@ -9,6 +9,7 @@ from raxel.calibration import (
     dense_view,
     locate_pixels,
 )
+from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.views import dense
 from raxel.calibration.views.moments import add_points
@@ -173,3 +174,27 @@ def test_points_count_by_their_deviations_along_both_axes(axis):
     np.testing.assert_allclose(sums[0, :, 8], weight, rtol=1e-6)
     np.testing.assert_allclose(sums[0, :2, 6], weight[:2] * [3, 5], rtol=1e-6)
     np.testing.assert_allclose(sums[0, :2, 3], weight[:2] * [-6, 35], rtol=1e-6)
+
+
+def test_the_lattice_is_a_spread_of_pixels_with_their_own_points():
+    points = seen_points(FISHEYE, POSES[0])
+    view = dense_view(points, np.full(points.shape, 0.1), name="a")
+    found = np.isfinite(view.pixels[:, 0])
+    assert dense.SAMPLES <= np.count_nonzero(found) < 1.5 * dense.SAMPLES
+    assert len(view.pixels) == view.columns * view.rows
+    u, v = view.pixels[found].astype(int).T
+    assert np.array_equal(view.points[found], points[v, u].astype(np.float32))
+    step = u[1] - u[0]
+    assert {*(u - u[0]) % step, *(v - v[0]) % step} == {0}
+    assert view.area() == np.count_nonzero(np.isfinite(points[..., 0]))
+
+
+def test_the_surer_of_two_points_counts_more_in_a_ray():
+    T = np.eye(4)[None] + np.array([[[0, 0, 0, 0]] * 2 + [[0, 0, 0, 100.0], [0] * 4]])
+    grids = []
+    for shift, sigma in ((0.0, 0.1), (1.0, 0.3)):
+        points = np.full((20, 20, 2), shift)
+        grids.append(dense_view(points, np.full(points.shape, sigma)))
+    table = ray_table(grids, np.concatenate([T, T]), np.zeros(3), 20, 20)
+    x = 100 * table[..., 0] / table[..., 2]
+    assert np.allclose(x, 0.1, atol=1e-3)

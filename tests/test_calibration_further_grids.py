@@ -12,6 +12,7 @@ from raxel.calibration import (
     ray_point_distances,
     relaxed_start,
 )
+from raxel.errors import CalibrationError
 from raxel.geometry import on_plane, transform
 from tests.calibration_scenes import scene
 
@@ -82,3 +83,18 @@ def test_distances_of_points_from_rays_are_those_across_them():
     np.testing.assert_allclose(
         ray_point_distances(points, origins, along_z), [[0.0, 1.0]]
     )
+
+
+def test_wrong_points_of_the_first_grids_do_not_make_further_ones_right():
+    """A tenth of them are 60 mm off; the usual distance is that of the others."""
+    _, _, points, start = begun(noise=0.2)
+    points[1, ::10] += [60.0, 0.0]
+    limits = []
+
+    def place(rays, seen, rng, threshold):
+        limits.append(threshold)
+        raise CalibrationError("asked for its limit alone")
+
+    calibrate_central(points, start, place, np.random.default_rng(1))
+    assert len(limits) == 2
+    assert max(limits) < 2.0

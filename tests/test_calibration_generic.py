@@ -1,8 +1,11 @@
 """Algorithm 1 from chessboards to the table, and what it refuses."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from raxel.calibration.generic import standard
 from raxel.calibration.generic.standard import calibrate_generic
 from raxel.calibration.views.correspondence import pixels_on_board
 from raxel.calibration.views.samples import sample_boards
@@ -156,3 +159,24 @@ def test_samples_are_where_the_boards_are():
     half = samples.thinned(2)
     assert half.step == 2 * samples.step
     assert 0.2 < half.seen.sum() / samples.seen.sum() < 0.3
+
+
+def test_a_board_twice_as_far_off_weighs_a_quarter(six_boards):
+    """Of those that were placed by rays; the first three count in full."""
+    _, found = six_boards
+    assert (found.weights[:3] == 1).all()
+    times = found.grid_rms_deg / np.sqrt(np.mean(found.grid_rms_deg[:3] ** 2))
+    assert times[3:].max() > 1.1
+    due = np.minimum(1, times[3:] ** -2.0)
+    np.testing.assert_allclose(found.weights[3:], due, rtol=1e-6)
+
+
+def test_of_many_boards_those_of_least_noise_are_tried(monkeypatch):
+    noise = np.random.default_rng(0).permutation(14) + 1.0
+    pairs = {(0, k): SimpleNamespace(noise=noise[k - 1]) for k in range(1, 15)}
+    monkeypatch.setattr(
+        standard, "margins_of_pairs", lambda _, picks: np.ones(len(picks))
+    )
+    triples = standard._ranked(pairs, 0, [])
+    tried = {board for triple in triples for board in triple[1:]}
+    assert tried == {k for k in range(1, 15) if noise[k - 1] <= standard.CLEAREST}

@@ -1,21 +1,30 @@
 """CGSP complete: from boards and active grids to a camera."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from raxel.calibration import calibrate_cgsp, dense_view
+from raxel.calibration.generic import central_views, cgsp
+from raxel.calibration.generic.board_rays import ray_table
 from raxel.calibration.generic.central_views import centrality_of_views
 from raxel.calibration.views import dense
 from raxel.cameras import AxialCamera, centrality
 from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.geometry.poses import inverse_pose, pose
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import inverse_pose, pose, transform
 from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses, views_of
 from tests.grid_scenes import SIZE_MM, grids_of, seen_points
 
 POSES = board_poses(3, 5)
 NOISE_MM = 0.05
+
+
+class Sampled(Exception):
+    """How many pixels were asked for."""
 
 
 @pytest.fixture(autouse=True)
@@ -155,3 +164,67 @@ def test_too_few_common_pixels_are_no_test():
     T[:, :3, 3] += [[-60.0, 0, 0], [0, 0, 0], [60, 0, 0]]
     views = grids_of(T, FISHEYE, NOISE_MM, size_mm=0.3 * SIZE_MM)
     assert centrality_of_views(views, WIDTH, HEIGHT, T) is None
+
+
+def test_a_grid_of_less_weight_moves_a_ray_less():
+    T = POSES[:2]
+    exact = [seen_points(FISHEYE, one) for one in T]
+    moved = [dense_view(exact[0]), dense_view(exact[1] + 1.0)]
+    plain, light = (
+        ray_table(moved, T, np.zeros(3), WIDTH, HEIGHT, weights)
+        for weights in (None, np.array([1.0, 0.1]))
+    )
+    true = ray_table([dense_view(p) for p in exact], T, np.zeros(3), WIDTH, HEIGHT)
+    both = np.isfinite(exact[0] + exact[1])[..., 0]
+    off = [np.linalg.norm(t[both] - true[both], axis=1) for t in (plain, light)]
+    flat = [on_plane(p[both]) for p in exact]
+    near, far = (
+        np.sum(transform(one, p) ** 2, axis=1) for one, p in zip(T, flat, strict=True)
+    )
+    # Distances from the ray: a point counts with the square of its range.
+    share = [w * far / (near + w * far) for w in (1.0, 0.1)]
+    ratio = np.median(off[1] / off[0] / (share[1] / share[0]))
+    assert ratio == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("every_pixel", [True, False])
+def test_no_more_pixels_are_tested_than_err_apart(monkeypatch, every_pixel):
+    """One for each window of the decoder, 7 x 7 px, or for each cell of a board."""
+
+    def taken(views, width, height, count):
+        raise Sampled(count)
+
+    monkeypatch.setattr(central_views, "sample_boards", taken)
+    monkeypatch.setattr(central_views, "interpolated_view", lambda view, way: (view, 0))
+    view = SimpleNamespace(
+        every_pixel=every_pixel, columns=9, rows=7, area=lambda: 4900.0, sd=None
+    )
+    with pytest.raises(Sampled) as told:
+        centrality_of_views([view] * 3, 100, 80, np.tile(np.eye(4), (3, 1, 1)))
+    assert told.value.args[0] == pytest.approx(3 * (100 if every_pixel else 8 * 6))
+
+
+def test_each_point_of_a_grid_has_the_deviations_of_its_own_pixel(monkeypatch):
+    rng = np.random.default_rng(11)
+    views = [
+        SimpleNamespace(every_pixel=True, sigma=rng.uniform(1, 2, (6, 9, 2)))
+        for _ in range(4)
+    ]
+    pixels = np.column_stack([rng.integers(0, 9, 20), rng.integers(0, 6, 20)])
+    samples = SimpleNamespace(
+        pixels=pixels, points=np.zeros((4, 20, 2)), seen=np.ones((4, 20), bool)
+    )
+    start = SimpleNamespace(linear=SimpleNamespace(centre=None))
+    growth = SimpleNamespace(boards=[2, 0, 3], T_base_grid=None, start=start)
+    result = SimpleNamespace(centre=None, T_base_grid=None, directions=None)
+    given = {}
+
+    def adjusted(*_, sigma, loss):
+        given["sigma"] = sigma
+        return result
+
+    monkeypatch.setattr(cgsp, "adjust_consistent", adjusted)
+    cgsp._adjusted(views, samples, growth)
+    for own, board in zip(given["sigma"], growth.boards, strict=True):
+        for sigma, (u, v) in zip(own, pixels, strict=True):
+            np.testing.assert_array_equal(sigma, views[board].sigma[v, u])

@@ -172,3 +172,17 @@ def test_no_overlap_is_a_calibration_error():
     seen = np.array([[True, True, False, False], [False, False, True, True]])
     with pytest.raises(CalibrationError):
         rays_from_known_motion(seen_on(origins, directions, T), T, seen)
+
+
+def test_pixels_that_do_not_see_the_last_grid_have_the_same_rays():
+    """As few as the first two of five tell where a ray comes from and leads to."""
+    origins, directions = bundle(8)
+    T = grids(9, 5)
+    points = seen_on(origins, directions, T)
+    seen = np.ones(points.shape[:2], bool)
+    last = np.random.default_rng(10).integers(1, 5, len(origins))
+    seen[np.arange(5)[:, None] > last] = False
+    rays = rays_from_known_motion(points, T, seen)
+    assert rays.valid.all()
+    np.testing.assert_allclose(rays.directions, directions, atol=1e-11)
+    assert line_gap(rays, origins).max() < 1e-8

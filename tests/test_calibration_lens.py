@@ -5,6 +5,7 @@ import pytest
 
 from raxel.calibration import calibrate_lens
 from raxel.calibration.parametric.lens_laws import LensFormula, imaged_points
+from raxel.calibration.parametric.radial_alignment import LAWS
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
@@ -165,3 +166,43 @@ def test_a_focal_length_is_told_up_to_a_fifth_of_itself():
     assert abs(found.values[0] - 600) < 3 * sd
     with pytest.raises(CalibrationError, match="focal length is not determined"):
         calibrate_lens(hardly_tilted(0.005), *settings, pupil="fixed", board="flat")
+
+
+@pytest.mark.parametrize("law", LAWS, ids=["equidistance", "pinhole"])
+def test_laws_to_start_from_agree_with_themselves(law):
+    theta, step = np.linspace(0.05, 1.2, 24), 1e-6
+    radius = law.radius(theta)
+    np.testing.assert_allclose(law.angle(radius), theta, rtol=1e-12)
+    slope = (law.radius(theta + step) - law.radius(theta - step)) / (2 * step)
+    np.testing.assert_allclose(law.turned(radius), slope, rtol=1e-8)
+    # Near the axis, where the next term of a tangent is 2 theta^4 / 15.
+    near = theta[theta < 0.2]
+    series = near * (1 + law.k1 * near**2)
+    np.testing.assert_allclose(law.radius(near), series, rtol=0.14 * 0.2**4)
+
+
+def test_the_unified_law_ends_on_the_perspective_lens_that_it_contains():
+    true, reach = CAMERAS["wide perspective"]
+    views = boards(true, 10, reach, seed=3)
+    found = calibrate_lens(views, *SIZE, "unified", pupil="fixed")
+    assert found.camera.kind == "unified sphere"
+    assert found.camera.xi == 0
+    u, v = (np.linspace(0, side - 1, 21) for side in SIZE)
+    pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    seen = found.camera.project(true.rays(pixels).directions).pixels
+    assert np.abs(seen - pixels).max() < 1e-3
+
+
+def test_a_corner_is_wrong_from_six_standard_deviations_on():
+    true, reach = CAMERAS["fisheye of 183 degrees"]
+    views, sd = boards(true, 6, reach, seed=3), 0.1
+    rng = np.random.default_rng(7)
+    for view in views:
+        view.pixels[:] += np.clip(sd * rng.normal(size=view.pixels.shape), -0.3, 0.3)
+    exact = boards(true, 6, reach, seed=3)
+    for k, off in enumerate((3.5, 8.5, -8.5)):
+        views[k].pixels[40] = exact[k].pixels[40] + [off * sd, 0]
+    found = calibrate_lens(views, *SIZE, "kannala-brandt", pupil="fixed", board="flat")
+    assert {(w.view, w.corner) for w in found.wrong} == {(1, 40), (2, 40)}
+    for wrong in found.wrong:
+        assert wrong.distance_px == pytest.approx(8.5 * sd, abs=sd)

@@ -153,3 +153,13 @@ def test_too_few_grids_or_rays_are_refused():
     line[..., 1] = 2 * line[..., 0]
     with pytest.raises(CalibrationError, match="line"):
         linear_well_conditioned(line, side=1)
+
+
+def test_points_that_stand_twice_are_no_more_rays():
+    """Noise is told by what N points leave beside the five numbers that they fix."""
+    points = scene(0)[3][:2, :8]
+    points = points + np.random.default_rng(2).normal(0, 0.1, points.shape)
+    once, twice = (
+        solve_coefficients(*np.tile(points, (1, times, 1)))[2] for times in (1, 2)
+    )
+    assert twice / once == pytest.approx(np.sqrt((8 - 5) / (16 - 5)))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from raxel.calibration.parametric import opencv_fisheye
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.kannala_brandt import KannalaBrandtCamera
@@ -58,3 +59,10 @@ def test_the_residual_is_the_noise_and_missing_corners_do_not_count():
 def test_one_view_is_refused_in_words():
     with pytest.raises(InputError, match="1 view given; two or more"):
         calibrate_opencv_fisheye(views_of(1), 1280, 960)
+
+
+def test_the_best_of_the_starts_counts_whichever_comes_first(monkeypatch):
+    """From a long focal length this lens is missed by a hundred pixels."""
+    monkeypatch.setattr(opencv_fisheye, "SPANS", opencv_fisheye.SPANS[::-1])
+    found = calibrate_opencv_fisheye(views_of(10, noise=0.1), 1280, 960)
+    assert found.rms_px == pytest.approx(0.1 * np.sqrt(2), rel=0.1)

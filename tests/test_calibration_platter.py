@@ -187,3 +187,22 @@ def test_few_corners_tell_their_noise_although_poses_follow_it():
         told.append(found.covariance[0, 0] / known.covariance[0, 0])
     # Of 12 draws of a chi square with twelve, the mean is known to 12 %.
     assert np.mean(told) == pytest.approx(1, abs=0.35)
+
+
+@pytest.mark.parametrize("turn", [0, 13, 29, 44, 71])
+def test_errors_of_two_grids_that_are_exactly_alike_leave_no_motion_unsure(turn):
+    """Rounding may make a variance of nothing less than nothing: NaN is no answer."""
+    T, shared = turned_together(turn, turn)
+    found = grid_motion(T, 1e-4 * shared @ shared.T, 0, 1, MIDDLE)
+    assert 0 <= found.angle_sd < 1e-6
+    assert 0 <= found.distance_sd < 1e-4
+
+
+def test_a_corner_keeps_its_own_standard_deviation_where_others_are_missing():
+    shown = view(VIEWER, posed([10, -20, 5], [0, 0, 400]), lattice(4, 5, 20.0), 5, 4)
+    pixels, sd = shown.pixels.copy(), np.linspace(0.05, 0.24, 20)
+    pixels[[0, 7]] = np.nan
+    seen = sighting(VIEWER, shown._replace(pixels=pixels, sd=sd), "")
+    kept = np.delete(np.arange(20), [0, 7])
+    np.testing.assert_array_equal(seen.sd, sd[kept])
+    np.testing.assert_array_equal(seen.points, shown.points[kept])

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from raxel.calibration import rays_from_known_motion
+from raxel.calibration.mirror import planar_start
 from raxel.calibration.mirror.planar_start import _image, _jacobian, calibrate_flat
-from raxel.calibration.mirror.platter import grid_poses_in_platter
+from raxel.calibration.mirror.platter import grid_poses_in_platter, reflected_pose
 from raxel.calibration.mirror.primary import _refined, calibrate_primary
 from raxel.calibration.mirror.primary_start import mirror_points
 from raxel.calibration.mirror.ray_points import RayPoints
@@ -237,3 +238,22 @@ def test_few_points_tell_their_noise_although_the_spline_follows_it():
         squares.append(off @ np.linalg.solve(found.covariance, off) / len(off))
     # Over a variance that 43 numbers tell: 43 / 41, known to 7 %.
     assert np.mean(squares) == pytest.approx(43 / 41, abs=0.2)
+
+
+def test_six_corners_tell_their_noise_although_a_plane_follows_it(monkeypatch):
+    """Of a dozen numbers, three are the plane's."""
+    monkeypatch.setattr(planar_start.SplineMirrorCamera, "fitted", lambda *_: None)
+    exact, told = view(flexible_camera(0.0), BOARDS[0], BOARD, *CELLS), []
+    seen = np.flatnonzero(np.isfinite(exact.pixels[:, 0]))
+    some = seen[np.linspace(0, len(seen) - 1, 6).astype(int)]
+    exact = exact._replace(pixels=exact.pixels[some], points=BOARD[some])
+    known = calibrate_flat(VIEWER, exact._replace(sd=np.full(6, 0.2)), BOARDS[0])
+    image = reflected_pose(BOARDS[0], known.plane)
+    monkeypatch.setattr(planar_start, "seen_pose", lambda _: image)
+    rng = np.random.default_rng(9)
+    for _ in range(60):
+        noisy = exact.pixels + 0.2 * rng.standard_normal((6, 2))
+        found = calibrate_flat(VIEWER, exact._replace(pixels=noisy), BOARDS[0])
+        told.append(found.covariance[2, 2] / known.covariance[2, 2])
+    # Of 60 draws of a chi square with nine, the mean is known to 6 %.
+    assert np.mean(told) == pytest.approx(1, abs=0.15)

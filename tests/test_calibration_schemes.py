@@ -19,7 +19,14 @@ from raxel.calibration.adjust.ray_elimination import moved
 from raxel.calibration.adjust.relaxation import pose_vector, poses_of_vector
 from raxel.calibration.generic.central_test import correlation
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry import intersect_rays_plane, on_plane, transform
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
+from tests.calibration_scenes import central_difference
 from tests.calibration_scenes import scene as exact_scene
 from tests.wide_angle_scenes import centre_error, drawn
 
@@ -216,3 +223,88 @@ def test_neighbours_of_a_window_count_for_less():
     inflated = np.var(sums) / (2 * smooth.size)
     # At the rim of so small a picture there are fewer neighbours.
     assert inflated == pytest.approx(correlation(7), rel=0.25)
+
+
+def test_a_round_of_relaxation_moves_each_pose_by_one_step():
+    """Steps of Gauss and Newton, as differences of the distances give them."""
+    centre, T, _, points = exact_scene(4, count=60)
+    seen, start = everything(points), disturbed(centre, T, size=0.3)[1]
+    found = relax_poses(points, seen, centre, start, iterations=1, tolerance=0.0)
+    u = centroid_directions(points, seen, centre, start)
+
+    def off_rays(k, step):
+        at = start[k] @ pose(rotation_from_vector(step[:3]), step[3:])
+        reach = transform(at, on_plane(points[k])) - centre
+        return (reach - np.sum(reach * u, axis=1)[:, None] * u).ravel()
+
+    for k in (1, 2):
+        J = central_difference(lambda step, k=k: off_rays(k, step), 6)
+        step = -np.linalg.lstsq(J, off_rays(k, np.zeros(6)))[0]
+        moved_there = start[k] @ pose(rotation_from_vector(step[:3]), step[3:])
+        went = np.abs(moved_there - start[k]).max()
+        assert np.abs(found.T_base_grid[k] - moved_there).max() < 1e-4 * went
+
+
+def test_rays_that_see_one_grid_say_nothing_of_where_lines_meet():
+    centre, T, _, points = exact_scene(5, count=80)
+    points = points + 0.2 * np.random.default_rng(5).standard_normal(points.shape)
+    seen, start = everything(points), disturbed(centre, T)
+    seen[1:, :10] = False
+    more = adjust_concurrence(points, seen, *start)
+    shared = adjust_concurrence(points[:, 10:], seen[:, 10:], *start)
+    assert np.array_equal(more.centre, shared.centre)
+    assert np.array_equal(more.costs, shared.costs)
+
+
+def test_noise_in_the_plane_and_of_a_pose_weigh_alike():
+    """Noise of 2 mm per axis and a pose that is 2 mm off do the same across a ray that
+    meets its grid squarely; one that leans by 60 degrees sees of the former less."""
+    lean = np.radians(60)
+    slanted = rotation_from_vector([0, lean, 0])
+    T = pose(np.array([np.eye(3), np.eye(3), slanted]), [[0, 0, 100.0]] * 3)
+    shifted = np.zeros((3, 6, 6))
+    shifted[1, 3:, 3:] = 4 * np.eye(3)
+    points = np.zeros((3, 1, 2))
+    weights = centroid_weights(
+        points, everything(points), np.zeros(3), T, shifted, 2.0, "plane"
+    )
+    across = (4 * np.cos(lean) ** 2 + 4) / 2
+    np.testing.assert_allclose(weights[:, 0], [100 / 4, 100 / 8, 100 / across])
+
+
+def test_a_turn_of_a_pose_moves_points_off_oblique_rays():
+    """By differences: what each turn and shift of a grid does to a point, across the
+    ray that sees it, on any side and at any slant."""
+    rng = np.random.default_rng(4)
+    T = pose(rotation_from_vector([0.3, -0.5, 0.7]), [20.0, -30.0, 150.0])
+    points, step = rng.uniform(-80, 80, (6, 2)), 1e-6
+    root = rng.normal(size=(6, 6)) * np.repeat([[1e-2], [1.0]], 3, axis=0)
+    weights = centroid_weights(
+        points[None], np.ones((1, 6), bool), np.zeros(3), T[None],
+        (root @ root.T)[None], 1e-9, "plane",
+    )[0]  # fmt: skip
+    seen = transform(T, on_plane(points))
+    length = np.linalg.norm(seen, axis=1)
+    across = np.eye(3) - seen[:, :, None] * seen[:, None] / length[:, None, None] ** 2
+    turns = [T @ pose(rotation_from_vector(step * e), np.zeros(3)) for e in np.eye(3)]
+    shifts = [pose(np.eye(3), step * e) @ T for e in np.eye(3)]
+    moves = [transform(U, on_plane(points)) - seen for U in turns + shifts]
+    off = across @ np.stack(moves, axis=2) / step @ root
+    np.testing.assert_allclose(weights, length / (off**2).sum((1, 2)) * 2, rtol=1e-4)
+
+
+def test_the_noise_of_a_few_free_lines_is_told_although_poses_follow_it():
+    """Two poses take twelve of the fifty coordinates that 25 lines leave."""
+    scene, linear = drawn(0, noise=0.0)
+    points, _ = beside_the_centre(scene, 0.0, 0)
+    central = central_of(points, linear)
+    variances = []
+    for first in range(39):
+        own = slice(first, None, 39)
+        few = central._replace(
+            whitening=central.whitening[:, own], directions=central.directions[own]
+        )
+        lines = relax_centrality(points[:, own], few)
+        assert lines.degrees_of_freedom == 2 * len(lines.used) - 12
+        variances.append(lines.noise**2)
+    assert np.mean(variances) == pytest.approx(1, abs=0.1)

@@ -1,12 +1,17 @@
 """Smooth rays directly from corners: exact, consistent, honest, and without a guess."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from raxel.calibration import BoardView, calibrate_spline
+from raxel.calibration.smooth import boards as smooth_boards
 from raxel.calibration.smooth import equations as linear_part
 from raxel.calibration.smooth.adjustment import adjust_spline
+from raxel.calibration.smooth.boards import _completed, _generic_start
 from raxel.calibration.smooth.equations import CornersOfBoards, grid_of
+from raxel.calibration.smooth.trend import RayTrend
 from raxel.cameras import KannalaBrandtCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane
@@ -183,3 +188,57 @@ def test_one_board_and_boards_out_of_view_are_refused():
     )
     with pytest.raises(CalibrationError, match="board 1: the trend images 0 of its"):
         adjust_spline(narrow, behind, seen, W, H)
+
+
+def test_boards_of_a_generic_start_stand_in_the_frame_of_its_trend(monkeypatch):
+    """The generic method has a frame of its own, turned about the lens's centre."""
+    R = rotation_from_vector([0.3, -0.2, 0.5])
+    T_lens_grid = pose(rotation_from_vector([0.1, 0.2, 0.0]), [-30.0, -20.0, 400.0])
+    T_rays_grid = pose(R, np.zeros(3)) @ T_lens_grid
+    v, u = np.indices((H, W))
+    rays = LENS.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
+    table = SimpleNamespace(
+        mask=rays.valid.reshape(H, W),
+        directions=(rays.directions @ R.T).reshape(H, W, 3),
+    )
+    found = SimpleNamespace(
+        camera=table, used=[0], T_camera_grid=T_rays_grid[None], left_out={}
+    )
+    monkeypatch.setattr(smooth_boards, "calibrate_generic", lambda *a, **k: found)
+    monkeypatch.setattr(
+        smooth_boards, "trend_of_rays", lambda *a: RayTrend(LENS, R, 0.1)
+    )
+    start = _generic_start([], W, H, None, "mm", -1)
+    np.testing.assert_allclose(start.T_camera_grid[0], T_lens_grid, atol=1e-12)
+
+
+def test_that_trend_is_taken_whose_best_field_predicts_best(monkeypatch):
+    """A spacing of cells that is not taken says nothing against its trend."""
+    held_out_px = {"one": {8: 0.9, 16: 0.2}, "other": {8: 0.3, 16: 0.4}}
+
+    def laid(name, *_):
+        return SimpleNamespace(
+            name=name, adjustment=SimpleNamespace(held_out_px=held_out_px[name])
+        )
+
+    monkeypatch.setattr(smooth_boards, "_lenses", lambda *_: (["other", "one"], []))
+    monkeypatch.setattr(smooth_boards, "_lens_start", lambda name: name)
+    monkeypatch.setattr(smooth_boards, "_laid", laid)
+    monkeypatch.setattr(smooth_boards, "_completed", lambda best, *_: best.name)
+    assert calibrate_spline([], W, H, rng=None) == "one"
+
+
+def test_shares_of_the_image_are_of_all_pixels_and_wrong_corners_are_counted():
+    """Rays left of u = 60, corners only above v = 20 and left of u = 40."""
+    camera = SimpleNamespace(
+        rays=lambda pixels: SimpleNamespace(valid=pixels[:, 0] < 60),
+        covers=lambda pixels: (pixels < [40, 20]).all(axis=1),
+    )
+    outliers = [np.array([False, True, True]), np.zeros(3, bool)]
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    fitted = SimpleNamespace(camera=camera, T_camera_grid=poses, outliers=outliers)
+    start = SimpleNamespace(name="rays", pupil=None, board=None)
+    found = _completed((start, [1, 3], {0: "why"}, fitted), 80, 40)
+    assert (found.share_with_ray, found.share_covered) == (0.8, 0.3)
+    assert found.wrong_corners == {1: 2}
+    assert (found.used, found.left_out) == ([1, 3], {0: "why"})

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from raxel.calibration.smooth import table as smooth_module
-from raxel.calibration.smooth.prior import free_polynomials, penalty_matrix
+from raxel.calibration.smooth import trend as smooth_trend
+from raxel.calibration.smooth.prior import free_polynomials, node_places, penalty_matrix
 from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
 from raxel.calibration.smooth.table import smoothed_rays
 from raxel.calibration.smooth.trend import trend_of_rays
@@ -210,3 +211,70 @@ def test_a_ray_of_large_weight_is_wrong_where_one_of_small_weight_is_right():
     # Nothing is wrong by a twentieth of a pixel, of whatever weight.
     values = np.where(np.arange(count)[:, None] % 9, 1e-4, 0.05) * np.ones(2)
     assert smooth_module._near(field, pixels, values, weights).all()
+
+
+def test_nodes_are_the_corners_of_cells_and_half_way_between():
+    places = node_places(SHAPE, SPACING)
+    # Pixels are squares about whole numbers: the first cell begins at -1/2.
+    np.testing.assert_array_equal(places[0, 0], [-0.5, -0.5])
+    _, share = shares(places[::2, ::2].reshape(-1, 2), SHAPE, SPACING)
+    share = share.reshape(-1, 4, 4).sum(axis=1)
+    np.testing.assert_allclose(np.sort(share), [[0, 1 / 6, 1 / 6, 4 / 6]] * len(share))
+    _, share = shares(places[1::2, 1::2].reshape(-1, 2), SHAPE, SPACING)
+    share = share.reshape(-1, 4, 4).sum(axis=1)
+    np.testing.assert_allclose(share, [[1 / 48, 23 / 48, 23 / 48, 1 / 48]] * len(share))
+
+
+def test_kept_out_rays_are_a_distance_off_that_counts_both_axes():
+    """Without cells it is how far the trend is off by weights; with them, the noise."""
+    rng = np.random.default_rng(6)
+    pixels, directions = noisy_rays(bent(), rng, 600, 0.2)
+    weights = rng.uniform(0.5, 2, 600)
+    found = smoothed_rays(pixels, directions, W, H, trend=TREND, weights=weights)
+    assert found.n_rays == 600
+    squares = np.sum((LENS.project(directions).pixels - pixels) ** 2, axis=1)
+    off = np.sqrt(np.average(squares, weights=weights))
+    assert found.held_out_px[0] == pytest.approx(off, rel=1e-6)
+    assert found.held_out_px[found.cells] == pytest.approx(0.2 * 2**0.5, rel=0.1)
+
+
+def test_sharing_is_the_number_of_neighbours_that_err_alike():
+    """Whatever the squares' own errors are; also where they are those of a field."""
+    rng, side = np.random.default_rng(12), 8
+    across = W // side, H // side
+    pixels = np.stack(np.meshgrid(np.arange(W), np.arange(H)), axis=-1).reshape(-1, 2)
+    square = pixels // side
+    own = rng.normal(size=(*across, 2)) + 3.0
+    weights = rng.uniform(1, 2, across)[square[:, 0], square[:, 1]]
+    control = rng.normal(size=(*SHAPE, 2))
+    sums = SimpleNamespace(spacing=SPACING)
+    field = SimpleNamespace(control=control, sums=sums)
+    values = field_at(pixels.astype(float), control, SPACING)[0]
+    values += own[square[:, 0], square[:, 1]]
+    sharing = smooth_module._sharing(field, pixels, values, weights, side)
+    assert sharing == pytest.approx(side**2)
+
+
+def test_the_noise_of_few_rays_is_told_although_the_field_follows_it():
+    """Of 60 rays the field takes a third."""
+    found, smoothness = [], 1e-3
+    for seed in range(10):
+        rng = np.random.default_rng(20 + seed)
+        pixels, values = positions(rng, 60), 0.5 * rng.standard_normal((60, 2))
+        sums = FieldSums(W, H, W / 4, 5)
+        sums.add(pixels, values, np.ones(60), np.arange(60) % 5)
+        normal = sums.band(slice(None)) + smooth_module._penalty(sums, smoothness)
+        control = smooth_module._solved(normal, sums.right.sum(axis=0).reshape(-1, 2))
+        control = control.reshape(*sums.shape, 2)
+        field = smooth_module._Field(4, sums, smoothness, control, {})
+        found.append(smooth_module._uncertainty(field)[0])
+    # Of 800 numbers, the deviation is known to 2.5 %.
+    assert rms(found) == pytest.approx(0.5, rel=0.07)
+
+
+@pytest.mark.parametrize(("share", "passes"), [(0.9, False), (1.1, True)])
+def test_a_law_passes_pi_where_the_image_reaches_farther(share, passes):
+    """r = 50 (theta + theta^3 / 100) px from the middle, the corners so far away."""
+    values = np.array([0, 0, 0, 7.0, 9.0, np.log(50), np.log(50), 1.0, 0.01])
+    corner = share * 50 * (np.pi + np.pi**3 / 100)
+    assert smooth_trend._passes_pi(values, np.array([[7.0, 9 + corner]])) == passes

@@ -184,3 +184,38 @@ def test_a_start_from_spread_triples_bears_two_wrong_points_in_five():
         found = pose_of_spread_triples(directions, points, count=14)
         off.append(np.degrees(angle_between_rotations(T[:3, :3], found[:3, :3])))
     assert max(off) < 0.5
+
+
+@pytest.mark.parametrize(("metric", "threshold"), [("ray-point", 0.1), ("angle", 1e-4)])
+def test_a_point_behind_its_rays_origin_is_a_wrong_pair(metric, threshold):
+    directions, points, _, rng = noisy_grid(6, count=40)
+    directions[:5] *= -1
+    found = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
+    np.testing.assert_array_equal(found.inliers, np.arange(40) >= 5)
+
+
+def test_the_refined_error_is_the_one_that_is_asked_for():
+    directions, points, _, rng = noisy_grid(7, count=60, noise=1.0)
+
+    def angles(T):
+        sight = unit(transform(T, lifted(points)))
+        return np.arcsin(np.linalg.norm(np.cross(sight, directions), axis=1))
+
+    found = pose_from_rays(directions, points, rng, 0.1, metric="angle").T_camera_grid
+    nearest, _ = refine_pose_ray_point(directions, points, found)
+    # The sine's weights are those of the start, whose distances hardly change.
+    assert np.sum(angles(found) ** 2) < np.sum(angles(nearest) ** 2) * (1 - 1e-5)
+
+
+@pytest.mark.parametrize("nearer", [-2.0, 2.0])
+def test_a_point_before_the_feet_of_both_others_is_found_as_one_beyond_them(nearer):
+    """Two points over one place of the third's ray: there both depths fit, mirrored."""
+    corners = np.array([[3.0, 0, 10], [0, 0, 10 + nearer], [-1, 4, 10]])
+    depths = np.linalg.norm(corners, axis=1)
+    # The triangle laid flat: what is given are its sides.
+    side = np.linalg.norm(corners - corners[0], axis=1)
+    across = np.linalg.norm(corners[1] - corners[2])
+    x = (side[1] ** 2 + side[2] ** 2 - across**2) / (2 * side[1])
+    flat = np.array([[0, 0], [side[1], 0], [x, np.sqrt(side[2] ** 2 - x**2)]])
+    found = three_point_depths(unit(corners)[None], flat[None])[0]
+    assert np.nanmin(np.abs(found - depths).max(axis=1)) < 1e-6

@@ -99,3 +99,23 @@ def test_parallel_boards_are_refused(noise):
     poses[:, :3, :3] = poses[0, :3, :3] @ turn
     with pytest.raises(CalibrationError, match="parallel"):
         calibrate_zhang(views_of(poses, noise), 640, 480)
+
+
+def test_the_residual_is_that_of_the_camera_that_is_returned():
+    """Of a lens that two radial terms do not describe."""
+    wide = K * [[0.6], [0.6], [1.0]] + [[0, 0, 130.0], [0, 0, 100.0], [0, 0, 0]]
+    bent = PerspectiveCamera(wide, [-0.3, 0.15, -0.05], 640, 480)
+    poses, flat = board_poses(7, 6), on_plane(BOARD)
+    poses[:, 2, 3] -= 200
+    views = [
+        BoardView(bent.project(transform(T, flat)).pixels, BOARD, COLUMNS, ROWS, "a")
+        for T in poses
+    ]
+    found = calibrate_zhang(views, 640, 480)
+    off = [
+        found.camera.project(transform(T, flat)).pixels - view.pixels
+        for T, view in zip(found.T_camera_grid, views, strict=True)
+    ]
+    rms = np.sqrt(np.mean(np.sum(np.square(off), axis=2)))
+    assert found.rms_px == pytest.approx(rms, rel=1e-3)
+    assert rms > 0.01

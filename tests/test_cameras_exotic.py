@@ -1,6 +1,7 @@
 """Cameras without a centre: parallel, crossed slits, pushbroom, axial; caustics."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from hypothesis import strategies as st
 from raxel.cameras import (
     AxialCamera,
     FisheyeCamera,
+    KannalaBrandtCamera,
+    MovingPupilCamera,
     OrthographicCamera,
     PushbroomCamera,
     Rays,
@@ -243,3 +246,59 @@ def test_an_image_plane_through_a_slit_is_refused():
     fields = SLITS | {"slit_directions": [[0, 1, 0], [1, 0, 0]], "image_distance": 2}
     with pytest.raises(InputError, match=r"field 'image_distance'.*holds a slit"):
         XSlitsCamera(**fields)
+
+
+def test_points_beyond_the_axial_caustic_are_seen_at_small_angles_too():
+    pixels = np.array([[33.0, 24.0], [38, 20], [45, 30]])
+    rays = AXIAL.rays(pixels)
+    reach = 1.05 * caustic_reach(rays)[:, None]
+    found = AXIAL.project(rays.origins + reach * rays.directions)
+    np.testing.assert_allclose(found.pixels, pixels, atol=1e-8)
+
+
+def test_a_moving_pupil_shows_points_beyond_its_caustic():
+    lens = KannalaBrandtCamera([1, 0.02], [28, 28], [31, 24], W, H)
+    camera = MovingPupilCamera(lens, [4.0, 1.0])
+    pixels = np.random.default_rng(9).uniform([40, 30], [60, 45], (50, 2))
+    rays = camera.rays(pixels)
+    # Its rays cross the axis, where they begin, and then their neighbours further out.
+    reach = np.linalg.norm(caustic_points(camera, pixels)[:, 1] - rays.origins, axis=1)
+    beyond = camera.project(rays.origins + 1.05 * reach[:, None] * rays.directions)
+    assert np.abs(beyond.pixels - pixels).max() < 1e-6
+    before = camera.project(rays.origins + 0.8 * reach[:, None] * rays.directions)
+    apart = np.linalg.norm(before.pixels - pixels, axis=1)
+    assert not (apart < 1e-3).any()
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_pupil_that_moves_either_way_shows_each_point_by_itself(sign):
+    lens = KannalaBrandtCamera([1, 0.02], [28, 28], [31, 24], W, H)
+    camera = MovingPupilCamera(lens, [sign * 4.0, sign * 1.0])
+    for pixel in ([40.0, 30], [58, 12], [3, 40]):
+        rays = camera.rays([pixel])
+        found = camera.project(rays.origins + 40 * rays.directions)
+        np.testing.assert_allclose(found.pixels, [pixel], atol=1e-8)
+
+
+@BY_KIND
+def test_a_caustic_is_that_of_lines_wherever_their_rays_begin(camera):
+    def later(pixels):
+        rays = camera.rays(pixels)
+        return rays._replace(origins=rays.origins + 7 * rays.directions)
+
+    pixels = np.array([[10.0, 20], [40, 30], [52, 8]])
+    sheets = caustic_points(SimpleNamespace(rays=later), pixels)
+    np.testing.assert_allclose(sheets, caustic_points(camera, pixels), atol=1e-7)
+
+
+def test_centrality_is_the_distance_of_lines_from_their_middle_all_ways():
+    """Pairs of lines to both sides of a point, 3 and 4 mm off across each other."""
+    rng, middle = np.random.default_rng(10), np.array([5.0, -2.0, 7.0])
+    first = np.linalg.qr(rng.normal(size=(40, 3, 3)))[0]
+    d = first[:, :, 2]
+    off = 3 * first[:, :, 0] + 4 * first[:, :, 1]
+    along = rng.uniform(-9, 9, (80, 1)) * np.concatenate([d, d])
+    origins = middle + np.concatenate([off, -off]) + along
+    rays = Rays(origins, np.concatenate([d, d]), np.ones(80, bool))
+    np.testing.assert_allclose(closest_point(rays), middle, atol=1e-9)
+    assert centrality(rays) == pytest.approx(5.0)

@@ -236,3 +236,10 @@ def test_it_comes_back_from_disk_and_from_plain_fields(tmp_path):
 def test_impossible_cameras_are_refused(change, words):
     with pytest.raises(InputError, match=words):
         camera_from("flexible mirror", SHEET | change)
+
+
+def test_the_clamped_edge_stays_where_it_is_with_its_slope():
+    mirror = sheet(ElasticaProfile.deflected(150.0, 15.0), 0.06, rough())
+    y = np.linspace(-50, 50, 11)
+    height, by_x, by_y, *_ = mirror.height(np.zeros(11), y)
+    np.testing.assert_array_equal([height, by_x, by_y], 0)

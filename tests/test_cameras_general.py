@@ -243,3 +243,22 @@ def test_a_cell_wider_than_a_half_space_hides_nothing():
     np.testing.assert_allclose(back, [[0, 0, -1]], atol=1e-12)
     _, u, v = BoundPyramid(camera._table).cells(100 * back)
     assert (3, 3) in set(zip(u.tolist(), v.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("side", ["above", "below", "left", "right"])
+def test_a_single_line_of_pixels_along_the_border_sees_what_lies_on_it(side):
+    place, axis = {"above": (0, 1), "below": (5, 1), "left": (0, 0), "right": (7, 0)}[
+        side
+    ]
+    rays = PINHOLE.rays(5 * pixel_grid(8, 6) + [20, 15])
+    kept = pixel_grid(8, 6)[:, axis] == place
+    camera = GeneralCamera(
+        rays.directions.reshape(6, 8, 3), kept.reshape(6, 8), np.zeros(3)
+    )
+    pixels = np.full((9, 2), float(place))
+    pixels[:, 1 - axis] = np.arange(9) * 0.6 + 0.1
+    seen = camera.rays(pixels)
+    assert seen.valid.all()
+    np.testing.assert_allclose(
+        camera.project(300 * seen.directions).pixels, pixels, atol=1e-9
+    )

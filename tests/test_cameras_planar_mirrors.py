@@ -15,7 +15,7 @@ from raxel.cameras import (
 )
 from raxel.cameras.mirrors.ball import ball_facets
 from raxel.errors import InputError
-from raxel.geometry import pose, rotation_from_vector
+from raxel.geometry import pose, rotation_from_vector, vector_from_rotation
 from raxel.geometry.planes import intersect_rays_plane
 
 W, H = 640, 480
@@ -184,3 +184,14 @@ def test_a_ball_is_seen_as_facet_after_facet_says():
 def test_no_ball_is_refused_with_its_field(field, value):
     with pytest.raises(InputError, match=f"field '{field}'"):
         ball_facets(**BALL | {field: value})
+
+
+def test_a_facet_is_glued_on_askew_about_its_own_sides():
+    """Nowhere on the ball does glueing turn a facet in its own plane."""
+    straight, _ = ball_facets(**BALL)
+    tilted, _ = ball_facets(**BALL, tilt_sd=0.02, specimen=3)
+    turns = vector_from_rotation(
+        np.swapaxes(straight[:, :3, :3], 1, 2) @ tilted[:, :3, :3]
+    )
+    np.testing.assert_allclose(turns[:, 2], 0, atol=1e-12)
+    np.testing.assert_allclose(turns[:, :2].std(axis=0), 0.02, rtol=0.2)

@@ -163,3 +163,31 @@ def test_what_makes_no_such_camera_is_named(name):
     with pytest.raises(InputError, match=message) as fault:
         RaySplineCamera(**fields | {"width": W, "height": H} | change)
     assert "\n" not in str(fault.value)
+
+
+def test_covariance_of_rays_is_that_where_the_field_leads():
+    """A field that moves all pixels alike: their rays, differenced, turn as stated."""
+    cells = SHAPE[0] - 3, SHAPE[1] - 3
+    nodes = np.broadcast_to([4.0, 1, 9], (2 * cells[0] + 1, 2 * cells[1] + 1, 3))
+    away = np.broadcast_to([14.0, -11.0], CONTROL.shape)
+    camera = spline(away, covariance=nodes)
+    pixels = 40 + 0.6 * positions(20)
+    steps = 1e-3 * np.eye(2)
+    turns = [
+        camera.rays(pixels + s).directions - camera.rays(pixels - s).directions
+        for s in steps
+    ]
+    J = np.stack(turns, axis=2) / 2e-3
+    stated = camera.ray_covariance(pixels)
+    expected = J @ np.array([[4.0, 1], [1, 9]]) @ np.swapaxes(J, 1, 2)
+    np.testing.assert_allclose(stated, expected, atol=1e-5 * expected.max())
+
+
+def test_no_field_is_steeper_than_the_bound_that_rises_along_both_axes_at_once():
+    """Four slopes of 0.4 px per px along both axes; at their foot the field is zero."""
+    v, u = np.mgrid[:13, :13] - 6.0
+    height = 0.4 * SPACING * np.maximum(5 - np.abs(u) - np.abs(v), 0)
+    control = np.stack([height, 0 * height], axis=2)
+    assert steepest(control, SPACING) == pytest.approx(0.4 * np.sqrt(2))
+    _, slopes = field_at(np.array([[6.0, 6]]) * SPACING, control, SPACING)
+    assert np.linalg.norm(slopes[0], ord=2) == pytest.approx(0.4 * np.sqrt(2))

@@ -11,6 +11,7 @@ from chapters.shared.central_scatter import (
     crossings,
     facing_plane,
     scatter_of,
+    tilted_over_facing,
 )
 from chapters.shared.central_sets import TrueGrids, shared_rays, true_grids
 from chapters.shared.three_grids import calibrated, depth_spread
@@ -112,3 +113,14 @@ def test_the_scatter_of_true_rays_is_how_far_their_lines_pass_the_centre():
     expected = transform(inverse_pose(T_camera_base), CENTRE)
     np.testing.assert_allclose(true.centre, expected, atol=0.3)
     assert true.scatter_mm == pytest.approx(0.4 * np.sqrt(2), rel=0.05)
+
+
+def test_a_tilted_plane_cuts_parallel_rays_wider():
+    count = 3000
+    d = np.tile([0.0, 0.0, 1.0], (count, 1))
+    off = np.column_stack([RNG.normal(size=(count, 2)) * 0.2, np.zeros(count)])
+    lines = best_lines(seen_along(CENTRE + off, d), POSES)
+    found = tilted_over_facing(CENTRE, lines)
+    # Across the direction of the least tilt, 10 degrees, a round cloud grows by 1/cos.
+    expected = np.sqrt((1 + 1 / np.cos(np.radians(10.0)) ** 2) / 2)
+    assert found == pytest.approx(expected, rel=0.003)

@@ -6,13 +6,17 @@ import pytest
 from chapters.ch04_central_generic.s2_pose import claims
 from chapters.ch04_central_generic.s2_pose import page as pose_page
 from chapters.ch04_central_generic.s2_pose.trials import simulated
-from chapters.ch04_central_generic.s2_pose.trials.estimators import all_estimates
+from chapters.ch04_central_generic.s2_pose.trials.estimators import (
+    all_estimates,
+    errors_of,
+)
 from chapters.ch04_central_generic.s2_pose.trials.simulated import (
     SIZES,
     TILTS_DEG,
     plane_trial,
     size_trial,
 )
+from raxel.geometry import pose, rotation_from_vector
 from tests.bench_noises import EVERY_NOISE
 from tests.judged_claims import readings, readings_of
 from tests.made_results import flat, of_columns, of_seed
@@ -166,3 +170,12 @@ def test_a_smaller_grid_farther_off_is_harder():
     }
     assert readings(judge, "exp_c4_real_larger", values)[0].verdict == "reproduced"
     assert found.column("usual.cgsp_ransac.rotation_deg")[0] < 0.2
+
+
+@pytest.mark.parametrize("shift", [(3.0, 0, 0), (0, 3.0, 0), (0, 0, 3.0), (2, 1, -2)])
+def test_the_error_of_a_shift_is_its_length_in_any_direction(shift):
+    true = pose(rotation_from_vector([0.1, 0.2, -0.3]), [10.0, 20.0, 500.0])
+    found = pose(true[:3, :3], true[:3, 3] + shift)
+    errors = errors_of(found, true)
+    assert errors["translation_mm"] == pytest.approx(3)
+    assert errors["rotation_deg"] == pytest.approx(0, abs=1e-6)

@@ -340,3 +340,77 @@ def test_an_evaluation_takes_the_shape_that_was_found(calibrate, tmp_path, capsy
     (tmp_path / "flat.json").write_text(json.dumps(fitted))
     as_there = scored("--board", tmp_path / "flat.json")
     assert (as_there["rms_px"], as_there["board"]) == (flat["rms_px"], "as stated")
+
+
+def test_half_a_board_that_is_off_is_named_though_all_together_fit(calibrate):
+    boards = [*boards_of(PINHOLE, 1, 7), *boards_of(PINHOLE, 2, 7)]
+    boards[4] = boards[4] + [2.0, 0.0] * (np.arange(COLUMNS * ROWS)[:, None] % 2)
+    printed, result = calibrate(boards, "--model", "zhang")
+    assert result["misfit"]["fits"]
+    assert result["misfit"]["odd_board"] == "4.png"
+    told = warnings_in(printed)
+    assert sum("4.png: does not fit as the other boards do" in one for one in told) == 1
+    assert all("its shape was not asked for" not in one for one in told)
+
+
+def test_few_boards_that_are_bent_may_be_to_blame(calibrate):
+    printed, _ = calibrate(boards_of(PINHOLE, 4, 5, bend=4.0), "--model", "zhang")
+    (told,) = [one for one in warnings_in(printed) if "not fit" in one]
+    assert told.endswith(
+        "its shape was not asked for, which takes 6 boards and a formula"
+    )
+
+
+def test_frames_that_hardly_differ_are_told(calibrate):
+    """And what they share is not laid to the board, nor to another camera."""
+    boards = boards_of(PINHOLE, 6, 9)
+    rng = np.random.default_rng(5)
+    frames = [boards[4] + 0.02 * rng.normal(size=boards[4].shape) for _ in range(30)]
+    printed, _ = calibrate([*boards, *frames], "--model", "zhang")
+    (told,) = warnings_in(printed)
+    assert told.startswith(
+        "30 of 39 photographs show the board where another does, such as 9.png and "
+        "4.png: they say little more than one of them"
+    )
+
+
+def test_a_lens_that_focuses_anew_is_told(calibrate):
+    breaths = 0.008 * np.random.default_rng(8).normal(size=14)
+    boards = [
+        boards_of(
+            PerspectiveCamera(
+                K * [[1 + b, 1, 1], [1, 1 + b, 1], [1, 1, 1]],
+                [-0.2, 0.05],
+                WIDTH,
+                HEIGHT,
+            ),
+            seed,
+            1,
+        )[0]
+        for seed, b in enumerate(breaths)
+    ]
+    printed, result = calibrate(boards, "--model", "zhang")
+    (told,) = warnings_in(printed)
+    found = result["stability"]
+    assert found["stable"] is False
+    assert found["same_camera"] is True
+    sd = found["focal_lengths"]["sd"]
+    assert sd == pytest.approx(np.std(breaths), rel=0.35)
+    assert told.startswith("boards do not ask for one focal length: ")
+    assert f"scatter by {100 * sd:.2g} % (SD) beyond" in told
+
+
+def test_a_misprinted_row_is_told(calibrate):
+    printed, result = calibrate(boards_of(PINHOLE, 3, 10, row=0.4), "--model", "zhang")
+    found = result["board_corners"]
+    assert found["as_stated"] is False
+    assert found["worst"] // COLUMNS == 2
+    (told,) = warnings_in(printed)
+    assert told.startswith("corners of the board do not lie where they are said to: ")
+    offset = np.linalg.norm(found["offsets"][found["worst"]])
+    assert f"and row 2, counted from 0, is {offset:.2g} +- " in told
+    assert "measure the board, or take one that is printed on a stiff plate" in told
+    printed, result = calibrate(boards_of(PINHOLE, 3, 10), "--model", "zhang")
+    assert result["board_corners"]["as_stated"] is True
+    assert warnings_in(printed) == []
+    assert "made: corners of the board: nothing that all boards share says " in printed

@@ -1,12 +1,14 @@
 """raxel decode on sets that are not as they should be: one line, and nothing kept."""
 
 import json
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
 from raxel.cli import main
+from raxel.cli.decode import _of_response, _summary
 from raxel.sets import PatternPlan, load_set
 from tests.active_grids import drawn
 from tests.test_cli_active_grid import recorded, refused
@@ -153,3 +155,24 @@ def test_a_margin_that_leaves_nothing(tmp_path, capsys, folder, margin):
     assert f"give {most} at most" in line
     assert "nothing is left" in refused(capsys, *words, most + 1)
     assert not (tmp_path / "points").exists()
+
+
+def test_the_summary_tells_what_the_response_did_and_what_is_left_of_each_axis():
+    response = [
+        SimpleNamespace(ripple=SimpleNamespace(steps=steps), size=size, left=left)
+        for steps, size, left in ((0, 0.0, 0.1), (5, 0.7, 0.2))
+    ]
+    decoded = SimpleNamespace(
+        counts=dict, unit="mm", sigma=np.ones((2, 2, 2)), blur_px=None, margin_px=3,
+        noise=SimpleNamespace(floor=1.0, slope=0.5), response=response,
+    )  # fmt: skip
+    found = SimpleNamespace(
+        decoded=decoded, step_errors=[0.0, 0.4], noise_factors=[1.0, 1.2],
+        as_in_a_mirror=False,
+    )  # fmt: skip
+    told = _summary("pose", found)
+    assert told["response"] == {
+        "corrected": [False, True], "shift": [0.0, 0.7], "left": [0.1, 0.2],
+    }  # fmt: skip
+    assert (told["step_errors"], told["noise_factors"]) == ([0.0, 0.4], [1.0, 1.2])
+    assert _of_response(told) == "; response corrected: y by 0.7 mm, 0.2 left"

@@ -3,13 +3,19 @@
 import argparse
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
 from raxel.cli import boards, decode, main, mirror, numbers, render
+from raxel.cli.models import _pupil_line
+from raxel.cli.stability import stability_line
 from raxel.cli.warnings import of_pixels, of_swapped_sides
+from raxel.cli.wrong_points import wrong_fields, wrong_warnings
 from raxel.errors import InputError
+from raxel.evaluation.stability import Division, Stability
 from raxel.sets.model import ActiveGrid
+from raxel.sets.words import BOARDS, GRIDS
 
 
 @pytest.mark.parametrize(
@@ -136,3 +142,58 @@ def test_wrong_corners_of_a_stage_are_not_those_that_could_not_be_used():
     assert told["residual_mm"] == {"mean": 2.0, "sd": 1.0}
     assert told["step_by_step_residual_mm"] == {"mean": 0.5, "sd": 0.0}
     assert told["support"] == {"along_u": [1, 2], "along_v": [3], "reach": [0.5]}
+
+
+def test_an_offset_of_a_quarter_makes_cosines_of_sines(tmp_path):
+    """A sine begins each period in mid-grey and brightens, a cosine is brightest."""
+    sides = "--width", "64", "--height", "48", "--cells", "4", "--steps", "4"
+    rows = {}
+    for name, more in (("sine", ()), ("cosine", ("--offset", "0.25"))):
+        out = tmp_path / name
+        assert main(["patterns", *sides, *more, "--out", str(out)]) == 0
+        (path,) = (p for p in out.glob("phase*x*0.png"))
+        rows[name] = cv2.imread(str(path), 0)[0].astype(float)
+        assert (cv2.imread(str(out / "white.png"), 0) == 255).all()
+        assert (cv2.imread(str(out / "black.png"), 0) == 0).all()
+    turn = 2 * np.pi * (np.arange(64) + 0.5) / 16
+    np.testing.assert_allclose(rows["sine"], 127.5 * (1 + np.sin(turn)), atol=1.5)
+    np.testing.assert_allclose(rows["cosine"], 127.5 * (1 + np.cos(turn)), atol=1.5)
+
+
+def test_what_scatter_explains_is_told_apart_from_what_photographs_do():
+    worst = Division("near and far", ((), ()), 0.9, 0.2, 0.5, 1e-7, np.zeros((0, 2)))
+    found = Stability([worst], np.zeros((0, 2)), 1e-6, False, 2.5, True)
+    assert stability_line(found, BOARDS) == (
+        "stability: of 1 divisions into halves the worst is 'near and far': rays 0.9 "
+        "px apart (RMS, after the best rotation, where both saw boards), of which the "
+        "corners' scatter explains 0.2 px, and 0.5 px with what photographs of one "
+        "half differ by; p = 1e-06"
+    )
+
+
+def test_errors_with_and_without_a_moving_pupil_stand_on_their_sides():
+    pupil = {
+        "p_value": 1e-5, "central_px": 0.5, "moving_px": 0.25, "chance": 0.125,
+        "shift": 2.0, "shift_sd": 0.1, "verdict": "moves", "against": None,
+        "moves": True,
+    }  # fmt: skip
+    errors = "without that, 0.5 px RMS on boards kept out, with it 0.25 px"
+    by = "by 2 +- 0.1 mm over the field of view"
+    assert _pupil_line(pupil, "mm") == f"the entrance pupil moves {by}: {errors}"
+    unsure = pupil | {"moves": False, "verdict": "undecided"}
+    told = _pupil_line(unsure, "mm")
+    assert f"if it does, {by}; {errors}, which chance makes with p = 0.12" in told
+    rests = _pupil_line(unsure | {"verdict": "rests"}, "mm")
+    assert "(p = 1e-05), but not boards kept out (0.25 px RMS, 0.5 px without)" in rests
+
+
+def test_the_worst_of_wrong_points_is_the_farthest_rounded_up():
+    wrong = [
+        {"file": name, "corner": n, "distance_px": px}
+        for name, n, px in (("a", 7, 2.5), ("b", 3, 9.04), ("b", 4, 1.5))
+    ]
+    (told,) = wrong_warnings(wrong_fields(wrong, 60), 0.125, GRIDS)
+    assert told.startswith(
+        "3 points (5.0 %) do not fit and have no weight: photographs b (2), a (1); the "
+        "worst, number 3 of b, is off by 9.1 px, the others by 0.12 px (RMS); "
+    )

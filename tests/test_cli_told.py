@@ -11,19 +11,25 @@ from raxel.calibration.parametric.lens_board import BoardTest
 from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.cli import decode, main, mirror, models
+from raxel.cli import decode, main, mirror, models, scores
 from raxel.cli.board_shape import shape_fields
 from raxel.cli.calibrate import _cross_validation
+from raxel.cli.check import _check_images
 from raxel.cli.described import misfit_fields
+from raxel.cli.render import _told as rendered_line
+from raxel.evaluation.benchmark import _spread
 from raxel.evaluation.coverage import field_of_view
-from raxel.evaluation.cross_validation import Evaluation, ImageScore
+from raxel.evaluation.cross_validation import Evaluation, ImageScore, evaluate_camera
 from raxel.evaluation.misfit import Misfit
 from raxel.features.boards import Board, write_boards
 from raxel.features.detector import Detection, Partial, refused
 from raxel.features.size_vote import SizeVote
+from raxel.sets import load_set
 from raxel.sets.model import View
+from raxel.show.sets import _posed_scene
 from tests.image_sets import write_drawn_set
-from tests.made_sets import HEIGHT, WIDTH, K
+from tests.made_sets import BOARD as MADE
+from tests.made_sets import COLUMNS, HEIGHT, PINHOLE, ROWS, WIDTH, K, boards_of
 
 NAN = float("nan")
 POSE = np.eye(4)
@@ -181,3 +187,109 @@ def test_boards_that_a_model_leaves_out_are_named_with_the_reason(monkeypatch, m
     views = [SimpleNamespace(name=name) for name in ("a.png", "b.png", "c.png")]
     details = getattr(models, model)(views, (640, 480), "mm").details
     assert details["left_out"] == [{"file": "b.png", "reason": "too far"}]
+
+
+def test_the_line_of_a_score_gives_each_number_its_unit():
+    found = Evaluation([image_score(50, 5)], 0.5, 0.25, 0.125, 0.9, {})
+    assert found.n_scored == 45
+    assert scores.line("set", found) == (
+        "set: mean angle 0.1250 deg, rms 0.500 px, median 0.250 px, 90.0 % of corners "
+        "with a ray"
+    )
+
+
+def test_the_vote_for_a_size_is_told_with_its_counts():
+    votes = {(9, 6): ["a", "b", "c"], (8, 5): ["d"]}
+    assert SizeVote(votes, 6, ["d", "e"], ["e"]).line() == (
+        "size not given: a board of 9 x 6 by 3 of 6 photographs, of 8 x 5 by 1 (d); 2 "
+        "looked at again with it, 1 of them found"
+    )
+
+
+def test_shares_of_a_decoded_view_are_of_all_its_pixels():
+    view = {
+        "view": "pose", "unit": "mm", "pixels": {"decoded": 60, "dark": 15, "edge": 5},
+        "median_sigma": [0.01, 0.02], "blur_px": 1.5, "margin_px": 6,
+        "response": {
+            "corrected": [True, False], "shift": [0.5, 0.25], "left": [0.125, 0.0],
+        },
+        "as_in_a_mirror": False,
+    }  # fmt: skip
+    assert decode._line(view) == (
+        "pose: 75.0 % decoded, 18.8 % dark, 6.2 % edge; median sigma x 0.01 mm and y "
+        "0.02 mm; blur 1.5 px, margin 6 px; response corrected: x by 0.5 mm, 0.12 left"
+    )
+
+
+def test_errors_are_summed_up_by_root_mean_square_median_and_largest():
+    errors = np.array([1.0, 2.0, 2.0, 4.0, 10.0])
+    assert _spread(errors, "deg") == {
+        "rms_deg": pytest.approx(5.0), "median_deg": 2.0, "max_deg": 10.0,
+    }  # fmt: skip
+
+
+def test_lines_of_a_mirror_give_what_is_predicted_for_most_rays_and_at_most():
+    stages = [
+        {
+            "residual_mm": {"mean": 0.5, "sd": 0.25},
+            "predicted_ray_error_deg": {"median": 0.125, "largest": 0.75},
+            "deflection_mm": mm,
+        }
+        for mm in (None, 2.5)
+    ]
+    grids = [{"first": "a", "second": "b", "distance_mm": 30.0, "distance_sd_mm": 0.5}]
+    result = {
+        "primary": {"points_from_rays_mm": 0.375, "grids": grids},
+        "stages": stages, "viewer_error_counted": True,
+    }  # fmt: skip
+    assert list(mirror._lines(SimpleNamespace(name="made"), result)) == [
+        "made: first shape: rays meet within 0.375 mm (mean); a and b 30.00 mm apart "
+        "(SD 0.50)",
+        "made: stage 0: residual 0.500 mm (SD 0.250), rays predicted to 0.125 deg "
+        "(median), 0.750 at most",
+        "made: stage 1, bent by 2.5 mm as stated: residual 0.500 mm (SD 0.250), rays "
+        "predicted to 0.125 deg (median), 0.750 at most",
+    ]
+
+
+def test_a_set_is_told_by_what_was_counted_in_it(tmp_path, capsys):
+    views = [{"image": f"view{i}.png"} for i in range(3)]
+    views[2]["use"] = "evaluate"
+    write_drawn_set(tmp_path, ((0, 0), (25, 0), (-25, 5)), views=views)
+    _check_images(load_set(tmp_path), lambda text: None)
+    told = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    assert told["images"] == "3 of 8 bit, 320 x 240 px"
+    assert told["target"] == "chessboard, 7 x 5 interior corners, pitch 20.0 mm"
+    assert told["views"] == "2 to calibrate, 1 to evaluate"
+
+
+def test_patterns_are_counted_and_their_cells_measured(tmp_path, capsys):
+    out = tmp_path / "shown"
+    sides = "--width", "320", "--height", "160", "--cells", "4", "--steps", "4"
+    assert main(["patterns", *sides, "--out", str(out)]) == 0
+    told = capsys.readouterr().out
+    written = [p for p in out.glob("*.png") if p.name[:4] in ("gray", "phas")]
+    assert told.startswith(f"{len(written)} patterns with cells of 80 x 40 px, white")
+
+
+def test_a_rendered_set_is_told_by_its_views_files_and_size():
+    views = [SimpleNamespace(files=["a", "b", "c"]), SimpleNamespace(files=["d"])]
+    told = rendered_line(SimpleNamespace(views=views, width=320, height=240))
+    assert told == "2 views, 4 images of 320 x 240 px"
+
+
+def test_the_note_of_a_scene_counts_boards_and_gives_the_median_distance():
+    points = MADE.points()
+    views = [
+        BoardView(pixels, points, COLUMNS, ROWS, f"{k}.png")
+        for k, pixels in enumerate(boards_of(PINHOLE, count=2, noise=0.5))
+    ]
+    of_set = SimpleNamespace(
+        name="made", target=MADE, views=[View(image=f"{k}.png") for k in range(3)]
+    )
+    images = evaluate_camera(PINHOLE, views).images
+    apart = np.linalg.norm(np.concatenate([i.residuals_px for i in images]), axis=1)
+    assert _posed_scene(of_set, PINHOLE, views, "how").note == (
+        "made: 2 of 3 boards; how. Median distance of corners from where this puts "
+        f"them: {np.median(apart):.2g} px."
+    )

@@ -9,6 +9,8 @@ from raxel.calibration.generic.central_test import CentralTest
 from raxel.cameras import PerspectiveCamera
 from raxel.cli import mirror_evaluate, scores
 from raxel.cli.board_corners import corner_warnings
+from raxel.cli.check import _shown
+from raxel.cli.decode import _summary
 from raxel.cli.described import camera_fields, centre_fields
 from raxel.cli.models import _terms
 from raxel.cli.stability import stability_fields
@@ -17,6 +19,8 @@ from raxel.evaluation.back_projection import BackProjection
 from raxel.evaluation.board_corners import BoardCorners
 from raxel.evaluation.cross_validation import Evaluation, ImageScore
 from raxel.evaluation.stability import Division, Stability
+from raxel.features.active_grid.noise import Noise
+from raxel.sets.model import ActiveGrid, Pattern
 from raxel.sets.words import BOARDS
 
 NAN = float("nan")
@@ -119,3 +123,37 @@ def test_a_pixel_under_several_boards_is_covered_once():
     camera = PerspectiveCamera([[100.0, 0, 19.5], [0, 100, 9.5], [0, 0, 1]], [], 40, 20)
     fields = camera_fields(camera, 3 * [SimpleNamespace(covered=covered)])
     assert fields["share_of_image_under_boards"] == 0.25
+
+
+def test_periods_are_told_in_pixels_of_their_own_axis():
+    grid = ActiveGrid((1600, 900))
+    views = [
+        SimpleNamespace(
+            patterns=[
+                Pattern(f"{axis}{k}", axis, "phase", 4, step=k, periods=10.0)
+                for axis in "xy"
+                for k in range(4)
+            ],
+            name="one",
+            white=None,
+            black=None,
+        )
+    ]
+    (line,) = _shown(SimpleNamespace(views=views, target=grid))
+    assert "x phase 4 of 4 steps (10 periods of 160 px)" in line
+    assert "y phase 4 of 4 steps (10 periods of 90 px)" in line
+
+
+def test_spreads_of_decoded_points_are_listed_x_before_y():
+    sigma = np.full((4, 5, 2), 0.1)
+    sigma[..., 1], sigma[0, 0] = 0.3, NAN
+    decoded = SimpleNamespace(
+        sigma=sigma, unit="mm", noise=Noise(1.0), blur_px=None, margin_px=3,
+        response=[], counts=lambda: {"decoded": 19, "dark": 1, "edge": 0},
+    )  # fmt: skip
+    found = SimpleNamespace(
+        decoded=decoded, step_errors=(), noise_factors=(), as_in_a_mirror=False
+    )
+    result = _summary("one", found)
+    assert result["median_sigma"] == [0.1, 0.3]
+    assert result["pixels"] == {"decoded": 19, "dark": 1}

@@ -154,3 +154,20 @@ def test_a_near_copy_is_kept_out_with_the_view_that_it_is_like(views):
     compare_models({"a": remember}, [views[0], moved, *views[1:3]], 4)
     own = ["view0", "moved"]
     assert built == [["view1", "view2"], [*own, "view2"], [*own, "view1"]]
+
+
+def test_a_part_without_a_camera_of_one_is_left_out_of_what_is_shared(views):
+    def fails_once(views):
+        if views[0].name == "view1":
+            raise CalibrationError("boards do not overlap")
+        return GOOD
+
+    comparison = compare_models({"lens": lens, "some": fails_once}, views, 3)
+    for found in comparison.common.values():
+        assert [score.name for score in found.images] == [
+            "view1",
+            "view4",
+            "view2",
+            "view5",
+        ]
+        assert not found.left_out

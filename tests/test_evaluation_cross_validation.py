@@ -148,3 +148,13 @@ def test_senseless_parts_and_empty_lists_are_refused():
         cross_validate(lambda rest: FISHEYE, views, [[0], [2]])
     with pytest.raises(InputError, match="no views"):
         evaluate_camera(FISHEYE, [])
+
+
+def test_the_score_of_the_true_camera_is_the_noise():
+    result = evaluate_camera(FISHEYE, views_of(board_poses(1, 4), noise=0.2))
+    # Six of 260 numbers per board go into its pose.
+    assert result.rms_px == pytest.approx(0.2 * np.sqrt(2), rel=0.1)
+    # One pixel is 1 / 100 rad in the middle, less at the rim along the circle.
+    assert np.radians(result.mean_deg) == pytest.approx(0.25 / 100, rel=0.15)
+    medians = [image.median_px for image in result.images]
+    assert min(medians) <= result.median_px <= max(medians)

@@ -87,3 +87,14 @@ def test_references_that_scatter_allow_twice_as_much(tmp_path, spread_px, tolera
     described = SimpleNamespace(folder=tmp_path, reference="corners.json")
     found = load_reference(described)["a.png"]
     assert found.tolerance_px == pytest.approx(tolerance_px)
+
+
+@pytest.mark.parametrize("key", ["uncertain", "missing"])
+def test_corners_that_a_file_doubts_are_not_certain(key, tmp_path):
+    entry = {"corners": CORNERS.tolist(), key: [3, 11]}
+    data = {"columns": COLUMNS, "rows": ROWS, "images": {"a.png": entry}}
+    (tmp_path / "reference.json").write_text(json.dumps(data))
+    given = SimpleNamespace(folder=tmp_path, reference="reference.json")
+    found = load_reference(given)["a.png"]
+    np.testing.assert_array_equal(np.flatnonzero(~found.certain), [3, 11])
+    assert found.tolerance_px == 1.0

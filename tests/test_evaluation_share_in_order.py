@@ -45,3 +45,16 @@ def test_only_corners_in_the_image_and_within_reach_count():
     seen.corners[5] += [1.1, 0]
     assert share_in_order(seen, CORNERS, 9, SHAPE, 1.0) == pytest.approx(53 / 54)
     assert share_in_order(seen, CORNERS + 500, 9, SHAPE, 1.0) == 0
+
+
+def test_the_rim_is_as_wide_on_all_four_sides():
+    """Corners 4 px from the outermost pixels need not be found, those farther in do."""
+    frame = CORNERS - CORNERS[0] + [4.0, 4.0]
+    shape = 100 + 4 + 4 + 1, 160 + 4 + 4 + 1
+    inner = part(range(1, 5), range(1, 8))
+    inner = Partial(inner.corners - CORNERS[0] + 4.0, inner.indices)
+    assert share_in_order(inner, frame, 9, shape, 1.0) == 1
+    # Of a side that moves in, all but both ends.
+    for off, more in (([0.1, 0], 4), ([-0.1, 0], 4), ([0, 0.1], 7), ([0, -0.1], 7)):
+        found = share_in_order(inner, frame + off, 9, shape, 1.0)
+        assert found == pytest.approx(28 / (28 + more))

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features import DETECTORS, order_of_clicks, symmetries, verified
+from raxel.features import DETECTORS, opencv, order_of_clicks, symmetries, verified
 from raxel.features.lattice import lattice_fault, misfit, spacing, standard_order
 from raxel.features.opencv import chessboard_corners_sb, refine
 from tests.chessboards import Board, facing
@@ -209,3 +209,19 @@ def test_the_sector_detector_begins_anew_at_every_picture():
             chessboard_corners_sb(image, 9, 6)
         after.append(cv2.randu(np.zeros((1, 4)), 0, 1))
     assert np.array_equal(*after)
+
+
+def test_a_corner_that_starts_again_and_ends_farther_out_of_line_stays(monkeypatch):
+    lattice = 20.0 * np.stack(np.meshgrid(np.arange(6), np.arange(5)), -1) + 30
+    once = lattice.reshape(-1, 2)
+    once[14] += [4, 0]  # a fifth of a step
+    again = once.copy()
+    again[14] += [5, 3]
+    ends = iter([once, *3 * [again]])
+    monkeypatch.setattr(opencv, "_at_saddles", lambda *_: next(ends).copy())
+    found = opencv.refine(np.zeros((150, 180), np.uint8), once, 6, 5)
+    np.testing.assert_array_equal(found, once)
+    better = lattice.reshape(-1, 2) - np.where(np.arange(30) == 14, 3, 0)[:, None]
+    ends = iter([once, *3 * [better]])
+    found = opencv.refine(np.zeros((150, 180), np.uint8), once, 6, 5)
+    np.testing.assert_array_equal(found[14], better[14])

@@ -208,3 +208,13 @@ def test_bad_input_is_one_line(name):
 def test_bad_contours_by_hand(given, said):
     with pytest.raises(InputError, match=said):
         celect(IMAGE, CLICKS, COLUMNS, ROWS, given_contours=given)
+
+
+def test_the_radius_that_is_recorded_is_that_of_the_window_that_was_grown():
+    settings = CelectSettings(radius_scale=0.5)
+    result = celect(IMAGE, CLICKS, COLUMNS, ROWS, settings=settings, record=True)
+    grown = 0
+    for contour in result.contours:
+        np.testing.assert_array_equal([s.radius for s in contour.steps], contour.radii)
+        grown += len(set(contour.radii)) > 1
+    assert grown > 0

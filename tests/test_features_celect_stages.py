@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from raxel.features.celect import CelectSettings, algorithm, along_contour
-from raxel.features.celect.algorithm import snapped
+from raxel.features.celect.algorithm import _Run, snapped
 from raxel.features.celect.compiled import merged_lines
 from raxel.features.celect.hough import angle_apart, peaks_of, vote
 from raxel.features.celect.layers import Layers
 from raxel.features.celect.processing import average_close, distance_to_trace, processed
 from raxel.features.celect.radius import mean_side, side_lengths
-from raxel.features.celect.trace import next_anchor, next_line
+from raxel.features.celect.trace import Trace, Tracer, next_anchor, next_line
 from raxel.features.celect.window import (
     canny_edges,
     clear_scale,
@@ -215,3 +215,29 @@ def test_the_window_of_a_click_is_that_of_the_shorter_of_its_sides(monkeypatch):
     across, slanting = 240 / 5, np.hypot(80, 80) / 2
     found = np.array(radii) * CelectSettings().radius_divisor
     np.testing.assert_allclose(found, [40, slanting, across, 40])
+
+
+@pytest.mark.parametrize(
+    ("end", "arrived"),
+    [
+        ((25.0, 21), True),  # passed by on the way
+        ((31.0, 20), True),
+        ((34.0, 20), False),
+        ((16.0, 20), False),  # behind where the step began
+        ((25.0, 24), False),
+    ],
+)
+def test_a_step_arrives_where_it_passes_the_end_corner(end, arrived):
+    tracer = Tracer(np.zeros((40, 60)), None, CelectSettings(arrival=0.5))
+    trace = Trace([np.array([20.0, 20]), np.array([30.0, 20])])
+    assert tracer._arrived(trace, np.array(end), 5.0) == arrived
+
+
+def test_a_column_merges_within_a_share_of_the_least_distance_before_it():
+    corners = np.zeros((4, 2))
+    run = _Run(None, None, corners, 4, 4, CelectSettings(), {}, False)
+    # The board leans back: 10 px from one corner to the next, then 30 and 50.
+    previous = np.array([[7.0, 0], [7, 10], [7, 40], [7, 90]])
+    radius, distance = run._column_scale(previous)
+    assert distance == pytest.approx(0.47 * 10)
+    assert radius == pytest.approx(0.5 * 30)

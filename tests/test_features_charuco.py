@@ -8,6 +8,7 @@ from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features import find_board
 from raxel.features.charuco import find_charuco, without_markers
+from raxel.features.markers import markers_seen
 from raxel.sets import Charuco, load_set, write_set
 from tests.charuco_boards import (
     HEIGHT,
@@ -15,6 +16,7 @@ from tests.charuco_boards import (
     TARGET,
     TILTS_DEG,
     WIDTH,
+    opencv_board,
     photograph,
     sheet,
 )
@@ -156,3 +158,16 @@ def test_faults_of_the_target_are_named(tmp_path, change, found):
     with pytest.raises(InputError) as fault:
         load_set(tmp_path / "set")
     assert found in str(fault.value)
+
+
+@pytest.mark.parametrize("legacy", [False, True])
+@pytest.mark.parametrize("counts", [(7, 5), (6, 5), (7, 4), (6, 4)])
+def test_a_board_needs_as_many_markers_as_are_drawn_on_it(counts, legacy):
+    board = opencv_board(Charuco(*counts, 40.0, "4X4_50", 29.0, legacy))
+    assert len(board.getIds()) == Charuco(*counts, 40.0).marker_count
+
+
+@pytest.mark.parametrize("name", ["4X4_50", "APRILTAG_16h5", "ARUCO_ORIGINAL"])
+def test_markers_of_a_dictionary_go_by_its_name(name):
+    image, _ = photograph(TILTS_DEG[0], Charuco(7, 5, 40.0, name, 29.0))
+    assert markers_seen(image) == (24, name)

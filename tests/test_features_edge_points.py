@@ -71,3 +71,19 @@ def test_colour_and_narrow_windows_are_refused():
         edge_points(np.zeros((9, 9, 3)), places, places)
     with pytest.raises(InputError, match=r"1\.5 or more across the edge"):
         edge_points(np.zeros((50, 60)), places, places, half_across=1)
+
+
+def test_few_pixels_are_not_taken_for_surer_than_they_are():
+    """Of a dozen pixels the edge's four numbers follow a third of the noise."""
+    rng = np.random.default_rng(10)
+    picture, normal = line_picture(0.5, 0.3)
+    along = np.array([-normal[1], normal[0]])
+    places = MIDDLE + np.arange(-18, 19, 3)[:, None] * along
+    normals, off, sigma = np.tile(normal, (len(places), 1)), [], []
+    for _ in range(40):
+        noisy = picture + rng.normal(0, 4, picture.shape)
+        found = edge_points(noisy, places, normals, 2.5, 1.0)
+        off.append(((found.pixels - places) @ normal - 0.3)[found.found])
+        sigma.append(found.sigma[found.found])
+    variances = [np.mean(np.square(np.concatenate(x))) for x in (off, sigma)]
+    assert variances[0] / variances[1] == pytest.approx(1, abs=0.2)

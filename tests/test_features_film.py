@@ -156,3 +156,26 @@ def test_what_is_no_film_is_refused(change, told):
     given = {"before": picture, "after": picture, "corners": np.zeros((182, 2))}
     with pytest.raises(InputError, match=told):
         next_corners(**given | change, columns=14, rows=13)
+
+
+def test_a_negative_of_a_film_is_followed_alike():
+    scene, flat, bent = film()
+    found = next_corners(flat.picture, bent.picture, flat.true, *scene.size)
+    negative = next_corners(
+        255 - flat.picture, 255 - bent.picture, flat.true, *scene.size
+    )
+    np.testing.assert_allclose(negative.corners, found.corners, atol=0.01)
+
+
+def test_flow_that_leads_to_the_neighbours_is_not_believed(monkeypatch):
+    """After half a square to the left, half a square to the right looks no worse."""
+    scene, flat, _ = film()
+    step = square(flat, scene.size)
+    picture, true = shifted(flat, [-0.5 * step, 0.0])
+    wrong = np.roll(true.reshape(13, 14, 2), 1, axis=1).reshape(-1, 2)
+    wrong[::14] = np.nan
+    known = np.isfinite(wrong[:, 0]) & np.isfinite(flat.true[:, 0])
+    assert np.all(np.linalg.norm(wrong - flat.true, axis=1)[known] < 0.6 * step)
+    monkeypatch.setattr("raxel.features.film._flown", lambda *given: wrong)
+    found = next_corners(flat.picture, picture, flat.true, *scene.size)
+    assert not np.isfinite(found.corners).any()

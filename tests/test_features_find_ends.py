@@ -8,7 +8,7 @@ from raxel.features import find_board, symmetries
 from raxel.features.find import search
 from raxel.features.find.grids import Grid, grid_of
 from raxel.features.find.ring import Nodes
-from raxel.features.find.saddles import levels_of
+from raxel.features.find.saddles import levels_of, noise_sd
 from tests.chessboards import Board, facing
 
 BOARD = Board(9, 6, facing(9, 6, 40))
@@ -95,3 +95,23 @@ def test_chance_corners_in_the_border_lose_no_board_of_known_size(count):
         if size == (9, 6)
     )
     assert off < 0.2
+
+
+@pytest.mark.parametrize("sd", [0.5, 3.0, 12.0])
+def test_the_noise_of_a_picture_is_told_beside_its_edges(sd):
+    rng = np.random.default_rng(9)
+    squares = 60 + 120 * ((np.indices((400, 500)) // 40).sum(axis=0) % 2)
+    picture = squares + sd * rng.normal(size=squares.shape)
+    assert noise_sd(picture.astype(np.float32)) == pytest.approx(sd, rel=0.06)
+
+
+@pytest.mark.parametrize("size", [(9, 6), None])
+def test_a_size_that_is_told_is_told_to_what_ends_the_board(monkeypatch, size):
+    asked, ended = [], search.ended
+    monkeypatch.setattr(
+        search,
+        "ended",
+        lambda grid, level, told: asked.append(told) or ended(grid, level, told),
+    )
+    search.seen_in(BOARD.image(), size)
+    assert set(asked) == {size is not None}

@@ -9,7 +9,7 @@ import pytest
 from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards, write_boards
 from raxel.features.detector import Detection
-from raxel.features.find.grids import Grid, nearly_complete
+from raxel.features.find.grids import Grid, holed, nearly_complete
 from raxel.features.find.verdict import judged
 from raxel.features.lattice import (
     lattice_fault,
@@ -166,3 +166,15 @@ def test_missing_corners_survive_the_disk(tmp_path):
     assert again.missing == 1
     np.testing.assert_allclose(again.corners, corners, atol=1e-6)
     assert np.array_equal(np.isnan(again.sd), np.isnan(sd))
+
+
+def test_a_hole_has_neither_place_nor_deviation_and_the_rest_stays():
+    full = [np.random.default_rng(k).random((4, 5)) for k in range(len(Grid._fields))]
+    full[Grid._fields.index("points")] = np.dstack(full[:2])
+    grid, gone = Grid(*full), np.zeros((4, 5), bool)
+    gone[1, 2] = gone[3, 4] = True
+    left = holed(grid, gone)
+    for before, after in zip(grid, left, strict=True):
+        assert np.isnan(after[gone]).all()
+        np.testing.assert_array_equal(after[~gone], before[~gone])
+        assert not np.isnan(before).any()

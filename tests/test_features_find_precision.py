@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board
-from raxel.features.find.agreement import times_noise
-from raxel.features.find.patches import patches_of, side_patches_of
+from raxel.features.find.agreement import at_most_usual, times_noise, with_shift
+from raxel.features.find.corners import FULL, placed
+from raxel.features.find.patches import Patches, patches_of, side_patches_of
+from raxel.features.find.saddles import Level
 from raxel.features.lattice import orders
 from tests.chessboards import Board, facing
 from tests.drawn_photographs import Board as BoardBefore
@@ -17,6 +19,25 @@ from tests.drawn_photographs import drawn as photographed
 from tests.test_features_find import seen, soft_and_noisy
 
 FINER = 4
+
+
+def crossings(blur, angle, noise, sigma, rng, count=60):
+    """A corner of edges at an angle, `count` times in noise: levels, and its patch."""
+    along = [np.array([np.cos(turn), np.sin(turn)]) for turn in (0.3, 0.3 + angle)]
+    v, u = (np.mgrid[: 61 * FINER, : 61 * FINER] + 0.5) / FINER - 30.5
+    sides = [FINER * (x * v - y * u) for x, y in along]
+    sharp = np.prod([np.clip(side, -1, 1) for side in sides], axis=0)
+    soft = cv2.GaussianBlur(sharp, (0, 0), blur * FINER)
+    soft = 128 + 80 * cv2.resize(soft, (61, 61), interpolation=cv2.INTER_AREA)
+
+    def level():
+        seen = soft + rng.normal(0, noise, soft.shape)
+        smooth = cv2.GaussianBlur(seen.astype(np.float32), (0, 0), sigma)
+        return Level(smooth, 1, noise, sigma)
+
+    zero = np.zeros((1, 2))
+    shape = (36 * along[0][None], 36 * along[1][None], zero, zero, zero)
+    return [level() for _ in range(count)], Patches(zero + 30, *shape)
 
 
 @cache
@@ -184,3 +205,51 @@ def test_edges_along_the_pixels_are_not_drawn_to_them(blur):
     off, sd = errors(find_board(image, 9, 6), truth)
     assert np.sqrt(np.mean(off**2) / 2) < 0.005 / np.sqrt(blur / 0.7)
     assert np.sqrt(np.mean((off / sd) ** 2) / 2) < 1.3
+
+
+@pytest.mark.parametrize(
+    ("blur", "degrees", "window", "sigma"),
+    [(0.7, 90, 7.0, 0.7), (3.0, 90, 14.0, 1.2), (1.0, 35, 7.0, 0.7)],
+)
+def test_the_noise_of_pixels_is_carried_through_the_fit(blur, degrees, window, sigma):
+    """To the scatter of the corner, and of what two parts of its window say of it."""
+    rng = np.random.default_rng(5)
+    levels, patch = crossings(blur, np.radians(degrees), 2.0, sigma, rng)
+    put = [placed(patch, level, window, FULL) for level in levels]
+    points = np.concatenate([one.points for one in put])
+    apart = np.concatenate([one.apart for one in put])
+    # 120 numbers: their SD is known to 6.5 %.
+    stated = np.median([one.sd[0] for one in put])
+    assert np.sqrt(points.var(axis=0).mean()) == pytest.approx(stated, rel=0.2)
+    assert np.sqrt(np.mean(apart**2)) == pytest.approx(1, rel=0.2)
+
+
+def test_a_row_in_a_shadow_s_edge_is_uncertain_for_itself():
+    apart = scattered(1.0, 7, (6, 9))
+    apart[2] *= 50
+    stated = np.median(times_noise(apart), axis=1)
+    assert stated[2] > 10
+    # The median of a row counts its own parts' chance, too.
+    assert stated[[0, 1, 3, 4, 5]].max() < 3
+
+
+def test_no_corner_is_taken_to_err_more_than_half_of_the_board_do():
+    times = np.array([[0.5, 0.8, 9.0], [1.0, np.nan, 2.0]])
+    expected = [[0.5, 0.8, 1.0], [1.0, np.nan, 1.0]]
+    np.testing.assert_array_equal(at_most_usual(times), expected)
+    assert np.isnan(at_most_usual(np.full((2, 2), np.nan))).all()
+
+
+def test_what_half_a_turn_moves_by_chance_is_stated_already():
+    sd, shift = np.array([0.01, 0.01, 0.01]), np.array([0.0, 0.025, 0.2])
+    stated = with_shift(sd, shift)
+    np.testing.assert_allclose(stated, [0.01, 0.01, 0.2], rtol=0.02)
+
+
+def test_a_twist_is_the_same_where_a_lattice_ends():
+    """Corners at its ends have fewer neighbours to tell it by, which do it as well."""
+    i, j = np.mgrid[:5, :6].astype(float)
+    points = np.stack([30 * j + 1.5 * i * j, 28 * i - 0.8 * i * j], axis=2)
+    patches, rows, _ = patches_of(points)
+    assert len(rows) == 30
+    np.testing.assert_allclose(patches.w, np.tile([1.5, -0.8], (30, 1)), atol=1e-9)

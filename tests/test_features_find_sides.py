@@ -12,6 +12,16 @@ from tests.test_features_find import drawn, seen, soft_and_noisy
 BOARD = Board(9, 6, facing(9, 6, 40))
 
 
+def without_margin(image, ground):
+    """The picture of BOARD with `ground` in place of its white margin."""
+    (left, top), (right, bottom) = BOARD.corners()[[0, -1]]
+    v, u = np.mgrid[0 : image.shape[0], 0 : image.shape[1]]
+    on_board = (np.abs(u - (left + right) / 2) < (right - left) / 2 + 40) & (
+        np.abs(v - (top + bottom) / 2) < (bottom - top) / 2 + 40
+    )
+    return np.where(on_board, image, ground)
+
+
 def column(number):
     """u of a column of corners of BOARD, which faces the camera."""
     return BOARD.corners().reshape(6, 9, 2)[0, number, 0]
@@ -118,3 +128,68 @@ def test_squares_cut_aslant_are_no_side_of_a_board():
     found = find_board(soft_and_noisy(np.where(opening, tiles, 120)))
     assert not found.found
     assert "squares at its top look cut short" in found.reason
+
+
+def test_a_side_that_lacks_nothing_is_not_blamed():
+    """The board is whole, and asked for with a column more; its rim is near its top."""
+    image = seen(Board(8, 6, facing(8, 6, 40, centre=(319.5, 130))))
+    assert "beyond its top, outside" in find_board(image).reason
+    assert find_board(image, 9, 6).reason.endswith(
+        "8 x 6 corners found; check columns and rows"
+    )
+
+
+def test_what_lies_outside_the_image_is_no_shadow():
+    """The picture ends in the top squares: aslant, some of the next corners are in it,
+    but next to nothing of the fields behind them."""
+    homography = facing(5, 4, 105, turn=0.1, centre=(319.5, 268))
+    found = find_board(seen(Board(5, 4, homography, height=600)))
+    assert "may go on beyond its top, outside the image" in found.reason
+
+
+def test_a_board_of_which_squares_run_out_lies_in_no_shadow():
+    """White paper is seen behind three of seven corners of its top; squares of the
+    others end at the picture's rim."""
+    board = Board(7, 6, facing(7, 6, 60, turn=0.25, centre=(319.5, 204)))
+    found = find_board(seen(board))
+    assert (found.columns, found.rows) == (7, 6)
+
+
+def test_what_covers_a_few_squares_of_a_side_may_hide_a_column():
+    """A hand in the middle of the side: the squares beside it end as they should."""
+    image = BOARD.image()
+    v = BOARD.corners().reshape(6, 9, 2)[:, 8, 1]
+    image[round(v[1]) + 5 : round(v[4]) - 5, round(column(7)) + 15 :] = 150
+    image[:, round(column(8)) - 1 :] = np.where(
+        image[:, round(column(8)) - 1 :] < 150, 210, image[:, round(column(8)) - 1 :]
+    )
+    found = find_board(soft_and_noisy(image))
+    assert not found.found
+    assert "squares at its right side look cut short" in found.reason
+
+
+def test_a_slanting_sheet_does_not_end_the_board():
+    image = covered(BOARD.image(), 235, column(8), slant=0.02)
+    found = find_board(soft_and_noisy(image))
+    assert not found.found
+    assert "runs straight on beyond the board" in found.reason
+
+
+def test_squares_in_a_shadow_beyond_a_side_are_seen():
+    """No side has white paper behind it: only the squares tell that they are some."""
+    image = without_margin(BOARD.image(), 30.0)
+    found = find_board(soft_and_noisy(image))
+    assert (found.columns, found.rows) == (9, 6)
+    found = find_board(shaded(image, 0, column(0), 0.2))
+    assert not found.found
+    assert "more squares stand in a shadow beyond its left side" in found.reason
+
+
+def test_a_sheet_on_dark_stripes_does_not_end_the_board():
+    """The stripes run on beyond the sheet's edge nearly as dark as it is in places."""
+    v, u = np.mgrid[0:480, 0:640]
+    ground = 28 + 15 * (1 + np.sin(2 * np.pi * (0.5 * u + v) / 60))
+    image = covered(without_margin(BOARD.image(), ground), 28, column(8) + 1)
+    found = find_board(soft_and_noisy(image, noise=0.3))
+    assert not found.found
+    assert "the edge at its right side runs straight on beyond" in found.reason

@@ -5,8 +5,16 @@ import pytest
 from scipy.special import erf
 
 from raxel.errors import InputError
-from raxel.features.localise import LOCALISERS, corner_subpix, derivative, saddle_point
+from raxel.features.localise import (
+    LOCALISERS,
+    corner_subpix,
+    derivative,
+    saddle,
+    saddle_point,
+    subpix,
+)
 from raxel.features.localise.ridges import _columns, _offsets
+from raxel.features.localise.saddle import _variance, fit_saddles
 from raxel.features.localise.subpix import opencv_subpix
 from raxel.features.localise.windows import noise_variance
 
@@ -243,3 +251,91 @@ def test_noise_is_measured_and_the_picture_is_not(clean):
     noisy = image + rng.normal(0, 5, image.shape)
     found = np.sqrt(noise_variance(noisy, truth, weights).mean())
     assert found == pytest.approx(5, rel=0.05)
+
+
+def test_the_covariance_of_a_saddle_is_what_each_pixel_does_to_it(monkeypatch):
+    """Each pixel is made a little brighter, and the saddle is found anew."""
+    # Half a pixel is what a noisy picture needs, and too far for a derivative.
+    monkeypatch.setattr(saddle, "SHIFT_PX", 0.02)
+    v, u = np.mgrid[:41, :41].astype(float)
+    distances = [
+        (v - 20.5) * np.cos(a) - (u - 20) * np.sin(a) for a in np.radians([5, 30])
+    ]
+    corner = 128 + 90 * np.prod([erf(d / (np.sqrt(2) * BLUR)) for d in distances], 0)
+    start, window = np.array([[20.0, 20.5]]), 5
+    found, converged = fit_saddles(corner, start, window)
+    assert converged.all()
+    moved = []
+    for row, column in np.argwhere((np.abs(u - 20) < 8) & (np.abs(v - 20.5) < 8)):
+        ends = []
+        for change in (0.5, -0.5):
+            image = corner.copy()
+            image[row, column] += change
+            ends.append(fit_saddles(image, start, window)[0][0])
+        moved.append(ends[0] - ends[1])
+    due = np.transpose(moved) @ moved
+    noisy = corner + np.random.default_rng(0).normal(0, 2, corner.shape)
+    told = _variance(noisy, corner, found, window, 0.0)[0]
+    assert due[0, 0] > 3 * due[1, 1], "longer along the narrow corner"
+    # Both are multiplied with the noise of a pixel.
+    np.testing.assert_allclose(told / np.trace(told), due / np.trace(due), atol=0.002)
+
+
+@pytest.mark.parametrize(("half", "zero_zone", "blur"), [(7, -1, 1.0), (4, 2, 1.5)])
+def test_the_spread_of_opencvs_corner_is_what_each_pixel_does_to_it(
+    monkeypatch, half, zero_zone, blur
+):
+    """Made brighter one after the other. A window in which gradients leave the corner
+    in no doubt, or whose middle is left out: else it is drawn along by the noise."""
+    monkeypatch.setattr(subpix, "noise_variance", lambda *_: np.ones(1))
+    v, u = np.mgrid[:37, :37].astype(float)
+    tilted = [(u - 18.3) * np.cos(a) + (v - 17.8) * np.sin(a) for a in (0.2, 1.5)]
+    corner = 128 + 90 * np.prod([erf(d / (np.sqrt(2) * blur)) for d in tilted], 0)
+    start, how = np.array([[18.0, 18.0]]), {"half_window": half, "zero_zone": zero_zone}
+    moved = []
+    for row, column in np.argwhere(np.maximum(abs(u - 18), abs(v - 18)) < half + 3):
+        ends = []
+        for change in (1, -1):
+            image = corner.astype(np.float32)
+            image[row, column] += change
+            ends.append(opencv_subpix(image, start, **how, termination_px=1e-6)[0])
+        moved.append((ends[0] - ends[1]) / 2)
+    told = corner_subpix(corner, start, **how, termination_px=1e-6).sd
+    assert told[0] == pytest.approx(np.sqrt(np.sum(np.square(moved)) / 2), rel=0.04)
+
+
+def test_two_ridges_cross_at_one_place_wherever_the_fit_begins():
+    """A fifth of the noise's own spread would be 5e-3."""
+    image, truth = board()
+    image = image + 4 * np.random.default_rng(3).normal(size=image.shape)
+    found = [
+        derivative(image, started(truth, np.random.default_rng(seed), 2.0))
+        for seed in (1, 2)
+    ]
+    assert all(one.converged.all() for one in found)
+    assert np.abs(found[0].corners - found[1].corners).max() < 1e-3
+
+
+def test_noise_of_few_pixels_is_told_although_the_corner_follows_it():
+    """The corner of least asymmetry takes two of the twelve pairs of 5 x 5 pixels."""
+    count, tile = 400, 15
+    place = np.arange(tile) - tile // 2
+    saddle = 100.0 * np.outer(place, place)
+    image = np.tile(saddle, (1, count))
+    image += np.random.default_rng(22).normal(size=image.shape)
+    middles = np.column_stack([tile * np.arange(count), np.zeros(count)]) + tile // 2
+    weights = np.ones((count, 5, 5))
+    step = 0.2
+
+    def variance(*shift):
+        return noise_variance(image, middles + step * np.array(shift), weights)
+
+    # A quadratic in the shift, by six of its values.
+    at = variance(0, 0)
+    ends = [variance(*s) for s in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+    a, c = (ends[0] + ends[1]) / 2 - at, (ends[2] + ends[3]) / 2 - at
+    p, q = (ends[0] - ends[1]) / 2, (ends[2] - ends[3]) / 2
+    b = variance(1, 1) - at - a - c - p - q
+    least = at - (c * p**2 - b * p * q + a * q**2) / (4 * a * c - b**2)
+    # Of 400 draws of a chi square with ten, the mean is known to 2 %.
+    assert np.mean(least) == pytest.approx(1, abs=0.06)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from raxel.errors import InputError
 from raxel.geometry.planes import on_plane
@@ -15,7 +16,7 @@ from raxel.geometry.poses import (
 )
 from raxel.lab import Optics
 from raxel.lab.board_photograph import mirror_in_view, window_of
-from raxel.lab.lighting import BoardLight
+from raxel.lab.lighting import BoardLight, Shadow
 from raxel.lab.rig import load_rig
 from raxel.lab.scenes import board_scene
 from raxel.lab.sensor import Sensor
@@ -193,3 +194,11 @@ def test_a_target_set_up_by_hand_is_turned_about_its_middle_and_moved_by_what_is
     # Of 400 draws a deviation is known to 3.5 %.
     np.testing.assert_allclose(np.std(moved, axis=0), 1.0, rtol=0.15)
     np.testing.assert_allclose(np.std(turned, axis=0), 0.2, rtol=0.15)
+
+
+def test_the_edge_of_a_shadow_is_a_normal_law_of_its_deviation():
+    shadow = Shadow(np.array([3.0, -2.0]), 0.4, 40.0, 5.0)
+    away = 40 + 5 * np.linspace(-2, 2, 9)
+    places = shadow.middle + away[:, None] * [0.6, 0.8]
+    expected = 1 - 0.4 * norm.sf(np.linspace(-2, 2, 9))
+    np.testing.assert_allclose(shadow.passes(places), expected, rtol=1e-9)

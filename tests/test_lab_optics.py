@@ -6,6 +6,7 @@ from scipy.special import erf
 
 from raxel.errors import InputError
 from raxel.lab.optics import Optics, gaussian_blur, magnified
+from raxel.lab.sight import Crop
 from raxel.lab.textures import LUMINANCE
 
 
@@ -130,3 +131,31 @@ def test_a_lens_that_cannot_be_is_refused(field, values):
     with pytest.raises(InputError, match=f"^field '{field}': found .*;") as fault:
         Optics(**values)
     assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("fineness", [2, 3])
+def test_blur_is_alike_on_all_sides_of_the_centre_however_fine_the_pixels(fineness):
+    optics = Optics(blur_sd_px=(0.3, 3.0))
+    rng = np.random.default_rng(fineness)
+    quarter = rng.random((24 * fineness, 31 * fineness), np.float32)
+    half = np.hstack([quarter, quarter[:, ::-1]])
+    blurred = optics.apply(np.vstack([half, half[::-1]]), fineness)
+    np.testing.assert_allclose(blurred[:, ::-1], blurred, atol=1e-5)
+    np.testing.assert_allclose(blurred[::-1], blurred, atol=1e-5)
+
+
+def test_a_curve_takes_of_what_the_pupil_leaves():
+    curve = ((0, 50, 100), (1.0, 0.8, 0.2))
+    both = Optics(exit_pupil_px=90.0, falloff=curve).vignetting(60, 40)
+    each = [
+        Optics(exit_pupil_px=90.0).vignetting(60, 40),
+        Optics(falloff=curve).vignetting(60, 40),
+    ]
+    np.testing.assert_allclose(both, each[0] * each[1], rtol=1e-6)
+
+
+def test_a_part_of_a_picture_has_the_light_of_its_own_place():
+    optics = Optics(exit_pupil_px=60.0)
+    part = Crop(30, 20, 16, 12, 64, 48)
+    found = optics.apply(np.ones((12, 16), np.float32), window=part)
+    np.testing.assert_array_equal(found, optics.vignetting(64, 48)[part.place])

@@ -30,13 +30,21 @@ from raxel.lab.footprint import PixelMeans, lattice
 from raxel.lab.laboratory import Laboratory
 from raxel.lab.optics import Optics
 from raxel.lab.sensor import Sensor
-from raxel.lab.sight import Sight
+from raxel.lab.sight import Crop, Raster, Sight
 from raxel.sets import Chessboard
 from tests.corner_check import board_before, fitted_corners
 
 HERE = np.eye(4)
 # Looks along z; the pixel (u, v) sees the square around (u, v) mm.
 ORTHO = OrthographicCamera(1, (0, 0), 12, 10)
+
+
+class Slope(Texture):
+    """Radiance that rises linearly: its mean over a pixel is its middle's."""
+
+    def radiance(self, uv, cosine):
+        """A thousandth per mm."""
+        return 0.5 + 0.001 * uv[:, 0]
 
 
 def flat(texture, rectangle=(40, 40, (-20, -20)), background=0.0):
@@ -252,3 +260,41 @@ def test_the_mean_place_of_a_pixel_on_a_bent_map_is_exact():
     found = means.mean_inside(pixels, corners, [Middle()], False)
     # The mean of u^2 over a pixel's side is that of its middle and 1 / 12.
     np.testing.assert_allclose(found, pixels[:, 0] ** 2 + 1 / 12, atol=1e-3)
+
+
+def test_smooth_textures_take_the_centre_and_one_trace_shades_many():
+    traced = trace(ORTHO, HERE, flat(Plain(0.0)))
+    u = np.arange(12) * np.ones((10, 1))
+    np.testing.assert_allclose(traced.shade({0: Slope()}), 0.5 + 0.001 * u, atol=1e-6)
+    board = ChessboardTexture(3, 3, 1.7, 1.0)
+    np.testing.assert_array_equal(
+        traced.shade({0: board}), render(ORTHO, HERE, flat(board))
+    )
+    assert (traced.shade() == 0).all()
+
+
+@pytest.mark.parametrize("window", [None, Crop(3, 11, 8, 6, 40, 30)])
+@pytest.mark.parametrize("fineness", [1, 2, 3])
+def test_the_finer_pixels_of_a_pixel_lie_evenly_about_its_middle(fineness, window):
+    """Their middles are those of equal parts of it, and their mean is its own."""
+    camera = PerspectiveCamera([[50.0, 0, 17], [0, 60.0, 12], [0, 0, 1]], [], 40, 30)
+    raster = Raster(camera, fineness, window)
+    first = [0, 0] if window is None else [window.u, window.v]
+    parts = (np.arange(fineness) + 0.5) / fineness - 0.5
+    u, v = np.meshgrid(2 + parts, 1 + parts)
+    here = np.column_stack([u.ravel(), v.ravel()])
+    fine = [np.arange(n * fineness, (n + 1) * fineness) for n in (2, 1)]
+    across, down = np.meshgrid(*fine)
+    pixels = np.column_stack([across.ravel(), down.ravel()]).astype(float)
+    wanted = camera.rays(here + first).directions
+    for found in (raster.rays(pixels), raster.grid(*(f.astype(float) for f in fine))):
+        np.testing.assert_allclose(found.directions, wanted, atol=1e-7)
+    assert raster.width == fineness * (40 if window is None else 8)
+    assert raster.height == fineness * (30 if window is None else 6)
+
+
+@pytest.mark.parametrize("most", [200_000, 100])
+def test_a_share_of_the_image_is_that_of_all_its_columns(most):
+    camera = OrthographicCamera(1, (0, 0), 90, 20)
+    third = Rectangle(pose(np.eye(3), [59.5, -0.5, 50]), 30, 20)
+    assert visible_share(camera, HERE, third, most) == pytest.approx(1 / 3, abs=0.02)

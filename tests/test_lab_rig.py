@@ -12,6 +12,7 @@ from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import rig_limits
 from raxel.lab.rig import load_rig
+from raxel.lab.rig_target import pattern_plan
 from raxel.lab.target_poses import AroundPoses, DrawnPoses, Visibility, outline_of
 
 RIGS = sorted((Path(__file__).resolve().parents[1] / "data" / "rigs").glob("*.yaml"))
@@ -332,3 +333,9 @@ def test_a_target_looks_as_it_is_drawn_wherever_its_origin_is():
                 widest = np.arccos((lines @ lines.T).min())
                 assert widest == pytest.approx(0.5, abs=1e-6)
         np.testing.assert_allclose(*middles, atol=1e-9)
+
+
+def test_a_plan_of_cells_has_the_steps_that_are_given():
+    given = {"monitor_px": (640, 480), "cells": 8}
+    assert pattern_plan(given | {"phase_steps": 5}).phase_steps == 5
+    assert pattern_plan(given).gray_bits == (3, 3)

@@ -21,6 +21,7 @@ from raxel.lab import (
     facade,
     room,
 )
+from raxel.lab.room import _column
 
 T = pose(rotation_from_vector([0.4, -0.3, 0.8]), [20.0, -35, 50])
 
@@ -223,3 +224,28 @@ def test_a_ray_straight_down_meets_a_relief_only_where_it_lies(place, met):
     relief = Relief(np.eye(4), np.zeros((4, 3)), 10.0)  # 20 mm wide, 30 mm high
     hit = relief.hit(np.array([[*place, 50.0]]), np.array([[0.0, 0, -1]]))
     assert np.isfinite(hit.distance[0]) == met
+
+
+def test_a_relief_is_seen_at_the_angle_of_its_normal():
+    """The normal is that of the plane through three places close together."""
+    relief = Relief(T, np.array([[0.0, 1, 5], [2, 9, 3]]), 10.0)
+    places = np.array([[2.0, 7], [13, 3], [18, 8.5]])
+    for place in places:
+        steps = np.array([[0, 0, 100], [1e-4, 0, 100], [0, 1e-4, 100]])
+        origins = transform(T, np.append(place, 0) + [3, -5, 0] + steps)
+        way = T[:3, :3] @ [-3, 5, -100.0]
+        way /= np.linalg.norm(way)
+        hit = relief.hit(origins, np.tile(way, (3, 1)))
+        one, two, three = origins + hit.distance[:, None] * way
+        normal = np.cross(two - one, three - one)
+        normal *= np.sign(normal @ T[:3, 2]) / np.linalg.norm(normal)
+        np.testing.assert_allclose(hit.cosine[0], way @ normal, atol=1e-5)
+
+
+def test_the_flutes_of_the_rooms_column_go_all_around_it():
+    ((column, texture),) = _column(np.zeros(3), 2700.0)
+    u = np.pi * column.radius * np.linspace(-1, 1, 481)[:-1] + 0.1
+    seen = texture.radiance(np.column_stack([u, np.full(480, 900.0)]), np.ones(480))
+    each = seen.reshape(12, 40, -1)
+    assert len(np.unique(each[0], axis=0)) == 2
+    np.testing.assert_array_equal(each, np.broadcast_to(each[:1], each.shape))

@@ -151,3 +151,19 @@ def test_a_shape_that_is_in_part_behind_the_viewer_is_refused_as_a_calibration()
     shape[-1] = -1 / 400
     with pytest.raises(CalibrationError, match=r"mirror shape: .*before the viewer"):
         camera_of_shape(VIEWER, grid, shape, "inverse depth")
+
+
+@QUANTITIES
+def test_residuals_move_with_their_places_in_the_picture(quantity):
+    camera, _, _, p, points = scene(quantity=quantity)
+    c = 1.01 * camera.coefficients.ravel("F")
+    inside = np.all(np.abs(p - p.mean(axis=0)) < 0.3 * np.ptp(p, axis=0), axis=1)
+    p, points, step = p[inside], points[inside], 1e-5
+    slopes = RayPoints(p, camera.grid, quantity).picture_jacobian(c, points)
+    off = [
+        RayPoints(p + sign * step * np.array([0.6, -0.8]), camera.grid, quantity)
+        for sign in (1, -1)
+    ]
+    moved = np.subtract(*(rays.residuals(c, points) for rays in off)) / (2 * step)
+    due = slopes @ [0.6, -0.8]
+    np.testing.assert_allclose(moved, due, atol=1e-5 * np.abs(due).max())

@@ -1,12 +1,15 @@
 """A bending mirror from its views: accuracy, and bad views refused or flagged."""
 
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from raxel.calibration.mirror.checks import check_two_pictures
 from raxel.calibration.mirror.from_pictures import ordered_like
-from raxel.calibration.mirror.stages import calibrate_mirror
+from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.stages import SETTINGS, _outline, calibrate_mirror
 from raxel.errors import CalibrationError, InputError
 from tests.made_mirror_views import board_view, edge, made_views, sheet, step_views
 from tests.mirror_scenes import board_pose
@@ -178,3 +181,33 @@ def test_places_of_the_monitor_that_are_one_are_refused():
         calibrate_mirror(views._replace(platter=twice))
     with pytest.raises(CalibrationError, match="check the grids' poses"):
         calibrate_mirror(views._replace(grids=views.grids[::-1]))
+
+
+def test_knots_span_what_the_next_step_shows_as_far_as_they_are_supported():
+    """Boards of the next step lie far beyond; knots follow a part of the way."""
+    step, camera = good().steps[0], calibrated().cameras[0]
+    pixels = step.after.pixels
+    middle = np.nanmean(pixels, axis=0)
+    wide = step.before._replace(pixels=middle + 3 * (pixels - middle))
+    spans = []
+    for following in (None, step._replace(before=wide).before):
+        outline = _outline(camera, step, following, SETTINGS)
+        spans.append(np.ptp(camera.grid.turned(normalised(camera.viewer, outline)), 0))
+    intervals = np.subtract(SETTINGS.shape, SETTINGS.degree)
+    common = pixels[camera.rays(step.before.pixels).valid & np.isfinite(pixels[:, 0])]
+    common = np.ptp(camera.grid.turned(normalised(camera.viewer, common)), axis=0)
+    # Four tenths of an interval to each side are as far as knots are supported.
+    np.testing.assert_allclose(spans[1], common * (1 + 0.8 / intervals), rtol=1e-3)
+    assert np.all(spans[0] < spans[1])
+
+
+def test_a_monitor_shown_twice_in_one_place_is_told_though_pixels_stray():
+    """What single pixels decode wrongly is no other place."""
+    grids = [SimpleNamespace(name=name) for name in ("near", "far")]
+    once = np.random.default_rng(0).uniform(0, 300, (200, 2))
+    again = once + 0.1
+    again[:30] += 80
+    again[-5:] = np.nan
+    with pytest.raises(CalibrationError, match="same points of the monitor in near"):
+        check_two_pictures(np.stack([once, again]), grids)
+    check_two_pictures(np.stack([once, once + [5.0, 0.0]]), grids)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from raxel.calibration.mirror import edges
 from raxel.calibration.mirror.clamp import clamp_of_camera
 from raxel.calibration.mirror.edges import EVEN_MM, turns_if_even
 from raxel.calibration.mirror.prior import bending_prior, plane_through
@@ -317,3 +318,24 @@ def test_rays_are_as_uncertain_as_they_are_said_to_be():
         assert found.misfit > 0
         assert found.widening > 1
     assert 0.4 < np.mean(squares) < 2.5
+
+
+@pytest.mark.parametrize(
+    ("degrees", "told"), [(0.29, "none"), (0.31, "flagged"), (5.1, "refused")]
+)
+def test_rays_next_to_a_knot_are_uncertain_from_a_third_of_a_degree_on(
+    degrees, told, monkeypatch
+):
+    grid = FLAT.grid
+
+    def one_of_them(places, *_):
+        return np.radians(np.where(np.arange(len(places)) == 3, degrees, 0.1))
+
+    monkeypatch.setattr(edges, "ray_sd", one_of_them)
+    if told == "refused":
+        with pytest.raises(CalibrationError, match="knot 3 along u, 0 along v, are"):
+            edges.uncertain_knots(grid, FLAT.quantity, None, None)
+    else:
+        flags = edges.uncertain_knots(grid, FLAT.quantity, None, None)
+        assert len(flags) == (told == "flagged")
+        assert all("are uncertain by 0.31 degrees" in flag for flag in flags)

@@ -266,3 +266,13 @@ def test_a_page_that_is_too_large_is_refused(monkeypatch):
 def test_a_bad_scene_is_refused_with_its_reason(make, said):
     with pytest.raises(SceneError, match=said):
         make()
+
+
+def test_what_is_looked_at_is_mid_picture_and_the_angle_of_view_ends_at_its_edge():
+    """Half a pixel beyond the outermost centre, as pixel centres are whole numbers."""
+    edge = 10 * np.tan(np.radians(15.0))
+    scene = Scene([Points([[0, 0, 0]], "k")], (0, 0, 0), (0, 0, 10), (0, -1, 0))
+    points = [[0, 0, 10], [0, edge, 10], [0, -edge, 10], [edge, 0, 10]]
+    pixels = projected(scene, points, 720, 480)
+    expected = [[359.5, 239.5], [359.5, 479.5], [359.5, -0.5], [599.5, 239.5]]
+    np.testing.assert_allclose(pixels, expected, atol=1e-9)

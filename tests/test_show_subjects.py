@@ -18,6 +18,7 @@ from raxel.lab.render_set import POSES
 from raxel.lab.rig import Rig
 from raxel.sets import load_set
 from raxel.show import Points, Segments, Surface, camera_scene
+from raxel.show.boards import surface_texture
 from raxel.show.cameras import MEASURED, field_edge, spread_pixels
 from raxel.show.rigs import rig_scene
 from raxel.show.scene import finite_points
@@ -228,3 +229,30 @@ def test_what_is_missing_is_told_with_the_command_that_mends_it(
 def fresh():
     """The availability, found out anew."""
     return rendering.available.__wrapped__()
+
+
+def test_pixels_that_are_drawn_lie_evenly_about_mid_image():
+    camera = load_rig(RIGS[0]).camera
+    pixels = spread_pixels(camera, (8, 6)).reshape(6, 8, 2)
+    size = np.array([camera.width, camera.height])
+    np.testing.assert_allclose(pixels.mean(axis=(0, 1)), (size - 1) / 2)
+    # The image reaches from -1/2 on; the first cell's middle is half a cell from there.
+    np.testing.assert_allclose(pixels[0, 0], size / [8, 6] / 2 - 0.5)
+
+
+def test_a_texel_shows_what_lies_at_its_middle():
+    class Ramp:
+        """As bright as its place is far right and, in another channel, far down."""
+
+        def radiance(self, uv, cosine):
+            share = (uv - [10.0, 20.0]) / [8.0, 4.0]
+            return np.column_stack([share, 0 * cosine]) ** 2.2
+
+    shown = surface_texture(Ramp(), np.array([10.0, 20.0]), np.array([8.0, 4.0]), 1.0)
+    assert shown.shape == (4, 8, 3)
+    np.testing.assert_array_equal(
+        shown[0, :, 0], np.round(255 * (np.arange(8) + 0.5) / 8)
+    )
+    np.testing.assert_array_equal(
+        shown[:, 0, 1], np.round(255 * (np.arange(4) + 0.5) / 4)
+    )

@@ -131,3 +131,19 @@ def test_a_lens_of_another_law_is_still_blamed(calibrated):
     assert "a pinhole with two radial terms does not fit these boards" in printed
     assert ("1.png", 20) in [(w["file"], w["corner"]) for w in result["wrong_points"]]
     assert len(result["wrong_points"]) < 5
+
+
+def test_errors_of_a_camera_are_told_with_the_corners_that_are_wrong(tmp_path, capsys):
+    """As printed: a pose bends away from a corner that is 30 px off, and little."""
+    boards = boards_of(PINHOLE, count=4)
+    boards[1][20] += [18.0, 24.0]
+    folder, corners = write_made_set(tmp_path / "set", boards)
+    camera, path = tmp_path / "camera.npz", tmp_path / "result.json"
+    PINHOLE.save(camera)
+    order = ["evaluate", camera, folder, "--corners", corners, "--json", path]
+    assert main([*map(str, order)]) == 0
+    result, printed = json.loads(path.read_text()), capsys.readouterr().out
+    due = 30 / np.sqrt(4 * COLUMNS * ROWS)
+    assert result["rms_px"] == pytest.approx(due, rel=0.1)
+    assert f"rms {result['rms_px']:.3f} px" in printed
+    assert "the others by 0.0" in printed
