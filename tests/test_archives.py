@@ -123,14 +123,6 @@ def test_what_the_zip_says_of_a_member_is_checked(tmp_path, offset, number, word
     refused(path, words)
 
 
-@pytest.mark.filterwarnings("ignore:Duplicate name")
-def test_a_field_given_twice_is_refused(tmp_path):
-    path = zipped(tmp_path / "camera.npz")
-    with zipfile.ZipFile(path, "a") as archive:
-        archive.writestr("K.npy", npy(np.eye(3)))
-    refused(path, "field 'K': given twice")
-
-
 def test_a_bomb_takes_no_memory(tmp_path):
     shape = 32, 1 << 16
     large = with_header(described(shape), bytes(8 * shape[0] * shape[1]))
@@ -170,13 +162,13 @@ def test_order_of_bytes_and_of_axes_does_not_matter(tmp_path):
 def test_what_is_no_plain_file_is_not_opened(tmp_path, monkeypatch):
     pipe = tmp_path / "pipe.npz"
     os.mkfifo(pipe)
-    refused(pipe, "found a pipe or a device")
-    refused(tmp_path, "found a folder")
-    with pytest.raises(InputError, match="/dev/zero: not a camera file"):
+    refused(pipe, "not a readable camera file")
+    refused(tmp_path, "not a readable camera file")
+    with pytest.raises(InputError, match="/dev/zero: not a readable camera"):
         load_camera("/dev/zero")
     path = zipped(tmp_path / "camera.npz")
     monkeypatch.setattr(os, "access", lambda *given: False)
-    refused(path, "Permission denied")
+    refused(path, "not a readable camera file")
 
 
 def test_cameras_nest_only_so_deep(tmp_path):

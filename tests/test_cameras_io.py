@@ -82,7 +82,7 @@ def test_a_bad_field_is_named_with_its_file(camera, name, value, tmp_path):
 def test_files_that_are_no_cameras(tmp_path):
     with pytest.raises(InputError, match="no such camera file"):
         load_camera(tmp_path / "none.npz")
-    with pytest.raises(InputError, match="not a camera file"):
+    with pytest.raises(InputError, match="not a readable camera file"):
         load_camera(tmp_path)
     text, single, cut = (tmp_path / name for name in ("a.npz", "b.npy", "c.npz"))
     text.write_text("no archive")

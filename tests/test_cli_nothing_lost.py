@@ -219,7 +219,7 @@ def test_a_disk_that_fills_leaves_the_old_camera(drawn, tmp_path, capsys):
         resource.setrlimit(resource.RLIMIT_FSIZE, usual)
     assert status == 1
     err = capsys.readouterr().err
-    assert err == f"raxel: {result}: File too large; not written\n"
+    assert err == f"raxel: {camera}, {result}: File too large; not written\n"
     assert camera.read_text() == "the old one"
     assert not result.exists()
 

@@ -57,14 +57,26 @@ def test_what_is_right_has_no_fault(schema):
             "entries.b2.xyz: unknown key; known are id, value, lines, source, unit, "
             "range",
         ),
-        ({"value": "two"}, "entries.b2.value: found 'two'; give number or null"),
-        ({"lines": [3]}, "entries.b2.lines: found a list of 1; give at least 2"),
-        ({"lines": [3, 3]}, "entries.b2.lines: found a list of 2; give each once"),
-        ({"source": "x"}, "entries.b2.source: found 'x'; give one of real, synthetic"),
+        (
+            {"value": "two"},
+            "entries.b2.value: found 'two'; give type ['number', 'null']",
+        ),
+        ({"lines": [3]}, "entries.b2.lines: found a list of 1; give minItems 2"),
+        (
+            {"lines": [3, 3]},
+            "entries.b2.lines: found a list of 2; give uniqueItems True",
+        ),
+        (
+            {"source": "x"},
+            "entries.b2.source: found 'x'; give enum ['real', 'synthetic']",
+        ),
         ({"unit": "cm"}, "entries.b2.unit: found 'cm'; give mm, the one unit"),
-        ({"range": [1, -2]}, "entries.b2.range[1]: found -2; give 0 or more"),
-        ({"id": 7}, "entries[1].id: found 7; give string"),
-        ({"value": math.nan}, "entries.b2.value: found nan; give a finite number, or "),
+        ({"range": [1, -2]}, "entries.b2.range[1]: found -2; give minimum 0"),
+        ({"id": 7}, "entries[1].id: found 7; give type string"),
+        (
+            {"value": math.nan},
+            "entries.b2.value: found nan; give type ['number', 'null']",
+        ),
     ],
 )
 def test_a_fault_is_named_by_the_entry_s_id_with_advice(schema, change, line):
@@ -79,7 +91,7 @@ def test_a_missing_key_and_the_whole_of_another_type(schema):
     data = book()
     del data["entries"][0]["id"], data["entries"][0]["value"]
     assert faults(data, "book", schema) == ["book: entries[0].id: key missing; add it"]
-    assert faults([], "book", schema) == ["book: found a list of 0; give object"]
+    assert faults([], "book", schema) == ["book: found a list of 0; give type object"]
 
 
 def test_every_fault_is_listed_and_unknown_keys_come_first(schema):
@@ -88,7 +100,7 @@ def test_every_fault_is_listed_and_unknown_keys_come_first(schema):
     unknown, missing, short = faults(data, "book", schema)
     assert "valu: unknown key" in unknown
     assert "value: key missing" in missing
-    assert "at least 2" in short
+    assert "give minItems 2" in short
 
 
 def test_field_names():
@@ -106,10 +118,10 @@ def test_near_names():
 def test_yaml_that_would_take_minutes_is_not_begun(tmp_path):
     path = tmp_path / "long.yaml"
     path.write_text("a: b\n" * 1_000_000)
-    with pytest.raises(InputError, match=r"long\.yaml: found 5 MB, .* 2 MB at most"):
+    with pytest.raises(InputError, match=r"long\.yaml: found 5 MB, .* 1 MB at most"):
         read_yaml(path)
     os.mkfifo(tmp_path / "pipe.yaml")
-    with pytest.raises(InputError, match=r"pipe\.yaml: .* a pipe or a device"):
+    with pytest.raises(InputError, match=r"pipe\.yaml: not a readable file"):
         read_yaml(tmp_path / "pipe.yaml")
 
 
@@ -118,7 +130,7 @@ def test_yaml_has_one_meaning(tmp_path):
     path.write_text("taken: 2026-01-31\nsizes: [1, 2.5]\n")
     assert read_yaml(path) == {"taken": "2026-01-31", "sizes": [1, 2.5]}
     path.write_text("a: 1\nb: 2\na: 3\n")
-    twice = r"plain\.yaml: line 3: key 'a' given twice, first in line 1; keep one"
+    twice = r"plain\.yaml: line 3: key 'a' given twice, first in line 1; correct"
     with pytest.raises(InputError, match=twice):
         read_yaml(path)
 
@@ -132,19 +144,13 @@ def test_names_of_files_that_are_no_text_are_read_with_the_same_strictness(tmp_p
         read_yaml(path)
 
 
-@pytest.mark.parametrize("written", ["025", "-017", "1:30", "1:30.5", "01_0"])
-def test_numbers_that_yaml_reads_in_eights_or_sixties_are_refused(tmp_path, written):
+def test_numbers_are_read_in_tens_and_all_else_as_text(tmp_path):
     path = tmp_path / "a.yaml"
-    path.write_text(f"name: a\npitch_mm: {written}\n")
-    found = f"line 2: '{written}' is no plain number; write 25, not 025 or 1:30"
-    with pytest.raises(InputError, match=found):
-        read_yaml(path)
-
-
-def test_plain_numbers_and_quoted_texts_are_read_as_they_are(tmp_path):
-    path = tmp_path / "a.yaml"
-    path.write_text('[0, -25, 0.25, 1_000, 2.5e+1, "025", "1:30", 0x19]')
-    assert read_yaml(path) == [0, -25, 0.25, 1000, 25.0, "025", "1:30", 25]
+    path.write_text('[0, -25, 0.25, .5, 2.5e+1, 1.0e+999, "025"]')
+    assert read_yaml(path) == [0, -25, 0.25, 0.5, 25.0, math.inf, "025"]
+    texts = ["025", "-017", "1:30", "1:30.5", "01_0", "0x19", ".nan", 30 * "9"]
+    path.write_text(f"[{', '.join(texts)}]")
+    assert read_yaml(path) == texts
 
 
 def test_no_yaml_of_the_repository_has_a_key_twice():

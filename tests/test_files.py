@@ -9,7 +9,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.io import files
-from raxel.io.files import move_into, read_json, together, write_json, write_whole
+from raxel.io.files import read_json, together, write_json, write_whole
 
 
 @pytest.mark.parametrize("content", ["π und mehr\n", b"\x00\xff\r\n", ""])
@@ -75,7 +75,7 @@ def test_json_that_an_editor_saved_with_a_mark_of_its_bytes_is_read(tmp_path):
 def test_json_that_gives_a_key_twice_is_refused(tmp_path, text):
     path = tmp_path / "a.json"
     path.write_text(text)
-    with pytest.raises(InputError, match=r"a\.json: key 'a' given twice .*; keep one"):
+    with pytest.raises(InputError, match=r"a\.json: .*key 'a' given twice in one"):
         read_json(path)
 
 
@@ -112,7 +112,7 @@ def test_a_move_that_fails_after_another_is_told_by_name(tmp_path, monkeypatch):
     second.mkdir()
     with pytest.raises(IsADirectoryError) as caught:
         write_both(first, 1, second, 2)
-    assert caught.value.filename2 == str(second)
+    assert caught.value.filename == f"{first}, {second}"
     assert sorted(os.listdir(tmp_path)) == ["first.json", "second.json"]
 
 
@@ -125,22 +125,6 @@ def test_a_full_disk_is_told_with_the_name_of_the_result(tmp_path, monkeypatch):
         write_both(tmp_path / "a.json", 1, tmp_path / "b.json", 2)
     assert caught.value.filename == str(tmp_path / "a.json")
     assert os.listdir(tmp_path) == []
-
-
-def test_folders_are_filled_or_appear_whole(tmp_path):
-    def new():
-        folder = tmp_path / "new"
-        (folder / "sub").mkdir(parents=True)
-        (folder / "sub" / "a").write_text("new")
-        return folder
-
-    out = tmp_path / "out"
-    move_into(new(), out)
-    (out / "b").write_text("old")
-    (out / "sub" / "a").write_text("old")
-    move_into(new(), out)
-    assert (out / "sub" / "a").read_text() == "new"
-    assert (out / "b").read_text() == "old"
 
 
 @pytest.mark.parametrize("name", ["a" * 251 + ".txt", "a." + "b" * 250, "é" * 127])
@@ -157,5 +141,5 @@ def test_a_name_that_is_no_utf_8_comes_back_from_json(tmp_path):
 def test_json_is_read_from_no_pipe_and_no_folder(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", tmp_path):
-        with pytest.raises(InputError, match="not a file: found"):
+        with pytest.raises(InputError, match="not a readable file"):
             read_json(path)

@@ -117,13 +117,13 @@ ABSURD = {
     ),
     "integer beyond all": (
         {"camera__focal_px": leaf(10**400, "px")},
-        "camera.focal_px: holds what is no number",
+        "camera.focal_px.value: found .1000",
     ),
     "coefficient beyond all": (
         {"camera__focal_px": leaf(1e101, "px")},
         r"camera.focal_px: holds values that are not finite, or beyond 1e\+100",
     ),
-    "nested": ({"camera": deep(120)}, r"line \d+: nested too deeply"),
+    "nested": ({"camera": deep(120)}, "nested too deeply"),
     "mirrors": (
         {"camera": deep(9)},
         "camera(.viewer){5}: a camera in 4 others; give one nested less deeply",

@@ -5,8 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from raxel.io.rendering import Availability
-from raxel.show import Points, Scene, Surface, available
+from raxel.show import Points, Scene, Surface, rendering_missing
 from repro.page import draw, space, style
 from repro.run import discover, jobs
 
@@ -17,10 +16,10 @@ SHEET = np.array([[[-9, -9, 2], [9, -9, 2]], [[-9, 9, 2], [9, 9, 2.0]]])
 
 @pytest.fixture
 def without_opengl(monkeypatch):
-    monkeypatch.setattr(space, "available", lambda: Availability(False, MISSING))
+    monkeypatch.setattr(space, "rendering_missing", lambda: MISSING)
 
 
-@pytest.mark.skipif(not available().works, reason="needs OpenGL: " + available().reason)
+@pytest.mark.skipif(bool(rendering_missing()), reason=rendering_missing())
 def test_a_scene_fills_its_axes_and_needs_no_labels():
     drawn, axes = style.figure(1, 2, height_in=2.0)
     drawn.set_layout_engine("none")

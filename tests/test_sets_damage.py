@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from raxel.errors import InputError
-from raxel.io.documents import read_text
+from raxel.io.documents import read_yaml
 from raxel.io.files import read_json
 from raxel.sets import load_set, read_image
 from raxel.sets.image_files import has_orientation, read_colour
@@ -122,7 +122,7 @@ def one_image(path):
     return read_image(SimpleNamespace(folder=path.parent), path.name)
 
 
-@pytest.mark.parametrize("read", [one_image, read_json, read_text])
+@pytest.mark.parametrize("read", [one_image, read_json, read_yaml])
 def test_a_file_without_end_is_not_read(tmp_path, read):
     """It is sparse: on the disk there is nothing of it."""
     path = tmp_path / "large.json"

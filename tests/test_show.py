@@ -35,9 +35,9 @@ from raxel.show.picture import THEMES
 from raxel.show.view import mm_per_px, projected
 
 VIEW = {"view_from": (0, 0, -5), "look_at": (0, 0, 1)}
-HERE = rendering.available()
-draws = pytest.mark.skipif(not HERE.works, reason=HERE.reason)
-has_pyvista = pytest.mark.skipif("pyvista" in HERE.reason, reason=HERE.reason)
+MISSING = rendering.rendering_missing()
+draws = pytest.mark.skipif(bool(MISSING), reason=MISSING)
+has_pyvista = pytest.mark.skipif("pyvista" in MISSING, reason=MISSING)
 
 
 def lattice(rows, columns, depth=0.0):

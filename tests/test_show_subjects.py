@@ -201,7 +201,7 @@ def test_without_a_file_it_opens_a_page_where_there_is_a_display(
     ],
 )
 def test_bad_requests_get_one_line(monkeypatch, capsys, arguments, said):
-    monkeypatch.setattr("raxel.cli.show.need_packages", lambda: None)
+    monkeypatch.setattr("raxel.cli.show.packages_missing", str)
     assert main(["show", *arguments]) == 2
     complaint = capsys.readouterr().err
     assert said in complaint
@@ -211,24 +211,23 @@ def test_bad_requests_get_one_line(monkeypatch, capsys, arguments, said):
 def test_what_is_missing_is_told_with_the_command_that_mends_it(
     monkeypatch, capsys, tmp_path
 ):
-    monkeypatch.setattr(rendering, "_remembered", lambda: False)
+    monkeypatch.setattr(rendering.sys, "prefix", str(tmp_path))
     monkeypatch.setattr(rendering, "PROBE", "import os; os.kill(os.getpid(), 11)")
-    assert "apt-get install libegl1 libgl1 libxrender1" in fresh().reason
+    assert "apt-get install libegl1 libgl1 libxrender1" in fresh()
     monkeypatch.setattr(rendering, "PACKAGES", ("pyvista", "no_such_package"))
-    found = fresh()
-    assert not found.works
-    assert found.reason == (
+    missing = fresh()
+    assert missing == (
         "3-D scenes need no_such_package, not installed here; run: "
         "pip install raxel[show]"
     )
     PINHOLE.save(tmp_path / "camera.npz")
     assert main(["show", str(tmp_path / "camera.npz")]) == 2
-    assert capsys.readouterr().err == f"raxel: {found.reason}\n"
+    assert capsys.readouterr().err == f"raxel: {missing}\n"
 
 
 def fresh():
-    """The availability, found out anew."""
-    return rendering.available.__wrapped__()
+    """What is missing, found out anew."""
+    return rendering.rendering_missing.__wrapped__()
 
 
 def test_pixels_that_are_drawn_lie_evenly_about_mid_image():

@@ -16,8 +16,8 @@ from raxel.show.rigs import _name, facing_sight
 from raxel.show.scene import Points, Scene, Segments, finite_points
 from raxel.show.view import _told
 
-HERE = rendering.available()
-has_pyvista = pytest.mark.skipif("pyvista" in HERE.reason, reason=HERE.reason)
+MISSING = rendering.rendering_missing()
+has_pyvista = pytest.mark.skipif("pyvista" in MISSING, reason=MISSING)
 
 
 def test_the_peak_of_a_camera_stands_above_the_upper_side_of_its_picture():

@@ -145,7 +145,7 @@ def test_judged_files_are_read_in_order_and_checked(tmp_path):
     content = judged("a/s2", claims={"c": readings(("differs", {}))})
     content["claims"]["c"]["readings"][0]["verdict"] = "holds"
     (folder / "a/s2.json").write_text(json.dumps(content))
-    line = r"^a/s2.json: claims.c.readings\[0\].verdict: found 'holds'; give one"
+    line = r"^a/s2.json: claims.c.readings\[0\].verdict: found 'holds'; give enum"
     with pytest.raises(VerdictError, match=line):
         verdict.read_judged(folder)
     (folder / "a/s2.json").write_text("{")

@@ -11,7 +11,7 @@ from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
 from raxel.io.files import check_can_be_written, replacing
-from raxel.io.rendering import need_packages, need_rendering
+from raxel.io.rendering import need, packages_missing, rendering_missing
 from raxel.sets import is_mirror_set, load_set
 
 FORMS = (".html", ".png")
@@ -28,8 +28,8 @@ def show(options, say):
             )
         check_can_be_written(out)
         check_written([out], [], [options.what, options.camera, options.corners])
-    needed = need_rendering if out and out.suffix.lower() == ".png" else need_packages
-    needed()
+    flat = out and out.suffix.lower() == ".png"
+    need(rendering_missing() if flat else packages_missing())
     scene, title = _scene(options, out, say)
     if out is None:
         folder = Path(tempfile.mkdtemp(prefix="raxel-show-"))

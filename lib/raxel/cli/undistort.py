@@ -13,7 +13,7 @@ from raxel.cli.outputs import check_written
 from raxel.cli.straight import straightener
 from raxel.cli.terminal import on_one_line
 from raxel.errors import InputError
-from raxel.io.files import check_can_be_written, move_into
+from raxel.io.files import check_can_be_written
 from raxel.sets import load_set, read_colour
 
 LEAST_SHARE = 0.5  # of the pixels: below it, the picture is mostly black
@@ -40,7 +40,9 @@ def undistort(options, say):
             _write_png(folder / target, image)
             renamed = target != _plain(name)
             say(f"{number}/{len(files)} {name}{f' as {target}' if renamed else ''}")
-        move_into(folder, out)
+        for target in targets:
+            (out / target).parent.mkdir(parents=True, exist_ok=True)
+            os.replace(folder / target, out / target)
     print(
         f"{image_set.name}: {len(files)} images in {on_one_line(out)}; {straight.sees} "
         f"{100 * straight.share:.0f} % of their pixels"

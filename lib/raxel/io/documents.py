@@ -4,146 +4,82 @@ Every fault is one line: file, field, what was found, what to do.
 """
 
 import functools
+import itertools
 import json
 import math
 import re
-from pathlib import Path
 from typing import ClassVar
 
 import yaml
 
 from raxel.errors import InputError, did_you_mean
-from raxel.io.files import file_size
+from raxel.io.files import read_text
 
 SHOWN_CHARACTERS = 60
+# Read within some seconds.
+MAX_BYTES = 1_000_000
 MAX_VALUES = 1_000_000
-MAX_DEPTH = 100
-# Read within two seconds.
-MAX_BYTES = 2_000_000
+TAG = "tag:yaml.org,2002:"
 
 
-class _Refused(Exception):
-    """YAML that may be right, and that is not taken: line, what was found, advice."""
+class _Loader(yaml.SafeLoader):
+    """YAML's plain core: no tags, no key given twice, numbers in tens.
 
-
-class _Strict:
-    """YAML's plain core: no dates, no key given twice, numbers in tens.
-
-    Dates would turn a text such as 2026-01-31 into another type; 025 would be the 21
-    that it is in eights, and 1:30 the 90 that it is in sixties.
+    Dates stay the texts that they are, as do 025 (not 21 in eights), 1:30 (not 90 in
+    sixties) and numbers of more than 18 digits.
     """
 
     yaml_implicit_resolvers: ClassVar = {
-        first: [pair for pair in pairs if not pair[0].endswith(":timestamp")]
+        first: [pair for pair in pairs if pair[0] in (f"{TAG}bool", f"{TAG}null")]
         for first, pairs in yaml.SafeLoader.yaml_implicit_resolvers.items()
     }
 
+    def compose_node(self, parent, index):
+        event = self.peek_event()
+        if getattr(event, "tag", None) is not None:
+            raise _fault("a tag (!) is not allowed", event)
+        return super().compose_node(parent, index)
+
     def construct_mapping(self, node, deep=False):
         lines = {}
-        for key_node, _ in node.value:
-            key, mark = key_node.value, key_node.start_mark
-            if key_node.tag != "tag:yaml.org,2002:str":
-                _refuse(mark, "a key must be a word", "put it in quotes")
-            if key in lines:
-                found = f"key {shown(key)} given twice, first in line {lines[key]}"
-                _refuse(mark, found, "keep one of the two")
-            lines[key] = mark.line + 1
+        for key, _ in node.value:
+            if key.tag != f"{TAG}str":
+                raise _fault("a key must be a word in quotes", key)
+            if key.value in lines:
+                first = lines[key.value]
+                found = f"key {shown(key.value)} given twice, first in line {first}"
+                raise _fault(found, key)
+            lines[key.value] = key.start_mark.line + 1
         return super().construct_mapping(node, deep)
 
-    def construct_object(self, node, deep=False):
-        if node.tag in _NUMBERS and _NOT_IN_TENS.match(node.value):
-            found = f"{shown(node.value)} is no plain number"
-            _refuse(node.start_mark, found, "write 25, not 025 or 1:30; quote a text")
-        try:
-            return super().construct_object(node, deep)
-        except ValueError as fault:
-            _refuse(
-                node.start_mark, f"{shown(node.value)} is not a number", cause=fault
-            )
+
+def _fault(problem, place):
+    return yaml.MarkedYAMLError(problem=problem, problem_mark=place.start_mark)
 
 
-class _FastLoader(_Strict, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
-    """By libyaml where it is there: the ledger takes a quarter of a second, not one."""
-
-
-class _Loader(_Strict, yaml.SafeLoader):
-    """For what libyaml does not take: halves of characters, as in names of files."""
-
-
-_NUMBERS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
-# In eights, and in sixties.
-_NOT_IN_TENS = re.compile(r"[-+]?(0[0-7_]+$|[0-9_]+:)")
-_HALF_CHARACTER = re.compile(r"\\u[dD][89a-fA-F]")
-
-
-def _refuse(mark, found, advice="correct the YAML", cause=None):
-    raise _Refused(f"line {mark.line + 1}: {found}; {advice}") from cause
-
-
-def _refuse_tags_and_depth(text, loader):
-    """What a loader would take as an order, or libyaml's would fall over.
-
-    libyaml nests calls of C as deep as the text does, which nothing there counts.
-    """
-    depth = 0
-    for event in yaml.parse(text, Loader=loader):
-        if getattr(event, "tag", None) is not None:
-            _refuse(event.start_mark, "a tag (!) is not allowed")
-        if isinstance(event, yaml.CollectionStartEvent):
-            depth += 1
-        elif isinstance(event, yaml.CollectionEndEvent):
-            depth -= 1
-        if depth > MAX_DEPTH:
-            _refuse(event.start_mark, "nested too deeply")
+_FLOAT = r"([-+]?[0-9]+\.[0-9]*|\.[0-9]+)([eE][-+][0-9]+)?$"
+for _kind, _pattern in (("int", r"[-+]?(0|[1-9][0-9]{0,17})$"), ("float", _FLOAT)):
+    _Loader.add_implicit_resolver(TAG + _kind, re.compile(_pattern), "-+.0123456789")
 
 
 def read_yaml(path):
-    """The content of a YAML file, checked for syntax and double keys.
+    """Return the content of a YAML file, checked for syntax and double keys.
 
     Raises InputError with file and line.
     """
-    text = read_text(path)
+    text = read_text(path, MAX_BYTES)
     try:
-        loader = _Loader if _HALF_CHARACTER.search(text) else _FastLoader
-        _refuse_tags_and_depth(text, loader)
-        data = yaml.load(text, loader)
-    except _Refused as fault:
-        raise InputError(f"{path}: {fault}") from fault
-    except yaml.MarkedYAMLError as fault:
-        mark = fault.problem_mark or fault.context_mark
+        data = yaml.load(text, _Loader)
+        # A few lines of aliases to aliases can stand for more than memory holds.
+        values = itertools.islice(json.JSONEncoder().iterencode(data), MAX_VALUES)
+        if sum(1 for _ in values) == MAX_VALUES:
+            raise ValueError("aliases (*) grow without bound")
+        return data
+    except (yaml.YAMLError, ValueError, RecursionError) as fault:
+        mark = getattr(fault, "problem_mark", None)
         line = f"line {mark.line + 1}: " if mark else ""
-        problem = fault.problem or fault.context
-        raise InputError(
-            f"{path}: {line}{one_line(problem)}; correct the YAML"
-        ) from fault
-    except yaml.YAMLError as fault:
-        raise InputError(_no_yaml(path, fault)) from fault
-    except RecursionError as fault:
-        raise InputError(f"{path}: nested too deeply; use fewer levels") from fault
-    if _expanded_size(data, {}) > MAX_VALUES:
-        raise InputError(f"{path}: aliases (*) grow without bound; write them out")
-    return data
-
-
-def read_text(path):
-    """The text of a file that people write. Raises InputError that names it."""
-    path = Path(path)
-    size = file_size(path)
-    if size > MAX_BYTES:
-        raise InputError(
-            f"{path}: found {size / 1e6:.4g} MB, which people do not write; give "
-            f"{MAX_BYTES / 1e6:g} MB at most"
-        )
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as fault:
-        raise InputError(_no_yaml(path, fault)) from fault
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
-
-
-def _no_yaml(where, fault):
-    return f"{where}: not a YAML text ({one_line(fault)}); save it as UTF-8"
+        problem = one_line(getattr(fault, "problem", None) or fault)
+        raise InputError(f"{path}: {line}{problem}; correct the YAML") from fault
 
 
 def validate(data, where, schema):
@@ -153,26 +89,19 @@ def validate(data, where, schema):
 
 
 def faults(data, where, schema):
-    """What is wrong with plain data (dicts, lists, numbers, texts), one line a fault.
+    """Return what is wrong with plain data (dicts, lists, numbers, texts), by lines.
 
     `where` is the file that the lines name, `schema` the path of a JSON schema; where
-    that describes a field, its words are the advice. Returns a list, empty where
-    nothing is wrong. Unknown keys come first, since a misspelt key also makes the
-    right one missing; of several in one place the first is named. A number that is not
-    finite is named alone.
+    that describes a field, its words are the advice. Unknown keys come first, since a
+    misspelt key also makes the right one missing. Numbers must be finite.
     """
+    validator = _validator(schema)
+    order = {"additionalProperties": 0, "required": 1}
     try:
-        return _faults(data, where, schema)
+        errors = list(validator.iter_errors(data))
     except RecursionError:
         return [f"{where}: nested too deeply; use fewer levels"]
-
-
-def _faults(data, where, schema):
-    for path, number in _not_finite(data):
-        advice = "give a finite number" + (", or leave the key out" if path else "")
-        return [f"{where}: {field_name(path, data)}: found {number}; {advice}"]
-    validator = _validator(schema)
-    errors = sorted(validator.iter_errors(data), key=_order)
+    errors.sort(key=lambda error: order.get(error.validator, 2))
     lines = [f"{where}: {_sentence(e, data, validator.schema)}" for e in errors]
     return list(dict.fromkeys(lines))
 
@@ -184,31 +113,26 @@ def field_name(path, data=None):
     """
     name = ""
     for part in path:
-        data = None if data is None else data[part]
+        data = data and data[part]
         known = data.get("id") if isinstance(data, dict) else None
-        if isinstance(part, int) and not isinstance(known, str):
-            name += f"[{part}]"
-        else:
-            word = known if isinstance(part, int) else part
-            name += ("." if name else "") + one_line(word)
-    return name
+        if isinstance(part, int) and isinstance(known, str):
+            part = known
+        name += f"[{part}]" if isinstance(part, int) else f".{one_line(part)}"
+    return name.removeprefix(".")
 
 
 def shown(value):
-    """A found value in a few words on one line."""
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return "true" if value else "false"
+    """Return a found value in a few words on one line."""
     if isinstance(value, dict):
         return f"a mapping of {len(value)} keys"
     if isinstance(value, list):
         return f"a list of {len(value)}"
-    return _short(repr(value))
+    words = {"None": "null", "True": "true", "False": "false"}
+    return words.get(repr(value)) or _short(repr(value))
 
 
 def one_line(text):
-    """Any text without line breaks and control characters, cut to a bearable length."""
+    """Return any text on one line of bearable length."""
     return _short(
         "".join(c if c.isprintable() else " " for c in str(text)), 4 * SHOWN_CHARACTERS
     )
@@ -218,68 +142,38 @@ def _short(text, limit=SHOWN_CHARACTERS):
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
-def _expanded_size(data, known):
-    """How many values `data` has with its aliases written out; inf if it holds itself.
-
-    A few lines of aliases to aliases can stand for more values than memory holds.
-    """
-    if not isinstance(data, (dict, list)):
-        return 1
-    if id(data) not in known:
-        known[id(data)] = math.inf
-        parts = data.values() if isinstance(data, dict) else data
-        known[id(data)] = 1 + sum(_expanded_size(part, known) for part in parts)
-    return known[id(data)]
-
-
 @functools.cache
 def _validator(schema):
     import jsonschema
 
-    return jsonschema.Draft202012Validator(json.loads(schema.read_text("utf-8")))
+    plain = jsonschema.Draft202012Validator
+    types = plain.TYPE_CHECKER.redefine("number", _is_finite_number)
+    finite = jsonschema.validators.extend(plain, type_checker=types)
+    return finite(json.loads(schema.read_text("utf-8")))
 
 
-def _not_finite(data, path=()):
-    if isinstance(data, dict):
-        for key, value in data.items():
-            yield from _not_finite(value, (*path, key))
-    elif isinstance(data, list):
-        for index, value in enumerate(data):
-            yield from _not_finite(value, (*path, index))
-    elif isinstance(data, float) and not math.isfinite(data):
-        yield path, data
-
-
-def _order(error):
-    kinds = {"additionalProperties": 0, "required": 1}
-    path = [(isinstance(p, str), str(p).zfill(9)) for p in error.absolute_path]
-    return kinds.get(error.validator, 2), path, str(error.validator)
+def _is_finite_number(_, value):
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and abs(value) < math.inf
 
 
 def _sentence(error, data, root):
     while error.context and not _described(error.schema, root):
         error = max(error.context, key=lambda inner: len(inner.absolute_path))
-    path = tuple(error.absolute_path)
-    if error.validator == "additionalProperties" and isinstance(error.instance, dict):
-        return _unknown_key(error, path, data)
+    field = field_name(error.absolute_path, data)
+    known = error.schema.get("properties", {})
+    if error.validator == "additionalProperties":
+        unknown = next(key for key in error.instance if key not in known)
+        place = f"{field}.{one_line(unknown)}".removeprefix(".")
+        advice = did_you_mean(unknown, known) or f"known are {', '.join(known)}"
+        return f"{place}: unknown key; {advice}"
     if error.validator == "required":
-        missing = next(
-            key for key in error.validator_value if key not in error.instance
-        )
-        known = error.schema.get("properties", {}).get(missing, {})
-        place = ".".join(filter(None, (field_name(path, data), missing)))
-        return f"{place}: key missing; {_described(known, root) or 'add it'}"
-    field = f"{field_name(path, data)}: " if path else ""
-    advice = _described(error.schema, root) or _advice(error)
-    return f"{field}found {shown(error.instance)}; {advice}"
-
-
-def _unknown_key(error, path, data):
-    known = list(error.schema.get("properties", {}))
-    unknown = next(key for key in error.instance if key not in known)
-    place = ".".join(filter(None, (field_name(path, data), one_line(unknown))))
-    advice = did_you_mean(unknown, known) or f"known are {', '.join(known)}"
-    return f"{place}: unknown key; {advice}"
+        missing = next(k for k in error.validator_value if k not in error.instance)
+        advice = _described(known.get(missing, {}), root) or "add it"
+        return f"{f'{field}.{missing}'.removeprefix('.')}: key missing; {advice}"
+    wanted = one_line(f"{error.validator} {error.validator_value}")
+    advice = _described(error.schema, root) or f"give {wanted}"
+    return f"{field}: found {shown(error.instance)}; {advice}".removeprefix(": ")
 
 
 def _described(schema, root):
@@ -288,21 +182,3 @@ def _described(schema, root):
         name = schema["$ref"].removeprefix("#/$defs/")
         schema = root["$defs"][name]
     return schema.get("description", "")
-
-
-def _advice(error):
-    """What to give where the schema does not say it in words."""
-    wanted = error.validator_value
-    listed = [str(one) for one in (wanted if isinstance(wanted, list) else [wanted])]
-    advice = {
-        "enum": f"give one of {', '.join(listed)}",
-        "type": f"give {' or '.join(listed)}",
-        "pattern": f"write it as {wanted}",
-        "minItems": f"give at least {wanted}",
-        "maxItems": f"give at most {wanted}",
-        "uniqueItems": "give each once",
-        "minLength": "write some text",
-        "minProperties": "name at least one",
-        "minimum": f"give {wanted} or more",
-    }
-    return advice.get(error.validator) or one_line(error.message)

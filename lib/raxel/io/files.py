@@ -3,58 +3,53 @@
 import contextlib
 import json
 import os
-import reprlib
-import stat
 import tempfile
 from collections import Counter
 from pathlib import Path
 
 from raxel.errors import InputError
 
-# Characters of the name and of the suffix in a temporary name, at most 4 bytes each.
-LONGEST_IN_NAMES = 24
 # Corners of a thousand photographs are 30 MB. Read, a text takes ten times as much.
 MAX_JSON_BYTES = 100_000_000
 
 
-def file_size(path, what="file"):
-    """Bytes of the regular file at `path`; `what` is its name in messages.
+def check_file(path, max_bytes=float("inf"), what="file"):
+    """Raise InputError unless a regular file of at most `max_bytes` can be read.
 
-    Raises InputError for one that is missing, may not be read, or is a folder, a pipe
-    or a device: to open a pipe may take for ever, and a device may have no end.
+    `what` is its name in messages. To open a pipe may take for ever, and a device may
+    have no end.
     """
-    try:
-        status = os.stat(path)
-    except FileNotFoundError as fault:
-        raise InputError(f"{path}: no such {what}; check the name") from fault
-    except (OSError, ValueError) as fault:
-        told = getattr(fault, "strerror", None) or fault
-        raise InputError(f"{path}: cannot be read ({told})") from fault
-    if not stat.S_ISREG(status.st_mode):
-        found = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or a device"
-        raise InputError(f"{path}: not a {what}: found {found}; give a plain file")
-    if not os.access(path, os.R_OK):
-        raise InputError(f"{path}: cannot be read (Permission denied)")
-    return status.st_size
-
-
-def check_size(path, most, what="file"):
-    """Raise InputError for a file of more than `most` bytes, and as `file_size`."""
-    size = file_size(path, what)
-    if size > most:
+    if not os.path.exists(path):
+        raise InputError(f"{path}: no such {what}; check the name")
+    if not os.path.isfile(path) or not os.access(path, os.R_OK):
+        raise InputError(f"{path}: not a readable {what}; give a plain file")
+    size = os.path.getsize(path)
+    if size > max_bytes:
         raise InputError(
             f"{path}: found {size / 1e6:.4g} MB, more than is read; is it the right "
-            f"{what}? Give {most / 1e6:g} MB at most"
+            f"{what}? Give {max_bytes / 1e6:g} MB at most"
         )
+
+
+def read_text(path, max_bytes):
+    """Return the text of a UTF-8 file of at most `max_bytes`.
+
+    Raises InputError that names the file.
+    """
+    check_file(path, max_bytes)
+    try:
+        return Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as fault:
+        raise InputError(
+            f"{path}: cannot be read ({fault}); save it as UTF-8"
+        ) from fault
 
 
 @contextlib.contextmanager
 def replacing(path):
-    """Give a temporary path in the folder of `path`; move it there on success.
+    """Give a temporary path of the name of `path`; move it there on success.
 
-    The temporary name keeps the suffix of `path`, since writers look at it. If the
-    block raises, nothing is left. Raises InputError where the folder cannot be
-    written; an OSError of the block names `path`.
+    The same as `together`, for one result.
     """
     with together() as place:
         yield place(path)
@@ -65,71 +60,32 @@ def together():
     """Several results take their places together, when the last is whole.
 
     Yields a callable `place`: it takes the path of a result and gives a temporary path
-    for it, as `replacing`. When the block ends all are moved, in the order in which
-    they were placed. If it raises, none is, and nothing is left:
+    of the same name. When the block ends all are moved, in the order in which they were
+    placed. If it raises, none is, and nothing is left:
 
         with together() as place:
             camera.save(place("camera.npz"))
             write_json(place("result.json"), result)
 
-    Only a move can fail after another.
+    Only a move can fail after another. Raises InputError where a folder cannot be
+    written; an OSError of the block names the results.
     """
     places = {}
+    with contextlib.ExitStack() as folders:
 
-    def place(path):
-        temporary = _beside(Path(path))
-        places[temporary] = Path(path)
-        return temporary
+        def place(path):
+            check_can_be_written(path)
+            folder = tempfile.TemporaryDirectory(dir=Path(path).parent, prefix=".")
+            places[path] = Path(folders.enter_context(folder)) / Path(path).name
+            return places[path]
 
-    try:
-        yield place
-        for temporary, path in places.items():
-            temporary.chmod(0o666 & ~_umask())
-            os.replace(temporary, path)
-    except OSError as fault:
-        _name_the_result(fault, places)
-        raise
-    finally:
-        for temporary in places:
-            temporary.unlink(missing_ok=True)
-
-
-def move_into(folder, out):
-    """Move all files below `folder` to the same places below `out`, on the same disk.
-
-    A new `out` appears whole. In one that is there already they take their places one
-    by one, over files of the same name.
-    """
-    folder, out = Path(folder), Path(out)
-    if not out.exists():
-        os.replace(folder, out)
-        return
-    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
-        target = out / path.relative_to(folder)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        os.replace(path, target)
-
-
-def _beside(path):
-    """A new empty file in the folder of `path`, for what will be there."""
-    check_can_be_written(path)
-    suffix = path.suffix if len(path.suffix) <= LONGEST_IN_NAMES else ""
-    descriptor, name = tempfile.mkstemp(
-        prefix=f".{path.stem[:LONGEST_IN_NAMES]}-", suffix=suffix, dir=path.parent
-    )
-    os.close(descriptor)
-    return Path(name)
-
-
-def _name_the_result(fault, places):
-    """Let a fault of the system name the file asked for, not the temporary one."""
-    if fault.errno is None:  # a text of its own, which a name would replace
-        return
-    if fault.filename is None and len(places) == 1:
-        (fault.filename,) = map(str, places.values())
-    for temporary, path in places.items():
-        if fault.filename == str(temporary):
-            fault.filename = str(path)
+        try:
+            yield place
+            for path, temporary in places.items():
+                os.replace(temporary, path)
+        except OSError as fault:
+            reason = fault.strerror or str(fault)
+            raise OSError(fault.errno, reason, ", ".join(map(str, places))) from fault
 
 
 def check_can_be_written(path):
@@ -146,7 +102,7 @@ def check_can_be_written(path):
 def write_whole(path, content):
     """Write a text, as UTF-8, or bytes: `path` is the old file or the whole new one.
 
-    Raises InputError as `replacing`.
+    Raises InputError as `together`.
     """
     with replacing(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
@@ -160,26 +116,13 @@ def write_json(path, data):
 
 
 def read_json(path):
-    """The content of a JSON file, in which no object has a key twice.
+    """Return the content of a JSON file, in which no object has a key twice.
 
     Raises InputError with the file, and the line or the key.
     """
-    path = Path(path)
-    check_size(path, MAX_JSON_BYTES)
+    text = read_text(path, MAX_JSON_BYTES)
     try:
-        return json.loads(
-            path.read_text(encoding="utf-8-sig"),
-            parse_constant=_refuse,
-            object_pairs_hook=_object,
-        )
-    except InputError as fault:
-        raise InputError(f"{path}: {fault}; keep one of the two") from fault
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be read ({fault.strerror})") from fault
-    except json.JSONDecodeError as fault:
-        raise InputError(
-            f"{path}: line {fault.lineno}: not JSON ({fault.msg}); was it cut off?"
-        ) from fault
+        return json.loads(text, parse_constant=_reject, object_pairs_hook=_object)
     except (ValueError, RecursionError, MemoryError) as fault:
         raise InputError(f"{path}: not usable JSON ({fault}); write it anew") from fault
 
@@ -188,16 +131,10 @@ def _object(pairs):
     """An object of JSON as a dict, of which Python would keep the last value alone."""
     found = dict(pairs)
     if len(found) < len(pairs):
-        (key, _), *_ = Counter(key for key, _ in pairs).most_common(1)
-        raise InputError(f"key {reprlib.repr(key)} given twice in one object")
+        ((key, _),) = Counter(key for key, _ in pairs).most_common(1)
+        raise ValueError(f"key {key!r:.60} given twice in one object")
     return found
 
 
-def _refuse(constant):
-    raise ValueError(f"it holds {constant}, which is no finite number")
-
-
-def _umask():
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _reject(constant):
+    raise ValueError(f"{constant} is no finite number")

@@ -14,7 +14,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from raxel.errors import InputError
-from raxel.io.files import check_size
+from raxel.io.files import check_file
 from raxel.sets.decoder_words import pixels_were_lost, words_of_decoders
 from raxel.sets.model import View
 
@@ -68,7 +68,7 @@ def has_orientation(path):
 def _read(image_set, view, colour):
     name = view.image if isinstance(view, View) else view
     path = image_set.folder / name
-    check_size(path, MAX_BYTES, "image")
+    check_file(path, MAX_BYTES, "image")
     data = path.read_bytes()
     with _opened(path, data) as header:
         size = _stored_size(header)

@@ -1,10 +1,11 @@
 """Scenes in space, drawn by pyvista: pictures, and pages on which they turn.
 
-Needs the extra `show` (`pip install raxel[show]`); `available` says whether it is here.
+Needs the extra `show` (`pip install raxel[show]`).
+`rendering_missing` returns what pictures need and is missing.
 Ready-made scenes: `camera_scene` here, `rigs.rig_scene` and `sets.set_scene`.
 """
 
-from raxel.io.rendering import RenderingError, available
+from raxel.io.rendering import RenderingError, rendering_missing
 from raxel.show.boards import board, plate, polygon
 from raxel.show.cameras import (
     axes,
@@ -44,7 +45,6 @@ __all__ = [
     "SceneError",
     "Segments",
     "Surface",
-    "available",
     "axes",
     "board",
     "camera_scene",
@@ -60,4 +60,5 @@ __all__ = [
     "plate",
     "polygon",
     "rays",
+    "rendering_missing",
 ]

@@ -16,7 +16,7 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
 
-from raxel.io.rendering import need_packages
+from raxel.io.rendering import need, packages_missing
 from raxel.show.meshes import drawn_parts
 from raxel.show.picture import THEMES, add_drawn, aim, legend_entries
 from raxel.show.scene import Labels, SceneError
@@ -37,7 +37,7 @@ def html(scene, title):
     draw or whose page would be larger than LARGEST_BYTES, and RenderingError where a
     package is missing; OpenGL is not needed.
     """
-    need_packages()
+    need(packages_missing())
     drawn = drawn_parts(scene)
     viewer = StringIO()
     from trame_vtk.tools.vtksz2html import write_html

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.io.rendering import need_rendering
+from raxel.io.rendering import need, rendering_missing
 from raxel.show.meshes import drawn_parts
 from raxel.show.scene import Labels, Points, Surface
 from raxel.show.view import INK, NOMINAL_PX, VIEW_ANGLE_DEG, projected, view_angle_deg
@@ -62,7 +62,7 @@ def picture_array(scene, size=SIZE, theme="light"):
 
 def render(scene, window, look=THEMES["light"]):
     """The scene without words, shaded: (height, width, 3) uint8 of `window` (w, h)."""
-    need_rendering()
+    need(rendering_missing())
     import pyvista as pv
 
     drawn = drawn_parts(scene)

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from raxel.show import Scene, available, html, picture_array
+from raxel.show import Scene, html, picture_array, rendering_missing
 from raxel.show.picture import FINER
 from raxel.show.picture import render as shaded_scene
 from repro.page.style import figure
@@ -30,10 +30,10 @@ def draw_scene(axes: Axes, scene: Scene, *, words: bool = True) -> None:
     Without ``words``, no legend and no names are drawn: for small panels.
     """
     axes.set_axis_off()
-    found = available()
-    if not found.works:
-        said = textwrap.fill(found.reason, 34)
-        axes.text(0.5, 0.5, said, ha="center", va="center", transform=axes.transAxes)
+    missing = rendering_missing()
+    if missing:
+        reason = textwrap.fill(missing, 34)
+        axes.text(0.5, 0.5, reason, ha="center", va="center", transform=axes.transAxes)
         return
     drawn = axes.figure
     drawn.draw_without_rendering()
@@ -62,7 +62,7 @@ def scene_frames(scenes: Sequence[Scene], size: tuple[int, int]) -> list[np.ndar
 
     Without OpenGL they are white; the page's own figure says what is missing.
     """
-    if not available().works:
+    if rendering_missing():
         return [np.full((size[1], size[0], 3), 255, np.uint8) for _ in scenes]
     return [
         cv2.resize(picture_array(scene, size), size, interpolation=cv2.INTER_AREA)
@@ -75,7 +75,7 @@ def scene_page(scene: Scene, title: str) -> str:
 
     ``title`` says in words what the scene shows.
     """
-    found = available()
-    if found.works:
-        return html(scene, title)
-    return render("no_scene", title=title, reason=found.reason)
+    missing = rendering_missing()
+    if missing:
+        return render("no_scene", title=title, reason=missing)
+    return html(scene, title)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 
-from raxel.io.rendering import available
+from raxel.io.rendering import rendering_missing
 from repro.run import discover
 from repro.run.jobs import CODE
 from repro.workflow.work import Work
@@ -30,7 +30,7 @@ class CodeKeys:
 
     def scene(self, wildcards) -> str:
         """The same for a figure with a scene, and whether scenes are rendered here."""
-        flat = "" if available().works else " not rendered"
+        flat = " not rendered" if rendering_missing() else ""
         return self.figure(wildcards) + flat
 
     def table(self, wildcards) -> str:

@@ -39,7 +39,7 @@ class CameraFile:
         return self
 
     def __exit__(self, *fault):
-        self._archive.__exit__(*fault)
+        self._archive.close()
 
     def array(self, name, most=MAX_NUMBERS):
         """The array under `name`, of at most `most` numbers."""
