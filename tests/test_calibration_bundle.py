@@ -11,9 +11,9 @@ from raxel.calibration.adjust.bundle import (
     ray_point_residuals,
     reduced_normal_equations,
 )
-from raxel.errors import CalibrationError
 from raxel.geometry.poses import angle_between_rotations
 from tests.calibration_scenes import central_difference, partly_seen, scene
+from tests.raised import raises_code
 
 SHARE = 0.7  # of the rays that a grid is seen by
 
@@ -85,14 +85,14 @@ def test_the_best_direction_has_the_smallest_distances():
 def test_a_grid_without_common_rays_is_refused():
     centre, T, _, points, seen = partly_seen(8, SHARE)
     seen[2] &= ~seen[[0, 1, 3]].any(axis=0)
-    with pytest.raises(CalibrationError, match="grid 2 shares"):
+    with raises_code("too-few-rays"):
         bundle_adjust_fixed_centre(points, seen, centre, T)
 
 
 def test_poses_that_are_not_finite_are_refused():
     centre, T, _, points, seen = partly_seen(9, SHARE)
     T[1, 0, 3] = np.nan
-    with pytest.raises(CalibrationError, match="not finite"):
+    with raises_code("not-finite"):
         bundle_adjust_fixed_centre(points, seen, centre, T)
 
 
@@ -105,5 +105,5 @@ def test_three_common_rays_are_the_fewest_that_hold_a_grid(shared, enough):
         result = bundle_adjust_fixed_centre(points, seen, centre, disturbed(T, 10))
         assert result.converged
         return
-    with pytest.raises(CalibrationError, match="grid 2 shares fewer than three"):
+    with raises_code("too-few-rays"):
         bundle_adjust_fixed_centre(points, seen, centre, T)

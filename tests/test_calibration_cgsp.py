@@ -8,6 +8,7 @@ from raxel.calibration.linear.synthetic_pinhole import PINHOLE_METHODS
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
 from tests.calibration_scenes import meet_grids, scene
+from tests.raised import raises_code
 from tests.test_calibration_linear import CENTRES, assert_recovered
 
 
@@ -108,9 +109,7 @@ def test_more_than_half_outliers_are_refused_with_their_share():
     wrong = rng.random(points.shape[1]) < 0.6
     points[2] += wrong[:, None] * rng.uniform(-80, 80, points[2].shape)
     for robust in ("ransac", 0.35):
-        with pytest.raises(
-            CalibrationError, match=r"grid 2 .*\((5[6-9]|6.) %\).*outliers"
-        ):
+        with pytest.raises(CalibrationError, match=r"grid 2 .*\((5[6-9]|6.) %\)"):
             linear_cgsp(points, side=1, robust=robust, rng=rng)
 
 
@@ -118,9 +117,9 @@ def test_more_than_half_outliers_are_refused_with_their_share():
 @pytest.mark.parametrize(
     ("vectors", "said"),
     [
-        (([0, 0, 0], [0.3, 0.2, 0.1]), "parallel to the base.*grid 1"),
-        (([0.3, 0.2, 0.1], [0, 0, 0.5]), "parallel to the base.*grid 2"),
-        (([0.3, 0.2, 0.1], [0.3, 0.2, 0.1]), "parallel to each other"),
+        (([0, 0, 0], [0.3, 0.2, 0.1]), "grid 1"),
+        (([0.3, 0.2, 0.1], [0, 0, 0.5]), "grid 2"),
+        (([0.3, 0.2, 0.1], [0.3, 0.2, 0.1]), "grids"),
     ],
 )
 def test_parallel_grids_are_refused_by_name(vectors, said, noise):
@@ -136,15 +135,15 @@ def test_parallel_grids_are_refused_by_name(vectors, said, noise):
 
 def test_what_cannot_be_calibrated_from_is_refused():
     _, _, _, points = scene(0)
-    with pytest.raises(CalibrationError, match="2 grids given; three or more"):
+    with raises_code("too-few-grids"):
         linear_cgsp(points[:2], side=1)
     apart = points.copy()
     apart[2, 2:] = np.nan
-    with pytest.raises(CalibrationError, match=r"grid 2 .* share 2 rays"):
+    with raises_code("no-overlap"):
         linear_cgsp(apart, side=1)
     line = points.copy()
     line[..., 1] = 2 * line[..., 0]
-    with pytest.raises(CalibrationError, match=r"grid 1 .* line"):
+    with pytest.raises(CalibrationError, match="grid 1"):
         linear_cgsp(line, side=1)
 
 

@@ -9,10 +9,11 @@ from raxel.calibration.mirror import from_pictures
 from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera, clamped, soft_clamp
 from raxel.calibration.mirror.clamp_line import beam_give, clamp_line, fixed_line
 from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
-from raxel.errors import CalibrationError, InputError
+from raxel.errors import InputError
 from raxel.geometry import rotation_from_vector
 from raxel.geometry.spline_grid import spline_grid
 from tests.mirror_scenes import VIEWER
+from tests.raised import raises_code
 
 ENDS = np.array([[0.17, -0.13], [0.15, 0.14]])
 BOX = np.array([[-0.2, -0.16], [0.21, 0.16]])
@@ -154,10 +155,10 @@ def test_a_line_that_stands_in_for_the_clamp_is_held_as_far_as_it_moves(quantity
 
 
 def test_no_line_is_refused():
-    with pytest.raises(InputError, match="found 2 picks"):
+    with pytest.raises(InputError, match="2 picks"):
         clamp_line(VIEWER, picks_on_line(2))
     scattered = np.random.default_rng(2).uniform(500, 1500, (9, 2))
-    with pytest.raises(CalibrationError, match="picks lie on a line"):
+    with raises_code("bent-clamp-line"):
         clamp_line(VIEWER, scattered)
     camera, line = plane_camera("distance"), clamp_line(VIEWER, picks_on_line())
     with pytest.raises(InputError, match="length None"):
@@ -197,10 +198,10 @@ def test_one_point_of_a_clamp_outside_the_knots_is_enough_to_refuse_it():
     line = fixed_line(camera, clamp_line(VIEWER, picks_on_line()))
     points = np.vstack([line.points[:-1], [[0.9, 0.9]]])
     for kept in (Clamp(points, line.values), Clamp(points, line.values, line.slopes)):
-        with pytest.raises(CalibrationError, match="outside the knots"):
+        with raises_code("outside-knots"):
             clamped(camera.grid, kept)
-    with pytest.raises(CalibrationError, match="outside the knots"):
+    with raises_code("outside-knots"):
         soft_clamp(camera.grid, line._replace(points=points))
     pixels = VIEWER.project(np.column_stack([points, np.ones(len(points))])).pixels
-    with pytest.raises(CalibrationError, match="1 of 8 pixels lie outside"):
+    with raises_code("outside-knots"):
         clamp_of_camera(camera, pixels)

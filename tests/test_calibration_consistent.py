@@ -22,6 +22,7 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry import angle_between_rotations
 from tests.calibration_scenes import central_difference, meet_grids, partly_seen
 from tests.calibration_scenes import scene as exact_scene
+from tests.raised import raises_code
 from tests.wide_angle_scenes import centre_error, drawn, plain_error
 
 SHARE = 0.8  # of the rays that a grid is seen by
@@ -195,25 +196,25 @@ def test_bad_input_is_refused_in_one_line():
     centre, T, _, points, seen = partly_seen(5, SHARE, count=80)
     alone = seen.copy()
     alone[3] = False
-    with pytest.raises(CalibrationError, match="grid 3 shares fewer than three"):
+    with pytest.raises(CalibrationError, match="grid 3"):
         adjust_consistent(points, alone, centre, T)
     behind = T.copy()
     behind[2, 2, 3] += 3 * centre[2]
-    with pytest.raises(CalibrationError, match="grid 2 shares fewer than three"):
+    with pytest.raises(CalibrationError, match="grid 2"):
         adjust_consistent(points, seen, centre, behind)
-    with pytest.raises(CalibrationError, match="not all points"):
+    with raises_code("not-finite"):
         adjust_consistent(points, np.ones_like(seen), centre, T)
-    with pytest.raises(CalibrationError, match="more are needed"):
+    with raises_code("too-few-rays"):
         adjust_consistent(exact_scene(5)[3][:, :3], None, *exact_scene(5)[:2])
-    with pytest.raises(InputError, match="'T_base_grid': shape"):
+    with pytest.raises(InputError, match="'T_base_grid'"):
         adjust_consistent(points, seen, centre, T[:3])
-    with pytest.raises(CalibrationError, match="three or more"):
+    with raises_code("too-few-grids"):
         adjust_consistent(points[:2], seen[:2], centre, T[:2])
     flat = exact_scene(6, count=100)
     parallel = flat[1].copy()
     parallel[1:, :3, :3], parallel[1:, 2, 3] = np.eye(3), (50.0, -50.0)
     both = meet_grids(flat[0], flat[2], parallel)
-    with pytest.raises(CalibrationError, match="parallel"):
+    with raises_code("parallel-grids"):
         adjust_consistent(*both, flat[0], parallel)
     with pytest.raises(InputError, match="loss 'l1'"):
         adjust_consistent(points, seen, centre, T, loss="l1")

@@ -151,11 +151,11 @@ def test_through_a_mirror_the_grid_is_its_image():
 @pytest.mark.parametrize(
     ("location", "more", "told"),
     [
-        (np.zeros((9, 9)), {}, r"location: found shape \(9, 9\)"),
-        (np.zeros((9, 9, 2)), {}, "found 81 pixels"),
-        (np.zeros((20, 20, 2)), {"sigma": np.ones((20, 20))}, "sigma: found shape"),
-        (np.zeros((20, 20, 2)), {"mask": np.ones((2, 2), bool)}, "mask: found shape"),
-        (np.full((20, 20, 2), [np.nan, 1.0]), {}, "found 0 pixels with a point on"),
+        (np.zeros((9, 9)), {}, r"location: .*\(9, 9\)"),
+        (np.zeros((9, 9, 2)), {}, "found 81 "),
+        (np.zeros((20, 20, 2)), {"sigma": np.ones((20, 20))}, "sigma: "),
+        (np.zeros((20, 20, 2)), {"mask": np.ones((2, 2), bool)}, "mask: "),
+        (np.full((20, 20, 2), [np.nan, 1.0]), {}, "found 0 "),
     ],
 )
 def test_what_is_no_view_is_refused(location, more, told):

@@ -15,6 +15,7 @@ from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.evaluation.distortion import angular_residual
 from raxel.geometry.poses import inverse_pose, pose, rotation_from_vector
 from tests.board_scenes import FISHEYE, HEIGHT, WIDTH, board_poses, views_of
+from tests.raised import raises_code
 
 
 def calibrated(views, **options):
@@ -127,7 +128,7 @@ def test_the_same_generator_gives_the_same_camera():
 
 
 def test_too_few_boards_are_refused():
-    with pytest.raises(CalibrationError, match="boards to calibrate with: 2"):
+    with raises_code("too-few-grids"):
         calibrated(views_of(board_poses(0, 2)))
 
 
@@ -146,7 +147,7 @@ def test_parallel_boards_are_refused(noise):
 def test_boards_that_do_not_overlap_are_refused():
     R = rotation_from_vector(np.array([[0.3, 0, 0], [0, 0.3, 0], [-0.3, 0, 0]]))
     t = np.array([[-420.0, -60, 260], [0, -60, 300], [300.0, -60, 260]])
-    with pytest.raises(CalibrationError, match="no board overlaps two others"):
+    with raises_code("no-overlap"):
         calibrated(views_of(pose(R, t)))
 
 

@@ -136,16 +136,16 @@ def test_a_pixel_on_the_crossing_of_two_planes_has_no_ray():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda p, T: (p[:1], T[:1], None), "two or more grids"),
+        (lambda p, T: (p[:1], T[:1], None), "'points'"),
         (lambda p, T: (p[..., :1], T, None), "'points'"),
-        (lambda p, T: (p, T[:1], None), "one pose per grid"),
+        (lambda p, T: (p, T[:1], None), "'T_base_grid'"),
         (lambda p, T: (p, T, np.ones(3, bool)), "'seen'"),
         (lambda p, T: (p, T, np.ones(p.shape[:2])), "'seen'"),
-        (lambda p, T: (p, 2 * T, None), "not rigid"),
-        (lambda p, T: (p, T * [1, 1, -1, 1], None), "not rigid"),
-        (lambda p, T: (p, np.full_like(T, np.nan), None), "not rigid"),
-        (lambda p, T: (p, T[[0, 0]], None), "grids 0 and 1 lie in one plane"),
-        (lambda p, T: (np.full_like(p, np.nan), T, None), "no pixel sees two"),
+        (lambda p, T: (p, 2 * T, None), "'T_base_grid': pose 0"),
+        (lambda p, T: (p, T * [1, 1, -1, 1], None), "'T_base_grid': pose 0"),
+        (lambda p, T: (p, np.full_like(T, np.nan), None), "'T_base_grid': pose 0"),
+        (lambda p, T: (p, T[[0, 0]], None), "grids 0 and 1"),
+        (lambda p, T: (np.full_like(p, np.nan), T, None), "known motion: "),
     ],
 )
 def test_bad_input_has_one_line(change, words):
@@ -162,7 +162,7 @@ def test_a_grid_that_slides_in_its_own_plane_is_refused():
     T = grids(17)
     turned = T[0] @ pose(rotation_from_vector([0, 0, 0.4]), [80.0, -30.0, 0.0])
     T = np.stack([T[0], turned])
-    with pytest.raises(InputError, match="lie in one plane"):
+    with pytest.raises(InputError, match="grids 0 and 1"):
         rays_from_known_motion(seen_on(origins, directions, T), T)
 
 

@@ -8,11 +8,12 @@ from raxel.calibration.parametric.lens_laws import LensFormula, imaged_points
 from raxel.calibration.parametric.radial_alignment import LAWS
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.errors import CalibrationError, InputError
+from raxel.errors import InputError
 from raxel.evaluation import evaluate_camera
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from tests.lens_scenes import BOARD, CAMERAS, COLUMNS, ROWS, SIZE, boards
+from tests.raised import raises_code
 
 LAW_OF = {
     "fisheye of 183 degrees": ["kannala-brandt", "unified"],
@@ -124,7 +125,7 @@ def test_wrong_corners_are_named_and_pull_at_nothing():
 def test_what_determines_no_lens_is_refused_in_words():
     true, _ = CAMERAS["wide perspective"]
     views = boards(true, 3, (0.0, 0.3), seed=6)
-    with pytest.raises(InputError, match="1 view given; two or more"):
+    with pytest.raises(InputError, match="1 view"):
         calibrate_lens(views[:1], *SIZE, "unified")
     with pytest.raises(ValueError, match="law: 'brown'"):
         calibrate_lens(views, *SIZE, "brown")
@@ -140,7 +141,7 @@ def test_parallel_boards_of_a_pinhole_determine_no_focal_length():
         flat = 3.0 * view.points + 300 + np.array(shift)
         noisy = flat + 0.1 * rng.normal(size=flat.shape)
         views.append(view._replace(pixels=noisy))
-    with pytest.raises(CalibrationError, match="tilt the boards more"):
+    with raises_code("focal-length-not-determined"):
         calibrate_lens(views, *SIZE, "kannala-brandt", pupil="fixed")
 
 
@@ -164,7 +165,7 @@ def test_a_focal_length_is_told_up_to_a_fifth_of_itself():
     sd = np.sqrt(found.covariance[0, 0])
     assert 0.01 < sd / 600 < 0.1
     assert abs(found.values[0] - 600) < 3 * sd
-    with pytest.raises(CalibrationError, match="focal length is not determined"):
+    with raises_code("focal-length-not-determined"):
         calibrate_lens(hardly_tilted(0.005), *settings, pupil="fixed", board="flat")
 
 

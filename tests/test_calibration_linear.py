@@ -13,6 +13,7 @@ from raxel.calibration.linear.standard import linear_as_printed, linear_well_con
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import angle_between_rotations, pose, rotation_from_vector
 from tests.calibration_scenes import meet_grids, scene
+from tests.raised import raises_code
 
 
 def assert_recovered(solution, centre, T_base_grid, length=1e-6, angle=1e-8):
@@ -76,7 +77,7 @@ def test_as_printed_is_exact_on_exact_data(centre, seed):
 
 def test_as_printed_says_where_it_divides_by_c_y():
     _, _, _, points = scene(0, (0.0, 0.0, 600.0))
-    with pytest.raises(CalibrationError, match="C_y = 0"):
+    with raises_code("zero-division"):
         linear_as_printed(*points, side=1)
 
 
@@ -85,7 +86,7 @@ def test_as_printed_says_where_the_single_ratio_vanishes():
     _, T, directions, _ = scene(1)
     T[1] = pose(rotation_from_vector([0.4, 0.0, 0.0]), [20.0, 10.0, -30.0])
     points, _ = meet_grids(centre, directions, T)
-    with pytest.raises(CalibrationError, match="V_4/W_1"):
+    with raises_code("zero-division"):
         linear_as_printed(*points, side=1)
     assert_recovered(linear_well_conditioned(points, side=1), centre, T)
 
@@ -139,19 +140,19 @@ def test_parallel_grids_are_refused(vectors, noise):
     )
     points, _ = meet_grids(centre, directions, T)
     points += noise * np.random.default_rng(0).normal(size=points.shape)
-    with pytest.raises(CalibrationError, match="parallel"):
+    with raises_code("not-determined"):
         linear_well_conditioned(points, side=1)
 
 
 def test_too_few_grids_or_rays_are_refused():
     _, _, _, points = scene(0)
-    with pytest.raises(CalibrationError, match="three or more"):
+    with raises_code("too-few-grids"):
         linear_well_conditioned(points[:2], side=1)
-    with pytest.raises(CalibrationError, match="at least 6"):
+    with raises_code("too-few-rays"):
         linear_well_conditioned(points[:, :5], side=1)
     line = points.copy()
     line[..., 1] = 2 * line[..., 0]
-    with pytest.raises(CalibrationError, match="line"):
+    with raises_code("degenerate-points"):
         linear_well_conditioned(line, side=1)
 
 

@@ -18,6 +18,7 @@ from raxel.geometry import pose, rotate, transform, vector_from_rotation
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix
 from tests.mirror_scenes import THICKNESS, VIEWER, lattice, platter_scene, posed, view
+from tests.raised import raises_code
 
 MIDDLE = np.array([120.0, 90.0])
 
@@ -151,17 +152,17 @@ def test_both_tilts_of_a_small_board_are_tried():
 def test_impossible_pictures_are_refused():
     (first, second), _ = platter_scene()
     exchanged = PlatterPicture(first.grid, first.board)
-    with pytest.raises(CalibrationError, match="before the mirror"):
+    with raises_code("image-before-mirror"):
         grid_poses_in_platter(VIEWER, [exchanged], THICKNESS)
-    with pytest.raises(InputError, match="field 'position': found"):
+    with pytest.raises(InputError, match="field 'position'"):
         grid_poses_in_platter(VIEWER, [second], THICKNESS)
     with pytest.raises(InputError, match="field 'thickness': found 400"):
         grid_poses_in_platter(VIEWER, [first], 400)
     moved = second._replace(position=0)
-    with pytest.raises(CalibrationError, match="stood still"):
+    with raises_code("poses-misfit"):
         grid_poses_in_platter(VIEWER, [first, moved], THICKNESS)
     none = first.grid._replace(pixels=np.full_like(first.grid.pixels, np.nan))
-    with pytest.raises(CalibrationError, match="picture 0: grid: found 0 corners"):
+    with pytest.raises(CalibrationError, match="picture 0: grid"):
         grid_poses_in_platter(VIEWER, [first._replace(grid=none)], THICKNESS)
 
 

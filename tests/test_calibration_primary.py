@@ -11,7 +11,7 @@ from raxel.calibration.mirror.primary import _refined, calibrate_primary
 from raxel.calibration.mirror.primary_start import mirror_points
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.sightings import sighting
-from raxel.errors import CalibrationError, InputError
+from raxel.errors import InputError
 from raxel.geometry import intersect_rays_plane
 from tests.mirror_scenes import (
     THICKNESS,
@@ -26,6 +26,7 @@ from tests.mirror_scenes import (
     spline_camera,
     view,
 )
+from tests.raised import raises_code
 
 GRIDS = np.stack([monitor_pose(0.0), monitor_pose(100.0)])
 BOARD, CELLS = lattice(13, 11, 25.0), (13, 11)
@@ -201,20 +202,20 @@ def test_the_planes_jacobian_equals_differences():
 def test_what_determines_no_mirror_is_refused():
     true = spline_camera(viewer=small(24))
     views = lit_views(true, GRIDS)
-    with pytest.raises(InputError, match="found 1 views"):
+    with pytest.raises(InputError, match="1 views"):
         calibrate_primary(true.viewer, views[:1], GRIDS[:1])
-    with pytest.raises(CalibrationError, match="viewing ray"):
+    with raises_code("rays-do-not-meet"):
         calibrate_primary(true.viewer, views, GRIDS[::-1])
     mirrored = views[1]._replace(mirrored=not views[1].mirrored)
-    with pytest.raises(InputError, match="as in a mirror"):
+    with raises_code("mixed-views"):
         calibrate_primary(true.viewer, [views[0], mirrored], GRIDS)
     bent = view(flexible_camera(10.0), BOARDS[0], BOARD, *CELLS)
-    with pytest.raises(CalibrationError, match="the mirror is bent"):
+    with raises_code("not-flat"):
         calibrate_flat(VIEWER, bent, BOARDS[0])
     narrow = [v._replace(location=np.where(
         np.arange(v.location.shape[1])[:, None] < 50, v.location, np.nan
     )) for v in views]  # fmt: skip
-    with pytest.raises(CalibrationError, match="the last knot interval along u"):
+    with raises_code("no-feature-at-end"):
         calibrate_primary(true.viewer, narrow, GRIDS, span=true.grid.corners)
 
 

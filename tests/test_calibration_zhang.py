@@ -6,7 +6,7 @@ import pytest
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
-from raxel.errors import CalibrationError, InputError
+from raxel.errors import InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import (
     angle_between_rotations,
@@ -14,6 +14,7 @@ from raxel.geometry.poses import (
     rotation_from_vector,
     transform,
 )
+from tests.raised import raises_code
 
 COLUMNS, ROWS = 9, 6
 BOARD = np.stack(np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), -1).reshape(-1, 2)
@@ -79,16 +80,16 @@ def test_missing_corners_take_no_part():
 
 def test_one_view_few_corners_and_lines_are_bad_input():
     views = views_of(board_poses(2, 3))
-    with pytest.raises(InputError, match="1 view given"):
+    with pytest.raises(InputError, match="1 view"):
         calibrate_zhang(views[:1], 640, 480)
     (few,) = without_corners(views[1:2], slice(5, None))
-    with pytest.raises(InputError, match=r"1\.png: corners: found 5; at least 6"):
+    with pytest.raises(InputError, match=r"1\.png: corners: found 5"):
         calibrate_zhang([views[0], few], 640, 480)
     (row,) = without_corners(views[1:2], slice(COLUMNS, None))
-    with pytest.raises(InputError, match=r"1\.png.*line"):
+    with pytest.raises(InputError, match=r"1\.png: corners"):
         calibrate_zhang([views[0], row], 640, 480)
     line = views[0]._replace(pixels=views[0].pixels[:, :1] * [1.0, 2.0])
-    with pytest.raises(InputError, match=r"0\.png.*line"):
+    with pytest.raises(InputError, match=r"0\.png: corners"):
         calibrate_zhang([line, views[1]], 640, 480)
 
 
@@ -97,7 +98,7 @@ def test_parallel_boards_are_refused(noise):
     poses = board_poses(3, 3)
     turn = rotation_from_vector(np.array([[0, 0, 0.0], [0, 0, 0.4], [0, 0, -0.3]]))
     poses[:, :3, :3] = poses[0, :3, :3] @ turn
-    with pytest.raises(CalibrationError, match="parallel"):
+    with raises_code("parallel-grids"):
         calibrate_zhang(views_of(poses, noise), 640, 480)
 
 

@@ -127,10 +127,10 @@ def test_it_comes_back_from_disk_and_from_plain_fields(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"size": (0, 240)}, "field 'size': found"),
-        ({"heights": [[0, 0], [400, 0]]}, "field 'heights': the sheet is up to"),
-        ({"heights": [0, 1]}, "field 'heights': shape"),
-        ({"offset": (0, 0, -280)}, "field 'T_viewer_mirror': the viewer is behind"),
+        ({"size": (0, 240)}, "field 'size'"),
+        ({"heights": [[0, 0], [400, 0]]}, "field 'heights': .* 68 degrees"),
+        ({"heights": [0, 1]}, "field 'heights'"),
+        ({"offset": (0, 0, -280)}, "field 'T_viewer_mirror'"),
     ],
 )
 def test_impossible_sheets_are_refused(change, words):
@@ -151,5 +151,5 @@ def test_a_sheet_is_steep_from_45_degrees_on_whichever_way_it_leans(
     if not steep:
         assert SheetMirror(size, heights).radius == 250
         return
-    with pytest.raises(InputError, match="up to 46 degrees steep"):
+    with pytest.raises(InputError, match="46 degrees"):
         SheetMirror(size, heights)

@@ -153,7 +153,7 @@ def test_wild_values_are_flagged_without_a_warning(name):
     ],
 )
 def test_impossible_parameters_are_refused_by_name(field, make):
-    with pytest.raises(InputError, match=f"^field '{field}': .*found|values"):
+    with pytest.raises(InputError, match=f"^field '{field}': "):
         make()
 
 

@@ -146,13 +146,13 @@ def test_a_file_brings_all_of_it_back(tmp_path):
 
 
 BAD = {
-    "trend": ({"trend": 5}, "'trend': found int"),
-    "spacing": ({"spacing_px": 0.5}, "'spacing_px'.*1 px at least"),
-    "control": ({"control": np.zeros((3, 3, 2))}, r"'control': shape \(3, 3, 2\)"),
-    "fold": ({"control": 40 * CONTROL}, "'control': changes by up to .* might fold"),
-    "covered": ({"covered": np.ones((2, 2), bool)}, "'covered': shape"),
-    "covariance": ({"covariance": np.ones((2, 2, 3))}, "'covariance': shape"),
-    "pose": ({"T_camera_trend": 2 * np.eye(4)}, "'T_camera_trend': not a pose"),
+    "trend": ({"trend": 5}, "'trend': .*int"),
+    "spacing": ({"spacing_px": 0.5}, "'spacing_px'"),
+    "control": ({"control": np.zeros((3, 3, 2))}, r"'control': .*\(3, 3, 2\)"),
+    "fold": ({"control": 40 * CONTROL}, "'control'"),
+    "covered": ({"covered": np.ones((2, 2), bool)}, "'covered'"),
+    "covariance": ({"covariance": np.ones((2, 2, 3))}, "'covariance'"),
+    "pose": ({"T_camera_trend": 2 * np.eye(4)}, "'T_camera_trend'"),
 }
 
 

@@ -14,6 +14,7 @@ from raxel.evaluation.cross_validation import (
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from tests.board_scenes import BOARD, FISHEYE, board_poses, views_of
+from tests.raised import raises_code
 
 
 def test_the_true_camera_scores_zero_and_finds_the_poses():
@@ -134,19 +135,17 @@ def test_parts_without_a_camera_are_left_out_with_the_reason():
     def never(rest):
         raise CalibrationError("boards parallel")
 
-    with pytest.raises(
-        CalibrationError, match="no part gave a camera: boards parallel"
-    ):
+    with raises_code("no-camera"):
         cross_validate(never, views, 2)
 
 
 def test_senseless_parts_and_empty_lists_are_refused():
     views = views_of(board_poses(9, 2))
-    with pytest.raises(InputError, match="give 2 to 2"):
+    with pytest.raises(InputError, match="found 5"):
         cross_validate(lambda rest: FISHEYE, views, 5)
-    with pytest.raises(InputError, match="indices from 0 to 1"):
+    with pytest.raises(InputError, match="folds"):
         cross_validate(lambda rest: FISHEYE, views, [[0], [2]])
-    with pytest.raises(InputError, match="no views"):
+    with pytest.raises(InputError, match="views"):
         evaluate_camera(FISHEYE, [])
 
 

@@ -78,7 +78,7 @@ def test_a_hole_at_the_principal_pixel_is_refused():
     mask = camera.mask.copy()
     mask[140:160, 190:210] = False
     holed = GeneralCamera(np.nan_to_num(camera.directions), mask)
-    with pytest.raises(InputError, match="no rays around pixel"):
+    with pytest.raises(InputError, match="pixel"):
         synthetic_plane(holed)
     assert synthetic_plane(holed, (100, 100)).px_per_unit > 0
 

@@ -9,10 +9,11 @@ import pytest
 from chapters.shared.mirror_scores import load_height
 from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
 from raxel.calibration.mirror.update import MirrorSettings
-from raxel.errors import CalibrationError, InputError
+from raxel.errors import InputError
 from raxel.features.film import _smooth, next_corners
 from raxel.features.lattice import spacing
 from tests.film_scenes import film_scene
+from tests.raised import raises_code
 
 BENT_MM = 1.2  # corners move by 0.4 of a square
 
@@ -128,7 +129,7 @@ def test_pictures_in_shapes_out_without_drift():
         true = scene.rig.camera(deflection)
         height = load_height(scene.rig, tracker.camera_now(), true)
         assert abs(height - deflection) < 0.01
-    with pytest.raises(CalibrationError, match="0 features are seen"):
+    with raises_code("too-few-features"):
         following.follow(np.full_like(flat.picture, 128))
     # The film stays where it was.
     assert np.isfinite(following.follow(bent.picture).corners.corners).any()
@@ -144,11 +145,11 @@ def far_apart():
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"after": np.zeros((10, 10), np.uint8)}, "alike in size"),
+        ({"after": np.zeros((10, 10), np.uint8)}, r"\(10, 10\)"),
         ({"after": np.zeros((288, 384))}, "uint8"),
-        ({"corners": np.zeros((5, 2))}, "NaN where one was not seen"),
-        ({"corners": np.full((182, 2), np.nan)}, "0 corners before"),
-        ({"corners": far_apart()}, "no two corners before are neighbours"),
+        ({"corners": np.zeros((5, 2))}, r"\(5, 2\)"),
+        ({"corners": np.full((182, 2), np.nan)}, " 0 corners"),
+        ({"corners": far_apart()}, "film: "),
     ],
 )
 def test_what_is_no_film_is_refused(change, told):

@@ -213,10 +213,10 @@ def test_a_full_window_of_9_leaves_far_corners_and_a_half_window_of_9_does_not()
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda i, c: saddle_point(i, c, window=8), "odd width"),
-        (lambda i, c: derivative(i, c, window=3), "odd width"),
+        (lambda i, c: saddle_point(i, c, window=8), "window: "),
+        (lambda i, c: derivative(i, c, window=3), "window: "),
         (lambda i, c: saddle_point(i, c, blur_sd=-1), "blur_sd"),
-        (lambda i, c: saddle_point(np.dstack([i] * 3), c), "grey"),
+        (lambda i, c: saddle_point(np.dstack([i] * 3), c), "image: "),
         (lambda i, c: derivative(i, c.ravel()), r"\(N, 2\)"),
         (lambda i, c: corner_subpix(i, c, half_window=4, zero_zone=4), "zero_zone"),
     ],

@@ -76,7 +76,7 @@ def test_a_weight_of_two_counts_as_four_points_and_zero_as_none():
 @pytest.mark.parametrize("array", [np.ones(1), np.ones(19), np.ones((20, 1))])
 def test_weights_and_choices_that_are_not_one_a_pair_are_refused(field, array):
     source, target = noisy_pairs(np.random.default_rng(5), 20)
-    with pytest.raises(InputError, match=f"'{field}': found shape"):
+    with pytest.raises(InputError, match=f"'{field}'"):
         fit_homography(source, target, H_TRUE, **{field: array})
 
 

@@ -62,5 +62,5 @@ def test_paint_and_lamp_keep_both_eyes_apart_from_the_skin():
 
 
 def test_a_bust_without_size_is_refused():
-    with pytest.raises(InputError, match=r"found width 160.0 and relief 0"):
+    with pytest.raises(InputError, match=r"width 160.0 and relief 0"):
         Bust(160.0, 0)

@@ -226,14 +226,14 @@ def test_a_mirror_rig_that_is_wrong_is_refused_in_a_line(name, tmp_path):
 
 def test_orders_that_cannot_be_carried_out(rig, tmp_path, capsys, monkeypatch):
     out = tmp_path / "set"
-    with pytest.raises(InputError, match=r"no level 'hihg'; did you mean high\?"):
+    with pytest.raises(InputError, match=r"'hihg'.* high"):
         render_mirror_set(rig, out, 0, "hihg")
     (tmp_path / "there").mkdir()
-    with pytest.raises(InputError, match="exists already"):
+    with pytest.raises(InputError, match="there"):
         render_mirror_set(rig, tmp_path / "there", 0)
     monkeypatch.setattr(target_poses, "TRIES_FOR_ONE", 20)
     small = replace(rig.steps, poses=replace(rig.steps.poses, subtense=(1.5, 1.6)))
-    with pytest.raises(InputError, match="not seen whole in the mirror"):
+    with pytest.raises(InputError, match="poses: 0 of 1 "):
         render_mirror_set(replace(rig, steps=small), out, 0)
     ordinary = str(RIGS / "viewer.yaml")
     assert main(["render", ordinary, "--out", str(out), "--noise", "low"]) == 2

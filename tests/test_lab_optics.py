@@ -128,7 +128,7 @@ def test_a_perfect_lens_changes_nothing():
     ],
 )
 def test_a_lens_that_cannot_be_is_refused(field, values):
-    with pytest.raises(InputError, match=f"^field '{field}': found .*;") as fault:
+    with pytest.raises(InputError, match=f"^field '{field}': ") as fault:
         Optics(**values)
     assert "\n" not in str(fault.value)
 

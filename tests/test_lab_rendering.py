@@ -183,7 +183,7 @@ def test_share_of_the_image_that_a_surface_fills():
     assert visible_share(ORTHO, HERE, most) == 0.8
     assert visible_share(ORTHO, HERE, half) == 0.5
     behind = Rectangle(pose(np.eye(3), [0, 0, -50]), 100, 100, (-50, -50))
-    with pytest.raises(InputError, match="the board fills 0 % of the image") as fault:
+    with pytest.raises(InputError, match=r"board .* 0 %") as fault:
         need_visible(ORTHO, HERE, behind, name="board")
     assert "\n" not in str(fault.value)
     need_visible(ORTHO, HERE, half)
@@ -192,7 +192,7 @@ def test_share_of_the_image_that_a_surface_fills():
 def test_a_picture_too_large_for_the_memory_is_refused_in_one_line():
     huge = PerspectiveCamera([[1, 0, 0], [0, 1, 0], [0, 0, 1]], [], 10**6, 10**6)
     for function in (render_function, trace):
-        with pytest.raises(InputError, match="1000000 x 1000000 px needs") as fault:
+        with pytest.raises(InputError, match="1000000 x 1000000 px") as fault:
             function(huge, HERE, flat(Plain(0.5)))
         assert "\n" not in str(fault.value)
 

@@ -72,9 +72,9 @@ def test_facets_stand_where_a_rig_states_them(tmp_path):
 @pytest.mark.parametrize(
     ("field", "entry", "words"),
     [
-        ("gaps", leaf(2, "mm"), "did you mean gap"),
-        ("cap", leaf(60, "1"), "give 'deg'"),
-        ("gap", leaf(-1, "mm"), "camera.gap: found -1"),
+        ("gaps", leaf(2, "mm"), "camera.gaps: "),
+        ("cap", leaf(60, "1"), "camera.cap.unit: .*'deg'"),
+        ("gap", leaf(-1, "mm"), "camera.gap: .* -1"),
     ],
 )
 def test_a_ball_that_is_none_is_refused(tmp_path, field, entry, words):
@@ -96,5 +96,5 @@ def test_a_chessboard_before_facets_is_refused(tmp_path):
     path = mirror_ball(tmp_path / "ball.yaml")
     data = yaml.safe_load(path.read_text("utf-8")) | {"target": small_rig()["target"]}
     path.write_text(yaml.safe_dump(data), encoding="utf-8")
-    with pytest.raises(InputError, match="found a chessboard before"):
+    with pytest.raises(InputError, match=r"target.kind"):
         load_rig(path)

@@ -186,7 +186,7 @@ def test_truth_without_one_corner_is_refused(board_set, tmp_path):
     first = next(iter(truth["images"]))
     truth["images"][first]["corners"] = [None] * 12
     path.write_text(json.dumps(truth))
-    told = f"images.{first}.corners: none is given and certain"
+    told = f"images.{first}.corners: "
     with pytest.raises(InputError, match=told) as fault:
         score_corners(load_set(tmp_path / "set"), true_boards(board_set))
     assert "\n" not in str(fault.value)

@@ -135,7 +135,7 @@ def test_monitor_gamma_black_level_and_falloff():
     ],
 )
 def test_what_no_sensor_or_monitor_can_have_is_refused(build, values, field):
-    with pytest.raises(InputError, match=f"^field '{field}': .*") as fault:
+    with pytest.raises(InputError, match=f"^field '{field}': ") as fault:
         build(**values)
     assert "\n" not in str(fault.value)
 

@@ -20,6 +20,7 @@ from raxel.features.detector import Detection, Partial, refused
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.geometry.planes import on_plane
 from raxel.sets.mirror_set import MirrorStep, PickedClamp
+from tests.raised import raises_code
 
 COLUMNS = 14
 INDICES = np.column_stack(np.divmod(np.arange(COLUMNS * 13), COLUMNS))
@@ -62,7 +63,7 @@ def test_half_a_step_of_the_lattice_at_the_clamp_is_refused(step):
     A = np.column_stack([np.ones(len(after.indices)), after.indices])
     way = np.linalg.lstsq(A, after.corners, rcond=None)[0]
     half = after._replace(corners=after.corners + 0.5 * (way[1] + way[2]))
-    with pytest.raises(InputError, match="which corner of the board is which"):
+    with raises_code("corners-not-matched"):
         labelled_like(before, half, clamp)
 
 
@@ -87,14 +88,14 @@ def test_a_clamp_of_one_place_is_refused():
     """Any quarter of a turn about it would do."""
     clamp = np.column_stack([np.full(5, 40.0), np.linspace(258, 262, 5)])
     before, after = bent_lattice(clamp)
-    with pytest.raises(InputError, match="which corner of the board is which"):
+    with raises_code("corners-not-matched"):
         labelled_like(before, after, clamp)
 
 
 def test_too_few_corners_are_refused_by_name(step):
     before, after, clamp = step
     few = Partial(after.corners[:9], after.indices[:9])
-    with pytest.raises(InputError, match="step 2: a picture shows 9 corners"):
+    with pytest.raises(InputError, match=r"step 2: .* 9 corners"):
         labelled_like(before, few, clamp, "step 2")
 
 
@@ -110,7 +111,7 @@ def test_all_views_have_the_same_rows_and_a_whole_board_is_a_lattice_too(step):
         steps = (indices - indices[0])[:, ::-1] * board.pitch_mm
         np.testing.assert_allclose(apart, steps)
     far = before._replace(indices=before.indices + 40)
-    with pytest.raises(InputError, match="second: its corners"):
+    with pytest.raises(InputError, match="second"):
         on_one_lattice([before, far], board, ["first", "second"])
     corners = np.random.default_rng(0).random((6, 2))
     corners[4] = np.nan
@@ -145,7 +146,7 @@ def test_the_steps_of_a_set_may_show_parts_of_the_board(step):
     assert np.count_nonzero(common) == len(shared)
     np.testing.assert_array_equal(found.before.points, found.after.points)
     assert f"{len(before.corners)} corners before" in flags[0]
-    with pytest.raises(InputError, match=r"set.yaml: after: no board found: cut off"):
+    with pytest.raises(InputError, match=r"set.yaml: after: "):
         _steps_in_part(mirror_set, boards(before, None))
 
 
@@ -163,5 +164,5 @@ def test_pixels_that_see_no_flat_monitor_in_a_flat_mirror_are_left_out():
     assert not left[61:].any()
     assert found.sd[0] == pytest.approx(0.3, rel=0.1)
     pixels[:300] += rng.uniform(-600, 600, (300, 2))
-    with pytest.raises(InputError, match=r"near: .* of 799 pixels do not see"):
+    with pytest.raises(InputError, match=r"near: .* of 799 pixels"):
         flat_view(viewer, BoardView(pixels, points, 800, 1, "near"))

@@ -5,7 +5,6 @@ import pytest
 
 from raxel.calibration.mirror.clamp import clamp_of_camera
 from raxel.calibration.mirror.self_calibration import linear_update, met_points
-from raxel.errors import CalibrationError
 from tests.bent_mirror_scenes import (
     bent,
     edge_pixels,
@@ -14,6 +13,7 @@ from tests.bent_mirror_scenes import (
     spline_like,
     visible_pixels,
 )
+from tests.raised import raises_code
 
 FLAT = spline_like(bent(0.0), 0.0)
 CLAMP = clamp_of_camera(FLAT, edge_pixels())
@@ -62,9 +62,8 @@ def test_what_is_no_input_is_refused(code, change):
     given = {"before": BEFORE, "after": AFTER, "clamp": CLAMP, "outline": OUTLINE}
     given |= change
     outline = given.pop("outline")
-    with pytest.raises(CalibrationError) as refusal:
+    with raises_code(code):
         linear_update(FLAT, *given.values(), outline=outline)
-    assert refusal.value.code == code
 
 
 @pytest.mark.parametrize(
@@ -72,7 +71,7 @@ def test_what_is_no_input_is_refused(code, change):
     [(scene(4000.0, push=5.0), visible_pixels(5.0)), ((HALF, AFTER), OUTLINE)],
 )
 def test_an_outermost_knot_interval_without_features_is_refused(pixels, outline):
-    with pytest.raises(CalibrationError, match="knot interval along u"):
+    with raises_code("no-feature-at-end"):
         linear_update(FLAT, *pixels, CLAMP, outline=outline)
 
 

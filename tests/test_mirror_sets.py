@@ -105,7 +105,7 @@ def test_a_photograph_to_evaluate_may_begin_the_next_step(tmp_path):
     (tmp_path / "mirror.yaml").write_text(
         yaml.safe_dump(mirror_description(stages=stages)), "utf-8"
     )
-    with pytest.raises(InputError, match="taken after 1 deflections elsewhere and af"):
+    with pytest.raises(InputError, match="after 1 deflections"):
         load_mirror_set(tmp_path)
 
 
@@ -113,7 +113,7 @@ def test_a_position_without_its_picture_in_the_flat_mirror_is_named(tmp_path):
     write_mirror_set(tmp_path)
     path = tmp_path / "platter" / "set.yaml"
     path.write_text(path.read_text("utf-8").replace("name: far", "name: else"), "utf-8")
-    with pytest.raises(InputError, match="no view far, which primary"):
+    with pytest.raises(InputError, match="view far"):
         load_mirror_set(tmp_path)
 
 
@@ -140,5 +140,5 @@ def test_a_view_of_no_position_is_named(tmp_path):
     names = [*PLATTER, "nearer"]
     views = [{"name": name, "patterns": code(k)} for k, name in enumerate(names)]
     write_mirror_set(tmp_path, platter={"views": views})
-    with pytest.raises(InputError, match="view nearer is of no position"):
+    with pytest.raises(InputError, match="view nearer"):
         load_mirror_set(tmp_path)

@@ -13,6 +13,7 @@ from raxel.calibration.mirror.stages import SETTINGS, _outline, calibrate_mirror
 from raxel.errors import CalibrationError, InputError
 from tests.made_mirror_views import board_view, edge, made_views, sheet, step_views
 from tests.mirror_scenes import board_pose
+from tests.raised import raises_code
 
 DEFLECTIONS = 0.0, 5.0, 10.0
 
@@ -151,14 +152,14 @@ def test_a_line_before_a_hidden_clamp_stands_in_for_it():
 def test_clamp_points_on_no_line_are_refused():
     points = edge(0.1) + 40 * np.random.default_rng(1).standard_normal((9, 2))
     clamp = good().clamp._replace(points=points)
-    with pytest.raises(CalibrationError, match="pick points along one straight edge"):
+    with raises_code("bent-clamp-line"):
         calibrate_mirror(good()._replace(clamp=clamp))
 
 
 def test_pictures_before_and_after_exchanged_are_refused_by_name():
     step = good().steps[0]
     views = with_step(before=step.after, after=step.before)
-    with pytest.raises(CalibrationError, match=r"step 1 \(s1-after, s1-before\).*exch"):
+    with pytest.raises(CalibrationError, match=r"step 1 \(s1-after, s1-before\)"):
         calibrate_mirror(views)
 
 
@@ -167,19 +168,19 @@ def test_corners_near_the_clamp_alone_are_refused():
     near = after.pixels[:, 0] > np.nanquantile(after.pixels[:, 0], 0.85)
     pixels = np.where(near[:, None], after.pixels, np.nan)
     views = with_step(after=after._replace(pixels=pixels))
-    with pytest.raises(CalibrationError, match=r"step 1 .*"):
+    with pytest.raises(CalibrationError, match="step 1 "):
         calibrate_mirror(views)
 
 
 def test_places_of_the_monitor_that_are_one_are_refused():
     views = good()
-    with pytest.raises(CalibrationError, match="pixels see the same points"):
+    with raises_code("same-points"):
         calibrate_mirror(made_views(far_mm=0.3))
     first, second = views.platter
     twice = first, second._replace(grid=first.grid)
-    with pytest.raises(CalibrationError, match="near and far are one place"):
+    with pytest.raises(CalibrationError, match="near and far"):
         calibrate_mirror(views._replace(platter=twice))
-    with pytest.raises(CalibrationError, match="check the grids' poses"):
+    with raises_code("rays-do-not-meet"):
         calibrate_mirror(views._replace(grids=views.grids[::-1]))
 
 

@@ -107,5 +107,5 @@ def test_a_picture_of_the_views_own_pixels_comes_back_as_them(view):
 
 
 def test_what_the_camera_does_not_see_is_refused(view):
-    with pytest.raises(InputError, match="rays meet the wanted part"):
+    with pytest.raises(InputError, match="near-perspective view"):
         view_of_plane(SMALL, T_BUST, 1.0, np.array([900.0, 900]), SIZE)

@@ -172,7 +172,7 @@ def test_a_picture_laid_out_on_the_plane_is_the_board(photograph):
 
 
 def test_a_picture_of_another_size_is_refused(photograph):
-    with pytest.raises(InputError, match="256 x 100 px; the camera's has 256 x 192"):
+    with pytest.raises(InputError, match=r"256 x 100 px; .* 256 x 192"):
         plane_picture(SMALL, photograph[:100], T_BOARD, CENTRE, (9, 9), 1.0)
 
 
@@ -196,7 +196,7 @@ def test_means_over_footprints_are_those_of_their_places():
 def test_a_ring_without_room_is_refused():
     board = ChessboardTexture(14, 13, 18.0, 9.0)
     for ring in (BoardRing((0, 0), 4.0, 4.0, 3.0), BoardRing((0, 0), 40.0, 0.0)):
-        with pytest.raises(InputError, match="ring: found radius"):
+        with pytest.raises(InputError, match="radius"):
             RingedChessboard(board, ring)
 
 

@@ -111,7 +111,7 @@ def test_a_few_bytes_that_state_a_gigantic_picture_take_no_memory(tmp_path):
     write_description(tmp_path, description(1))
     image_set = load_set(tmp_path)
     tracemalloc.start()
-    with pytest.raises(InputError, match="too many pixels"):
+    with pytest.raises(InputError, match=r"view0\.png"):
         read_image(image_set, "view0.png")
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
@@ -204,7 +204,7 @@ def test_a_picture_of_another_size_than_stated_is_refused(
     turned = np.ascontiguousarray(photograph.T)
     data = cv2.imencode(".png", photograph)[1]
     monkeypatch.setattr(cv2, "imdecode", lambda data, mode: turned)
-    with pytest.raises(InputError, match=r"a.png: found 240 x 320 px, but its header"):
+    with pytest.raises(InputError, match=r"a.png: found 240 x 320 px"):
         read(tmp_path / "a.png", data)
 
 

@@ -40,7 +40,10 @@ class ShiftedLens(Camera):
         return Projection(pixels + self.shift, valid)
 
     def _fields(self):
-        raise InputError(f"{self.kind}: the lens has moved; save the camera before it")
+        raise InputError(
+            f"{self.kind}: the lens has moved; save the camera before it",
+            code="moved-lens",
+        )
 
     @classmethod
     def _from_file(cls, file):

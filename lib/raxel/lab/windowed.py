@@ -91,7 +91,10 @@ def window_around(camera, pixels, margin_px=MARGIN_PX):
     full = np.array([camera.width, camera.height])
     inside = pixels[camera.in_image(pixels)]
     if not len(inside):
-        raise InputError("window: nothing of it is in the picture; turn the camera")
+        raise InputError(
+            "window: nothing of it is in the picture; turn the camera",
+            code="outside-image",
+        )
     low = np.floor(np.nanmin(pixels, axis=0)) - margin_px
     high = np.ceil(np.nanmax(pixels, axis=0)) + margin_px + 1
     low = np.clip(low, 0, full).astype(int)

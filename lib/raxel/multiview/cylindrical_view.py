@@ -77,7 +77,8 @@ def cylindrical_view(camera, down, ahead, width):
     if not camera.central:
         raise InputError(
             f"camera of kind {camera.kind}: its rays do not meet in one point, so a "
-            "panorama would depend on the range; give a central camera"
+            "panorama would depend on the range; give a central camera",
+            code="not-central",
         )
     R_camera_view = _level_frame(down, ahead)
     size = np.array([camera.width, camera.height])
@@ -88,7 +89,8 @@ def cylindrical_view(camera, down, ahead, width):
     if not near.any():
         raise InputError(
             f"camera of kind {camera.kind}: no ray is within "
-            f"{np.degrees(STEEPEST):.0f} degrees of the horizon; is 'down' down?"
+            f"{np.degrees(STEEPEST):.0f} degrees of the horizon; is 'down' down?",
+            code="outside-image",
         )
     radius = width / (2 * np.pi)
     drop = radius * y[near] / across[near]
@@ -107,7 +109,8 @@ def _level_frame(down, ahead):
     if not min(sizes) > 0:
         raise InputError(
             f"found down {list(map(float, down))} and ahead {list(map(float, ahead))}; "
-            "give two directions that are not parallel"
+            "give two directions that are not parallel",
+            code="parallel-directions",
         )
     y, x = y / sizes[0], x / sizes[1]
     return np.column_stack([x, y, np.cross(x, y)])

@@ -225,5 +225,6 @@ def _check_views(views, T):
     if len(turned) > 1:
         raise InputError(
             "primary calibration: some views show the grid as in a mirror and some do "
-            "not; give views of one kind, in the mirror"
+            "not; give views of one kind, in the mirror",
+            code="mixed-views",
         )
