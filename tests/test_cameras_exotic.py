@@ -219,7 +219,7 @@ def test_centrality_is_the_distance_from_the_best_point():
 
 
 @pytest.mark.parametrize(
-    ("kind", "field"),
+    ("kind", "field", "value"),
     [
         ("x-slits", "slit_directions", [[0, 1, 0], [0, 2, 0]]),
         ("x-slits", "slit_points", [[0, 0, 1], [0, 0, 1]]),

@@ -175,7 +175,7 @@ BAD_INPUT = {
     "float": (IMAGE / 255, CLICKS, COLUMNS, ROWS, "image: found an array"),
     "empty": (IMAGE[:0], CLICKS, COLUMNS, ROWS, "image: found an array"),
     "one pixel": (IMAGE[:1, :1], CLICKS * 0, COLUMNS, ROWS, "squares of 0 px"),
-    "outside": (IMAGE, CLICKS + 600, COLUMNS, ROWS, r"side 1.* 640 x 480 px"),
+    "outside": (IMAGE, CLICKS + 600, COLUMNS, ROWS, "outer_corners[0]: found (817"),
     "three": (IMAGE, CLICKS[:3], COLUMNS, ROWS, "give 4 finite points"),
     "nan": (IMAGE, CLICKS * np.nan, COLUMNS, ROWS, "give 4 finite points"),
     "words": (IMAGE, ["a", "b", "c", "d"], COLUMNS, ROWS, "give 4 finite points"),

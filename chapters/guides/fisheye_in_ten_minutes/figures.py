@@ -3,7 +3,6 @@
 import numpy as np
 
 from chapters.guides.fisheye_in_ten_minutes.results import VIEWS
-from chapters.guides.fisheye_in_ten_minutes.trials.commands import ASIDE_DEG
 from repro.page.style import figure as new_figure
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
@@ -11,14 +10,13 @@ from repro.run.outcomes import Drawing
 
 @figure("ext_fisheye_views", needs=("ext_fisheye_look",), evidence="rendered")
 def ext_fisheye_views(results):
-    """A street as taken, straightened, and as seen by a pinhole aimed aside."""
+    """A street as taken, and straightened."""
     look = results[VIEWS]
     panels = {
         "As taken": look.arrays("street")[0],
-        "Straight ahead": look.arrays("views.ahead")[0],
-        f"Aimed {ASIDE_DEG:.0f}° to the right": look.arrays("views.aside")[0],
+        "Straight ahead": look.arrays("ahead")[0],
     }
-    drawn, axes = new_figure(1, 3, height_in=2.1)
+    drawn, axes = new_figure(1, 2, height_in=2.6)
     for place, (title, picture) in zip(axes, panels.items(), strict=True):
         place.imshow(picture, cmap="gray", vmin=0, vmax=255)
         place.set_title(title)
@@ -28,6 +26,6 @@ def ext_fisheye_views(results):
         drawn,
         {"panel": list(panels), "share of pixels not black": lit_share},
         "A street through the rendered 183° lens, and the same picture as "
-        "two pinholes at the lens's place would have taken it: remapped with "
+        "a pinhole at the lens's position would have taken it: remapped with "
         "the calibrated camera. Straight edges are straight; black has no ray.",
     )

@@ -63,7 +63,7 @@ def ext_fisheye_camera(effort, made):
     needs=("ext_fisheye_pictures", "ext_fisheye_camera"),
 )
 def ext_fisheye_look(effort, made):
-    """Corrected pictures, by the command and by remap tables."""
+    """Corrected images."""
     run = partial(commands.look_through, boards.SIZES[effort], *made.values())
     return Plan(lambda condition, rng: run(rng), [{}], 1)
 
@@ -103,7 +103,7 @@ def ext_calibration_record(effort):
 
 
 # %% tags=["active-ipynb", "remove-input"]
-# opened = {name: open_results(name) for name in results.OPENED}
+# opened = {name: open_results(name) for name in results.COMMANDS}
 
 # %% tags=["active-ipynb", "remove-input"]
 # found = results.numbers(opened, opened[results.FOUND].effort)
@@ -117,16 +117,15 @@ def ext_calibration_record(effort):
 # %% [markdown]
 # ## Findings
 #
-# - **The generic camera** predicts corners of boards it never saw to
-#   {glue:text}`generic.all.px`, and has a ray for
-#   {glue:text}`generic.all.image` of the image circle.
-# - **OpenCV's fisheye model** comes near that from the {glue:text}`inner`
-#   inner boards ({glue:text}`opencv_fisheye.inner.px`). With all
-#   {glue:text}`boards` boards it leaves {glue:text}`opencv_fisheye.all.px`.
-# - **Zhang's pinhole** cannot follow such a lens: {glue:text}`zhang.all.px`.
+# - **The generic camera** leaves {glue:text}`kept_px` on boards that it was
+#   not calibrated with, and has a ray for {glue:text}`ray_share` of all pixels.
+# - **OpenCV's fisheye model** needs fewer boards, and the right formula. **Zhang's
+#   pinhole** cannot follow such a lens. [The table](#ext_fisheye_models) compares
+#   the three, from the {glue:text}`inner` inner boards and from all
+#   {glue:text}`boards`.
 #
-# The images are rendered and cleaner than photographs. On real cameras the
-# generic camera leaves {glue:text}`real.px`.
+# The images are rendered and cleaner than real ones. [Which method for my
+# camera](choose_a_method.ipynb) gives the errors on real cameras.
 #
 # ## 1. Print
 #
@@ -214,15 +213,13 @@ def ext_calibration_record(effort):
 # | Look at | Good | Here |
 # |---|---|---|
 # | boards found | all | {glue:text}`found_of` |
-# | residual, kept out | fisheyes: {glue:text}`real.fisheyes` | {glue:text}`kept_px` |
-# | residual, fitted | not less than half of that | {glue:text}`fitted_px` |
-# | `a ray for` | {glue:text}`goal` of the image | {glue:text}`ray_share` |
+# | kept out | as on [real cameras](choose_a_method.ipynb) | {glue:text}`kept_px` |
+# | fitted | not less than half of that | {glue:text}`fitted_px` |
+# | `a ray for` | 90 % of the image circle | {glue:text}`ray_share` |
 # | lines with `warning:` | none | {glue:text}`warnings` |
 #
-# The command counts all pixels; the image circle is {glue:text}`circle` of
-# them. A circle D pixels wide, whole in a picture of W × H, fills
-# π D² / (4 W H), and the goal is 90 % of that. The fisheyes are real
-# ones, with pictures 1280, 1032 and 1600 pixels wide.
+# The command counts all pixels. A circle D pixels wide, whole in an image of
+# W × H, fills π D² / (4 W H) of them.
 #
 # A fitted error alone says little: a camera with a ray for every pixel
 # follows the noise of its own corners. A small error where there are rays
@@ -234,37 +231,23 @@ def ext_calibration_record(effort):
 # tables.transcript(look, commands.UNDISTORT)
 
 # %% [markdown]
-# In a program, OpenCV does it in real time with two tables, made once: here
-# straight ahead, and {glue:text}`aside:.0f`° to the right.
+# In a program, OpenCV does it in real time with two tables, made once:
 #
 # ```python
 # import cv2
-# import numpy as np
 # from raxel.cameras import load_camera
 # from raxel.multiview.perspective_view import perspective_view, source_pixels
 #
 # camera = load_camera("camera.npz")
+# sources = source_pixels(camera, perspective_view(camera))
+# map_x, map_y = cv2.split(sources)
 # picture = cv2.imread("fisheye/01.png")
-#
-# ahead = perspective_view(camera)
-# a = np.radians(40)
-# turn = np.array(
-#     [[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]]
-# )
-# K = ahead.K.copy()
-# K[0, 0] = K[1, 1] = camera.width / 2  # focal length
-# aside = ahead._replace(K=K, R_camera_view=ahead.R_camera_view @ turn)
-#
-# for name, view in {"ahead": ahead, "aside": aside}.items():
-#     map_x, map_y = cv2.split(source_pixels(camera, view))
-#     seen = cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR)
-#     cv2.imwrite(f"{name}.png", seen)
+# cv2.imwrite("ahead.png", cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR))
 # ```
 #
-# The tables are `float32`: where each pixel of the new picture comes from in
-# the old one. The largest difference to what `raxel undistort` wrote is
-# {glue:text}`difference` grey levels. No pinhole sees 183°; turn it to what
-# you look at, or unroll the circle with `raxel.multiview.cylindrical_view`.
+# The tables are `float32`: where each pixel of the new image comes from in
+# the old one. No pinhole sees 183°: rotate `R_camera_view` of the view, or
+# unroll the circle with `raxel.multiview.cylindrical_view`.
 #
 # ## Which model?
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from chapters.shared.rigs import rig_named
 from raxel.cameras.registry import camera_from
-from raxel.geometry import on_plane, pose, rotation_from_vector, transform
+from raxel.geometry import pose, rotation_from_vector
 from raxel.lab.board_photograph import photograph_board
 from raxel.lab.target_poses import Visibility
 from raxel.sets import Chessboard
@@ -146,17 +146,11 @@ def placed(rig, polar_deg, azimuth_deg, distance_mm, tilt_deg):
     return pose(R, distance_mm * ahead - R @ [*(corner + extent / 2), 0.0])
 
 
-def true_corners(rig, T):
-    """Corners (N, 2) in px of a board at a pose (4, 4), without any noise."""
-    flat = on_plane(rig.target.points())
-    return rig.camera.project(transform(T, flat)).pixels
-
-
 def photograph(size, view, rng):
     """Take one picture: the boards of the plan come first, then those kept out.
 
     The latter stand at places of the plan again, spread over its rings. Returns the
-    PNG file as bytes (uint8), the pose and the true corners.
+    PNG file as bytes (uint8).
     """
     import cv2
 
@@ -165,8 +159,4 @@ def photograph(size, view, rng):
     place = [*places, *(places[k] for k in again)][view]
     T = held_at(rig, place, rng)
     picture = photograph_board(rig, T, rng, np.random.default_rng(0))
-    return {
-        "png": cv2.imencode(".png", picture)[1].ravel(),
-        "T_camera_board": T,
-        "true": true_corners(rig, T),
-    }
+    return {"png": cv2.imencode(".png", picture)[1].ravel()}

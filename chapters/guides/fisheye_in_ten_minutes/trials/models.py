@@ -1,13 +1,10 @@
 """Three calibrations on the same corners, and how much of the picture they know."""
 
-from functools import cache
-
 import numpy as np
 
 from chapters.guides.fisheye_in_ten_minutes.trials.boards import rig_of
 from raxel.calibration import calibrate_generic, calibrate_zhang
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
-from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation import angular_residual, evaluate_camera
 from raxel.evaluation.benchmark import scoring_grid
@@ -62,11 +59,3 @@ MODELS = {
     "opencv_fisheye": lambda views, *size, rng: calibrate_opencv_fisheye(views, *size),
     "generic": calibrate_generic,
 }
-
-
-@cache
-def lit(size):
-    """Which pixels (height, width) the lens puts light on."""
-    camera = rig_of(size).camera
-    rays = camera.rays(pixel_grid(camera.width, camera.height))
-    return rays.valid.reshape(camera.height, camera.width)
