@@ -13,7 +13,7 @@ from raxel.cli.stability import stability_line
 from raxel.cli.warnings import of_pixels, of_swapped_sides
 from raxel.cli.wrong_points import wrong_fields, wrong_warnings
 from raxel.errors import InputError
-from raxel.evaluation.stability import Division, Stability
+from raxel.evaluation.split_half import Division, SplitHalf
 from raxel.sets.model import ActiveGrid
 from raxel.sets.words import BOARDS, GRIDS
 
@@ -162,7 +162,7 @@ def test_an_offset_of_a_quarter_makes_cosines_of_sines(tmp_path):
 
 def test_what_scatter_explains_is_told_apart_from_what_photographs_do():
     worst = Division("near and far", ((), ()), 0.9, 0.2, 0.5, 1e-7, np.zeros((0, 2)))
-    found = Stability([worst], np.zeros((0, 2)), 1e-6, False, 2.5, True)
+    found = SplitHalf([worst], np.zeros((0, 2)), 1e-6, False, 2.5, True)
     assert stability_line(found, BOARDS) == (
         "stability: of 1 divisions into halves the worst is 'near and far': rays 0.9 "
         "px apart (RMS, after the best rotation, where both saw boards), of which the "

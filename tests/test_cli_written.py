@@ -18,7 +18,7 @@ from raxel.cli.wrong_points import wrong_fields, wrong_points
 from raxel.evaluation.back_projection import BackProjection
 from raxel.evaluation.board_corners import BoardCorners
 from raxel.evaluation.cross_validation import Evaluation, ImageScore
-from raxel.evaluation.stability import Division, Stability
+from raxel.evaluation.split_half import Division, SplitHalf
 from raxel.features.active_grid.noise import Noise
 from raxel.sets.model import ActiveGrid, Pattern
 from raxel.sets.words import BOARDS
@@ -80,7 +80,7 @@ def test_the_worst_corner_of_a_board_is_told_by_its_column_and_row():
 def test_what_halves_disagree_by_stands_beside_what_explains_it():
     halves = [("a", "b"), ("c", "d")]
     worst = Division("near and far", halves, 0.9, 0.2, 0.5, 1e-7, np.zeros((0, 2)))
-    found = Stability([worst], np.zeros((0, 2)), 1e-6, False, 2.5, True)
+    found = SplitHalf([worst], np.zeros((0, 2)), 1e-6, False, 2.5, True)
     result = stability_fields(found)
     (division,) = result["divisions"]
     assert division.pop("p_value") == 1e-7

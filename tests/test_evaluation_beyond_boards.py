@@ -6,10 +6,10 @@ import pytest
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.evaluation.beyond_boards import BeyondBoards, beyond_boards
 from raxel.evaluation.corrections import CorrectionFields
+from raxel.evaluation.coverage import BeyondBoards, beyond_boards
 from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.stability import stability
+from raxel.evaluation.split_half import split_half
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 
@@ -39,7 +39,7 @@ def views_within(share, count=12, noise=0.1, camera=CAMERA):
 
 def found_in(views):
     camera = calibrate_zhang(views, *SIZE).camera
-    return stability(camera, evaluate_camera(camera, views).images, views).beyond
+    return split_half(camera, evaluate_camera(camera, views).images, views).beyond
 
 
 def test_what_is_told_of_a_field_that_grows_with_the_distance():
@@ -83,6 +83,6 @@ def test_a_lens_with_more_terms_than_the_fit_is_told_where_no_board_was():
     corner = np.array([[0.0, 0.0]])
     off = webcam.project(found.rays(corner).directions).pixels - corner
     assert np.linalg.norm(off) > 3
-    beyond = stability(found, scores.images, views).beyond
+    beyond = split_half(found, scores.images, views).beyond
     assert beyond.matters
     assert beyond.largest_px > 3

@@ -11,7 +11,7 @@ from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix
 from tests.board_scenes import BOARD, COLUMNS, ROWS
-from tests.test_evaluation_stability import CAMERA, COUNT, SIZE, views_of
+from tests.test_evaluation_split_half import CAMERA, COUNT, SIZE, views_of
 
 HALF = np.ptp(BOARD, axis=0) / 2
 X, Y = ((BOARD - BOARD.mean(axis=0)) / HALF).T
@@ -70,8 +70,7 @@ def test_corners_are_found_where_they_are(form):
     assert found.p_value < 1e-9
     # Of a row most is beyond the smoothest polynomials.
     assert rms(told(found.offsets) - true) < (0.4 if "row" in form else 0.1) * rms(true)
-    column, row = found.place
-    assert found.worst == row * COLUMNS + column
+    assert found.columns == COLUMNS
     length, sd = found.distance
     assert length == pytest.approx(np.linalg.norm(found.offsets, axis=1).max())
     assert 0.002 < sd < 0.03

@@ -9,11 +9,11 @@ import pytest
 
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.evaluation.board_corners import board_corners
-from raxel.evaluation.stability import stability
+from raxel.evaluation.split_half import split_half
 from raxel.evaluation.wrong_corners import without_wrong_corners
 from raxel.geometry.planes import on_plane
 from tests.board_scenes import BOARD
-from tests.test_evaluation_stability import CAMERA, COUNT, OTHER, SIZE, lens, views_of
+from tests.test_evaluation_split_half import CAMERA, COUNT, OTHER, SIZE, lens, views_of
 
 FLAT = on_plane(BOARD)
 X, Y = ((BOARD - BOARD.mean(axis=0)) / (np.ptp(BOARD, axis=0) / 2)).T
@@ -103,7 +103,7 @@ def findings(views):
     camera = calibrate_zhang(views, *SIZE).camera
     right = without_wrong_corners(camera, views)
     corners = board_corners(camera, right.whole.images, views)
-    halves = stability(camera, right.evaluation.images, right.views)
+    halves = split_half(camera, right.evaluation.images, right.views)
     found = set()
     if right.wrong:
         found.add("wrong corners")
@@ -111,8 +111,8 @@ def findings(views):
         found.add("board")
     if not halves.stable:
         found.add("camera")
-    if halves.odd:
-        found.add(halves.odd.name)
+    if halves.outlier:
+        found.add(halves.outlier.name)
     return found
 
 

@@ -7,11 +7,11 @@ import pytest
 
 from raxel.calibration.views.correspondence import BoardView
 from raxel.evaluation import back_projection
-from raxel.evaluation.beyond_boards import beyond_boards
 from raxel.evaluation.board_corners import BoardCorners
 from raxel.evaluation.corrections import CorrectionFields
+from raxel.evaluation.coverage import beyond_boards
 from raxel.evaluation.misfit import misfit
-from raxel.evaluation.odd_one import odd_one
+from raxel.evaluation.split_half import _difference
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, transform
 from tests.made_sets import BOARD, COLUMNS, PINHOLE, ROWS
@@ -65,13 +65,14 @@ def test_corners_scatter_along_rows_and_along_columns(along):
     assert found.scatter_px == pytest.approx(expected)
 
 
-def test_an_odd_photograph_is_told_by_how_many_times_as_far_it_lies():
-    """What each of five photographs asks of one number, all as sure: 1, -1, 1, -1, 8.
+def test_a_difference_scatters_by_what_its_parts_do():
+    """Images that each require a value of one number, all as certain: 1, -1, 1, -1, 8.
 
     The squares of four about their mean are 4, of three ways, and 0.8 of the square of
-    64 is what the fifth lies off, of one.
+    8 is what the fifth lies off, of one.
     """
-    asked = np.array([1.0, -1, 1, -1, 8])
-    found = odd_one(np.ones((5, 1, 1)), asked[:, None], 0.01)
-    assert found.index == 4
-    assert found.times == pytest.approx(np.sqrt(0.8 * 64 / (4 / 3)))
+    values = np.array([1.0, -1, 1, -1, 8])
+    fifth = np.arange(5) == 4
+    _, x, within, _ = _difference(np.ones((5, 1, 1)), values[:, None], fifth, 0.01)
+    assert x**2 == pytest.approx(0.8 * 64)
+    assert within == pytest.approx(4 / 3)

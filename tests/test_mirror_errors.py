@@ -11,7 +11,7 @@ from raxel.cli import mirror
 from raxel.evaluation import mirror_errors
 from raxel.evaluation.mirror_errors import predicted_errors, viewers_aside
 from raxel.geometry.poses import rotation_from_vector
-from tests.test_evaluation_stability import CAMERA, COUNT, SIZE, views_of
+from tests.test_evaluation_split_half import CAMERA, COUNT, SIZE, views_of
 
 
 def numbers(camera):

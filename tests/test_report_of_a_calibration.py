@@ -8,7 +8,7 @@ import pytest
 
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cli import main
-from raxel.evaluation.stability import Division
+from raxel.evaluation.split_half import Division
 from raxel.io.files import read_json
 from raxel.report import write
 from raxel.report.canvas import Canvas

@@ -10,7 +10,7 @@ from raxel.cli import main
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.wrong_corners import _beside_neighbours, without_wrong_corners
 from tests.made_sets import COLUMNS, FISHEYE, PINHOLE, ROWS, boards_of, write_made_set
-from tests.test_evaluation_stability import CAMERA, COUNT, views_of
+from tests.test_evaluation_split_half import CAMERA, COUNT, views_of
 
 
 def spoilt(views, share, seed):

@@ -1,6 +1,6 @@
 """What is known of the image beyond the boards, in words and as JSON."""
 
-from raxel.evaluation.beyond_boards import UNKNOWN_PX
+from raxel.evaluation.coverage import UNKNOWN_PX
 
 
 def beyond_fields(found):

@@ -1,6 +1,6 @@
 """Where a board's corners lie beside where they are said to, in words and as JSON."""
 
-from raxel.evaluation.board_corners import FEWEST_BOARDS
+from raxel.evaluation.image_equations import MIN_N_BOARDS
 
 
 def corner_fields(found):
@@ -23,7 +23,7 @@ def corner_line(found, unit, words):
     if found is None:
         return (
             f"{words.point}s of the {words.target}: taken where they are said to be; "
-            f"to ask takes {FEWEST_BOARDS} chessboards"
+            f"to ask takes {MIN_N_BOARDS} chessboards"
         )
     if not found.offsets.any():
         return (
@@ -50,7 +50,8 @@ def corner_warnings(found, test, unit, words):
 
 
 def _numbers(found, unit, words):
-    (column, row), (length, sd) = found.place, found.distance
+    row, column = divmod(found.worst, found.columns)
+    length, sd = found.distance
     return (
         f"that of column {column} and row {row}, counted from 0, is {length:.2g} +- "
         f"{sd:.1g} {unit} off, all {words.point}s {found.rms:.2g} {unit} (RMS), which "

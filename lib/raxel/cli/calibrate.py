@@ -21,7 +21,7 @@ from raxel.errors import InputError
 from raxel.evaluation.board_corners import board_corners
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.misfit import misfit
-from raxel.evaluation.stability import stability
+from raxel.evaluation.split_half import split_half
 from raxel.evaluation.wrong_corners import without_wrong_corners
 from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_report
@@ -82,7 +82,7 @@ def calibrate(options, say):
 
 
 def _calibrated(image_set, views, asked, say):
-    """(result for the JSON file, Fitted, its Evaluation on the views, Stability)"""
+    """(result for the JSON file, Fitted, its Evaluation on the views, SplitHalf)"""
     words = words_of(image_set.target)
     size = image_set.width, image_set.height
     model, comparison = asked, None
@@ -125,7 +125,7 @@ def _calibrated(image_set, views, asked, say):
     result["board_corners"] = corner_fields(corners)
     print(f"{image_set.name}: {corner_line(corners, result['unit'], words)}")
     images, used = _used(fitted, right.evaluation.images, right.views)
-    halves = stability(fitted.camera, images, used, fitted.shape)
+    halves = split_half(fitted.camera, images, used, fitted.shape)
     result["stability"] = stability_fields(halves)
     beyond = halves.beyond if halves else None
     result["beyond_boards"] = beyond_fields(beyond)

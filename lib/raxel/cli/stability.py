@@ -1,6 +1,6 @@
 """How far halves of the photographs agree about the camera, in words and as JSON."""
 
-from raxel.evaluation.stability import FEWEST_BOARDS
+from raxel.evaluation.image_equations import MIN_N_BOARDS
 
 POSSIBLE = (
     "boards longer one way than stated, or bent; pictures of several cameras, or of "
@@ -20,7 +20,7 @@ ODD = (
 
 
 def stability_fields(found):
-    """A Stability as JSON; None where there is none."""
+    """A SplitHalf as JSON; None where there is none."""
     if found is None:
         return None
     worst = found.divisions[0]
@@ -30,7 +30,7 @@ def stability_fields(found):
         "p_value": found.p_value,
         "photographs_over_scatter": found.factor,
         "focal_lengths": found.focal and found.focal._asdict(),
-        "odd_one": found.odd and found.odd._asdict(),
+        "odd_one": found.outlier and found.outlier._asdict(),
         **_told(worst),
         "halves": [list(names) for names in worst.halves],
         "divisions": [
@@ -52,7 +52,7 @@ def stability_line(found, words):
     """What halves tell of each other, for people; words: of the target."""
     if found is None:
         return (
-            f"stability: not tested; it takes {FEWEST_BOARDS} {words.target}s whose "
+            f"stability: not tested; it takes {MIN_N_BOARDS} {words.target}s whose "
             "halves overlap in the image"
         )
     worst = found.divisions[0]
@@ -66,7 +66,7 @@ def stability_warnings(found, words):
     """What to say of a camera that hangs on the photographs it was fitted to."""
     if found is None or found.stable:
         return []
-    odd = found.odd
+    odd = found.outlier
     if odd and (found.same_camera or odd.p_value < found.p_value):
         return [
             f"{odd.name}: tells of another camera than all other {words.target}s do: "
@@ -88,10 +88,11 @@ def stability_warnings(found, words):
             f"{words.target}s do not ask for one focal length: those that they ask for "
             f"scatter by {100 * focal.sd:.2g} % (SD) beyond what explains how "
             f"{words.target}s differ in all else, {focal.times:.1f} times as far as "
-            f"that (p = {focal.p_value:.2g}); stated standard deviations have that in "
-            "them only if it is chance; possible: a lens that focused anew, or a zoom "
-            "that moved; pictures of several cameras; a rolling shutter while boards "
-            "moved"
+            f"that (p = {focal.p_value:.2g}); two groups explain it best: "
+            f"{', '.join(min(focal.shorter, focal.longer, key=len))}, and the others; "
+            "stated standard deviations have that in them only if it is chance; "
+            "possible: a lens that focused anew, or a zoom that moved; pictures of "
+            "several cameras; a rolling shutter while boards moved"
         ]
     worst = max(found.divisions, key=lambda each: each.disagreement_px)
     return [

@@ -22,28 +22,24 @@ A finder that errs alike on each board, at its rim say, does the same. So does a
 that the camera does not follow where all boards are seen alike.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.views.board_shape import board_points
-from raxel.calibration.views.near_copies import once_each
-from raxel.evaluation.apart import apart, inverse_root
-from raxel.evaluation.corrections import (
-    correction_fields,
-    polynomials,
-    seen_on,
-    without_turns,
+from raxel.evaluation.corrections import correction_fields, rms_moved, seen_on
+from raxel.evaluation.image_equations import (
+    MIN_N_BOARDS,
+    image_equations,
+    inverse_root,
+    near_corners,
+    scored_pairs,
+    within_groups,
 )
-from raxel.evaluation.pixel_pose import pixels_by_point, pose_jacobian
-from raxel.geometry.poses import transform
 
 SURE = 1e-4  # p-value, times the number of groups
-FEWEST_BOARDS = 6
-HIGHEST = (2, 3, 5, 8, np.inf)  # degree of each group
+DEGREES = (-1, 2, 3, 5, 8, np.inf)  # between which those of each group lie
 MOST_MODES = 80  # along each axis, the smoothest first
-WIDTH, RAYLEIGH = 6.0, 1.1774  # of wrong corners; median distance at unit scale
-LEAST_SD_PX = 0.01  # of a coordinate: no corner is known better
 
 
 class BoardCorners(NamedTuple):
@@ -73,11 +69,6 @@ class BoardCorners(NamedTuple):
         return int(np.argmax(np.linalg.norm(self.offsets, axis=1)))
 
     @property
-    def place(self):
-        """(column, row) of that corner, from 0."""
-        return self.worst % self.columns, self.worst // self.columns
-
-    @property
     def distance(self):
         """(how far that corner is off, standard deviation of that)."""
         offset, sd = self.offsets[self.worst], self.sd[self.worst]
@@ -90,33 +81,19 @@ class BoardCorners(NamedTuple):
         return float(np.sqrt(np.mean(np.sum(self.offsets**2, axis=1))))
 
 
-class _Group(NamedTuple):
-    """own (M,) bool: its displacements; p_value; variance: of a coordinate, with what
-    photographs differ by."""
-
-    own: np.ndarray
-    p_value: float
-    variance: float
-
-
 def board_corners(camera, scores, views, shape=None):
     """BoardCorners of a camera on the BoardViews it was fitted to.
 
     scores: ImageScores of all corners that were found, wrong ones among them; shape:
     the board's BoardShape, None for one that is as stated.
 
-    None where it cannot be told: fewer than six boards, boards of several sizes, or
-    views that know the point of every pixel.
+    None where it cannot be estimated: fewer than six boards, boards of several sizes,
+    or views that know the point of every pixel.
     """
-    pairs = [
-        (score, view)
-        for score, view in zip(scores, views, strict=True)
-        if np.isfinite(score.rms_px)
-    ]
-    pairs = once_each(pairs)
-    if len(pairs) < FEWEST_BOARDS or any(view.every_pixel for _, view in pairs):
-        return None
-    if len({(view.columns, view.rows) for _, view in pairs}) > 1:
+    pairs = scored_pairs(scores, views)
+    sizes = {(view.columns, view.rows) for _, view in pairs}
+    dense = any(view.every_pixel for _, view in pairs)
+    if len(pairs) < MIN_N_BOARDS or dense or len(sizes) > 1:
         return None
     fields = correction_fields(camera, pairs)
     if fields is None:
@@ -124,38 +101,24 @@ def board_corners(camera, scores, views, shape=None):
     view = pairs[0][1]
     absorbed, modes, degree = _displacements(view)
     moves = np.concatenate([absorbed, modes], axis=2)
-    found = [
-        _board(camera, *pair, right, shape, fields.mixing, moves)
-        for pair, right in zip(
-            pairs, _right([score for score, _ in pairs]), strict=True
-        )
+    equations = image_equations(camera, pairs, shape, _counted(pairs), fields, moves)
+    taken, normal, right = _without_first(*equations[:2], len(degree))
+    variance = equations[2]
+    groups = [(degree > low) & (degree <= high) for low, high in pairwise(DEGREES)]
+    groups = [own for own in groups if own.any()]
+    tests = [_tested(normal, right, own, variance) for own in groups]
+    least = min(p_value for p_value, _ in tests)
+    shown = [
+        (own, within)
+        for own, (p_value, within) in zip(groups, tests, strict=True)
+        if p_value < SURE / len(groups)
     ]
-    squares = np.array([square for square, _ in found])
-    count = fields.shapes.shape[2] + absorbed.shape[2]
-    share, left = _without_first(squares, count)
-    normal, right = left[:, :-1, :-1], left[:, :-1, -1]
-    free = sum(each for _, each in found) - count
-    variance = _scatter(left.sum(axis=0), free)
-    groups, lowest = [], -1
-    for highest in HIGHEST:
-        own = (degree > lowest) & (degree <= highest)
-        lowest = highest
-        if own.any():
-            tested = _tested(normal[:, own][:, :, own], right[:, own], variance)
-            groups.append(_Group(own, *tested))
-    p_value = min(1.0, len(groups) * min(group.p_value for group in groups))
-    shown = [group for group in groups if group.p_value < SURE / len(groups)]
     mean, covariance = _estimated(normal.sum(axis=0), right.sum(axis=0), shown)
     sd = np.sqrt(np.einsum("kam,mn,kan->ka", modes, covariance, modes, optimize=True))
-    change = (share.T @ mean)[: fields.shapes.shape[2]]
-    seen = [seen_on(each, camera, fields.pixels) for _, each in pairs]
-    seen = np.any(seen, axis=0)
-    moved = without_turns(fields.turns[seen], fields.shapes[seen]) @ change
-    rays = float(np.sqrt(np.mean(np.sum(moved**2, axis=1))))
+    seen = np.any([seen_on(each, camera, fields.pixels) for _, each in pairs], axis=0)
+    rays = rms_moved(fields, seen, (taken @ mean)[: fields.shapes.shape[2]])
+    p_value = min(1.0, len(groups) * least)
     return BoardCorners(modes @ mean, sd, p_value, rays, view.columns)
-
-
-# ------------------------------------------------------------------- the displacements
 
 
 def _displacements(view):
@@ -190,82 +153,49 @@ def _orthogonal(count):
     return np.sqrt(count) * np.linalg.qr(values)[0]
 
 
-# ------------------------------------------------------------------------ the equations
-
-
-def _board(camera, score, view, right, shape, mixing, moves):
-    """Of a view, its pose free: the matrix of squares of corrections, displacements of
-    the board and residuals, in this order; and how many coordinates are free."""
-    off, solid = score.residuals_px[right], board_points(view.points[right], shape)
-    places, T = view.pixels[right] - off, score.T_camera_grid
-    by_point = pixels_by_point(camera, places, transform(T, solid)) @ T[:3, :3]
-    by_moves = np.einsum("kab,kbm->kam", by_point, moves[right])
-    corrected = polynomials(places, camera) @ mixing
-    rows = np.concatenate([corrected, by_moves, off[..., None]], axis=2)
-    rows = rows.reshape(off.size, rows.shape[2])
-    of_pose, _ = np.linalg.qr(pose_jacobian(camera, places, solid, T))
-    rows = rows - of_pose @ (of_pose.T @ rows)
-    return rows.T @ rows, max(off.size - of_pose.shape[1], 0)
-
-
-def _right(scores):
+def _counted(pairs):
     """(n, K) bool: corners that count. One that is far off counts where it is so in
-    most photographs: then it is the board's, and no finder's mistake."""
-    distances = np.linalg.norm([score.residuals_px for score in scores], axis=2)
-    widest = WIDTH * max(np.nanmedian(distances) / RAYLEIGH, LEAST_SD_PX)
-    found, far = np.isfinite(distances), distances > widest
-    shared = far.sum(axis=0) > found.sum(axis=0) / 2
-    return found & (~far | shared)
+    most images: then it is the board's, and no detector's mistake."""
+    found = np.isfinite([score.residuals_px[:, 0] for score, _ in pairs])
+    near = np.array(near_corners(pairs))
+    shared = (found & ~near).sum(axis=0) > found.sum(axis=0) / 2
+    return near | found & shared
 
 
-def _without_first(squares, count):
-    """(share, squares left (n, ., .)): of views' squares, with the first `count` taken
-    from the others as all views together ask; share (M, count): of the displacements,
-    what these take of each, with the sign of the change that the others bring."""
-    whole = squares.sum(axis=0)
-    taken = whole[count:, :count] @ np.linalg.pinv(
-        whole[:count, :count], hermitian=True
-    )
-    rest = np.hstack([-taken, np.eye(len(whole) - count)])
-    return taken[:-1], rest @ squares @ rest.T
+def _without_first(normal, right, count):
+    """(taken (P, M), normal (n, M, M), right (n, M)): equations of the last `count`
+    parameters, less what the first P take of them in the joint solution; taken: the
+    change of the first by each of the last."""
+    whole = normal.sum(axis=0)
+    inverse = np.linalg.pinv(whole[:-count, :-count], hermitian=True)
+    taken = inverse @ whole[:-count, -count:]
+    rest = np.vstack([-taken, np.eye(count)])
+    joint = inverse @ right[:, :-count].sum(axis=0)
+    return taken, rest.T @ normal @ rest, (right - normal[:, :, :-count] @ joint) @ rest
 
 
-def _scatter(left, free):
-    """Variance of a coordinate: of what all displacements leave."""
-    root, _ = inverse_root(left[:-1, :-1])
-    squares = left[-1, -1] - np.sum((root.T @ left[:-1, -1]) ** 2)
-    return max(squares / max(free - root.shape[1], 1), LEAST_SD_PX**2)
-
-
-def _tested(normal, right, variance):
-    """(p-value, variance with what photographs differ by) of displacements, by the
-    equations (n, M, M) and (n, M) of each photograph."""
+def _tested(normal, right, own, variance):
+    """(p-value, variance of a coordinate that explains how images differ) of own (M,)
+    displacements, by the equations of each image."""
     from scipy.stats import f as fisher
 
-    differ = apart(normal, right)
-    variance = max(differ.variance, variance)
+    normal, right = normal[:, own][:, :, own], right[:, own]
+    within, freedom = within_groups(normal, right, [np.ones(len(right), bool)])
     root, _ = inverse_root(normal.sum(axis=0))
-    ratio = np.mean((root.T @ right.sum(axis=0)) ** 2) / variance
-    freedom = differ.several, (len(right) - 1) * differ.several
-    return float(fisher.sf(ratio, *freedom)), float(variance)
+    within = float(max(within, variance))
+    ratio = np.mean((root.T @ right.sum(axis=0)) ** 2) / within
+    return float(fisher.sf(ratio, freedom / (len(right) - 1), freedom)), within
 
 
 def _estimated(normal, right, groups):
     """Mean (M,) and covariance (M, M) of displacements, those of other groups being 0;
-    the prior of each is as wide as its squares show."""
-    mean, covariance = np.zeros(len(normal)), np.zeros(normal.shape)
-    if not groups:
-        return mean, covariance
+    the prior of each is as wide as its squares show. groups: (own, variance)."""
     prior = np.zeros(len(normal))
-    for own, _, variance in groups:
-        block, asked = normal[np.ix_(own, own)], right[own]
-        shown = asked @ asked - variance * np.trace(block)
-        prior[own] = max(shown, 0.0) / np.sum(block**2)
-    variance = max(group.variance for group in groups)
-    on = prior > 0
-    inside = np.ix_(on, on)
-    covariance[inside] = np.linalg.inv(
-        normal[inside] / variance + np.diag(1 / prior[on])
-    )
-    mean[on] = covariance[inside] @ right[on] / variance
-    return mean, covariance
+    for own, variance in groups:
+        block, shown = normal[np.ix_(own, own)], right[own]
+        excess = shown @ shown - variance * np.trace(block)
+        prior[own] = max(excess, 0.0) / np.sum(block**2)
+    variance = max((each for _, each in groups), default=1.0)
+    system = np.eye(len(normal)) + prior[:, None] * normal / variance
+    covariance = np.linalg.solve(system, np.diag(prior))
+    return covariance @ right / variance, covariance

@@ -4,6 +4,7 @@ They are all polynomials of third degree in the pixel's place, along u and along
 what a common rotation of all rays does, since that is no error of a camera.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -14,17 +15,6 @@ from raxel.geometry.poses import cross_matrix, transform
 
 DEGREE = 3
 ACROSS = 24  # pixels along the longer side at which fields are compared
-
-
-class CorrectionFields(NamedTuple):
-    """pixels (N, 2) that have a ray; shapes (N, 2, K): corrections of 1 px RMS each,
-    without rotations; turns (N, 2, 3): what rotations do; mixing (P, K): the shapes'
-    polynomials."""
-
-    pixels: np.ndarray
-    shapes: np.ndarray
-    turns: np.ndarray
-    mixing: np.ndarray
 
 
 def polynomials(pixels, camera):
@@ -38,6 +28,18 @@ def polynomials(pixels, camera):
     return np.stack(
         [np.hstack([along, none]), np.hstack([none, along])], axis=1
     )  # fmt: skip
+
+
+class CorrectionFields(NamedTuple):
+    """pixels (N, 2) that have a ray; shapes (N, 2, K): corrections of 1 px RMS each,
+    without rotations; turns (N, 2, 3): what rotations do; mixing (P, K): the shapes'
+    `terms`."""
+
+    pixels: np.ndarray
+    shapes: np.ndarray
+    turns: np.ndarray
+    mixing: np.ndarray
+    terms: Callable = polynomials
 
 
 def with_radial_terms(pixels, camera):
@@ -75,7 +77,8 @@ def correction_fields(camera, pairs, terms=polynomials):
     # Three of the polynomials are nearly what the rotations do.
     mixing = axes[:, 3:] * np.sqrt(len(pixels) / size[3:])
     shapes = rest @ mixing
-    return CorrectionFields(pixels, shapes.reshape(len(pixels), 2, -1), turns, mixing)
+    shapes = shapes.reshape(len(pixels), 2, -1)
+    return CorrectionFields(pixels, shapes, turns, mixing, terms)
 
 
 def without_turns(turns, fields):
@@ -83,6 +86,13 @@ def without_turns(turns, fields):
     flat, basis = fields.reshape(-1, fields.shape[2]), turns.reshape(-1, 3)
     share = np.linalg.solve(basis.T @ basis, basis.T @ flat)
     return (flat - basis @ share).reshape(fields.shape)
+
+
+def rms_moved(fields, seen, change):
+    """RMS px by which a correction (K,) moves the rays of pixels, seen (N,) bool, after
+    the best rotation."""
+    moved = without_turns(fields.turns[seen], fields.shapes[seen]) @ change
+    return float(np.sqrt(np.mean(np.sum(moved**2, axis=1))))
 
 
 def seen_on(view, camera, pixels):

@@ -1,9 +1,25 @@
-"""How much of the image and of the world a calibration knows."""
+"""How much of the image and of the world a calibration knows.
+
+Rays outside the area of the boards are known by extrapolation alone. The covariance of
+a formula holds there if the lens follows it, which lenses do only nearly. So the rays
+are judged by what the boards determine of a lens that is free to depart from the fit by
+any field of third degree over the image, and by radial terms of fifth and seventh
+(`evaluation.corrections`): as little as they limit such a field, as far may rays be
+off, and no residual shows it. Under the boards that is a fraction of a pixel; outside
+it grows with up to the seventh power of the distance.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 
 SAMPLES = 257  # along a line across the image
 GRID = 64  # pixels each way that stand for all
+# SD from which on a ray is taken for unknown: it may as well be its neighbour's. And
+# how many times that under the boards it must be, so that the boards' reach and not
+# their corners' noise is to blame.
+UNKNOWN_PX, TIMES = 1.0, 2.0
+MIN_SHARE = 1 / 10  # of the image, unknown: more than a rim, or one corner
 
 
 def board_counts(views, width, height):
@@ -47,3 +63,41 @@ def _turned(rays):
     if not len(cosine):
         return np.nan
     return float(np.degrees(np.sum(np.arccos(np.clip(cosine, -1, 1)))))
+
+
+class BeyondBoards(NamedTuple):
+    """share: of the pixels that have a ray, those outside the convex hull of all
+    corners; unknown: of them, those outside whose ray is known to less than UNKNOWN_PX;
+    largest_px: SD of the worst ray outside, 0 where there is none; under_px: RMS of the
+    SDs of rays under boards. SDs are distances in px, after the best rotation."""
+
+    share: float
+    unknown: float
+    largest_px: float
+    under_px: float
+
+    @property
+    def matters(self):
+        """Whether so much of the image is unknown that it is reported."""
+        return self.unknown >= MIN_SHARE
+
+
+def beyond_boards(fields, covariance, views, seen):
+    """The BeyondBoards of CorrectionFields, by the covariance (K, K) of their shapes.
+
+    seen (N,) bool: the fields' pixels where boards were seen. None where there is none.
+    """
+    import cv2
+
+    if not seen.any():
+        return None
+    corners = np.concatenate([view.pixels for view in views])
+    hull = cv2.convexHull(corners[np.isfinite(corners[:, 0])].astype(np.float32))
+    inside = [cv2.pointPolygonTest(hull, p, False) >= 0 for p in fields.pixels]
+    outside = ~np.array(inside)
+    squares = np.sum((fields.shapes @ covariance) * fields.shapes, axis=(1, 2))
+    sd = np.sqrt(np.maximum(squares, 0.0))
+    under = np.sqrt(np.mean(squares[seen]))
+    unknown = outside & (sd > max(UNKNOWN_PX, TIMES * under))
+    shares = float(np.mean(outside)), float(np.mean(unknown))
+    return BeyondBoards(*shares, float(np.max(sd * outside)), float(under))

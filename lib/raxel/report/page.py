@@ -5,7 +5,7 @@ from html import escape
 from typing import NamedTuple
 
 from raxel.evaluation.cross_validation import ImageScore
-from raxel.evaluation.stability import ERRATIC, ERRATIC_PX, LEAST_PX, SURE, TIMES
+from raxel.evaluation.split_half import ERRATIC, ERRATIC_PX, LEAST_PX, SURE, TIMES
 from raxel.report.folder import MARK
 from raxel.sets.words import words_of
 

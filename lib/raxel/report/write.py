@@ -31,7 +31,7 @@ def write_report(
     BoardViews or DenseViews of those that can, in their order; fitted: its camera, and
     shape, the BoardShape that was found with it or None; evaluation: of the camera on
     these; result: what `raxel calibrate` writes as JSON; stability: its
-    Stability, None where there is none. Files are numbered, so that no name of a
+    SplitHalf, None where there is none. Files are numbered, so that no name of a
     photograph becomes one.
     """
     folder = Path(folder)

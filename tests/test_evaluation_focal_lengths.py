@@ -1,9 +1,9 @@
-"""Photographs that differ more in one correction than in all others."""
+"""Images that differ more in one correction than in all others."""
 
 import numpy as np
 import pytest
 
-from raxel.evaluation.one_way import one_way
+from raxel.evaluation.focal_lengths import focal_lengths
 
 COUNT, WAYS = 14, 12
 
@@ -21,6 +21,11 @@ def equations(rng, own=0.0, together=1.0, count=COUNT):
 
 
 FIRST = np.eye(WAYS)[0]
+NAMES = [f"{k}" for k in range(COUNT)]
+
+
+def spread(normal, right, direction):
+    return focal_lengths(normal, right, direction, 1.0, np.array(NAMES))
 
 
 @pytest.mark.parametrize("together", [1.0, 3.0])
@@ -29,7 +34,7 @@ def test_photographs_that_differ_alike_in_all_ways_are_no_oftener_told_than_said
 ):
     """However far they differ, and not much more seldom."""
     rng = np.random.default_rng(1)
-    found = [one_way(*equations(rng, 0, together), FIRST, 1.0) for _ in range(400)]
+    found = [spread(*equations(rng, 0, together), FIRST) for _ in range(400)]
     p_values = np.array([each.p_value for each in found])
     for p in (0.1, 0.5):
         assert 0.3 < np.mean(p_values < p) / p < 1.1
@@ -39,11 +44,11 @@ def test_photographs_that_differ_alike_in_all_ways_are_no_oftener_told_than_said
 
 def test_what_they_differ_by_is_found_as_it_is():
     rng = np.random.default_rng(2)
-    found = [one_way(*equations(rng, 0.5, 2.0), FIRST, 1.0) for _ in range(100)]
+    found = [spread(*equations(rng, 0.5, 2.0), FIRST) for _ in range(100)]
     assert np.sqrt(np.mean([f.sd**2 for f in found])) == pytest.approx(0.5, rel=0.1)
     # In the unit of the direction.
-    longer = one_way(*equations(np.random.default_rng(3), 0.5), 2 * FIRST, 1.0)
-    once = one_way(*equations(np.random.default_rng(3), 0.5), FIRST, 1.0)
+    longer = spread(*equations(np.random.default_rng(3), 0.5), 2 * FIRST)
+    once = spread(*equations(np.random.default_rng(3), 0.5), FIRST)
     assert longer.sd == pytest.approx(once.sd / 2)
     assert longer.p_value == pytest.approx(once.p_value)
 
@@ -51,10 +56,20 @@ def test_what_they_differ_by_is_found_as_it_is():
 def test_other_ways_and_all_together_are_no_difference_in_this_one():
     rng = np.random.default_rng(4)
     normal, right = equations(rng, 1.0)
-    assert one_way(normal, right, FIRST, 1.0).p_value < 1e-12
-    assert one_way(normal, right, np.eye(WAYS)[1], 1.0).p_value > 1e-3
+    assert spread(normal, right, FIRST).p_value < 1e-12
+    assert spread(normal, right, np.eye(WAYS)[1]).p_value > 1e-3
     normal, right = equations(rng)
     shared = right + 100 * normal @ FIRST
-    alone, moved = (one_way(normal, each, FIRST, 1.0) for each in (right, shared))
+    alone, moved = (spread(normal, each, FIRST) for each in (right, shared))
     assert moved.p_value == pytest.approx(alone.p_value)
-    assert one_way(normal[:3], right[:3], FIRST, 1.0) is None
+    assert spread(normal[:3], right[:3], FIRST) is None
+
+
+def test_two_groups_of_focal_lengths_are_named():
+    rng = np.random.default_rng(5)
+    normal, right = equations(rng)
+    long = [1, 4, 5, 11]
+    right[long] += 2 * normal[long] @ FIRST
+    found = spread(normal, right, FIRST)
+    assert {int(name) for name in found.longer} == set(long)
+    assert {*found.shorter, *found.longer} == set(NAMES)

@@ -8,19 +8,10 @@ from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
-from raxel.evaluation.corrections import polynomials
+from raxel.evaluation.corrections import correction_fields
 from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.stability import (
-    LEAST_PX,
-    SURE,
-    Division,
-    _apart,
-    _judged,
-    _scatter,
-    _Systems,
-    _systems,
-    stability,
-)
+from raxel.evaluation.image_equations import image_equations, within_groups
+from raxel.evaluation.split_half import LEAST_PX, SURE, Division, _judged, split_half
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import rotation_from_vector, transform
 from tests.board_scenes import BOARD, COLUMNS, ROWS, board_poses
@@ -60,7 +51,7 @@ def views_of(
 
 def found_in(views, camera=None):
     camera = camera or calibrate_zhang(views, *SIZE).camera
-    return stability(camera, evaluate_camera(camera, views).images, views)
+    return split_half(camera, evaluate_camera(camera, views).images, views)
 
 
 def by_name(found, name):
@@ -151,11 +142,11 @@ def test_a_bent_board_whose_shape_is_known_is_no_fault():
     views = views_of(COUNT * [CAMERA], 12, solid=shape.points(BOARD))
     scores = evaluate_camera(CAMERA, views, shape)
     assert scores.rms_px == pytest.approx(np.sqrt(2) * NOISE_PX, rel=0.1)
-    assert stability(CAMERA, scores.images, views, shape).stable
+    assert split_half(CAMERA, scores.images, views, shape).stable
     flat = evaluate_camera(CAMERA, views)
     assert flat.rms_px > 3 * scores.rms_px
     assert flat.mean_deg > 2 * scores.mean_deg
-    assert stability(CAMERA, flat.images, views).factor > 2
+    assert split_half(CAMERA, flat.images, views).factor > 2
 
 
 def test_tables_of_rays_are_held_against_their_own_errors():
@@ -181,38 +172,45 @@ def test_the_more_ways_there_are_to_divide_the_surer_one_of_them_has_to_be(times
         assert found.p_value == pytest.approx(times * SURE)
 
 
-def systems(rng, boards, ways, free, sd=1.0):
-    """_Systems of corrections that are nought: `free` numbers a board."""
-    shapes = rng.normal(size=(boards, free, ways))
-    off = sd * rng.normal(size=(boards, free))
-    normal = np.einsum("nmk,nml->nkl", shapes, shapes)
-    right = np.einsum("nmk,nm->nk", shapes, off)
-    return _Systems(normal, right, float(np.sum(off**2)), boards * free)
+def equations(rng, boards, ways, sd):
+    """Of corrections that are nought, from 30 numbers of each board."""
+    shapes = rng.normal(size=(boards, 30, ways))
+    off = sd * rng.normal(size=(boards, 30))
+    return np.einsum("nmk,nml->nkl", shapes, shapes), np.einsum(
+        "nmk,nm->nk", shapes, off
+    )
 
 
-def test_scatter_is_told_without_what_poses_and_corrections_take():
-    """Few numbers: six a board, less four for all, of which two boards leave eight."""
-    rng = np.random.default_rng(20)
-    found = [_scatter(systems(rng, 2, 4, 6, sd=0.3)) for _ in range(600)]
-    # Of 600 draws of a chi square with 8, the mean is known to 2 %.
+def test_scatter_is_without_what_poses_and_corrections_absorb():
+    """Of few corners: three boards of eight each."""
+    rng, found = np.random.default_rng(20), []
+    views = views_of(3 * [CAMERA], 21, noise=0.0, poses=board_poses(21, 3))
+    chosen = [0, 6, 12, 52, 58, 117, 123, 129]
+    views = [
+        view._replace(
+            pixels=view.pixels[chosen], points=view.points[chosen], columns=4, rows=2
+        )
+        for view in views
+    ]
+    pairs = list(zip(evaluate_camera(CAMERA, views).images, views, strict=True))
+    fields = correction_fields(CAMERA, pairs)._replace(mixing=np.eye(20)[:, :4])
+    for _ in range(300):
+        noisy = [
+            (score._replace(residuals_px=0.3 * rng.normal(size=(8, 2))), view)
+            for score, view in pairs
+        ]
+        corners = 3 * [np.ones(8, bool)]
+        found.append(image_equations(CAMERA, noisy, None, corners, fields)[2])
     assert np.mean(found) == pytest.approx(0.3**2, rel=0.08)
-    view = views_of([CAMERA], 21, poses=board_poses(21, 1))[0]
-    score = evaluate_camera(CAMERA, [view]).images[0]
-    mixing = np.eye(polynomials(view.pixels[:1], CAMERA).shape[2])
-    own = _systems(CAMERA, [(score, view)], None, mixing, 1.0)
-    assert own.free == 2 * np.isfinite(view.pixels[:, 0]).sum() - 6
 
 
 @pytest.mark.parametrize("parts", [1, 2])
-def test_boards_tell_how_far_they_lie_apart_by_their_number_less_their_parts(parts):
-    """In one way alone; each board then is a number, and each part takes one."""
+def test_freedom_is_the_number_of_boards_less_that_of_parts(parts):
+    """In one direction; each board then is a number, and each part takes one."""
     rng, sd = np.random.default_rng(22), 0.3
     first = np.arange(7) < 7 // parts
     halves = [first] if parts == 1 else [first, ~first]
-    found = [_apart(systems(rng, 7, 1, 30, sd), halves, sd**2) for _ in range(200)]
-    factors, freedoms = np.transpose(found)
+    found = [within_groups(*equations(rng, 7, 1, sd), halves) for _ in range(200)]
+    variances, freedoms = np.transpose(found)
     np.testing.assert_allclose(freedoms, 7 - parts)
-    # Of a factor that is one at least, half of all: a median little above one.
-    assert np.median(factors) < 1.1
-    far = [_apart(systems(rng, 7, 1, 30, 2 * sd), halves, sd**2)[0] for _ in range(200)]
-    assert np.mean(np.square(far)) == pytest.approx(4, rel=0.15)
+    assert np.mean(variances) == pytest.approx(sd**2, rel=0.15)

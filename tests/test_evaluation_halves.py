@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.evaluation.ways_to_divide import ways_to_divide
+from raxel.evaluation.split_half import halves_of
 from raxel.geometry import pose, rotation_from_vector
 from raxel.geometry.planes import on_plane
 
@@ -44,12 +44,12 @@ def test_halves_are_those_of_boards_that_are_turned_alike(name, first, second):
     pairs = [seen(at, turn) for at in aside for turn in (first, second)]
     if name.startswith("lean"):  # which is told from the camera's axis
         pairs = [seen((0, 0), turn) for _ in aside for turn in (first, second)]
-    np.testing.assert_array_equal(dict(ways_to_divide(pairs))[name], 4 * [True, False])
+    np.testing.assert_array_equal(dict(halves_of(pairs))[name], 4 * [True, False])
 
 
 def test_halves_are_those_of_boards_in_one_place():
     corners = [(-20, -12), (20, -14), (-22, 15), (21, 13)]
-    ways = dict(ways_to_divide([seen(at, (0, 0, 0)) for at in corners]))
+    ways = dict(halves_of([seen(at, (0, 0, 0)) for at in corners]))
     np.testing.assert_array_equal(ways["left and right in the image"], [1, 0, 1, 0])
     np.testing.assert_array_equal(ways["top and bottom in the image"], [1, 1, 0, 0])
     np.testing.assert_array_equal(ways["every other photograph"], [1, 0, 1, 0])
