@@ -50,8 +50,9 @@ def image_equations(camera, pairs, shape, corners, fields, moves=None):
         by_shift = by_point @ np.concatenate(shifts, axis=2)
         corrected = fields.terms(pixels, camera) @ fields.mixing
         rows = [corrected, by_shift[..., 6:], off[..., None]]
-        rows = np.concatenate(rows, axis=2).reshape(off.size, -1)
-        of_pose, _ = np.linalg.qr(by_shift[..., :6].reshape(-1, 6))
+        rows = np.concatenate(rows, axis=2)
+        rows = rows.reshape(off.size, rows.shape[2])
+        of_pose, _ = np.linalg.qr(by_shift[..., :6].reshape(off.size, 6))
         rows = rows - of_pose @ (of_pose.T @ rows)
         squares.append(rows.T @ rows)
         free += max(off.size - 6, 0)
