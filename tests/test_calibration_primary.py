@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 
 from raxel.calibration import rays_from_known_motion
-from raxel.calibration.mirror import planar_start
-from raxel.calibration.mirror.planar_start import _image, _jacobian, calibrate_flat
-from raxel.calibration.mirror.platter import grid_poses_in_platter, reflected_pose
+from raxel.calibration.mirror.platter import grid_poses_in_platter
 from raxel.calibration.mirror.primary import _refined, calibrate_primary
 from raxel.calibration.mirror.primary_start import mirror_points
 from raxel.calibration.mirror.ray_points import RayPoints
-from raxel.calibration.mirror.sightings import sighting
 from raxel.errors import InputError
 from raxel.geometry import intersect_rays_plane
 from tests.mirror_scenes import (
@@ -166,39 +163,6 @@ def test_errors_of_the_poses_are_in_the_covariance():
     assert 0.6 < np.mean(squared) < 1.6
 
 
-def test_a_flat_mirror_needs_one_picture():
-    true = flexible_camera(0.0)
-    seen = view(true, BOARDS[0], BOARD, *CELLS)
-    found = calibrate_flat(VIEWER, seen, BOARDS[0])
-    pixels = seen.pixels[np.isfinite(seen.pixels[:, 0])]
-    assert angles_deg(found.camera, true, pixels).max() < 1e-7
-    assert found.rms_px < 1e-6
-    # By noise, the plane moves as far as its covariance says.
-    squared = []
-    for seed in range(5):
-        noisy = view(true, BOARDS[0], BOARD, *CELLS, np.random.default_rng(seed), 0.2)
-        plane, spread = calibrate_flat(VIEWER, noisy, BOARDS[0])[1:3]
-        squared.append((plane[3] - found.plane[3]) ** 2 / spread[2, 2])
-    assert 0.2 < np.mean(squared) < 3.0
-
-
-def test_the_planes_jacobian_equals_differences():
-    from raxel.calibration.mirror.planar_start import _moved
-
-    seen = sighting(VIEWER, view(flexible_camera(), BOARDS[0], BOARD, *CELLS), "")
-    seen = seen.alike()
-    plane = calibrate_flat(
-        VIEWER, view(flexible_camera(), BOARDS[0], BOARD, *CELLS), BOARDS[0]
-    ).plane
-    real = seen.points @ BOARDS[0][:3, :2].T + BOARDS[0][:3, 3]
-    J = _jacobian(seen, real, plane)
-    for k, step in enumerate(1e-6 * np.eye(3)):
-        up, down = (
-            seen.residuals(_image(real, _moved(plane, s))) for s in (step, -step)
-        )
-        np.testing.assert_allclose(J[:, k], (up - down) / 2e-6, rtol=1e-4, atol=1e-4)
-
-
 def test_what_determines_no_mirror_is_refused():
     true = spline_camera(viewer=small(24))
     views = lit_views(true, GRIDS)
@@ -209,9 +173,6 @@ def test_what_determines_no_mirror_is_refused():
     mirrored = views[1]._replace(mirrored=not views[1].mirrored)
     with raises_code("mixed-views"):
         calibrate_primary(true.viewer, [views[0], mirrored], GRIDS)
-    bent = view(flexible_camera(10.0), BOARDS[0], BOARD, *CELLS)
-    with raises_code("not-flat"):
-        calibrate_flat(VIEWER, bent, BOARDS[0])
     narrow = [v._replace(location=np.where(
         np.arange(v.location.shape[1])[:, None] < 50, v.location, np.nan
     )) for v in views]  # fmt: skip
@@ -239,22 +200,3 @@ def test_few_points_tell_their_noise_although_the_spline_follows_it():
         squares.append(off @ np.linalg.solve(found.covariance, off) / len(off))
     # Over a variance that 43 numbers tell: 43 / 41, known to 7 %.
     assert np.mean(squares) == pytest.approx(43 / 41, abs=0.2)
-
-
-def test_six_corners_tell_their_noise_although_a_plane_follows_it(monkeypatch):
-    """Of a dozen numbers, three are the plane's."""
-    monkeypatch.setattr(planar_start.SplineMirrorCamera, "fitted", lambda *_: None)
-    exact, told = view(flexible_camera(0.0), BOARDS[0], BOARD, *CELLS), []
-    seen = np.flatnonzero(np.isfinite(exact.pixels[:, 0]))
-    some = seen[np.linspace(0, len(seen) - 1, 6).astype(int)]
-    exact = exact._replace(pixels=exact.pixels[some], points=BOARD[some])
-    known = calibrate_flat(VIEWER, exact._replace(sd=np.full(6, 0.2)), BOARDS[0])
-    image = reflected_pose(BOARDS[0], known.plane)
-    monkeypatch.setattr(planar_start, "seen_pose", lambda _: image)
-    rng = np.random.default_rng(9)
-    for _ in range(60):
-        noisy = exact.pixels + 0.2 * rng.standard_normal((6, 2))
-        found = calibrate_flat(VIEWER, exact._replace(pixels=noisy), BOARDS[0])
-        told.append(found.covariance[2, 2] / known.covariance[2, 2])
-    # Of 60 draws of a chi square with nine, the mean is known to 6 %.
-    assert np.mean(told) == pytest.approx(1, abs=0.15)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from raxel.cameras import GeneralCamera, QuadricMirrorCamera, camera_from, load_camera
-from raxel.cameras.mirrors.conic_surface import ConicMirror, axes_of
 from raxel.errors import InputError
 from raxel.geometry import pose
 from tests.mirror_cameras import (
@@ -109,25 +108,9 @@ NON_CENTRAL = GeneralCamera(
             lambda: QuadricMirrorCamera(PINHOLE, *HYPERBOLOID, IMAGE),
             "'T_viewer_mirror'",
         ),
-        (lambda: axes_of("hyperboloid", 10, 0.9), "'eccentricity'"),
-        (lambda: axes_of("ellipsoid", 10, 1.2), "'eccentricity'"),
-        (lambda: axes_of("sphere", 10, 0.5), "'eccentricity'"),
-        (lambda: axes_of("sphere", -10), "'axes'"),
     ],
 )
 def test_impossible_mirrors_are_refused_in_one_line(build, words):
     with pytest.raises(InputError, match=words) as fault:
         build()
     assert "\n" not in str(fault.value)
-
-
-@pytest.mark.parametrize(
-    ("shape", "eccentricity"),
-    [("hyperboloid", 1.3), ("ellipsoid", 0.6), ("paraboloid", None), ("sphere", None)],
-)
-def test_axes_from_eccentricity_and_apex_radius(shape, eccentricity):
-    side = "outside"
-    mirror = ConicMirror(shape, axes_of(shape, 12.0, eccentricity), 5, 0, side)
-    assert mirror.radius == pytest.approx(12, rel=1e-14)
-    if eccentricity is not None:
-        assert mirror.eccentricity == pytest.approx(eccentricity, rel=1e-13)

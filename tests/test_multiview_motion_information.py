@@ -14,14 +14,3 @@ def test_deviations_are_roots_of_summed_variances():
     assert found.rotation_sd == pytest.approx(rotation)
     assert found.direction_sd == pytest.approx(direction)
     assert found.scale_sd == pytest.approx(1 / 20)
-    assert found.with_length == pytest.approx((rotation, direction))
-
-
-@pytest.mark.parametrize("aside", [3, 4])
-def test_a_length_that_is_known_tells_of_the_directions_it_is_mixed_up_with(aside):
-    """Of a variance 1 / 0.64, shared with a number that becomes known, 1 is left."""
-    told = np.eye(6)
-    told[aside, 5] = told[5, aside] = 0.6
-    found = MotionInformation(told, 10.0, np.zeros(3), 1.0)
-    assert found.direction_sd == pytest.approx(np.sqrt(1 + 1 / 0.64))
-    assert found.with_length == pytest.approx((np.sqrt(3), np.sqrt(2)))

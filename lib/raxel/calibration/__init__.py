@@ -50,7 +50,6 @@ from raxel.calibration.mirror.clamp_line import (
     edge_picks,
     fixed_line,
 )
-from raxel.calibration.mirror.planar_start import PlanarStart, calibrate_flat
 from raxel.calibration.mirror.platter import (
     GridMotion,
     PlatterPicture,
@@ -66,7 +65,6 @@ from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
 from raxel.calibration.mirror.update import (
     MirrorSettings,
     MirrorUpdate,
-    update_from_active_grid,
     update_from_scene,
     update_mirror,
 )
@@ -126,7 +124,6 @@ __all__ = [
     "MirrorTracker",
     "MirrorUpdate",
     "NonCentralPose",
-    "PlanarStart",
     "PlatterPicture",
     "PlatterPoses",
     "PrimaryCalibration",
@@ -146,7 +143,6 @@ __all__ = [
     "bundle_stages",
     "calibrate_central",
     "calibrate_cgsp",
-    "calibrate_flat",
     "calibrate_generic",
     "calibrate_lens",
     "calibrate_primary",
@@ -189,7 +185,6 @@ __all__ = [
     "synthetic_plane_normal",
     "table_2_1",
     "three_point_depths",
-    "update_from_active_grid",
     "update_from_scene",
     "update_mirror",
 ]

@@ -13,7 +13,7 @@ from raxel.lab.rig import Rig, load_rig
 from raxel.lab.scene import TexturedScene
 from raxel.lab.scenes import board_scene, facade, monitor_scene, room
 from raxel.lab.sensor import Sensor
-from raxel.lab.sight import need_visible, visible_share
+from raxel.lab.sight import visible_share
 from raxel.lab.surfaces import (
     Cylinder,
     Disc,
@@ -61,7 +61,6 @@ __all__ = [
     "facade",
     "load_rig",
     "monitor_scene",
-    "need_visible",
     "render",
     "render_set",
     "room",

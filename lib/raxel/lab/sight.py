@@ -7,7 +7,6 @@ import numpy as np
 
 from raxel.cameras import Camera
 from raxel.cameras.core.smooth_rays import smooth_rays
-from raxel.errors import InputError
 from raxel.geometry import rotate, transform
 from raxel.lab.scene import NO_RAY, TexturedScene
 
@@ -139,13 +138,3 @@ def visible_share(camera, T_world_camera, surface, most=200_000):
         transform(T_world_camera, rays.origins), rotate(T_world_camera, rays.directions)
     )
     return float(np.mean(rays.valid & np.isfinite(hit.distance)))
-
-
-def need_visible(camera, T_world_camera, surface, least_share=0.0, name="target"):
-    """Raise InputError, in one line, if a surface fills too little of the image."""
-    share = visible_share(camera, T_world_camera, surface)
-    if not share > least_share:
-        raise InputError(
-            f"scene: the {name} fills {100 * share:.2g} % of the image, more than "
-            f"{100 * least_share:.2g} % is needed; move or turn the camera towards it"
-        )

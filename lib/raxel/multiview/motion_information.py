@@ -61,12 +61,6 @@ class MotionInformation(NamedTuple):
         """Whether the rays tell the length to better than a third of itself."""
         return self.scale_sd < TOLD
 
-    @property
-    def with_length(self):
-        """(rotation_sd, direction_sd), radians, if the length were known."""
-        known = inverse_information(self.information[:5, :5])
-        return _root(known, slice(0, 3)), _root(known, slice(3, 5))
-
     def __str__(self):
         told = "told" if self.scale_told else "not told"
         return (

@@ -182,22 +182,6 @@ def update_from_scene(
     return found
 
 
-def update_from_active_grid(
-    before, seen_before, seen_after, clamp, settings=None, *, outline=None
-):
-    """MirrorUpdate from dense correspondences of an active grid, before and after.
-
-    seen_before, seen_after: (pixels (N, 2), points (N, 2) mm on the grid), each of its
-    own pixels. The pose comes from the former. Other arguments and errors as
-    `update_mirror`.
-    """
-    pose = pose_from_non_central_rays(before.rays(seen_before[0]), seen_before[1])
-    pixels, points = (np.asarray(a, float) for a in seen_after)
-    scene = transform(pose.T_camera_grid, on_plane(points))
-    found = update_from_scene(before, pixels, scene, clamp, settings, outline=outline)
-    return found._replace(pose=pose)
-
-
 def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     """MirrorUpdate without a pose: linear stage and refinement on the given rows."""
     viewer, quantity = before.viewer, before.quantity

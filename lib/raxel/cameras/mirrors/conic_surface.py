@@ -269,34 +269,3 @@ def conic_of(shape, axes):
             "so that its foci lie on the axis"
         )
     return b * b / a, math.sqrt((a - b) * (a + b)) / a, (b / a) ** 2
-
-
-def axes_of(shape, radius, eccentricity=None):
-    """Axes of a shape from the apex radius of curvature (mm) and the eccentricity.
-
-    The eccentricity is above 1 for a hyperboloid, between 0 and 1 for an ellipsoid,
-    1 for a paraboloid and 0 for a sphere. Raises InputError otherwise.
-    """
-    limits = {
-        "hyperboloid": (1, math.inf, "above 1"),
-        "ellipsoid": (0, 1, "between 0 and 1"),
-    }
-    if shape in limits:
-        low, high, words = limits[shape]
-        if eccentricity is None or not low < eccentricity < high:
-            raise InputError(
-                f"field 'eccentricity': found {eccentricity}; for the {shape} it is "
-                + words
-            )
-        kappa = abs(1 - eccentricity) * (1 + eccentricity)
-        axes = (radius / kappa, radius / math.sqrt(kappa))
-    else:
-        fixed = {"paraboloid": 1, "sphere": 0}.get(shape)
-        if fixed is not None and eccentricity not in (None, fixed):
-            raise InputError(
-                f"field 'eccentricity': found {eccentricity}; for the {shape} it is "
-                f"{fixed}"
-            )
-        axes = (radius / 2,) if shape == "paraboloid" else (radius,)
-    conic_of(shape, axes)
-    return axes
