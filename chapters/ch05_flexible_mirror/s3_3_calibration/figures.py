@@ -208,7 +208,7 @@ def trust_figure(results):
                     median_interval(trials.column(f"stage{k}.{name}")) for k in stages
                 ]
                 rows += plot_estimates(
-                    panel, np.add(stages, 0.06 * (number - 1)), found,
+                    panel, np.add(STAGES_MM[1:], 0.3 * (number - 1)), found,
                     (geometry, surface, label), look=series(number), label=label,
                     bars=True,
                 )  # fmt: skip
@@ -216,12 +216,15 @@ def trust_figure(results):
         row[0].set_ylim(bottom=0)
         row[0].set_ylabel("RMS ray error (deg)")
     for panel in axes[-1]:
-        panel.set_xticks(list(stages))
-        panel.set_xlabel("Stage, 5 mm each (1)")
+        panel.set_xticks(STAGES_MM[1:])
+        panel.set_xlabel("Deflection (mm)")
     legend_below(drawn, axes[0, 0], ncols=3)
     return Drawing(
         drawn,
-        columns(("geometry", "surface", "error", "stage", "deg", "low", "high"), rows),
+        columns(
+            ("geometry", "surface", "error", "deflection_mm", "deg", "low", "high"),
+            rows,
+        ),
         "Predicted and true ray error over three deflections, all stages adjusted "
         "together: RMS over the whole mirror, medians over "
         f"{result.trials_per_condition} seeds with 95 % intervals. The misfit term is "
