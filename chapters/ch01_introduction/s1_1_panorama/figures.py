@@ -54,7 +54,7 @@ def fig_1_1(results):
 def ext_rigs(results):
     """Every rig of data/rigs in three dimensions, side by side."""
     ran = results["ext_rigs"]
-    drawn, axes = new_figure(RIG_ROWS, RIG_COLUMNS, height_in=10.0)
+    drawn, axes = new_figure(RIG_ROWS, RIG_COLUMNS, height_in=7.0)
     drawn.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0.0, hspace=0.0)
     rows = []
     for panel in axes.flat:
