@@ -17,7 +17,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test times recorded notebooks lab answers archive bench where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test times recorded notebooks lab answers archive bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -61,6 +61,9 @@ bench: setup ## times of decoder, detectors, CGSP, bundle adjustment and mirror 
 	@$(PYTHON) lib/repro/bootstrap.py --bench
 	@$(RUN) .venv/bin/python -m pytest -q tests/bench/speed.py --benchmark-group-by=group \
 	  --benchmark-columns=min,median,rounds
+
+readme: ext_zoo_room fig_3_4 fig_2_3 ## the figures of README.md, from those of the full report
+	@$(RUN) .venv/bin/python -m repro.site.readme_figures
 
 # The words after `where` are ids: what they name is looked up and not made.
 ifeq ($(firstword $(MAKECMDGOALS)),where)

@@ -1,0 +1,23 @@
+"""`make readme`: the figures of README.md, reduced from those of the full report.
+
+README.md is read where nothing is built, so they are part of the repository.
+"""
+
+from PIL import Image
+
+SIZE_PX = (560, 360)
+N_COLOURS = 48
+
+
+def main() -> None:
+    """Write report/readme; the figures are built already."""
+    for name in ("ext_zoo_room", "fig_3_4", "fig_2_3"):
+        with Image.open(f"figures/full/{name}.png") as image:
+            small = image.convert("RGB")
+        small.thumbnail(SIZE_PX, Image.Resampling.LANCZOS)
+        small = small.quantize(N_COLOURS, dither=Image.Dither.NONE)
+        small.save(f"report/readme/{name}.png", optimize=True)
+
+
+if __name__ == "__main__":
+    main()
