@@ -12,10 +12,10 @@ from raxel.calibration.views.board_shape import BoardShape
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
 from raxel.cli import decode, main, mirror, models, scores
-from raxel.cli.board_shape import shape_fields
+from raxel.cli.board_shape import shape_fields, shape_line
 from raxel.cli.calibrate import _cross_validation
 from raxel.cli.check import _check_images
-from raxel.cli.described import misfit_fields
+from raxel.cli.described import misfit_fields, misfit_warnings
 from raxel.cli.render import _told as rendered_line
 from raxel.evaluation.benchmark import _spread
 from raxel.evaluation.coverage import field_of_view
@@ -26,6 +26,7 @@ from raxel.features.detector import Detection, Partial, refused
 from raxel.features.size_vote import SizeVote
 from raxel.sets import load_set
 from raxel.sets.model import View
+from raxel.sets.words import BOARDS
 from raxel.show.sets import _posed_scene
 from tests.image_sets import write_drawn_set
 from tests.made_sets import BOARD as MADE
@@ -70,6 +71,9 @@ def test_the_shape_of_a_board_has_its_whole_size_and_a_stretch_in_per_cent():
     assert fields["corners"] == [9, 7]
     told = [fields[name] for name in ("p_bends", "p_stretch", "flat_px", "shaped_px")]
     assert told == [0.25, 0.5, 0.125, 0.0625]
+    line = shape_line(test, "mm", "board")
+    assert "0.300 +- 0.030 mm" in line
+    assert "0.40 +- 0.10 %" in line
 
 
 def test_errors_of_models_stand_apart_from_those_that_all_can_answer_for():
@@ -93,6 +97,10 @@ def test_a_misfit_says_how_far_corners_are_off_and_by_how_much_they_scatter():
         "fits": False, "rms_px": 3.25, "scatter_px": 0.5, "stated_sd_px": 0.125,
         "odd_board": None,
     }  # fmt: skip
+    (warning,) = misfit_warnings(found, "no camera fits", "look", BOARDS)
+    assert [warning.find(n) > 0 for n in ("3.25 px", " 0.5 px", "0.12 px")] == 3 * [
+        True
+    ]
 
 
 def test_corners_are_counted_and_stand_as_they_were_found(tmp_path):

@@ -147,3 +147,13 @@ def test_errors_of_a_camera_are_told_with_the_corners_that_are_wrong(tmp_path, c
     assert result["rms_px"] == pytest.approx(due, rel=0.1)
     assert f"rms {result['rms_px']:.3f} px" in printed
     assert "the others by 0.0" in printed
+
+
+def test_what_grows_towards_the_end_of_a_board_is_not_wrong():
+    views = views_of(COUNT * [CAMERA], 7)
+    view = next(v for v in views if np.isfinite(v.pixels).all())
+    pixels = view.pixels.reshape(view.rows, view.columns, 2)
+    for ring, off in enumerate((6.0, 2.5, 1.5, 0.7)):
+        own = np.maximum(*np.mgrid[: view.rows, : view.columns]) == ring
+        pixels[own] += [off, off]
+    assert without_wrong_corners(CAMERA, views).wrong == []
