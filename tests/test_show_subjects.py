@@ -214,6 +214,9 @@ def test_what_is_missing_is_told_with_the_command_that_mends_it(
     monkeypatch.setattr(rendering.sys, "prefix", str(tmp_path))
     monkeypatch.setattr(rendering, "PROBE", "import os; os.kill(os.getpid(), 11)")
     assert "apt-get install libegl1 libgl1 libxrender1" in fresh()
+    monkeypatch.setattr(rendering, "PROBE", "import time; time.sleep(60)")
+    monkeypatch.setattr(rendering, "PROBE_S", 0.2)
+    assert "apt-get install libegl1 libgl1 libxrender1" in fresh()
     monkeypatch.setattr(rendering, "PACKAGES", ("pyvista", "no_such_package"))
     missing = fresh()
     assert missing == (

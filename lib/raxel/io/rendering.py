@@ -15,6 +15,7 @@ from raxel.errors import InputError
 
 PACKAGES = ("pyvista", "trame_pyvista", "trame_vtk", "nest_asyncio2")
 GL_PACKAGES = "libegl1 libgl1 libxrender1"
+PROBE_S = 120  # A driver that hangs must not hold up a command for ever.
 PROBE = (
     "import pyvista as pv; p = pv.Plotter(off_screen=True, window_size=(64, 64)); "
     "p.add_mesh(pv.Sphere()); image = p.screenshot(return_img=True); "
@@ -49,12 +50,22 @@ def rendering_missing():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     if packages_missing() or (Path(sys.prefix) / "rendering").is_file():
         return packages_missing()
-    if subprocess.run([sys.executable, "-c", PROBE], capture_output=True).returncode:
+    if not _draws():
         return (
             "3-D pictures need OpenGL, which does not work here; run: "
             f"apt-get install {GL_PACKAGES}"
         )
     return ""
+
+
+def _draws():
+    """Whether a process of its own draws the ball, in the time that it may take."""
+    order = [sys.executable, "-c", PROBE]
+    try:
+        found = subprocess.run(order, capture_output=True, timeout=PROBE_S)
+    except subprocess.TimeoutExpired:
+        return False
+    return found.returncode == 0
 
 
 def need(missing):
