@@ -88,7 +88,7 @@ def stability_warnings(found, words):
             f"{words.target}s do not ask for one focal length: those that they ask for "
             f"scatter by {100 * focal.sd:.2g} % (SD) beyond what explains how "
             f"{words.target}s differ in all else, {focal.times:.1f} times as far as "
-            f"that (p = {focal.p_value:.2g}); two groups explain it best: "
+            f"that (p = {focal.p_value:.2g}); divided in two by focal length: "
             f"{', '.join(min(focal.shorter, focal.longer, key=len))}, and the others; "
             "stated standard deviations have that in them only if it is chance; "
             "possible: a lens that focused anew, or a zoom that moved; pictures of "
