@@ -24,8 +24,7 @@ COUNT = itertools.count()
 
 def written(plan, experiment="made_up", effort="full"):
     """The Result of a plan, run here."""
-    pairs = itertools.product(range(len(plan.conditions)), range(plan.trials))
-    records, arrays = run_trials(experiment, plan, list(pairs))
+    records, arrays = run_trials(experiment, plan, plan.pairs)
     path = Path(FOLDER.name) / f"{next(COUNT)}_{experiment}.json"
     gather({"experiment": experiment, "effort": effort}, plan, records, arrays, path)
     return Result(path)

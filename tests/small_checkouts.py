@@ -189,6 +189,7 @@ def small_checkout(root):
             "settings": {},
             "conditions": [{}],
             "trials_per_condition": 2,
+            "first_trial": 0,
             "trials": [{"condition": 0, "values": {"x": x}} for x in (1.0, 2.0)],
         },
     )

@@ -13,7 +13,7 @@ from chapters.ch05_flexible_mirror.s2_method.results import (
     Starts,
 )
 from chapters.ch05_flexible_mirror.s2_method.trials.run import STAGES, Watch
-from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
 from tests.made_results import ROOT, of_columns
@@ -48,7 +48,7 @@ def made(other=None, at_ends=None):
 
 def verdicts(results):
     found = readings_of(judge_linear_enough, results)
-    assert [one.reading["mirror_bench"] for one in found] == [BENCH, "laboratory"]
+    assert [one.reading["mirror_bench"] for one in found] == [LEVEL, "laboratory"]
     return [one.verdict for one in found]
 
 
@@ -90,7 +90,7 @@ def test_refused_seeds_are_told_once_each():
         "bench.true.refused": [None, None, "no"],
     }
     result = of_columns(({"geometry": "A"}, ended | said))
-    assert Starts.on({STARTS: result}, BENCH).refused == 2
+    assert Starts.on({STARTS: result}, LEVEL).refused == 2
 
 
 def outer():

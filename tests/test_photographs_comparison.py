@@ -47,6 +47,7 @@ def write_study(folder, name, *, ratio, photographs, seed, of_peer=0):
         "settings": {"images": names, "uses": ["calibrate"] * count},
         "conditions": conditions,
         "trials_per_condition": 1,
+        "first_trial": 0,
         "trials": [{"condition": i, "values": v} for i, v in enumerate(values)],
     }
     path = Path(folder) / f"{name}.json"

@@ -24,6 +24,10 @@ class GaussianErrors(NamedTuple):
 
     in_platter = in_mirror
 
+    def mounted(self, platter, rng, positions):
+        """The `Platter` at each of the monitor's positions: where its board says."""
+        return [platter] * positions
+
     @property
     def plate_sd_px(self):
         """Standard deviation of a corner of the platter's board along an axis, px."""

@@ -2,8 +2,9 @@
 
 They are measured in rendered pictures (`measured`) and drawn again for many seeds. A
 decoding error has a bias, which repeats with the sines of the monitor, and a rest; a
-corner's error is any of those that were measured. The bench's noise multiplies decoding
-errors by one factor, after decoding and before any calibration.
+corner's error is any of those that were measured. An error level multiplies decoding
+errors by one factor, after decoding and before any calibration, and lays the platter a
+little off its place.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chapters.shared.mirror_bench import Bench
 from chapters.shared.mirror_pictures import (
     MirroredBoard,
     board_picture,
@@ -21,7 +23,7 @@ from chapters.shared.mirror_pictures import (
     platter_window,
 )
 from chapters.shared.mirror_rigs import STAGES_MM
-from raxel.geometry import transform
+from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.geometry.planes import on_plane
 from raxel.lab.sight import Crop
 from raxel.lab.windowed import bands, mirror_window
@@ -59,20 +61,22 @@ class MirrorErrors(NamedTuple):
 
     corner, plate: (n, 2) px, of corners of the board in the mirror, and of the board of
     the platter; mirror, platter: DecodingPools of the monitor in the mirror and in the
-    platter; factor: of the bench's noise on decoding errors.
+    platter; level: the Bench.
     """
 
     corner: np.ndarray
     plate: np.ndarray
     mirror: DecodingPool
     platter: DecodingPool
-    factor: float = 1.0
+    level: Bench = Bench()
 
     @classmethod
-    def read(cls, result, geometry, factor=1.0):
-        """Those of geometry "A" or "B", all seeds together, of the Result of
-        `measured`."""
-        trials = result.select(geometry=geometry)
+    def read(cls, result, geometry):
+        """Those of a geometry, all seeds together, of the Result of `measured`.
+
+        Geometry C has the camera of A at the same distances, and its errors.
+        """
+        trials = result.select(geometry="A" if geometry == "C" else geometry)
         pools = {
             name: pool_of(
                 np.concatenate(trials.arrays(f"{name}.error")),
@@ -84,7 +88,11 @@ class MirrorErrors(NamedTuple):
         corners = {
             name: np.concatenate(trials.arrays(name)) for name in ("corner", "plate")
         }
-        return cls(**corners, **pools, factor=factor)
+        return cls(**corners, **pools)
+
+    def on(self, level):
+        """The same at an error level."""
+        return self._replace(level=level)
 
     def corners(self, pixels, rng):
         """Pixels (N, 2) of corners in the mirror with errors."""
@@ -96,11 +104,11 @@ class MirrorErrors(NamedTuple):
 
     def in_mirror(self, points, rng):
         """Points (N, 2) mm of the monitor, decoded in the flexible mirror."""
-        return self.mirror.drawn(points, rng, self.factor)
+        return self.mirror.drawn(points, rng, self.level.factor)
 
     def in_platter(self, points, rng):
         """Points (N, 2) mm of the monitor, decoded in the platter."""
-        return self.platter.drawn(points, rng, self.factor)
+        return self.platter.drawn(points, rng, self.level.factor)
 
     @property
     def plate_sd_px(self):
@@ -110,7 +118,27 @@ class MirrorErrors(NamedTuple):
     @property
     def platter_sd_mm(self):
         """Standard deviation of a point decoded in the platter along an axis, mm."""
-        return self.factor * self.platter.sd_mm
+        return self.level.factor * self.platter.sd_mm
+
+    def mounted(self, platter, rng, positions):
+        """The `Platter` as it lies at each of the monitor's positions, a list.
+
+        What is off at its placing is the same at all; all levels draw alike.
+        """
+        level = self.level
+        placed = _off(rng, level.placing_mm, level.placing_deg)
+        return [
+            platter._replace(
+                T_board_off=placed @ _off(rng, level.position_mm, level.position_deg)
+            )
+            for _ in range(positions)
+        ]
+
+
+def _off(rng, mm, degrees):
+    """A pose (4, 4) that is off by standard deviations along and about each axis."""
+    shift, turn = rng.normal(size=(2, 3))
+    return pose(rotation_from_vector(np.radians(degrees) * turn), mm * shift)
 
 
 def pool_of(error, true, period_mm):

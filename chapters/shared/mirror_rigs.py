@@ -1,4 +1,4 @@
-"""The two rigs of chapter 5 with a flexible mirror, by name: "A" and "B".
+"""The three rigs of chapter 5 with a flexible mirror, by name: "A", "B" and "C".
 
 `mirror_rig("A")` gives what the experiments of 5.3 use: the camera at every stage of
 deflection, with aberration and strain as wanted; boards in hand-held poses before the
@@ -7,8 +7,10 @@ the monitor's two positions; the platter on its chessboard; and the pixels of th
 visible line that is nearest to the clamp. All is in the frame of the viewer, mm and
 radians; nothing here is known to a calibration but boards, pixels and picture size.
 
-Chosen before any calibration was run with them, by one question alone: is the target
-in view? The rigs are data/rigs/flexible-mirror-a.yaml, -b.yaml and those with -monitor.
+A and B were chosen before any calibration was run with them, by one question alone: is
+the target in view? C was chosen after all printed cells had been seen, by the turns of
+the rays in Table 5.3 alone. The rigs are data/rigs/flexible-mirror-a.yaml, -b.yaml,
+-c.yaml and those with -monitor.
 """
 
 from dataclasses import dataclass
@@ -34,6 +36,10 @@ FILES = {
     "B": (
         "data/rigs/flexible-mirror-b.yaml",
         "data/rigs/flexible-mirror-b-monitor.yaml",
+    ),
+    "C": (
+        "data/rigs/flexible-mirror-c.yaml",
+        "data/rigs/flexible-mirror-c-monitor.yaml",
     ),
 }
 SMALL_FILES = {
@@ -73,7 +79,8 @@ class Platter(NamedTuple):
 
     board: the Chessboard; T_camera_board: (4, 4); centre_mm: (2,) the platter's in the
     board's plane; radius_mm, hub_mm: of the silvered ring; thickness_mm: of the
-    platter, whose silvered face is so far before the board, towards the camera.
+    platter, whose silvered face is so far before the board, towards the camera;
+    T_board_off: (4, 4), by which the face is off that place, about its centre.
     """
 
     board: Chessboard
@@ -82,18 +89,20 @@ class Platter(NamedTuple):
     radius_mm: float
     hub_mm: float
     thickness_mm: float
+    T_board_off: np.ndarray | None = None
 
     @property
     def T_camera_mirror(self):
         """Pose (4, 4) of the silvered face: origin at its centre, z away from light."""
         shift = [*self.centre_mm, -self.thickness_mm]
-        return self.T_camera_board @ pose(np.eye(3), shift)
+        T = self.T_camera_board @ pose(np.eye(3), shift)
+        return T if self.T_board_off is None else T @ self.T_board_off
 
 
 @lru_cache(maxsize=4)
 def mirror_rig(name, small=False):
-    """The `MirrorRig` of geometry "A" or "B"; small: with 768 x 576 px of four times
-    the size, for pictures of quick builds and tests."""
+    """The `MirrorRig` of geometry "A", "B" or "C"; small, of A and B: with 768 x 576 px
+    of four times the size, for pictures of quick builds and tests."""
     files = (SMALL_FILES if small else FILES)[name]
     return MirrorRig(name, *(rig_named(PurePosixPath(path).stem) for path in files))
 

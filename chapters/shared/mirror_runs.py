@@ -13,10 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.mirror_pictures import platter_camera
+from chapters.shared.mirror_scores import angles_between
+from raxel.calibration import rays_from_known_motion
 from raxel.calibration.mirror.clamp_line import clamp_line, fixed_line
 from raxel.calibration.mirror.platter import PlatterPicture, grid_poses_in_platter
 from raxel.calibration.mirror.primary import primary_from_points
-from raxel.calibration.mirror.update import MirrorSettings, update_mirror
+from raxel.calibration.mirror.update import MirrorSettings, linear_stage, update_mirror
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.core.base import pixel_grid
@@ -28,6 +30,8 @@ from raxel.geometry.planes import on_plane
 STEP_PX = 64
 # px between the pixels that are taken of the monitor in the platter.
 PLATTER_STEP_PX = 24
+# px between the pixels whose rays are compared: about the thesis's 168 (Table 5.3).
+COMPARED_PX = 168
 # Boards that the camera sees directly: how many, how far away (mm) and how tilted.
 BOARDS, BOARD_MM, BOARD_TILT = 12, (650.0, 900.0), np.radians(30)
 CLAMP_PICKS, CLAMP_SD_PX = 9, 0.5
@@ -47,8 +51,11 @@ class MirrorMethod(NamedTuple):
 
     @property
     def settings(self):
-        """The MirrorSettings of a stage."""
-        return MirrorSettings(shape=self.shape, prior_sd=self.prior_sd)
+        """The MirrorSettings of a stage. No end counts as swinging: the thesis has no
+        such rejection, and its interpretation with one is read off the same runs."""
+        return MirrorSettings(
+            shape=self.shape, prior_sd=self.prior_sd, swinging_deg=np.inf
+        )
 
 
 # As the thesis has it: distances along viewing rays, the clamp's position.
@@ -61,11 +68,12 @@ def shape_name(shape):
 
 
 class Primary(NamedTuple):
-    """calibration: PrimaryCalibration; clamp: what is held in all stages; poses:
-    PlatterPoses of the monitor."""
+    """calibration: PrimaryCalibration; clamp: what is held in all stages; places:
+    (2, 4, 4), where the monitor was; poses: PlatterPoses of it, as found."""
 
     calibration: object
     clamp: object
+    places: np.ndarray
     poses: object
 
     @property
@@ -110,7 +118,8 @@ def primary(rig, camera, method, errors, rng):
         span=line.points(CLAMP_PICKS),
     )
     held = fixed_line(found.camera, line)
-    return Primary(found, held if method.slope else held._replace(slopes=None), poses)
+    clamp = held if method.slope else held._replace(slopes=None)
+    return Primary(found, clamp, true, poses)
 
 
 def decoded(rig, camera, T_camera_monitor, errors, rng, step_px=STEP_PX):
@@ -121,6 +130,48 @@ def decoded(rig, camera, T_camera_monitor, errors, rng, step_px=STEP_PX):
     both = np.isfinite(points).all(axis=(0, 2))
     pixels = pixels[both]
     return pixels, np.stack([errors.in_mirror(p[both], rng) for p in points])
+
+
+class MeasuredRays(NamedTuple):
+    """pixels (N, 2), directions (N, 3) of their rays, motion of the monitor."""
+
+    pixels: np.ndarray
+    directions: np.ndarray
+    motion: object
+
+    def travel(self):
+        """How far the monitor was found to go, and to turn."""
+        return {
+            "shift_mm": self.motion.distance,
+            "turn_deg": float(np.degrees(self.motion.angle)),
+        }
+
+    def against(self, camera):
+        """Angles from a calibrated camera's rays to these; and the travel."""
+        off = angles_between(camera.rays(self.pixels).directions, self.directions)
+        return {
+            "measured_deg": float(np.nanmean(off)),
+            "measured_sd_deg": float(np.nanstd(off, ddof=1)),
+            **self.travel(),
+        }
+
+
+def measured_rays(rig, true, viewer, errors, rng, primary=None):
+    """The MeasuredRays of an active grid in two positions before a true camera, as the
+    thesis measures them for Table 5.3.
+
+    primary: the Primary whose grids are read between the pixels that it was fitted to;
+    None for grids that are placed, and whose poses are found, anew.
+    """
+    if primary is None:
+        places = rig.monitor_poses(rng)
+        poses = poses_in_platter(rig, viewer, places, errors, rng)
+    else:
+        places, poses = primary.places, primary.poses
+    pixels, points = decoded(rig, true, places, errors, rng, COMPARED_PX)
+    rays = rays_from_known_motion(points, poses.T_camera_grid)
+    motion = poses.motion(0, 1, np.nanmean(points[0], axis=0))
+    return MeasuredRays(pixels, rays.directions, motion)
 
 
 def true_points(rig, camera, pixels, T_camera_monitor):
@@ -137,12 +188,13 @@ def poses_in_platter(rig, viewer, T_camera_monitor, errors, rng):
     """PlatterPoses of the monitor in all its places, a picture of the platter each."""
     platter = rig.platter(rng)
     board = platter.board.points()
-    mirror = platter_camera(rig, platter)
-    lit = lattice(mirror, PLATTER_STEP_PX)
+    mounted = errors.mounted(platter, rng, len(T_camera_monitor))
     on_plate = transform(platter.T_camera_board, on_plane(board))
     true = rig.viewer.project(on_plate).pixels
     pictures = []
     for position, T in enumerate(T_camera_monitor):
+        mirror = platter_camera(rig, mounted[position])
+        lit = lattice(mirror, PLATTER_STEP_PX)
         points = true_points(rig, mirror, lit, T)
         known = np.isfinite(points).all(axis=1)
         sd_px = errors.platter_sd_mm * px_per_mm(lit[known], points[known])
@@ -183,6 +235,14 @@ def deflected(before, camera, pictures, points, held, method):
     edges are traced; pictures: pixels (N, 2) of the board before and after.
     """
     return update_mirror(
+        before, *pictures, points, held, method.settings, outline=outline(camera)
+    )
+
+
+def linearly_deflected(before, camera, pictures, points, held, method):
+    """The mirror after one deflection as the linear stage leaves it, arguments as for
+    `deflected`."""
+    return linear_stage(
         before, *pictures, points, held, method.settings, outline=outline(camera)
     )
 

@@ -1,67 +1,122 @@
-"""Claims of 5.3 about the thesis's flexible mirror: no verdict that the bench decides.
+"""Claims of 5.3 about the thesis's flexible mirror: what the error level may decide.
 
-The two numbers of `mirror_bench` are known about as well as the printed ones that they
-are solved from. A verdict whose point estimate is on the other side of its bound at
-half or twice one of them is left open.
+A claim is judged at the primary level and at two others (`mirror_bench`). It stays open
+where the three verdicts differ, and where its point estimate is on the other side of
+its bound at half or twice the primary level's numbers, which are known about as well as
+the printed ones that they are solved from.
+
+Agreement and growth are judged on the runs that were completed; how many were rejected,
+and what the verdict is if each counts as a miss, stands in the reason.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
-from chapters.shared.mirror_bench import BENCH, SWEPT
+from chapters.shared.mirror_bench import LEVEL, SAID, SWEPT
+from raxel.calibration.mirror.edges import SWINGING_DEG
 from repro.judge.seeds import SHARE_OF_SEEDS
 from repro.run.outcomes import Reading
 from repro.run.readings import Case, counterpart
 
-# What the trials call the options of the ledger's question `mirror_bench`.
-READINGS = {"mirror_bench": {BENCH: BENCH, "laboratory": "laboratory"}}
+# What the trials call the options of the ledger's questions.
+LEVELS = {said: level for level, said in SAID.items()}
+SWINGING = {"as published": False, "rejected": True}
+GEOMETRIES = {"A": "A", "C": "C"}
+# Against which rays of stage 0 those of the primary stage are held (Table 5.3).
+GRIDS = {"the primary's own": "measured_deg", "measured anew": "anew_measured_deg"}
+READINGS = {
+    "mirror_bench": LEVELS,
+    "swinging_ends": SWINGING,
+    "mirror_geometry": GEOMETRIES,
+    "primary_grids": GRIDS,
+}
 
 
 class BenchRuns(Case):
-    """Every seed on one bench: the one of the reading, or an end of a sweep.
+    """Every seed at one error level: that of the reading, or an end of a sweep.
 
     EXPERIMENTS: those of a kind of run, on geometry A, on A from half to twice the
-    bench's numbers, and on B if it was run there. Where a seed was refused, it has no
-    values from there on: nan.
+    primary level's numbers, and on other geometries by their names. Where a seed was
+    rejected, it has no values from there on: nan. Where the reading rejects mirrors
+    whose ends swing, a seed ends at the first such stage.
     """
 
-    EXPERIMENTS: tuple[str, ...]
+    EXPERIMENTS: ClassVar[tuple[str, str]]
+    ELSEWHERE: ClassVar[dict[str, str]] = {}
+    # Names of the stages, one after the other, that have a `swing_deg`.
+    SWINGS: ClassVar[tuple[str, ...]] = ()
 
-    def __init__(self, results, options=None, bench=None, geometry="A"):
+    def __init__(self, results, options=None, bench=None, geometry=None):
         super().__init__(READINGS, options)
-        runs, swept, *other = self.EXPERIMENTS
+        runs, swept = self.EXPERIMENTS
         self.bench = bench or self["mirror_bench"]
+        geometry = geometry or self["mirror_geometry"]
         name = swept if self.bench in SWEPT else runs
-        self.result = results[name if geometry == "A" else other[0]]
+        self.result = results[self.ELSEWHERE.get(geometry, name)]
 
     @property
     def seeds(self):
         """How many were run."""
         return self.result.trials_per_condition
 
+    def raw(self, name):
+        """A value (seeds,) as it is stored, whatever swings."""
+        return self.result.column(f"{self.bench}.{name}")
+
+    def goes_on(self, place):
+        """Whether (seeds,) no mirror's end swung up to a stage, where that counts."""
+        on = np.ones(self.seeds, bool)
+        if not self["swinging_ends"] or place not in self.SWINGS:
+            return on
+        for name in self.SWINGS[: self.SWINGS.index(place) + 1]:
+            # Not reached is nan: rejected for another reason, and not for this one.
+            on &= ~(self.raw(f"{name}.swing_deg") >= SWINGING_DEG)
+        return on
+
+    def at_place(self, place, name):
+        """A value (seeds,) of a stage, nan from the rejection on."""
+        return np.where(self.goes_on(place), self.raw(f"{place}.{name}"), np.nan)
+
     @classmethod
     def judged_by_seed(cls, results, options, predicate) -> Reading:
-        """The Reading of a predicate of such runs, over the sweeps of the bench."""
+        """The Reading of a predicate of such runs, at the levels and over the sweep."""
         return counterpart_over_the_sweep(
             Case(READINGS, options),
             lambda bench: predicate(cls(results, options, bench)),
         )
 
 
-def over_the_sweep(case: Case, reading_at, side_at) -> Reading:
-    """The Reading of a claim in one case, undecided where the bench's numbers do.
+def over_the_levels(case: Case, reading_at) -> Reading:
+    """The Reading of a claim in one case, undecided where the error level decides.
 
-    reading_at(bench): the Reading on a bench, by the name that trials have for it;
-    side_at(bench): whether its point estimate is on the claim's side. What is swept is
-    the primary case alone, so only that one is held against it.
+    reading_at(bench): the Reading at a level, by the name that trials have for it. The
+    other levels are asked of the primary case alone.
     """
     reading = reading_at(case["mirror_bench"])
     if not case.is_primary:
         return reading
-    side = side_at(BENCH)
+    verdicts = {level: reading_at(name).verdict for level, name in LEVELS.items()}
+    if len(set(verdicts.values())) == 1:
+        return reading
+    said = ", ".join(f"{level} {verdict}" for level, verdict in verdicts.items())
+    reason = f"{reading.reason}; the verdict hangs on the error level: {said}"
+    return replace(reading, verdict="undecided", reason=reason)
+
+
+def over_the_sweep(case: Case, reading_at, side_at) -> Reading:
+    """As `over_the_levels`, undecided too where the estimate changes side in a sweep.
+
+    side_at(bench): whether the point estimate is on the claim's side at a level, or at
+    an end of the sweep. What is swept is the primary case alone.
+    """
+    reading = over_the_levels(case, reading_at)
+    if not case.is_primary:
+        return reading
+    side = side_at(LEVEL)
     turned = [name for name in SWEPT if side_at(name) != side]
     if not turned:
         return reading
@@ -72,11 +127,50 @@ def over_the_sweep(case: Case, reading_at, side_at) -> Reading:
 def counterpart_over_the_sweep(case: Case, found_at) -> Reading:
     """As `over_the_sweep`, for a claim that is judged seed by seed.
 
-    found_at(bench): whether it is true (seeds,), what was measured (seeds,), its unit
-    and the reason, as `counterpart` takes them.
+    found_at(bench): whether it is true (seeds,), what was measured (seeds,), nan where
+    a run was rejected, its unit and the reason, as `counterpart` takes them.
     """
+    return over_the_sweep(
+        case,
+        lambda bench: of_completed(*found_at(bench)),
+        lambda bench: mostly(*found_at(bench)[:2]),
+    )
 
-    def most(bench):
-        return bool(np.mean(found_at(bench)[0]) >= SHARE_OF_SEEDS)
 
-    return over_the_sweep(case, lambda bench: counterpart(*found_at(bench)), most)
+def mostly(holds, found) -> bool:
+    """Whether a claim is true of nine in ten of the seeds (seeds,) with a value."""
+    done = ~np.isnan(found)
+    return bool(done.any() and np.mean(holds[done]) >= SHARE_OF_SEEDS)
+
+
+def of_completed(holds, found, unit="", reason="") -> Reading:
+    """The Reading of a claim judged seed by seed, on the runs that were completed.
+
+    holds, found: (seeds,), found nan where a run was rejected.
+    """
+    done = ~np.isnan(found)
+
+    def judge(seeds):
+        return counterpart((holds & done)[seeds], found[seeds], unit, reason)
+
+    return on_completed(done, judge)
+
+
+def on_completed(done, judge) -> Reading:
+    """The Reading of completed runs, with how many were rejected, and the verdict where
+    each rejection counts as a miss.
+
+    done: (seeds,) which were completed; judge(seeds): the Reading of some of them,
+    (seeds,) bool, a run without a value as the worst.
+    """
+    if not done.any():
+        rejected = f"all {len(done)} runs were rejected"
+        return Reading("undecided", "nothing", reason=rejected)
+    judged = judge(done)
+    if done.all():
+        return judged
+    reason = (
+        f"{judged.reason}; {np.count_nonzero(~done)} of {len(done)} runs rejected, "
+        f"which as misses give: {judge(np.ones_like(done)).verdict}"
+    )
+    return replace(judged, reason=reason)

@@ -7,6 +7,11 @@ from repro.run.outcomes import Measured
 MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
 
 
+def beside(ids, rows):
+    """Ids of printed numbers for the rows of a table that begins with theirs."""
+    return [*ids, *[None] * (rows - len(ids))]
+
+
 def reached(values):
     """Median of the seeds (n,) that have a value, None without any."""
     known = values[np.isfinite(values)]

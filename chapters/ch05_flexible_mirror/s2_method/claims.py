@@ -13,9 +13,9 @@ from chapters.ch05_flexible_mirror.s2_method.results import (
     surfaces,
 )
 from chapters.ch05_flexible_mirror.s2_method.trials.knots import SHAPES
-from chapters.shared.mirror_bench import BENCH
+from chapters.shared.mirror_bench import LEVEL
 from chapters.shared.mirror_runs import shape_name
-from chapters.shared.mirror_sweep import READINGS, over_the_sweep
+from chapters.shared.mirror_sweep import READINGS, on_completed, over_the_sweep
 from repro.judge.statistics import (
     HOLDS,
     SIGNIFICANCE,
@@ -38,20 +38,25 @@ def judge_linear_enough(results, options):
 
     def reading_at(bench):
         starts = Starts.on(results, bench)
-        share = proportion(starts.same().astype(float))
-        return Reading.of(
-            share.above(np.nextafter(LEAST_SHARE, 0)),
-            share.times(100),
-            "%",
-            f"of {len(starts.same())} deflections with cost and deflection of the tip "
-            f"within {100 * SAME:g} % of those from the true surface; largest "
-            f"difference {starts.most_off('linear', 'cost_mm2'):.2g} % of the cost, "
-            f"{starts.most_off('linear', 'deflection_mm'):.2g} % of the deflection; "
-            f"{starts.refused} refused",
-        )
+
+        def judge(seeds):
+            share = proportion(starts.same()[seeds].astype(float))
+            return Reading.of(
+                share.above(np.nextafter(LEAST_SHARE, 0)),
+                share.times(100),
+                "%",
+                f"of {np.count_nonzero(seeds)} deflections with cost and deflection of "
+                f"the tip within {100 * SAME:g} % of those from the true surface; "
+                f"largest difference {starts.most_off('linear', 'cost_mm2'):.2g} % of "
+                f"the cost, {starts.most_off('linear', 'deflection_mm'):.2g} % of the "
+                "deflection",
+            )
+
+        return on_completed(starts.completed, judge)
 
     def side_at(bench):
-        return bool(np.mean(Starts.on(results, bench).same()) >= LEAST_SHARE)
+        starts = Starts.on(results, bench)
+        return bool(np.mean(starts.same()[starts.completed]) >= LEAST_SHARE)
 
     return over_the_sweep(Case(READINGS, options), reading_at, side_at)
 
@@ -60,8 +65,8 @@ def judge_linear_enough(results, options):
 def judge_static_grids(results):
     """Surface before any deflection: from interpolated squares over from each pixel.
 
-    Fixed before the run: a mirror that is not deflected, as uneven as the bench's; the
-    surface as published, from (5.15), (5.16) and the scale; a square as its four
+    Fixed before the run: a mirror that is not deflected, uneven as at the first level;
+    the surface as published, from (5.15), (5.16) and the scale; a square as its four
     corners have it (3.2). *Larger* is a ratio of the medians whose interval lies above
     one. The refined surface, and that of an even mirror, are told. Six draws had been
     seen while the trial was written.
@@ -100,7 +105,7 @@ def judge_step_sizes(results):
     been seen, back-projection (`c5_single_worse_bp`) and the numbers of features.
     """
     decisions, (common, back) = _better_in_steps(results, "laboratory")
-    _, on_bench = _better_in_steps(results, BENCH)
+    _, on_bench = _better_in_steps(results, LEVEL)
     return Reading.of(
         all_of(decisions),
         back.ratio,

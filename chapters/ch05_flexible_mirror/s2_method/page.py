@@ -29,7 +29,7 @@ from chapters.ch05_flexible_mirror.s2_method.trials.static_grids import (
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
-from chapters.shared.mirror_plans import bench_plan, on_each
+from chapters.shared.mirror_plans import UNSEEN, bench_plan, on_each
 from raxel.calibration.mirror.linear import shape_with_clamp
 from raxel.calibration.mirror.platter import reflected_pose, reflection
 from raxel.calibration.mirror.primary_start import mirror_points
@@ -260,7 +260,7 @@ def knots(effort, results):
     seeds = {"quick": 1, "full": 16}[effort]
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(knots_trial, errors=errors)
-    return Plan(trial, [{"geometry": "A"}], seeds, settings)
+    return Plan(trial, [{"geometry": "A"}], seeds, settings, UNSEEN)
 
 
 @experiment("fig_5_3_platter", artefact="fig_5_3", inputs=SMALL_A)
@@ -275,7 +275,8 @@ def pictured(effort):
 def watched(effort, results):
     """One run, with the stages of the code counted."""
     errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A")
-    return Plan(partial(watched_trial, errors=errors), [{"seed": 0}], 1)
+    trial = partial(watched_trial, errors=errors)
+    return Plan(trial, [{"seed": 0}], 1, first=UNSEEN)
 
 
 @experiment("exp_c5_static_grid_bias", artefact="sec_5_2_1", inputs=GEOMETRY_A)

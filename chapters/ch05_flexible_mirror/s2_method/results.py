@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s2_method.trials.knots import SHAPES, STEPS_MM
-from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, FIRST, SWEPT
 from chapters.shared.mirror_runs import shape_name
 from repro.judge.seeds import SHARE_OF_SEEDS
 from repro.judge.statistics import median_and_range, median_interval
@@ -16,7 +16,7 @@ STARTS, STARTS_SWEPT = BOTH
 RUN, KNOTS = "fig_5_4_run", "exp_c5_knot_tradeoff"
 STATIC, LOOPS = "exp_c5_static_grid_bias", "table_5_5_runs"
 # Of the mirrors whose primary calibration is tried with static grids.
-UNEVEN_UM = ABERRATION_UM
+UNEVEN_UM = BENCHES[FIRST].aberration_um
 # Of Table 5.5: the steps from stage 3 back to stage 0, after the last of which the
 # single step from stage 3 ends as well.
 BACK = ("step4", "step5", "step6")
@@ -55,6 +55,11 @@ class Starts(NamedTuple):
         return (self.off(start, "cost_mm2") <= SAME) & (
             self.off(start, "deflection_mm") <= SAME
         )
+
+    @property
+    def completed(self):
+        """Which seeds (seeds,) have an end from the linear estimate and the truth."""
+        return np.isfinite(self.off("linear", "cost_mm2"))
 
     @property
     def refused(self):

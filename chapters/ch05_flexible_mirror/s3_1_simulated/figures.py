@@ -30,9 +30,10 @@ FINAL = (
     ("final, cubic of the length", HEIGHT, series(2)),
 )
 PITCHES = {
-    "APS-C sensor": series(0),
-    "small sensor": series(1),
-    "film frame": series(2),
+    "half of the MegaPlus": series(0),
+    "APS-C sensor": series(1),
+    "small sensor": series(2),
+    "film frame": series(3),
 }
 UNITS = {"noise": "px", "depth": "mm", "bend": "1/m"}
 

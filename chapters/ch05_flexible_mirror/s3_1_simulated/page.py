@@ -22,6 +22,7 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.trials.sweeps import (
     draw,
     each_level,
 )
+from chapters.shared.mirror_plans import UNSEEN
 from raxel.calibration.mirror.reduced import linear_reduced, ray_point_offsets
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
@@ -163,7 +164,7 @@ def trial(condition, rng):
 @experiment("fig_5_5_sweeps", artefact="fig_5_5", shards={"full": 2})
 def sweeps(effort):
     """Fig. 5.5: noise, depth and curvature, in every set-up that is a reading."""
-    return Plan(trial, conditions(), TRIALS[effort], SETTINGS)
+    return Plan(trial, conditions(), TRIALS[effort], SETTINGS, UNSEEN)
 
 
 # %% tags=["active-ipynb"]

@@ -25,6 +25,7 @@ READINGS = {
     },
     "row_before": {"found in the picture before": False, "known": True},
     "pixel_pitch": {
+        "half of the MegaPlus": "megaplus",
         "APS-C sensor": "d200",
         "small sensor": "olympus",
         "film frame": "film",

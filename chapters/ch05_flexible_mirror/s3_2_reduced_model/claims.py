@@ -9,7 +9,7 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import (
     final_over_injected,
     medians_by_kind,
 )
-from chapters.shared.mirror_bench import BENCH
+from chapters.shared.mirror_bench import LEVEL
 from chapters.shared.mirror_sweep import counterpart_over_the_sweep
 from repro.judge.statistics import median_and_range
 from repro.run.experiment import claim, numbers
@@ -99,7 +99,7 @@ def _medians(**found):
 def numbers_fig_5_7(results):
     """The settings that the text states, as they were run, and the mean error."""
     settings = results[RUNS].settings
-    final = PRIMARY.errors(results, BENCH, "final")
+    final = PRIMARY.errors(results, LEVEL, "final")
     return {
         "fig5_7_defl": Value(settings["deflection_mm"], unit="mm"),
         "fig5_7_depth": Value(settings["depth_mm"], unit="mm"),

@@ -5,7 +5,7 @@ from matplotlib.ticker import FixedFormatter
 
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import FRAMES, RUNS
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.run import PUBLISHED_WAY
-from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bench import CONTRASTED, SAID
 from repro.page.method_looks import look_of
 from repro.page.style import INK, legend_below, series
 from repro.page.style import figure as new_figure
@@ -24,11 +24,11 @@ SHARES = (5, 50, 95)
 
 @figure("fig_5_6", needs=("fig_5_6_pictures",), evidence="rendered")
 def fig_5_6(results):
-    """The chessboard in an even mirror, and in the bench's."""
+    """The chessboard in an even mirror, and in an uneven one."""
     result = results["fig_5_6_pictures"]
     trial = result.select()
     drawn, panels = new_figure(1, 2, height_in=3.2)
-    names = {"even": "even mirror", "uneven": "the bench's mirror"}
+    names = {"even": "even mirror", "uneven": "the mirror of the second level"}
     for panel, (name, title) in zip(panels, names.items(), strict=True):
         panel.imshow(trial.arrays(name)[0], cmap="gray", vmin=0, vmax=255)
         panel.set(title=title, xticks=[], yticks=[])
@@ -44,7 +44,8 @@ def fig_5_6(results):
         f"A chessboard with squares of {settings['board'][2]:g} mm, "
         f"{settings['depth_mm'] / 1000:g} m before the unbent mirror of geometry A. "
         f"Left: an even mirror. Right: one that is {settings['aberration_um']:g} µm "
-        "(RMS) uneven, as the bench's, and bent as much at its free edges. What a "
+        "(RMS) uneven, as at the second level, and bent as much at "
+        "its free edges. What a "
         f"pixel sees is moved there by {moved[-1]:.0f} mm on average; a board at "
         f"280 mm would be moved by {moved[0]:.2f} mm.",
     )
@@ -85,18 +86,18 @@ def fig_5_7(results):
         f"{settings['deflection_mm']:g} mm near its free edge, and what the reduced "
         f"model finds from a board at {settings['depth_mm']:g} mm; heights over the "
         "flat sheet, in the camera's frame. Right: how far the primary calibration "
-        "and the final estimate lie from the true mirror. One seed, on the bench.",
+        "and the final estimate lie from the true mirror. One seed, second level.",
     )
 
 
 @figure("ext_reduced_errors", needs=("fig_5_7_runs",), evidence="rendered")
 def ext_reduced_errors(results):
-    """Mean distances from the scan of all seeds, in each frame, on both benches."""
+    """Mean distances from the scan of all seeds, in each frame, at two levels."""
     result = results[RUNS]
     drawn, panels = new_figure(1, 2, height_in=3.6, sharey=True)
     frames = FRAMES["scan_frame"]
     rows = []
-    for panel, bench in zip(panels, BENCHES, strict=True):
+    for panel, bench in zip(panels, CONTRASTED, strict=True):
         for k, (stage, (label, _, look)) in enumerate(CURVES.items()):
             at = np.arange(len(frames)) + 0.2 * (k - 1)
             found = np.array(
@@ -118,18 +119,18 @@ def ext_reduced_errors(results):
                 **look | {"linestyle": ""},
             )
             rows += [
-                (bench, stage, frame, *row)
+                (SAID[bench], stage, frame, *row)
                 for frame, row in zip(frames, found, strict=True)
             ]
         names = [frame.replace(" ", "\n", 1) for frame in frames]
-        panel.set(title=bench, yscale="log")
+        panel.set(title=SAID[bench], yscale="log")
         panel.set_xticks(range(len(frames)))
         panel.xaxis.set_major_formatter(FixedFormatter(names))
     panels[0].set_ylabel("Mean distance from the true mirror (mm)")
     legend_below(drawn, panels[0], ncols=3)
     return Drawing(
         drawn,
-        columns(("bench", "curve", "frame", "low_mm", "median_mm", "high_mm"), rows),
+        columns(("level", "curve", "frame", "low_mm", "median_mm", "high_mm"), rows),
         "Mean distance of the curves from the true mirror, in the camera's frame and "
         "after the true mirror was moved to fit: by one motion that suits the curve "
         f"before bending, or each time anew. Geometry A, {result.trials_per_condition} "

@@ -27,6 +27,7 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.sensitivity import 
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
+from chapters.shared.mirror_plans import UNSEEN
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment
@@ -154,7 +155,7 @@ def _plan(results, benches, seeds, ways=()):
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(run.reduced_trial, errors=errors, benches=benches, ways=ways)
     settings = run.SETTINGS | {name: b._asdict() for name, b in benches.items()}
-    return Plan(trial, [{"geometry": "A"}], seeds, settings)
+    return Plan(trial, [{"geometry": "A"}], seeds, settings, UNSEEN)
 
 
 @experiment(
@@ -164,7 +165,7 @@ def curves(effort, results):
     """The curves of one seed on the bench, for a drawing."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(run.curves_trial, errors=errors)
-    return Plan(trial, [{"geometry": "A"}], 1, run.SETTINGS)
+    return Plan(trial, [{"geometry": "A"}], 1, run.SETTINGS, UNSEEN)
 
 
 @experiment("exp_c5_primary_sensitivity", artefact="fig_5_7", inputs=GEOMETRY_A)

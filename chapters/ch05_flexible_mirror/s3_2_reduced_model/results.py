@@ -10,7 +10,7 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.sensitivity import 
     INJECTED_MM,
     KINDS,
 )
-from chapters.shared.mirror_bench import BENCH, BENCHES
+from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_bench import SWEPT as ENDS
 from chapters.shared.mirror_sweep import READINGS as BENCH_READINGS
 from repro.judge.statistics import trend, with_worst
@@ -116,8 +116,8 @@ def of_frames(result):
     """Name -> linear over final error in each frame, on the bench."""
     return {
         f"ratio.{frame}": _middle(
-            result.column(f"{BENCH}.{PUBLISHED_WAY}.linear.{frame}")
-            / result.column(f"{BENCH}.{PUBLISHED_WAY}.final.{frame}")
+            result.column(f"{LEVEL}.{PUBLISHED_WAY}.linear.{frame}")
+            / result.column(f"{LEVEL}.{PUBLISHED_WAY}.final.{frame}")
         )
         for frame in FRAMES["scan_frame"].values()
     }
@@ -126,7 +126,7 @@ def of_frames(result):
 def of_ways(result):
     """Name -> final error, mm, of every other way to calibrate, on the bench."""
     return {
-        f"{way}.final": _middle(result.column(f"{BENCH}.{way}.final.camera_mm"))
+        f"{way}.final": _middle(result.column(f"{LEVEL}.{way}.final.camera_mm"))
         for way in OTHER_WAYS
     }
 

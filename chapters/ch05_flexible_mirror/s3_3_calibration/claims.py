@@ -9,10 +9,12 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.results import (
     moved_px,
 )
 from chapters.shared.mirror_runs import PUBLISHED
+from chapters.shared.mirror_sweep import READINGS, over_the_levels
 from raxel.geometry.spline_grid import spline_grid
 from repro.judge.statistics import median_interval
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
+from repro.run.readings import Case
 
 DOUBLE = (1.6, 2.4)
 FUNCTIONS, POINTS, UNITY = 21, 10_000, 1e-12
@@ -22,18 +24,24 @@ FUNCTIONS, POINTS, UNITY = 21, 10_000, 1e-12
     "c5_fov_doubles",
     needs=("fig_5_10_fans",),
     evidence="synthetic",
-    readings=("mirror_bench",),
+    readings=("mirror_bench", "mirror_geometry"),
 )
 def judge_field_of_view(results, options):
-    """The fan of rays at stage 3 is 1.6 to 2.4 times as wide as at stage 0, on A."""
-    found = {g: fan_ratios(results[FANS], g, options["mirror_bench"]) for g in "AB"}
-    ratio = median_interval(found["A"])
-    return Reading.of(
-        bool(DOUBLE[0] <= ratio.low and ratio.high <= DOUBLE[1]),
-        ratio,
-        reason="angle between the outermost rays of the mirror's middle line, stage 3 "
-        f"over stage 0, geometry A; on B {np.median(found['B']):.2f}",
-    )
+    """The fan of rays at stage 3 is 1.6 to 2.4 times as wide as at stage 0."""
+    case = Case(READINGS, options)
+
+    def reading_at(level):
+        found = {g: fan_ratios(results[FANS], g, level) for g in "ABC"}
+        ratio = median_interval(found[case["mirror_geometry"]])
+        medians = ", ".join(f"{g} {np.median(of):.2f}" for g, of in found.items())
+        return Reading.of(
+            bool(DOUBLE[0] <= ratio.low and ratio.high <= DOUBLE[1]),
+            ratio,
+            reason="angle between the outermost rays of the mirror's middle line, "
+            f"stage 3 over stage 0; on geometries {medians}",
+        )
+
+    return over_the_levels(case, reading_at)
 
 
 @claim("c5_displacement", needs=("fig_5_10_moved",), evidence="synthetic")

@@ -18,7 +18,8 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.trials.bench import (
     AMPLITUDES_UM,
     FACTORS,
     SEEDS,
-    bench_trial,
+    first_trial,
+    second_trial,
 )
 from chapters.ch05_flexible_mirror.s3_3_calibration.trials.errors import (
     GEOMETRIES,
@@ -33,11 +34,13 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.trials.views import (
     fan_trial,
     pictures_trial,
 )
+from chapters.shared.mirror_bench import BENCHES, FIRST, SECOND
 from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import BOTH, GEOMETRY_A, SMALL_A
+from chapters.shared.mirror_files import ALL_THREE, BOTH, GEOMETRY_A, SMALL_A
+from chapters.shared.mirror_plans import UNSEEN
 from raxel.calibration.mirror.primary_start import mirror_points
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
+from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
@@ -173,9 +176,30 @@ def picture_errors(effort):
 )
 def bench(effort, results):
     """How factor and amplitude act on the two numbers that they are solved from."""
+    return _solving(results, first_trial, {}, FIRST, SEEDS[effort])
+
+
+@experiment(
+    "bench_mirror_second",
+    artefact="ext_mirror_bench",
+    shards={"full": 2},
+    inputs=GEOMETRY_A,
+    needs=("sec_5_3_3_errors",),
+)
+def second(effort, results):
+    """The same of the second level, with a platter that is off its place."""
+    return _solving(results, second_trial, {"level": SECOND}, SECOND, SEEDS[effort])
+
+
+def _solving(results, trial, condition, level, seeds):
     errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A")
-    settings = {"factors": FACTORS, "amplitudes_um": AMPLITUDES_UM}
-    return Plan(partial(bench_trial, errors=errors), [{}], SEEDS[effort], settings)
+    settings = {"factors": FACTORS[level], "amplitudes_um": AMPLITUDES_UM[level]}
+    settings |= BENCHES[level]._asdict()
+    return Plan(partial(trial, errors=errors), [condition], seeds, settings)
+
+
+# %% tags=["active-ipynb"]
+# show_table("ext_mirror_levels")
 
 
 # %% [markdown]
@@ -192,11 +216,11 @@ def pictures(effort):
     return Plan(pictures_trial, [{"geometry": "A", "stages": stages}], 1, {})
 
 
-@experiment("fig_5_10_fans", artefact="fig_5_10", inputs=BOTH)
+@experiment("fig_5_10_fans", artefact="fig_5_10", inputs=ALL_THREE)
 def fans(effort):
     """How wide the fan of rays is, on smooth mirrors and on uneven ones."""
     seeds = {"quick": 3, "full": 100}[effort]
-    return Plan(fan_trial, crossed(geometry=GEOMETRIES), seeds, {})
+    return Plan(fan_trial, crossed(geometry=["A", "B", "C"]), seeds, {}, UNSEEN)
 
 
 @experiment("fig_5_10_moved", artefact="fig_5_10", inputs=GEOMETRY_A)

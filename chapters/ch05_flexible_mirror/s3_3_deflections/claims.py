@@ -1,5 +1,7 @@
 """The claims about three deflections, tested as the ledger words them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_3_deflections.results import predicates
@@ -16,9 +18,9 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.tips import (
     among_sd,
     tip_sd,
 )
-from chapters.shared.mirror_bench import ABERRATION_UM
+from chapters.shared.mirror_bench import ABERRATION_UM, SECOND
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import READINGS, over_the_sweep
+from chapters.shared.mirror_sweep import READINGS, on_completed, over_the_sweep
 from repro.judge.statistics import (
     OVER_TRIALS,
     all_of,
@@ -28,87 +30,127 @@ from repro.judge.statistics import (
     with_worst,
 )
 from repro.run.experiment import claim
-from repro.run.outcomes import Reading
-from repro.run.readings import Case
+from repro.run.outcomes import DECISIONS, NOT_COMPARABLE, Reading
+from repro.run.readings import Case, counterpart
 
-BENCHES = ("mirror_bench",)
+# Questions of the ledger.
+OPEN = ("mirror_bench", "swinging_ends", "mirror_geometry")
+ANGLES = ("mirror_bench", "swinging_ends", "mirror_geometry", "primary_grids")
+BOTH_RIGS = ("table_5_1_runs", "table_5_1_other")
 LEAST_BELOW, MOST_RATIO = 0.95, 0.9
 MOST_GROWTH = 1.1
 TIMES = 2.0  # the SD among the corners
 MOST_OFF_TWICE = 0.05  # of twice the curvature
 
 
-@claim("c5_pose_reflection", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim(
+    "c5_pose_reflection",
+    needs=("table_5_1_runs",),
+    evidence="rendered",
+    readings=("mirror_bench",),
+)
 def judge_pose_reflection(results, options):
-    """The shift within 1.5 mm and the turn within 0.4 degrees at stages 0 to 3."""
-    return Runs.judged_by_seed(results, options, predicates.pose_reflection)
+    """The shift within 1.5 mm and the turn within 0.4 degrees at stages 0 to 3.
+
+    At the second solved level the platter's errors, which are put in, determine both.
+    """
+    runs = Runs(results, options)
+    found = counterpart(*predicates.pose_reflection(runs))
+    if runs.bench != SECOND:
+        return found
+    reason = f"the platter's errors that are put in determine it; {found.reason}"
+    return replace(found, verdict=NOT_COMPARABLE, reason=reason)
 
 
-@claim("c5_deflection_8pct", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_deflection_8pct", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_deflections(results, options):
     """Final deflections within 10 % at every stage."""
     return Runs.judged_by_seed(results, options, predicates.deflections_found)
 
 
-@claim("c5_linear_err_range", needs=JUDGED, evidence="rendered", readings=BENCHES)
-def judge_linear_range(results, options):
-    """Linear estimates 25 to 50 % below the final ones at every stage."""
-    return Runs.judged_by_seed(results, options, predicates.linear_below_final)
+@claim("c5_linear_err_range", needs=BOTH_RIGS, evidence="rendered")
+def judge_linear_range(results):
+    """How far linear estimates lie below the final ones is the distances' doing.
+
+    The share is 1 - Z/(Z+D), with the board Z from the mirror and the camera D. The
+    thesis states Z in two ways and D not at all, so that what comes out is what was
+    chosen.
+    """
+    said = []
+    for geometry in "AB":
+        below = predicates.below_final(Runs(results, geometry=geometry))
+        formula = 100 * (1 - by_formula(geometry))
+        said.append(f"{geometry} {predicates.by_stage(below)} % ({formula:.0f} %)")
+    return Reading.of(
+        NOT_COMPARABLE,
+        ", ".join(said),
+        reason="the share is that of the chosen distances of camera, mirror and board, "
+        "of which the thesis states none but the board's: by stage, and in brackets "
+        "by 1 - Z/(Z+D)",
+    )
 
 
-@claim("c5_angles_not_worse", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_angles_not_worse", needs=JUDGED, evidence="rendered", readings=ANGLES)
 def judge_angles(results, options):
     """Mean angle to measured rays at stage 3 over that at stage 0."""
     return Runs.judged_by_seed(results, options, predicates.angles_not_worse)
 
 
-@claim("c5_angles_spatial", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_angles_spatial", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_angles_by_place(results, options):
     """Clamped strip < whole mirror < free strips, at every stage."""
     return Runs.judged_by_seed(results, options, predicates.angles_spatial)
 
 
-@claim("c5_dynamic_removes", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_dynamic_removes", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_removed(results, options):
     """Back-projection after calibration over that before, at stage 3."""
     return Runs.judged_by_seed(results, options, predicates.dynamic_removes)
 
 
-@claim("c5_edge_residuals", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_edge_residuals", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_edges(results, options):
     """The largest tenth of errors lies at free edges, by a chi-squared test."""
     return Runs.judged_by_seed(results, options, predicates.edge_residuals)
 
 
-@claim("c5_linear_underestimates", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_linear_underestimates", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_underestimate(results, options):
-    """Too small in 95 % of the runs and below 0.9 on the mean, at every stage."""
+    """Too small in 95 % of the linear stages and below 0.9 on the mean, at every stage.
 
-    def found_at(bench):
-        ratios = predicates.linear_ratios(Runs(results, options, bench))
-        shares = [proportion((r < 1).astype(float)) for r in ratios]
-        return shares, [_mean(ratio) for ratio in ratios]
+    All linear stages count, those of stages that were rejected after it too.
+    """
+
+    def ratios_at(bench):
+        return predicates.linear_ratios(Runs(results, options, bench))
+
+    def decided(ratios):
+        below = [proportion((r < 1).astype(float)).above(LEAST_BELOW) for r in ratios]
+        return all_of(below + [_mean(r).below(MOST_RATIO) for r in ratios])
 
     def reading_at(bench):
-        shares, means = found_at(bench)
-        below = [share.above(LEAST_BELOW) for share in shares]
-        bounded = [mean.below(MOST_RATIO) for mean in means]
+        every = ratios_at(bench)
+        ratios = [r[np.isfinite(r)] for r in every]
+        if not all(len(r) for r in ratios):
+            return Reading("undecided", "nothing", reason="a stage without any")
+        means = [_mean(ratio) for ratio in ratios]
         most = max(means, key=lambda mean: mean.value)
-        stages = ", ".join(f"{mean.value:.2f}" for mean in means)
+        lost = np.count_nonzero(np.isnan(every))
         return Reading.of(
-            all_of(below + bounded),
+            decided(ratios),
             most,
-            reason=f"largest mean of linear over actual; stages 1 to 3 {stages}; "
-            f"below 1 in {100 * min(share.value for share in shares):.0f} % of "
-            "the runs at least, where a run that was refused counts as not below; "
-            f"Z/(Z+D) is {by_formula():.2f}",
+            reason="largest mean of linear over actual; stages 1 to 3 "
+            f"{', '.join(f'{mean.value:.2f}' for mean in means)}; the largest of all "
+            f"is {np.nanmax(every):.2f}; Z/(Z+D) is {by_formula():.2f}; {lost} of "
+            f"{every.size} stages have no linear estimate, which as misses give: "
+            f"{DECISIONS[decided(every)]}",
         )
 
     def side_at(bench):
-        shares, means = found_at(bench)
-        return bool(
-            min(share.value for share in shares) >= LEAST_BELOW
-            and max(mean.value for mean in means) < MOST_RATIO
+        ratios = [r[np.isfinite(r)] for r in ratios_at(bench)]
+        return all(
+            len(r) and np.mean(r < 1) >= LEAST_BELOW and np.mean(r) < MOST_RATIO
+            for r in ratios
         )
 
     return over_the_sweep(Case(READINGS, options), reading_at, side_at)
@@ -121,36 +163,44 @@ def _mean(trials):
     return bootstrap(OVER_TRIALS["mean"], with_worst(trials, np.nanmax(trials)))
 
 
-@claim("c5_bp_constant", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_bp_constant", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_constant(results, options):
     """Back-projection and residual grow by 10 % at most from stage 1 to stage 3."""
+    measures = {"back-projection": "back_mm", "residual": "residual_mm"}
 
-    def found_at(bench):
+    def found_at(bench, seeds=None):
+        """The ratios of some seeds, of the completed ones if none are given."""
         runs = Runs(results, options, bench)
-        return {
+        done = np.isfinite(runs.of(LAST, "back_mm"))
+        seeds = done if seeds is None else seeds
+        return done, {
             words: ratio_of(
-                "median", runs.of(LAST, name), runs.of(DEFLECTED[0], name), paired=True
+                "median",
+                runs.of(LAST, name)[seeds],
+                runs.of(DEFLECTED[0], name)[seeds],
+                paired=True,
             )
-            for words, name in (
-                ("back-projection", "back_mm"),
-                ("residual", "residual_mm"),
-            )
+            for words, name in measures.items()
+            if seeds.any()
         }
 
     def reading_at(bench):
-        found = found_at(bench)
-        most = max(found, key=lambda words: found[words].value)
-        said = ", ".join(
-            f"{words} {one.value:.2f} ({one.low:.2f} to {one.high:.2f})"
-            for words, one in found.items()
-        )
-        within = [one.below(np.nextafter(MOST_GROWTH, 2)) for one in found.values()]
-        return Reading.of(
-            all_of(within), found[most], reason=f"stage 3 over stage 1: {said}"
-        )
+        def judge(seeds):
+            found = found_at(bench, seeds)[1]
+            most = max(found, key=lambda words: found[words].value)
+            said = ", ".join(
+                f"{words} {one.value:.2f} ({one.low:.2f} to {one.high:.2f})"
+                for words, one in found.items()
+            )
+            within = [one.below(np.nextafter(MOST_GROWTH, 2)) for one in found.values()]
+            return Reading.of(
+                all_of(within), found[most], reason=f"stage 3 over stage 1: {said}"
+            )
+
+        return on_completed(found_at(bench)[0], judge)
 
     def side_at(bench):
-        return all(one.value <= MOST_GROWTH for one in found_at(bench).values())
+        return all(one.value <= MOST_GROWTH for one in found_at(bench)[1].values())
 
     return over_the_sweep(Case(READINGS, options), reading_at, side_at)
 
@@ -159,7 +209,7 @@ def judge_constant(results, options):
     "c5_extrapolated_tip",
     needs=("exp_c5_extrapolated_tip", "exp_c5_extrapolated_tip_swept"),
     evidence="rendered",
-    readings=BENCHES,
+    readings=("mirror_bench",),
 )
 def judge_tip(results, options):
     """SD of the deflection's error at the load over that among the corners.
@@ -168,8 +218,8 @@ def judge_tip(results, options):
     is that of how far the mirror went, found less true, so that where the primary stage
     has put the whole mirror drops out; the same with where the mirror is after the push
     is told. Among the corners: a lattice of places in the convex hull of the corners
-    that both pictures show, all seeds and places together. Seeds that were refused have
-    no value.
+    that both pictures show, all seeds and places together. Seeds that were rejected
+    have no value.
     """
 
     def reading_at(bench):
@@ -184,7 +234,7 @@ def judge_tip(results, options):
             f"among the corners; of where the mirror is, {tips.ratio(True).value:.2f} "
             f"times; the load is {np.median(tips.of('beyond_mm')):.0f} mm beyond the "
             f"last corner (median); {tips.refused} of "
-            f"{tips.result.trials_per_condition} seeds refused",
+            f"{tips.result.trials_per_condition} seeds rejected",
         )
 
     def side_at(bench):

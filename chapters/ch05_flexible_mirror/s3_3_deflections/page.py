@@ -23,9 +23,9 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.trials.run import (
     three_stages,
 )
 from chapters.ch05_flexible_mirror.s3_3_deflections.trials.tip import one_push
-from chapters.shared.mirror_bench import BENCHES, SWEPT
-from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B
-from chapters.shared.mirror_plans import bench_plan, on_each
+from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
+from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, GEOMETRY_C
+from chapters.shared.mirror_plans import UNSEEN, bench_plan, on_each
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -131,7 +131,7 @@ FEWER = {"quick": 1, "full": 20}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, on both benches."""
+    """Geometry A, at all levels."""
     return bench_plan(results, on_each(three_stages), BENCHES, SEEDS[effort])
 
 
@@ -143,7 +143,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers."""
+    """Geometry A, from half to twice the primary level's numbers."""
     return bench_plan(results, on_each(three_stages), SWEPT, FEWER[effort])
 
 
@@ -154,8 +154,20 @@ def swept(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def other(effort, results):
-    """Geometry B, on both benches."""
+    """Geometry B, at all levels."""
     return bench_plan(results, on_each(three_stages), BENCHES, FEWER[effort], "B")
+
+
+@experiment(
+    "table_5_1_longer",
+    artefact="table_5_1",
+    inputs=GEOMETRY_C,
+    needs=("sec_5_3_3_errors",),
+)
+def longer(effort, results):
+    """Geometry C, at the primary level."""
+    level = {LEVEL: BENCHES[LEVEL]}
+    return bench_plan(results, on_each(three_stages), level, FEWER[effort], "C")
 
 
 RUNS_FROM_IMAGES = (
@@ -188,7 +200,8 @@ def rendered(effort):
     runs = RUNS_FROM_IMAGES if effort == "full" else RUNS_FROM_IMAGES[:1]
     sizes = SIZES[effort]
     settings = sizes._asdict() | {k: bench._asdict() for k, bench in BENCHES.items()}
-    return Plan(partial(rendered_trial, sizes=sizes), list(runs), 1, settings)
+    trial = partial(rendered_trial, sizes=sizes)
+    return Plan(trial, list(runs), 1, settings, UNSEEN)
 
 
 @experiment(
@@ -198,7 +211,7 @@ def rendered(effort):
     needs=("sec_5_3_3_errors",),
 )
 def tips(effort, results):
-    """How far the mirror went at the load and among the corners, on both benches."""
+    """How far the mirror went at the load and among the corners, at all levels."""
     return bench_plan(results, on_each(one_push), BENCHES, SEEDS[effort])
 
 
@@ -209,7 +222,7 @@ def tips(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def tips_swept(effort, results):
-    """The same from half to twice each of the bench's numbers."""
+    """The same from half to twice the primary level's numbers."""
     return bench_plan(results, on_each(one_push), SWEPT, FEWER[effort])
 
 

@@ -19,16 +19,16 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
     STEP_MM,
     Runs,
 )
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, SAID, SWEPT
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, DYNAMIC_MM, mirror_rig
-from chapters.shared.mirror_tables import ranged, reached
+from chapters.shared.mirror_tables import beside, ranged, reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
 from repro.run.outcomes import Table, Value
 
 NEEDS = ("table_5_1_runs",)
 SOLVED = (
-    "the bench was solved from this number: it is near the printed one by construction"
+    "the level was solved from this number: it is near the printed one by construction"
 )
 EXACT = (
     "deflections are put into the rig exactly; all are multiples of what the thesis's "
@@ -71,24 +71,25 @@ def stages_of(runs, measures, stages):
     ]
 
 
-def on_both(results, heads, stages, geometry="A"):
-    """Columns of a table: those of `heads` {title: measure} on each bench."""
+def on_all(results, heads, stages, geometry="A"):
+    """Columns of a table: those of `heads` {title: measure} at each level."""
     rows = [
-        (name, *row)
-        for name in reversed(BENCHES)
+        (SAID[name], *row)
+        for name in BENCHES
         for row in stages_of(
             Runs(results, bench=name, geometry=geometry), heads.values(), stages
         )
     ]
-    return columns(("Bench", "Stage", "Seeds", *heads), rows)
+    return columns(("Error level", "Stage", "Seeds", *heads), rows)
 
 
 def printed(stages, prefix, end):
-    """Ids for each row of `on_both`: those of the bench, and none of the laboratory.
+    """Ids for each row of `on_all`: those of the primary level, none of the others.
 
     prefix, end: of the ids, as in t5_1_s1_linear.
     """
-    return [f"{prefix}_s{stage}_{end}" for stage in stages] + [None for _ in stages]
+    ids = [f"{prefix}_s{stage}_{end}" for stage in stages]
+    return beside(ids, len(stages) * len(BENCHES))
 
 
 @table("table_5_1", needs=NEEDS, evidence="rendered")
@@ -101,7 +102,7 @@ def table_5_1(results):
         "Off since stage 0 (mm)": bent_off,
     }
     return Table(
-        on_both(results, heads, DEFLECTED),
+        on_all(results, heads, DEFLECTED),
         "Deflections of the mirror at the load, actual and by the linear and the final "
         "estimate of each stage, and by how much the sum of the final ones is off. "
         f"Geometry A. {MEDIANS}",
@@ -123,7 +124,7 @@ def table_5_2(results):
     """The monitor's travel as its reflections in the platter have it."""
     heads = {"Translation (mm)": "shift_mm", "Rotation (°)": "turn_deg"}
     return Table(
-        on_both(results, heads, STAGES),
+        on_all(results, heads, STAGES),
         "How far the monitor was found to have travelled between its two places, and "
         f"how far turned, from its reflection in the platter. {MEDIANS} It travels "
         f"{SHIFT_MM:g} mm, and vibrates by 0.1 mm and 0.05° along each axis.",
@@ -136,9 +137,8 @@ def table_5_2(results):
 
 def beside_stage_0(end):
     """Ids of Table 5.2, whose stage 0 stands in the text."""
-    of_text = [f"s5_3_3_ag_{end}"]
-    of_table = printed(DEFLECTED, prefix="t5_2", end=end)
-    return of_text + of_table[: len(DEFLECTED)] + [None for _ in STAGES]
+    of_table = [f"t5_2_s{stage}_{end}" for stage in DEFLECTED]
+    return beside([f"s5_3_3_ag_{end}", *of_table], len(STAGES) * len(BENCHES))
 
 
 @table("table_5_3", needs=NEEDS, evidence="rendered")
@@ -152,7 +152,7 @@ def table_5_3(results):
         "SD to true rays (°)": "angle_sd_deg",
     }
     return Table(
-        on_both(results, heads, STAGES),
+        on_all(results, heads, STAGES),
         "How far rays turn from stage 0 at most, and the angles between the calibrated "
         "rays and those that an active grid in two places gives, as the thesis has "
         f"them; to the right those to the true rays. Geometry A. {MEDIANS}",
@@ -182,11 +182,12 @@ def table_5_4(results):
     for title in ("Residual (mm)", "SD of residual (mm)"):
         ids[title][0] = None
     return Table(
-        on_both(results, heads, STAGES),
+        on_all(results, heads, STAGES),
         "Back-projection errors on a board at 400 mm, whose pose the calibrated camera "
         "finds itself, and residuals of the refinement; to the right what these hide: "
         "the back-projection onto the board's true pose, and the angle to the true "
-        f"rays. Geometry A. {MEDIANS} The residual of stage 1 was set by the bench.",
+        f"rays. Geometry A. {MEDIANS} The back-projection of stage 0 was set by the "
+        "second level, the residual of stage 1 by the first.",
         printed=ids,
     )
 
@@ -210,10 +211,10 @@ def rendered_table(results):
                     cells.append(ranged(trials.column(f"{way}.stage{stage}.{name}")))
                     many = reached(redrawn.of(stage, name))
                     cells.append(many if way == "published" else None)
-                rows.append((geometry, bench, words, stage, *cells))
+                rows.append((geometry, SAID[bench], words, stage, *cells))
     heads = [head for name in RENDERED_MEASURES for head in (name, f"{name}, redrawn")]
     return Table(
-        columns(("Rig", "Bench", "Method", "Stage", *heads), rows),
+        columns(("Rig", "Error level", "Method", "Stage", *heads), rows),
         "Runs from rendered images, end to end (median and range), beside the same "
         "measures with redrawn errors (medians over many seeds with 95 % intervals). "
         "*As published*: distances along viewing rays, the clamp's position held. "
@@ -227,30 +228,37 @@ def rendered_table(results):
 @table("ext_deflections_swept", needs=JUDGED, evidence="rendered")
 def ext_deflections_swept(results):
     """Shares of the seeds in which claims are true, from bench to bench."""
-    benches = [*reversed(BENCHES), *SWEPT]
+    benches = [*BENCHES, *SWEPT]
     rows = [
         (
-            claim.removeprefix("c5_"),
+            SAID.get(bench, bench),
             *(
-                100 * float(np.mean(predicate(Runs(results, bench=bench))[0]))
-                for bench in benches
+                _share(*predicate(Runs(results, bench=bench))[:2])
+                for predicate in BY_SEED.values()
             ),
         )
-        for claim, predicate in BY_SEED.items()
+        for bench in benches
     ]
+    claims = (claim.removeprefix("c5_") for claim in BY_SEED)
     return Table(
-        columns(("Claim", *(f"{bench} (%)" for bench in benches)), rows),
-        "Share of the seeds in which each claim is true, none of which was refused "
-        "there: on the bench, in the laboratory, and with one of the bench's two "
-        "numbers halved or doubled. A claim whose share is on another side of 90 % at "
-        "one of these ends is left undecided.",
+        columns(("Error level", *(f"{claim} (%)" for claim in claims)), rows),
+        "Share of the completed runs in which each claim is true: at the three error "
+        "levels, and with one or both of the second level's numbers halved or doubled. "
+        "A claim whose share is on another side of 90 % at one of these ends is left "
+        "undecided.",
     )
+
+
+def _share(holds, found):
+    """Share of the completed seeds in which a claim is true, %; None without any."""
+    done = ~np.isnan(found)
+    return 100 * float(np.mean(holds[done])) if done.any() else None
 
 
 def of_runs(runs, found, unit, put_in=""):
     """The Value of a measure (seeds,) of `Runs`, and how many seeds have none."""
     lost = np.count_nonzero(~np.isfinite(found))
-    reason = f"{lost} of {runs.seeds} seeds were refused before" if lost else ""
+    reason = f"{lost} of {runs.seeds} seeds were rejected before" if lost else ""
     return Value.of_seeds(found, unit, reason, put_in)
 
 
@@ -296,7 +304,9 @@ def numbers_of_table_5_3(results):
         "sd": ("measured_sd_deg", "deg"),
     }
     runs = Runs(results)
-    return _with("t5_3_", _by_stage(runs, measures, STAGES)) | {
+    found = _by_stage(runs, measures, STAGES)
+    found["s0_mean"] = replace(found["s0_mean"], put_in=SOLVED)
+    return _with("t5_3_", found) | {
         "t5_3_points": Value(pixels_compared(runs), unit="count")
     }
 
@@ -313,7 +323,7 @@ def numbers_of_table_5_4(results):
     back = {"bp_mean": ("back_mm", "mm"), "bp_sd": ("back_sd_mm", "mm")}
     left = {"res_mean": ("residual_mm", "mm"), "res_sd": ("residual_sd_mm", "mm")}
     found = _by_stage(runs, back, STAGES) | _by_stage(runs, left, DEFLECTED)
-    found["s1_res_mean"] = replace(found["s1_res_mean"], put_in=SOLVED)
+    found["s0_bp_mean"] = replace(found["s0_bp_mean"], put_in=SOLVED)
     board = mirror_rig("A").board
     seen, common = runs.at("corners", STAGES), runs.at("common")
     # From edge to edge of its squares.
@@ -339,17 +349,16 @@ def numbers_of_fig_5_12(results):
 def numbers_of_the_text(results):
     """What the text states of the primary stage."""
     runs = Runs(results)
-    miss = of_runs(runs, runs.column("miss_mm"), "mm", SOLVED)
     viewer = mirror_rig("A").viewer
     return {
-        "s5_3_3_pos_n": Value(np.median(runs.column("points")), unit="count"),
-        "s5_3_3_pos_mean": miss,
-        "s5_3_3_pos_sd": of_runs(runs, runs.column("miss_sd_mm"), "mm"),
+        "s5_3_3_pos_n": Value(np.median(runs.raw("points")), unit="count"),
+        "s5_3_3_pos_mean": of_runs(runs, runs.raw("miss_mm"), "mm"),
+        "s5_3_3_pos_sd": of_runs(runs, runs.raw("miss_sd_mm"), "mm"),
         "s5_3_3_ag_t": of_runs(runs, runs.of(0, "shift_mm"), "mm"),
         "s5_3_3_ag_r": of_runs(runs, runs.of(0, "turn_deg"), "deg"),
         "s5_3_3_ag_nom": Value(SHIFT_MM, unit="mm"),
         "s5_3_3_pix": Value(pixels_compared(runs), unit="count"),
-        "s5_3_3_ang_mean": of_runs(runs, runs.of(0, "measured_deg"), "deg"),
+        "s5_3_3_ang_mean": of_runs(runs, runs.of(0, "measured_deg"), "deg", SOLVED),
         "s5_3_3_ang_sd": of_runs(runs, runs.of(0, "measured_sd_deg"), "deg"),
         "s5_3_3_depth": Value(DYNAMIC_MM, unit="mm"),
         "s5_3_3_step": Value(STEP_MM, unit="mm"),

@@ -35,10 +35,10 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.relief import (
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import loop, travelled
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import both_steps
-from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
-from chapters.shared.mirror_plans import bench_plan, on_each
+from chapters.shared.mirror_plans import UNSEEN, bench_plan, on_each
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -233,8 +233,8 @@ def ablated(effort, results):
     """The loop with the board's known metric, and without it."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(metric_trial, errors=errors)
-    settings = {"arms": list(ARMS), **BENCHES[BENCH]._asdict()}
-    return Plan(trial, [{"geometry": "A"}], ABLATED[effort], settings)
+    settings = {"arms": list(ARMS), **BENCHES[LEVEL]._asdict()}
+    return Plan(trial, [{"geometry": "A"}], ABLATED[effort], settings, UNSEEN)
 
 
 @experiment(
@@ -259,7 +259,8 @@ def relief(effort, results):
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(relief_trial, errors=errors)
     seeds = {"quick": 1, "full": 16}[effort]
-    return Plan(trial, [{"geometry": "A"}], seeds, {"reliefs_um": RELIEFS_UM})
+    settings = {"reliefs_um": RELIEFS_UM}
+    return Plan(trial, [{"geometry": "A"}], seeds, settings, UNSEEN)
 
 
 @experiment("ext_mirror_film_pictures", artefact="ext_mirror_film", inputs=SMALL_A)

@@ -15,7 +15,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
     LAST,
     CircleRuns,
 )
-from chapters.shared.mirror_sweep import READINGS, over_the_sweep
+from chapters.shared.mirror_sweep import READINGS, on_completed, over_the_sweep
 from repro.judge.statistics import ratio_of
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
@@ -93,25 +93,33 @@ def judge_growth(results, options):
     calibration was applied to, medians, paired by seed; stage 3 over stage 0 is told.
     """
 
-    def found_at(bench, before=FIRST):
-        runs = CircleRuns(results, options, bench)
-        pair = (runs.of(stage, "residual_mm") for stage in (LAST, before))
+    def ratio(runs, seeds, name="residual_mm", before=FIRST):
+        pair = (runs.of(stage, name)[seeds] for stage in (LAST, before))
         return ratio_of("median", *pair, paired=True)
 
     def reading_at(bench):
-        runs, growth = CircleRuns(results, options, bench), found_at(bench)
-        angles = ratio_of(
-            "median", *(runs.of(k, "angle_deg") for k in (LAST, FIRST)), paired=True
-        )
-        return Reading.of(
-            growth.below(np.nextafter(MOST_GROWTH, 2)),
-            growth,
-            "x",
-            f"stage 3 over stage 1; over stage 0 {found_at(bench, 0).value:.2f}; "
-            f"angles to the true rays grow {angles.value:.2f} times",
-        )
+        runs = CircleRuns(results, options, bench)
+
+        def judge(seeds):
+            growth = ratio(runs, seeds)
+            return Reading.of(
+                growth.below(np.nextafter(MOST_GROWTH, 2)),
+                growth,
+                "x",
+                "stage 3 over stage 1; over stage 0 "
+                f"{ratio(runs, seeds, before=0).value:.2f}; angles to the true rays "
+                f"grow {ratio(runs, seeds, 'angle_deg').value:.2f} times",
+            )
+
+        return on_completed(completed(runs), judge)
 
     def side_at(bench):
-        return bool(found_at(bench).value <= MOST_GROWTH)
+        runs = CircleRuns(results, options, bench)
+        return bool(ratio(runs, completed(runs)).value <= MOST_GROWTH)
 
     return over_the_sweep(Case(READINGS, options), reading_at, side_at)
+
+
+def completed(runs):
+    """Which seeds (seeds,) have a circle at the last stage."""
+    return np.isfinite(runs.of(LAST, "residual_mm"))

@@ -12,7 +12,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
     CircleRuns,
     PictureRuns,
 )
-from chapters.shared.mirror_bench import BENCH
+from chapters.shared.mirror_bench import LEVEL
 from raxel.multiview.fits.circles import circle_distances
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances, value
 from repro.judge.statistics import median_interval
@@ -33,7 +33,7 @@ CORRECTED_BY = {"published": "the calibrated mirror", "true": "the true mirror"}
 
 def two_panels(results, stage):
     """The circle at one stage: in the picture, and on the board after correction."""
-    runs = PictureRuns(results, bench=BENCH)
+    runs = PictureRuns(results, bench=LEVEL)
     way, run = runs.drawn()
     picture = runs.picture(stage, run)
     line, points, left, centre = (
@@ -81,7 +81,7 @@ def two_panels(results, stage):
         f"{CORRECTED_BY[way]}, distances "
         f"from the best circle, {SCALE} times as long as they are, "
         f"{np.abs(left).mean():.2f} mm in the mean; its radius is "
-        f"{radius:.2f} mm. One run, geometry A on the bench.",
+        f"{radius:.2f} mm. One run, geometry A, second solved level.",
         Check(
             gap < EXACT,
             f"the vectors are the distances from the circle, to {gap:.0e} mm",
@@ -116,7 +116,7 @@ def fig_5_17(results):
 @figure("fig_5_18", needs=("fig_5_14_pictures",), evidence="rendered")
 def fig_5_18(results):
     """The picture of stage 3 laid out on the board."""
-    runs = PictureRuns(results, bench=BENCH)
+    runs = PictureRuns(results, bench=LEVEL)
     way, run = runs.drawn()
     picture = runs.corrected(run)
     drawn, axes = new_figure(height_in=4.4)
@@ -160,7 +160,7 @@ def fig_5_19(results):
 def ext_circle_blind(results):
     """Radius errors and ray errors over the stages, beside each other."""
     drawn, panels = new_figure(1, 2, height_in=3.3)
-    runs, rows = CircleRuns(results, bench=BENCH), []
+    runs, rows = CircleRuns(results, bench=LEVEL), []
     for way in WAYS:
         for panel, name, values in (
             (panels[0], "radius_percent", np.abs(radius_errors(runs, way))),
@@ -188,7 +188,7 @@ def ext_circle_blind(results):
         columns(("mirror", "measure", "stage", "value", "low", "high"), rows),
         "Left the error of the circle's radius, right the mean angle between "
         "calibrated and true rays over the mirror, by stage. Medians over the seeds "
-        "that came so far, with 95 % intervals; geometry A on the bench. The true "
+        "that came so far, with 95 % intervals; geometry A, second level. The true "
         "mirror's rays are exact; its radius has the errors of corners and edges.",
     )
 

@@ -28,9 +28,10 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
     edges_trial,
     line_errors,
 )
-from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A
+from chapters.shared.mirror_plans import UNSEEN
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -133,8 +134,8 @@ SEEDS = {"quick": 1, "full": 36}
 ENDS = {"quick": 1, "full": 10}
 # At quick size one bench stands for all, with a single deflection or none, pictures are
 # small, and the true mirror corrects them.
-MEASURED = {"quick": dict.fromkeys(BENCHES, BENCHES[BENCH]), "full": BENCHES}
-SWEEP = {"quick": dict.fromkeys(SWEPT, BENCHES[BENCH]), "full": SWEPT}
+MEASURED = {"quick": dict.fromkeys(BENCHES, BENCHES[LEVEL]), "full": BENCHES}
+SWEEP = {"quick": dict.fromkeys(SWEPT, BENCHES[LEVEL]), "full": SWEPT}
 RUN = {"quick": CircleScope(1, true=False), "full": CircleScope()}
 END = {"quick": CircleScope(0, face=False, true=False), "full": CircleScope(true=False)}
 SIZES = {"quick": PictureSizes(4, 1.5, 4.0, False), "full": PictureSizes()}
@@ -185,7 +186,7 @@ def _plan(results, benches, seeds, scope):
     )
     settings = {name: bench._asdict() for name, bench in benches.items()}
     settings |= scope._asdict()
-    return Plan(trial, [{"geometry": "A"}], seeds, settings)
+    return Plan(trial, [{"geometry": "A"}], seeds, settings, UNSEEN)
 
 
 @experiment(
@@ -193,11 +194,11 @@ def _plan(results, benches, seeds, scope):
 )
 def ring_pictures(effort, results):
     """The target in the mirror at four stages, rendered."""
-    bench, sizes = BENCHES[BENCH], SIZES[effort]
-    errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A", bench.factor)
+    bench, sizes = BENCHES[LEVEL], SIZES[effort]
+    errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A").on(bench)
     trial = partial(ring_pictures_trial, errors=errors, sizes=sizes)
     settings = bench._asdict() | sizes._asdict()
-    return Plan(trial, [{}], PICTURES[effort], settings)
+    return Plan(trial, [{}], PICTURES[effort], settings, UNSEEN)
 
 
 @experiment(
@@ -205,10 +206,10 @@ def ring_pictures(effort, results):
 )
 def face_picture(effort, results):
     """The bust in the mirror after a push of 12 mm, rendered."""
-    bench, sizes = BENCHES[BENCH], SIZES[effort]
-    errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A", bench.factor)
+    bench, sizes = BENCHES[LEVEL], SIZES[effort]
+    errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A").on(bench)
     trial = partial(face_picture_trial, errors=errors, sizes=sizes)
-    return Plan(trial, [{}], 1, bench._asdict() | sizes._asdict())
+    return Plan(trial, [{}], 1, bench._asdict() | sizes._asdict(), UNSEEN)
 
 
 # %% [markdown]

@@ -1,4 +1,4 @@
-"""Table 5.6 on both benches, and its numbers."""
+"""Table 5.6 at all levels, and its numbers."""
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import DEFLECTION_MM
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import RADIUS_MM
-from chapters.shared.mirror_bench import BENCHES
-from chapters.shared.mirror_tables import MEDIANS, reached
+from chapters.shared.mirror_bench import BENCHES, SAID
+from chapters.shared.mirror_tables import MEDIANS, beside, reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
 from repro.run.outcomes import Table, Value
@@ -32,12 +32,12 @@ PRINTED = {
 def table_5_6(results):
     """Residuals and radii of the corrected circle at four stages."""
     rows = []
-    for bench in reversed(BENCHES):
+    for bench in BENCHES:
         runs = CircleRuns(results, bench=bench)
         off = np.abs(radius_errors(runs))
         rows += [
             (
-                bench,
+                SAID[bench],
                 stage,
                 runs.came_to(stage),
                 *(reached(runs.of(stage, f"{name}_mm")) for name in IN_MM),
@@ -47,8 +47,7 @@ def table_5_6(results):
             )
             for stage in STAGES
         ]
-    heads = ("Bench", "Stage", "Seeds", *PRINTED, "Rays (°)", "Pose (mm)")
-    rest = [None] * (len(rows) - len(STAGES))
+    heads = ("Error level", "Stage", "Seeds", *PRINTED, "Rays (°)", "Pose (mm)")
     return Table(
         columns(heads, rows),
         "Residuals and radius of the circle of 87.21 mm after correction, with the "
@@ -56,7 +55,7 @@ def table_5_6(results):
         "show: angles to the true rays over the whole mirror, and how far the middle "
         f"of the board was found from where it is. Geometry A. {MEDIANS}",
         printed={
-            head: [f"t5_6_s{stage}_{end}" for stage in STAGES] + rest
+            head: beside([f"t5_6_s{stage}_{end}" for stage in STAGES], len(rows))
             for head, end in PRINTED.items()
         },
     )
@@ -82,7 +81,7 @@ def numbers_of_table_5_6(results):
 def value_of(trials, unit):
     """The Value of seeds (n,), and how many have none: in words if that is all."""
     lost = np.count_nonzero(~np.isfinite(trials))
-    reason = f"{lost} of {len(trials)} seeds were refused before" if lost else ""
+    reason = f"{lost} of {len(trials)} seeds were rejected before" if lost else ""
     if lost == len(trials):
         return Value("nothing", unit=unit, reason=reason)
     return Value.of_seeds(trials, unit, reason)

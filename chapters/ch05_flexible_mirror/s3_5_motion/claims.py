@@ -1,5 +1,7 @@
 """The claims about motion and shape in 5.3.5, tested as the ledger words them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates
@@ -8,12 +10,12 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import seen_by
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import moved_cylinder
 from chapters.shared.mirror_bench import ABERRATION_UM
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import READINGS, over_the_sweep
+from chapters.shared.mirror_sweep import READINGS, mostly, of_completed, over_the_sweep
 from raxel.cameras.core.base import Rays
 from raxel.cameras.core.centrality import centrality
 from raxel.geometry.line_motion import pluecker_of_rays, side_products
 from repro.run.experiment import claim
-from repro.run.outcomes import Reading
+from repro.run.outcomes import NOT_COMPARABLE, Reading
 from repro.run.readings import Case
 
 BENCHES = ("mirror_bench",)
@@ -21,10 +23,32 @@ LEAST_SPREAD_MM, MOST_PRODUCT_MM = 0.5, 1e-6
 SCENE_SEED = 0
 
 
-@claim("c5_sfm", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim(
+    "c5_sfm",
+    needs=("table_5_7_runs", "table_5_7_swept", "table_5_7_longer"),
+    evidence="rendered",
+    readings=("mirror_bench", "mirror_geometry"),
+)
 def judge_motion(results, options):
-    """Magnitudes within 5 % at every step, the last shift within 8 mm."""
-    return MotionRuns.judged_by_seed(results, options, predicates.follows)
+    """Magnitudes within 5 % at every step, the last shift within 8 mm.
+
+    Where it does not hold with the true mirror either, the geometry decides and not the
+    calibration: not comparable.
+    """
+
+    def reading_at(bench):
+        runs = MotionRuns(results, options, bench)
+        found = of_completed(*predicates.follows(runs))
+        true = of_completed(*predicates.follows(runs, "true"))
+        reason = f"{found.reason}; with the true mirror: {true.verdict}, {true.reason}"
+        alone = true.verdict == "differs"
+        verdict = NOT_COMPARABLE if alone else found.verdict
+        return replace(found, verdict=verdict, reason=reason)
+
+    def side_at(bench):
+        return mostly(*predicates.follows(MotionRuns(results, options, bench))[:2])
+
+    return over_the_sweep(Case(READINGS, options), reading_at, side_at)
 
 
 @claim("c5_cylinder", needs=JUDGED, evidence="rendered", readings=BENCHES)

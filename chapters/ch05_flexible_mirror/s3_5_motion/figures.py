@@ -10,7 +10,7 @@ from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import (
 )
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import MARKER_MM
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import RADIUS_MM, STEP_MM
-from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bench import CONTRASTED, SAID
 from chapters.shared.mirror_rigs import STAGES_MM
 from raxel.geometry.poses import tangent_bases
 from raxel.show import Points, Surface, framed
@@ -67,8 +67,9 @@ def fig_5_20(results):
     return Drawing(
         drawn,
         columns(("path", "step", "along_mm", "aside_mm", "other_mm"), rows),
-        "Where the cylinder went and where pairs of pictures have it, added up, on the "
-        "bench: the seed whose last shift is off by the median of those that have a "
+        "Where the cylinder went and where pairs of pictures have it, added up, "
+        "second level: the seed whose last shift is off by the "
+        "median of those that have a "
         "cylinder. The mean step "
         f"is scaled to {STEP_MM:g} mm.",
         Check(
@@ -132,7 +133,7 @@ def fig_5_21(results):
             np.column_stack([across, height]).tolist(),
         ),
         f"Points found of the cylinder, as markers of {MARKER_MM:g} mm, and the "
-        "cylinder nearest to them, scaled by the mean step; on the bench, the seed "
+        "cylinder nearest to them, scaled by the mean step; second level, the seed "
         "whose radius is off by the median of those with one. The circle of the true "
         "mirror is drawn about the same axis.",
         Check(
@@ -149,7 +150,7 @@ def ext_motion_scale(results):
     """What a length is told to, over stages and over baselines."""
     drawn, (left, right) = new_figure(1, 2, height_in=3.6, sharey=True)
     rows = []
-    for index, bench in enumerate(reversed(BENCHES)):
+    for index, bench in enumerate(CONTRASTED):
         runs = MotionRuns(results, bench=bench)
         by_stage = [runs.column(f"stage{s}.told1.length_percent") for s in STAGES]
         by_way = [
@@ -157,9 +158,15 @@ def ext_motion_scale(results):
         ]
         six = [runs.of("told_percent", "true", "together")]
         for panel, x, trials, look, label in (
-            (left, STAGES_MM, by_stage, index, bench),
-            (right, PLACES_MM, by_way, index, bench),
-            (right, PLACES_MM[-1:], six, 2 + index, f"{bench}, six pictures at once"),
+            (left, STAGES_MM, by_stage, index, SAID[bench]),
+            (right, PLACES_MM, by_way, index, SAID[bench]),
+            (
+                right,
+                PLACES_MM[-1:],
+                six,
+                2 + index,
+                f"{SAID[bench]}, six pictures at once",
+            ),
         ):
             some = [
                 (at, one[np.isfinite(one)])
@@ -185,6 +192,7 @@ def ext_motion_scale(results):
         columns(("over", "rays", "x", "median", "low", "high"), rows),
         "To how much of itself a length can be told by rays of the true mirror, "
         f"medians over seeds with 95 % intervals. Left: one step of {STEP_MM:g} mm at "
-        "the stages; a flat mirror in the laboratory tells none. Right: at stage 3, "
+        "the stages; a flat mirror at the low-noise level tells "
+        "none. Right: at stage 3, "
         "from the first place to later ones by two pictures, and by all six at once.",
     )

@@ -20,9 +20,10 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import (
     motion_trial,
     told,
 )
-from chapters.shared.mirror_bench import BENCH, BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import GEOMETRY_A
+from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_C
+from chapters.shared.mirror_plans import UNSEEN
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -135,8 +136,8 @@ FEWER = {"quick": 1, "full": 10}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, on both benches, with both cameras."""
-    return _plan(results, _first(BENCH, effort), SEEDS[effort], alone=False)
+    """Geometry A, at all levels, with both cameras."""
+    return _plan(results, _first(LEVEL, effort), SEEDS[effort], alone=False)
 
 
 @experiment(
@@ -146,9 +147,21 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers, as published."""
+    """Geometry A, from half to twice the primary level's numbers, as published."""
     benches = _first("half the factor", effort)
     return _plan(results, benches, FEWER[effort], alone=True)
+
+
+@experiment(
+    "table_5_7_longer",
+    artefact="table_5_7",
+    inputs=GEOMETRY_C,
+    needs=("sec_5_3_3_errors",),
+)
+def longer(effort, results):
+    """Geometry C, at the primary level."""
+    level = {LEVEL: BENCHES[LEVEL]}
+    return _plan(results, level, SEEDS[effort], alone=False, geometry="C")
 
 
 def _first(name, effort):
@@ -157,11 +170,11 @@ def _first(name, effort):
     return every if effort == "full" else {name: every[name]}
 
 
-def _plan(results, benches, seeds, alone):
-    errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
+def _plan(results, benches, seeds, alone, geometry="A"):
+    errors = {geometry: MirrorErrors.read(results["sec_5_3_3_errors"], geometry)}
     trial = partial(motion_trial, errors=errors, benches=benches, alone=alone)
     settings = SETTINGS | {name: bench._asdict() for name, bench in benches.items()}
-    return Plan(trial, [{"geometry": "A"}], seeds, settings)
+    return Plan(trial, [{"geometry": geometry}], seeds, settings, UNSEEN)
 
 
 # %% [markdown]

@@ -21,7 +21,7 @@ MADE = "the cylinder is made so"
 
 @table("table_5_7", needs=NEEDS, evidence="rendered")
 def table_5_7(results):
-    """Shifts and turns added up, on the bench, as the thesis has them."""
+    """Shifts and turns added up, as the thesis has them."""
     runs = MotionRuns(results)
     lengths, turns, off = (
         runs.steps(name) for name in ("length_mm", "turn_deg", "off_mm")
@@ -48,7 +48,7 @@ def table_5_7(results):
     return Table(
         columns(names, rows),
         "Translations and rotations of the cylinder, found from each picture to the "
-        "next and added up, the mean step scaled to the true one; the bench, mirror "
+        "next and added up, the mean step scaled to the true one; second level, mirror "
         f"calibrated stage by stage. The true rotation is 0. {MEDIANS} To the right "
         "what is left where each step's length is known.",
         printed=ids,

@@ -11,7 +11,7 @@ from chapters.ch05_flexible_mirror.s3_5_tin.results.runs import (
 )
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import usual
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import FACES
-from chapters.shared.mirror_bench import BENCH
+from chapters.shared.mirror_bench import LEVEL, SAID
 from raxel.show import Points, Surface, framed
 from repro.page.space import draw_scene
 from repro.page.style import INK, legend_below, series
@@ -25,7 +25,7 @@ DRAWN_WAYS = ("true", PUBLISHED)
 BINS = 25
 
 
-def tin_model(result, bench=BENCH, way=PUBLISHED):
+def tin_model(result, bench=LEVEL, way=PUBLISHED):
     """(textured Surfaces and points, direction (3,) to look in) of the first seed's
     tin of a way, None where it has none."""
     parts = []
@@ -56,7 +56,7 @@ def model_figure(results):
     result = results[PICTURES]
     bench, way = next(
         (b, w)
-        for b, w in ((BENCH, PUBLISHED), (BENCH, "true"), ("laboratory", "true"))
+        for b, w in ((LEVEL, PUBLISHED), (LEVEL, "true"), ("laboratory", "true"))
         if tin_model(result, b, w) is not None
     )
     parts, sight = tin_model(result, bench, way)
@@ -80,7 +80,8 @@ def model_figure(results):
         ),
         "The tin in the bent mirror, rendered (a), and the model of it (b): planes "
         "through matched features of each face, with the picture's own grey values. "
-        f"Geometry A, {bench}, mirror: {WAYS[way]}. A mirror shows it reversed; the "
+        f"Geometry A, {SAID[bench]}, mirror: {WAYS[way]}. A mirror "
+        "shows it reversed; the "
         "model is not.",
         scene=scene,
     )
@@ -91,7 +92,7 @@ def distances_figure(results):
     """Histograms of the signed distances of each face, and normal curves."""
     result, rows = results[RUNS], []
     drawn, axes = new_figure(1, 3, height_in=3.0, sharey=True)
-    came = [np.isfinite(result.column(f"{BENCH}.{w}.rms_mm")) for w in DRAWN_WAYS]
+    came = [np.isfinite(result.column(f"{LEVEL}.{w}.rms_mm")) for w in DRAWN_WAYS]
     both = np.flatnonzero(np.logical_and.reduce(came))
     seed = both[0] if len(both) else 0
     for number, way in enumerate(DRAWN_WAYS):
@@ -99,7 +100,7 @@ def distances_figure(results):
             continue
         place = np.count_nonzero(came[number][:seed])
         distances, face = (
-            result.arrays(f"{BENCH}.{way}.{name}")[place]
+            result.arrays(f"{LEVEL}.{way}.{name}")[place]
             for name in ("distances", "face")
         )
         for k, panel in enumerate(axes):
@@ -128,6 +129,7 @@ def distances_figure(results):
         columns(("mirror", "face", "distance_mm", "count"), rows),
         "Signed distances of the tin's points from the plane of their face, positive "
         "outside, and normal curves of the same spread (outliers left out): the first "
-        "seed on the bench that has both, by the true mirror and by the one calibrated "
+        "seed of the second level that has both, by the true mirror "
+        "and by the one calibrated "
         "as published.",
     )

@@ -17,6 +17,7 @@ from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import SETTINGS, tin_tria
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
+from chapters.shared.mirror_plans import UNSEEN
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -138,7 +139,7 @@ def _plan(results, benches, seeds, ways):
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(tin_trial, errors=errors, benches=benches, ways=ways)
     settings = SETTINGS | {name: bench._asdict() for name, bench in benches.items()}
-    return Plan(trial, [{"geometry": "A"}], seeds, settings)
+    return Plan(trial, [{"geometry": "A"}], seeds, settings, UNSEEN)
 
 
 # %%
@@ -155,7 +156,7 @@ def pictures(effort, results):
     ways = PICTURED_WAYS[effort]
     trial = partial(pictures_trial, errors=errors, benches=benches, ways=ways)
     condition = {"geometry": "A", "margin_px": MARGIN_PX[effort]}
-    return Plan(trial, [condition], PICTURES[effort], SETTINGS)
+    return Plan(trial, [condition], PICTURES[effort], SETTINGS, UNSEEN)
 
 
 # %% [markdown]

@@ -1,4 +1,4 @@
-"""Table 5.8 on both benches, its numbers, and what they hang on."""
+"""Table 5.8 at all levels, its numbers, and what they hang on."""
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import (
     PAIRS,
     SHIFT_MM,
 )
-from chapters.shared.mirror_bench import BENCHES
-from chapters.shared.mirror_tables import reached
+from chapters.shared.mirror_bench import BENCHES, SAID
+from chapters.shared.mirror_tables import beside, reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
 from repro.run.outcomes import Table, Value
@@ -28,12 +28,12 @@ MEDIANS = "Medians over the seeds that have a tin, with 95 % intervals."
 def table_5_8(results):
     """Angles between the faces as found, and as they are."""
     rows = []
-    for bench in reversed(BENCHES):
+    for bench in BENCHES:
         runs = TinRuns(results, bench=bench)
         for k, pair in enumerate(PAIRS):
             rows.append(
                 (
-                    bench,
+                    SAID[bench],
                     pair.replace("_", " - "),
                     reached(runs.angles(PUBLISHED)[k]),
                     float(ANGLES_DEG[k]),
@@ -41,10 +41,10 @@ def table_5_8(results):
                 )
             )
     ids = {
-        "As published (°)": [f"t5_8_{pair}_est" for pair in PAIRS] + 3 * [None],
-        "Reference (°)": [f"t5_8_{pair}_ref" for pair in PAIRS] + 3 * [None],
+        "As published (°)": beside([f"t5_8_{pair}_est" for pair in PAIRS], len(rows)),
+        "Reference (°)": beside([f"t5_8_{pair}_ref" for pair in PAIRS], len(rows)),
     }
-    heads = ("Bench", "Faces", *ids, "True mirror (°)")
+    heads = ("Error level", "Faces", *ids, "True mirror (°)")
     return Table(
         columns(heads, rows),
         "Angles between the planes of the tin's faces: by the mirror calibrated stage "
@@ -58,12 +58,12 @@ def table_5_8(results):
 def ext_tin_ways(results):
     """How far angles are off by each way, beside the rays and the planes."""
     rows = []
-    for bench, way in ((b, w) for b in reversed(BENCHES) for w in WAYS):
+    for bench, way in ((b, w) for b in BENCHES for w in WAYS):
         runs = TinRuns(results, bench=bench)
         found = runs.of("off_deg", way)
         rows.append(
             (
-                bench,
+                SAID[bench],
                 WAYS[way],
                 int(np.isfinite(found).sum()),
                 reached(runs.of("ray_deg", way)),
@@ -72,7 +72,7 @@ def ext_tin_ways(results):
             )
         )
     heads = (
-        "Bench",
+        "Error level",
         "Mirror",
         "Seeds",
         "Mean to true rays (°)",
@@ -89,7 +89,7 @@ def ext_tin_ways(results):
 def of_runs(runs, found, unit):
     """The Value of a measure (seeds,), and how many seeds have none."""
     lost = np.count_nonzero(~np.isfinite(found))
-    reason = f"{lost} of {runs.seeds} seeds were refused" if lost else ""
+    reason = f"{lost} of {runs.seeds} seeds were rejected" if lost else ""
     return Value.of_seeds(found, unit, reason)
 
 

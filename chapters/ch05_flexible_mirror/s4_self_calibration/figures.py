@@ -11,7 +11,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import ALONG_MM
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import DEPTHS_MM
-from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bench import CONTRASTED, SAID
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from repro.page.style import INK, legend_below, series
 from repro.page.style import figure as new_figure
@@ -30,10 +30,11 @@ def first_of(arrays, columns=2):
 
 @figure("fig_5_24", needs=NEEDS, evidence="rendered")
 def fig_5_24(results):
-    """Profiles along the middle line, found and true, of one seed on each bench."""
+    """Profiles along the middle line, found and true, of one "
+    "seed at each of two levels."""
     drawn, panels = new_figure(1, 2, height_in=3.8, sharey=True)
     rig, rows = mirror_rig("A"), []
-    for panel, bench in zip(panels, BENCHES, strict=True):
+    for panel, bench in zip(panels, CONTRASTED, strict=True):
         runs = Courses(results, bench=bench)
         came = np.isfinite(runs.of(TOLD, "angle_deg"))
         # A quick build has one push.
@@ -49,19 +50,21 @@ def fig_5_24(results):
             if seed is not None and came[k][seed]:
                 curve = runs.of_seed(f"{TOLD}.stage{stage}.profile_mm", seed, came[k])
                 rows += [
-                    (bench, stage, *row)
+                    (SAID[bench], stage, *row)
                     for row in zip(ALONG_MM, true, curve, strict=True)
                 ]
             panel.plot(ALONG_MM, curve, label=f"stage {stage}", **look)
-        panel.set(title=bench, xlabel="Distance from the clamp (mm)", ylim=(-4, 18))
+        panel.set(
+            title=SAID[bench], xlabel="Distance from the clamp (mm)", ylim=(-4, 18)
+        )
     panels[0].set_ylabel("Height over the flat sheet (mm)")
     legend_below(drawn, panels[0], ncols=4)
     return Drawing(
         drawn,
-        columns(("bench", "stage", "along_mm", "true_mm", "found_mm"), rows),
+        columns(("level", "stage", "along_mm", "true_mm", "found_mm"), rows),
         "The mirror's middle line after each push of 5 mm, by linear self-calibration "
         "from features across the middle and near ones at the end, and the true one. "
-        "The first seed that came to the last stage, on each bench.",
+        "The first seed that came to the last stage, at each of two levels.",
     )
 
 
@@ -93,7 +96,8 @@ def fig_5_25(results):
         drawn,
         columns(("of", "x", "y", "z", "found_x", "found_y", "found_z"), rows),
         "Stereo between stages 0 and 1, both calibrated from this kind of board. Left: "
-        "its corners as they are and as their rays meet, one seed on the bench. Right: "
+        "its corners as they are and as their rays meet, one seed, "
+        "second level. Right: "
         "the standard deviation of depths at 260 mm with the true mirror, for noise of "
         "1 px in both pictures: next to the clamp nothing is told.",
     )
@@ -135,7 +139,8 @@ def fig_5_26(results):
         columns(("mirror", "of", "aside_mm", "depth_mm"), rows),
         "A scene seen from above, triangulated from pictures at all four stages, "
         "features picked by hand to half a pixel; lines: where it is. The first seed "
-        "of the bench that boards calibrate at all stages; points beyond the frame are "
+        "of the second level that boards calibrate at all stages; "
+        "points beyond the frame are "
         "not drawn.",
     )
 

@@ -18,6 +18,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.trials.known import known
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A
+from chapters.shared.mirror_plans import UNSEEN
 from raxel.calibration.mirror.self_calibration import linear_update
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
@@ -126,7 +127,7 @@ def _plan(results, benches, seeds, pushes):
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(course_trial, errors=errors, benches=benches, pushes=pushes)
     settings = {name: bench._asdict() for name, bench in benches.items()}
-    return Plan(trial, [{"geometry": "A"}], seeds, settings)
+    return Plan(trial, [{"geometry": "A"}], seeds, settings, UNSEEN)
 
 
 @experiment("exp_c5_known_scene", artefact="sec_5_5", inputs=GEOMETRY_A)

@@ -1,4 +1,4 @@
-"""Table 5.9 on both benches, other features, and the numbers of 5.4."""
+"""Table 5.9 at all levels, other features, and the numbers of 5.4."""
 
 import numpy as np
 
@@ -11,8 +11,8 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import SCENES
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import DEPTHS_MM
-from chapters.shared.mirror_bench import BENCHES
-from chapters.shared.mirror_tables import MEDIANS, reached
+from chapters.shared.mirror_bench import BENCHES, SAID
+from chapters.shared.mirror_tables import MEDIANS, beside, reached
 from repro.run.columns import columns
 from repro.run.experiment import numbers, table
 from repro.run.outcomes import Table, Value
@@ -45,7 +45,7 @@ def _rows(runs, way, bench, names=tuple(HEADS)):
     features = () if way == TOLD else (FEATURES[way],)
     return [
         (
-            bench,
+            SAID[bench],
             *features,
             stage,
             int(np.isfinite(of["deflection_mm"][k]).sum()),
@@ -57,7 +57,7 @@ def _rows(runs, way, bench, names=tuple(HEADS)):
 
 
 def _heads(*features, names=tuple(HEADS)):
-    first = ("Bench", *features, "Stage", "Seeds", "Actual (mm)")
+    first = ("Error level", *features, "Stage", "Seeds", "Actual (mm)")
     return (*first, *(HEADS[name] for name in names))
 
 
@@ -66,10 +66,9 @@ def table_5_9(results):
     """Deflections by linear self-calibration, as 5.4 tells it."""
     rows = [
         row
-        for bench in reversed(BENCHES)
+        for bench in BENCHES
         for row in _rows(Courses(results, bench=bench), TOLD, bench)
     ]
-    none = [None for _ in STAGES]
     return Table(
         columns(_heads(), rows),
         "Deflections that self-calibration finds from a distant scene, its features "
@@ -77,10 +76,16 @@ def table_5_9(results):
         "both sides lie beyond the middle, at the load, and what 5.4 does not print: "
         f"rays and back-projection. Geometry A. {MEDIANS} {REACH}",
         printed={
-            "Actual (mm)": [f"t5_9_s{k}_actual" for k in STAGES] + none,
-            "Self-calibration (mm)": [f"t5_9_s{k}_est" for k in STAGES] + none,
+            "Actual (mm)": _beside("actual", rows),
+            "Self-calibration (mm)": beside(
+                [f"t5_9_s{k}_est" for k in STAGES], len(rows)
+            ),
         },
     )
+
+
+def _beside(end, rows):
+    return beside([f"t5_9_s{k}_{end}" for k in STAGES], len(rows))
 
 
 @table("ext_self_features", needs=NEEDS, evidence="rendered")
@@ -88,7 +93,7 @@ def ext_self_features(results):
     """The same with features spread otherwise."""
     rows = [
         row
-        for bench in reversed(BENCHES)
+        for bench in BENCHES
         for way in SCENES
         if way != TOLD
         for row in _rows(Courses(results, bench=bench), way, bench, OF_FEATURES)
@@ -102,7 +107,7 @@ def ext_self_features(results):
 
 def _value(runs, found, unit):
     lost = np.count_nonzero(~np.isfinite(found))
-    reason = f"{lost} of {runs.seeds} seeds have none: refused, or out of reach"
+    reason = f"{lost} of {runs.seeds} seeds have none: rejected, or out of reach"
     reason = reason if lost else ""
     if lost == runs.seeds:
         return Value(np.inf, unit=unit, reason=reason)

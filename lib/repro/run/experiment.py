@@ -242,7 +242,7 @@ def shard_pairs(plan: Plan, shard: int, of: int) -> list[tuple[int, int]]:
 
     So what trials of a condition share is worked out by as few jobs as can be.
     """
-    pairs = [(c, t) for c in range(len(plan.conditions)) for t in range(plan.trials)]
+    pairs = plan.pairs
     return pairs[len(pairs) * shard // of : len(pairs) * (shard + 1) // of]
 
 

@@ -39,14 +39,23 @@ class Plan:
     """What an experiment runs.
 
     ``trial(condition, rng)`` returns numbers, strings, None, nested dicts of these, or
-    arrays; every condition is run ``trials`` times. ``settings`` are printed with the
-    result and hold everything a reader needs to run it elsewhere.
+    arrays; every condition is run ``trials`` times, with trials counted from ``first``
+    on: what was run again under a changed test takes draws that nobody has seen.
+    ``settings`` are printed with the result and hold everything a reader needs to run
+    it elsewhere.
     """
 
     trial: Callable[[dict, Any], dict]
     conditions: Sequence[dict]
     trials: int
     settings: Mapping[str, Any] = field(default_factory=dict)
+    first: int = 0
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """(condition index, trial) of all that is run."""
+        numbers = range(self.first, self.first + self.trials)
+        return list(product(range(len(self.conditions)), numbers))
 
 
 def crossed(**levels: Iterable) -> list[dict]:

@@ -55,7 +55,7 @@ def gather(
     path: Path,
 ) -> None:
     """Join the shards' records into the result file, after checking none is missing."""
-    wanted = {(c, t) for c in range(len(plan.conditions)) for t in range(plan.trials)}
+    wanted = set(plan.pairs)
     found = [(r["condition"], r["trial"]) for r in records]
     if len(found) != len(set(found)) or set(found) != wanted:
         raise ValueError(
@@ -73,6 +73,7 @@ def gather(
             **identity,
             "settings": dict(plan.settings),
             "trials_per_condition": plan.trials,
+            "first_trial": plan.first,
             "conditions": list(plan.conditions),
             "trials": ordered,
             "summaries": [
@@ -120,6 +121,7 @@ class Result:
         self.settings: dict = content["settings"]
         self.conditions: list[dict] = content["conditions"]
         self.trials_per_condition: int = content["trials_per_condition"]
+        self.first_trial: int = content["first_trial"]
         self._values: list[list[dict]] = [[] for _ in self.conditions]
         for record in content["trials"]:
             self._values[record["condition"]].append(record["values"])
@@ -203,7 +205,8 @@ class Selection:
     def arrays(self, name: str) -> list[np.ndarray]:
         """One array per trial; trials without it are left out."""
         with np.load(self._result.path.with_suffix(".npz")) as stored:
-            trials = range(self._result.trials_per_condition)
+            first = self._result.first_trial
+            trials = range(first, first + self._result.trials_per_condition)
             keys = [f"{i}/{t}/{name}" for i in self._places for t in trials]
             return [stored[key] for key in keys if key in stored]
 

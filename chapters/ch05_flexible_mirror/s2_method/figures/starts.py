@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.ticker import FixedFormatter
 
 from chapters.ch05_flexible_mirror.s2_method.results import BOTH, SAME, Starts
-from chapters.shared.mirror_bench import BENCH, BENCHES
+from chapters.shared.mirror_bench import CONTRASTED, LEVEL, SAID
 from chapters.shared.mirror_rigs import STAGES_MM
 from repro.page.style import INK, legend_below, series
 from repro.page.style import figure as new_figure
@@ -26,9 +26,9 @@ SPREAD = 0.28
 def ext_linear_start(results):
     """Deflection at each start and where it leads; how equal the ends are."""
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
-    on_bench = Starts.on(results, BENCH)
+    on_bench = Starts.on(results, LEVEL)
     rows = _draw_ways(left, on_bench)
-    for bench, line in zip(BENCHES, ("--", "-"), strict=True):
+    for bench, line in zip(reversed(CONTRASTED), ("--", "-"), strict=True):
         of_bench = Starts.on(results, bench)
         for start, name in LOOKS.items():
             off = np.sort(of_bench.off(start, "cost_mm2"))
@@ -36,7 +36,7 @@ def ext_linear_start(results):
             right.plot(
                 100 * np.maximum(off, LEAST), share, linestyle=line, marker="",
                 color=series(list(NAMES).index(start))["color"],
-                label=f"{name}, {bench}",
+                label=f"{name}, {SAID[bench]}",
             )  # fmt: skip
     right.axvline(100 * SAME, color=INK, linestyle=":", marker="", label="1 %")
     right.set(xscale="log", xlabel="Difference of the final costs (%)")
@@ -48,7 +48,7 @@ def ext_linear_start(results):
         "The linear estimate is a start, and hardly more: refined from it, from the "
         "true surface and from the mirror as it was, a deflection comes out alike. "
         "Left: deflection at the start (hollow) and after the refinement (filled), a "
-        "line for each seed, at the bench's noise; dotted: the true 5 mm. Right: by "
+        "line for each seed, at the second level; dotted: the true 5 mm. Right: by "
         "how much the final sum of squared distances differs from that of the run "
         "from the true surface.",
     )

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from chapters.shared.mirror_bench import BENCH, BENCHES
+from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import (
     BOARDS,
@@ -76,8 +76,8 @@ def watched_trial(condition, rng, errors):
 
     A stage that is refused ends the run, with a way of its own.
     """
-    rig, bench = mirror_rig("A"), BENCHES[BENCH]
-    errors = errors._replace(factor=bench.factor)
+    rig, bench = mirror_rig("A"), BENCHES[LEVEL]
+    errors = errors.on(bench)
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=condition["seed"])
     points, stages, refused = rig.board.points(), [], {}
     with Watch(STAGES) as watch:

@@ -12,8 +12,14 @@ from raxel.calibration.mirror.curves import dot, reflected, viewing_rays
 
 FOCAL_MM, LENGTH_MM, ANGLE_DEG = 26.0, 420.0, 67.5
 IMAGE_PX = (516, 656)
-# Width of the sensor over the pixels of the picture's longer side.
-PITCH_MM = {"d200": 23.6 / 656, "olympus": 5.76 / 656, "film": 36.0 / 656}
+# Width of the sensor over the pixels of the picture's longer side; of the MegaPlus 1.4i
+# two of its pixels of 6.8 um, for half of its 1317 x 1035.
+PITCH_MM = {
+    "megaplus": 2 * 0.0068,
+    "d200": 23.6 / 656,
+    "olympus": 5.76 / 656,
+    "film": 36.0 / 656,
+}
 FILLED = 0.9
 CORNERS, ROWS = 14, 13
 TILT_DEG = 30.0

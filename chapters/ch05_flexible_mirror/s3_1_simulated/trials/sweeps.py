@@ -52,9 +52,9 @@ SWEEPS = {
 }  # fmt: skip
 TRIALS = {"quick": 3, "full": 100}
 # The set-up of the primary readings, and what one of them changes.
-BASE = {"pitch": "d200", "rows": 1, "sense": 1, "grid": "fills"}
-OTHERS = ({"pitch": "olympus"}, {"pitch": "film"}, {"rows": ROWS}, {"sense": -1},
-          {"grid": "one size"})  # fmt: skip
+BASE = {"pitch": "megaplus", "rows": 1, "sense": 1, "grid": "fills"}
+OTHERS = ({"pitch": "d200"}, {"pitch": "olympus"}, {"pitch": "film"}, {"rows": ROWS},
+          {"sense": -1}, {"grid": "one size"})  # fmt: skip
 SETTINGS = {
     "focal_mm": FOCAL_MM,
     "image_px": list(IMAGE_PX),

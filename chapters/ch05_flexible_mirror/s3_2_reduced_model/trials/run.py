@@ -21,7 +21,7 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.scan import (
     alone,
     scan_of,
 )
-from chapters.shared.mirror_bench import BENCH, BENCHES
+from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, mirror_rig
 from chapters.shared.mirror_runs import PUBLISHED, lattice, outline, primary, seen_board
 from chapters.shared.mirror_scores import back_projection, lengths, ray_angles
@@ -122,7 +122,7 @@ def reduced_trial(condition, rng, errors, benches, ways):
     of_rig = errors[condition["geometry"]]
     out = {}
     for name, bench in benches.items():
-        these = of_rig._replace(factor=bench.factor)
+        these = of_rig.on(bench)
         try:
             bent = looked_at(rig, bench, these, seed, boards[0])
         except CalibrationError as refusal:
@@ -143,8 +143,8 @@ def curves_trial(condition, rng, errors):
     the load moves it.
     """
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
-    these = errors[condition["geometry"]]._replace(factor=BENCHES[BENCH].factor)
-    bent = looked_at(rig, BENCHES[BENCH], these, seed, board_poses(rig, rng)[0])
+    these = errors[condition["geometry"]].on(BENCHES[LEVEL])
+    bent = looked_at(rig, BENCHES[LEVEL], these, seed, board_poses(rig, rng)[0])
     before, found = calibrated(bent, WAYS[PUBLISHED_WAY])
     scans = [scan_of(rig, camera, bent.angle) for camera in bent.cameras]
     along, way = (

@@ -54,7 +54,7 @@ def fig_5_11(results):
         columns(("stage", "u_px", "v_px", "angle_deg"), rows),
         "Angles between calibrated and true rays over the picture, at each stage of "
         "deflection: the first seed that came through all of them, geometry A at the "
-        "bench's noise. The clamped edge is at the right. Means of this seed: "
+        "second solved level. The clamped edge is at the right. Means of this seed: "
         f"{said}°.",
     )
 

@@ -1,8 +1,8 @@
 """What the claims of three deflections say of one seed, and what is measured there.
 
-Each takes the `Runs` of a bench and gives whether it is true (seeds,), what was
-measured (seeds,), its unit, and words. A seed that was refused before the last stage
-that a claim asks for has no value, and the claim is not true of it.
+Each takes the `Runs` at an error level and gives whether it is true (seeds,), what was
+measured (seeds,), its unit, and words. A seed that was rejected before the last stage
+that a claim asks for has no value.
 """
 
 import numpy as np
@@ -19,7 +19,6 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
 
 MOST_SHIFT_MM, MOST_TURN_DEG = 1.5, 0.4
 MOST_OFF = 10.0  # %, of a deflection
-LINEAR_BELOW = (25.0, 50.0)  # %, below the final estimate
 MOST_ANGLE, MOST_LEFT = 1.5, 0.25
 SIGNIFICANT = 0.01
 TOP = 0.9  # quantile of the errors above which they are largest
@@ -31,14 +30,23 @@ def middle(values):
     return f"{np.median(known):.3g}" if len(known) else "nothing"
 
 
-def _by_stage(values):
+def by_stage(values):
+    """Medians (stages,) of those that have a value, as words."""
     return ", ".join(middle(of_stage) for of_stage in values)
 
 
+def travel(runs, name):
+    """How the monitor was found to have travelled (stages, seeds)."""
+    return np.array([runs.raw(f"stage{stage}.{name}") for stage in STAGES])
+
+
 def pose_reflection(runs):
-    """The monitor's two places are 100 mm apart and not turned, at all four stages."""
-    off = np.abs(runs.at("shift_mm", STAGES) - SHIFT_MM)
-    turn = runs.at("turn_deg", STAGES)
+    """The monitor's two places are 100 mm apart and not turned, at all four stages.
+
+    Their poses hold nothing of the flexible mirror: also rejected seeds have them.
+    """
+    off = np.abs(travel(runs, "shift_mm") - SHIFT_MM)
+    turn = travel(runs, "turn_deg")
     return (
         np.all((off <= MOST_SHIFT_MM) & (turn <= MOST_TURN_DEG), axis=0),
         off.max(axis=0),
@@ -60,27 +68,19 @@ def deflections_found(runs):
         np.all(np.abs(off) <= MOST_OFF, axis=0),
         np.abs(off).max(axis=0),
         "%",
-        f"largest error of the three stages; by stage {_by_stage(off)} %",
+        f"largest error of the three stages; by stage {by_stage(off)} %",
     )
 
 
-def linear_below_final(runs):
-    """The linear estimate is 25 to 50 % below the final one at every stage."""
-    below = 100 * (1 - runs.at("linear_mm") / runs.at("deflection_mm"))
-    low, high = LINEAR_BELOW
-    return (
-        np.all((below >= low) & (below <= high), axis=0),
-        below.mean(axis=0),
-        "%",
-        f"mean of the three stages; by stage {_by_stage(below)} %",
-    )
+def below_final(runs):
+    """By how much the linear estimates lie below the final ones, % (3, seeds)."""
+    return 100 * (1 - runs.at("linear_mm") / runs.at("deflection_mm"))
 
 
 def angles_not_worse(runs):
     """Rays differ from measured ones hardly more at stage 3 than at stage 0."""
-    measured, true = (
-        runs.of(LAST, name) / runs.of(0, name) for name in ("measured_deg", "angle_deg")
-    )
+    measured = runs.of(LAST, "measured_deg") / runs.of(0, runs["primary_grids"])
+    true = runs.of(LAST, "angle_deg") / runs.of(0, "angle_deg")
     return (
         measured <= MOST_ANGLE,
         measured,
@@ -122,7 +122,7 @@ def dynamic_removes(runs):
         left[-1] <= MOST_LEFT,
         left[-1],
         "",
-        f"error after over before, at stage 3; stages 1 to 3 {_by_stage(left)}; with "
+        f"error after over before, at stage 3; stages 1 to 3 {by_stage(left)}; with "
         f"the board's true pose after it {middle(true)}",
     )
 
@@ -164,14 +164,12 @@ def edge_residuals(runs):
 
 def linear_ratios(runs):
     """Linear over actual deflection (3, seeds)."""
-    return runs.at("linear_mm") / STEP_MM
+    return runs.linear() / STEP_MM
 
 
 # Claims that are judged seed by seed.
 BY_SEED = {
-    "c5_pose_reflection": pose_reflection,
     "c5_deflection_8pct": deflections_found,
-    "c5_linear_err_range": linear_below_final,
     "c5_angles_not_worse": angles_not_worse,
     "c5_angles_spatial": angles_spatial,
     "c5_dynamic_removes": dynamic_removes,

@@ -32,7 +32,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.tips import (
     among_sd,
     tip_sd,
 )
-from chapters.shared.mirror_bench import BENCH
+from chapters.shared.mirror_bench import LEVEL
 from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
@@ -66,7 +66,7 @@ def name_values(open_results):
         "depth.low": depth_for(0.54),
         "depth.high": depth_for(0.65),
     }
-    quoted |= quoted_of_tips(Tips.on({TIPS: open_results(TIPS)}, BENCH))
+    quoted |= quoted_of_tips(Tips.on({TIPS: open_results(TIPS)}, LEVEL))
     quoted |= quoted_of_pictures(open_results(RENDERED))
     for name, number in quoted.items():
         value(name, number)

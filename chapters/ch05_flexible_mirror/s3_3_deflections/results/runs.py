@@ -1,12 +1,16 @@
-"""The runs of three deflections: which result, which bench, which stage."""
+"""The runs of three deflections: which result, which error level, which stage."""
+
+from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 
 from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
 
-RUNS, SWEPT_RUNS, OTHER = "table_5_1_runs", "table_5_1_swept", "table_5_1_other"
-JUDGED = ("table_5_1_runs", "table_5_1_swept")
+RUNS, SWEPT_RUNS = "table_5_1_runs", "table_5_1_swept"
+OTHER, LONGER = "table_5_1_other", "table_5_1_longer"
+JUDGED = ("table_5_1_runs", "table_5_1_swept", "table_5_1_longer")
 RENDERED = "table_5_1_rendered"
 TIPS, TIPS_SWEPT = "exp_c5_extrapolated_tip", "exp_c5_extrapolated_tip_swept"
 STAGES, DEFLECTED = (0, 1, 2, 3), (1, 2, 3)
@@ -25,44 +29,53 @@ STRIP = 0.2
 class Runs(BenchRuns):
     """Three deflections."""
 
-    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
-
-    def column(self, name):
-        """A value (seeds,) that a run has once."""
-        return self.result.column(f"{self.bench}.{name}")
+    EXPERIMENTS = (RUNS, SWEPT_RUNS)
+    ELSEWHERE: ClassVar = {"B": OTHER, "C": LONGER}
+    SWINGS = tuple(f"stage{k}" for k in DEFLECTED)
 
     def of(self, stage, name):
         """A value (seeds,) of one stage."""
-        return self.column(f"stage{stage}.{name}")
+        return self.at_place(f"stage{stage}", name)
+
+    def linear(self):
+        """What the linear stages found, mm (stages, seeds): of rejected stages too."""
+        places = ["stage0", *self.SWINGS]
+        return np.array(
+            [
+                np.where(self.goes_on(before), self.raw(f"{place}.linear_mm"), np.nan)
+                for before, place in pairwise(places)
+            ]
+        )
 
     def at(self, name, stages=DEFLECTED):
         """A value (stages, seeds) of several stages."""
         return np.array([self.of(stage, name) for stage in stages])
 
     def refused(self):
-        """The code of what ended each seed (seeds,) early, None where nothing did."""
+        """The code of what ended each seed (seeds,) early, whatever swings, None where
+        nothing did."""
         return self.result.texts(f"{self.bench}.refused")
 
     def each(self, stage, names, measure, count):
         """What measure(*arrays of these names) gives, `count` numbers, at one stage.
 
-        Returns (count, seeds), nan where a seed was refused.
+        Returns (count, seeds), nan where a seed was rejected.
         """
         every = [
             self.result.arrays(f"{self.bench}.stage{stage}.{name}") for name in names
         ]
         rows = [measure(*arrays) for arrays in zip(*every, strict=True)]
-        known = np.isfinite(self.of(stage, "angle_deg"))
+        known = np.isfinite(self.raw(f"stage{stage}.angle_deg"))
         found = np.full((count, self.seeds), np.nan)
-        # Where all seeds were refused there is no row.
+        # Where all seeds were rejected there is no row.
         found[:, known] = np.reshape(rows, (-1, count)).T
-        return found
+        return np.where(self.goes_on(f"stage{stage}"), found, np.nan)
 
     def drawn(self, stage, name, which=0):
         """An array of one stage of one of the seeds that were not refused."""
         whole = self.at("angle_deg", STAGES)
         seed = np.flatnonzero(np.isfinite(whole).all(axis=0))[which]
-        before = np.isfinite(self.of(stage, "angle_deg"))[:seed].sum()
+        before = np.isfinite(self.raw(f"stage{stage}.angle_deg"))[:seed].sum()
         return self.result.arrays(f"{self.bench}.stage{stage}.{name}")[before]
 
 

@@ -11,59 +11,78 @@ import numpy as np
 
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM
 from chapters.shared.mirror_runs import (
+    COMPARED_PX,
     PUBLISHED,
-    decoded,
     deflected,
     lattice,
-    poses_in_platter,
+    linearly_deflected,
+    measured_rays,
     primary,
     seen_board,
 )
 from chapters.shared.mirror_scores import (
-    angles_between,
     back_projection,
     lengths,
     load_height,
     ray_angles,
 )
-from raxel.calibration import rays_from_known_motion
 from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, transform
 
-# px between the pixels whose rays are compared: about the thesis's 168 (Table 5.3).
-COMPARED_PX = 168
-
 
 def three_stages(rig, bench, errors, seed):
-    """Primary stage and three deflections; `refused` says where it ended, if early."""
+    """Primary stage and three deflections; `refused` says where it ended, if early.
+
+    A stage that is rejected keeps what its linear stage found, if there is one. The
+    monitor's travel is found at all stages, since no mirror's shape is in it.
+    """
     rng = np.random.default_rng(seed)
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
     misses = first.calibration.mirror.misses
     scene = StageScene(rig, cameras, errors)
+    viewer = first.camera.viewer
+    anew = [measured_rays(rig, true, viewer, errors, rng) for true in cameras]
+    own = measured_rays(rig, cameras[0], viewer, errors, rng, first)
+    before, height = first.camera, load_height(rig, first.camera, cameras[0])
     out = {
         "miss_mm": float(np.nanmean(misses)),
         "miss_sd_mm": float(np.nanstd(misses, ddof=1)),
         "points": int(np.count_nonzero(np.isfinite(misses))),
-        "stage0": scene.scored(0, first.camera, rng),
+        "stage0": scene.scored(0, before, rng)
+        | own.against(before)
+        | {f"anew_{name}": found for name, found in anew[0].against(before).items()},
     }
-    before, height = first.camera, load_height(rig, first.camera, cameras[0])
     for k in (1, 2, 3):
+        out[f"stage{k}"] = anew[k].travel()
+        if "refused" in out:
+            continue
         T = rig.board_pose(rng, deflections=STAGES_MM[k - 1 : k + 1])
-        pictures = [
-            seen_board(rig, camera, T, errors, rng) for camera in cameras[k - 1 : k + 1]
-        ]
+        pair = cameras[k - 1 : k + 1]
+        pictures = [seen_board(rig, camera, T, errors, rng) for camera in pair]
+        given = before, cameras[k], pictures, rig.board.points(), first.clamp, PUBLISHED
         try:
-            stage = deflected(
-                before, cameras[k], pictures, rig.board.points(), first.clamp, PUBLISHED
-            )
-            scored = scene.scored(k, stage.camera, rng, stale=before)
+            stage = deflected(*given)
+            found = of_deflection(rig, stage, height, cameras[k])
+            found |= scene.scored(k, stage.camera, rng, stale=before)
         except CalibrationError as refusal:
-            return out | {"refused": refusal.code}
-        found = of_deflection(rig, stage, height, cameras[k])
-        out[f"stage{k}"] = found | scored
-        before, height = stage.camera, found["height_mm"]
+            out["refused"] = refusal.code
+            found = linear_alone(rig, given, height, cameras[k])
+        else:
+            found |= anew[k].against(stage.camera)
+            before, height = stage.camera, found["height_mm"]
+        out[f"stage{k}"] |= found
     return out
+
+
+def linear_alone(rig, given, height, true):
+    """How far the linear stage of a rejected deflection says that the mirror went, mm;
+    nothing where there is none. given: as `deflected` takes it."""
+    try:
+        linear = linearly_deflected(*given)
+    except CalibrationError:
+        return {}
+    return {"linear_mm": load_height(rig, linear, true) - height}
 
 
 def of_deflection(rig, stage, height, true):
@@ -76,6 +95,7 @@ def of_deflection(rig, stage, height, true):
         "linear_mm": load_height(rig, stage.linear, true) - height,
         "residual_mm": float(residuals.mean()),
         "residual_sd_mm": float(residuals.std(ddof=1)),
+        "swing_deg": stage.swing_deg,
         "common": len(residuals),
         "wrong": int(np.count_nonzero(stage.wrong)),
     }
@@ -104,24 +124,7 @@ class StageScene(NamedTuple):
             "pixels": pixels,
             "off_deg": off,
             "sheet": sheet_places(true, pixels),
-            **self._against_measured(camera, true, rng),
             **self._back_projected(k, camera, rng, stale),
-        }
-
-    def _against_measured(self, camera, true, rng):
-        """Angles to the rays that an active grid in two positions gives (Table 5.3)."""
-        rig, errors = self.rig, self.errors
-        places = rig.monitor_poses(rng)
-        poses = poses_in_platter(rig, camera.viewer, places, errors, rng)
-        pixels, points = decoded(rig, true, places, errors, rng, COMPARED_PX)
-        measured = rays_from_known_motion(points, poses.T_camera_grid)
-        off = angles_between(camera.rays(pixels).directions, measured.directions)
-        motion = poses.motion(0, 1, np.nanmean(points[0], axis=0))
-        return {
-            "measured_deg": float(np.nanmean(off)),
-            "measured_sd_deg": float(np.nanstd(off, ddof=1)),
-            "shift_mm": motion.distance,
-            "turn_deg": float(np.degrees(motion.angle)),
         }
 
     def _back_projected(self, k, camera, rng, stale):

@@ -14,7 +14,11 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.vectors import (
     below_at_the_edge,
     edge_ratios,
 )
-from chapters.shared.mirror_sweep import READINGS, counterpart_over_the_sweep
+from chapters.shared.mirror_sweep import (
+    READINGS,
+    counterpart_over_the_sweep,
+    on_completed,
+)
 from repro.judge.statistics import all_of
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
@@ -27,7 +31,7 @@ LEAST_REMOVED = 50.0
     "c5_fixed_edge_low",
     needs=("table_5_5_runs", "table_5_5_swept"),
     evidence="rendered",
-    readings=("mirror_bench",),
+    readings=("mirror_bench", "swinging_ends"),
 )
 def judge_fixed_edge(results, options):
     """Mean error at the board's edge next to the clamp, below that of all corners.
@@ -46,17 +50,8 @@ def judge_fixed_edge(results, options):
             ratios = edge_ratios(runs, place)
             known = ratios[np.isfinite(ratios)]
             panels.append(f"{place} {np.count_nonzero(known < 1)} of {len(known)}")
-        loop, single = runs.refused()
-        return (
-            below,
-            worst,
-            unit,
-            (
-                f"{said}; below in each panel, of the seeds with it: "
-                f"{', '.join(panels)}; refused in the loop {loop}, and by the single "
-                f"step {single}"
-            ),
-        )
+        said += f"; below in each panel, of the seeds with it: {', '.join(panels)}"
+        return below, worst, unit, said
 
     return counterpart_over_the_sweep(case, found_at)
 
@@ -65,7 +60,7 @@ def judge_fixed_edge(results, options):
     "c5_concave_conditioning",
     needs=("exp_c5_concave_conditioning", "exp_c5_concave_conditioning_swept"),
     evidence="rendered",
-    readings=("mirror_bench",),
+    readings=("mirror_bench", "swinging_ends"),
 )
 def judge_conditioning(results, options):
     """Covered mirror and reciprocal condition number, larger for the steps back.
@@ -77,11 +72,12 @@ def judge_conditioning(results, options):
     """
 
     def found_at(bench):
-        better, least, unit, said = causes.better_seen(results, bench)
+        seen = causes.Seen(results, options, bench)
+        better, least, unit, said = causes.better_seen(seen)
         said += "; medians out and back: " + "; ".join(
-            f"{words} {_middle(results, bench, name, THERE):.2g} and "
-            f"{_middle(results, bench, name, BACK):.2g}, larger in "
-            f"{np.sum(causes.back_over_out(results, bench, name) > 1)}"
+            f"{words} {_middle(seen, name, THERE):.2g} and "
+            f"{_middle(seen, name, BACK):.2g}, larger in "
+            f"{np.sum(seen.back_over_out(name) > 1)}"
             for name, words in (("covered", "share"), ("reciprocal", "reciprocal"))
         )
         return better, least, unit, said
@@ -89,9 +85,9 @@ def judge_conditioning(results, options):
     return counterpart_over_the_sweep(Case(READINGS, options), found_at)
 
 
-def _middle(results, bench, name, steps):
+def _middle(seen, name, steps):
     """Median over seeds of a measure's mean over some steps, of those that have it."""
-    found = causes.of_steps(results, bench, name)[np.subtract(steps, 1)].mean(axis=0)
+    found = seen.of_steps(name)[np.subtract(steps, 1)].mean(axis=0)
     known = found[np.isfinite(found)]
     return float(np.median(known)) if len(known) else np.nan
 
@@ -100,25 +96,30 @@ def _middle(results, bench, name, steps):
 def judge_metric(results):
     """Growth of the back-projection error over six steps, without the metric and with.
 
-    Fixed before: the rate is the slope of the line through the means of the six steps,
-    in the pose that the calibration finds, as `c5_no_accumulation` takes it, and of
-    each seed; a seed that an arm refuses has its worst rate there.
+    The rate is the slope of the line through the means of the six steps, in the pose
+    that the calibration finds, as `c5_no_accumulation` takes it, and of each seed that
+    both arms complete.
     """
     result = results[causes.METRIC]
-    decision, middle, p = causes.decision_of(causes.without_less_metric(result))
-    both = causes.while_both_go_on(result)
+    differences = causes.without_less_metric(result)
     angle = causes.while_both_go_on(result, "angle_deg")
     lost = {arm: causes.refused(result, arm) for arm in causes.ARMS}
-    return Reading.of(
-        decision,
-        middle,
-        "mm",
-        f"growth for each step without the metric, less that with it; p = {p:.1g}; "
-        f"refused of {result.trials_per_condition} seeds: without {lost['without']}, "
-        f"with {lost['metric']}; over the steps that both reach "
-        f"{_median(both):.2g} mm (p = {causes.p_larger(both):.1g}) and, of the rays, "
-        f"{_median(angle):.2g} degrees a step",
-    )
+
+    def judge(seeds):
+        # Rejected in both arms: no difference.
+        found = np.where(np.isnan(differences), 0.0, differences)[seeds]
+        decision, middle, p = causes.decision_of(found)
+        return Reading.of(
+            decision,
+            middle,
+            "mm",
+            f"growth for each step without the metric, less that with it; p = {p:.1g}; "
+            f"rejected without the metric {lost['without']}, with it "
+            f"{lost['metric']}; over the steps that both reach, of the rays, "
+            f"{_median(angle):.2g} degrees a step",
+        )
+
+    return on_completed(np.isfinite(differences), judge)
 
 
 def _median(values):

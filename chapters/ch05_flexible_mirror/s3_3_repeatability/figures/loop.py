@@ -48,7 +48,8 @@ def fig_5_13(results):
         drawn,
         columns(("panel", "x_mm", "y_mm", "off_x_mm", "off_y_mm"), rows),
         "Back-projection errors on a board at 400 mm, in the pose that the calibrated "
-        f"camera itself finds, times {SCALE}, of one seed on the bench: the first that "
+        f"camera itself finds, times {SCALE}, of one seed, second "
+        "level: the first that "
         "was refused nowhere. Mean lengths above the panels.",
         Check(
             bool(max(gaps) < ROUNDING),

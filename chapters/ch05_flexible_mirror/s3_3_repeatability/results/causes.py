@@ -9,7 +9,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     THERE,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.metric import ARMS
-from chapters.shared.mirror_bench import SWEPT
+from chapters.shared.mirror_sweep import BenchRuns
 from repro.judge.statistics import HOLDS, UNDECIDED, median_interval, with_worst
 
 CONDITIONED = ("exp_c5_concave_conditioning", "exp_c5_concave_conditioning_swept")
@@ -18,23 +18,30 @@ MEASURES = ("covered", "reciprocal")
 LARGEST_P = 0.05
 
 
-def of_steps(results, bench, name):
-    """A measure (steps, seeds) of all steps, nan from the one on that was refused."""
-    result = results[CONDITIONED[bench in SWEPT]]
-    return np.array([result.column(f"{bench}.step{k}.{name}") for k in STEPS])
+class Seen(BenchRuns):
+    """What the steps of a loop see, at one error level."""
+
+    EXPERIMENTS = CONDITIONED
+    SWINGS = tuple(f"step{step}" for step in STEPS)
+
+    def of_steps(self, name):
+        """A measure (steps, seeds) of all steps, nan from the rejected one on."""
+        return np.array([self.at_place(place, name) for place in self.SWINGS])
+
+    def back_over_out(self, name):
+        """Mean of a measure over the steps back, over that of the steps out,
+        (seeds,)."""
+        found = self.of_steps(name)
+        out, back = (
+            found[np.subtract(steps, 1)].mean(axis=0) for steps in (THERE, BACK)
+        )
+        return back / out
 
 
-def back_over_out(results, bench, name):
-    """Mean of a measure over the steps back, over that of the steps out, (seeds,)."""
-    found = of_steps(results, bench, name)
-    out, back = (found[np.subtract(steps, 1)].mean(axis=0) for steps in (THERE, BACK))
-    return back / out
-
-
-def better_seen(results, bench):
+def better_seen(seen):
     """Whether steps back cover more and are conditioned better, seed by seed, as
     `counterpart` takes it."""
-    least = np.min([back_over_out(results, bench, name) for name in MEASURES], axis=0)
+    least = np.min([seen.back_over_out(name) for name in MEASURES], axis=0)
     with np.errstate(invalid="ignore"):
         return least > 1, least, "x", "steps back over steps out, the lesser of both"
 
@@ -52,11 +59,11 @@ def rates(errors):
 
 def without_less_metric(result, name="back_mm"):
     """Growth without the metric less that with it, (seeds,), per step; infinite where
-    only that without was refused, minus infinite where only the other was, 0 where
+    only that without was rejected, minus infinite where only the other was, nan where
     both were."""
     metric, without = (with_worst(rates(errors_of(result, arm, name))) for arm in ARMS)
-    both = np.isinf(metric) & np.isinf(without)
-    return np.where(both, 0.0, without) - np.where(both, 0.0, metric)
+    with np.errstate(invalid="ignore"):
+        return without - metric
 
 
 def while_both_go_on(result, name="back_mm"):

@@ -64,10 +64,11 @@ def loop_closes(runs):
     return (off <= MOST_OPEN_MM, off, "mm", "sum of the steps out less that back")
 
 
-def growth(runs, name="back_mm"):
+def growth(runs, name="back_mm", seeds=slice(None)):
     """Slope of the back-projection error on the step's number, % of the fitted line's
-    value at the first step, Estimate; a draw is one of whole sequences."""
-    trials = [with_worst(row) for row in runs.at(name)]
+    value at the first step, Estimate; a draw is one of whole sequences. seeds: (seeds,)
+    those that count, a rejected one as the worst."""
+    trials = [with_worst(row[seeds]) for row in runs.at(name)]
     x = np.arange(len(trials)) - np.mean(np.arange(len(trials)))
 
     def slope(*rows):

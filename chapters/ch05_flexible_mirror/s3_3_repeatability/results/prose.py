@@ -21,8 +21,8 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     LoopRuns,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import STEPS_MM
-from chapters.shared.mirror_bench import BENCH
-from repro.judge.statistics import with_worst
+from chapters.shared.mirror_bench import LEVEL
+from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
 
@@ -48,8 +48,8 @@ def name_values(open_results):
 
 
 def median(found):
-    """Median (seeds,) in which a refused seed is the worst."""
-    return float(np.median(with_worst(found)))
+    """Median of the seeds (seeds,) that have a value, nan without any."""
+    return median_and_range(found).value
 
 
 def quoted_of_loops(runs):
@@ -66,8 +66,8 @@ def quoted_of_loops(runs):
         "open": median(predicates.loop_error(runs)),
         "single.apart": median(predicates.single_difference(runs)),
         "height.end": median(np.abs(predicates.height_errors(runs))[-1]),
-        "growth": predicates.growth(runs).value,
-        "growth.true": predicates.growth(runs, "back_true_mm").value,
+        "growth": growth(runs, "back_mm"),
+        "growth.true": growth(runs, "back_true_mm"),
         "residual.first": median(runs.of("step1", "residual_mm")),
         "residual.end": median(runs.of("step6", "residual_mm")),
         "refused": runs.refused()[0],
@@ -75,14 +75,20 @@ def quoted_of_loops(runs):
     }
 
 
+def growth(runs, name):
+    """Growth of a measure over the six steps, % a step, of the completed runs."""
+    done = runs.completed
+    return predicates.growth(runs, name, done).value if done.any() else np.nan
+
+
 def quoted_of_one_step(placed, started):
     """What places of the board and perturbed starts gave on the bench, by name."""
     sd = {
-        f"placed.{pitch}": predicates.pooled_sd(placed, BENCH, pitch).value
+        f"placed.{pitch}": predicates.pooled_sd(placed, LEVEL, pitch).value
         for pitch in ("coarse", "dense")
     }
     return sd | {
-        f"starts.{step}": median(predicates.of_starts(started, BENCH, step, mm))
+        f"starts.{step}": median(predicates.of_starts(started, LEVEL, step, mm))
         for step, mm in STEPS_MM.items()
     }
 

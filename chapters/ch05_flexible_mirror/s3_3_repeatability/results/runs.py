@@ -1,10 +1,13 @@
-"""The runs there and back: which result, which bench, which step."""
+"""The runs there and back: which result, which error level, which step."""
+
+from typing import ClassVar
 
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import LOOP, OUT
 from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
+from raxel.calibration.mirror.edges import SWINGING_DEG
 
 RUNS, SWEPT_RUNS, OTHER = "table_5_5_runs", "table_5_5_swept", "table_5_5_other"
 JUDGED = ("table_5_5_runs", "table_5_5_swept")
@@ -27,32 +30,43 @@ PANELS = {
 class LoopRuns(BenchRuns):
     """The way there and back, and the single step back."""
 
-    EXPERIMENTS = (RUNS, SWEPT_RUNS, OTHER)
+    EXPERIMENTS = (RUNS, SWEPT_RUNS)
+    ELSEWHERE: ClassVar = {"B": OTHER}
+    SWINGS = tuple(f"step{step}" for step in STEPS)
+
+    def goes_on(self, place):
+        """As of any runs; the single step is one of its own, from the third on."""
+        if place != "single":
+            return super().goes_on(place)
+        on = super().goes_on(f"step{THERE[-1]}")
+        swings = self.raw("single.swing_deg") >= SWINGING_DEG
+        return on & ~(swings & self["swinging_ends"])
 
     def of(self, place, name):
         """A value (seeds,): place is "start", "step1" to "step6", or "single"."""
-        return self.result.column(f"{self.bench}.{place}.{name}")
+        return self.at_place(place, name)
+
+    @property
+    def completed(self):
+        """Which seeds (seeds,) came through all six steps."""
+        return np.isfinite(self.of(f"step{STEPS[-1]}", "back_mm"))
 
     def at(self, name, steps=STEPS):
         """A value (steps, seeds) of several steps."""
         return np.array([self.of(f"step{step}", name) for step in steps])
 
     def refused(self):
-        """How many seeds ended before the sixth step, and how many before the single
-        one was found."""
-        ended = [
-            self.result.texts(f"{self.bench}.{name}")
-            for name in ("refused", "single_refused")
-        ]
-        loop = sum(text is not None for text in ended[0])
-        return loop, loop + sum(text is not None for text in ended[1])
+        """How many seeds ended before the sixth step, and how many have no single
+        step."""
+        ends = self.of(f"step{STEPS[-1]}", "back_mm"), self.of("single", "back_mm")
+        return tuple(int(np.isnan(end).sum()) for end in ends)
 
     def drawn(self, place):
         """The board's corners and their errors (N, 2), mm, in the first seed that was
-        refused nowhere."""
+        rejected nowhere."""
         whole = np.isfinite(self.of("single", "back_mm"))
         seed = int(np.flatnonzero(whole)[0])
-        before = np.isfinite(self.of(place, "back_mm"))[:seed].sum()
+        before = np.isfinite(self.raw(f"{place}.back_mm"))[:seed].sum()
         name = f"{self.bench}.{place}.own"
         board = self.result.arrays(f"{self.bench}.board_mm")[seed]
         return board, self.result.arrays(name)[before], seed

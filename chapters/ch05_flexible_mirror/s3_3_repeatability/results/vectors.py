@@ -31,13 +31,13 @@ def edge_ratios(runs, place):
         size = np.linalg.norm(own, axis=1)
         edge = next_to_clamp(board, np.isfinite(size), way_to_clamp())
         found[seed] = size[edge].mean() / size[np.isfinite(size)].mean()
-    return found
+    return np.where(runs.goes_on(place), found, np.nan)
 
 
 def vectors_at(runs, place):
     """The board's corners (N, 2) mm, the seeds (n,) that got so far, and their errors,
     n times (N, 2) mm, NaN where a corner was not seen."""
-    reached = np.flatnonzero(np.isfinite(runs.of(place, "back_mm")))
+    reached = np.flatnonzero(np.isfinite(runs.raw(f"{place}.back_mm")))
     board = runs.result.arrays(f"{runs.bench}.board_mm")[0]
     errors = runs.result.arrays(f"{runs.bench}.{place}.own")
     return board, reached, errors

@@ -27,9 +27,7 @@ def conditioning_trial(condition, rng, errors, benches):
     out, stay = boards_of_loop(rig, rng)
     of_rig, boards = errors[condition["geometry"]], [*out, *(stay,) * OUT]
     return {
-        name: seen_in_steps(
-            rig, bench, of_rig._replace(factor=bench.factor), boards, seed
-        )
+        name: seen_in_steps(rig, bench, of_rig.on(bench), boards, seed)
         for name, bench in benches.items()
     }
 
@@ -56,6 +54,7 @@ def seen_in_steps(rig, bench, errors, boards, seed):
             return found | {"refused": refusal.code}
         common = [pixels[stage.used] for pixels in pictures]
         found[f"step{number}"] = {
+            "swing_deg": stage.swing_deg,
             "covered": covered_share(ends[1], common[1]),
             "reciprocal": reciprocal_condition(
                 before, stage.linear, common, first.clamp

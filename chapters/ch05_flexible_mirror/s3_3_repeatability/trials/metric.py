@@ -15,7 +15,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import (
     OUT,
     boards_of_loop,
 )
-from chapters.shared.mirror_bench import BENCH, BENCHES
+from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import PUBLISHED, lattice, outline, primary, seen_board
 from chapters.shared.mirror_scores import back_projection, lengths, ray_angles
@@ -31,8 +31,8 @@ ARMS = ("metric", "without")
 def metric_trial(condition, rng, errors):
     """Errors after each of six steps, with the metric and without, on the bench."""
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
-    bench = BENCHES[BENCH]
-    errors = errors[condition["geometry"]]._replace(factor=bench.factor)
+    bench = BENCHES[LEVEL]
+    errors = errors[condition["geometry"]].on(bench)
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
     out, stay = boards_of_loop(rig, rng)

@@ -8,6 +8,7 @@ import numpy as np
 
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM
 from chapters.shared.mirror_runs import (
+    COMPARED_PX,
     PUBLISHED,
     deflected,
     lattice,
@@ -25,8 +26,6 @@ from raxel.errors import CalibrationError
 # Stages that the mirror goes through.
 LOOP = (0, 1, 2, 3, 2, 1, 0)
 OUT = 3  # steps of the loop that go out
-# px between the pixels whose rays are held against the true ones, as in Table 5.3.
-COMPARED_PX = 168
 
 
 def loop(rig, bench, errors, seed):
@@ -93,5 +92,6 @@ def travelled(rig, before, stage, start, end):
         "deflection_mm": abs(load_height(rig, stage.camera, end) - height),
         "residual_mm": float(residuals.mean()),
         "residual_sd_mm": float(residuals.std(ddof=1)),
+        "swing_deg": stage.swing_deg,
         "common": len(residuals),
     }

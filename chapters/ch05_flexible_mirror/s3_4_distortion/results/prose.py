@@ -22,10 +22,11 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import PER_PX
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import RADIUS_MM
+from chapters.shared.mirror_bench import LABORATORY, LEVEL
 from repro.judge.statistics import median_and_range, ratio_of
 from repro.page.reader import value
 
-SHORT = {"bench": "", "laboratory": "lab."}
+SHORT = {LEVEL: "", LABORATORY: "lab."}
 ENDS = {"half the aberration": "evener", "twice the aberration": "waved"}
 
 

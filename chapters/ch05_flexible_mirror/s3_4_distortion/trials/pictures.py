@@ -31,7 +31,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
     ring_edges,
     ring_outlines,
 )
-from chapters.shared.mirror_bench import BENCH, BENCHES
+from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_rigs import STAGES_MM, MirrorRig, mirror_rig
 from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_board
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera, SplineMirrorCamera
@@ -75,7 +75,7 @@ class PictureScene(NamedTuple):
 def scene_of(rng, sizes):
     """The PictureScene of the bench."""
     seed = int(rng.integers(2**32))
-    height = BENCHES[BENCH].aberration_um if sizes.calibrated else 0.0
+    height = BENCHES[LEVEL].aberration_um if sizes.calibrated else 0.0
     uneven = {"aberration_um": height, "seed": seed}
     small = with_wider_pixels(mirror_rig("A", small=True), sizes.coarser)
     return PictureScene(mirror_rig("A"), small, uneven, seed, COARSER * sizes.coarser)
@@ -140,7 +140,7 @@ def ring_pictures_trial(condition, rng, errors, sizes):
     out["published"] = {f"stage{k}": of_stage for k, of_stage in enumerate(published)}
     # The last stage's picture, by the true mirror where no other came so far.
     corrects = found[-1] if len(found) == len(cameras) else cameras[-1]
-    return {BENCH: out | {"corrected": laid_out(scene, corrects, *seen[-1], sizes)}}
+    return {LEVEL: out | {"corrected": laid_out(scene, corrects, *seen[-1], sizes)}}
 
 
 def rendered_sight(scene, camera, deflection, sizes, rng):

@@ -72,12 +72,7 @@ def correction_trial(condition, rng, errors, line_px, benches, scope):
     rig = mirror_rig(geometry)
     found = {
         bench: corrected(
-            rig,
-            bench,
-            errors[geometry]._replace(factor=bench.factor),
-            line_px[geometry],
-            seed,
-            scope,
+            rig, bench, errors[geometry].on(bench), line_px[geometry], seed, scope
         )
         for bench in dict.fromkeys(benches.values())
     }

@@ -18,10 +18,11 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import (
     STEPS,
     moved_cylinder,
 )
+from chapters.shared.mirror_bench import LABORATORY, LEVEL
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from repro.page.reader import value
 
-SHORT = {"bench": "", "laboratory": "lab."}
+SHORT = {LEVEL: "", LABORATORY: "lab."}
 WAYS = ("open", "given")
 LENGTH_MM = STEPS * STEP_MM
 

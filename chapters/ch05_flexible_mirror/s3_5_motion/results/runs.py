@@ -1,12 +1,14 @@
 """The runs of a cylinder that moves: which result, bench, camera, way and step."""
 
+from typing import ClassVar
+
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import STEP_MM, STEPS
 from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
 
-RUNS, SWEPT_RUNS = "table_5_7_runs", "table_5_7_swept"
+RUNS, SWEPT_RUNS, LONGER = "table_5_7_runs", "table_5_7_swept", "table_5_7_longer"
 JUDGED = ("table_5_7_runs", "table_5_7_swept")
 # What the thesis reports: its own calibration, stage by stage, and steps whose lengths
 # the rays tell.
@@ -21,6 +23,7 @@ class MotionRuns(BenchRuns):
     """Motions of the cylinder."""
 
     EXPERIMENTS = (RUNS, SWEPT_RUNS)
+    ELSEWHERE: ClassVar = {"C": LONGER}
 
     def column(self, name):
         """A value (seeds,) that a run has once."""

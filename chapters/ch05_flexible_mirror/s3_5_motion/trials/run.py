@@ -47,7 +47,7 @@ def motion_trial(condition, rng, errors, benches, alone=False):
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
     return {
-        name: one_bench(rig, bench, of_rig._replace(factor=bench.factor), seed, alone)
+        name: one_bench(rig, bench, of_rig.on(bench), seed, alone)
         for name, bench in benches.items()
     }
 

@@ -15,12 +15,12 @@ from chapters.ch05_flexible_mirror.s3_5_tin.results.runs import (
 )
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import MATCHES
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import tin_points, two_places
-from chapters.shared.mirror_bench import BENCH, BENCHES
+from chapters.shared.mirror_bench import LABORATORY, LEVEL
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.geometry import transform
 from repro.page.reader import value
 
-SHORT = {"bench": "", "laboratory": "lab."}
+SHORT = {LEVEL: "", LABORATORY: "lab."}
 MEASURES = {"off": "off_deg", "rms": "rms_mm", "ray": "ray_deg"}
 BENT_MM = 15.0
 
@@ -52,8 +52,8 @@ def name_values(open_results):
 def of_runs(results):
     """Name -> what prose quotes of the runs on both benches."""
     out = {}
-    for bench in BENCHES:
-        runs, short = TinRuns(results, bench=bench), SHORT[bench]
+    for bench, short in SHORT.items():
+        runs = TinRuns(results, bench=bench)
         out[f"{short}seeds"] = runs.seeds
         for way in WAYS:
             for name, measure in MEASURES.items():
@@ -84,11 +84,11 @@ def _of_claims(runs):
 def of_pictures(result):
     """Name -> what prose quotes of the rendered pictures."""
     names = ("on_tin", "wrong", "match_px")
-    out = {f"pic.{name}": middle(result.column(f"{BENCH}.{name}")) for name in names}
+    out = {f"pic.{name}": middle(result.column(f"{LEVEL}.{name}")) for name in names}
     for way in ("true", "published"):
-        out[f"pic.{way}.off"] = middle(result.column(f"{BENCH}.{way}.off_deg"))
+        out[f"pic.{way}.off"] = middle(result.column(f"{LEVEL}.{way}.off_deg"))
     for name, measure in (("left_out", "left_out"), ("kept", "wrong_kept")):
-        out[f"pic.{name}"] = middle(result.column(f"{BENCH}.true.{measure}"))
+        out[f"pic.{name}"] = middle(result.column(f"{LEVEL}.true.{measure}"))
     return out | {"pic.seeds": result.trials_per_condition}
 
 

@@ -113,7 +113,7 @@ def pictures_trial(condition, rng, errors, benches, ways):
     of_rig = of_rig._replace(corner=of_rig.corner / 4, plate=of_rig.plate / 4)
     out = {}
     for name, bench in benches.items():
-        given, drawn = of_rig._replace(factor=bench.factor), np.random.default_rng(seed)
+        given, drawn = of_rig.on(bench), np.random.default_rng(seed)
         bent = bent_mirror(rig, bench, given, boards, drawn)
         try:
             taken = taken_pictures(rig, bent.true, condition["margin_px"], drawn)

@@ -49,7 +49,7 @@ def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY):
     of_rig, boards = errors[condition["geometry"]], boards_by_hand(rig, rng)
     out = {}
     for name, bench in benches.items():
-        given, drawn = of_rig._replace(factor=bench.factor), np.random.default_rng(seed)
+        given, drawn = of_rig.on(bench), np.random.default_rng(seed)
         bent = bent_mirror(rig, bench, given, boards, drawn)
         out[name] = of_bench(bent, seed, ways, drawn)
     return out

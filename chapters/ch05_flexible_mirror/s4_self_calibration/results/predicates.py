@@ -1,7 +1,7 @@
 """What the claims of 5.4 say of one seed, and what is measured there.
 
-Each takes the `Courses` of a bench and gives whether it is true (seeds,), what was
-measured (seeds,), its unit, and words. Where a run was refused the claim is not true.
+Each takes the `Courses` at an error level and gives whether it is true (seeds,), what
+was measured (seeds,), nan where a run was rejected, its unit, and words.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
 
 NEAR_LINEAR = 0.1
 MOST_SAG = 0.25
-TIMES_BASELINE, TREND, TIMES_EDGE = 5.0, -0.8, 10.0
+TIMES_BASELINE, TREND = 5.0, -0.8
 SPREAD = 0.2
 GROWTH, TIMES_REFINED = 1.5, 3.0
 
@@ -80,9 +80,10 @@ def inflexion(runs):
     without = runs.inflected("even").any(axis=0)
     told = runs.inflected(TOLD).all(axis=0)
     came = np.isfinite(runs.of("even", "deflection_mm")).all(axis=0)
+    both = came & np.isfinite(runs.of("near", "deflection_mm")).all(axis=0)
     return (
-        near & ~without & came,
-        near.astype(float),
+        near & ~without,
+        np.where(both, near, np.nan),
         "",
         f"with near features at both in {100 * near.mean():.0f} % of the seeds, "
         f"without at one or both in {100 * without.mean():.0f} %, where features are "
@@ -108,17 +109,18 @@ def large_error(runs):
 
 
 def fixed_edge(runs):
-    """The SD of a depth falls from the clamp on, tenfold."""
+    """The SD of a depth falls from the clamp on."""
     sd = runs.arrays("stereo.sd_mm")
     # A quick build has no sweep, and so no strips of it.
-    ratio = np.array([one[0] / one[-1] for one in sd] or [np.nan] * runs.seeds)
+    times = np.array([one[0] / one[-1] for one in sd] or [np.nan])
     trend = runs.column("stereo.trend")
     return (
-        (trend <= TREND) & (ratio >= TIMES_EDGE),
-        ratio,
-        "x",
-        f"SD in the strip at the clamp over that at the free end; Spearman's rank "
-        f"correlation {middle(trend)}",
+        trend <= TREND,
+        trend,
+        "",
+        "Spearman's rank correlation of the SD with the distance from the clamp; in "
+        f"the strip at the clamp the SD is {middle(times)} times that at the free end; "
+        "that there is no depth at all at the clamp is not tested",
     )
 
 
@@ -165,14 +167,20 @@ def under(runs):
 
 
 def impractical(runs):
-    """Back-projection grows by half, and ends at thrice that of boards."""
+    """Back-projection grows by half, and ends at thrice that of boards.
+
+    A self-calibration that is rejected where the boards' is not is of no use either;
+    where the boards' is rejected there is nothing to hold it against.
+    """
     own, board = runs.of(TOLD, "back_mm"), runs.of("board", "back_mm")
     even, over = runs.of("even", "back_mm"), own[-1] / board[-1]
-    # A run that was refused is of no use either, but has no number.
+    rejected = np.isnan(own[-1]) & np.isfinite(board[-1])
+    grows = (own[-1] >= GROWTH * own[0]) & (over >= TIMES_REFINED)
     return (
-        (own[-1] >= GROWTH * own[0]) & (over >= TIMES_REFINED),
-        over,
+        grows | rejected,
+        np.where(rejected, np.inf, over),
         "x",
         f"over the refined method, stage 3; {_by_stage(own)} mm; boards "
-        f"{_by_stage(board)} mm; even features {_by_stage(even)} mm",
+        f"{_by_stage(board)} mm; even features {_by_stage(even)} mm; "
+        f"{rejected.sum()} self-calibrations were rejected where the boards' were not",
     )

@@ -13,11 +13,11 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     TOLD,
     Courses,
 )
-from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bench import LABORATORY, LEVEL
 from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
-SHORT = {"bench": "", "laboratory": "lab."}
+SHORT = {LEVEL: "", LABORATORY: "lab."}
 NONE = "none"
 
 
@@ -30,7 +30,7 @@ def said(found, digits=2):
 def name_values(open_results):
     """Name the numbers of the prose."""
     results = {name: open_results(name) for name in (RUNS, SWEPT_RUNS, KNOWN)}
-    for bench in BENCHES:
+    for bench in SHORT:
         runs = Courses(results, bench=bench)
         for name, words in (of_scenes(runs) | of_views(runs)).items():
             value(f"{SHORT[bench]}{name}", words)

@@ -17,6 +17,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.trials.stereo import (
 )
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import (
+    COMPARED_PX,
     PUBLISHED,
     deflected,
     lattice,
@@ -45,7 +46,6 @@ SCENES = {
 }
 # Scenes of which back-projection with the pose that is found is asked.
 OWN_POSE = ("told", "even")
-COMPARED_PX = 168
 # Places along the sheet's middle line, and across it at the load, mm.
 ALONG_MM, ACROSS_MM = np.linspace(5.0, 150.0, 30), np.linspace(-40.0, 40.0, 9)
 NEWTON_STEPS = 8
@@ -56,7 +56,7 @@ def course_trial(condition, rng, errors, benches, pushes):
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
     return {
-        name: course(rig, bench, of_rig._replace(factor=bench.factor), seed, pushes)
+        name: course(rig, bench, of_rig.on(bench), seed, pushes)
         for name, bench in benches.items()
     }
 

@@ -23,15 +23,18 @@ UNEVEN_DEG, SWINGING_DEG = 3.0, 5.0
 EVEN_MM, ALONG = 0.1, 5
 
 
-def edge_flags(grid, quantity, fit, widening, evenly):
-    """Flags (list of text) for what is a guess of a ShapeFit, next to knots and ends.
+def edge_flags(grid, quantity, fit, widening, evenly, swinging_deg):
+    """By how much rays at an end would turn at most (degrees), and flags (list of text)
+    for what is a guess of a ShapeFit, next to knots and ends.
 
     widening: of its covariance, by the misfit; evenly: PriorRows of a mirror that bends
-    so. Raises CalibrationError, naming the place, where it is anything.
+    so; swinging_deg: the turn from which on the shape is rejected. Raises
+    CalibrationError, naming the place, where it is anything.
     """
     c, covariance = fit.coefficients, fit.covariance
     flags = uncertain_knots(grid, quantity, c, covariance)
-    return flags + swinging_ends(grid, quantity, c, widening * covariance, evenly)
+    turns = turns_if_even(grid, quantity, c, widening * covariance, evenly)
+    return max(turns.values(), default=0.0), flags + swinging_ends(turns, swinging_deg)
 
 
 def uncertain_knots(grid, quantity, coefficients, covariance):
@@ -56,20 +59,19 @@ def uncertain_knots(grid, quantity, coefficients, covariance):
     return [text] if sd[worst] > UNCERTAIN_DEG else []
 
 
-def swinging_ends(grid, quantity, coefficients, covariance, evenly):
+def swinging_ends(turns, limit_deg):
     """Flags (list of text) for outermost knot intervals that bend as no sheet does.
 
-    covariance: (K, K), widened by the misfit; evenly: as `edge_flags` has it. Raises
-    CalibrationError where an end is a guess.
+    turns: of `turns_if_even`. Raises CalibrationError where an end is a guess: its rays
+    would turn by limit_deg or more.
     """
-    turns = turns_if_even(grid, quantity, coefficients, covariance, evenly)
     flags = []
     for (axis, _, place), turn in turns.items():
         text = (
             f"the {place} knot interval along {axis}: rays would turn by {turn:.2g} "
             "degrees if the mirror bent there as evenly as a sheet"
         )
-        if not turn < SWINGING_DEG:
+        if not turn < limit_deg:
             raise CalibrationError(
                 f"mirror shape: {text}; give features that reach the edge, fewer "
                 "knots, or a prior, and see that board, viewer and clamp stayed",
@@ -83,7 +85,8 @@ def swinging_ends(grid, quantity, coefficients, covariance, evenly):
 def turns_if_even(grid, quantity, coefficients, covariance, evenly):
     """{one of ENDS: degrees} by which rays at that end turn if a prior joins the shape.
 
-    Arguments as `swinging_ends`. Along an axis of one interval there is no such end.
+    covariance: (K, K), widened by the misfit; evenly: as `edge_flags` has it. Along an
+    axis of one interval there is no such end.
     """
     towards = covariance @ evenly.rows.T
     normal = evenly.rows @ towards + evenly.sd**2 * np.eye(len(evenly.rows))

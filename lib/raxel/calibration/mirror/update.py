@@ -12,7 +12,7 @@ import numpy as np
 
 from raxel.calibration.mirror.bundle import FIRM
 from raxel.calibration.mirror.clamp import TRUNCATION
-from raxel.calibration.mirror.edges import EVEN_MM, edge_flags
+from raxel.calibration.mirror.edges import EVEN_MM, SWINGING_DEG, edge_flags
 from raxel.calibration.mirror.linear import reflection_normals, shape_with_clamp
 from raxel.calibration.mirror.matches import wrong_matches
 from raxel.calibration.mirror.prior import bending_prior, plane_through
@@ -62,6 +62,8 @@ class MirrorSettings(NamedTuple):
     numbers stay where features do not support them (then a prior must carry, or the
     stage is refused). noise_px: standard deviation of a feature along each axis, px.
     prior_sd: of `bending_prior`, mm; None for no prior. truncation: see `clamped`.
+    swinging_deg: a stage is rejected where rays at an end would turn by so much if the
+    mirror bent there evenly; infinite for the published method, which has no such test.
     """
 
     shape: tuple = (7, 3)
@@ -70,6 +72,7 @@ class MirrorSettings(NamedTuple):
     noise_px: float = 0.2
     prior_sd: float | None = None
     truncation: float = TRUNCATION
+    swinging_deg: float = SWINGING_DEG
 
 
 class MirrorUpdate(NamedTuple):
@@ -81,8 +84,9 @@ class MirrorUpdate(NamedTuple):
     standard deviation of each component of a ray's direction, radians; widening: of the
     covariance by it, 1 where noise explains the residuals; used: (N,) features that
     count; wrong: (N,) those taken for wrong matches; support: Support; pose:
-    NonCentralPose of the grid, None for a known scene; flags: what a reader should
-    know, one text each.
+    NonCentralPose of the grid, None for a known scene; swing_deg: what `swinging_deg`
+    of the settings limits, the largest of the ends, degrees; flags: what a reader
+    should know, one text each.
     """
 
     camera: SplineMirrorCamera
@@ -95,6 +99,7 @@ class MirrorUpdate(NamedTuple):
     wrong: np.ndarray
     support: Support
     pose: NonCentralPose | None
+    swing_deg: float
     flags: tuple
 
     @property
@@ -134,6 +139,46 @@ def update_mirror(
     Raises CalibrationError naming what is missing: too few common corners, unsupported
     knot intervals, more than a quarter of wrong matches, pictures exchanged.
     """
+    rays, pose, placed, pixels, wrong = _placed_grid(
+        before, pixels_before, pixels_after, points, start_pose
+    )
+    found = _shape(
+        before, pixels, placed, rays.directions, clamp, settings or MirrorSettings(),
+        outline, (motion_of_points(points, pose.T_camera_grid), pose.covariance),
+    )  # fmt: skip
+    flags = list(found.flags)
+    if pose.ambiguous:
+        flags.append("grid pose: the other tilt fits nearly as well")
+    wrong |= found.wrong
+    common = np.isfinite(np.add(pixels_before, pixels_after)).all(axis=1)
+    _not_too_many(wrong, common)
+    if wrong.any():
+        flags.append(f"{np.count_nonzero(wrong)} wrong matches left out")
+    return found._replace(pose=pose, wrong=wrong, flags=tuple(flags))
+
+
+def linear_stage(
+    before, pixels_before, pixels_after, points, clamp, settings=None, *, outline=None
+):
+    """SplineMirrorCamera as the linear stage of `update_mirror` leaves it (5.28).
+
+    Arguments as there. Raises CalibrationError where there is no linear stage: too few
+    common corners, unsupported knot intervals, pictures exchanged.
+    """
+    rays, _, _, pixels, _ = _placed_grid(before, pixels_before, pixels_after, points)
+    p = normalised(before.viewer, pixels)
+    used = _common(p, rays.directions)
+    start = _start(
+        before, p, rays.directions, used, clamp, settings or MirrorSettings(), outline
+    )
+    return camera_of_shape(
+        before.viewer, start.grid, start.coefficients, before.quantity
+    )
+
+
+def _placed_grid(before, pixels_before, pixels_after, points, start_pose=None):
+    """Rays (N,) to the grid, its NonCentralPose, its points (N, 3) placed so, pixels
+    (N, 2) after, NaN where a corner does not count, and wrong matches (N,)."""
     pixels_before, pixels_after, points = (
         np.asarray(a, float) for a in (pixels_before, pixels_after, points)
     )
@@ -143,22 +188,9 @@ def update_mirror(
     pose = pose_from_non_central_rays(rays, points, start_pose)
     wrong |= rays.valid & ~pose.inliers
     _not_exchanged(before, pixels_after, points, wrong, pose)
-    settings = settings or MirrorSettings()
-    placed = transform(pose.T_camera_grid, on_plane(points))
     counts = np.isfinite(pixels_after).all(axis=1) & ~wrong & pose.inliers
-    found = _shape(
-        before, np.where(counts[:, None], pixels_after, np.nan), placed,
-        rays.directions, clamp, settings, outline,
-        (motion_of_points(points, pose.T_camera_grid), pose.covariance),
-    )  # fmt: skip
-    flags = list(found.flags)
-    if pose.ambiguous:
-        flags.append("grid pose: the other tilt fits nearly as well")
-    wrong |= found.wrong
-    _not_too_many(wrong, np.isfinite(pixels_before + pixels_after).all(axis=1))
-    if wrong.any():
-        flags.append(f"{np.count_nonzero(wrong)} wrong matches left out")
-    return found._replace(pose=pose, wrong=wrong, flags=tuple(flags))
+    pixels = np.where(counts[:, None], pixels_after, np.nan)
+    return rays, pose, transform(pose.T_camera_grid, on_plane(points)), pixels, wrong
 
 
 def update_from_scene(
@@ -186,24 +218,11 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     """MirrorUpdate without a pose: linear stage and refinement on the given rows."""
     viewer, quantity = before.viewer, before.quantity
     p = normalised(viewer, pixels)
-    used = np.isfinite(p).all(axis=1) & np.isfinite(directions).all(axis=1)
-    if np.count_nonzero(used) < 3:
-        raise CalibrationError(
-            f"mirror shape: {np.count_nonzero(used)} features are common to both "
-            "pictures; give pictures of one grid that does not move",
-            code="too-few-features",
-        )
-    span = [p[used], clamp.points]
-    if outline is not None:
-        span.append(normalised(viewer, np.asarray(outline, float)))
-    grid, clamp_at = _knots(np.vstack(span), p[used], clamp, before, settings)
-    prior = None
-    if settings.prior_sd is not None:
-        plane = plane_through(before.mirror.points(_inside(before, p[used])))
-        prior = bending_prior(grid, quantity, plane, settings.prior_sd)
+    used = _common(p, directions)
+    start = _start(before, p, directions, used, clamp, settings, outline)
+    grid, prior = start.grid, start.prior
     noise = settings.noise_px / np.median(magnification(viewer, pixels[used][::10]))
-    start = _linear(p, directions, used, grid, quantity, clamp, prior, settings)
-    c, wrong = start, np.zeros(len(p), bool)
+    c, wrong = start.coefficients, np.zeros(len(p), bool)
     motion, pose_covariance = moved
     for left in reversed(range(ROUNDS + 1)):
         fit = refine_shape(
@@ -218,13 +237,16 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
         wrong[np.flatnonzero(used)[far]] = True
         used, c = used & ~wrong, fit.coefficients
     support = support_of(grid, p[used])
-    flags = need_support(support, clamp_at, prior is not None)
+    flags = need_support(support, start.clamp_at, prior is not None)
     camera = camera_of_shape(viewer, grid, fit.coefficients, quantity)
     mirror_points = camera.mirror.points(p[used])
     misfit, widening = _beyond_noise(fit, points[used] - mirror_points)
     plane = plane_through(mirror_points)
     evenly = bending_prior(grid, quantity, plane, EVEN_MM)
-    flags += edge_flags(grid, quantity, fit, widening, evenly)
+    turn, at_edges = edge_flags(
+        grid, quantity, fit, widening, evenly, settings.swinging_deg
+    )
+    flags += at_edges
     residuals = np.full(len(p), np.nan)
     residuals[used] = np.linalg.norm(fit.residuals, axis=1)
     if not fit.converged:
@@ -233,10 +255,45 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
         flags.append(f"{np.count_nonzero(far)} matches far off the others were kept")
     return MirrorUpdate(
         camera,
-        camera_of_shape(viewer, grid, start, quantity),
+        camera_of_shape(viewer, grid, start.coefficients, quantity),
         fit, residuals, misfit, widening, used, wrong,
-        support, None, tuple(flags),
+        support, None, turn, tuple(flags),
     )  # fmt: skip
+
+
+class _Start(NamedTuple):
+    """The linear stage: SplineGrid, which of its ends the clamp carries, PriorRows or
+    None, coefficients (K,)."""
+
+    grid: object
+    clamp_at: tuple | None
+    prior: object
+    coefficients: np.ndarray
+
+
+def _start(before, p, directions, used, clamp, settings, outline):
+    """The _Start from the features (N, 2) that are `used`."""
+    if np.count_nonzero(used) < 3:
+        raise CalibrationError(
+            f"mirror shape: {np.count_nonzero(used)} features are common to both "
+            "pictures; give pictures of one grid that does not move",
+            code="too-few-features",
+        )
+    span = [p[used], clamp.points]
+    if outline is not None:
+        span.append(normalised(before.viewer, np.asarray(outline, float)))
+    grid, clamp_at = _knots(np.vstack(span), p[used], clamp, before, settings)
+    prior = None
+    if settings.prior_sd is not None:
+        plane = plane_through(before.mirror.points(_inside(before, p[used])))
+        prior = bending_prior(grid, before.quantity, plane, settings.prior_sd)
+    c = _linear(p, directions, used, grid, before.quantity, clamp, prior, settings)
+    return _Start(grid, clamp_at, prior, c)
+
+
+def _common(p, directions):
+    """Which (N,) features have a place after and a scene ray."""
+    return np.isfinite(p).all(axis=1) & np.isfinite(directions).all(axis=1)
 
 
 def _beyond_noise(fit, reach):
