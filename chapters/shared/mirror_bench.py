@@ -46,7 +46,7 @@ PLATTER = {
     "position_deg": 0.05,
 }
 BENCHES = {
-    SECOND: Bench(3.0, 8.0, **PLATTER),
+    SECOND: Bench(1.62, 10.35, **PLATTER),
     FIRST: Bench(13.45, 21.0),
     LABORATORY: Bench(),
 }
