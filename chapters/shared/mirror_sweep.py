@@ -143,6 +143,23 @@ def mostly(holds, found) -> bool:
     return bool(done.any() and np.mean(holds[done]) >= SHARE_OF_SEEDS)
 
 
+def over_completed(case: Case, done_at, reading_of, on_side) -> Reading:
+    """As `over_the_sweep`, on the runs that were completed.
+
+    done_at(bench): which runs (seeds,) were; reading_of(bench, seeds), on_side(bench,
+    seeds): the Reading, and whether the estimate is on the claim's side, of some runs.
+    """
+
+    def reading_at(bench):
+        return on_completed(done_at(bench), lambda seeds: reading_of(bench, seeds))
+
+    def side_at(bench):
+        done = done_at(bench)
+        return bool(done.any() and on_side(bench, done))
+
+    return over_the_sweep(case, reading_at, side_at)
+
+
 def of_completed(holds, found, unit="", reason="") -> Reading:
     """The Reading of a claim judged seed by seed, on the runs that were completed.
 

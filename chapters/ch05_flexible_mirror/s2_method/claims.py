@@ -15,7 +15,7 @@ from chapters.ch05_flexible_mirror.s2_method.results import (
 from chapters.ch05_flexible_mirror.s2_method.trials.knots import SHAPES
 from chapters.shared.mirror_bench import LEVEL
 from chapters.shared.mirror_runs import shape_name
-from chapters.shared.mirror_sweep import READINGS, on_completed, over_the_sweep
+from chapters.shared.mirror_sweep import READINGS, over_completed
 from repro.judge.statistics import (
     HOLDS,
     SIGNIFICANCE,
@@ -36,29 +36,28 @@ LEAST_SHARE = 0.95
 def judge_linear_enough(results, options):
     """Cost and deflection from the linear estimate and from the true surface."""
 
-    def reading_at(bench):
-        starts = Starts.on(results, bench)
+    def starts(bench):
+        return Starts.on(results, bench)
 
-        def judge(seeds):
-            share = proportion(starts.same()[seeds].astype(float))
-            return Reading.of(
-                share.above(np.nextafter(LEAST_SHARE, 0)),
-                share.times(100),
-                "%",
-                f"of {np.count_nonzero(seeds)} deflections with cost and deflection of "
-                f"the tip within {100 * SAME:g} % of those from the true surface; "
-                f"largest difference {starts.most_off('linear', 'cost_mm2'):.2g} % of "
-                f"the cost, {starts.most_off('linear', 'deflection_mm'):.2g} % of the "
-                "deflection",
-            )
+    def reading_of(bench, seeds):
+        found = starts(bench)
+        share = proportion(found.same()[seeds].astype(float))
+        return Reading.of(
+            share.above(np.nextafter(LEAST_SHARE, 0)),
+            share.times(100),
+            "%",
+            f"of {np.count_nonzero(seeds)} deflections with cost and deflection of the "
+            f"tip within {100 * SAME:g} % of those from the true surface; largest "
+            f"difference {found.most_off('linear', 'cost_mm2'):.2g} % of the cost, "
+            f"{found.most_off('linear', 'deflection_mm'):.2g} % of the deflection",
+        )
 
-        return on_completed(starts.completed, judge)
-
-    def side_at(bench):
-        starts = Starts.on(results, bench)
-        return bool(np.mean(starts.same()[starts.completed]) >= LEAST_SHARE)
-
-    return over_the_sweep(Case(READINGS, options), reading_at, side_at)
+    return over_completed(
+        Case(READINGS, options),
+        lambda bench: starts(bench).completed,
+        reading_of,
+        lambda bench, seeds: np.mean(starts(bench).same()[seeds]) >= LEAST_SHARE,
+    )
 
 
 @claim("c5_static_grid_bias", needs=("exp_c5_static_grid_bias",), evidence="synthetic")

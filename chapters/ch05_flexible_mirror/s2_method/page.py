@@ -52,10 +52,10 @@ from repro.run.outcomes import Plan, crossed
 # - After a deflection two images of one chessboard suffice. In the run of Fig. 5.4
 #   all {glue:text}`run.accepted` deflections were calibrated, each with at most
 #   {glue:text}`run.most_steps` refinement steps.
-# - The linear estimate is a sufficient start. In {glue:text}`bench.linear.same:.0f` %
-#   of {glue:text}`bench.seeds` seeds the refinement ends where it ends from the true
+# - The linear estimate is a sufficient start. In {glue:text}`second.linear.same:.0f` %
+#   of {glue:text}`second.seeds` seeds the refinement ends where it ends from the true
 #   surface. The shape before the deflection is a sufficient start as well
-#   ({glue:text}`bench.before.same:.0f` %).
+#   ({glue:text}`second.before.same:.0f` %).
 # - Chessboards in place of the monitor degrade the first surface of an uneven mirror:
 #   {glue:text}`static.uneven.grid.linear:.0f` instead of
 #   {glue:text}`static.uneven.pixel.linear:.0f` µm (medians, no noise).
@@ -298,9 +298,9 @@ def static_grids(effort):
 
 # %% [markdown]
 # The largest differences of linear and true start are
-# {glue:text}`bench.cost_off:.2g` % of the cost and
-# {glue:text}`bench.tip_off:.1g` % of the deflection;
-# {glue:text}`bench.refused` seeds were refused. Without the bench's noise it
+# {glue:text}`second.cost_off:.2g` % of the cost and
+# {glue:text}`second.tip_off:.1g` % of the deflection;
+# {glue:text}`second.refused` seeds were refused. Without the bench's noise it
 # is {glue:text}`laboratory.linear.same:.0f` % of the seeds as well.
 
 # %% [markdown]
@@ -318,7 +318,7 @@ def static_grids(effort):
 # 15 mm {glue:text}`laboratory.steps.single.common:.0f`. Back-projection errors hardly
 # differ: {glue:text}`laboratory.steps.staged.back:.3f` and
 # {glue:text}`laboratory.steps.single.back:.3f` mm, at the bench's noise
-# {glue:text}`bench.steps.staged.back:.2f` and {glue:text}`bench.steps.single.back:.2f`
+# {glue:text}`second.steps.staged.back:.2f` and {glue:text}`second.steps.single.back:.2f`
 # mm. Each step also adds a pose to estimate. The verdict counts rejected seeds as the
 # worst, {glue:text}`laboratory.steps.staged.lost` with three steps and
 # {glue:text}`laboratory.steps.single.lost` with one.
@@ -333,9 +333,9 @@ def static_grids(effort):
 #
 # **The same end is not the right end.** Which shape has the least cost is up
 # to the corners, the noise and the model. The deflections found have a
-# median of {glue:text}`bench.linear.deflection_mm:.2f` mm and scatter by
-# {glue:text}`bench.tip_sd_mm:.2f` mm (SD). The spline nearest to the true
-# surface starts at {glue:text}`bench.true.start_mm:.2f` mm, not at 5: it is
+# median of {glue:text}`second.linear.deflection_mm:.2f` mm and scatter by
+# {glue:text}`second.tip_sd_mm:.2f` mm (SD). The spline nearest to the true
+# surface starts at {glue:text}`second.true.start_mm:.2f` mm, not at 5: it is
 # told over the flat mirror as calibrated, which the bench's noise moves as a
 # whole. How far shapes and rays are off is asked in
 # [5.3.3](s3_3_deflections.ipynb).

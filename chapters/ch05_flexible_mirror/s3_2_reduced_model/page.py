@@ -45,12 +45,12 @@ FEWER = {"quick": 1, "full": 20}
 # %% [markdown]
 # **Findings.** (Geometry A; medians over the seeds.)
 #
-# - On the bench the linear estimate finds {glue:text}`bench.linear.deflection_mm:.2f`
-#   mm of 7.98 mm, the final one {glue:text}`bench.final.deflection_mm:.2f` mm.
+# - On the bench the linear estimate finds {glue:text}`second.linear.deflection_mm:.2f`
+#   mm of 7.98 mm, the final one {glue:text}`second.final.deflection_mm:.2f` mm.
 # - In the camera's frame the primary curve is
-#   {glue:text}`bench.before.camera_mm:.2f` mm off, the linear estimate
-#   {glue:text}`bench.linear.camera_mm:.2f` mm and the final one
-#   {glue:text}`bench.final.camera_mm:.2f` mm. Most of that is a common error of
+#   {glue:text}`second.before.camera_mm:.2f` mm off, the linear estimate
+#   {glue:text}`second.linear.camera_mm:.2f` mm and the final one
+#   {glue:text}`second.final.camera_mm:.2f` mm. Most of that is a common error of
 #   position, caused by the estimated poses of the monitor.
 # - Whether the linear estimate is poor compared with the final one depends on the frame
 #   of the scan, which the thesis does not state. The ratio of the errors is
@@ -201,10 +201,10 @@ def pictures(effort):
 # ## Reading and limits
 #
 # **What the residual hides.** On the bench the residual is
-# {glue:text}`bench.residual_mm:.2f` mm and back-projection at 400 mm
-# {glue:text}`bench.back.own_mm:.2f` mm. Neither shows that the mirror is half a mm
+# {glue:text}`second.residual_mm:.2f` mm and back-projection at 400 mm
+# {glue:text}`second.back.own_mm:.2f` mm. Neither shows that the mirror is half a mm
 # displaced: so small a shift sends almost the same rays to the board. Rays are
-# {glue:text}`bench.final.angle_deg:.2f`° off, in the laboratory
+# {glue:text}`second.final.angle_deg:.2f`° off, in the laboratory
 # {glue:text}`laboratory.final.angle_deg:.2f`°.
 #
 # **How the final error follows the primary one.** The clamp is held where the primary
@@ -213,8 +213,8 @@ def pictures(effort):
 # {glue:text}`sensitivity.shift:.2f` times, a tilt {glue:text}`sensitivity.tilt:.2f`
 # times, a bend {glue:text}`sensitivity.bend:.1f` times. But the thesis attributes the
 # primary error to higher orders and defects, which are the smaller part here: after
-# alignment {glue:text}`bench.before.alone_mm:.3f` mm of
-# {glue:text}`bench.before.camera_mm:.2f` mm remain.
+# alignment {glue:text}`second.before.alone_mm:.3f` mm of
+# {glue:text}`second.before.camera_mm:.2f` mm remain.
 #
 # **What the first curve is made from** matters. From the points alone, without the
 # normals, the final curve is {glue:text}`points.final:.2f` mm off on the bench: a cubic
@@ -223,7 +223,7 @@ def pictures(effort):
 # corners {glue:text}`strip.final:.2f` mm.
 #
 # **Limits.** Double reflections and a substrate of varying thickness are not modelled,
-# and no corner is a wrong match. Seeds rejected: {glue:text}`bench.refused:.0f` on
+# and no corner is a wrong match. Seeds rejected: {glue:text}`second.refused:.0f` on
 # the bench, {glue:text}`laboratory.refused:.0f` in the laboratory.
 
 # %% [markdown]

@@ -1,9 +1,9 @@
 # %% [markdown]
-# # 5.3.3 The full model: primary calibration, and the bench
+# # 5.3.3 The full model: primary calibration, and the error levels
 #
 # **Question.** Before a mirror is bent, its shape has to be known. How well is
-# it found from two places of a monitor, and how much worse was the thesis's
-# bench than a laboratory without dust, vibration and a wavy mirror?
+# it found from two places of a monitor, and how much larger were the errors of
+# the thesis's measurements than those of a clean laboratory?
 
 # %%
 from functools import partial
@@ -55,19 +55,20 @@ from repro.run.outcomes import Plan, crossed
 #
 # - Pushed by 15 mm, the mirror of geometry A shows a fan of
 #   {glue:text}`fan.last:.1f`° in place of {glue:text}`fan.first:.1f`°,
-#   {glue:text}`fan.ratio.a:.2f` times as wide; that of geometry B
-#   {glue:text}`fan.ratio.b:.2f` times. The thesis says about twice.
-# - In the laboratory mirror points lie {glue:text}`miss.clean:.2f` mm from
-#   their rays after the primary stage, in the median over seeds; on the
-#   thesis's bench it was 0.86 mm. Decoding errors have to be
-#   {glue:text}`factor:.2f` times as large for that.
-# - With that factor alone the first deflection leaves a residual of
-#   {glue:text}`residual.smooth:.2f` mm, and a mirror that is uneven by
-#   {glue:text}`aberration:.0f` µm leaves {glue:text}`residual.bench:.2f` mm, as
-#   Table 5.4 prints. These two numbers make the *bench* of this section.
-# - A deflection of 1 mm moves the corners in the picture by
-#   {glue:text}`moved.first:.0f` px, one of 15 mm by {glue:text}`moved.last:.0f`
-#   px.
+#   {glue:text}`fan.ratio.a:.2f` times as wide; on geometries B and C it is
+#   {glue:text}`fan.ratio.b:.2f` and {glue:text}`fan.ratio.c:.2f` times. The thesis
+#   says about twice.
+# - In a clean laboratory mirror points lie {glue:text}`miss.clean:.2f` mm from their
+#   rays after the primary stage; the thesis has 0.86 mm. Decoding errors *alone* would
+#   have to be {glue:text}`bench.factor:.2f` times as large for that. Most other
+#   printed numbers contradict so large a factor.
+# - A second error level starts from the angle and the back-projection error of stage 0:
+#   {glue:text}`second.factor:.2f` times the decoding errors, a mirror uneven by
+#   {glue:text}`second.aberration:.1f` µm, and a platter that is a little off its place.
+#   The table below holds all 32 printed numbers against it.
+# - What stays unexplained are two of these: mirror points from their rays
+#   ({glue:text}`second.miss:.2f` mm for 0.86 mm) and the residual of stage 1
+#   ({glue:text}`second.residual:.2f` mm for 0.68 mm).
 
 # %% [markdown]
 # ## What the thesis claims
@@ -87,8 +88,10 @@ from repro.run.outcomes import Plan, crossed
 # ## Model
 #
 # **The rig.** Nothing is said of where camera, mirror and monitor stood. So
-# there are two geometries, and one sees how much hangs on them: A, with a
-# mirror of 160 mm in 370 mm, and B, with one of 130 mm in 190 mm. Every length
+# there are three geometries, and one sees how much depends on them: A, with a
+# mirror of 160 mm in 370 mm; B, with one of 130 mm in 190 mm; and C, as A with a mirror
+# of 212 mm. C was chosen after all printed numbers had been seen, by one of them alone:
+# the rays turn by about as much as Table 5.3 prints. Every length
 # stands in the rig's file with its reason. The sheet is bent as an *elastica*:
 # it keeps its length, and the sine of its slope follows the bending moment. Its
 # rulings are a little out of square.
@@ -151,16 +154,28 @@ def picture_errors(effort):
 
 
 # %% [markdown]
-# **The bench.** What is said of the thesis's own measurements may hang on how
-# clean the laboratory is. So claims about them are tested twice: with the
-# laboratory's errors and a smooth mirror, and on a *bench* whose two numbers
-# are solved from two printed ones, with the method as published, on geometry A
-# and by a job that judges nothing. First the factor on decoding errors, from
-# the distance of mirror points from their rays; then the unevenness of the
-# mirror, four waves of 45 to 110 mm, from the residual of stage 1. Those two
-# printed numbers are *set* by it and say nothing more. Geometry B and section
-# 5.3.2 take both as they are, and verdicts are looked at from half to twice
-# either of them.
+# **Error levels.** What is said of the thesis's own measurements may depend on how
+# clean the laboratory is. So claims about them are judged at three levels, each with
+# the same random draws:
+#
+# - the *low-noise level*: errors as measured in rendered images, and a smooth mirror;
+# - the *first solved level*: decoding errors times one factor, and a mirror made uneven
+#   by four waves of 45 to 110 mm. The factor is solved from the mean distance of mirror
+#   points from their rays (0.86 mm), the unevenness from the residual of stage 1
+#   (0.68 mm);
+# - the *second solved level*, which is the primary one: factor and unevenness solved from
+#   the mean angle to measured rays (0.19°) and the mean back-projection error (0.56 mm)
+#   of stage 0, with a platter whose mirror is off its place on the board by 0.2 mm and
+#   0.06° each time that it is placed, and by 0.2 mm and 0.05° more at each position of
+#   the monitor (standard deviations).
+#
+# Both pairs of numbers are solved on geometry A with the method as published, by runs
+# that judge nothing, before any claim was run with them. The printed numbers that they
+# are solved from are *set* and say nothing more. The form of the second level was chosen
+# after all 32 printed numbers had been seen: how many of them it reaches describes the
+# choice and tests nothing. A claim whose verdict differs between the levels is left
+# undecided, and so is one whose estimate changes side between half and twice the second
+# level's numbers.
 
 # %% tags=["active-ipynb"]
 # show("ext_mirror_bench")
@@ -264,13 +279,17 @@ def trust_runs(effort):
 # {glue:text}`trust.without:.3f`° without it.
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# - **The bench is a stand-in.** That errors of decoding and an uneven mirror are
-#   what made the thesis's numbers is a guess. The next pages print what the two
-#   numbers give for cells that were not used; that is the bench's own test.
-# - **Corners are as they come.** The bench's corners are as sharp as the
-#   laboratory's. Rendered corners are found from places near the true ones, by
+# - **A level is a stand-in.** That errors of decoding, an uneven mirror and a
+#   platter that is off its place made the thesis's numbers is a guess.
+# - **Why 0.86 and 0.68 stay.** The printed SD of the 0.86 mm is 0.47 of the mean. Noise
+#   alone gives 0.73 to 1. An offset that all points have in common would explain it,
+#   such as a platter that is not parallel to its board. The printed residual of stage 1
+#   is larger than the back-projection error. Unevenness alone gives half to three
+#   quarters of it; a longer mirror gives more, without any error.
+# - **Corners are as they come.** Corners are as sharp at the solved levels as at the
+#   low-noise one. Rendered corners are found from places near the true ones, by
 #   the saddle point method; ordering them is not tried here. A pixel that was
 #   decoded though its own ray misses the monitor is left out. So in the runs with
 #   errors drawn from these no corner is missed and none is wrong. In

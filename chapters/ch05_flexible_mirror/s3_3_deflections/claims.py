@@ -20,7 +20,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.tips import (
 )
 from chapters.shared.mirror_bench import ABERRATION_UM, SECOND
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import READINGS, on_completed, over_the_sweep
+from chapters.shared.mirror_sweep import READINGS, over_completed, over_the_sweep
 from repro.judge.statistics import (
     OVER_TRIALS,
     all_of,
@@ -168,12 +168,9 @@ def judge_constant(results, options):
     """Back-projection and residual grow by 10 % at most from stage 1 to stage 3."""
     measures = {"back-projection": "back_mm", "residual": "residual_mm"}
 
-    def found_at(bench, seeds=None):
-        """The ratios of some seeds, of the completed ones if none are given."""
+    def ratios(bench, seeds):
         runs = Runs(results, options, bench)
-        done = np.isfinite(runs.of(LAST, "back_mm"))
-        seeds = done if seeds is None else seeds
-        return done, {
+        return {
             words: ratio_of(
                 "median",
                 runs.of(LAST, name)[seeds],
@@ -181,28 +178,28 @@ def judge_constant(results, options):
                 paired=True,
             )
             for words, name in measures.items()
-            if seeds.any()
         }
 
-    def reading_at(bench):
-        def judge(seeds):
-            found = found_at(bench, seeds)[1]
-            most = max(found, key=lambda words: found[words].value)
-            said = ", ".join(
-                f"{words} {one.value:.2f} ({one.low:.2f} to {one.high:.2f})"
-                for words, one in found.items()
-            )
-            within = [one.below(np.nextafter(MOST_GROWTH, 2)) for one in found.values()]
-            return Reading.of(
-                all_of(within), found[most], reason=f"stage 3 over stage 1: {said}"
-            )
+    def reading_of(bench, seeds):
+        found = ratios(bench, seeds)
+        most = max(found, key=lambda words: found[words].value)
+        said = ", ".join(
+            f"{words} {one.value:.2f} ({one.low:.2f} to {one.high:.2f})"
+            for words, one in found.items()
+        )
+        within = [one.below(np.nextafter(MOST_GROWTH, 2)) for one in found.values()]
+        return Reading.of(
+            all_of(within), found[most], reason=f"stage 3 over stage 1: {said}"
+        )
 
-        return on_completed(found_at(bench)[0], judge)
-
-    def side_at(bench):
-        return all(one.value <= MOST_GROWTH for one in found_at(bench)[1].values())
-
-    return over_the_sweep(Case(READINGS, options), reading_at, side_at)
+    return over_completed(
+        Case(READINGS, options),
+        lambda bench: np.isfinite(Runs(results, options, bench).of(LAST, "back_mm")),
+        reading_of,
+        lambda bench, seeds: all(
+            one.value <= MOST_GROWTH for one in ratios(bench, seeds).values()
+        ),
+    )
 
 
 @claim(

@@ -15,7 +15,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
     LAST,
     CircleRuns,
 )
-from chapters.shared.mirror_sweep import READINGS, on_completed, over_the_sweep
+from chapters.shared.mirror_sweep import READINGS, over_completed
 from repro.judge.statistics import ratio_of
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
@@ -93,33 +93,29 @@ def judge_growth(results, options):
     calibration was applied to, medians, paired by seed; stage 3 over stage 0 is told.
     """
 
-    def ratio(runs, seeds, name="residual_mm", before=FIRST):
+    def ratio(bench, seeds, name="residual_mm", before=FIRST):
+        runs = CircleRuns(results, options, bench)
         pair = (runs.of(stage, name)[seeds] for stage in (LAST, before))
         return ratio_of("median", *pair, paired=True)
 
-    def reading_at(bench):
+    def reading_of(bench, seeds):
+        growth = ratio(bench, seeds)
+        return Reading.of(
+            growth.below(np.nextafter(MOST_GROWTH, 2)),
+            growth,
+            "x",
+            "stage 3 over stage 1; over stage 0 "
+            f"{ratio(bench, seeds, before=0).value:.2f}; angles to the true rays grow "
+            f"{ratio(bench, seeds, 'angle_deg').value:.2f} times",
+        )
+
+    def done_at(bench):
         runs = CircleRuns(results, options, bench)
+        return np.isfinite(runs.of(LAST, "residual_mm"))
 
-        def judge(seeds):
-            growth = ratio(runs, seeds)
-            return Reading.of(
-                growth.below(np.nextafter(MOST_GROWTH, 2)),
-                growth,
-                "x",
-                "stage 3 over stage 1; over stage 0 "
-                f"{ratio(runs, seeds, before=0).value:.2f}; angles to the true rays "
-                f"grow {ratio(runs, seeds, 'angle_deg').value:.2f} times",
-            )
-
-        return on_completed(completed(runs), judge)
-
-    def side_at(bench):
-        runs = CircleRuns(results, options, bench)
-        return bool(ratio(runs, completed(runs)).value <= MOST_GROWTH)
-
-    return over_the_sweep(Case(READINGS, options), reading_at, side_at)
-
-
-def completed(runs):
-    """Which seeds (seeds,) have a circle at the last stage."""
-    return np.isfinite(runs.of(LAST, "residual_mm"))
+    return over_completed(
+        Case(READINGS, options),
+        done_at,
+        reading_of,
+        lambda bench, seeds: ratio(bench, seeds).value <= MOST_GROWTH,
+    )

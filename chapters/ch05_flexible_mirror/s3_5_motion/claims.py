@@ -10,7 +10,13 @@ from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import seen_by
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import moved_cylinder
 from chapters.shared.mirror_bench import ABERRATION_UM
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import READINGS, mostly, of_completed, over_the_sweep
+from chapters.shared.mirror_sweep import (
+    READINGS,
+    mostly,
+    of_completed,
+    over_completed,
+    over_the_sweep,
+)
 from raxel.cameras.core.base import Rays
 from raxel.cameras.core.centrality import centrality
 from raxel.geometry.line_motion import pluecker_of_rays, side_products
@@ -64,10 +70,11 @@ def judge_markers(results, options):
     def on(bench):
         return MotionRuns(results, options, bench)
 
-    return over_the_sweep(
+    return over_completed(
         Case(READINGS, options),
-        lambda bench: predicates.markers_meet(on(bench)),
-        lambda bench: predicates.missed(on(bench)).value < predicates.MOST_MISSED + 0.5,
+        lambda bench: np.isfinite(on(bench).of("missed")),
+        lambda bench, seeds: predicates.markers_meet(on(bench), seeds),
+        lambda bench, seeds: predicates.mostly_meet(on(bench), seeds),
     )
 
 
@@ -84,10 +91,11 @@ def judge_scale(results, options):
     def on(bench):
         return MotionRuns(results, options, bench)
 
-    return over_the_sweep(
+    return over_completed(
         Case(READINGS, options),
-        lambda bench: predicates.scale_tells(on(bench)),
-        lambda bench: predicates.scale_right(on(bench)),
+        lambda bench: predicates.scaled(on(bench), bench),
+        lambda bench, seeds: predicates.scale_tells(on(bench), seeds),
+        lambda bench, seeds: predicates.scale_right(on(bench), seeds),
     )
 
 

@@ -14,7 +14,7 @@ from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import EVERY_WAY
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import tin_of
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.pictures import pictures_trial
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import SETTINGS, tin_trial
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, CONTRASTED, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
 from chapters.shared.mirror_plans import UNSEEN
@@ -104,7 +104,7 @@ FEWER = {"quick": 1, "full": 12}
 PICTURED_WAYS = {"quick": ("true",), "full": EVERY_WAY}
 SOME = {
     "swept": {"twice the factor": SWEPT["twice the factor"]},
-    "pictures": {"bench": BENCHES["bench"]},
+    "pictures": {LEVEL: BENCHES[LEVEL]},
 }
 PICTURES = {"quick": 1, "full": 3}
 MARGIN_PX = {"quick": 12, "full": 150}
@@ -118,7 +118,7 @@ MARGIN_PX = {"quick": 12, "full": 150}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, on both benches."""
+    """Geometry A, at all levels."""
     return _plan(results, BENCHES, SEEDS[effort], EVERY_WAY)
 
 
@@ -129,7 +129,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers."""
+    """Geometry A, from half to twice the primary level's numbers."""
     # What is judged is the published way.
     benches = SWEPT if effort == "full" else SOME["swept"]
     return _plan(results, benches, FEWER[effort], ("published",))
@@ -150,9 +150,11 @@ def _plan(results, benches, seeds, ways):
     needs=("sec_5_3_3_errors",),
 )
 def pictures(effort, results):
-    """Two rendered pictures of the tin, matched, on both benches."""
+    """Two rendered pictures of the tin, matched, at two levels."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
-    benches = BENCHES if effort == "full" else SOME["pictures"]
+    benches = SOME["pictures"]
+    if effort == "full":
+        benches = {name: BENCHES[name] for name in CONTRASTED}
     ways = PICTURED_WAYS[effort]
     trial = partial(pictures_trial, errors=errors, benches=benches, ways=ways)
     condition = {"geometry": "A", "margin_px": MARGIN_PX[effort]}

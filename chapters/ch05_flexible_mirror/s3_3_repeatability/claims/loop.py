@@ -15,7 +15,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.losses import (
     DEFLECTIONS_MM,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import STEPS_MM
-from chapters.shared.mirror_sweep import READINGS, on_completed, over_the_sweep
+from chapters.shared.mirror_sweep import READINGS, over_completed, over_the_sweep
 from repro.judge.statistics import (
     HOLDS,
     SIGNIFICANCE,
@@ -56,20 +56,20 @@ def judge_single_step(results, options):
     def differences(bench):
         return predicates.single_difference(LoopRuns(results, options, bench))
 
-    def reading_at(bench):
-        found = differences(bench)
+    def middle(bench, seeds):
+        return median_interval(differences(bench)[seeds])
 
-        def judge(seeds):
-            middle = median_interval(found[seeds])
-            decision = middle.below(np.nextafter(predicates.MOST_DIFFERENT, 2))
-            return Reading.of(decision, middle, "%", "difference without sign")
+    def reading_of(bench, seeds):
+        found = middle(bench, seeds)
+        decision = found.below(np.nextafter(predicates.MOST_DIFFERENT, 2))
+        return Reading.of(decision, found, "%", "difference without sign")
 
-        return on_completed(np.isfinite(found), judge)
-
-    def on_side(bench):
-        return bool(np.nanmedian(differences(bench)) <= predicates.MOST_DIFFERENT)
-
-    return over_the_sweep(_case(options), reading_at, on_side)
+    return over_completed(
+        _case(options),
+        lambda bench: np.isfinite(differences(bench)),
+        reading_of,
+        lambda bench, seeds: middle(bench, seeds).value <= predicates.MOST_DIFFERENT,
+    )
 
 
 @claim("c5_single_worse_bp", needs=JUDGED, evidence="rendered", readings=OPEN)
@@ -98,94 +98,88 @@ def _judged_wins(results, options, places, words, least=None):
     least: a ratio above which the interval has to lie, in place of what `wins` asks.
     """
 
-    def won(bench, seeds=None, name="back_mm"):
+    def pair_of(bench, name="back_mm"):
         runs = LoopRuns(results, options, bench)
-        pair = [runs.of(place, name) for place in places]
-        done = np.isfinite(pair).all(axis=0)
-        seeds = done if seeds is None else seeds
-        return done, wins([tuple(one[seeds] for one in pair)])[0]
+        return [runs.of(place, name) for place in places]
 
-    def reading_at(bench):
-        def judge(seeds):
-            found = won(bench, seeds)[1]
-            decision = found.decision
-            if least is not None:
-                decision = found.ratio.above(least)
-                if decision == HOLDS and not found.p < SIGNIFICANCE:
-                    decision = UNDECIDED
-            true = won(bench, seeds, "back_true_mm")[1].ratio.value
-            reason = f"{words}; p = {found.p:.1g}; on the board's true pose {true:.2f}"
-            return Reading.of(decision, found.ratio, "x", reason)
+    def won(bench, seeds, name="back_mm"):
+        return wins([tuple(one[seeds] for one in pair_of(bench, name))])[0]
 
-        return on_completed(won(bench)[0], judge)
+    def reading_of(bench, seeds):
+        found = won(bench, seeds)
+        decision = found.decision
+        if least is not None:
+            decision = found.ratio.above(least)
+            if decision == HOLDS and not found.p < SIGNIFICANCE:
+                decision = UNDECIDED
+        true = won(bench, seeds, "back_true_mm").ratio.value
+        reason = f"{words}; p = {found.p:.1g}; on the board's true pose {true:.2f}"
+        return Reading.of(decision, found.ratio, "x", reason)
 
-    def on_side(bench):
-        return won(bench)[1].ratio.value > 1
+    return over_completed(
+        _case(options),
+        lambda bench: np.isfinite(pair_of(bench)).all(axis=0),
+        reading_of,
+        lambda bench, seeds: won(bench, seeds).ratio.value > 1,
+    )
 
-    return over_the_sweep(_case(options), reading_at, on_side)
+
+def _completed(results, options):
+    """bench -> which seeds (seeds,) came through all six steps."""
+    return lambda bench: LoopRuns(results, options, bench).completed
 
 
 @claim("c5_no_accumulation", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_accumulation(results, options):
     """Slope of the back-projection error over the six steps, at most 5 % a step."""
 
-    def reading_at(bench):
-        runs = LoopRuns(results, options, bench)
+    def growth(bench, seeds, name="back_mm"):
+        return predicates.growth(LoopRuns(results, options, bench), name, seeds)
 
-        def judge(seeds):
-            found, true = (
-                predicates.growth(runs, name, seeds)
-                for name in ("back_mm", "back_true_mm")
-            )
-            return Reading.of(
-                found.below(np.nextafter(predicates.MOST_GROWTH, 9)),
-                found,
-                "%",
-                f"rise of the medians for each of {len(STEPS)} steps, of the line's "
-                f"first value; on the board's true pose {true.value:.1f} "
-                f"({true.low:.1f} to {true.high:.1f}) %",
-            )
+    def reading_of(bench, seeds):
+        found, true = (growth(bench, seeds, n) for n in ("back_mm", "back_true_mm"))
+        return Reading.of(
+            found.below(np.nextafter(predicates.MOST_GROWTH, 9)),
+            found,
+            "%",
+            f"rise of the medians for each of {len(STEPS)} steps, of the line's first "
+            f"value; on the board's true pose {true.value:.1f} ({true.low:.1f} to "
+            f"{true.high:.1f}) %",
+        )
 
-        return on_completed(runs.completed, judge)
-
-    def on_side(bench):
-        runs = LoopRuns(results, options, bench)
-        growth = predicates.growth(runs, "back_mm", runs.completed)
-        return growth.value <= predicates.MOST_GROWTH
-
-    return over_the_sweep(_case(options), reading_at, on_side)
+    return over_completed(
+        _case(options),
+        _completed(results, options),
+        reading_of,
+        lambda bench, seeds: growth(bench, seeds).value <= predicates.MOST_GROWTH,
+    )
 
 
 @claim("c5_concave_harmless", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_concave_steps(results, options):
     """Back-projection after the three steps back, at most 1.2 times that before."""
 
-    def ratio_at(runs, seeds, name="back_mm"):
+    def ratio(bench, seeds, name="back_mm"):
+        runs = LoopRuns(results, options, bench)
         after, before = runs.at(name, (BACK[-1], BACK[0] - 1))[:, seeds]
         return predicates.ratio(after, before)
 
-    def reading_at(bench):
-        runs = LoopRuns(results, options, bench)
+    def reading_of(bench, seeds):
+        found, true = (ratio(bench, seeds, n) for n in ("back_mm", "back_true_mm"))
+        return Reading.of(
+            found.below(np.nextafter(predicates.MOST_WORSE, 2)),
+            found,
+            "x",
+            "after six steps over after three; on the board's true pose "
+            f"{true.value:.2f}",
+        )
 
-        def judge(seeds):
-            found, true = (
-                ratio_at(runs, seeds, name) for name in ("back_mm", "back_true_mm")
-            )
-            return Reading.of(
-                found.below(np.nextafter(predicates.MOST_WORSE, 2)),
-                found,
-                "x",
-                "after six steps over after three; on the board's true pose "
-                f"{true.value:.2f}",
-            )
-
-        return on_completed(runs.completed, judge)
-
-    def on_side(bench):
-        runs = LoopRuns(results, options, bench)
-        return ratio_at(runs, runs.completed).value <= predicates.MOST_WORSE
-
-    return over_the_sweep(_case(options), reading_at, on_side)
+    return over_completed(
+        _case(options),
+        _completed(results, options),
+        reading_of,
+        lambda bench, seeds: ratio(bench, seeds).value <= predicates.MOST_WORSE,
+    )
 
 
 def _refused_places(result, bench):

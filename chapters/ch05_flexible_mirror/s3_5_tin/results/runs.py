@@ -3,12 +3,13 @@
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.tin import ANGLES_DEG, FACES, PAIRS
+from chapters.shared.mirror_bench import LEVEL
 from chapters.shared.mirror_sweep import BenchRuns
 
 RUNS, SWEPT_RUNS = "table_5_8_runs", "table_5_8_swept"
 JUDGED = ("table_5_8_runs", "table_5_8_swept")
 PICTURES = "fig_5_22_pictures"
-MATCHED = "bench.on_tin"
+MATCHED = f"{LEVEL}.on_tin"
 # The thesis's own way is the first calibrated one.
 WAYS = {"true": "true mirror", "published": "as published"}
 PUBLISHED = "published"
