@@ -195,14 +195,13 @@ from repro.run.outcomes import Plan, crossed
 # ## Experiment
 #
 # **Three starts.** Each seed has a primary calibration on geometry A and one
-# deflection, from 0 to 5 mm: other boards, another place of the chessboard,
-# other errors. The refinement is run three times on the same corners: from the
-# linear estimate, from the true surface (nearest spline on the same knots),
-# and from the mirror as it was. Ends are the same if the sums of squared
-# distances differ by 1 % at most, and the deflections of the tip too, since an
-# equal cost can hide another shape. That is run at the noise of the thesis's
-# bench, without it (*laboratory*), and at half and twice each of the bench's
-# two numbers.
+# deflection, from 0 to 5 mm: other boards, another place of the chessboard, other
+# errors. The refinement is run three times on the same corners: from the linear
+# estimate, from the true surface (nearest spline on the same knots), and from the
+# mirror as it was. Ends are the same if the sums of squared distances differ by 1 % at
+# most, and the deflections of the tip too, since an equal cost can hide another shape.
+# That is run at the three error levels of [5.3.3](s3_3_calibration.ipynb), and at half
+# and twice each of the second level's two numbers.
 #
 # **Squares in place of pixels.** A mirror that is not bent sees the monitor's
 # two planes. What each pixel sees there is known exactly, or interpolated in
@@ -297,11 +296,10 @@ def static_grids(effort):
 # show("ext_linear_start")
 
 # %% [markdown]
-# The largest differences of linear and true start are
-# {glue:text}`second.cost_off:.2g` % of the cost and
-# {glue:text}`second.tip_off:.1g` % of the deflection;
-# {glue:text}`second.refused` seeds were refused. Without the bench's noise it
-# is {glue:text}`laboratory.linear.same:.0f` % of the seeds as well.
+# The largest differences of linear and true start are {glue:text}`second.cost_off:.2g`
+# % of the cost and {glue:text}`second.tip_off:.1g` % of the deflection;
+# {glue:text}`second.refused` seeds were refused. Without the noise of the second level
+# it is {glue:text}`laboratory.linear.same:.0f` % of the seeds as well.
 
 # %% [markdown]
 # ## Reading and limits
@@ -314,13 +312,14 @@ def static_grids(effort):
 # {glue:text}`static.uneven.pixel.refined:.0f` µm).
 #
 # **Small steps.** Three steps of 5 mm have
-# {glue:text}`laboratory.steps.staged.common:.0f` common corners each, one step of
-# 15 mm {glue:text}`laboratory.steps.single.common:.0f`. Back-projection errors hardly
-# differ: {glue:text}`laboratory.steps.staged.back:.3f` and
-# {glue:text}`laboratory.steps.single.back:.3f` mm, at the bench's noise
-# {glue:text}`second.steps.staged.back:.2f` and {glue:text}`second.steps.single.back:.2f`
-# mm. Each step also adds a pose to estimate. The verdict counts rejected seeds as the
-# worst, {glue:text}`laboratory.steps.staged.lost` with three steps and
+# {glue:text}`laboratory.steps.staged.common:.0f` common corners each, one step of 15 mm
+# {glue:text}`laboratory.steps.single.common:.0f`. Back-projection errors hardly differ:
+# {glue:text}`laboratory.steps.staged.back:.3f` and
+# {glue:text}`laboratory.steps.single.back:.3f` mm, at the noise of the second level
+# {glue:text}`second.steps.staged.back:.2f` and
+# {glue:text}`second.steps.single.back:.2f` mm. Each step also adds a pose to estimate.
+# The verdict counts rejected seeds as the worst,
+# {glue:text}`laboratory.steps.staged.lost` with three steps and
 # {glue:text}`laboratory.steps.single.lost` with one.
 #
 # **Why 2 mm of 5.** At a distance $Z$ of 260 mm the scene is nearer to the
@@ -331,14 +330,13 @@ def static_grids(effort):
 # a start that ignores the bending does as well. The sum of squares has a
 # wide basin here. What the linear stage saves is a step.
 #
-# **The same end is not the right end.** Which shape has the least cost is up
-# to the corners, the noise and the model. The deflections found have a
-# median of {glue:text}`second.linear.deflection_mm:.2f` mm and scatter by
-# {glue:text}`second.tip_sd_mm:.2f` mm (SD). The spline nearest to the true
-# surface starts at {glue:text}`second.true.start_mm:.2f` mm, not at 5: it is
-# told over the flat mirror as calibrated, which the bench's noise moves as a
-# whole. How far shapes and rays are off is asked in
-# [5.3.3](s3_3_deflections.ipynb).
+# **The same end is not the right end.** Which shape has the least cost is up to the
+# corners, the noise and the model. The deflections found have a median of
+# {glue:text}`second.linear.deflection_mm:.2f` mm and scatter by
+# {glue:text}`second.tip_sd_mm:.2f` mm (SD). The spline nearest to the true surface
+# starts at {glue:text}`second.true.start_mm:.2f` mm, not at 5: it is told over the flat
+# mirror as calibrated, which the noise of the second level moves as a whole. How far
+# shapes and rays are off is asked in [5.3.3](s3_3_deflections.ipynb).
 #
 # **Limits.** One deflection from a mirror that was not bent; steps of 5 mm,
 # none larger. The corners' errors are those of rendered pictures, drawn again.

@@ -38,28 +38,18 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - The linear estimate bends the mirror too little. At the default it finds
-#   {glue:text}`ratio.1650:.2f` of the deflection, and its surface is
-#   {glue:text}`linear:.2f` mm off on the mean; noise from 0.5 to 3 px changes
-#   that by a factor of {glue:text}`linear.growth:.2f` only. What it finds is
-#   close to $Z/(Z+D)$, the scene's depth over the sum of depth and camera
-#   distance.
-# - The final estimate is {glue:text}`noise.distance.1:.2f` mm off at 1 px of
-#   noise. With the cubic taken as the text words it, of the image coordinate,
-#   {glue:text}`noise.distance.0:.3f` mm are there without any noise: a bent
-#   beam is no such cubic. So the error is **not** proportional to the noise
-#   (factor {glue:text}`final.growth:.1f` for six times the noise).
-# - As a cubic of the length along the mirror it is proportional: nothing but
-#   rounding is left without noise, and {glue:text}`noise.height.3:.2f` mm at
-#   3 px. But then the sweep over curvature has not the largest final error
-#   ({glue:text}`bend.height.53:.2f` mm at 53 mm).
-# - Where the final error is large with much curvature, the linear estimate is
-#   not the reason. Started from the true mirror, the refinement ends at the
-#   same curve, to {glue:text}`restart.most:.0e` mm at worst in all trials of
-#   the primary set-up.
-# - Both errors fall with depth, and the final one hardly changes beyond 3 m:
-#   {glue:text}`depth.distance.3000:.3f` mm there,
-#   {glue:text}`depth.distance.8000:.3f` mm at 8 m.
+# - The linear estimate bends the mirror too little. At the default depth it finds
+#   {glue:text}`ratio.1650:.2f` of the deflection, close to $Z/(Z+D)$, the depth of the
+#   scene over the sum of depth and camera distance. Noise hardly changes that.
+# - The final error is nearly proportional to the noise:
+#   {glue:text}`noise.distance.0:.3f` mm without any, {glue:text}`noise.distance.1:.3f`
+#   mm at 1 px and {glue:text}`noise.distance.3:.3f` mm at 3 px.
+# - Both errors fall with depth. The linear one is not inversely proportional to it: it
+#   is $D/(Z+D)$ of the deflection, and the camera distance $D$ is
+#   {glue:text}`camera.distance:.0f` mm.
+# - How wide the sensor is decides most, and the thesis does not state it. With a sensor
+#   of 23.6 mm the claims about noise fail, since a bent beam is no cubic of the image
+#   coordinate.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -202,26 +192,29 @@ def sweeps(effort):
 # beam is 3/8 of that of its tip, which makes the dotted lines of Fig. 5.5.
 #
 # So the bias $D/(Z+D)$ is inversely proportional to the depth only where the
-# grid is much farther away than the camera. The three sensors put the camera
-# at three distances, and all of them are of the order of the depths swept.
-# On logarithmic axes the slope comes near -1 at the far end alone. Over the
-# whole sweep it lies at the edge of what the ledger's test allows: just inside
-# for a mirror bent towards the camera and for the cubic of the length,
-# outside for others. Far out another floor shows with the widest sensor: what
-# the cubic of the picture cannot follow.
+# grid is much farther away than the camera. The four sensors put the camera
+# at four distances, and all of them are of the order of the depths swept.
+# On logarithmic axes the slope comes near -1 at the far end alone. With the primary
+# sensor the camera is so far away that the slope over the whole sweep stays outside of
+# what the test allows; with that of 23.6 mm, nearer to the mirror, it lies at its edge.
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# **Which cubic?** That is the question that decides most. A flat mirror is
-# close to a cubic of the picture, but a bent one is not: the length along the
-# mirror is no linear function of $u$, the less the wider the picture. The
-# small sensor of the thesis's own camera sees the mirror from so far away
-# that the difference vanishes in the noise, and both claims about noise hold
-# there. With the wide sensor the difference is larger than the linear
-# estimate's error at far depths. With 13 rows of corners in place of one the
-# noise averages out, and next to nothing but the difference is left. None of
-# this is seen by the residual alone.
+# **How wide is the sensor?** The thesis prints 656 x 516 pixels and a lens of 26 mm,
+# and no pixel pitch. 656 x 516 is about half of the 1317 x 1035 pixels of the thesis's
+# own MegaPlus 1.4i, which makes 13.6 µm: an inference, and the primary interpretation.
+# The first one here, 36 µm, does not fit the sensor of the camera that it was taken
+# from. The change turned three verdicts, both ways, and that was known when it was
+# made.
+#
+# **Which cubic?** A flat mirror is close to a cubic of the image coordinate, but a bent
+# one is not: the length along the mirror is no linear function of $u$, the less the
+# wider the image. With the primary sensor the difference is
+# {glue:text}`noise.distance.0:.3f` mm and nearly vanishes in the noise. With a sensor
+# of 23.6 mm it is larger than the linear estimate's error at far depths. With 13 rows
+# of corners instead of one the noise averages out, and little but the difference is
+# left. The residual alone does not show any of this.
 #
 # **Where corners end.** Bent away from the camera, the mirror sees more than
 # before, and the corners move towards the clamp. At 53 mm they reach

@@ -45,8 +45,9 @@ FEWER = {"quick": 1, "full": 20}
 # %% [markdown]
 # **Findings.** (Geometry A; medians over the seeds.)
 #
-# - On the bench the linear estimate finds {glue:text}`second.linear.deflection_mm:.2f`
-#   mm of 7.98 mm, the final one {glue:text}`second.final.deflection_mm:.2f` mm.
+# - At the second level the linear estimate finds
+#   {glue:text}`second.linear.deflection_mm:.2f` mm of 7.98 mm, the final one
+#   {glue:text}`second.final.deflection_mm:.2f` mm.
 # - In the camera's frame the primary curve is
 #   {glue:text}`second.before.camera_mm:.2f` mm off, the linear estimate
 #   {glue:text}`second.linear.camera_mm:.2f` mm and the final one
@@ -83,13 +84,12 @@ FEWER = {"quick": 1, "full": 20}
 # [5.3.1](s3_1_simulated.ipynb). New is that the scene has three
 # dimensions, and that the mirror before bending is not known.
 #
-# **Dropping v.** Turn the picture until the clamp's line is upright, and drop
-# the upright coordinate of everything. If the rulings of the mirror are
-# parallel to the picture's plane, nothing is lost: seen along the rulings, a
-# reflection at the mirror is one at its section. All corners that both
-# pictures show then lie beside each other on one curve. The mirrors here keep
-# to it roughly: their rulings spread, their clamp leans, and on the bench they
-# are uneven.
+# **Dropping v.** Turn the picture until the clamp's line is upright, and drop the
+# upright coordinate of everything. If the rulings of the mirror are parallel to the
+# picture's plane, nothing is lost: seen along the rulings, a reflection at the mirror
+# is one at its section. All corners that both pictures show then lie beside each other
+# on one curve. The mirrors here keep to it roughly: their rulings spread, their clamp
+# leans, and at the second level they are uneven.
 #
 # **The curve before** comes from viewing and scene rays (5.2.1): their normals
 # give its shape by (5.15), up to scale, and the points where they meet give
@@ -108,16 +108,16 @@ FEWER = {"quick": 1, "full": 20}
 #
 # The camera is not stated; geometry A of 5.3.3 takes its place. Corners and decoded
 # points have the errors that rendered pictures have; which corners the mirror shows is
-# known exactly. As in 5.3.3 there are two benches: the laboratory as it is, and one
-# with decoding errors and an unevenness like the thesis's. Both numbers are taken from
-# there as they are. Every seed draws the boards, the monitor's places, the platter's,
-# the waves of the mirror and all errors.
+# known exactly. As in 5.3.3 there are three error levels: the laboratory as it is, and
+# two with decoding errors and an unevenness like the thesis's. Both numbers are taken
+# from there as they are. Every seed draws the boards, the monitor's places, the
+# platter's, the waves of the mirror and all errors.
 #
 # The true mirror's middle line stands in for the scan. Errors are mean
 # distances at right angles to it, from clamp to free edge. How the scan came
 # into the camera's frame is not stated: that is a reading, as are the kind of
 # the cubic, what the curve before is made from, and the corners taken.
-
+#
 # **An error put in.** Viewing rays, corners and clamp are exact, and the mirror is
 # even. To the curve before, a change along the mirror is added that has a known
 # mean size: a shift, a tilt, a bend, or these with one of third order, each drawn
@@ -200,11 +200,11 @@ def pictures(effort):
 # %% [markdown]
 # ## Reading and limits
 #
-# **What the residual hides.** On the bench the residual is
+# **What the residual hides.** At the second level the residual is
 # {glue:text}`second.residual_mm:.2f` mm and back-projection at 400 mm
 # {glue:text}`second.back.own_mm:.2f` mm. Neither shows that the mirror is half a mm
 # displaced: so small a shift sends almost the same rays to the board. Rays are
-# {glue:text}`second.final.angle_deg:.2f`° off, in the laboratory
+# {glue:text}`second.final.angle_deg:.2f`° off, at the low-noise level
 # {glue:text}`laboratory.final.angle_deg:.2f`°.
 #
 # **How the final error follows the primary one.** The clamp is held where the primary
@@ -217,14 +217,14 @@ def pictures(effort):
 # {glue:text}`second.before.camera_mm:.2f` mm remain.
 #
 # **What the first curve is made from** matters. From the points alone, without the
-# normals, the final curve is {glue:text}`points.final:.2f` mm off on the bench: a cubic
-# through noisy points has wrong slopes at its ends. The cubic of the length instead of
-# that of the picture gives {glue:text}`height.final:.2f` mm, the middle strip of
-# corners {glue:text}`strip.final:.2f` mm.
+# normals, the final curve is {glue:text}`points.final:.2f` mm off at the second level:
+# a cubic through noisy points has wrong slopes at its ends. The cubic of the length
+# instead of that of the picture gives {glue:text}`height.final:.2f` mm, the middle
+# strip of corners {glue:text}`strip.final:.2f` mm.
 #
 # **Limits.** Double reflections and a substrate of varying thickness are not modelled,
-# and no corner is a wrong match. Seeds rejected: {glue:text}`second.refused:.0f` on
-# the bench, {glue:text}`laboratory.refused:.0f` in the laboratory.
+# and no corner is a wrong match. Seeds rejected: {glue:text}`second.refused:.0f` at the
+# second level, {glue:text}`laboratory.refused:.0f` at the low-noise level.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -163,19 +163,19 @@ def picture_errors(effort):
 #   by four waves of 45 to 110 mm. The factor is solved from the mean distance of mirror
 #   points from their rays (0.86 mm), the unevenness from the residual of stage 1
 #   (0.68 mm);
-# - the *second solved level*, which is the primary one: factor and unevenness solved from
-#   the mean angle to measured rays (0.19°) and the mean back-projection error (0.56 mm)
-#   of stage 0, with a platter whose mirror is off its place on the board by 0.2 mm and
-#   0.06° each time that it is placed, and by 0.2 mm and 0.05° more at each position of
-#   the monitor (standard deviations).
+# - the *second solved level*, which is the primary one: factor and unevenness solved
+#   from the mean angle to measured rays (0.19°) and the mean back-projection error
+#   (0.56 mm) of stage 0, with a platter whose mirror is off its place on the board by
+#   0.2 mm and 0.06° each time that it is placed, and by 0.2 mm and 0.05° more at each
+#   position of the monitor (standard deviations).
 #
 # Both pairs of numbers are solved on geometry A with the method as published, by runs
 # that judge nothing, before any claim was run with them. The printed numbers that they
-# are solved from are *set* and say nothing more. The form of the second level was chosen
-# after all 32 printed numbers had been seen: how many of them it reaches describes the
-# choice and tests nothing. A claim whose verdict differs between the levels is left
-# undecided, and so is one whose estimate changes side between half and twice the second
-# level's numbers.
+# are solved from are *set* and say nothing more. The form of the second level was
+# chosen after all 32 printed numbers had been seen: how many of them it reaches
+# describes the choice and tests nothing. A claim whose verdict differs between the
+# levels is left undecided, and so is one whose estimate changes side between half and
+# twice the second level's numbers.
 
 # %% tags=["active-ipynb"]
 # show("ext_mirror_bench")

@@ -120,17 +120,15 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# Geometry A and, in brief, B; the method as published (distance spline of 7 x 3,
-# the clamp's position, no prior). Out, the board stands elsewhere in each step;
-# on the way back it stays, so that the same two pictures also give the single
-# step from stage 3 to stage 0. Boards for back-projection stand 400 mm away, the
-# same one at stage 0 before, after six steps and after the single one. The steps
-# of 5 mm are *set*, as the thesis's were; everything else is found. Errors of
-# corners and decoded points are those of rendered pictures, drawn again, on the
-# *bench* and in the laboratory
-# ([how they differ](s3_3_calibration.ipynb)). Which corners the mirror shows, and
-# where its edges are, is known exactly, unlike in
-# [images](s3_3_deflections.ipynb).
+# Geometry A and, in brief, B; the method as published (distance spline of 7 x 3, the
+# clamp's position, no prior). Out, the board stands elsewhere in each step; on the way
+# back it stays, so that the same two pictures also give the single step from stage 3 to
+# stage 0. Boards for back-projection stand 400 mm away, the same one at stage 0 before,
+# after six steps and after the single one. The steps of 5 mm are *set*, as the thesis's
+# were; everything else is found. Errors of corners and decoded points are those of
+# rendered pictures, drawn again, at three error levels ([how they
+# differ](s3_3_calibration.ipynb)). Which corners the mirror shows, and where its edges
+# are, is known exactly, unlike in [images](s3_3_deflections.ipynb).
 
 # %%
 SEEDS = {"quick": 5, "full": 100}
@@ -276,7 +274,7 @@ def film_pictures(effort):
 # show_table("table_5_5")
 
 # %% [markdown]
-# ## Sensitivity of the verdicts to the bench
+# ## Sensitivity of the verdicts to the error level
 
 # %% tags=["active-ipynb"]
 # show_table("ext_table_5_5_sweep")
@@ -325,7 +323,7 @@ def film_pictures(effort):
 # {glue:text}`relief.removed:.0f` % of the increase, as the thesis supposes.
 #
 # **Rejected seeds** count as the worst in the medians, so that the last steps look
-# worse than the seeds that complete the loop. In the laboratory
+# worse than the seeds that complete the loop. At the low-noise level
 # {glue:text}`lab.refused` seeds are rejected, so that noise is not the reason. On
 # geometry B, whose mirror is short and near, it is {glue:text}`b.refused` of
 # {glue:text}`b.seeds`. The thesis does not report how many corners an interval of its

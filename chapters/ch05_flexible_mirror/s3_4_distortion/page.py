@@ -46,9 +46,9 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - The radius comes out. On the bench it is off by {glue:text}`radius.3` % at stage 3
-#   (median), {glue:text}`radius.worst` % at most in any seed that came to the last
-#   stage; the thesis has 0.19 to 1.15 %. But {glue:text}`refused` of
+# - The radius comes out. At the second level it is off by {glue:text}`radius.3` % at
+#   stage 3 (median), {glue:text}`radius.worst` % at most in any seed that came to the
+#   last stage; the thesis has 0.19 to 1.15 %. But {glue:text}`refused` of
 #   {glue:text}`seeds` seeds were rejected on the way, as the corners no longer held the
 #   mirror's ends. They count against the claim, which stays open for that.
 # - It shows little of the rays. These are {glue:text}`angle.0`° off at stage 0 and
@@ -56,10 +56,11 @@ from repro.run.outcomes import Plan
 #   {glue:text}`pose.3` mm from where it is: the pose makes up for what is wrong with
 #   the rays ([radius and rays](#ext_circle_blind)).
 # - Distances from the best circle do not add up over the stages:
-#   {glue:text}`residual.0` mm at stage 0, {glue:text}`residual.3` mm at stage 3. On the
-#   bench residuals around the circle are alike at all stages, with a mean correlation
-#   of {glue:text}`alike`: waves of the sheet are carried along, and the spline does not
-#   follow them. In the laboratory, whose sheet is even, it is {glue:text}`lab.alike`.
+#   {glue:text}`residual.0` mm at stage 0, {glue:text}`residual.3` mm at stage 3. At the
+#   second level residuals around the circle are alike at all stages, with a mean
+#   correlation of {glue:text}`alike`: waves of the sheet are carried along, and the
+#   spline does not follow them. At the low-noise level, whose sheet is even, it is
+#   {glue:text}`lab.alike`.
 # - Of the distortion of a face in low relief a plane leaves {glue:text}`face.true` %
 #   with the true mirror. With the calibrated one {glue:text}`face` % is left: its own
 #   errors are as large as what it should remove.
@@ -117,11 +118,12 @@ from repro.run.outcomes import Plan
 # mirror then looks, with the same tilt at all stages. Corners under the circle's line
 # do not count. Corners have errors as in rendered pictures, and so has the circle's
 # line, which is the middle between its two edges; both were measured before. The circle
-# is measured at 90 places. All is run on the *bench* and in the *laboratory*, with the
-# same draws; the bench decides. Beside the calibration stage by stage stands the true
-# mirror. In a few runs on the bench images a quarter as wide are rendered (Figs. 5.14
-# to 5.18), and corners and both edges of the circle are measured there, each looked for
-# next to where the true camera has it.
+# is measured at 90 places. All is run at the three error levels of
+# [5.3.3](s3_3_calibration.ipynb), with the same draws; the second one decides. Beside
+# the calibration stage by stage stands the true mirror. In a few runs at the second
+# level images a quarter as wide are rendered (Figs. 5.14 to 5.18), and corners and both
+# edges of the circle are measured there, each looked for next to where the true camera
+# has it.
 #
 # For the face the mirror is pushed by 12 mm, in three steps of 4 mm: calibrated
 # after a single push, no corner at the clamp is seen both before and after. A bust
@@ -247,31 +249,31 @@ def face_picture(effort, results):
 # by the same rays. With the board's true pose in place of the found one the radius is
 # off by {glue:text}`placed.3` % at stage 3 and not {glue:text}`radius.3` %. From stage
 # 1 to 3, seed by seed, rays get {glue:text}`angle.growth` times as wrong, and the
-# circle's residual {glue:text}`growth` times as large. In the laboratory rays of stage
-# 3 are {glue:text}`lab.angle.3`° off, and the radius is {glue:text}`lab.radius.3` %
-# off: the better camera cannot be recognised from a circle.
+# circle's residual {glue:text}`growth` times as large. At the low-noise level rays of
+# stage 3 are {glue:text}`lab.angle.3`° off, and the radius is {glue:text}`lab.radius.3`
+# % off: the better camera cannot be recognised from a circle.
 #
-# **Level of the residuals.** In the laboratory they are {glue:text}`lab.residual.0` mm
-# at stage 0 and {glue:text}`lab.residual.3` mm at stage 3. The thesis prints 0.15 to
-# 0.29 mm: as in the laboratory, not as on the bench, whose unevenness was solved from
-# another number. With the true mirror they are {glue:text}`true.most` mm at most.
-# Corners and edges are not what is left.
+# **Level of the residuals.** At the low-noise level they are
+# {glue:text}`lab.residual.0` mm at stage 0 and {glue:text}`lab.residual.3` mm at stage
+# 3. The thesis prints 0.15 to 0.29 mm: as at the low-noise level, not as at the second
+# level, whose unevenness was solved from another number. With the true mirror they are
+# {glue:text}`true.most` mm at most. Corners and edges are not what is left.
 #
 # **The circle and a conic.** In the picture, the farther the mirror is bent, the
 # farther is the circle from a conic: {glue:text}`lab.conic.0`,
-# {glue:text}`lab.conic.1`, {glue:text}`lab.conic.2` and {glue:text}`lab.conic.3` px in
-# the laboratory. The bench's waves alone make {glue:text}`conic.0` px of stage 0, and
-# hide the order of the stages in some seeds.
+# {glue:text}`lab.conic.1`, {glue:text}`lab.conic.2` and {glue:text}`lab.conic.3` px at
+# the low-noise level. The waves of the second level alone make {glue:text}`conic.0` px
+# of stage 0, and hide the order of the stages in some seeds.
 #
 # **What the verdicts rest on.** Seeds are rejected where the last corners leave an end
-# of the mirror to the spline alone: {glue:text}`refused` on the bench,
-# {glue:text}`lab.refused` in the laboratory, and {glue:text}`waved.refused` of
+# of the mirror to the spline alone: {glue:text}`refused` at the second level,
+# {glue:text}`lab.refused` at the low-noise level, and {glue:text}`waved.refused` of
 # {glue:text}`ends.seeds` where the mirror is twice as uneven. A claim that all
 # remaining seeds confirm can be undecided for them. That the residual does not grow is
 # open for the rejected seeds of the uneven mirror alone. The order of the stages by
 # distance from a conic depends on the unevenness: it holds in {glue:text}`conic.share`
-# % of the seeds on the bench, with half the unevenness in {glue:text}`evener.conic` %,
-# with twice in {glue:text}`waved.conic` %.
+# % of the seeds at the second level, with half the unevenness in
+# {glue:text}`evener.conic` %, with twice in {glue:text}`waved.conic` %.
 #
 # **The single evaluation** of the thesis, points on a random plane and a conic, holds
 # for central cameras only. The thesis proposes the test in a sentence and did not do
@@ -279,20 +281,20 @@ def face_picture(effort, results):
 #
 # **A face, and which distortion.** A mirror that is bent evenly shows a small part of a
 # scene nearly as a homography would: squeezed along one direction. What no homography
-# takes away is {glue:text}`face.raw` mm on the bust, root mean square. The
-# calibrated mirror leaves {glue:text}`face.corrected` mm of it on the bench, and
-# {glue:text}`lab.face.corrected` of {glue:text}`lab.face.raw` mm in the laboratory. The
-# plane is not what fails: after a push of 12 mm, in three steps, the rays do. Refused
-# before were {glue:text}`face.refused` of the bench's seeds and
-# {glue:text}`lab.face.refused` of the laboratory's; they have no face, and count
+# takes away is {glue:text}`face.raw` mm on the bust, root mean square. The calibrated
+# mirror leaves {glue:text}`face.corrected` mm of it at the second level, and
+# {glue:text}`lab.face.corrected` of {glue:text}`lab.face.raw` mm at the low-noise
+# level. The plane is not what fails: after a push of 12 mm, in three steps, the rays
+# do. Refused before were {glue:text}`face.refused` of the second level's seeds and
+# {glue:text}`lab.face.refused` of the low-noise level's; they have no face, and count
 # against the claim. To the eye most of the distortion is gone (Fig. 5.19), as the
 # thesis has it: the eye counts the squeeze, too.
 #
 # **Limits.** At 400 mm nearly the whole circle is in the picture, but not always all
 # of it. The thesis's line and its width are not told; here it is 4 mm wide on white
 # paper. The pictures are of 768 x 576 pixels, the runs' corners those of the whole
-# camera. The numbers of seeds keep the time of the report: {glue:text}`seeds` on each
-# bench, {glue:text}`ends.seeds` at each end.
+# camera. The numbers of seeds keep the time of the report: {glue:text}`seeds` at each
+# level, {glue:text}`ends.seeds` at each end.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -37,13 +37,13 @@ from repro.run.outcomes import Plan
 # - Linear self-calibration is no calibration beyond one small push. With features as
 #   5.4 describes them (across the middle, and near ones at the end that bends), it
 #   finds {glue:text}`lab.told.1`, {glue:text}`lab.told.2` and {glue:text}`lab.told.3`
-#   mm of three pushes of 5 mm in the laboratory, much as [Table 5.9](#table_5_9) has
-#   it. On the bench it finds {glue:text}`told.1`, {glue:text}`told.2` and
+#   mm of three pushes of 5 mm at the low-noise level, much as [Table 5.9](#table_5_9)
+#   has it. At the second level it finds {glue:text}`told.1`, {glue:text}`told.2` and
 #   {glue:text}`told.3` mm, and rejects {glue:text}`told.refused` of {glue:text}`seeds`
 #   seeds.
 # - The calibrated rays are wrong by more than those of the boards: after the third push
-#   by {glue:text}`lab.told.deg.3`° in the laboratory and {glue:text}`told.deg.3`° on
-#   the bench, with boards by {glue:text}`lab.board.deg.3`° and
+#   by {glue:text}`lab.told.deg.3`° at the low-noise level and {glue:text}`told.deg.3`°
+#   at the second level, with boards by {glue:text}`lab.board.deg.3`° and
 #   {glue:text}`board.deg.3`°.
 # - Stereo between bent states fails because of the calibration, not only because of the
 #   short baseline. With calibrated mirrors depths in the far scene are
@@ -157,32 +157,32 @@ def known(effort):
 # %% [markdown]
 # ## Reading and limits
 #
-# **Where the error comes from.** With features spread evenly and all far, the
-# laboratory finds {glue:text}`lab.even.1`, {glue:text}`lab.even.2` and
+# **Where the error comes from.** With features spread evenly and all far, the low-noise
+# level finds {glue:text}`lab.even.1`, {glue:text}`lab.even.2` and
 # {glue:text}`lab.even.3` mm; with boards the same seeds have {glue:text}`lab.board.1`,
 # {glue:text}`lab.board.2` and {glue:text}`lab.board.3` mm. The finite depth causes a
-# part of the difference, and each step starts from the rays of the last. On the bench,
-# whose mirror has waves, wrong coefficients at the end of the mirror grow from step to
-# step. With even features {glue:text}`even.refused` of {glue:text}`seeds` seeds are
-# rejected, and after the third push only {glue:text}`even.reach` have a shape that
+# part of the difference, and each step starts from the rays of the last. At the second
+# level, whose mirror has waves, wrong coefficients at the end of the mirror grow from
+# step to step. With even features {glue:text}`even.refused` of {glue:text}`seeds` seeds
+# are rejected, and after the third push only {glue:text}`even.reach` have a shape that
 # still reaches the load. There are no residuals that could show this.
 #
-# **What survives of 5.4.** In the laboratory stages 1 and 2 are nearer than a board's
-# linear estimates. On the bench this holds in the median; it changes with the waves,
-# and stays undecided. Most seeds of the laboratory get worse from push to push. That
-# the third push is as far off as a board's linear estimate is chance: the estimates of
-# boards get better from push to push while these get worse. Clustered features do bend
-# the mirror upright, by {glue:text}`lab.clustered.sag` mm at stage 3 in the laboratory,
-# even ones by {glue:text}`lab.even.sag` mm ([features](#ext_self_features)). On the
-# bench only {glue:text}`sides` of {glue:text}`seeds` seeds have a shape whose sides can
-# be measured then. Near features give an inflexion at both stages in
-# {glue:text}`near.inflected` % of the seeds, and without them it is there at both in
-# {glue:text}`even.inflected` % (laboratory: {glue:text}`lab.near.inflected` and
-# {glue:text}`lab.even.inflected` %). On the bench only {glue:text}`near.reach` and
-# {glue:text}`even.reach` seeds have a shape that reaches the load at stage 3; the
-# others count as without an inflexion. That the method is of no use beyond a push
-# stands, and more than its test shows: on the bench the test counts rejected seeds as
-# misses.
+# **What survives of 5.4.** At the low-noise level stages 1 and 2 are nearer than a
+# board's linear estimates. At the second level this holds in the median; it changes
+# with the waves, and stays undecided. Most seeds at the low-noise level get worse from
+# push to push. That the third push is as far off as a board's linear estimate is
+# chance: the estimates of boards get better from push to push while these get worse.
+# Clustered features do bend the mirror upright, by {glue:text}`lab.clustered.sag` mm at
+# stage 3 at the low-noise level, even ones by {glue:text}`lab.even.sag` mm
+# ([features](#ext_self_features)). At the second level only {glue:text}`sides` of
+# {glue:text}`seeds` seeds have a shape whose sides can be measured then. Near features
+# give an inflexion at both stages in {glue:text}`near.inflected` % of the seeds, and
+# without them it is there at both in {glue:text}`even.inflected` % (low-noise level:
+# {glue:text}`lab.near.inflected` and {glue:text}`lab.even.inflected` %). At the second
+# level only {glue:text}`near.reach` and {glue:text}`even.reach` seeds have a shape that
+# reaches the load at stage 3; the others count as without an inflexion. That the method
+# is of no use beyond a push stands, and more than its test shows: at the second level
+# the test counts rejected seeds as misses.
 #
 # **The baseline between bent states.** 5.4 takes it for several millimetres. But after
 # a push a feature is seen at another place of the mirror: the two places are
@@ -204,9 +204,9 @@ def known(effort):
 #
 # **Limits.** Drawn features have the errors of corners, and no wrong matches. Where the
 # mirror's edges are in each picture is known exactly. The thesis does not state where
-# the near features lie and how features cluster. The ends of the bench's sweep are run
-# with {glue:text}`swept.seeds` seeds each: enough to detect a verdict that changes, too
-# few for a share. Claims are held against {glue:text}`seeds` seeds of three pushes and
+# the near features lie and how features cluster. The ends of the sweep are run with
+# {glue:text}`swept.seeds` seeds each: enough to detect a verdict that changes, too few
+# for a share. Claims are held against {glue:text}`seeds` seeds of three pushes and
 # carry the mark of few seeds; that errors do not accumulate, against
 # {glue:text}`known.seeds` runs of eight steps.
 

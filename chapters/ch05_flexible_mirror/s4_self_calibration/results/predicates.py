@@ -108,18 +108,22 @@ def large_error(runs):
     )
 
 
-def fixed_edge(runs):
-    """The SD of a depth falls from the clamp on."""
+def edge_times(runs):
+    """SD of a depth in the strip at the clamp over that at the free end, (seeds,)."""
     sd = runs.arrays("stereo.sd_mm")
     # A quick build has no sweep, and so no strips of it.
-    times = np.array([one[0] / one[-1] for one in sd] or [np.nan])
+    return np.array([one[0] / one[-1] for one in sd] or [np.nan])
+
+
+def fixed_edge(runs):
+    """The SD of a depth falls from the clamp on."""
     trend = runs.column("stereo.trend")
     return (
         trend <= TREND,
         trend,
         "",
         "Spearman's rank correlation of the SD with the distance from the clamp; in "
-        f"the strip at the clamp the SD is {middle(times)} times that at the free end; "
+        f"the strip at the clamp the SD is {middle(edge_times(runs))} times that at the free end; "
         "that there is no depth at all at the clamp is not tested",
     )
 

@@ -65,7 +65,7 @@ def of_scenes(runs):
 def of_views(runs):
     """{name: words} of stereo between states, and of all of them."""
     found = {"ordered": f"{100 * np.mean(predicates.order(runs)[0]):.0f}"}
-    found["edge"] = said(predicates.fixed_edge(runs)[1], 1)
+    found["edge"] = said(predicates.edge_times(runs), 1)
     found["apart"] = said(runs.column("stereo.apart_mm"), 0)
     found["finer"] = said(runs.column("stereo.finer"), 0)
     for cameras in ("found", "true"):
