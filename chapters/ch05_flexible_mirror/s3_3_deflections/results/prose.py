@@ -33,10 +33,10 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.tips import (
     tip_sd,
 )
 from chapters.shared.mirror_bench import LEVEL
+from raxel.calibration.mirror.edges import SWINGING_DEG
 from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 
-SWINGS = "swinging-end"  # the code of a refusal
 MEASURES = {
     "angle": "angle_deg",
     "measured": "measured_deg",
@@ -57,7 +57,6 @@ def name_values(open_results):
     quoted = quoted_of(bench) | {
         "lab.refused": refusals(Runs(results, bench="laboratory")),
         "b.refused": refusals(of_b),
-        "b.swinging": swings(of_b),
         "b.seeds": of_b.seeds,
         # Words, since a few seeds may all be refused there.
         "b.angle.3": words(of_b.of(LAST, "angle_deg")),
@@ -87,7 +86,7 @@ def quoted_of(runs):
     return found | {
         "linear.most": float(np.nanmax(ratios)),
         "worst": middle(np.abs(off).max(axis=0)),
-        "share.deflections": 100 * float(np.mean(deflections_found(runs)[0])),
+        "share.deflections": share(*deflections_found(runs)[:2]),
         "left": middle(runs.of(LAST, "back_mm") / runs.of(LAST, "stale_mm")),
         "clamped": middle(clamped),
         "free": middle(free),
@@ -97,6 +96,12 @@ def quoted_of(runs):
         "swinging": swings(runs),
         "seeds": runs.seeds,
     }
+
+
+def share(holds, found):
+    """Of the completed runs, those in which a claim is true, %; nan without any."""
+    done = ~np.isnan(found)
+    return 100 * float(np.mean(holds[done])) if done.any() else np.nan
 
 
 def quoted_of_tips(tips):
@@ -127,5 +132,6 @@ def refusals(runs):
 
 
 def swings(runs):
-    """How many seeds ended since the spline would swing at an end of the mirror."""
-    return sum(code == SWINGS for code in runs.refused())
+    """How many completed seeds have a stage whose spline swings at an end."""
+    most = runs.at("swing_deg").max(axis=0)
+    return int(np.count_nonzero(most >= SWINGING_DEG))

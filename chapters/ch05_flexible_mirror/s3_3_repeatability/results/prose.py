@@ -53,7 +53,8 @@ def median(found):
 
 
 def quoted_of_loops(runs):
-    """What the loop gave on one bench, by name."""
+    """What the loop gave at one level, by name."""
+    more = 100 * (runs.of("single", "back_mm") / runs.of("step6", "back_mm") - 1)
     places = {"start": "start", "end": "step6", "single": "single"}
     measures = {"back": "back_mm", "true": "back_true_mm", "angle": "angle_deg"}
     return {
@@ -65,6 +66,8 @@ def quoted_of_loops(runs):
         "apart": median(predicates.disagreement(runs)),
         "open": median(predicates.loop_error(runs)),
         "single.apart": median(predicates.single_difference(runs)),
+        "single.worse": 100 * float(np.mean(more[np.isfinite(more)] > 0)),
+        "single.more": median(more),
         "height.end": median(np.abs(predicates.height_errors(runs))[-1]),
         "growth": growth(runs, "back_mm"),
         "growth.true": growth(runs, "back_true_mm"),

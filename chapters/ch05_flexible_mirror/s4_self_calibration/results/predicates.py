@@ -123,8 +123,8 @@ def fixed_edge(runs):
         trend,
         "",
         "Spearman's rank correlation of the SD with the distance from the clamp; in "
-        f"the strip at the clamp the SD is {middle(edge_times(runs))} times that at the free end; "
-        "that there is no depth at all at the clamp is not tested",
+        f"the strip at the clamp the SD is {middle(edge_times(runs))} times that at "
+        "the free end; that there is no depth at all at the clamp is not tested",
     )
 
 
