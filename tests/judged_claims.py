@@ -1,5 +1,7 @@
 """Tests of claims, run as the build runs them: once for each reading of the ledger."""
 
+import re
+
 from repro.judge.readings import open_questions
 from repro.run.judging import in_every_reading
 from tests.made_results import ROOT, as_planned
@@ -9,6 +11,25 @@ def readings_of(judge, results):
     """The readings of a claim's test, of the questions that its mark names."""
     (mark,) = (mark for mark in judge.repro_marks if mark["kind"] == "claim")
     return in_every_reading(judge, results, open_questions(ROOT), mark["readings"])
+
+
+def verdicts(judge, results):
+    """(verdict of the primary reading, those of all others together)."""
+    first, *others = [reading.verdict for reading in readings_of(judge, results)]
+    return first, set(others)
+
+
+def of_rejected(judge, results):
+    """{(verdict, how many of how many runs were rejected, verdict with these as
+    misses)} of all readings; of one that tells of none, the verdict alone."""
+    told = r"(\d+ of \d+) runs rejected, which as misses give: ([a-z ]+)"
+    return {
+        (
+            one.verdict,
+            *(found.groups() if (found := re.search(told, one.reason)) else ()),
+        )
+        for one in readings_of(judge, results)
+    }
 
 
 def readings(judge, experiment, values):

@@ -87,7 +87,7 @@ def flat(values, prefix=""):
 
 
 def _is_column(value):
-    return isinstance(value, list | tuple | np.ndarray) and np.ndim(value) > 0
+    return isinstance(value, list | tuple) or np.ndim(value) > 0
 
 
 class OfLaw(Result):

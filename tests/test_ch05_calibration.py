@@ -11,8 +11,9 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.claims import (
 from chapters.ch05_flexible_mirror.s3_3_calibration.trials import trust
 from chapters.ch05_flexible_mirror.s3_3_calibration.trials.bench import solved
 from chapters.shared.gaussian_errors import GaussianErrors
+from chapters.shared.mirror_bench import BENCHES, Bench
 from chapters.shared.mirror_errors import PHASES, MirrorErrors, pool_of
-from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
+from chapters.shared.mirror_files import ALL_THREE, SMALL_A
 from chapters.shared.mirror_rigs import FILES, SMALL_FILES, mirror_rig
 from chapters.shared.mirror_runs import lattice, outline, px_per_mm
 from chapters.shared.mirror_scores import (
@@ -24,8 +25,10 @@ from chapters.shared.mirror_scores import (
 )
 from raxel.calibration.mirror.sightings import normalised
 from raxel.cameras import SplineMirrorCamera
+from raxel.geometry import inverse_pose
 from raxel.geometry.spline_grid import spline_grid
 from tests.exercise_answers import misjudged
+from tests.judged_claims import verdicts
 from tests.made_results import ROOT, of_columns
 
 PERIOD = np.array([40.0, 60.0])
@@ -40,10 +43,15 @@ PERIOD = np.array([40.0, 60.0])
     ],
 )
 def test_a_field_of_view_that_doubles(fans, verdict):
-    bench = [np.array([fans[0], 0, 0, fans[1]]) for _ in range(9)]
-    found = of_columns(*(({"geometry": g}, {"bench": bench}) for g in "AB"))
-    reading = judge_field_of_view({"fig_5_10_fans": found}, {"mirror_bench": "bench"})
-    assert reading.verdict == verdict
+    of = {"A": fans, "B": (20.0, 50.0), "C": (20.0, 40.0)}
+    found = of_columns(
+        *(
+            ({"geometry": g}, {b: [np.array([first, 0, 0, last])] * 9 for b in BENCHES})
+            for g, (first, last) in of.items()
+        )
+    )
+    made = verdicts(judge_field_of_view, {"fig_5_10_fans": found})
+    assert made == (verdict, {verdict, "reproduced"})
 
 
 @pytest.mark.parametrize(("last", "verdict"), [(9.0, "reproduced"), (6.9, "differs")])
@@ -113,7 +121,7 @@ def test_angles_and_scales():
 
 
 def test_experiments_name_the_files_that_the_rigs_are_read_from():
-    assert (FILES["A"], FILES["B"]) == (GEOMETRY_A, GEOMETRY_B)
+    assert FILES["A"] + FILES["B"] + FILES["C"] == ALL_THREE
     assert SMALL_FILES["A"] == SMALL_A
 
 
@@ -127,19 +135,42 @@ def test_errors_of_the_scene_are_as_large_as_stated():
     )
 
 
-def test_measured_errors_are_drawn_as_large_as_stated_at_any_noise_of_the_bench():
+def test_measured_errors_are_drawn_as_large_as_stated_at_any_level():
     rng = np.random.default_rng(1)
     true = rng.uniform(0, 300, (4000, 2))
     error = 0.03 * np.sin(2 * np.pi * true / 40) + rng.normal(0, 0.02, true.shape)
     pool = pool_of(error, true, [40.0, 40.0])
     pixels = rng.normal(0, 0.1, (4000, 2))
     for factor in (1.0, 2.5):
-        errors = MirrorErrors(pixels, 3 * pixels, pool, pool, factor)
+        errors = MirrorErrors(pixels, 3 * pixels, pool, pool).on(Bench(factor))
         stated = errors.platter_sd_mm
         assert stated == pytest.approx(factor * np.sqrt(np.mean(error**2)), rel=0.02)
         for drawn in (errors.in_platter(true, rng), errors.in_mirror(true, rng)):
             assert np.std(drawn - true) == pytest.approx(stated, rel=0.03)
         assert errors.plate_sd_px == pytest.approx(0.3, rel=0.03)
+
+
+def test_a_platter_is_off_by_its_level_s_errors_and_all_levels_draw_alike():
+    platter = mirror_rig("A").platter(np.random.default_rng(0))
+    after, off = set(), {}
+    for name, level in BENCHES.items():
+        rng, errors = np.random.default_rng(3), MirrorErrors(*[None] * 4, level)
+        placings = [errors.mounted(platter, rng, 50) for _ in range(200)]
+        after.add(rng.random())
+        lain = np.array([[at.T_camera_mirror for at in one] for one in placings])
+        off[name] = inverse_pose(platter.T_camera_mirror) @ lain
+    assert len(after) == 1
+    for none in ("bench", "laboratory"):
+        np.testing.assert_allclose(off[none][:] - np.eye(4), 0, atol=1e-12)
+    # The same at all positions of a placing, and more at each: along and about x, y, z.
+    shift, turn = off["second"][..., :3, 3], off["second"][..., [2, 0, 1], [1, 2, 0]]
+    found = np.array([shift, np.degrees(turn)])
+    np.testing.assert_allclose(
+        found.std(axis=2).mean(axis=(1, 2)), (0.2, 0.05), rtol=0.03
+    )
+    np.testing.assert_allclose(
+        found.mean(axis=2).std(axis=(1, 2)), (0.202, 0.0604), rtol=0.1
+    )
 
 
 class Predicted:

@@ -1,4 +1,4 @@
-"""Section 5.3.3, three deflections: claims can fail, and refused seeds count."""
+"""Section 5.3.3, three deflections: claims can fail, on runs that were completed."""
 
 import numpy as np
 import pytest
@@ -8,10 +8,11 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results import geometry, pro
 from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
     edge_excess,
 )
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, FIRST, LEVEL, SWEPT
 from raxel.errors import CalibrationError
+from repro.run.outcomes import NOT_COMPARABLE
 from tests.exercise_answers import misjudged
-from tests.judged_claims import readings_of
+from tests.judged_claims import of_rejected, readings_of, verdicts
 from tests.made_results import ROOT, of_columns
 from tests.test_mirror_update import to_the_edge
 
@@ -27,8 +28,9 @@ def lattice():
 SHEET = lattice()
 OUTWARDS = np.maximum(SHEET[:, 0], 1.6 * np.abs(SHEET[:, 1] - 0.5))
 TRUE = {"shift_mm": 100.2, "turn_deg": 0.1, "measured_deg": 0.2, "angle_deg": 0.2,
-        "deflection_mm": 4.9, "linear_mm": 3.0, "back_mm": 0.5, "back_true_mm": 0.7,
-        "stale_mm": 5.0, "residual_mm": 0.6, "off_deg": 0.1 + 0.2 * OUTWARDS,
+        "anew_measured_deg": 0.2, "swing_deg": 1.0, "deflection_mm": 4.9,
+        "linear_mm": 3.0, "back_mm": 0.5, "back_true_mm": 0.7, "stale_mm": 5.0,
+        "residual_mm": 0.6, "off_deg": 0.1 + 0.2 * OUTWARDS,
         "sheet": SHEET, "own": np.column_stack([OUTWARDS, 0 * OUTWARDS]),
         "seen_at": SHEET}  # fmt: skip
 
@@ -36,41 +38,46 @@ TRUE = {"shift_mm": 100.2, "turn_deg": 0.1, "measured_deg": 0.2, "angle_deg": 0.
 ARRAYS = {"off_deg": runs.STAGES, "sheet": runs.STAGES, "own": (3,), "seen_at": (3,)}
 
 
-def of_bench(bench, seeds, other, places=True):
-    """Columns of a bench: TRUE at all stages but for {(stage, name): value}."""
+KEPT = ("shift_mm", "turn_deg")
+NONE = {(k, name): np.nan for k in runs.DEFLECTED for name in TRUE}
+
+
+def of_bench(bench, seeds, other, places=True, lost=0, kept=KEPT):
+    """Columns of a level: TRUE at all stages but for {(stage, name): value}; lost:
+    seeds that were rejected at stage 3, and have of it what `kept` names."""
     rng = np.random.default_rng(5)
-    out = {}
+    out = {f"{bench}.refused": ["stage 3"] * lost + [None] * (seeds - lost)}
     for stage in runs.STAGES:
         for name, value in TRUE.items():
             value = other.get((stage, name), value)
             if np.ndim(value) and not (places and stage in ARRAYS[name]):
                 continue
-            if np.ndim(value):
-                out[f"{bench}.stage{stage}.{name}"] = [value] * seeds
-            else:
-                near = 1 + 1e-4 * rng.standard_normal(seeds)
-                out[f"{bench}.stage{stage}.{name}"] = value * near
+            near = 1 + 1e-4 * rng.standard_normal(seeds)
+            values = [value] * seeds if np.ndim(value) else list(value * near)
+            gone = lost if stage == runs.LAST and name not in kept else 0
+            out[f"{bench}.stage{stage}.{name}"] = [None] * gone + values[gone:]
     return out
 
 
-def made(other=None, swept=None, seeds=SEEDS, places=True):
-    """The results of both experiments, with what is otherwise at each kind of bench."""
+def made(other=None, swept=None, seeds=SEEDS, places=True, at=None, **lost):
+    """The results of all experiments, with what is otherwise at each kind of level;
+    at: {level: what is otherwise there}."""
     results = {}
-    for name, benches, count, changed in (
-        (runs.RUNS, BENCHES, seeds, other or {}),
-        (runs.SWEPT_RUNS, SWEPT, 4, swept or other or {}),
+    for name, benches, count, changed, gone in (
+        (runs.RUNS, BENCHES, seeds, other or {}, lost),
+        (runs.LONGER, {LEVEL}, seeds, other or {}, {}),
+        (runs.SWEPT_RUNS, SWEPT, 4, swept or other or {}, {}),
     ):
         columns = {}
         for bench in benches:
-            columns |= of_bench(bench, count, changed, places)
+            here = (at or {}).get(bench, changed)
+            columns |= of_bench(bench, count, here, places, **gone)
         results[name] = of_columns(({"geometry": "A"}, columns))
     return results
 
 
 FALSE = {
-    claims.judge_pose_reflection: [{(2, "shift_mm"): 98.4}, {(3, "turn_deg"): 0.41}],
     claims.judge_deflections: [{(2, "deflection_mm"): 4.4}],
-    claims.judge_linear_range: [{(1, "linear_mm"): 2.3}, {(3, "linear_mm"): 4.0}],
     claims.judge_angles: [{(3, "measured_deg"): 0.31}],
     claims.judge_angles_by_place: [{(1, "off_deg"): 0.3 - 0.2 * OUTWARDS}],
     claims.judge_removed: [{(3, "back_mm"): 1.3}],
@@ -80,6 +87,7 @@ FALSE = {
 }
 
 
+SAME = ("reproduced", {"reproduced"})
 BY_PLACE = (claims.judge_angles_by_place, claims.judge_edges)
 
 
@@ -88,41 +96,93 @@ def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
     # A share of 95 % needs more runs than one of 90 %.
     seeds = ENOUGH if judge is claims.judge_underestimate else SEEDS
     size = {"seeds": seeds, "places": judge in BY_PLACE}
-    found = readings_of(judge, made(**size))
-    assert [r.verdict for r in found] == ["reproduced"] * 2
+    assert verdicts(judge, made(**size)) == SAME
     for other in FALSE[judge]:
-        found = readings_of(judge, made(other, **size))
-        assert [r.verdict for r in found] == ["differs"] * 2
-        # An end of the sweep at which it is false leaves the bench's verdict open.
-        bench, laboratory = readings_of(judge, made({}, other, **size))
-        assert (bench.verdict, laboratory.verdict) == ("undecided", "reproduced")
+        assert verdicts(judge, made(other, **size)) == ("differs", {"differs"})
+        # An end of the sweep at which it is false leaves the primary verdict open, and
+        # so does one at which every run was rejected.
+        for end in (other, NONE):
+            found = verdicts(judge, made({}, end, **size))
+            assert found == ("undecided", {"reproduced"})
+
+
+def test_a_verdict_that_differs_among_the_levels_is_open_and_names_all_three():
+    results = made(at={FIRST: {(2, "deflection_mm"): 4.4}}, places=False)
+    found = readings_of(claims.judge_deflections, results)
+    assert found[0].verdict == "undecided"
+    assert (
+        "second solved level reproduced, first solved level differs, "
+        "low-noise level reproduced"
+    ) in found[0].reason
+    others = ["reproduced"] * len(found[3:]) + ["differs", "reproduced"]
+    assert [one.verdict for one in found[1:]] == others
+
+
+@pytest.mark.parametrize(
+    ("other", "verdict"),
+    [
+        ({}, "reproduced"),
+        ({(2, "shift_mm"): 98.4}, "differs"),
+        ({(3, "turn_deg"): 0.41}, "differs"),
+    ],
+)
+def test_the_monitor_s_travel_is_put_in_at_the_second_level_and_judged_elsewhere(
+    other, verdict
+):
+    # Rejected seeds have the monitor's travel too.
+    found = readings_of(claims.judge_pose_reflection, made(other, lost=LOST))
+    assert [r.verdict for r in found] == [NOT_COMPARABLE, verdict, verdict]
+    assert f"of {SEEDS} seeds" in found[1].reason
+
+
+def test_how_far_linear_estimates_lie_below_is_told_of_both_rigs_and_not_judged():
+    results = made({(1, "linear_mm"): 4.5}, places=False)
+    results[runs.OTHER] = made({(3, "linear_mm"): 2.0}, places=False)[runs.RUNS]
+    (found,) = readings_of(claims.judge_linear_range, results)
+    assert found.verdict == NOT_COMPARABLE
+    assert "A 8.16, 38.8, 38.8 % (" in found.regenerated
+    assert "B 38.8, 38.8, 59.2 % (" in found.regenerated
+
+
+def test_the_grids_of_stage_0_are_the_primary_s_own_or_placed_anew():
+    results = made({(0, "measured_deg"): 0.1}, places=False)
+    found = readings_of(claims.judge_angles, results)
+    verdicts = {one.reading["primary_grids"]: one.verdict for one in found}
+    assert verdicts == {"the primary's own": "differs", "measured anew": "reproduced"}
+
+
+def test_a_seed_ends_at_a_swinging_end_where_the_reading_rejects_it():
+    results = made(at={LEVEL: {(2, "swing_deg"): 6.0}}, places=False)
+    for option, lost, linear in (
+        ("as published", [False, False, False], [False, False, False]),
+        # The linear stage is before what is rejected, and after it there is none.
+        ("rejected", [False, True, True], [False, False, True]),
+    ):
+        found = runs.Runs(results, {"swinging_ends": option})
+        assert np.isnan(found.at("deflection_mm")).mean(axis=1).tolist() == lost
+        assert np.isnan(found.linear()).any(axis=1).tolist() == linear
+    for one in readings_of(claims.judge_deflections, results):
+        assert ("rejected" in one.reading.values()) == (one.verdict == "undecided")
 
 
 def test_seeds_whose_refusal_has_the_code_of_a_swinging_end_are_counted():
     with pytest.raises(CalibrationError) as caught:
         to_the_edge(0.3, np.random.default_rng(7))
-    columns = of_bench("bench", 3, {})
-    columns["bench.refused"] = [caught.value.code, "no-feature-at-end", None]
+    columns = of_bench(LEVEL, 3, {})
+    columns[f"{LEVEL}.refused"] = [caught.value.code, "no-feature-at-end", None]
     found = runs.Runs({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
     assert prose.swings(found) == 1
     assert prose.refusals(found) == 2
 
 
-def test_seeds_that_were_refused_count_against_a_claim():
-    results = made(seeds=SEEDS)
-    columns = of_bench("bench", SEEDS, {}) | of_bench("laboratory", SEEDS, {})
-    for name, values in columns.items():
-        if "bench.stage3" in name:
-            columns[name] = np.empty(SEEDS, object)
-            columns[name][:] = list(values)
-            columns[name][:LOST] = None
-    refused = [f"stage 3: {seed}" if seed < LOST else None for seed in range(SEEDS)]
-    columns["bench.refused"] = refused
-    results[runs.RUNS] = of_columns(({"geometry": "A"}, columns))
-    for judge in FALSE:
-        bench = readings_of(judge, results)[0].verdict
+def test_seeds_that_were_rejected_do_not_count_and_are_told():
+    results = made(lost=LOST)
+    for judge in FALSE.keys() - {claims.judge_underestimate}:
         # Medians bear an eighth of failures.
-        assert (bench == "reproduced") is (judge is claims.judge_constant), judge
+        missed = "reproduced" if judge is claims.judge_constant else "undecided"
+        told = {("reproduced", "5 of 40", missed), ("reproduced",)}
+        # The other geometry has none.
+        assert of_rejected(judge, results) == told
     found = runs.Runs(results)
     assert sum(reason is not None for reason in found.refused()) == LOST
     (means,) = found.each(3, ("off_deg", "sheet"), lambda off, sheet: [off.mean()], 1)
@@ -130,17 +190,25 @@ def test_seeds_that_were_refused_count_against_a_claim():
     np.testing.assert_array_equal(found.drawn(3, "sheet"), SHEET)
 
 
-def test_a_bench_on_which_every_seed_was_refused_is_false_of_each_claim_by_seed():
-    results = made(seeds=2)
-    columns = of_bench("laboratory", 2, {}) | of_bench("bench", 2, {})
-    columns = {n: v for n, v in columns.items() if "bench.stage3" not in n}
-    columns |= {"bench.stage3.angle_deg": [None] * 2, "bench.refused": ["stage 3"] * 2}
-    columns |= {f"bench.stage3.{name}": [None] * 2 for name in TRUE}
-    results[runs.RUNS] = of_columns(({"geometry": "A"}, columns))
-    for judge in BY_PLACE:
-        bench, laboratory = readings_of(judge, results)
-        assert "true in 0 of 2 seeds" in bench.reason
-        assert laboratory.verdict == "reproduced"
+@pytest.mark.parametrize(
+    ("kept", "told"),
+    [(KEPT, "11 of 264 stages have no linear estimate, which as misses give: differs"),
+     ((*KEPT, "linear_mm"), "; 0 of 264 stages have no linear estimate")],
+)  # fmt: skip
+def test_linear_stages_count_also_where_the_stage_was_rejected_after_them(kept, told):
+    results = made(seeds=88, places=False, lost=11, kept=kept)
+    primary = readings_of(claims.judge_underestimate, results)[0]
+    assert primary.verdict == "reproduced"
+    assert told in primary.reason
+
+
+def test_a_level_at_which_every_seed_was_rejected_is_open():
+    results = made(at={LEVEL: NONE})
+    for judge in FALSE.keys() - {claims.judge_underestimate}:
+        found = readings_of(judge, results)
+        assert found[0].verdict == "undecided"
+        assert found[0].reason.startswith("all 40 runs were rejected; the verdict")
+        assert [r.verdict for r in found[-2:]] == ["reproduced"] * 2
 
 
 def test_strips_are_along_one_clamped_and_three_free_edges():

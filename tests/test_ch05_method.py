@@ -1,4 +1,4 @@
-"""Section 5.2: the test of the start can fail, and refused seeds count against it."""
+"""Section 5.2: the test of the start can fail, on the seeds that were completed."""
 
 import importlib
 
@@ -13,9 +13,9 @@ from chapters.ch05_flexible_mirror.s2_method.results import (
     Starts,
 )
 from chapters.ch05_flexible_mirror.s2_method.trials.run import STAGES, Watch
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
+from chapters.shared.mirror_bench import BENCHES, LEVEL, SAID, SWEPT
 from tests.exercise_answers import misjudged
-from tests.judged_claims import readings_of
+from tests.judged_claims import of_rejected, readings_of
 from tests.made_results import ROOT, of_columns
 
 SEEDS, FEWER = 100, 20
@@ -48,46 +48,50 @@ def made(other=None, at_ends=None):
 
 def verdicts(results):
     found = readings_of(judge_linear_enough, results)
-    assert [one.reading["mirror_bench"] for one in found] == [LEVEL, "laboratory"]
+    assert [one.reading["mirror_bench"] for one in found] == list(SAID.values())
     return [one.verdict for one in found]
 
 
 def test_equal_ends_are_reproduced():
-    assert verdicts(made()) == ["reproduced"] * 2
+    assert verdicts(made()) == ["reproduced"] * 3
 
 
 @pytest.mark.parametrize("name", ENDED)
 @pytest.mark.parametrize("factor", [0.98, 1.02])
 def test_another_cost_or_another_deflection_differs(name, factor):
     other = {f"linear.{name}": (factor * ENDED[name], SEEDS)}
-    assert verdicts(made(other)) == ["differs"] * 2
+    assert verdicts(made(other)) == ["differs"] * 3
     near = {f"linear.{name}": ((1 + factor / 150) * ENDED[name], SEEDS)}
-    assert verdicts(made(near)) == ["reproduced"] * 2
+    assert verdicts(made(near)) == ["reproduced"] * 3
 
 
-def test_a_seed_without_an_end_counts_against_it():
-    assert verdicts(made({"linear.cost_mm2": (np.nan, 15)})) == ["differs"] * 2
-    assert verdicts(made({"true.deflection_mm": (np.nan, 15)})) == ["differs"] * 2
+@pytest.mark.parametrize("start", ["linear", "true"])
+def test_a_seed_without_an_end_does_not_count_and_is_told(start):
+    lost = made({f"{start}.{name}": (np.nan, 15) for name in ENDED})
+    told = of_rejected(judge_linear_enough, lost)
+    assert told == {("reproduced", "15 of 100", "differs")}
 
 
 def test_a_share_at_the_boundary_is_left_open():
-    assert verdicts(made({"linear.cost_mm2": (99.0, 3)})) == ["undecided"] * 2
+    assert verdicts(made({"linear.cost_mm2": (99.0, 3)})) == ["undecided"] * 3
 
 
 def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
     for end in SWEPT:
-        lost = {end: {"linear.cost_mm2": (99.0, 2)}}
-        assert verdicts(made(at_ends=lost)) == ["undecided", "reproduced"]
+        for value, count in ((99.0, 2), (np.nan, FEWER)):
+            lost = {end: {"linear.cost_mm2": (value, count)}}
+            left = ["undecided", "reproduced", "reproduced"]
+            assert verdicts(made(at_ends=lost)) == left
         kept = {end: {"linear.cost_mm2": (99.0, 1)}}
-        assert verdicts(made(at_ends=kept)) == ["reproduced"] * 2
+        assert verdicts(made(at_ends=kept)) == ["reproduced"] * 3
 
 
 def test_refused_seeds_are_told_once_each():
-    ended = {f"bench.{start}.{name}": 1.0 for start in ("linear", "true")
+    ended = {f"{LEVEL}.{start}.{name}": 1.0 for start in ("linear", "true")
              for name in ENDED}  # fmt: skip
     said = {
-        "bench.refused": [None, "no", None],
-        "bench.true.refused": [None, None, "no"],
+        f"{LEVEL}.refused": [None, "no", None],
+        f"{LEVEL}.true.refused": [None, None, "no"],
     }
     result = of_columns(({"geometry": "A"}, ended | said))
     assert Starts.on({STARTS: result}, LEVEL).refused == 2

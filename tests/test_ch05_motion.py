@@ -7,9 +7,11 @@ from chapters.ch05_flexible_mirror.s3_5_motion import claims
 from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates, runs
 from chapters.ch05_flexible_mirror.s3_5_motion.trials import motion, scene
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import told
-from chapters.shared.mirror_bench import ABERRATION_UM
+from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.geometry import transform
+from repro.run.outcomes import NOT_COMPARABLE
+from tests.judged_claims import of_rejected, verdicts
 from tests.made_results import of_columns
 
 SEEDS = 40
@@ -74,23 +76,49 @@ def test_a_length_that_is_given_is_kept_by_every_step():
 
 TRUE = {f"published.open.step{k}.length_mm": 25.0 * k + 0.5 for k in runs.EACH_STEP}
 TRUE |= {f"published.open.step{k}.off_mm": 4.0 for k in runs.EACH_STEP}
+TRUE |= {name.replace("published", "true"): value for name, value in TRUE.items()}
 TRUE |= {"published.given.step5.off_mm": 1.0, "published.open.scaled_mm": 60.0,
          "published.open.radius_mm": 66.0, "published.given.radius_mm": 63.0,
          "published.open.missed": 1, "published.open.fit_mm": 0.9}  # fmt: skip
 
 
-def made(**other):
-    """MotionRuns of a bench on which all is as TRUE but for some names, `__` a dot."""
+def of_level(level, other):
+    """Columns of a level at which all is as TRUE but for some names, `__` a dot."""
     rng = np.random.default_rng(7)
     values = TRUE | {name.replace("__", "."): value for name, value in other.items()}
-    values = {name: [value] * SEEDS for name, value in values.items()}
+    values = {
+        name: value if isinstance(value, list) else [value] * SEEDS
+        for name, value in values.items()
+    }
     sds = {"stage0.mean_mm": 1.0, "stage1.mean_mm": 0.5, "stage2.mean_mm": 0.2,
            "published.open.mean_mm": 0.05}  # fmt: skip
     for name, sd in sds.items():
         if name not in values:
             values[name] = list(25 * np.exp(sd * rng.standard_normal(SEEDS)))
-    columns = {f"bench.{name}": column for name, column in values.items()}
+    return {f"{level}.{name}": column for name, column in values.items()}
+
+
+def made(**other):
+    """MotionRuns of the primary level, TRUE but for some names."""
+    columns = of_level(LEVEL, other)
     return runs.MotionRuns({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
+
+
+def all_made(swept=None, longer=None, **other):
+    """The results of all experiments; swept, longer: what is otherwise there."""
+    return {
+        name: of_columns(
+            (
+                {"geometry": "A"},
+                {k: v for at in levels for k, v in of_level(at, changed).items()},
+            )
+        )
+        for name, levels, changed in (
+            (runs.RUNS, BENCHES, other),
+            (runs.SWEPT_RUNS, SWEPT, other if swept is None else swept),
+            (runs.LONGER, {LEVEL}, other if longer is None else longer),
+        )
+    }
 
 
 @pytest.mark.parametrize(
@@ -124,6 +152,38 @@ def test_a_scale_has_to_settle_with_the_deflection_and_to_be_right():
         assert predicates.scale_tells(wrong).verdict == "differs"
     lost = predicates.log_scales(made(stage0__mean_mm=None))
     assert np.all(lost[0] == np.log(predicates.MOST_TIMES))
+
+
+FAR = {"published__open__step5__off_mm": 8.1}
+BOTH_FAR = FAR | {"true__open__step5__off_mm": 8.1}
+
+
+def test_a_motion_that_the_true_mirror_does_not_give_either_is_not_comparable():
+    judge, far = claims.judge_motion, "differs"
+    assert verdicts(judge, all_made()) == ("reproduced", {"reproduced"})
+    assert verdicts(judge, all_made(**FAR)) == (far, {far})
+    assert verdicts(judge, all_made(**BOTH_FAR)) == (NOT_COMPARABLE, {NOT_COMPARABLE})
+    # On the longer mirror alone, and at an end of the sweep.
+    found = verdicts(judge, all_made(longer=BOTH_FAR))
+    assert found == ("reproduced", {"reproduced", NOT_COMPARABLE})
+    assert verdicts(judge, all_made(swept=FAR)) == ("undecided", {"reproduced"})
+
+
+def test_motions_that_were_rejected_do_not_count_and_are_told():
+    lost = {
+        "published__open__step5__off_mm": [None] * 5 + [4.0] * (SEEDS - 5),
+        "published__open__missed": [None] * 5 + [1] * (SEEDS - 5),
+        "published__open__mean_mm": [None] * 5 + [25.0] * (SEEDS - 5),
+    }
+    none = dict.fromkeys(lost)
+    for judge, missed in (
+        (claims.judge_motion, "undecided"),
+        (claims.judge_markers, "reproduced"),
+        (claims.judge_scale, "differs"),
+    ):
+        told = {("reproduced", "5 of 40", missed)}
+        assert of_rejected(judge, all_made(**lost)) == told
+        assert verdicts(judge, all_made(none)) == ("undecided", {"reproduced"})
 
 
 def test_a_bent_mirror_has_no_centre_and_its_matched_lines_meet():

@@ -13,7 +13,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.trials.rendered import (
     scored,
     scoring_boards,
 )
-from chapters.shared.mirror_bench import BENCHES
+from chapters.shared.mirror_bench import BENCHES, FIRST, LABORATORY, SAID
 from chapters.shared.mirror_rigs import mirror_rig
 from chapters.shared.mirror_runs import lattice, outline
 from raxel.calibration.mirror.sightings import normalised
@@ -79,15 +79,16 @@ def test_runs_from_pictures_stand_beside_those_with_redrawn_errors():
     for geometry, name in (("A", runs.RUNS), ("B", runs.OTHER)):
         results[name] = of_columns(({"geometry": geometry}, many))
     columns = rendered_table(results).columns
-    heads = ("Rig", "Bench", "Method", "Stage")
+    heads = ("Rig", "Error level", "Method", "Stage")
     rows = list(zip(*(columns[head] for head in heads), strict=True))
     angles, redrawn = (
         dict(zip(rows, columns[f"Mean to true rays (°){more}"], strict=True))
         for more in ("", ", redrawn")
     )
-    first = angles["A", "bench", "as published", 1]
+    level, low = SAID[FIRST], SAID[LABORATORY]
+    first = angles["A", level, "as published", 1]
     assert (first.value, first.low, first.high) == pytest.approx((0.2, 0.1, 0.3))
-    assert angles["B", "bench", "as published", 3] is None
-    assert redrawn["B", "bench", "as published", 3].value == pytest.approx(0.3)
-    assert angles["A", "laboratory", "raxel calibrate", 1].value == 0.05
-    assert redrawn["A", "laboratory", "raxel calibrate", 1] is None
+    assert angles["B", level, "as published", 3] is None
+    assert redrawn["B", level, "as published", 3].value == pytest.approx(0.3)
+    assert angles["A", low, "raxel calibrate", 1].value == 0.05
+    assert redrawn["A", low, "raxel calibrate", 1] is None

@@ -19,15 +19,11 @@ from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
-from tests.judged_claims import readings_of
+from tests.judged_claims import of_rejected, verdicts
 from tests.made_results import of_columns
 
 SEEDS = 40
-BOTH = ("reproduced", "reproduced")
-
-
-def verdicts(judge, results):
-    return tuple(reading.verdict for reading in readings_of(judge, results))
+SAME = ("reproduced", {"reproduced"})
 
 
 def vectors_made(benches, edge=0.5, lost=0, worse=()):
@@ -64,13 +60,13 @@ def loops(at=(), **made):
 
 def test_the_edge_next_to_the_clamp_is_judged_in_all_panels():
     judge = claims.judge_fixed_edge
-    assert verdicts(judge, loops()) == BOTH
-    assert verdicts(judge, loops(edge=1.1)) == ("differs", "differs")
-    assert verdicts(judge, loops(edge=0.6, worse=("step3",))) == ("differs", "differs")
-    assert verdicts(judge, loops(edge=0.6, at=("start",))) == (
-        "undecided",
-        "reproduced",
-    )
+    assert verdicts(judge, loops()) == SAME
+    assert verdicts(judge, loops(edge=1.1)) == ("differs", {"differs"})
+    assert verdicts(judge, loops(edge=0.6, worse=("step3",)))[0] == "differs"
+    turned = loops(edge=0.6, at=("start",))
+    assert verdicts(judge, turned) == ("undecided", {"reproduced"})
+    told = of_rejected(judge, loops(lost=12))
+    assert told == {("reproduced", "12 of 40", "differs")}
 
 
 def test_the_edge_is_every_row_s_outermost_corner_that_is_seen():
@@ -99,8 +95,9 @@ def test_the_board_s_edge_on_the_clamp_s_side_is_the_one_that_the_mirror_shows_t
     assert far[edge].mean() < 0.6 * far[seen].mean()
 
 
-def seen_made(covered=1.2, reciprocal=2.0, lost=0, at=None):
-    """Both experiments: steps back over steps out; at: {bench: another ratio}."""
+def seen_made(covered=1.2, reciprocal=2.0, lost=0, swinging=0, at=None):
+    """Both experiments: steps back over steps out; at: {bench: another ratio}; lost,
+    swinging: seeds that ended before step 4, or have a swinging end there."""
     rng = np.random.default_rng(3)
     found = {}
     for name, benches in zip(causes.CONDITIONED, (BENCHES, SWEPT), strict=True):
@@ -108,6 +105,8 @@ def seen_made(covered=1.2, reciprocal=2.0, lost=0, at=None):
         for bench in benches:
             ratio = (at or {}).get(bench, covered)
             for step in range(1, 7):
+                swings = step == 4 and np.arange(SEEDS) < swinging
+                values[f"{bench}.step{step}.swing_deg"] = np.full(SEEDS, 5.0 * swings)
                 for what, size, more in (
                     ("covered", 0.6, ratio),
                     ("reciprocal", 0.02, reciprocal),
@@ -123,14 +122,18 @@ def seen_made(covered=1.2, reciprocal=2.0, lost=0, at=None):
 
 def test_both_what_is_covered_and_the_condition_have_to_be_better():
     judge = claims.judge_conditioning
-    assert verdicts(judge, seen_made()) == BOTH
-    for worse in ({"covered": 0.9}, {"reciprocal": 0.9}, {"lost": 20}):
-        assert verdicts(judge, seen_made(**worse)) == ("differs", "differs")
+    assert verdicts(judge, seen_made()) == SAME
+    for worse in ({"covered": 0.9}, {"reciprocal": 0.9}):
+        assert verdicts(judge, seen_made(**worse)) == ("differs", {"differs"})
     turned = seen_made(at={"twice the factor": 0.8})
-    assert verdicts(judge, turned) == ("undecided", "reproduced")
+    assert verdicts(judge, turned) == ("undecided", {"reproduced"})
+    told = ("reproduced", "20 of 40", "differs")
+    assert of_rejected(judge, seen_made(lost=20)) == {told}
+    # Those with swinging ends are rejected in that reading alone.
+    assert of_rejected(judge, seen_made(swinging=20)) == {told, told[:1]}
 
 
-def grown(without=0.3, with_metric=0.1, lost=0, spread=0.05):
+def grown(without=0.3, with_metric=0.1, lost=0, spread=0.05, both=False):
     """Back-projection errors that grow by so much with each step."""
     rng = np.random.default_rng(4)
     values = {}
@@ -139,7 +142,7 @@ def grown(without=0.3, with_metric=0.1, lost=0, spread=0.05):
         for step in range(1, 7):
             for name in ("back_mm", "angle_deg"):
                 trials = 1 + slopes * step
-                if arm == "without" and step > 2:
+                if (both or arm == "without") and step > 2:
                     trials[:lost] = np.nan
                 values[f"{arm}.step{step}.{name}"] = trials
         gone = lost if arm == "without" else 0
@@ -159,10 +162,18 @@ def grown(without=0.3, with_metric=0.1, lost=0, spread=0.05):
 def test_growth_without_the_metric_is_held_against_that_with_it(made, verdict):
     reading = claims.judge_metric(grown(**made))
     assert reading.verdict == verdict
-    assert f"without {made.get('lost', 0)}, with 0" in reading.reason
+    lost = made.get("lost", 0)
+    assert f"without the metric {lost}, with it 0" in reading.reason
 
 
-def test_rates_are_slopes_and_refusals_the_worst():
+def test_a_seed_that_both_arms_reject_is_no_pair():
+    result = grown(lost=30, both=True)
+    assert np.isnan(causes.without_less_metric(result[causes.METRIC])[:30]).all()
+    told = of_rejected(claims.judge_metric, result)
+    assert told == {("reproduced", "30 of 40", "differs")}
+
+
+def test_rates_are_slopes_and_rejections_the_worst():
     errors = 2 + 0.25 * np.arange(6)[:, None] + np.zeros((6, 2))
     np.testing.assert_allclose(causes.rates(errors), 0.25)
     result = grown(lost=3)[causes.METRIC]

@@ -11,19 +11,23 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     LoopRuns,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials import placements, starts
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from tests.exercise_answers import misjudged
-from tests.judged_claims import readings_of
+from tests.judged_claims import of_rejected, readings_of, verdicts
 from tests.made_results import ROOT, of_columns
 
 SEEDS = 60
 EVERY = (*BENCHES, *SWEPT)
 
 
-def made_loops(benches=EVERY, refused=0, at=None, **of):
+PLACES = ("start", *(f"step{k}" for k in range(1, 7)), "single")
+
+
+def made_loops(benches=EVERY, refused=0, at=None, swinging=None, **of):
     """A Result of loops as the thesis tells them; of: {name of a value: factor};
-    at: {bench: such factors}; refused: seeds that ended before the fourth step."""
+    at: {bench: such factors}; refused: seeds that ended before the fourth step;
+    swinging: the place where an end swings in all seeds."""
     rng = np.random.default_rng(0)
     values = {}
     for bench in benches:
@@ -40,7 +44,7 @@ def made_loops(benches=EVERY, refused=0, at=None, **of):
             put(f"step{step}.deflection_mm", 5.0, 0.002)
             put(f"step{step}.linear_mm", 3.1)
         put("single.deflection_mm", 15.0, 0.002)
-        for place in ("start", *(f"step{k}" for k in range(1, 7)), "single"):
+        for place in PLACES:
             size = {"start": 0.85, "single": 2.74}.get(place, 1.84)
             for name in ("back_mm", "back_true_mm"):
                 put(f"{place}.{name}", size)
@@ -50,6 +54,10 @@ def made_loops(benches=EVERY, refused=0, at=None, **of):
             put(f"{place}.residual_sd_mm", 0.6)
         said = ["step 4: no"] * refused + [None] * (SEEDS - refused)
         values[f"{bench}.refused"] = said
+        for place in PLACES[1:]:
+            values[f"{bench}.{place}.swing_deg"] = np.full(
+                SEEDS, 5.0 if place == swinging else 1.0
+            )
     return of_columns(({"geometry": "A"}, values))
 
 
@@ -60,11 +68,8 @@ def loops(**made):
     }
 
 
-def verdicts(judge, results):
-    """The primary verdict, on the bench, and that in the laboratory."""
-    return tuple(r.verdict for r in readings_of(judge, results))
-
-
+SAME, OTHER = ("reproduced", {"reproduced"}), ("differs", {"differs"})
+TURNED = ("undecided", {"reproduced"})
 GROWING = {f"step{k}.back_mm": 1 + 0.1 * k for k in range(1, 7)}
 FALSE = {
     claims.judge_equivalent_steps: {"step6.deflection_mm": 1.1},
@@ -79,24 +84,36 @@ FALSE = {
 
 @pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
 def test_a_claim_holds_where_it_is_true_and_fails_where_it_is_not(judge):
-    assert verdicts(judge, loops()) == ("reproduced", "reproduced")
-    assert verdicts(judge, loops(**FALSE[judge])) == ("differs", "differs")
+    assert verdicts(judge, loops()) == SAME
+    assert verdicts(judge, loops(**FALSE[judge])) == OTHER
 
 
 @pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
-def test_what_changes_side_in_the_sweep_is_left_open_on_the_bench_alone(judge):
-    turned = loops(at={"twice the factor": FALSE[judge]})
-    assert verdicts(judge, turned) == ("undecided", "reproduced")
-    assert "twice the factor" in readings_of(judge, turned)[0].reason
+def test_what_changes_side_in_the_sweep_is_left_open_in_the_primary_alone(judge):
+    # An end at which every seed was rejected is on no side.
+    none = {f"{k}.{n}": np.nan for k in PLACES for n in ("deflection_mm", "back_mm")}
+    for end in (FALSE[judge], none):
+        turned = loops(at={"twice the factor": end})
+        assert verdicts(judge, turned) == TURNED
+        assert "twice the factor" in readings_of(judge, turned)[0].reason
 
 
-def test_seeds_that_were_refused_count_against_what_is_judged_seed_by_seed():
-    lost = loops(refused=20)
-    for judge in (claims.judge_equivalent_steps, claims.judge_loop):
-        assert verdicts(judge, lost) == ("differs", "differs")
-    assert LoopRuns(lost).refused() == (20, 20)
-    (reading, _) = readings_of(claims.judge_accumulation, lost)
-    assert "20 ended before the sixth step" in reading.reason
+@pytest.mark.parametrize("judge", FALSE, ids=lambda judge: judge.__name__)
+def test_seeds_that_were_rejected_do_not_count_and_are_told(judge):
+    """Ten of 60; as misses they turn shares, and no median."""
+    lost = loops(refused=10)
+    assert LoopRuns(lost).refused() == (10, 10)
+    by_seed = judge in (claims.judge_equivalent_steps, claims.judge_loop)
+    missed = "undecided" if by_seed else "reproduced"
+    assert of_rejected(judge, lost) == {("reproduced", "10 of 60", missed)}
+
+
+def test_a_swinging_end_ends_the_loop_and_the_single_step_after_it():
+    for place, lost in (("step2", (60, 60)), ("step5", (60, 0)), ("single", (0, 60))):
+        swung = loops(swinging=place)
+        assert LoopRuns(swung, {"swinging_ends": "rejected"}).refused() == lost
+    found = verdicts(claims.judge_single_step, swung)
+    assert found == ("reproduced", {"reproduced", "undecided"})
 
 
 def test_the_steps_are_held_against_those_that_undo_them():
@@ -123,32 +140,39 @@ def placed(coarse=0.1, dense=0.05, lost=0, at=None):
 
 
 def test_the_spread_between_places_is_judged_and_what_is_refused_is_told():
-    both = ("reproduced", "reproduced")
-    assert verdicts(claims.judge_placement, placed(lost=3)) == both
-    assert verdicts(claims.judge_dense_grid, placed(lost=3)) == both
-    assert verdicts(claims.judge_placement, placed(0.03)) == ("differs", "differs")
-    assert verdicts(claims.judge_dense_grid, placed(0.1, 0.1)) == ("differs", "differs")
+    assert verdicts(claims.judge_placement, placed(lost=3)) == SAME
+    assert verdicts(claims.judge_dense_grid, placed(lost=3)) == SAME
+    assert verdicts(claims.judge_placement, placed(0.03)) == OTHER
+    assert verdicts(claims.judge_dense_grid, placed(0.1, 0.1)) == OTHER
     turned = placed(at={"half the aberration": {"coarse": 0.02, "dense": 0.02}})
     for judge in (claims.judge_placement, claims.judge_dense_grid):
-        assert verdicts(judge, turned) == ("undecided", "reproduced")
-    (reading, _) = readings_of(claims.judge_placement, placed(lost=3))
-    assert f"refused of {5 * SEEDS}: 3" in reading.reason
+        assert verdicts(judge, turned) == TURNED
+    reading = readings_of(claims.judge_placement, placed(lost=3))[0]
+    assert f"rejected of {5 * SEEDS}: 3" in reading.reason
     result = placed()["exp_c5_dense_grid"]
-    assert predicates.pooled_sd(result, "bench").value == pytest.approx(0.1, rel=0.1)
+    assert predicates.pooled_sd(result, LEVEL).value == pytest.approx(0.1, rel=0.1)
 
 
-def started(**sd_mm):
+def started(lost=0, at=EVERY, **sd_mm):
     values = {}
     for bench in EVERY:
         for step, sd in ({"5": 0.01, "15": 0.03} | sd_mm).items():
-            values[f"{bench}.{step}.sd_mm"] = np.full(SEEDS, sd)
+            trials = np.full(SEEDS, sd)
+            trials[: lost if bench in at and step == "15" else 0] = np.nan
+            values[f"{bench}.{step}.sd_mm"] = trials
     return {"exp_c5_not_sensitive_init": of_columns(({"geometry": "A"}, values))}
 
 
-def test_starts_are_judged_by_the_worse_step_and_a_refusal_counts_as_the_worst():
-    assert verdicts(claims.judge_starts, started())[0] == "reproduced"
-    for bad in ({"5": 0.06}, {"15": 0.2}, {"15": np.nan}):
-        assert verdicts(claims.judge_starts, started(**bad))[0] == "differs"
+def test_starts_are_judged_by_the_worse_step_of_the_seeds_that_completed_it():
+    judge = claims.judge_starts
+    assert verdicts(judge, started()) == SAME
+    for bad in ({"5": 0.06}, {"15": 0.2}):
+        assert verdicts(judge, started(**bad)) == OTHER
+    lost = readings_of(judge, started(lost=40))[0]
+    assert lost.verdict == "reproduced"
+    assert "15 mm 0.2 % (40 of 60 seeds rejected)" in lost.reason
+    assert verdicts(judge, started(lost=SEEDS)) == ("undecided", {"undecided"})
+    assert verdicts(judge, started(lost=SEEDS, at=("twice both",))) == TURNED
 
 
 def test_the_dense_board_has_the_other_board_s_corners():

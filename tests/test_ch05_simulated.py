@@ -16,8 +16,8 @@ from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
 from tests.made_results import ROOT, OfLaw
 
-RIG = scene.rig_of("d200")
 BASE = {"sweep": "noise"} | sweeps.BASE
+RIG = scene.rig_of(BASE["pitch"])
 
 
 def views(depth=1650.0, tip=16.7, seed=0, **changed):

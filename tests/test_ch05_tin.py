@@ -11,14 +11,14 @@ from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.errors import InputError
 from raxel.geometry import transform
-from tests.judged_claims import readings_of
+from tests.judged_claims import of_rejected, verdicts
 from tests.made_results import of_columns
 
 SEEDS = 40
 
 
 def made(off=(0.1, -0.2, 0.3), normal=0.996, refused=0, swept=None):
-    """Results of both experiments, angles off by so much, some seeds refused."""
+    """Results of both experiments, angles off by so much, some seeds rejected."""
     results = {}
     for name, benches, change in (
         (runs.RUNS, BENCHES, None),
@@ -46,16 +46,19 @@ def made(off=(0.1, -0.2, 0.3), normal=0.996, refused=0, swept=None):
     [
         (claims.judge_angles, made(), "reproduced"),
         (claims.judge_angles, made(off=(0.1, -2.6, 0.3)), "differs"),
-        (claims.judge_angles, made(refused=12), "differs"),
-        (claims.judge_angles, made(swept=(3.0, 0, 0)), "undecided"),
         (claims.judge_normal, made(), "reproduced"),
         (claims.judge_normal, made(normal=0.985), "differs"),
     ],
 )
 def test_the_claims_hold_and_fail(judge, results, verdict):
-    found = readings_of(judge, results)
-    primary = next(r for r in found if r.reading["mirror_bench"] == "bench")
-    assert primary.verdict == verdict
+    assert verdicts(judge, results) == (verdict, {verdict})
+
+
+def test_an_end_of_the_sweep_leaves_the_primary_open_and_rejected_seeds_are_told():
+    turned = made(swept=(3.0, 0, 0))
+    assert verdicts(claims.judge_angles, turned) == ("undecided", {"reproduced"})
+    told = of_rejected(claims.judge_angles, made(refused=12))
+    assert told == {("reproduced", "12 of 40", "differs")}
 
 
 def test_the_faces_meet_at_the_angles_of_the_reference():

@@ -9,9 +9,9 @@ from chapters.ch05_flexible_mirror.s3_3_deflections import claims
 from chapters.ch05_flexible_mirror.s3_3_deflections.results import runs, tips
 from chapters.ch05_flexible_mirror.s3_3_deflections.results.curvature import ray_turns
 from chapters.ch05_flexible_mirror.s3_3_deflections.trials import tip
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from tests.judged_claims import readings_of
+from tests.judged_claims import readings_of, verdicts
 from tests.made_results import of_columns
 
 SEEDS, FEWER = 100, 20
@@ -52,21 +52,22 @@ def made(times, swept=None, refused=0):
 )
 def test_the_tip_has_to_scatter_twice_as_much_as_the_rest(times, verdict):
     found = readings_of(claims.judge_tip, made(times))
-    assert [r.verdict for r in found] == [verdict] * 2
+    assert [r.verdict for r in found] == [verdict] * 3
     assert found[0].regenerated == pytest.approx(times, rel=0.2)
 
 
 def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
-    found = readings_of(claims.judge_tip, made(4.0, swept=1.0))
-    assert [r.verdict for r in found] == ["undecided", "reproduced"]
+    for results in (made(4.0, swept=1.0), made(4.0, swept=np.nan)):
+        assert verdicts(claims.judge_tip, results) == ("undecided", {"reproduced"})
+    assert verdicts(claims.judge_tip, made(4.0, refused=SEEDS))[0] == "undecided"
 
 
 def test_refused_seeds_have_no_value_and_are_counted():
-    found = tips.Tips.on(made(4.0, refused=7), "bench")
+    found = tips.Tips.on(made(4.0, refused=7), LEVEL)
     assert found.refused == 7
     assert np.isfinite(found.ratio()).all()
-    (first, _) = readings_of(claims.judge_tip, made(4.0, refused=7))
-    assert "7 of 100 seeds refused" in first.reason
+    (first, *_) = readings_of(claims.judge_tip, made(4.0, refused=7))
+    assert "7 of 100 seeds rejected" in first.reason
 
 
 def test_moments_of_seeds_are_the_scatter_of_all_their_places():

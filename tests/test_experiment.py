@@ -1,6 +1,7 @@
 """Trials, shards and result files: the same bytes however the work is divided."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -114,6 +115,17 @@ def test_what_if_more_trials_keeps_the_first_ones(tmp_path):
     short = results.Result(few).column("method.mean", noise=0.5)
     long = results.Result(many).column("method.mean", noise=0.5)
     assert np.array_equal(short, long[:12], equal_nan=True)
+
+
+def test_a_plan_that_starts_later_runs_and_reads_its_own_trials(tmp_path):
+    late = replace(PLAN, first=7, trials=3)
+    assert late.pairs == [(c, t) for c in (0, 1) for t in (7, 8, 9)]
+    run_all(late, 2, tmp_path / "late.json")
+    run_all(PLAN, 1, tmp_path / "whole.json")
+    found, whole = (results.Result(tmp_path / f"{n}.json") for n in ("late", "whole"))
+    assert (found.first_trial, whole.first_trial) == (7, 0)
+    own, same = (one.arrays("draws", noise=1.0) for one in (found, whole))
+    np.testing.assert_array_equal(own, same[7:10])
 
 
 def test_missing_and_double_trials_are_refused(tmp_path):

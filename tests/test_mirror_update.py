@@ -1,5 +1,6 @@
 """One stage of dynamic calibration: accuracy, support, wrong matches, refusals."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from raxel.calibration.mirror import edges
 from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.edges import EVEN_MM, turns_if_even
+from raxel.calibration.mirror.edges import EVEN_MM, SWINGING_DEG, turns_if_even
 from raxel.calibration.mirror.prior import bending_prior, plane_through
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.mirror.refine import ray_sd
@@ -17,6 +18,7 @@ from raxel.calibration.mirror.update import (
     ALIKE,
     MirrorSettings,
     _beyond_noise,
+    linear_stage,
     update_from_scene,
     update_mirror,
 )
@@ -207,8 +209,8 @@ def test_a_shape_that_is_open_somewhere_is_refused_though_features_count():
         update_mirror(FLAT, BEFORE, AFTER * kept[:, None], GRID, CLAMP, outline=OUTLINE)
 
 
-def to_the_edge(reach, rng):
-    """update_mirror as the thesis has it: distances, and the clamp's position alone.
+def to_the_edge(reach, rng, swinging_deg=SWINGING_DEG, stage=update_mirror):
+    """A stage as the thesis has it: distances, and the clamp's position alone.
 
     Corners reach into a share of the last knot interval, and lie aside by 0.5 px,
     neighbours alike.
@@ -221,23 +223,32 @@ def to_the_edge(reach, rng):
     kept = u <= breaks[-2] + reach * (breaks[-1] - breaks[-2])
     after = np.where(kept[:, None], shaken(AFTER, rng), np.nan)
     before = shaken(BEFORE, rng) + aside
-    return update_mirror(flat, before, after, GRID, clamp, outline=OUTLINE)
+    settings = MirrorSettings(swinging_deg=swinging_deg)
+    return stage(flat, before, after, GRID, clamp, settings, outline=OUTLINE)
 
 
-def test_an_end_that_swings_though_residuals_are_small_is_named_and_refused(
-    monkeypatch,
-):
+def test_an_end_that_swings_though_residuals_are_small_is_named_and_rejected():
     whole = to_the_edge(1.0, np.random.default_rng(7))
     assert not any("as evenly as" in flag for flag in whole.flags)
     assert angles_deg(whole.camera, 5.0).mean() < 0.1
     with raises_code("swinging-end"):
         to_the_edge(0.3, np.random.default_rng(7))
-    monkeypatch.setattr("raxel.calibration.mirror.edges.SWINGING_DEG", 20.0)
-    wrong = to_the_edge(0.3, np.random.default_rng(7))
+    wrong = to_the_edge(0.3, np.random.default_rng(7), np.inf)
+    assert whole.swing_deg < 3 < SWINGING_DEG < wrong.swing_deg
     assert any("last knot interval along u: rays" in flag for flag in wrong.flags)
     # What it would have been: no residual tells, and the end is degrees off.
     assert np.nanmean(wrong.residuals) < 1.1 * np.nanmean(whole.residuals)
     assert angles_deg(wrong.camera, 5.0).max() > 4
+
+
+def test_the_linear_stage_is_that_of_the_update_also_where_that_is_rejected():
+    shaken_by = partial(np.random.default_rng, 7)
+    whole = to_the_edge(0.3, shaken_by(), np.inf).linear
+    found = to_the_edge(0.3, shaken_by(), stage=linear_stage)
+    np.testing.assert_array_equal(found.coefficients, whole.coefficients)
+    assert (found.grid.shape, found.quantity) == (whole.grid.shape, "distance")
+    pixels = visible_pixels(5.0)
+    np.testing.assert_array_equal(*(c.rays(pixels).origins for c in (found, whole)))
 
 
 def test_an_end_turns_by_what_it_is_off_and_only_where_nothing_holds_it():
