@@ -20,7 +20,12 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.tips import (
 )
 from chapters.shared.mirror_bench import ABERRATION_UM, SECOND
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import READINGS, over_completed, over_the_sweep
+from chapters.shared.mirror_sweep import (
+    READINGS,
+    of_completed,
+    over_completed,
+    over_the_sweep,
+)
 from repro.judge.statistics import (
     OVER_TRIALS,
     all_of,
@@ -31,7 +36,7 @@ from repro.judge.statistics import (
 )
 from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, NOT_COMPARABLE, Reading
-from repro.run.readings import Case, counterpart
+from repro.run.readings import Case
 
 # Questions of the ledger.
 OPEN = ("mirror_bench", "swinging_ends", "mirror_geometry")
@@ -55,7 +60,7 @@ def judge_pose_reflection(results, options):
     At the second solved level the platter's errors, which are put in, determine both.
     """
     runs = Runs(results, options)
-    found = counterpart(*predicates.pose_reflection(runs))
+    found = of_completed(*predicates.pose_reflection(runs))
     if runs.bench != SECOND:
         return found
     reason = f"the platter's errors that are put in determine it; {found.reason}"
@@ -221,6 +226,8 @@ def judge_tip(results, options):
 
     def reading_at(bench):
         tips = Tips.on(results, bench)
+        if not tips.completed:
+            return Reading("undecided", "nothing", reason="all runs were rejected")
         tip, mean, square = tips.moments()
         ratio = tips.ratio()
         return Reading.of(
@@ -235,7 +242,8 @@ def judge_tip(results, options):
         )
 
     def side_at(bench):
-        return Tips.on(results, bench).ratio().value > TIMES
+        tips = Tips.on(results, bench)
+        return bool(tips.completed) and tips.ratio().value > TIMES
 
     return over_the_sweep(Case(READINGS, options), reading_at, side_at)
 

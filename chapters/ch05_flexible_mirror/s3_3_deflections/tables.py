@@ -351,7 +351,7 @@ def numbers_of_the_text(results):
     runs = Runs(results)
     viewer = mirror_rig("A").viewer
     return {
-        "s5_3_3_pos_n": Value(np.median(runs.raw("points")), unit="count"),
+        "s5_3_3_pos_n": Value(np.nanmedian(runs.raw("points")), unit="count"),
         "s5_3_3_pos_mean": of_runs(runs, runs.raw("miss_mm"), "mm"),
         "s5_3_3_pos_sd": of_runs(runs, runs.raw("miss_sd_mm"), "mm"),
         "s5_3_3_ag_t": of_runs(runs, runs.of(0, "shift_mm"), "mm"),

@@ -26,9 +26,14 @@ class Tips(NamedTuple):
         return found[np.isfinite(found)]
 
     @property
+    def completed(self):
+        """How many seeds have a value."""
+        return len(self.of("tip_mm"))
+
+    @property
     def refused(self):
-        """How many seeds have no value."""
-        return self.result.trials_per_condition - len(self.of("tip_mm"))
+        """How many seeds have none."""
+        return self.result.trials_per_condition - self.completed
 
     def moments(self, of_surface=False):
         """Errors at the load, and means and mean squares of those among the corners,

@@ -185,7 +185,7 @@ def judge_concave_steps(results, options):
 def _refused_places(result, bench):
     """How many calibrations were rejected, in words."""
     lost = {
-        pitch: int(result.column(f"{bench}.refused_{pitch}").sum())
+        pitch: int(np.nansum(result.column(f"{bench}.refused_{pitch}")))
         for pitch in ("coarse", "dense")
     }
     whole = predicates.in_places(result, bench, "coarse").size
@@ -255,37 +255,28 @@ def judge_starts(results, options):
             for step, mm in STEPS_MM.items()
         }
 
-    def found_at(starts):
-        return {
-            step: median_interval(found[np.isfinite(found)])
-            for step, found in starts.items()
-        }
+    def middles(bench, seeds):
+        return {s: median_interval(sd[seeds]) for s, sd in of_starts(bench).items()}
 
-    def reading_at(bench):
-        starts = of_starts(bench)
-        found = found_at(starts)
-        worst = max(found.values(), key=lambda one: one.value)
+    def reading_of(bench, seeds):
+        found = middles(bench, seeds)
         bound = np.nextafter(predicates.MOST_SD, 2)
-        lost = {step: np.isnan(found).sum() for step, found in starts.items()}
-        said = ", ".join(
-            f"{step} mm {one.value:.2g} % ({lost[step]} of "
-            f"{result.trials_per_condition} seeds rejected)"
-            for step, one in found.items()
-        )
+        said = ", ".join(f"{step} mm {one.value:.2g} %" for step, one in found.items())
         return Reading.of(
             all_of([one.below(bound) for one in found.values()]),
-            worst,
+            max(found.values(), key=lambda one: one.value),
             "%",
             f"SD of the deflection, the larger of two steps: {said}",
         )
 
-    def on_side(bench):
-        return all(
-            one.value <= predicates.MOST_SD
-            for one in found_at(of_starts(bench)).values()
-        )
-
-    return over_the_sweep(_case(options), reading_at, on_side)
+    return over_completed(
+        _case(options),
+        lambda bench: np.isfinite([*of_starts(bench).values()]).all(axis=0),
+        reading_of,
+        lambda bench, seeds: all(
+            one.value <= predicates.MOST_SD for one in middles(bench, seeds).values()
+        ),
+    )
 
 
 @claim("c5_feature_loss", needs=("exp_c5_feature_loss",), evidence="synthetic")

@@ -68,5 +68,5 @@ class LoopRuns(BenchRuns):
         seed = int(np.flatnonzero(whole)[0])
         before = np.isfinite(self.raw(f"{place}.back_mm"))[:seed].sum()
         name = f"{self.bench}.{place}.own"
-        board = self.result.arrays(f"{self.bench}.board_mm")[seed]
+        board = self.result.arrays(f"{self.bench}.board_mm")[0]
         return board, self.result.arrays(name)[before], seed
