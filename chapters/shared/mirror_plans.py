@@ -4,7 +4,6 @@ from functools import partial
 
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_rigs import mirror_rig
-from raxel.errors import CalibrationError
 from repro.run.outcomes import Plan
 
 # The first trial of what was run again under the tests of 2026: no earlier run of these
@@ -31,8 +30,7 @@ def bench_plan(results, trial, benches, seeds, geometry="A"):
 def on_each(run):
     """The trial that gives {bench: run(rig, bench, errors, seed)}.
 
-    All benches have the same seed: what a run draws is drawn alike for each. A run
-    whose primary stage is rejected is `refused`, by the code of the error.
+    All benches have the same seed: what a run draws is drawn alike for each.
     """
     return partial(_on_each, run)
 
@@ -40,10 +38,6 @@ def on_each(run):
 def _on_each(run, condition, rng, errors, benches):
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
-    found = {}
-    for name, bench in benches.items():
-        try:
-            found[name] = run(rig, bench, of_rig.on(bench), seed)
-        except CalibrationError as refusal:
-            found[name] = {"refused": refusal.code}
-    return found
+    return {
+        name: run(rig, bench, of_rig.on(bench), seed) for name, bench in benches.items()
+    }

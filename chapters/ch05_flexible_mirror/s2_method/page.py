@@ -30,6 +30,7 @@ from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
 from chapters.shared.mirror_plans import UNSEEN, bench_plan, on_each
+from chapters.shared.mirror_rejections import by_code
 from raxel.calibration.mirror.linear import shape_with_clamp
 from raxel.calibration.mirror.platter import reflected_pose, reflection
 from raxel.calibration.mirror.primary_start import mirror_points
@@ -233,7 +234,7 @@ FEWER = {"quick": 1, "full": 20}
 )
 def starts(effort, results):
     """Three starts on both benches."""
-    return bench_plan(results, on_each(one_deflection), BENCHES, SEEDS[effort])
+    return bench_plan(results, on_each(by_code(one_deflection)), BENCHES, SEEDS[effort])
 
 
 @experiment(
@@ -244,7 +245,7 @@ def starts(effort, results):
 )
 def starts_swept(effort, results):
     """The same at half and twice each of the bench's numbers."""
-    return bench_plan(results, on_each(one_deflection), SWEPT, FEWER[effort])
+    return bench_plan(results, on_each(by_code(one_deflection)), SWEPT, FEWER[effort])
 
 
 @experiment(

@@ -26,6 +26,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.trials.tip import one_push
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, GEOMETRY_C
 from chapters.shared.mirror_plans import UNSEEN, bench_plan, on_each
+from chapters.shared.mirror_rejections import by_code
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -133,7 +134,7 @@ FEWER = {"quick": 1, "full": 20}
 )
 def runs(effort, results):
     """Geometry A, at all levels."""
-    return bench_plan(results, on_each(three_stages), BENCHES, SEEDS[effort])
+    return bench_plan(results, on_each(by_code(three_stages)), BENCHES, SEEDS[effort])
 
 
 @experiment(
@@ -145,7 +146,7 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice the primary level's numbers."""
-    return bench_plan(results, on_each(three_stages), SWEPT, FEWER[effort])
+    return bench_plan(results, on_each(by_code(three_stages)), SWEPT, FEWER[effort])
 
 
 @experiment(
@@ -156,7 +157,9 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, at all levels."""
-    return bench_plan(results, on_each(three_stages), BENCHES, FEWER[effort], "B")
+    return bench_plan(
+        results, on_each(by_code(three_stages)), BENCHES, FEWER[effort], "B"
+    )
 
 
 @experiment(
@@ -168,7 +171,9 @@ def other(effort, results):
 def longer(effort, results):
     """Geometry C, at the primary level."""
     level = {LEVEL: BENCHES[LEVEL]}
-    return bench_plan(results, on_each(three_stages), level, FEWER[effort], "C")
+    return bench_plan(
+        results, on_each(by_code(three_stages)), level, FEWER[effort], "C"
+    )
 
 
 RUNS_FROM_IMAGES = (
@@ -213,7 +218,7 @@ def rendered(effort):
 )
 def tips(effort, results):
     """How far the mirror went at the load and among the corners, at all levels."""
-    return bench_plan(results, on_each(one_push), BENCHES, SEEDS[effort])
+    return bench_plan(results, on_each(by_code(one_push)), BENCHES, SEEDS[effort])
 
 
 @experiment(
@@ -224,7 +229,7 @@ def tips(effort, results):
 )
 def tips_swept(effort, results):
     """The same from half to twice the primary level's numbers."""
-    return bench_plan(results, on_each(one_push), SWEPT, FEWER[effort])
+    return bench_plan(results, on_each(by_code(one_push)), SWEPT, FEWER[effort])
 
 
 # %% [markdown]

@@ -39,6 +39,7 @@ from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
 from chapters.shared.mirror_plans import UNSEEN, bench_plan, on_each
+from chapters.shared.mirror_rejections import by_code
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -152,7 +153,7 @@ ABLATED = {"quick": 1, "full": 24}
 )
 def runs(effort, results):
     """Geometry A, on both benches."""
-    return bench_plan(results, on_each(loop), BENCHES, SEEDS[effort])
+    return bench_plan(results, on_each(by_code(loop)), BENCHES, SEEDS[effort])
 
 
 @experiment(
@@ -164,7 +165,7 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
-    return bench_plan(results, on_each(loop), SWEPT, FEWER[effort])
+    return bench_plan(results, on_each(by_code(loop)), SWEPT, FEWER[effort])
 
 
 @experiment(
@@ -175,7 +176,7 @@ def swept(effort, results):
 )
 def other(effort, results):
     """Geometry B, on both benches."""
-    return bench_plan(results, on_each(loop), BENCHES, FEWER[effort], "B")
+    return bench_plan(results, on_each(by_code(loop)), BENCHES, FEWER[effort], "B")
 
 
 @experiment(
@@ -186,7 +187,9 @@ def other(effort, results):
 )
 def placed(effort, results):
     """The first step, with the board elsewhere and all else the same."""
-    return bench_plan(results, on_each(in_all_places), BENCHES | SWEPT, PLACED[effort])
+    return bench_plan(
+        results, on_each(by_code(in_all_places)), BENCHES | SWEPT, PLACED[effort]
+    )
 
 
 @experiment("exp_c5_feature_loss", artefact="fig_5_13", inputs=GEOMETRY_A)
@@ -241,7 +244,9 @@ def ablated(effort, results):
 )
 def started(effort, results):
     """Steps of 5 and of 15 mm, refined from perturbed starts."""
-    return bench_plan(results, on_each(both_steps), BENCHES | SWEPT, STARTED[effort])
+    return bench_plan(
+        results, on_each(by_code(both_steps)), BENCHES | SWEPT, STARTED[effort]
+    )
 
 
 @experiment(
