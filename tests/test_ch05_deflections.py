@@ -9,12 +9,10 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
     edge_excess,
 )
 from chapters.shared.mirror_bench import BENCHES, FIRST, LEVEL, SWEPT
-from raxel.errors import CalibrationError
 from repro.run.outcomes import NOT_COMPARABLE
 from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of, verdicts
 from tests.made_results import ROOT, of_columns
-from tests.test_mirror_update import to_the_edge
 
 SEEDS, ENOUGH, LOST = 40, 80, 5
 
@@ -165,14 +163,13 @@ def test_a_seed_ends_at_a_swinging_end_where_the_reading_rejects_it():
         assert ("rejected" in one.reading.values()) == (one.verdict == "undecided")
 
 
-def test_seeds_whose_refusal_has_the_code_of_a_swinging_end_are_counted():
-    with pytest.raises(CalibrationError) as caught:
-        to_the_edge(0.3, np.random.default_rng(7))
+def test_completed_seeds_with_a_swinging_end_are_counted_apart_from_rejected_ones():
     columns = of_bench(LEVEL, 3, {})
-    columns[f"{LEVEL}.refused"] = [caught.value.code, "no-feature-at-end", None]
+    columns[f"{LEVEL}.refused"] = [None, "no-feature-at-end", None]
+    columns[f"{LEVEL}.stage2.swing_deg"] = [6.0, 6.0, 1.0]
+    columns[f"{LEVEL}.stage3.swing_deg"] = [1.0, None, 1.0]
     found = runs.Runs({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
-    assert prose.swings(found) == 1
-    assert prose.refusals(found) == 2
+    assert (prose.swings(found), prose.refusals(found)) == (1, 1)
 
 
 def test_seeds_that_were_rejected_do_not_count_and_are_told():

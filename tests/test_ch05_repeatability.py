@@ -170,7 +170,7 @@ def test_starts_are_judged_by_the_worse_step_of_the_seeds_that_completed_it():
         assert verdicts(judge, started(**bad)) == OTHER
     lost = readings_of(judge, started(lost=40))[0]
     assert lost.verdict == "reproduced"
-    assert "15 mm 0.2 % (40 of 60 seeds rejected)" in lost.reason
+    assert "15 mm 0.2 %; 40 of 60 runs rejected" in lost.reason
     assert verdicts(judge, started(lost=SEEDS)) == ("undecided", {"undecided"})
     assert verdicts(judge, started(lost=SEEDS, at=("twice both",))) == TURNED
 
