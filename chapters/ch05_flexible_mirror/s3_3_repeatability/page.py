@@ -60,13 +60,12 @@ from repro.run.outcomes import Plan
 # - One step of 15 mm agrees with the sum of three to {glue:text}`single.apart:.2f` %.
 #   Its back-projection error is larger in {glue:text}`single.worse:.0f` % of the runs,
 #   by {glue:text}`single.more:.0f` % in the median.
-# - In the board's own pose back-projection error grows by {glue:text}`growth:.1f` % per
-#   step over the completed runs, and by {glue:text}`growth.true:.1f` % in its true
-#   pose.
-# - The known board metric keeps errors small. Without it they grow by
-#   {glue:text}`metric.steps_mm:.2f` mm more per step, and
-#   {glue:text}`metric.without.refused` of {glue:text}`metric.seeds` loops are rejected
-#   instead of {glue:text}`metric.metric.refused`.
+# - Back-projection error in the board's own pose changes by {glue:text}`growth:.1f` %
+#   per step over the completed runs, in its true pose by {glue:text}`growth.true:.1f`
+#   %.
+# - Without the known board metric it is {glue:text}`metric.without.third:.1f` mm at
+#   stage 3 instead of {glue:text}`metric.metric.third:.1f` mm. On the way back it falls
+#   again: larger errors, but no growth over six steps.
 
 # %% [markdown]
 # ## What the thesis claims

@@ -18,6 +18,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
     RUNS,
     STARTED,
     STEP_MM,
+    THERE,
     LoopRuns,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import STEPS_MM
@@ -97,12 +98,8 @@ def quoted_of_one_step(placed, started):
 
 
 def quoted_of_metric(result):
-    """What the board's known metric does, by name."""
-    both = causes.while_both_go_on(result)
-    refused = {
-        f"metric.{arm}.refused": causes.refused(result, arm) for arm in causes.ARMS
-    }
-    return refused | {
-        "metric.seeds": result.trials_per_condition,
-        "metric.steps_mm": float(np.median(both)) if len(both) else np.nan,
+    """Back-projection error at stage 3 with the board's known metric and without."""
+    return {
+        f"metric.{arm}.third": median(causes.errors_of(result, arm)[THERE[-1] - 1])
+        for arm in causes.ARMS
     }
