@@ -299,7 +299,7 @@ def static_grids(effort):
 # %% [markdown]
 # The largest differences of linear and true start are {glue:text}`second.cost_off:.2g`
 # % of the cost and {glue:text}`second.tip_off:.1g` % of the deflection;
-# {glue:text}`second.refused` seeds were refused. Without the noise of the second level
+# {glue:text}`second.refused` runs were rejected. At the low-noise level
 # it is {glue:text}`laboratory.linear.same:.0f` % of the seeds as well.
 
 # %% [markdown]

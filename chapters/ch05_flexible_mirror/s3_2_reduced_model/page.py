@@ -202,10 +202,10 @@ def pictures(effort):
 #
 # **What the residual hides.** At the second level the residual is
 # {glue:text}`second.residual_mm:.2f` mm and back-projection at 400 mm
-# {glue:text}`second.back.own_mm:.2f` mm. Neither shows that the mirror is half a mm
-# displaced: so small a shift sends almost the same rays to the board. Rays are
-# {glue:text}`second.final.angle_deg:.2f`° off, at the low-noise level
-# {glue:text}`laboratory.final.angle_deg:.2f`°.
+# {glue:text}`second.back.own_mm:.2f` mm. Neither shows that the mirror is displaced by
+# {glue:text}`second.final.camera_mm:.1f` mm: so small a shift sends almost the same
+# rays to the board. Rays are {glue:text}`second.final.angle_deg:.2f`° off, at the
+# low-noise level {glue:text}`laboratory.final.angle_deg:.2f`°.
 #
 # **How the final error follows the primary one.** The clamp is held where the primary
 # calibration put it, and the board where its rays put it. An error there persists, as
