@@ -66,9 +66,9 @@ from repro.run.outcomes import Plan, crossed
 #   {glue:text}`second.factor:.2f` times the decoding errors, a mirror uneven by
 #   {glue:text}`second.aberration:.1f` µm, and a platter that is a little off its place.
 #   The table below holds all 32 printed numbers against it.
-# - What stays unexplained are two of these: mirror points from their rays
-#   ({glue:text}`second.miss:.2f` mm for 0.86 mm) and the residual of stage 1
-#   ({glue:text}`second.residual:.2f` mm for 0.68 mm).
+# - What stays unexplained: the distance of mirror points from their rays
+#   ({glue:text}`second.miss:.2f` mm for 0.86 mm), and the residuals of all stages
+#   ({glue:text}`second.residual:.2f` mm at stage 1 for 0.68 mm).
 
 # %% [markdown]
 # ## What the thesis claims
