@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.mirror_bench import BENCHES, FIRST, SECOND
+from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
 from chapters.shared.mirror_runs import (
     PUBLISHED,
@@ -30,12 +31,21 @@ AMPLITUDES_UM = {
 }
 
 
+class WithoutPlatter(MirrorErrors):
+    """Errors as the first level was solved with: none of the platter is drawn."""
+
+    def mounted(self, platter, rng, positions):
+        """The `Platter` at each of the monitor's positions: where its board says."""
+        return [platter] * positions
+
+
 def first_trial(condition, rng, errors):
     """miss_mm: mean distance of mirror points from their rays, for each of FACTORS on a
     smooth mirror, and with the factor chosen; residual_mm: mean residual of stage 1 for
     each of AMPLITUDES_UM with the factor chosen, and with both numbers chosen; NaN
     where a stage is rejected."""
     seed, level = int(rng.integers(2**32)), BENCHES[FIRST]
+    errors = WithoutPlatter(*errors)
 
     def miss(factor):
         found = _primary(level._replace(factor=factor, aberration_um=0), errors, seed)
