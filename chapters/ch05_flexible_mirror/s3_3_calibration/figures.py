@@ -84,14 +84,16 @@ def ext_mirror_bench(results, published):
         )
         panel.legend()
         rows += [(name, *row) for row in zip(levels, low, middle, high, strict=True)]
-        gaps.append(abs(reached / printed - 1))
+        # The first level's numbers are older than the errors that are measured today.
+        if level == SECOND:
+            gaps.append(abs(reached / printed - 1))
         where = solved(values, levels, printed)
         where = "nowhere" if where is None else f"at {where:.3g}"
         said.append(f"({'abcd'[k]}) {printed:g} {where}, {chosen:g} is taken")
     check = Check(
         max(gaps) <= NEAR,
-        f"with the numbers taken the medians are within {100 * max(gaps):.1f} % of the "
-        "printed ones",
+        "with the second level's numbers the medians are within "
+        f"{100 * max(gaps):.1f} % of the printed ones",
     )
     seeds = result.trials_per_condition
     return Drawing(
