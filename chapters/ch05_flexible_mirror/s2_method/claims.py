@@ -98,10 +98,11 @@ def judge_step_sizes(results):
     Fixed before this judge was first run: the laboratory's errors, as for any claim
     about simulated data, and the way back to stage 0, on which both ways begin with one
     camera and end with one picture. Features: the mean of the three steps; a step that
-    was refused has none. Back-projection: on a board 400 mm away, in the pose that each
-    camera finds. Both have to be better, a ratio of the medians with its interval above
-    one and p < 0.01 after Holm's correction. The runs are those of Table 5.5. They had
-    been seen, back-projection (`c5_single_worse_bp`) and the numbers of features.
+    was rejected has none. Back-projection: on a board 400 mm away, in the pose that
+    each camera finds. Both have to be better, a ratio of the medians with its interval
+    above one and p < 0.01 after Holm's correction. The runs are those of Table 5.5.
+    They had been seen, back-projection (`c5_single_worse_bp`) and the numbers of
+    features.
     """
     decisions, (common, back) = _better_in_steps(results, "laboratory")
     _, on_bench = _better_in_steps(results, LEVEL)

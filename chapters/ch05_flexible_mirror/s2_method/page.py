@@ -341,7 +341,7 @@ def static_grids(effort):
 #
 # **Limits.** One deflection from a mirror that was not bent; steps of 5 mm,
 # none larger. The corners' errors are those of rendered pictures, drawn again.
-# Counts of Fig. 5.4 are of one run, in which nothing was refused. Private
+# Counts of Fig. 5.4 are of one run, in which nothing was rejected. Private
 # functions of the library (with a leading underscore) stand in it where they
 # are the stage.
 

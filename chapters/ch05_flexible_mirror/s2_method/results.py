@@ -37,7 +37,7 @@ class Starts(NamedTuple):
         return cls(result.select(geometry="A"), bench)
 
     def of(self, start, name):
-        """A value of every seed, (seeds,), NaN where it was refused."""
+        """A value of every seed, (seeds,), NaN where it was rejected."""
         return self.trials.column(f"{self.bench}.{start}.{name}")
 
     def off(self, start, name):
@@ -51,7 +51,7 @@ class Starts(NamedTuple):
 
     def same(self, start="linear"):
         """Whether a start ends where the true surface does (seeds,): equal cost and
-        equal deflection. A seed that was refused does not."""
+        equal deflection. A seed that was rejected does not."""
         return (self.off(start, "cost_mm2") <= SAME) & (
             self.off(start, "deflection_mm") <= SAME
         )
@@ -133,7 +133,7 @@ class StepSizes(NamedTuple):
         return np.mean(np.nan_to_num(found, nan=0.0), axis=0)
 
     def back(self, way):
-        """Back-projection errors (seeds,) mm at stage 0, NaN where it was refused."""
+        """Back-projection errors (seeds,) mm at stage 0, NaN where it was rejected."""
         return self._of(BACK[-1] if way == "staged" else "single", "back_mm")
 
     def _of(self, place, name):
@@ -228,7 +228,7 @@ def of_static_grids(results):
 
 
 def of_step_sizes(steps):
-    """Name -> number: medians over the seeds in which neither way was refused, and
+    """Name -> number: medians over the seeds in which neither way was rejected, and
     how many seeds each way has lost."""
     ways = ("staged", "single")
     both = [steps.back(way) for way in ways]

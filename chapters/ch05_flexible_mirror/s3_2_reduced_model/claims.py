@@ -37,7 +37,7 @@ def judge_final_good(results, options):
             case.errors(results, bench, stage) for stage in ("linear", "final")
         )
         reason = f"linear over final error; {_medians(linear=linear, final=final)}"
-        # Nothing is true of a seed that was refused: nan compares as false.
+        # nan compares as false, and counts as rejected.
         return linear >= POOR * final, linear / final, "x", reason
 
     return counterpart_over_the_sweep(case, found_at)

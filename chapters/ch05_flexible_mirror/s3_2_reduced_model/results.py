@@ -101,7 +101,7 @@ def name_values(open_results):
 
 
 def of_bench(result, bench):
-    """Name -> median over the seeds, as published; and how many were refused."""
+    """Name -> median over the seeds, as published; and how many were rejected."""
     whose = f"{bench}.{PUBLISHED_WAY}"
     names = [f"{stage}.camera_mm" for stage in ("before", "linear", "final")]
     names += ["linear.deflection_mm", "final.deflection_mm", "before.alone_mm",

@@ -3,7 +3,7 @@
 Fixed before the run: features cluster in the middle fifth of the mirror's height, and
 near ones, 1.2 m away, lie where the flat mirror shows nothing; pushes of 5 mm are
 self-calibrated in two steps, since over one no far feature is left in the last knot
-interval. Refused runs count as failures of a claim.
+interval. Rejected runs are counted separately.
 """
 
 import numpy as np

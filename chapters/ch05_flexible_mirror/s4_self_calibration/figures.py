@@ -45,7 +45,7 @@ def fig_5_24(results):
             label = "true" if k == 0 else None
             panel.plot(ALONG_MM, true, color=INK, linestyle=":", marker="", label=label)
             look = series(k) | {"markevery": 4}
-            # Where all seeds were refused the legend still names the stage.
+            # Where all seeds were rejected the legend still names the stage.
             curve = np.full(len(ALONG_MM), np.nan)
             if seed is not None and came[k][seed]:
                 curve = runs.of_seed(f"{TOLD}.stage{stage}.profile_mm", seed, came[k])
@@ -74,7 +74,7 @@ def fig_5_25(results):
     runs = Courses(results)
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
     met = first_of(runs.arrays("stereo.found.met"), 3)
-    # A seed whose board was refused has no points that are found.
+    # A seed whose board was rejected has no points that are found.
     came = np.flatnonzero(np.isfinite(runs.column("stereo.found.board")))
     boards = runs.arrays("stereo.board_points")
     board = first_of([boards[k] for k in came], 3)

@@ -50,7 +50,7 @@ def fig_5_13(results):
         "Back-projection errors on a board at 400 mm, in the pose that the calibrated "
         f"camera itself finds, times {SCALE}, of one seed, second "
         "level: the first that "
-        "was refused nowhere. Mean lengths above the panels.",
+        "was rejected nowhere. Mean lengths above the panels.",
         Check(
             bool(max(gaps) < ROUNDING),
             f"the drawn vectors have the mean lengths of the trial, to {max(gaps):.0e} "

@@ -47,7 +47,7 @@ def better_seen(seen):
 
 
 def errors_of(result, arm, name="back_mm"):
-    """Errors (steps, seeds) of one arm, nan from the step on that was refused."""
+    """Errors (steps, seeds) of one arm, nan from the step on that was rejected."""
     return np.array([result.column(f"{arm}.step{k}.{name}") for k in STEPS])
 
 

@@ -97,7 +97,7 @@ def in_places(result, bench, pitch):
 def between_places(*found):
     """SD of deflections between places, mm, (seeds,) for each array (seeds, places).
 
-    Of the places in which none was refused; nan where fewer than two are left.
+    Of the places in which none was rejected; nan where fewer than two are left.
     """
     known = np.all(np.isfinite(found), axis=0)
     enough = known.sum(axis=1) > 1
@@ -133,5 +133,5 @@ def _rms(spread):
 
 def of_starts(result, bench, step, step_mm):
     """SD (seeds,) of what perturbed starts end at, % of the deflection; nan where a
-    start was refused, or the whole stage."""
+    start was rejected, or the whole stage."""
     return 100 * result.column(f"{bench}.{step}.sd_mm") / step_mm

@@ -1,8 +1,8 @@
 """What the claims of 5.3.4 say of one seed, and what is measured there.
 
 Each takes the `CircleRuns` of a bench and gives whether it is true (seeds,), what was
-measured (seeds,), its unit, and words. A seed that was refused before the last stage
-has no value, and the claim is not true of it.
+measured (seeds,), its unit, and words. A seed that was rejected before the last stage
+has no value.
 """
 
 from itertools import combinations

@@ -23,7 +23,7 @@ class CircleRuns(BenchRuns):
     EXPERIMENTS = (RUNS, SWEPT_RUNS)
 
     def of(self, stage, name, way="published"):
-        """A value (seeds,) of one stage, nan where a seed was refused before."""
+        """A value (seeds,) of one stage, nan where a seed was rejected before."""
         return self.result.column(f"{self.bench}.{way}.stage{stage}.{name}")
 
     def at(self, name, way="published", stages=STAGES):
@@ -52,7 +52,7 @@ class CircleRuns(BenchRuns):
 
     def profiles(self, stage):
         """Residuals (seeds, PLACES) mm around the circle, outwards, nan where a seed
-        was refused and where a place is not seen."""
+        was rejected and where a place is not seen."""
         known = np.isfinite(self.of(stage, "radius_mm"))
         found = np.full((self.seeds, PLACES), np.nan)
         arrays = self.result.arrays(f"{self.bench}.published.stage{stage}.profile")

@@ -1,7 +1,7 @@
 """What the claims about the tin say of one seed, and what is measured there.
 
 Each takes the `TinRuns` of a bench and gives whether it is true (seeds,), what was
-measured (seeds,), its unit, and words. Of a seed that was refused no claim is true.
+measured (seeds,), its unit, and words. A seed that was rejected has no value.
 """
 
 import numpy as np

@@ -21,7 +21,7 @@ class TinRuns(BenchRuns):
     EXPERIMENTS = (RUNS, SWEPT_RUNS)
 
     def of(self, name, way=PUBLISHED):
-        """A value (seeds,) of a way, nan where a seed was refused."""
+        """A value (seeds,) of a way, nan where a seed was rejected."""
         return self.result.column(f"{self.bench}.{way}.{name}")
 
     def angles(self, way=PUBLISHED):

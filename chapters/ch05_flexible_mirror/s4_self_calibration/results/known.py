@@ -13,7 +13,7 @@ def errors_of(result, way):
 def slopes(result, way):
     """Slopes (seeds,), % of the mean for a step; the mean of either place is 100 %.
 
-    A seed that was refused counts as the worst of the others.
+    A seed that was rejected counts as the worst of the others.
     """
     errors = errors_of(result, way)
     relative = np.empty_like(errors)
