@@ -199,7 +199,7 @@ def sweeps(effort):
 # what the test allows; with that of 23.6 mm, nearer to the mirror, it lies at its edge.
 
 # %% [markdown]
-# ## Discussion
+# ## Reading and limits
 #
 # **How wide is the sensor?** The thesis prints 656 x 516 pixels and a lens of 26 mm,
 # and no pixel pitch. 656 x 516 is about half of the 1317 x 1035 pixels of the thesis's

@@ -279,7 +279,7 @@ def trust_runs(effort):
 # {glue:text}`trust.without:.3f`° without it.
 
 # %% [markdown]
-# ## Discussion
+# ## Reading and limits
 #
 # - **A level is a stand-in.** That errors of decoding, an uneven mirror and a
 #   platter that is off its place made the thesis's numbers is a guess.

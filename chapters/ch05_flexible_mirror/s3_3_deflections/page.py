@@ -267,7 +267,7 @@ def tips_swept(effort, results):
 # show_table("ext_mirror_rendered_table")
 
 # %% [markdown]
-# ## Discussion
+# ## Reading and limits
 #
 # **What survives.** The deflection is right, from a linear estimate that is far too
 # small. The bias comes from the nearness of the scene. The monitor's travel is found to

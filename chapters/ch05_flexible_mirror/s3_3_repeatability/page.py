@@ -296,7 +296,7 @@ def film_pictures(effort):
 # show("ext_mirror_film")
 
 # %% [markdown]
-# ## Discussion
+# ## Reading and limits
 #
 # **The deflection at the load** survives: it is found again by three steps and by one,
 # and the start hardly matters. Perturbed starts end at the same shape, with an SD of

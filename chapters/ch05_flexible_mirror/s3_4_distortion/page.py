@@ -233,7 +233,7 @@ def face_picture(effort, results):
 # show("fig_5_19")
 
 # %% [markdown]
-# ## Discussion
+# ## Reading and limits
 #
 # **Exact, once the pose is known.** Without noise, with the true mirror and the true
 # pose, the radius is off by {glue:text}`exact` mm at most, for an even mirror and

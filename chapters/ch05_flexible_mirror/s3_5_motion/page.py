@@ -190,7 +190,7 @@ def _plan(results, benches, seeds, alone, geometry="A"):
 # show("fig_5_21")
 
 # %% [markdown]
-# ## Discussion
+# ## Reading and limits
 #
 # **Why the steps fail.** Rays of the published calibration are
 # {glue:text}`published.ray`° off at the second level and

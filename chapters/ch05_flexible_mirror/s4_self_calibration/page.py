@@ -151,7 +151,7 @@ def known(effort):
 # show("fig_5_27")
 
 # %% [markdown]
-# ## Discussion
+# ## Reading and limits
 #
 # **Where the error comes from.** With features spread evenly and all far, the low-noise
 # level finds {glue:text}`lab.even.1`, {glue:text}`lab.even.2` and

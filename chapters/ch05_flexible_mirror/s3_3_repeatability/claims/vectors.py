@@ -72,7 +72,7 @@ def judge_conditioning(results, options):
     """
 
     def found_at(bench):
-        seen = causes.Seen(results, options, bench)
+        seen = causes.LoopSights(results, options, bench)
         better, least, unit, said = causes.better_seen(seen)
         said += "; medians out and back: " + "; ".join(
             f"{words} {_middle(seen, name, THERE):.2g} and "

@@ -18,7 +18,7 @@ MEASURES = ("covered", "reciprocal")
 LARGEST_P = 0.05
 
 
-class Seen(BenchRuns):
+class LoopSights(BenchRuns):
     """What the steps of a loop see, at one error level."""
 
     EXPERIMENTS = CONDITIONED

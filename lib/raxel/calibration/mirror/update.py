@@ -261,7 +261,7 @@ def _shape(before, pixels, points, directions, clamp, settings, outline, moved):
     )  # fmt: skip
 
 
-class _Start(NamedTuple):
+class _LinearStart(NamedTuple):
     """The linear stage: SplineGrid, which of its ends the clamp carries, PriorRows or
     None, coefficients (K,)."""
 
@@ -272,7 +272,7 @@ class _Start(NamedTuple):
 
 
 def _start(before, p, directions, used, clamp, settings, outline):
-    """The _Start from the features (N, 2) that are `used`."""
+    """The _LinearStart from the features (N, 2) that are `used`."""
     if np.count_nonzero(used) < 3:
         raise CalibrationError(
             f"mirror shape: {np.count_nonzero(used)} features are common to both "
@@ -288,7 +288,7 @@ def _start(before, p, directions, used, clamp, settings, outline):
         plane = plane_through(before.mirror.points(_inside(before, p[used])))
         prior = bending_prior(grid, before.quantity, plane, settings.prior_sd)
     c = _linear(p, directions, used, grid, before.quantity, clamp, prior, settings)
-    return _Start(grid, clamp_at, prior, c)
+    return _LinearStart(grid, clamp_at, prior, c)
 
 
 def _common(p, directions):
