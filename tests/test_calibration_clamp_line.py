@@ -105,6 +105,12 @@ def test_the_line_is_straight_without_distortion_and_wrong_picks_are_left_out():
     assert line.rms_px < 1e-6
 
 
+@pytest.mark.parametrize("seed", [2325, 2442])
+def test_few_of_the_sound_picks_are_left_out(seed):
+    noise = 0.3 * np.random.default_rng(seed).standard_normal((9, 2))
+    assert np.count_nonzero(clamp_line(VIEWER, picks_on_line(9) + noise).used) >= 6
+
+
 def test_the_line_is_as_uncertain_as_it_says():
     off, clean = [], clamp_line(VIEWER, picks_on_line())
     for seed in range(30):

@@ -2,6 +2,7 @@
 
 from functools import partial
 
+from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_rigs import mirror_rig
 from repro.run.outcomes import Plan
@@ -9,6 +10,10 @@ from repro.run.outcomes import Plan
 # The first trial of what was run again under the tests of 2026: no earlier run of these
 # experiments has drawn from here on.
 UNSEEN = 1000
+
+
+# A quick build runs the sweep at the primary level alone.
+SWEEP = {"quick": dict.fromkeys(SWEPT, BENCHES[LEVEL]), "full": SWEPT}
 
 
 def bench_plan(results, trial, benches, seeds, geometry="A"):
@@ -30,7 +35,8 @@ def bench_plan(results, trial, benches, seeds, geometry="A"):
 def on_each(run):
     """The trial that gives {bench: run(rig, bench, errors, seed)}.
 
-    All benches have the same seed: what a run draws is drawn alike for each.
+    All benches have the same seed: what a run draws is drawn alike for each. Equal ones
+    are run once.
     """
     return partial(_on_each, run)
 
@@ -38,6 +44,8 @@ def on_each(run):
 def _on_each(run, condition, rng, errors, benches):
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
-    return {
-        name: run(rig, bench, of_rig.on(bench), seed) for name, bench in benches.items()
+    found = {
+        bench: run(rig, bench, of_rig.on(bench), seed)
+        for bench in dict.fromkeys(benches.values())
     }
+    return {name: found[bench] for name, bench in benches.items()}

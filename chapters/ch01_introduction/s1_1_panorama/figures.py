@@ -59,11 +59,15 @@ def ext_rigs(results):
     rows = []
     for panel in axes.flat:
         panel.set_axis_off()
-    for panel, name in zip(axes.flat, RIG_NAMES, strict=False):
+    panels = dict(zip(RIG_NAMES, axes.flat, strict=False))
+    for name, panel in panels.items():
+        panel.set_title(name, fontsize=6.5, pad=2)
+    drawn.get_layout_engine().execute(drawn)
+    drawn.set_layout_engine("none")  # all panels have their places
+    for name, panel in panels.items():
         one = ran.one(rig=name)
         poses = one.arrays("T_camera_target")[0]
         width, height = (int(one.column(f"{x}_px")[0]) for x in ("width", "height"))
-        panel.set_title(name, fontsize=6.5, pad=2)
         draw_scene(panel, rig_scene(rig_named(name), RIG_SEED, poses), words=False)
         rows.append((name, one.texts("kind")[0], width, height, len(poses)))
     return Drawing(

@@ -26,10 +26,10 @@ from chapters.ch05_flexible_mirror.s2_method.trials.static_grids import (
     PITCH_MM,
     static_trial,
 )
-from chapters.shared.mirror_bench import BENCHES, SWEPT
+from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
-from chapters.shared.mirror_plans import UNSEEN, bench_plan, on_each
+from chapters.shared.mirror_plans import SWEEP, UNSEEN, bench_plan, on_each
 from chapters.shared.mirror_rejections import by_code
 from raxel.calibration.mirror.linear import shape_with_clamp
 from raxel.calibration.mirror.platter import reflected_pose, reflection
@@ -245,7 +245,9 @@ def starts(effort, results):
 )
 def starts_swept(effort, results):
     """The same at half and twice each of the bench's numbers."""
-    return bench_plan(results, on_each(by_code(one_deflection)), SWEPT, FEWER[effort])
+    return bench_plan(
+        results, on_each(by_code(one_deflection)), SWEEP[effort], FEWER[effort]
+    )
 
 
 @experiment(

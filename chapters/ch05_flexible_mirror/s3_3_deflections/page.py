@@ -23,9 +23,9 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.trials.run import (
     three_stages,
 )
 from chapters.ch05_flexible_mirror.s3_3_deflections.trials.tip import one_push
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
+from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, GEOMETRY_C
-from chapters.shared.mirror_plans import UNSEEN, bench_plan, on_each
+from chapters.shared.mirror_plans import SWEEP, UNSEEN, bench_plan, on_each
 from chapters.shared.mirror_rejections import by_code
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
@@ -146,7 +146,9 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice the primary level's numbers."""
-    return bench_plan(results, on_each(by_code(three_stages)), SWEPT, FEWER[effort])
+    return bench_plan(
+        results, on_each(by_code(three_stages)), SWEEP[effort], FEWER[effort]
+    )
 
 
 @experiment(
@@ -229,7 +231,7 @@ def tips(effort, results):
 )
 def tips_swept(effort, results):
     """The same from half to twice the primary level's numbers."""
-    return bench_plan(results, on_each(by_code(one_push)), SWEPT, FEWER[effort])
+    return bench_plan(results, on_each(by_code(one_push)), SWEEP[effort], FEWER[effort])
 
 
 # %% [markdown]

@@ -38,7 +38,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import both_
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
-from chapters.shared.mirror_plans import UNSEEN, bench_plan, on_each
+from chapters.shared.mirror_plans import SWEEP, UNSEEN, bench_plan, on_each
 from chapters.shared.mirror_rejections import by_code
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
@@ -129,7 +129,7 @@ from repro.run.outcomes import Plan
 # are, is known exactly, unlike in [images](s3_3_deflections.ipynb).
 
 # %%
-SEEDS = {"quick": 5, "full": 100}
+SEEDS = {"quick": 2, "full": 100}
 FEWER = {"quick": 1, "full": 20}
 PLACED = {"quick": 1, "full": 15}
 STARTED = {"quick": 1, "full": 12}
@@ -164,7 +164,7 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice each of the bench's numbers."""
-    return bench_plan(results, on_each(by_code(loop)), SWEPT, FEWER[effort])
+    return bench_plan(results, on_each(by_code(loop)), SWEEP[effort], FEWER[effort])
 
 
 @experiment(
@@ -187,7 +187,10 @@ def other(effort, results):
 def placed(effort, results):
     """The first step, with the board elsewhere and all else the same."""
     return bench_plan(
-        results, on_each(by_code(in_all_places)), BENCHES | SWEPT, PLACED[effort]
+        results,
+        on_each(by_code(in_all_places)),
+        BENCHES | SWEEP[effort],
+        PLACED[effort],
     )
 
 
@@ -244,7 +247,7 @@ def ablated(effort, results):
 def started(effort, results):
     """Steps of 5 and of 15 mm, refined from perturbed starts."""
     return bench_plan(
-        results, on_each(by_code(both_steps)), BENCHES | SWEPT, STARTED[effort]
+        results, on_each(by_code(both_steps)), BENCHES | SWEEP[effort], STARTED[effort]
     )
 
 

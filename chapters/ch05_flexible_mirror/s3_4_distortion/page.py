@@ -28,10 +28,10 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
     edges_trial,
     line_errors,
 )
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
+from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A
-from chapters.shared.mirror_plans import UNSEEN
+from chapters.shared.mirror_plans import SWEEP, UNSEEN
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code, show_table
 from repro.run.experiment import experiment
@@ -131,7 +131,6 @@ ENDS = {"quick": 1, "full": 10}
 # At quick size one bench stands for all, with a single deflection or none, pictures are
 # small, and the true mirror corrects them.
 MEASURED = {"quick": dict.fromkeys(BENCHES, BENCHES[LEVEL]), "full": BENCHES}
-SWEEP = {"quick": dict.fromkeys(SWEPT, BENCHES[LEVEL]), "full": SWEPT}
 RUN = {"quick": CircleScope(1, true=False), "full": CircleScope()}
 END = {"quick": CircleScope(0, face=False, true=False), "full": CircleScope(true=False)}
 SIZES = {"quick": PictureSizes(4, 1.5, 4.0, False), "full": PictureSizes()}

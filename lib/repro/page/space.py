@@ -36,7 +36,9 @@ def draw_scene(axes: Axes, scene: Scene, *, words: bool = True) -> None:
         axes.text(0.5, 0.5, reason, ha="center", va="center", transform=axes.transAxes)
         return
     drawn = axes.figure
-    drawn.draw_without_rendering()
+    layout = drawn.get_layout_engine()
+    if layout:
+        layout.execute(drawn)
     place = axes.get_window_extent().transformed(drawn.dpi_scale_trans.inverted())
     size = [round(CSS_PX_PER_INCH * side) for side in (place.width, place.height)]
     if words:

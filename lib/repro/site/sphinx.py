@@ -34,7 +34,7 @@ def build_site(source: Path, out: Path) -> list[str]:
         shutil.rmtree(state, ignore_errors=True)
     begun.touch()
     command = [sys.executable, "-m", "sphinx", "-b", "html", "-W", "--keep-going", "-N"]
-    command += ["-d", str(state), str(source), str(built)]
+    command += ["-j", "auto", "-d", str(state), str(source), str(built)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     print(run.stdout, run.stderr, sep="\n")
     if run.returncode:

@@ -111,7 +111,7 @@ def clamp_line(viewer, picks):
     for _ in range(ROUNDS):
         middle, along, across = _axes(image[used])
         off = (image - middle) @ across * scale
-        width = max(1.4826 * np.median(np.abs(off[used])), LEAST_SCALE_PX)
+        width = max(1.4826 * np.median(np.abs(off[finite])), LEAST_SCALE_PX)
         kept = finite & (np.abs(np.nan_to_num(off, nan=np.inf)) <= FAR * width)
         if np.array_equal(kept, used) or np.count_nonzero(kept) < FEWEST:
             break
