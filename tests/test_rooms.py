@@ -9,15 +9,14 @@ from repro.run.discover import MARKS
 from repro.run.source_index import import_aliases
 
 ROOT = Path(__file__).resolve().parents[1]
-# Word of a page's package -> words of the same package that it may import.
+# File of a page's folder -> files of the same folder that it may import.
 MAY_IMPORT = {
-    "page": {"trials", "results", "figures", "tables", "claims", "exercises"},
-    "trials": set(),
-    "results": {"trials"},
-    "figures": {"trials", "results"},
-    "tables": {"trials", "results"},
-    "claims": {"trials", "results"},
-    "exercises": {"trials", "results"},
+    "page": {"scenes", "experiment", "report", "claims", "exercises"},
+    "scenes": set(),
+    "experiment": {"scenes"},
+    "report": {"scenes", "experiment"},
+    "claims": {"scenes", "experiment", "report"},
+    "exercises": {"scenes", "experiment", "report"},
 }
 WORDS = ", ".join(MAY_IMPORT)
 SHARED = "shared"
@@ -97,11 +96,9 @@ def misplaced(name: str) -> list[str]:
     if rest[-1] == "__init__.py":
         return ["a page's package needs no __init__.py; delete it"]
     if place not in MAY_IMPORT or not rest[-1].endswith(".py"):
-        return [f"{place} is no word for a page's files; they are {WORDS}"]
-    if place == "page" and len(rest) > 2:
-        return ["a page is one file, page.py"]
-    if len(rest) > 3:
-        return ["a word is a module or a folder of modules; no folder in it"]
+        return [f"{place} is not a file of a page; they are {WORDS}"]
+    if len(rest) > 2:
+        return ["a page's folder has no folders; move it into one of its files"]
     return []
 
 
@@ -117,10 +114,10 @@ def astray(source: list[str], target: list[str]) -> list[str]:
         return ["pages do not import each other; move it into chapters/shared"]
     mine, other = source[2], target[2]
     if other == "page":
-        return ["nothing imports a page; what others need lies in trials or results"]
+        return ["nothing imports a page; move what others need into experiment or report"]
     known = mine in MAY_IMPORT and other in MAY_IMPORT
     if known and mine != other and other not in MAY_IMPORT[mine]:
-        allowed = ", ".join(sorted(MAY_IMPORT[mine])) or "no other word"
+        allowed = ", ".join(sorted(MAY_IMPORT[mine])) or "no other file"
         return [f"{mine} may import {allowed}; move what both need into one of these"]
     return []
 

@@ -1,9 +1,10 @@
-"""The tree of pages loses sections, never pages or titles."""
+"""The tree of pages loses sections alone; a link to a page has its first sentence."""
 
 from docutils import nodes
+from docutils.utils import new_document
 from sphinx import addnodes
 
-from repro.site.each_page import without_sections
+from repro.site.each_page import first_sentence, without_sections
 
 
 def entry(title, *below):
@@ -29,3 +30,17 @@ def test_a_page_without_pages_below_keeps_its_title_alone():
     short = without_sections(contents)
     assert [len(one) for one in short] == [1, 1]
     assert short.astext().split() == ["page", "other"]
+
+
+def docutils_document(*children):
+    document = new_document("page")
+    document += children
+    return document
+
+
+def test_the_first_sentence_comes_without_its_lead():
+    text = "Question. How wide is\nthe lens, 2.5 mm off axis? It has 183 degrees."
+    section = nodes.section("", nodes.title("", "Page"), nodes.paragraph("", text))
+    document = docutils_document(section)
+    assert first_sentence(document) == "How wide is the lens, 2.5 mm off axis?"
+    assert first_sentence(docutils_document()) == ""

@@ -25,6 +25,7 @@ from statistics import median
 from repro.judge.scoreboard import chapter_order, headline
 from repro.page.furniture import Furnisher
 from repro.page.notebook import PageError
+from repro.page.wording import literal
 from repro.run.kept import Kept
 from repro.site import artefacts, first_cell, notebooks, numbered, source_pages
 from repro.site.chapters import Chapter, chapters_of, documents, source_of, title_of
@@ -184,6 +185,7 @@ def _filled(
         autoescape=False,
     )
     templates.filters["median"] = lambda values: median(list(values))
+    templates.filters["literal"] = literal
     counts = headline(board)
     known = {
         "effort": effort,
@@ -217,6 +219,7 @@ def chapter_table(board: Sequence[dict], chapters: Sequence[Chapter]) -> list[di
                 "verdict": mine,
                 "all": mine.total(),
                 "counts": headline(own),
+                "claims": [r for r in own if r["kind"] == "claim" and r.get("page")],
             }
         )
     return table

@@ -2,11 +2,14 @@
 
 A Sphinx extension. The tree of all pages stands beside each of them: for it Sphinx
 copies all their sections, to leave them out then. Here they are left out before. And
-words that pages share are stemmed once for the search. The site is the same.
+words that pages share are stemmed once for the search. The links to the previous and
+the next page get the first sentence of that page.
 """
 
 from __future__ import annotations
 
+import html
+import re
 from functools import cache
 
 from docutils import nodes
@@ -29,7 +32,32 @@ def without_sections(contents: nodes.bullet_list) -> nodes.bullet_list:
     return short
 
 
+def first_sentence(document: nodes.document) -> str:
+    """The first sentence of a page below its title, without a lead such as Question."""
+    paragraphs = (
+        node
+        for section in document.findall(nodes.section)
+        for node in section.children
+        if isinstance(node, nodes.paragraph)
+    )
+    text = next((node.astext() for node in paragraphs), "")
+    found = re.match(r"(?:Question\.)?\s*(.+?[.?!])(?=\s|$)", text, re.S)
+    return " ".join(found[1].split()) if found else ""
+
+
+def _on_read(app, document: nodes.document) -> None:
+    known = app.env.metadata[app.env.current_document.docname]
+    known["first_sentence"] = first_sentence(document)
+
+
 def _on_page(app, name: str, template: str, context: dict, doctree) -> None:
+    _, *neighbours = app.builder.relations.get(name, (None, None, None))
+    for side, other in zip(("prev", "next"), neighbours, strict=True):
+        sentence = app.env.metadata[other].get("first_sentence") if other else ""
+        if sentence and context.get(side):
+            title = context[side]["title"]
+            more = f"<small>{html.escape(sentence)}</small>"
+            context[side] = context[side] | {"title": f"{title} {more}"}
     whole = context["toctree"]
 
     def toctree(**asked: object) -> str:
@@ -55,6 +83,7 @@ def _titles(environment) -> dict[str, nodes.bullet_list]:
 
 
 def setup(app) -> dict:
-    """Connect the handler."""
+    """Connect the handlers."""
+    app.connect("doctree-read", _on_read)
     app.connect("html-page-context", _on_page, priority=BEFORE_FURO)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
