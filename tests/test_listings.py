@@ -125,7 +125,7 @@ def test_the_set_of_the_example_has_no_fault(tmp_path):
 
 
 def test_files_and_folders_that_are_named_exist():
-    tree = README.split("## What lies where\n\n```\n")[1].split("```")[0]
+    tree = README.split("## Layout\n\n```\n")[1].split("```")[0]
     top = [line.split("  ")[0].split() for line in tree.splitlines() if line[0] != " "]
     named = [name for names in top for name in names if name != "figures/"]
     named += [f"lib/raxel/{name}" for name in re.findall(r"^  (\w+)/ ", tree, re.M)]
