@@ -11,7 +11,7 @@ from chapters.guides.choose_a_method.results.detector_counts import (
     rendered_counts,
     summed,
 )
-from chapters.guides.choose_a_method.results.prose import motion_facts, named
+from chapters.guides.choose_a_method.results.prose import STEPS, named, short, typical
 from chapters.guides.choose_a_method.tables import COLUMNS, FAILED
 from chapters.guides.choose_a_method.trials import STATED, recorded_scores
 from chapters.guides.for_teachers import page as for_teachers
@@ -127,12 +127,15 @@ def test_the_table_has_a_row_for_everything_measured(results):
     assert opencv[6:8] == [None] * 2
     assert [cell.value for cell in opencv[8:10]] == [0.5] * 2
     assert opencv[10:15] == [0.01, 0.5, 0.25, FAILED, FAILED]
-    assert table.columns["Picture or circle with a ray (%)"][10:15] == [75] + [90] * 4
+    assert table.columns["Image or circle with a ray (%)"][10:15] == [75] + [90] * 4
 
 
 def test_wrong_motion_has_a_table_of_its_own(results):
     table = tables.ext_known_motion(results)
-    assert table.columns["Wrong by"] == ["1 mm of translation", "1 deg of rotation"]
+    assert table.columns["Error of the motion"] == [
+        "1 mm of translation",
+        "1 deg of rotation",
+    ]
     assert [cell.value for cell in table.columns["Ray error (deg)"]] == [0.2, 0.2]
     assert "apart" in table.caption
 
@@ -148,7 +151,8 @@ def test_a_method_that_never_worked_has_failed(results):
     assert rows["Evidence"][6:10] == ["rendered"] * 4
     assert rows["Zhang"][6:10] == [FAILED] * 4
     assert rows["Corners with a ray (%)"][6:10] == [None] * 4
-    assert named(results)["zhang.stage"] == "∞"
+    zoom = results["table_2_2_redrawn"]
+    assert short(typical(zoom, f"{METHODS[0]}.{STEPS}", zoom=3)) == "∞"
 
 
 def counts(**of_sets):
@@ -209,8 +213,8 @@ def test_stated_errors_are_summed_over_the_cases_of_the_record():
 def test_every_number_of_the_decision_page_is_named(results):
     text = Path(choose_a_method.__file__).read_text("utf-8")
     used = {part.split("`")[1] for part in text.split("{glue:text}")[1:]}
-    assert used <= set(named(results) | motion_facts(results["fig_2_2_error"]))
-    assert named(results)["general.zoom.2"] == "0.71"
+    assert used == set(named(results))
+    assert named(results)["general.ray_deg.60"] == "0.26"
 
 
 def test_run_times_are_coarse():
