@@ -249,8 +249,8 @@ def photograph_study(effort, folder):
 # %% [markdown]
 # **2.** Given are a corner of the board, its position on the board, the pose of the
 # board (board to camera coordinates), and the detected pixel (`found`). Compute the
-# residual, detected minus predicted, as $(\Delta u, \Delta v)$ in px. Use numpy alone: pose,
-# equations 2.2 and 2.4, calibration matrix.
+# residual, detected minus predicted, as $(\Delta u, \Delta v)$ in px. Use numpy alone:
+# pose, equations 2.2 and 2.4, calibration matrix.
 
 # %% tags=["active-ipynb"]
 # corner = exercise_corner(study)
