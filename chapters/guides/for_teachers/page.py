@@ -45,7 +45,7 @@ READS_PAGES = True
 # | 2 Calibration from three grids | 2 | linear equations, rank |
 # | 3 Error and residual | 2 | mean, standard deviation, median |
 # | 4 Decoded screen positions | 3, A | sine, Fourier series |
-# | 5 One centre | 4 | homographies, lesson 2 |
+# | 5 One centre | 4 | homographies, least squares |
 # | 6 A flexible mirror | 5 | derivative, law of reflection |
 #
 # ## Preparation
@@ -60,7 +60,7 @@ READS_PAGES = True
 # `make quick` takes {glue:text}`quick_time` on two cores, the other commands seconds.
 # The first run also installs everything and needs a network, so do it a day ahead.
 # The quick report has all pages but no verdicts. `make report`
-# ({glue:text}`report_time`) adds them. Lesson 6 uses one.
+# ({glue:text}`report_time`) adds them. Lesson 6 uses a verdict.
 #
 # Students who only read need a browser and the archive, which opens from the disk.
 # Exercises need the checkout and `make lab`. An exercise is a cell that begins with

@@ -1,5 +1,5 @@
 # %% [markdown]
-# # {glue:text}`title`
+# # {glue:text}`title` (active grid)
 #
 # **Question.** A monitor displays coded patterns, an *active grid* (phase-shift
 # structured light), and every pixel decodes the screen position that it sees. Given
