@@ -66,7 +66,7 @@ def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
     judge = claims.judge_unwrap_resolution
     reading = judge({"fig_1_1_resolution": rows})
     assert reading.verdict == "reproduced"
-    assert np.all(rows.select().column("ratio") > trials.LEAST_RATIO)
+    assert np.all(rows.select().column("ratio") > trials.MIN_RATIO)
     assert np.isfinite(rows.select().column("band_deg")).all()
     even = of_columns(*((c, {"ratio": 1.4, "band_deg": 10.0}) for c in rows.conditions))
     reading = judge({"fig_1_1_resolution": even})

@@ -45,6 +45,17 @@ def test_a_hand_stays_near_its_place_and_the_board_in_view(rig):
     assert len(boards.places_of(boards.SIZES["full"].plan)) == 16
 
 
+def test_the_page_describes_the_full_plan():
+    text = " ".join(Path(page.__file__).read_text("utf-8").replace("\n#", " ").split())
+    full = boards.SIZES["full"]
+    _, half, *edge = full.plan
+    assert f"{half.boards} boards at about {half.polar_deg:g}°" in text
+    count = sum(ring.boards for ring in edge)
+    assert f"{count} boards at about {edge[0].polar_deg:g}°" in text
+    corners = f"{full.columns} × {full.rows} inner corners"
+    assert f"{corners} at a pitch of {full.pitch_mm:g} mm" in text
+
+
 def script_with(words):
     """The one Python listing of the page's text that holds these words."""
     lines = Path(page.__file__).read_text("utf-8").split("\n")

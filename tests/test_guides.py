@@ -1,5 +1,6 @@
 """The guides: a table from made-up results, and exercises found in pages."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from chapters.guides.choose_a_method.results.detector_counts import (
     rendered_counts,
     summed,
 )
-from chapters.guides.choose_a_method.results.prose import motion_facts, named
+from chapters.guides.choose_a_method.results.prose import STEPS, named, short, typical
 from chapters.guides.choose_a_method.tables import COLUMNS, FAILED
 from chapters.guides.choose_a_method.trials import STATED, recorded_scores
 from chapters.guides.for_teachers import page as for_teachers
@@ -127,12 +128,15 @@ def test_the_table_has_a_row_for_everything_measured(results):
     assert opencv[6:8] == [None] * 2
     assert [cell.value for cell in opencv[8:10]] == [0.5] * 2
     assert opencv[10:15] == [0.01, 0.5, 0.25, FAILED, FAILED]
-    assert table.columns["Picture or circle with a ray (%)"][10:15] == [75] + [90] * 4
+    assert table.columns["Image or circle with a ray (%)"][10:15] == [75] + [90] * 4
 
 
 def test_wrong_motion_has_a_table_of_its_own(results):
     table = tables.ext_known_motion(results)
-    assert table.columns["Wrong by"] == ["1 mm of translation", "1 deg of rotation"]
+    assert table.columns["Error of the motion"] == [
+        "1 mm of translation",
+        "1 deg of rotation",
+    ]
     assert [cell.value for cell in table.columns["Ray error (deg)"]] == [0.2, 0.2]
     assert "apart" in table.caption
 
@@ -148,7 +152,8 @@ def test_a_method_that_never_worked_has_failed(results):
     assert rows["Evidence"][6:10] == ["rendered"] * 4
     assert rows["Zhang"][6:10] == [FAILED] * 4
     assert rows["Corners with a ray (%)"][6:10] == [None] * 4
-    assert named(results)["zhang.stage"] == "∞"
+    zoom = results["table_2_2_redrawn"]
+    assert short(typical(zoom, f"{METHODS[0]}.{STEPS}", zoom=3)) == "∞"
 
 
 def counts(**of_sets):
@@ -209,8 +214,8 @@ def test_stated_errors_are_summed_over_the_cases_of_the_record():
 def test_every_number_of_the_decision_page_is_named(results):
     text = Path(choose_a_method.__file__).read_text("utf-8")
     used = {part.split("`")[1] for part in text.split("{glue:text}")[1:]}
-    assert used <= set(named(results) | motion_facts(results["fig_2_2_error"]))
-    assert named(results)["general.zoom.2"] == "0.71"
+    assert used == set(named(results))
+    assert named(results)["general.ray_deg.60"] == "0.26"
 
 
 def test_run_times_are_coarse():
@@ -229,27 +234,36 @@ def test_exercises_of_a_real_page_can_be_timed():
     assert page.title in class_exercises.exercise_list([page]).markdown
 
 
-def test_the_routes_take_a_lesson_each():
-    text = Path(for_teachers.__file__).read_text("utf-8")
-    routes = text.split("# ## Route ")[1:]
-    taken = []
-    for route in routes:
-        steps = [p.split()[0] for p in route.split("# - **")[1:] if " min.**" in p]
-        taken.append(sum(int(minutes) for minutes in steps))
-    assert taken == [50] * 8 + [75] * 2 + [50]
+LESSONS = Path(for_teachers.__file__).read_text("utf-8").split("# ## Lesson ")[1:]
 
 
-def test_every_route_leads_to_pages_with_exercises():
+@pytest.mark.parametrize("lesson", LESSONS, ids=range(1, len(LESSONS) + 1))
+def test_a_lesson_has_four_steps_of_50_minutes_and_three_exercises(lesson):
+    minutes = re.findall(r"^# - \*\*(\d+) min\.\*\*", lesson, flags=re.M)
+    assert len(minutes) == 4
+    assert sum(map(int, minutes)) == 50
+    parts = re.findall(r"^# \*\*(\w+)\.\*\*", lesson, flags=re.M)
+    assert parts == ["Goal", "Page", "Exercises", "Misunderstanding"]
+    (named,) = re.findall(r"\*\*Exercises\.\*\*(.*?)\n#\n", lesson, flags=re.S)
+    named = named.replace("\n#", "")
+    numbers = 0
+    for path, text in re.findall(r"\(\.\./(\S+)\.ipynb\), exercises? ([^;.]+)", named):
+        page = class_exercises.exercise_page(ROOT / "chapters" / path / "page.py")
+        questions = [one.question for one in page.exercises]
+        for number in re.findall(r"\d", text):
+            assert any(f"**{number}.**" in q for q in questions), (path, number)
+            numbers += 1
+    assert numbers == 3
+
+
+def test_every_lesson_has_an_answer_sheet():
     text = Path(for_teachers.__file__).read_text("utf-8")
-    found = {route.letter: route.pages for route in answers.routes(text)}
-    assert "".join(found) == "ABCDEFGHIJK"
-    assert found["D"][-1] == "guides/choose_a_method"
-    assert found["I"][1] == "appendix_a/phase_and_harmonics"
-    assert found["K"][2] == "ch05_flexible_mirror/s2_method"
-    for letter, pages in found.items():
-        paths = [ROOT / "chapters" / page / "page.py" for page in pages]
-        assert all(path.is_file() for path in paths), letter
-        assert any(class_exercises.exercise_page(path).exercises for path in paths)
+    found = {lesson.number: lesson.pages for lesson in answers.lessons(text)}
+    assert list(found) == [1, 2, 3, 4, 5, 6]
+    assert found[4][1] == "appendix_a/phase_and_harmonics"
+    assert found[6][0] == "ch05_flexible_mirror/s3_3_calibration"
+    for pages in found.values():
+        assert all((ROOT / "chapters" / p / "page.py").is_file() for p in pages)
 
 
 def test_the_guide_and_the_readme_state_the_same_times():

@@ -60,9 +60,11 @@ def test_sines_and_code(tmp_path):
     )
     assert total == pytest.approx(100)
     assert "mm along x and" in told["precision"]
-    assert told["doubted"].startswith("The pictures do not contradict")
+    assert told["doubted"].startswith("The images are consistent")
     assert told["camera"].startswith("There is no calibration: 1 views")
-    assert views.columns["Noise at grey 100 (1)"][0] == pytest.approx(2, rel=0.1)
+    assert views.columns["Noise at grey value 100 (grey values)"][0] == pytest.approx(
+        2, rel=0.1
+    )
 
 
 def test_one_axis_of_code_alone(tmp_path):
@@ -78,10 +80,10 @@ def test_pictures_in_the_wrong_order_have_a_page_that_says_so(tmp_path):
     scene.images[[12, 13]] = scene.images[[13, 12]]
     told, (views, _) = produced(tmp_path, scene)
     assert told["found"].startswith(
-        "None of 1 view could be decoded: the phase steps along x"
+        "None of 1 view is decoded: the phase steps along x"
     )
     assert "not in order" in views.columns["Remark"][0]
-    assert told["precision"] == "No standard deviation is known."
+    assert told["precision"] == "No standard deviation is predicted."
 
 
 def test_the_exercises_are_right():

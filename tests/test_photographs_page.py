@@ -260,7 +260,7 @@ def test_a_figure_is_rendered_whole(drawn, tmp_path):
 
 def test_the_page_shows_a_set_that_went_well(drawn):
     captions, texts = produce(drawn[1])
-    assert "6 of 6 photographs" in captions[0]
+    assert "6 of 6 images" in captions[0]
     assert texts[0] == "drawn: drawn"
     assert "pitch of 20 mm" in texts[1]
 
@@ -275,7 +275,7 @@ def test_a_generic_method_that_refuses_leaves_the_rest(drawn, tmp_path, monkeypa
     result = run(drawn[0], tmp_path)
     captions, texts = produce(result)
     assert "no-overlap" in captions[-1]
-    assert "gave no general camera (no-overlap)" in texts[5]
+    assert "gives no general camera (no-overlap)" in texts[5]
     assert "cannot be compared" in texts[8]
     assert len([row for row in Study(result).held_out if row.own]) == 6
 
@@ -338,8 +338,8 @@ def test_few_boards_give_reasons(drawn, tmp_path, found):
     assert seen.refusal("general")
     assert seen.refusal("zhang")
     captions, texts = produce(result)
-    assert f"{found} of 6 photographs" in captions[0]
-    assert texts[6].startswith("No photograph could be judged")
+    assert f"{found} of 6 images" in captions[0]
+    assert texts[6].startswith("No image is held out")
 
 
 def test_undistortion_is_the_identity_without_distortion(drawn):
@@ -389,7 +389,7 @@ def test_exercises_know_their_answers(drawn):
     assert np.linalg.norm(answer) < 0.5
     task = residual_task(camera, corner)
     assert check(answer, **task).right
-    assert "less found" in check(-answer, **task).text
+    assert "minus detected" in check(-answer, **task).text
     straight = residual_of(camera | {"k1": 0.0, "k2": 0.0}, corner)
     assert "radial" in check(straight, **task).text
 

@@ -1,4 +1,4 @@
-"""The claims of Appendix A, tested as the ledger words them."""
+"""The claims of Appendix A, tested as registered."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What the exercises of Appendix A compare an answer with."""
+"""Expected answers of the exercises of Appendix A."""
 
 import numpy as np
 
@@ -16,16 +16,14 @@ B3, B5, CELL_MM = -0.02, 0.012, 40.0
 
 
 def amplitude_task():
-    """A_2 / A_1 = 0.8 / 3.8, and A_3 / A_2 = -0.2 / 4.8; their product is -0.0088."""
+    """A_2 / A_1 = 0.8 / 3.8 and A_3 / A_2 = -0.2 / 4.8. Their product is -0.0088."""
     return {
         "expected": lambda: power_law_orders(GAMMA, 3)[2],
-        "hint": "go from order 1 to 2, and from there to 3",
+        "hint": "compute order 2 from order 1, then order 3 from order 2",
         "slips": {
             "That is order 2.": lambda: power_law_orders(GAMMA, 3)[1],
             "That is order 3 as a share of order 2.": lambda: (GAMMA - 2) / (GAMMA + 3),
-            "The sign: is the gamma below or above 2?": lambda: (
-                -power_law_orders(GAMMA, 3)[2]
-            ),
+            "Wrong sign: the gamma is below 2.": lambda: -power_law_orders(GAMMA, 3)[2],
         },
     }
 
@@ -34,12 +32,12 @@ def alias_task():
     """With m = 1, the orders are 7 - 1 and 7 + 1."""
     return {
         "expected": lambda: np.array([SEVEN - 1.0, SEVEN + 1.0]),
-        "hint": "m is 1 for the lowest",
+        "hint": "the lowest orders have m = 1",
         "slips": {
-            "An order of 7 adds the same to all seven pictures.": lambda: np.array(
+            "Order 7 adds the same value to all seven images.": lambda: np.array(
                 [SEVEN, SEVEN + 1.0]
             ),
-            "Those are the second and third; one lower one disturbs too.": lambda: (
+            "Those are the second and the third: a lower order disturbs too.": lambda: (
                 np.array([SEVEN + 1.0, 2 * SEVEN - 1.0])
             ),
         },
@@ -47,21 +45,21 @@ def alias_task():
 
 
 def steps_task():
-    """(b3 + b5) / b1 is -0.008 rad at most; a cell of 40 mm is 2 pi rad: 0.051 mm."""
+    """|b3 + b5| / b1 is 0.008 rad. A cell of 40 mm is 2 pi rad, so 0.051 mm."""
     return {
         "expected": largest_error_mm,
-        "hint": "a whole period is 2 pi rad, and one cell",
+        "hint": "a period of 2 pi rad is one cell",
         "slips": {
             "Amplitudes add with their signs.": lambda: (
                 CELL_MM * (abs(B3) + abs(B5)) / (2 * np.pi)
             ),
-            "That takes a period for 1 rad.": lambda: CELL_MM * abs(B3 + B5),
-            "Order 5 counts as well.": lambda: CELL_MM * abs(B3) / (2 * np.pi),
+            "A period is 2 pi rad, not 1 rad.": lambda: CELL_MM * abs(B3 + B5),
+            "Order 5 contributes too.": lambda: CELL_MM * abs(B3) / (2 * np.pi),
         },
     }
 
 
 def largest_error_mm():
-    """What (3.23) makes of the profile of the exercise, mm."""
+    """Return the largest error of (3.23) for the profile of the exercise, mm."""
     profile = sum_of_orders({1: 1.0, 3: B3, 5: B5})
     return CELL_MM * largest(formula_error(profile, 4, phases(3600))) / (2 * np.pi)

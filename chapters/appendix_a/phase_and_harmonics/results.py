@@ -1,4 +1,4 @@
-"""Phase errors of Appendix A, read from results, and the numbers that it quotes."""
+"""Phase errors of Appendix A, and the values that its page quotes."""
 
 import numpy as np
 
@@ -15,12 +15,12 @@ GAMMA = 2.2
 
 
 def one(result, name, **condition):
-    """The value of an experiment without chance: one trial per condition."""
+    """Return the value of a deterministic experiment: one trial per condition."""
     return float(result.column(name, **condition)[0])
 
 
 def odd_pairs(result):
-    """Of each pair of b3 and b5: amplitude, its ratio to b3 + b5, strongest order."""
+    """Return, per pair of b3 and b5: amplitude, ratio to b3 + b5, strongest order."""
     size, order = (
         result.select().column(name) for name in ("amplitude_rad", "strongest_order")
     )
@@ -28,21 +28,19 @@ def odd_pairs(result):
 
 
 def ratios_at(phase, b3):
-    """The ratio of (3.23), and the first two terms of (A.9) as printed."""
+    """Return the ratio of (3.23), and the first two terms of (A.9) as printed."""
     profile = sum_of_orders({1: 1.0, 3: b3})
     true = np.tan(phase_of(stepped(profile, 4, np.array([phase])))[0])
     return float(true), float(np.tan(phase) - np.tan(3 * phase))
 
 
 def name_values(open_results):
-    """Name the numbers that the prose of the page quotes."""
-    even = open_results("exp_c3_even_cancels")
+    """Name the values that the page quotes."""
     odd = open_results("exp_c3_odd_orders_matter")
     size = one(odd, "amplitude_rad", b3=0.01, b5=0.0)
     true, printed = ratios_at(0.4, 0.05)
     law = power_law_orders(GAMMA, 3)
     found = {
-        "even.formula": even.select().column("formula_rad").max(),
         "odd.one_percent": size,
         "odd.share": PERCENT_OF_PERIOD * size,
         "ratio.true": true,

@@ -12,13 +12,13 @@ HEADS = (
     "in I1 − I3 (A.7)",
     "in I2 − I4 (A.8)",
     "phase error, to first order",
-    "by 1 % as a sine (rad)",
-    "by 1 % as a cosine (rad)",
+    "from 1 % as a sine (rad)",
+    "from 1 % as a cosine (rad)",
 )
 
 
 def across(n):
-    """What order n leaves in I1 - I3 and in I2 - I4, LaTeX."""
+    """Return what order n adds to I1 - I3 and to I2 - I4, LaTeX."""
     if n % 2 == 0:
         return "0", "0"
     wave = r"\phi" if n == 1 else rf"{n}\phi"
@@ -27,9 +27,9 @@ def across(n):
 
 
 def first_order(n):
-    """The phase error of order n by the derivation, LaTeX; its size per b_n / b_1."""
+    """Return the derived phase error of order n, LaTeX, and its size per b_n / b_1."""
     if n == 1:
-        return "none: it is the sine", 0.0
+        return "none: the fundamental", 0.0
     if n % 2 == 0:
         return "0", 0.0
     m = (n + 1) // 4
@@ -38,7 +38,7 @@ def first_order(n):
 
 @table("app_a", needs=("ext_orders_of_steps",), evidence="analytic")
 def app_a(results):
-    """(A.7) and (A.8) order by order, and the phase error found by (3.23)."""
+    """Tabulate (A.7) and (A.8) by order, and the phase error of (3.23)."""
     ran = results["ext_orders_of_steps"]
     rows, agree = [], True
     for n in SHOWN_ORDERS:
@@ -49,14 +49,14 @@ def app_a(results):
         ]
         if n > 1:
             agree &= all(abs(error - SMALL * size) <= SMALL**2 for error in found)
-        # What is left of the rounding of double precision is shown as zero.
+        # Rounding errors of double precision are shown as zero.
         found = [v if v is None or v > 1e-12 else 0.0 for v in found]
         rows.append((n, *across(n), text, *found))
     return Table(
         columns(HEADS, rows),
-        "Four steps let no even order of the profile through. Middle columns: what a "
-        "sine of each order adds to the two differences. Right: largest phase error by "
-        "(3.23) when that order, alone, has 1 % of the first.",
+        "Effect of each order of the profile on four-step decoding. Middle columns: "
+        "what a sine of that order adds to the two differences. Right: largest phase "
+        "error of (3.23) when that order alone has 1 % of the first.",
         Check(
             bool(agree),
             "every error equals its first-order value within 0.0001 rad, the "

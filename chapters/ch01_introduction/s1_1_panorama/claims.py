@@ -1,6 +1,6 @@
-"""The claim of section 1.1.2, tested as the ledger words it."""
+"""The claim of section 1.1.2, tested as registered."""
 
-from chapters.ch01_introduction.s1_1_panorama.trials import LEAST_RATIO, RIG_MIRROR
+from chapters.ch01_introduction.s1_1_panorama.trials import MIN_RATIO, RIG_MIRROR
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
@@ -17,7 +17,7 @@ def judge_unwrap_resolution(results):
     apart = max(ratio, 1 / ratio)
     least = ran.select().column("ratio").min()
     return Reading.of(
-        apart > LEAST_RATIO,
+        apart > MIN_RATIO,
         apart,
         unit="1",
         reason="area of the picture per unwrapped pixel, top row to "

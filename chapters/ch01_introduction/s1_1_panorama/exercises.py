@@ -1,4 +1,4 @@
-"""What the exercises of section 1.1 compare an answer with."""
+"""Expected answers of the exercises of section 1.1.2."""
 
 import numpy as np
 
@@ -8,28 +8,28 @@ EYE_HIGH_DEG = 30.0
 
 
 def rows_task():
-    """A full turn is as long as 2 pi times the cylinder's radius f, so f is
-    1280 / (2 pi) px; the tangent of 45 degrees is 1."""
+    """A full turn is 2 pi f long, with f the cylinder's radius. So f is 1280 / (2 pi)
+    px. The tangent of 45 degrees is 1."""
     return {
         "expected": lambda: rows_above_horizon(1280, 45),
-        "hint": "how many pixels is the radius of the cylinder?",
+        "hint": "compute the radius of the cylinder in pixels first",
         "slips": {
-            "Rows are no angles here: upwards the cylinder is flat.": lambda: 1280 / 8
+            "Rows are not angles: vertically the cylinder is flat.": lambda: 1280 / 8
         },
     }
 
 
 def lamp_task():
-    """The lamp is 120 degrees from straight down; the formula of the page gives
-    the angle at the camera, and the focal length times its tangent is the radius."""
+    """The light is 120 degrees from straight down. The formula of the page gives the
+    angle at the camera. The focal length times its tangent is the radius."""
     return {
         "expected": radius_in_picture,
-        "hint": "from where does psi count, and from where elevation?",
+        "hint": "psi and the elevation are measured from different directions",
         "slips": {
-            "Psi counts from straight down, elevation from the horizon.": (
+            "Psi is measured from straight down, the elevation from the horizon.": (
                 lambda: radius_in_picture(EYE_HIGH_DEG)
             ),
-            "Psi counts from straight down, not from straight up.": (
+            "Psi is measured from straight down, not from straight up.": (
                 lambda: radius_in_picture(90 - EYE_HIGH_DEG)
             ),
         },
@@ -37,18 +37,18 @@ def lamp_task():
 
 
 def rows_above_horizon(width, elevation_deg):
-    """Rows between horizon and an elevation, in a panorama `width` px."""
+    """Return the rows between the horizon and an elevation, for a width in px."""
     return width / (2 * np.pi) * np.tan(np.radians(elevation_deg))
 
 
 def given():
-    """Half axes (mm) of the mirror and focal length (px) of its viewer."""
+    """Return the mirror's half axes (mm) and the camera's focal length (px)."""
     camera = laboratory(1.0).camera
     return *camera.axes, camera.viewer.K[0, 0]
 
 
 def radius_in_picture(psi_deg=90 + EYE_HIGH_DEG):
-    """Distance (px) from the middle of Fig. 1.1(a) at an angle from straight down."""
+    """Return the distance (px) from the middle of Fig. 1.1(a) at an angle psi."""
     camera = laboratory(1.0).camera
     e = camera.mirror.eccentricity
     angle = viewer_angle(e, np.radians(psi_deg))

@@ -1,4 +1,4 @@
-"""Fig. 1.1, and the rigs of the laboratory."""
+"""Fig. 1.1, and an overview of the simulated rigs."""
 
 from chapters.ch01_introduction.s1_1_panorama.trials import RIG_NAMES, RIG_SEED
 from chapters.shared.rigs import rig_named
@@ -17,13 +17,13 @@ RIG_ROWS, RIG_COLUMNS = 6, 5
 
 @figure("fig_1_1", needs=("fig_1_1_picture",), evidence="rendered")
 def fig_1_1(results):
-    """(a) the picture in the mirror; (b) the same picture unwrapped."""
+    """Draw (a) the image in the mirror and (b) its cylindrical projection."""
     ran = results["fig_1_1_picture"]
     picture, unwrapped, borders = (
         ran.arrays(name)[0] for name in ("picture", "unwrapped", "borders")
     )
     drawn, axes = new_figure(2, 1, height_in=7.4, height_ratios=(4.4, 2.9))
-    titles = ("(a) picture in the mirror", "(b) unwrapped on a cylinder")
+    titles = ("(a) image in the mirror", "(b) unwrapped on a cylinder")
     for panel, image, title in zip(axes, (picture, unwrapped), titles, strict=True):
         panel.imshow(image, interpolation="antialiased")
         panel.set(title=title, xlabel="u (px)", ylabel="v (px)")
@@ -35,24 +35,23 @@ def fig_1_1(results):
     return Drawing(
         drawn,
         dict(zip(BORDER_COLUMNS, borders.T, strict=True)),
-        "A room in a hyperboloidal mirror: (a) as the camera below the "
-        "mirror takes it, straight ahead on top; (b) the same picture, "
-        "unwrapped on a cylinder about the mirror's focus through the "
-        "camera's rays, straight ahead in the middle.",
+        "A room in a hyperboloidal mirror. (a) Image of the camera below the "
+        "mirror; the forward direction is at the top. (b) Cylindrical projection "
+        "of the same image about the mirror's focus; the forward direction is in "
+        "the middle.",
         Check(
             bool(exact and off < STRAIGHT_PX),
-            "projected into (a) and unwrapped with the pixel's ray, each "
-            f"upright edge of the room keeps to one column to {spread:.0e} "
-            f"px, the horizon to one row to {row:.0e} px; the "
-            f"{len(borders)} upright borders found in (b) keep to one "
-            f"column, each with a median deviation of at most {off:.2f} px",
+            "projected into (a) and unwrapped, each upright edge of the room is in "
+            f"one column to {spread:.0e} px and the horizon in one row to "
+            f"{row:.0e} px; the {len(borders)} upright borders detected in (b) "
+            f"deviate from a column by at most {off:.2f} px (median)",
         ),
     )
 
 
 @figure("ext_rigs", needs=("ext_rigs",), evidence="analytic")
 def ext_rigs(results):
-    """Every rig of data/rigs in three dimensions, side by side."""
+    """Draw every rig of data/rigs in three dimensions."""
     ran = results["ext_rigs"]
     drawn, axes = new_figure(RIG_ROWS, RIG_COLUMNS, height_in=7.0)
     drawn.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0.0, hspace=0.0)
@@ -63,7 +62,7 @@ def ext_rigs(results):
     for name, panel in panels.items():
         panel.set_title(name, fontsize=6.5, pad=2)
     drawn.get_layout_engine().execute(drawn)
-    drawn.set_layout_engine("none")  # all panels have their places
+    drawn.set_layout_engine("none")  # all panels are placed
     for name, panel in panels.items():
         one = ran.one(rig=name)
         poses = one.arrays("T_camera_target")[0]
@@ -73,7 +72,7 @@ def ext_rigs(results):
     return Drawing(
         drawn,
         columns(("rig", "camera", "width_px", "height_px", "poses"), rows),
-        "The rigs of the virtual laboratory: camera, mirror and targets, in the frame "
-        "of the camera (z ahead, y down). Blue: rays at the edge of the field of view, "
-        "cut off at one length. Orange rims: targets for evaluation.",
+        "Cameras, mirrors and targets of the simulated rigs, in the camera frame (z "
+        "forward, y down). Blue: rays at the edge of the field of view, truncated at "
+        "one length. Orange outlines: targets for evaluation.",
     )

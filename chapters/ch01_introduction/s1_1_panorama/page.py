@@ -1,9 +1,10 @@
 # %% [markdown]
 # # 1.1.2 A panorama and its unwrapping
 #
-# **Question.** A camera below a curved mirror sees all around at once. Its
-# picture can be turned into a panorama that people read easily. What does
-# the panorama cost?
+# **Question.** A camera below a curved mirror shows the whole horizon in one
+# image, which a perspective camera cannot do. Given the mirror's shape, that
+# image is resampled onto a cylinder to give a panorama. How does the resolution
+# vary over the panorama, and does the shape of the mirror matter?
 
 # %%
 import numpy as np
@@ -22,7 +23,7 @@ from chapters.ch01_introduction.s1_1_panorama.trials import (
     ECCENTRICITIES,
     HEIGHT,
     HIGHEST_DEG,
-    LEAST_RATIO,
+    MIN_RATIO,
     RIG,
     RIG_FILES,
     RIG_NAMES,
@@ -58,76 +59,90 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # **Findings.**
 #
-# - One picture holds the room all around, from {glue:text}`low:.0f`° below
-#   the horizon to {glue:text}`high:.0f`° above it.
-# - Upright edges and the horizon come out straight in the panorama. No curve
-#   was fitted for that: the rays alone do it.
-# - The price is resolution. A pixel of the panorama's top row is made of
-#   {glue:text}`ratio:.0f` times as much of the picture as one of its bottom
-#   row.
-# - None of the mirrors tried avoids that. A lower panorama does.
+# 1. **Upright edges and the horizon are straight in the panorama.** The camera's
+#    rays alone make them so: no curve is fitted.
+# 2. **Resolution varies strongly.** A panorama pixel of the top row covers
+#    {glue:text}`ratio:.0f` times the source area of one in the bottom row.
+# 3. **No mirror tried avoids the variation.** A lower panorama does: within
+#    {glue:text}`band:.1f`° above and below the horizon the ratio stays below 1.5,
+#    the limit of our test, in all mirrors.
+
+# %% [markdown]
+# | quantity | thesis | here |
+# |---|---|---|
+# | horizontal field of view | 360° (Fig. 1.1) | 360° |
+# | resolution ratio (area) | varies, no number | {glue:text}`ratio:.0f` |
+# | mirrors with a ratio below 1.5 | – | none of four |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Panorama*, the thesis's *unwrapped image*: cylindrical projection of the scene.
+# - *Source image*: the image that the camera takes in the mirror.
+# - *Central camera*: all rays pass through one point (single viewpoint).
+# - $\psi$, $\varphi$: angle of a direction from straight down; angle of its image
+#   from the camera's axis.
+# - $\alpha$, $\varepsilon$: azimuth; elevation above the horizon.
+# - $e$, $a$, $b$: eccentricity and half axes of the hyperboloid.
+# - *Resolution ratio*: source area of a panorama pixel in the top row, divided by
+#   that in the bottom row.
+# - *Rig*: a simulated camera with its mirror and targets, one file of `data/rigs`.
+#
+# A reader needs perspective projection and the Jacobian of a map.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - A perspective camera has a field of view that is limited and in one
-#   piece. Another design lifts that limit: Fig. 1.1(a) shows all 360° in a
-#   single picture.
-# - Such cameras have drawbacks of their own. The resolution of the
-#   unwrapped picture, Fig. 1.1(b), varies from top to bottom.
+# - A perspective camera has a limited and continuous field of view. Another design
+#   removes that limit: Fig. 1.1(a) shows 360° in a single image.
+# - Such cameras have drawbacks. The resolution of the unwrapped image, Fig. 1.1(b),
+#   varies from top to bottom.
 
 # %% [markdown]
 # ## Model
 #
-# The camera looks straight up at a convex hyperboloid. It stands at one
-# focus of the hyperboloid, and then all its rays, continued behind the
-# mirror, meet in the other: the system has a single centre. A direction at
-# the angle $\psi$ from straight down is seen by the camera at the angle
-# $\varphi$ from its axis, with
+# The camera looks straight up at a convex hyperboloid from one of its foci. Its rays,
+# extended behind the mirror, then meet in the other focus: the system is central. A
+# direction at $\psi$ appears in the camera at $\varphi$, with
 #
-# $$\tan\frac{\varphi}{2} = \frac{e-1}{e+1}\,\tan\frac{\psi}{2}$$
+# $$\tan\frac{\varphi}{2} = \frac{e-1}{e+1}\,\tan\frac{\psi}{2} .$$
 #
-# where $e$ is the eccentricity of the mirror.
+# **Unwrapping.** A vertical cylinder of radius $f$ pixels surrounds the centre. It
+# shows azimuth $\alpha$ and elevation $\varepsilon$ at
 #
-# **Unwrapping.** An upright cylinder stands around the centre, $f$ pixels
-# in radius. It shows azimuth $\alpha$ and elevation $\varepsilon$ at
+# $$u = u_0 + f\alpha, \qquad v = v_0 - f\tan\varepsilon ,$$
 #
-# $$u = u_0 + f\alpha, \qquad v = v_0 - f\tan\varepsilon .$$
-#
-# Upright lines of the world become columns, the horizon becomes a row. Each
-# pixel of the panorama asks the camera where its direction was seen, and
-# takes the colour there.
+# with $u_0$ the column of azimuth 0 and $v_0$ the row of the horizon. Upright lines
+# of the world become columns, and the horizon becomes a row. Each panorama pixel is
+# projected into the source image and takes the colour there.
 
 # %% tags=["active-ipynb"]
 # show_code(CylindricalView, source_pixels)
 
 # %% [markdown]
-# **Resolution.** From the unwrapped to the source picture there is a map,
-# and its Jacobian $J$ says what one unwrapped pixel is made of: an area of
-# $|\det J|$ source pixels. The lengths of its columns are the source pixels
-# along a row and along a column.
+# **Resolution.** The map from panorama to source image has a Jacobian $J$. One
+# panorama pixel covers $|\det J|$ source pixels. The lengths of the columns of $J$
+# are the source pixels along a row and along a column.
 
 # %% tags=["active-ipynb"]
 # show_code(jacobians)
 
 # %%
-# A smaller picture has fewer pixels each way; lens and room are the same.
+# A smaller image has fewer pixels in each direction; lens and room are the same.
 SIZES = {"quick": 0.4, "full": 1.0}
-
 
 # %% [markdown]
 # ## Experiment
 #
-# The virtual laboratory takes the picture, in colour and with the noise and
-# blur of a real camera, in its room full of straight edges. The rig is
-# `data/rigs/panorama-hyperboloid.yaml`. Then the Jacobian is computed in
-# every row: for that mirror, and for others with the same rim in the world
-# and in the picture.
+# The simulator renders a room full of straight edges in colour, with the noise and
+# blur of a real camera. The rig is `data/rigs/panorama-hyperboloid.yaml`. The
+# Jacobian is then computed in every row, for this mirror and for three others. They
+# have the same rim in the world and in the image.
 
 
 # %%
 def picture_trial(condition, rng):
-    """Photograph the room, unwrap the picture, look for its verticals."""
+    """Render the room, unwrap the image, detect its uprights."""
     lab = laboratory(condition["size"])
     camera, view = lab.camera, view_of(lab.camera)
     picture = lab.photograph(room(), T_world_camera(camera), rng, colour=True)
@@ -148,7 +163,7 @@ def picture_trial(condition, rng):
 
 @experiment("fig_1_1_picture", artefact="fig_1_1", inputs=RIGS)
 def picture(effort):
-    """The room in the mirror, and the picture unwrapped."""
+    """The room in the mirror, and its panorama."""
     settings = {"rig": RIG, "size": "pixels each way, as a share"}
     return Plan(picture_trial, [{"size": SIZES[effort]}], 1, settings)
 
@@ -162,10 +177,10 @@ def resolution_trial(condition, rng):
     view = view._replace(horizon=rig.horizon, height=rig.height)
     elevations = view.elevations(np.arange(rig.height))
     area, row, column = scales(camera, view, elevations)
-    # A horizontal band from -x to x degrees: where does 1.5 begin?
+    # Smallest band from -x to x degrees in which the ratio exceeds the limit.
     ends = np.radians(np.stack([BANDS_DEG, -BANDS_DEG]))
     top, bottom = (scales(camera, view, end)[0] for end in ends)
-    wide = BANDS_DEG[top / bottom > LEAST_RATIO]
+    wide = BANDS_DEG[top / bottom > MIN_RATIO]
     return {
         "eccentricity": camera.mirror.eccentricity,
         "elevation_deg": np.degrees(elevations),
@@ -190,50 +205,52 @@ def ext_rigs(effort):
 
 @experiment("fig_1_1_resolution", artefact="fig_1_1", inputs=RIGS)
 def resolution(effort):
-    """Source pixels per unwrapped pixel, row by row, for each mirror."""
+    """Source pixels per panorama pixel, row by row, for each mirror."""
     settings = {
         "rig": RIG,
         "image_px": [WIDTH, HEIGHT],
         "rim_of_the_others_mm": RIM_MM,
         "rim_of_the_others_px": RIM_PX,
         "highest_elevation_of_the_others_deg": HIGHEST_DEG,
-        "least_ratio": LEAST_RATIO,
+        "least_ratio": MIN_RATIO,
     }
     return Plan(resolution_trial, crossed(mirror=ECCENTRICITIES), 1, settings)
 
 
 # %% [markdown]
-# ## Reading and limits
+# ## The simulated rigs
 #
-# - **Left and right.** The picture in the mirror is left-right reversed, as
-#   one who looks up at it would see it. The panorama is not: it is made of
-#   rays.
-# - **Any central camera** can be unwrapped so, once it is calibrated.
-# - **The resolution varies by far more than the test asks.** Along the
-#   rows that is because rings of the picture become rows of one width. The
-#   bottom is blurred for want of pixels, and at the top the picture has
-#   more of them than the panorama can show.
-# - **No mirror tried avoids it.** From the paraboloid to the most open
-#   hyperboloid the ratio goes from {glue:text}`least:.0f` to
-#   {glue:text}`most:.0f`. The height of the panorama counts for more: in a
-#   strip from the horizon up and down by less than
-#   {glue:text}`band:.1f`° the ratio stays below {glue:text}`limit:.1f`.
-# - **Limits.** The thesis does not name the camera of its figure. Here it
-#   is a laboratory camera, with a mirror that this report chose. All
-#   mirrors tried are central; one can be designed for even resolution, and
-#   then has no single centre in general. Lens blur is not part of the
-#   Jacobian: it counts pixels, not detail.
-
-# %% [markdown]
-# ## The rigs of the laboratory
-#
-# A rig is a file of `data/rigs`: a camera, its mirror and its targets, each
-# length with its unit, its origin and its reason. All rendered images of this
-# report come from these rigs. `raxel show data/rigs/spherical.yaml` opens one
-# in the browser, and `raxel render` photographs its targets.
+# A rig file gives a camera, its mirror and its targets. Each length has its unit, its
+# origin and its reason. All rendered images of this report come from these rigs.
+# `raxel show data/rigs/spherical.yaml` opens one in the browser, and `raxel render`
+# renders images of its targets.
 
 # %% tags=["active-ipynb"]
 # show("ext_rigs")
+
+# %% [markdown]
+# ## Discussion
+#
+# - **The thesis's claim holds.** The variation exceeds the limit of our test by far.
+#   Rings of different circumference become rows of one width.
+# - **Top and bottom.** The bottom of the panorama is blurred, since it has few source
+#   pixels. At the top the source image has more pixels than the panorama can show.
+# - **The mirror.** The mirrors range from a paraboloid to the most open hyperboloid.
+#   All ratios are of the same order, so the height of the panorama matters more.
+# - **Orientation.** The source image is left-right reversed, the panorama is not.
+# - **Generality.** Any calibrated central camera can be unwrapped in this way.
+# - **Limits.** The thesis does not name the camera of its figure. The rig and its
+#   mirror are our choice. All mirrors tried are central. A mirror designed for even
+#   resolution is not central in general. The Jacobian counts pixels and ignores lens
+#   blur.
+
+# %% [markdown]
+# ## Summary
+#
+# The rays of a central mirror camera turn its image into a panorama with straight
+# uprights and a straight horizon. The resolution varies from top to bottom, as the
+# thesis states, and none of the four mirrors tried avoids this. A panorama of
+# small height has nearly even resolution.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -260,17 +277,16 @@ def resolution(effort):
 # answer in place of `None`, and run that cell again.
 #
 # **1.** A panorama on a cylinder is 1280 px wide and shows a full turn. How
-# many rows lie between the horizon and 45° of elevation?
+# many rows are between the horizon and an elevation of 45°?
 
 # %% tags=["active-ipynb"]
 # check(None, **rows_task())
 
 # %% [markdown]
-# **2.** How far from the middle of the full picture of Fig. 1.1(a), in px,
-# is a lamp at {glue:text}`lamp:.0f`° of elevation? The mirror's half axes
-# are $a$ = {glue:text}`half_a:.1f` and $b$ = {glue:text}`half_b:.1f` mm,
-# $e = \sqrt{a^2+b^2}/a$, and the camera a focal length of
-# {glue:text}`focal:.1f` px.
+# **2.** A light is at an elevation of {glue:text}`lamp:.0f`°. How far, in px, is its
+# image from the middle of the full image of Fig. 1.1(a)? The mirror's half axes
+# are $a$ = {glue:text}`half_a:.1f` and $b$ = {glue:text}`half_b:.1f` mm, with
+# $e = \sqrt{a^2+b^2}/a$. The camera's focal length is {glue:text}`focal:.1f` px.
 
 # %% tags=["active-ipynb"]
 # check(None, **lamp_task())

@@ -1,4 +1,4 @@
-"""The camera of Fig. 1.1 in its room, mirrors like its own, and what is measured."""
+"""The camera of Fig. 1.1 in a room, alternative mirrors, and what is measured."""
 
 from dataclasses import replace
 from functools import cache
@@ -18,26 +18,26 @@ from raxel.show.rigs import drawn_poses
 
 RIG = "panorama-hyperboloid"
 RIGS = ("data/rigs/panorama-hyperboloid.yaml",)
-# The camera looks straight up, the top of its picture is straight ahead:
-# its x, y and z axes in the world, which has x right, y down, z ahead.
+# The camera looks straight up, and the top of its image is the forward direction.
+# Columns: its x, y and z axes in the world (x right, y down, z forward).
 R_WORLD_CAMERA = np.array([[-1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]])
 DOWN, AHEAD = R_WORLD_CAMERA.T @ [0, 1, 0], R_WORLD_CAMERA.T @ [0, 0, 1]
 ON_EDGE = 60
 LEVEL_MM = 2000.0
-# A border is looked for this far, px, from where its column should be.
+# Search range (px) for a border around its expected column.
 SEARCH_PX = 3
-LEAST_STEP = 12.0
-FEWEST_ROWS = 8
+MIN_STEP = 12.0
+MIN_N_ROWS = 8
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 @cache
 def laboratory(size):
-    """The rig, with `size` times its pixels each way."""
+    """Return the rig with `size` times its pixels in each direction."""
     rig = rig_named(RIG)
     mirror, viewer = rig.camera, rig.camera.viewer
     width, height = (round(size * n) for n in (viewer.width, viewer.height))
-    # Pixel centres are at whole numbers: a picture starts at -0.5.
+    # Pixel centres are at integers: an image starts at -0.5.
     K = np.diag([size, size, 1.0]) @ viewer.K
     K[:2, 2] += (size - 1) / 2
     camera = QuadricMirrorCamera(
@@ -54,18 +54,18 @@ def laboratory(size):
 
 
 def T_world_camera(camera):
-    """The mirror's inner focus in the middle of the room, at eye level."""
+    """Return the pose with the mirror's inner focus in the middle of the room."""
     return pose(R_WORLD_CAMERA, -R_WORLD_CAMERA @ camera.centre)
 
 
 def view_of(camera):
-    """The cylinder about the mirror's focus, as wide as the picture."""
+    """Return the cylinder about the mirror's focus, as wide as the image."""
     return cylindrical_view(camera, DOWN, AHEAD, camera.width)
 
 
 @cache
 def uprights():
-    """Points (edges, ON_EDGE, 3), world, on the room's vertical edges."""
+    """Return points (edges, ON_EDGE, 3), world, on the room's vertical edges."""
     ends = room().straight_edges
     run = np.abs(ends[:, 1] - ends[:, 0])
     upright = (run[:, 0] < 1e-6) & (run[:, 2] < 1e-6)
@@ -75,10 +75,10 @@ def uprights():
 
 
 def unwrapped_places(camera, view, points):
-    """Where world points (N, 3) land: into the picture, and out of it.
+    """Return the panorama positions (N, 2) of world points (N, 3).
 
-    The picture's pixel is found by projection, and unwrapped with the ray
-    of that pixel. NaN where the picture does not hold the point.
+    A point is projected into the source image and unwrapped with the ray of that
+    pixel. NaN where the source image does not show the point.
     """
     T_camera_world = inverse_pose(T_world_camera(camera))
     rays = camera.rays(camera.project(transform(T_camera_world, points)).pixels)
@@ -86,7 +86,7 @@ def unwrapped_places(camera, view, points):
 
 
 def through_the_mirror(camera, view):
-    """Largest error (px) of horizon points' rows, spread of uprights'."""
+    """Return the largest row error of the horizon and column spread of uprights, px."""
     azimuth = np.linspace(-np.pi, np.pi, 360, endpoint=False)
     level = LEVEL_MM * np.column_stack(
         [np.sin(azimuth), np.zeros(360), np.cos(azimuth)]
@@ -101,14 +101,13 @@ def through_the_mirror(camera, view):
 
 
 def borders(unwrapped, camera, view):
-    """Upright borders found in the unwrapped picture.
+    """Return the upright borders detected in the panorama.
 
-    Rows (n, 4): column (px) where an upright edge of the room should be,
-    median of the columns where a step of brightness is found near it, their
-    median absolute deviation from that (px), and how many rows showed one.
-    The step may be that of a border beside the edge: what is measured is
-    how straight it comes out, not where. Edges at the picture's seam, or
-    hidden, or with several steps beside them are left out.
+    Rows (n, 4): expected column (px) of an upright edge of the room, median column of
+    the brightness steps near it, their median absolute deviation from it (px), and the
+    number of rows with a step. The step may belong to a border next to the edge:
+    straightness is measured, not position. Edges at the seam, hidden edges and edges
+    next to several steps are excluded.
     """
     grey = unwrapped @ LUMINANCE
     T_camera_world = inverse_pose(T_world_camera(camera))
@@ -116,12 +115,12 @@ def borders(unwrapped, camera, view):
     for points in np.unique(np.round(uprights(), 3), axis=0):
         places = view.project(transform(T_camera_world, points))
         column, (top, bottom) = places[0, 0], np.sort(places[[0, -1], 1])
-        # Beside its ends an edge meets other edges.
+        # Near its ends an edge meets other edges.
         rows = np.arange(np.ceil(top) + 2, np.floor(bottom) - 1).astype(int)
         rows = rows[(rows > 0) & (rows < view.height - 1)]
         found = steps_along(grey, column, rows)
         found = found[np.isfinite(found)]
-        if len(found) >= FEWEST_ROWS:
+        if len(found) >= MIN_N_ROWS:
             middle = np.median(found)
             off = np.median(np.abs(found - middle))
             out.append((column, middle, off, len(found)))
@@ -129,10 +128,10 @@ def borders(unwrapped, camera, view):
 
 
 def steps_along(grey, column, rows):
-    """Columns (rows,) of the brightness step nearest to `column`, or NaN.
+    """Return the columns (rows,) of the brightness step nearest to `column`, or NaN.
 
-    The place of a step is the mean column of the gradient, weighted by
-    its size, within a few pixels.
+    The position of a step is the mean column of the gradient, weighted by its size,
+    within a few pixels.
     """
     first = round(column) - SEARCH_PX
     window = np.arange(first, first + 2 * SEARCH_PX + 1)
@@ -140,15 +139,15 @@ def steps_along(grey, column, rows):
         return np.full(len(rows), np.nan)
     slope = (grey[rows][:, window + 1] - grey[rows][:, window - 1]) / 2
     signed = slope.sum(axis=1)
-    # A thin frame has two steps, up and down: no single place.
+    # A thin frame has two steps, up and down: no single position.
     single = np.abs(signed) > 0.9 * np.abs(slope).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         places = slope @ window / signed
-    return np.where(single & (np.abs(signed) > LEAST_STEP), places, np.nan)
+    return np.where(single & (np.abs(signed) > MIN_STEP), places, np.nan)
 
 
 RIG_MIRROR = "rig"
-# Other mirrors of the same rim, by their eccentricity; 1 is a paraboloid.
+# Eccentricities of mirrors with the same rim; 1 is a paraboloid.
 ECCENTRICITIES = {
     "paraboloid": 1.0,
     "hyperboloid 1.05": 1.05,
@@ -161,15 +160,15 @@ WIDTH, HEIGHT = 1280, 960
 MIDDLE = (WIDTH - 1) / 2, (HEIGHT - 1) / 2
 STEP_PX = 0.05
 BANDS_DEG = np.arange(0.1, 45.0, 0.1)
-LEAST_RATIO = 1.5
+MIN_RATIO = 1.5
 
 
 def mirror_camera(name):
-    """A central camera whose rim is at the rig's highest elevation.
+    """Return a central camera whose rim is at the rig's highest elevation.
 
-    The rig itself, or a mirror of the same rim radius that fills as much of
-    the picture. In polar form about the inner focus a mirror is at
-    R / (1 + e cos psi), psi being the angle from straight down.
+    The rig itself, or a mirror of the same rim radius in the world and in the image.
+    In polar form about the inner focus a mirror is at R / (1 + e cos psi), with psi the
+    angle from straight down.
     """
     e = ECCENTRICITIES[name]
     if e is None:
@@ -188,12 +187,12 @@ def mirror_camera(name):
 
 
 def viewer_angle(e, psi):
-    """Angle (rad) at the viewer of a direction psi from straight down."""
+    """Return the angle (rad) at the camera of a direction psi from straight down."""
     return 2 * np.arctan((e - 1) / (e + 1) * np.tan(psi / 2))
 
 
 def jacobians(camera, view, pixels):
-    """Derivatives (N, 2, 2) of source pixels by unwrapped pixels (N, 2)."""
+    """Return the Jacobians (N, 2, 2) of source pixels by panorama pixels (N, 2)."""
     columns = []
     for step in STEP_PX * np.eye(2):
         ahead, behind = (
@@ -207,10 +206,10 @@ def jacobians(camera, view, pixels):
 
 
 def scales(camera, view, elevations):
-    """Source px per unwrapped px, (N,) each: area, along row and column.
+    """Return source px per panorama px, (N,) each: area, along row and column.
 
-    At the elevations (N,), radians, in the middle column: the mirror is a
-    surface of revolution, and so every column is like that one.
+    At elevations (N,), radians, in the middle column. The mirror is a surface of
+    revolution, so all columns are alike.
     """
     v = view.horizon - view.radius * np.tan(elevations)
     J = jacobians(camera, view, np.column_stack([np.full_like(v, view.middle), v]))
@@ -219,7 +218,7 @@ def scales(camera, view, elevations):
 
 
 RIG_SEED = 0
-# All but those for quick builds, whose names end in -small.
+# All but those of quick builds, whose names end in -small.
 RIG_FILES = (
     "data/rigs/active-grid-demo.yaml",
     "data/rigs/coolpix-4500-fce8-boards.yaml",
@@ -255,7 +254,7 @@ RIG_NAMES = tuple(PurePosixPath(path).stem for path in RIG_FILES)
 
 
 def rig_trial(condition, rng):
-    """Poses of a rig's targets, as raxel render draws them."""
+    """Return the poses of a rig's targets, as `raxel render` draws them."""
     rig = rig_named(condition["rig"])
     return {
         "T_camera_target": drawn_poses(rig, RIG_SEED),

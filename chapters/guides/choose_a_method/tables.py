@@ -1,4 +1,4 @@
-"""Errors of the methods, read from results."""
+"""Tables of errors, detectors and predicted standard deviations."""
 
 import numpy as np
 
@@ -15,12 +15,12 @@ from chapters.guides.choose_a_method.results.prose import (
     PRIMARY,
     SIMULATED,
     STEPS,
+    held_out_share,
+    image_share,
     of_both,
     of_peer,
     peer_column,
     peer_in_zoom,
-    picture_share,
-    share_kept_out,
     typical,
 )
 from chapters.shared.general_cameras import KINDS
@@ -39,27 +39,25 @@ COLUMNS = (
     "OpenCV fisheye",
     "Generic",
     "Corners with a ray (%)",
-    "Picture or circle with a ray (%)",
+    "Image or circle with a ray (%)",
 )
 CAPTION = (
-    "What each method leaves, where this repository has measured it: by "
-    "simulation, on rendered pictures and on photographs, as each row says. "
-    "Medians with 95 % intervals; a failed trial counts as worst, and a "
-    "method that failed in half of them or more has no median. OpenCV fisheye "
-    "has fewer trials than the others in the simulated rows and on the sets "
-    "of the converter. With a ray: of the generic camera, and of the whole "
-    "picture; of the lens 183° wide, of its image circle; of simulated "
-    "cameras it was not measured. "
+    "Errors of each calibration method, by kind of evidence. Medians with 95 % "
+    "intervals. A failed trial counts as worst, and a method that failed in half "
+    "of the trials has no median. OpenCV fisheye has fewer trials than the others "
+    "in the simulated rows and on the sets of the converter. With a ray: share of "
+    "the generic camera, of the whole image, or of the image circle for the 183° "
+    "lens; not measured for simulated cameras. "
 )
 GENERIC = METHODS[1]
 INNER, ALL = "inner", "all"
 WHICH = {INNER: "inner boards", ALL: "all boards"}
-KEPT_OUT = "residual, kept out (px)"
-SCORED = {"kept_out_px": KEPT_OUT, "ray_deg": "ray error (deg)"}
+HELD_OUT_PX = "residual, held-out (px)"
+SCORED = {"kept_out_px": HELD_OUT_PX, "ray_deg": "ray error (deg)"}
 
 
-def told(estimate):
-    """A median with its interval as a cell; None where nobody measured it.
+def as_cell(estimate):
+    """Return a median with its interval as a cell; None where it was not measured.
 
     Where at least half of the trials failed, the worst is the median.
     """
@@ -71,12 +69,12 @@ def told(estimate):
 
 
 def simulated_rows(fov, fisheye):
-    """Fig. 2.3: ray error and residual at three fields of view."""
+    """Yield Fig. 2.3: ray error and residual at three fields of view."""
     for name, quantity in SIMULATED.items():
         for at in FOVS_DEG:
             where = {"fov_deg": at, **PRIMARY}
-            zhang, generic = (told(e) for e in of_both(fov, name, **where))
-            peer = told(of_peer(fisheye, name, **where))
+            zhang, generic = (as_cell(e) for e in of_both(fov, name, **where))
+            peer = as_cell(of_peer(fisheye, name, **where))
             camera = f"fisheye, {at}°"
             yield (
                 "simulated", camera, quantity, zhang, peer, generic, None, None,
@@ -84,24 +82,24 @@ def simulated_rows(fov, fisheye):
 
 
 def rendered_rows(results):
-    """Table 2.2: what is left in pictures kept out, and the stage."""
+    """Yield Table 2.2: errors in held-out images, and the stage."""
     zoom = results["table_2_2_redrawn"]
     asked = [
         *((HELD_OUT, "corrected view (px)", at) for at in ZOOMS),
         (STEPS, "scatter of steps (mm)", STAGE_ZOOM),
     ]
     for name, quantity, at in asked:
-        zhang, generic = (told(e) for e in of_both(zoom, name, zoom=at))
-        peer = told(peer_in_zoom(results, name, at))
+        zhang, generic = (as_cell(e) for e in of_both(zoom, name, zoom=at))
+        peer = as_cell(peer_in_zoom(results, name, at))
         camera = f"fisheye converter, set {at}"
         seen = zoom.column(f"{GENERIC}.share_of_image", zoom=at)
-        kept = share_kept_out(zoom, at) if name == HELD_OUT else np.nan
-        shares = [finite(100 * share, None) for share in (kept, picture_share(seen))]
+        kept = held_out_share(zoom, at) if name == HELD_OUT else np.nan
+        shares = [finite(100 * share, None) for share in (kept, image_share(seen))]
         yield ("rendered", camera, quantity, zhang, peer, generic, *shares)
 
 
 def benchmark_rows(scores):
-    """Rays against the true ones on the rigs of the benchmarks."""
+    """Yield ray errors on the rigs of the benchmarks."""
     for condition in scores.conditions:
         found = [
             finite(scores.column(f"{model}.rms_deg", **condition)[0])
@@ -114,7 +112,7 @@ def benchmark_rows(scores):
 
 
 def fisheye_rows(scores):
-    """The walk through a calibration: boards to the rim, and none there."""
+    """Yield errors of the fisheye guide: boards up to the edge, and inner boards."""
     for use, which in WHICH.items():
         image, corners = (
             finite(100 * scores.column(f"generic.{what}", boards=use)[0], None)
@@ -130,23 +128,20 @@ def fisheye_rows(scores):
 
 
 def finite(x, otherwise=FAILED):
-    """A number of one run as a cell, or what stands where there is none.
-
-    Three digits: without an interval, more would say nothing.
-    """
+    """Return a number of one run as a cell with three digits, or a substitute."""
     return float(f"{x:.3g}") if np.isfinite(x) else otherwise
 
 
 def photograph_rows(study):
-    """Every image set of the build: residual in photographs kept out."""
+    """Yield every image set of the build: residual in held-out images."""
     for one in compared_sets(study):
-        found = [told(one.errors.get(model)) for model in ("zhang", PEER, "general")]
+        found = [as_cell(one.errors.get(model)) for model in ("zhang", PEER, "general")]
         shares = (finite(100 * x, None) for x in (one.share, one.image_share))
-        yield ("photographs", one.name, KEPT_OUT, *found, *shares)
+        yield ("photographs", one.name, HELD_OUT_PX, *found, *shares)
 
 
 def recorded_rows(kept):
-    """Five real cameras from the record, which no build makes again."""
+    """Yield five real cameras from the record, which no build recomputes."""
     for condition in kept.conditions:
         found = [
             recorded_cell(kept, model, condition)
@@ -156,11 +151,17 @@ def recorded_rows(kept):
             finite(100 * kept.column(name, **condition)[0], None)
             for name in ("corners_with_ray", "image_with_ray")
         )
-        yield ("photographs", f"{condition['set']} (record)", KEPT_OUT, *found, *shares)
+        yield (
+            "photographs",
+            f"{condition['set']} (record)",
+            HELD_OUT_PX,
+            *found,
+            *shares,
+        )
 
 
 def recorded_cell(kept, model, condition):
-    """A recorded median with its interval, or that there is none."""
+    """Return a recorded median with its interval, or `FAILED`."""
     ends = [
         kept.column(f"models.{model}.{x}", **condition)[0]
         for x in ("px", "px_low", "px_high")
@@ -169,22 +170,22 @@ def recorded_cell(kept, model, condition):
 
 
 def answers(results):
-    """Where the other methods have rays, for the caption."""
-    share = picture_share(peer_column(results, "share_of_image", STAGE_ZOOM))
-    told_share = (
-        f": on set {STAGE_ZOOM} of the converter, {100 * share:.0f} % of the picture"
+    """Return where the other methods have rays, for the caption."""
+    share = image_share(peer_column(results, "share_of_image", STAGE_ZOOM))
+    share_text = (
+        f": on set {STAGE_ZOOM} of the converter, {100 * share:.0f} % of the image"
         if np.isfinite(share)
         else ""
     )
     return (
-        "Zhang's camera has rays wherever its formula can be inverted, right "
-        "or not; OpenCV fisheye as far out as its fitted formula "
-        f"rises{told_share}. Compare along a row only: the rows have "
-        "different cameras, units and noise."
+        "Zhang's camera has rays wherever its formula is invertible, correct or not. "
+        "OpenCV fisheye has rays as far out as its fitted formula "
+        f"rises{share_text}. Compare within a row only: rows differ in camera, unit "
+        "and noise."
     )
 
 
-# Simulated, rendered and photographed: named by what is furthest from calculation.
+# Of the three kinds of evidence, the one furthest from calculation is named.
 @table(
     "ext_methods",
     needs=(
@@ -201,7 +202,7 @@ def answers(results):
     evidence="photograph",
 )
 def ext_methods(results):
-    """Every row that compares methods, from all experiments that do."""
+    """Tabulate the errors of all methods, from all experiments that compare them."""
     fov, fisheye = results["fig_2_3_fov"], results["fig_2_3_fisheye"]
     rows = [
         *simulated_rows(fov, fisheye),
@@ -216,17 +217,18 @@ def ext_methods(results):
 
 @table("ext_known_motion", needs=("fig_2_2_error",), evidence="synthetic")
 def ext_known_motion(results):
-    """What an error of the known motion costs the two-pose method."""
+    """Tabulate the ray error of the two-pose method for a wrong motion."""
     wrong = results["fig_2_2_error"]
     errors = [typical(wrong, "ray_deg.1", kind=kind) for kind in KINDS]
     return Table(
         {
-            "Wrong by": [f"1 {unit} of {kind}" for kind, unit in KINDS.items()],
-            "Ray error (deg)": [told(e) for e in errors],
+            "Error of the motion": [
+                f"1 {unit} of {kind}" for kind, unit in KINDS.items()
+            ],
+            "Ray error (deg)": [as_cell(e) for e in errors],
         },
-        "Known motion: the ray error that a wrong motion of the target costs, "
-        "in a simulated fisheye of 120° with two grids "
-        f"({wrong.settings['grids']}). Medians with 95 % intervals.",
+        "Ray error for a wrong motion of the target, in a simulated fisheye of 120° "
+        f"with two grids ({wrong.settings['grids']}). Medians with 95 % intervals.",
     )
 
 
@@ -242,19 +244,18 @@ def ext_known_motion(results):
     evidence="photograph",
 )
 def ext_detectors_in_short(results):
-    """Boards right of all rendered sets together, and of all photographs."""
+    """Tabulate correct boards of all rendered sets, and of all real images."""
     return Table(
         count_columns(summed(every_count(results), by=("evidence", "poses"))),
-        "Boards that detectors find, told the number of corners and nothing "
-        "else: the rendered sets of 3.3.2 by the range of their poses, and a "
-        "record of photographs of five real cameras: rendered and "
-        "photographed, as each row says.",
+        "Boards detected correctly and wrongly, given only the number of corners: the "
+        "rendered sets of 3.3.2 by the range of their poses, and a record of real "
+        "images of five cameras.",
     )
 
 
 @table("ext_stated_errors", needs=("ext_stated_record",), evidence="rendered")
 def ext_stated_errors(results):
-    """Predicted standard deviations next to actual errors, quantity by quantity."""
+    """Tabulate predicted standard deviations and actual errors by quantity."""
     kept = results["ext_stated_record"]
     every = kept.select().column
     return Table(

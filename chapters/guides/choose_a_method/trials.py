@@ -1,4 +1,4 @@
-"""Methods scored on rendered sets, and what the records hold."""
+"""Methods scored on rendered sets, and the content of the records."""
 
 import tempfile
 from dataclasses import replace
@@ -24,7 +24,7 @@ VIEWS = {"quick": 3, "full": 5}
 DETECTORS = ("raxel", "opencv")
 # Of data/records.
 DETECTOR_RECORD, STATED_RECORD = "detectors", "stated"
-# Quantity -> part of the record of stated errors, and which of its rows.
+# Quantity -> part of the record of predicted errors, and a filter of its rows.
 STATED = {
     "corners, drawn": ("corners", lambda row: row["truth_px"] == 0),
     "corners, photographed": ("corners", lambda row: row["truth_px"] > 0),
@@ -38,7 +38,7 @@ STATED = {
 def score_rig(name, views, rng):
     """Render a set of this rig; score the detectors and the calibrations.
 
-    The cameras are compared on the pixels that the general one has a ray for.
+    The cameras are compared on the pixels where the general one has a ray.
     """
     rig = replace(rig_named(name), count=views, evaluate=0)
     seed = int(rng.integers(2**31))
@@ -54,10 +54,10 @@ def score_rig(name, views, rng):
 
 
 def camera_scores(image_set, views, rng):
-    """Scores of every calibration, or the code of its error.
+    """Return the scores of every calibration, or the code of its error.
 
-    Angles on the pixels that the general camera has a ray for; the share with a ray,
-    of all that truly have one.
+    Angles: on the pixels where the general camera has a ray. Share with a ray: of all
+    pixels that truly have one.
     """
     size = image_set.width, image_set.height
     builders = {
@@ -83,7 +83,7 @@ def camera_scores(image_set, views, rng):
 
 
 def recorded_scores(condition):
-    """Boards right and wrong in one set of photographs, by the record."""
+    """Return correct and wrong boards in one set of real images, from the record."""
     kept = set_of(DETECTOR_RECORD, condition)
     counts = {
         run["detector"]: {what: run[what] for what in ("right", "wrong")}
@@ -94,7 +94,7 @@ def recorded_scores(condition):
 
 
 def stated_errors(condition):
-    """Predicted and actual errors of one quantity, over the cases of the record."""
+    """Return predicted and actual errors of one quantity, over the recorded cases."""
     part, wanted = STATED[condition["quantity"]]
     rows = next(
         one["rows"] for one in record(STATED_RECORD)["sets"] if one["part"] == part

@@ -10,7 +10,7 @@ from repro.run.outcomes import Drawing
 
 @figure("ext_fisheye_views", needs=("ext_fisheye_look",), evidence="rendered")
 def ext_fisheye_views(results):
-    """A street as taken, and straightened."""
+    """Draw a street as taken, and as a pinhole view."""
     look = results[VIEWS]
     panels = {
         "As taken": look.arrays("street")[0],
@@ -25,7 +25,7 @@ def ext_fisheye_views(results):
     return Drawing(
         drawn,
         {"panel": list(panels), "share of pixels not black": lit_share},
-        "A street through the rendered 183° lens, and the same picture as "
-        "a pinhole at the lens's position would have taken it: remapped with "
-        "the calibrated camera. Straight edges are straight; black has no ray.",
+        "Image of a street through the rendered 183° lens, and the same image as a "
+        "pinhole view, remapped with the calibrated camera. Straight edges are "
+        "straight. Black pixels have no ray.",
     )

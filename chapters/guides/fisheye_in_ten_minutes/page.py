@@ -1,9 +1,9 @@
 # %% [markdown]
-# # A fisheye in ten minutes
+# # Calibration of a fisheye in ten minutes
 #
-# **Question.** From a printed board to a corrected picture: what does one
-# do, what does one see on the way, and what is good? A lens of 183° is
-# calibrated here, by commands that are really run and what they print.
+# **Question.** A fisheye lens of 183° is calibrated from images of a printed
+# chessboard. Given a printer and the camera, this guide shows each step, the commands
+# with their real output, and the values of a good result.
 
 # %%
 from functools import partial
@@ -26,7 +26,7 @@ RECORDED = "calibrations"  # of data/records
     inputs=("data/rigs/coolpix-fce8-zoom-3.yaml",),
 )
 def ext_fisheye_pictures(effort):
-    """The photographs: boards by the plan, and boards that are kept out."""
+    """The images: boards of the plan, and held-out boards."""
     size = boards.SIZES[effort]
     count = len(boards.places_of(size.plan)) + size.kept_out
     return Plan(
@@ -92,7 +92,7 @@ def ext_fisheye_scores(effort, made):
     inputs=("data/records/calibrations.json",),
 )
 def ext_calibration_record(effort):
-    """What the record holds; nothing is measured again."""
+    """The content of the record; nothing is measured again."""
     kept = record(RECORDED)
     return Plan(
         lambda condition, rng: set_of(RECORDED, condition),
@@ -106,7 +106,7 @@ def ext_calibration_record(effort):
 # opened = {name: open_results(name) for name in results.COMMANDS}
 
 # %% tags=["active-ipynb", "remove-input"]
-# found = results.numbers(opened, opened[results.FOUND].effort)
+# found = results.numbers(opened)
 
 # %% tags=["active-ipynb", "remove-input"]
 # for name, x in found.items(): value(name, x)
@@ -117,26 +117,25 @@ def ext_calibration_record(effort):
 # %% [markdown]
 # ## Findings
 #
-# - **The generic camera** leaves {glue:text}`kept_px` on boards that it was
-#   not calibrated with, and has a ray for {glue:text}`ray_share` of all pixels.
-# - **OpenCV's fisheye model** needs fewer boards, and the right formula. **Zhang's
-#   pinhole** cannot follow such a lens. [The table](#ext_fisheye_models) compares
-#   the three, from the {glue:text}`inner` inner boards and from all
-#   {glue:text}`boards`.
+# 1. **The generic camera works for this lens.** It leaves {glue:text}`kept_px` RMS on
+#    held-out boards and has a ray for {glue:text}`ray_share` of all pixels.
+# 2. **OpenCV's fisheye model needs fewer boards**, but a lens that follows its
+#    formula. Zhang's pinhole model cannot represent such a lens. [The
+#    table](#ext_fisheye_models) compares the three.
 #
-# The images are rendered and cleaner than real ones. [Which method for my
-# camera](choose_a_method.ipynb) gives the errors on real cameras.
+# The images are rendered and cleaner than real ones. [Choice of a calibration
+# method](choose_a_method.ipynb) gives the errors on real cameras.
 #
 # ## 1. Print
 #
-# A chessboard on a sheet of A4, glued to something flat: glass, or a stiff
-# board. Here it has {glue:text}`columns` × {glue:text}`rows` inner corners,
-# {glue:text}`pitch:g` mm apart. Fine squares let the board lie near the rim
-# of the picture; but a square should be at least 15 pixels wide, and below
-# 7.5 the detector refuses it. Measure the printed pitch with a ruler.
+# Print a chessboard on A4 and glue it to something flat, such as glass or a stiff
+# board. The board here has 17 × 12 inner corners at a pitch of 15 mm. Fine squares
+# allow positions near the edge of the image circle. A square should be at least 15 px
+# wide in the image. The detector rejects squares below 7.5 px. Measure the printed
+# pitch with a ruler.
 #
-# Install `raxel` from a copy of the repository: `pip install .` (`make setup`
-# makes it, too: `.venv/bin/raxel`). This script writes a board:
+# Install `raxel` from a copy of the repository with `pip install .` (`make setup`
+# creates it, too: `.venv/bin/raxel`). This script writes a board:
 #
 # ```python
 # from pathlib import Path
@@ -158,26 +157,24 @@ def ext_calibration_record(effort):
 # )
 # ```
 #
-# Print `board.svg` from a browser: A4 landscape, 100 %, no margins. If the
-# printer needs margins, take a pitch of 13 mm here and in `set.yaml`. Glue it to
-# something white and larger: it wants a white border one square wide.
+# Print `board.svg` from a browser: A4 landscape, 100 %, no margins. If the printer
+# needs margins, use a pitch of 13 mm in the script and in `set.yaml`. Glue the board
+# to a larger white surface, so that it has a white border one square wide.
 #
-# ## 2. Photograph
+# ## 2. Take images
 #
-# One focus, one zoom. The whole board is in each picture. (Where no board
-# is found, [a monitor](../your_photographs.md) can be the target.)
+# Keep focus and zoom fixed. Show the whole board in each image. If no board is
+# detected, [a monitor](../your_photographs.md) can be the target.
 #
-# - **One in the middle**, near and tilted.
-# - **A ring half way out**: {glue:text}`half_boards` boards, about
-#   {glue:text}`half_deg:.0f`° from the lens's axis, so near that they
-#   overlap each other in the picture.
-# - **A ring at the rim**: {glue:text}`rim_boards` boards, about
-#   {glue:text}`rim_deg:.0f`° from the axis and farther away, rows along the
-#   rim. Tilt the inner edge towards the lens.
-# - **A few more** at such places, marked `use: evaluate`. No calibration
-#   sees them, so they tell how good it is.
+# - **One board in the middle**, close and tilted.
+# - **A ring half way out**: 5 boards at about 35° from the optical axis, so close
+#   that they overlap in the image.
+# - **A ring at the edge**: 10 boards at about 75° from the axis and farther away,
+#   with rows along the edge. Tilt the inner edge towards the lens.
+# - **A few more** at such positions, marked `use: evaluate`. These held-out images
+#   measure the accuracy of the calibration.
 #
-# Put the pictures in a folder with a file `set.yaml`:
+# Put the images in a folder with a file `set.yaml`:
 #
 # ```yaml
 # raxel_set: 1
@@ -188,9 +185,12 @@ def ext_calibration_record(effort):
 # views:
 # - image: 01.png
 # - image: 02.png
-# # ... a line for each picture; JPEG will do as well
+# # ... one line per image, PNG or JPEG
 # - {image: 20.png, use: evaluate}
 # ```
+#
+# The numbers of this guide are those of the full report. A quick build renders a
+# smaller board and fewer images.
 #
 # ## 3. Calibrate
 
@@ -204,26 +204,26 @@ def ext_calibration_record(effort):
 # tables.transcript(camera, commands.CALIBRATE, commands.EVALUATE)
 
 # %% [markdown]
-# `--report FOLDER` writes a page with pictures of your corners, residuals
-# and coverage as well. `--model auto` tries Zhang's pinhole, too, and keeps
-# what predicts boards better that it has not seen.
-
-# ## What good looks like
+# `--report FOLDER` also writes a page with images of the corners, residuals and
+# coverage. `--model auto` fits other models, too, and keeps the one with the smallest
+# error on held-out boards.
 #
-# | Look at | Good | Here |
+# ## Values of a good result
+#
+# | Value | Good | Here |
 # |---|---|---|
-# | boards found | all | {glue:text}`found_of` |
-# | kept out | as on [real cameras](choose_a_method.ipynb) | {glue:text}`kept_px` |
-# | fitted | not less than half of that | {glue:text}`fitted_px` |
-# | `a ray for` | 90 % of the image circle | {glue:text}`ray_share` |
+# | detected boards | all | {glue:text}`found_of` |
+# | RMS, held-out boards | as on real cameras | {glue:text}`kept_px` |
+# | RMS, fitted boards | at least half of that | {glue:text}`fitted_px` |
+# | `a ray for` | 90 % of the image circle | {glue:text}`ray_share` of all pixels |
 # | lines with `warning:` | none | {glue:text}`warnings` |
 #
-# The command counts all pixels. A circle D pixels wide, whole in an image of
-# W × H, fills π D² / (4 W H) of them.
+# The command counts all pixels. A full circle of diameter D in an image of W × H
+# fills π D² / (4 W H) of them.
 #
-# A fitted error alone says little: a camera with a ray for every pixel
-# follows the noise of its own corners. A small error where there are rays
-# says nothing of where there are none.
+# A small error on fitted boards is no proof of accuracy, because a per-pixel ray
+# model follows the noise of its own corners. A small error where the camera has rays
+# gives no information about pixels without rays.
 #
 # ## 4. Correct
 
@@ -231,7 +231,7 @@ def ext_calibration_record(effort):
 # tables.transcript(look, commands.UNDISTORT)
 
 # %% [markdown]
-# In a program, OpenCV does it in real time with two tables, made once:
+# In a program, OpenCV corrects images in real time with two remap tables:
 #
 # ```python
 # import cv2
@@ -241,34 +241,32 @@ def ext_calibration_record(effort):
 # camera = load_camera("camera.npz")
 # sources = source_pixels(camera, perspective_view(camera))
 # map_x, map_y = cv2.split(sources)
-# picture = cv2.imread("fisheye/01.png")
-# cv2.imwrite("ahead.png", cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR))
+# image = cv2.imread("fisheye/01.png")
+# cv2.imwrite("ahead.png", cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR))
 # ```
 #
-# The tables are `float32`: where each pixel of the new image comes from in
-# the old one. No pinhole sees 183°: rotate `R_camera_view` of the view, or
-# unroll the circle with `raxel.multiview.cylindrical_view`.
+# The tables are `float32` and give the source position of each pixel of the corrected
+# image. No pinhole view covers 183°. Rotate `R_camera_view` of the view, or unroll
+# the circle with `raxel.multiview.cylindrical_view`.
 #
-# ## Which model?
+# ## Comparison of models
 
 # %% tags=["active-ipynb"]
 # show_table("ext_fisheye_models", digits=3)
 
 # %% [markdown]
-# OpenCV's fisheye model has eight numbers. The rendered lens follows its
-# formula exactly, so it is at its best here. It then has a ray for every
-# pixel from the inner boards alone, which the generic camera cannot have: that
-# one knows only what boards have covered. A real lens follows the
-# formula more or less; the generic camera needs no formula.
+# OpenCV's fisheye model has eight parameters. The rendered lens follows its formula
+# exactly, so the comparison favours it. With the inner boards alone it has a ray for
+# every pixel. The generic camera has rays only where boards were, but needs no
+# formula. Real lenses follow the formula only approximately.
 #
-# Its fit starts from a flat picture of each board, which a board near 90° does
-# not have. A fit that did not converge has a large residual: calibrate it
-# without the boards at the rim. [Which method for my
-# camera](choose_a_method.ipynb) compares the models on real cameras.
+# The fit of OpenCV's model starts from a planar view of each board, which a board
+# near 90° does not have. A fit that did not converge has a large residual. Repeat it
+# without the boards at the edge. [Choice of a calibration
+# method](choose_a_method.ipynb) compares the models on real cameras.
 #
 # ## Limits
 #
 # - Light, focus and the flatness of the board are perfect here.
-# - The plan is for a circle of 183°. Whether it is the best was not
-#   asked.
-# - Pictures of other lenses have other shapes: boards must cover them.
+# - The plan is for an image circle of 183°. Other plans were not compared.
+# - Other lenses have other image shapes. The boards must cover them.

@@ -1,10 +1,4 @@
-"""What the walk through a calibration found, and the numbers of the prose."""
-
-from chapters.guides.fisheye_in_ten_minutes.trials.boards import (
-    SIZES,
-    inner_boards,
-    places_of,
-)
+"""Results of the commands, and the numbers of the prose."""
 
 NAMES = {"zhang": "Zhang", "opencv_fisheye": "OpenCV fisheye", "generic": "Generic"}
 SETS = ("inner", "all")
@@ -13,32 +7,22 @@ FOUND, SCORES = "ext_fisheye_found", "ext_fisheye_scores"
 COMMANDS = (FOUND, CAMERA, VIEWS)
 
 
-def said(result, command):
-    """What a command printed."""
+def output_of(result, command):
+    """Return what a command printed."""
     return result.texts(f"said.{command}")[0]
 
 
-def numbers(results, effort):
-    """Numbers and texts of the prose: name -> value."""
-    size = SIZES[effort]
+def numbers(results):
+    """Return the texts of the prose: name -> value."""
     found, camera = results[FOUND], results[CAMERA]
-    seen, pictures = (int(found.column(name)[0]) for name in ("found", "boards"))
-    warnings = said(camera, "calibrate").count("warning:")
+    detected, boards = (int(found.column(name)[0]) for name in ("found", "boards"))
+    warnings = output_of(camera, "calibrate").count("warning:")
     ray_share, fitted, kept = (
         camera.column(name)[0] for name in ("ray_share", "fitted_px", "kept_out_px")
     )
     return {
-        "boards": len(places_of(size.plan)),
-        "inner": inner_boards(size.plan),
-        "half_boards": size.plan[1].boards,
-        "half_deg": size.plan[1].polar_deg,
-        "rim_boards": len(places_of(size.plan)) - inner_boards(size.plan),
-        "rim_deg": size.plan[-1].polar_deg,
-        "columns": size.columns,
-        "rows": size.rows,
-        "pitch": size.pitch_mm,
         "ray_share": percent(ray_share),
-        "found_of": f"{seen} of {pictures}",
+        "found_of": f"{detected} of {boards}",
         "warnings": str(warnings) if warnings else "none",
         "fitted_px": f"{fitted:.2g} px",
         "kept_px": f"{kept:.2g} px",
@@ -46,5 +30,5 @@ def numbers(results, effort):
 
 
 def percent(share):
-    """A share in words."""
+    """Return a share as text."""
     return f"{100 * share:.0f} %"

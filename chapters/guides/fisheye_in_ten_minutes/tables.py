@@ -1,8 +1,13 @@
-"""The three calibrations in numbers, and the commands with their output."""
+"""Comparison of three calibrations, and the commands with their output."""
 
 import textwrap
 
-from chapters.guides.fisheye_in_ten_minutes.results import NAMES, SCORES, SETS, said
+from chapters.guides.fisheye_in_ten_minutes.results import (
+    NAMES,
+    SCORES,
+    SETS,
+    output_of,
+)
 from repro.page.reader import Shown
 from repro.page.wording import literal
 from repro.run.columns import cell, in_columns
@@ -23,7 +28,7 @@ WHICH = {"inner": "inner rings", "all": "all"}
 
 @table("ext_fisheye_models", needs=("ext_fisheye_scores",), evidence="rendered")
 def ext_fisheye_models(results):
-    """Zhang, OpenCV's fisheye model and the generic camera on the same corners."""
+    """Compare Zhang, OpenCV's fisheye model and the generic camera."""
     scores = results[SCORES]
     refused = [
         f" No camera: {name}, boards: {WHICH[use]} ({literal(reason)})."
@@ -33,10 +38,10 @@ def ext_fisheye_models(results):
     ]
     return Table(
         in_columns(_scored_row(scores, use, model) for use in SETS for model in NAMES),
-        "Three models from the same corners. Kept out: boards that no "
-        "calibration saw, only their pose being fitted. Error of the rays: "
-        "median angle to the true rays, over the pixels where the model has "
-        "one, after the best rotation." + "".join(refused),
+        "Errors and coverage of three models fitted to the same corners. Kept out: "
+        "held-out boards, with only their pose fitted. Error of the rays: median angle "
+        "to the true rays, over the pixels with a ray, after the best rotation."
+        + "".join(refused),
     )
 
 
@@ -51,17 +56,17 @@ def _scored_row(scores, use, model):
 
 
 def transcript(result, *commands):
-    """Commands as typed, each with what it printed when it was run."""
+    """Return the commands as typed, each with its output."""
     text = "\n".join(
         folded(f"$ raxel {' '.join(typed)}", " \\\n")
-        + f"\n{folded(said(result, typed[0]).rstrip())}\n"
+        + f"\n{folded(output_of(result, typed[0]).rstrip())}\n"
         for typed in commands
     )
     return Shown(f"````text\n{text}````", f"<pre>{text}</pre>")
 
 
 def folded(text, end="\n"):
-    """Long lines go on in the next one, further in, so that none is cut off."""
+    """Wrap long lines with an indent, so that none is truncated."""
     return "\n".join(
         f"{end}    ".join(
             textwrap.wrap(line, WIDTH, break_long_words=False, break_on_hyphens=False)

@@ -1,4 +1,4 @@
-"""What the README says about the time that the commands take."""
+"""Times of the commands, from the README."""
 
 import re
 
@@ -8,5 +8,5 @@ ROW = re.compile(r"^\| `make (\w+)` \| (\d+ (?:min|s)) \|$", re.MULTILINE)
 
 
 def stated_times():
-    """Command -> its time in words, as the table of the README has it."""
+    """Return command -> its time as text, from the table of the README."""
     return dict(ROW.findall((checkout() / "README.md").read_text("utf-8")))

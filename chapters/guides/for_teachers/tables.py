@@ -1,4 +1,4 @@
-"""What a class can run again: conditions and trials of each experiment."""
+"""Conditions and trials of the experiments that a class can repeat."""
 
 from repro.run.experiment import table
 from repro.run.outcomes import Table
@@ -17,12 +17,12 @@ from repro.run.outcomes import Table
     evidence="synthetic",
 )
 def ext_class_runs(results):
-    """Conditions and trials of the experiments that the routes use."""
+    """Tabulate conditions and trials of the experiments of the lessons."""
     return Table(
         {
             "Experiment": list(results),
             "Conditions": [len(r.conditions) for r in results.values()],
             "Trials each": [r.trials_per_condition for r in results.values()],
         },
-        "Size of the experiments behind Figs 2.2, 2.3 and 3.11.",
+        "Conditions and trials of the experiments of Figs. 2.2, 2.3 and 3.11.",
     )

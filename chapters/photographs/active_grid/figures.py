@@ -1,8 +1,8 @@
-"""What the pixels of an active grid's views see, drawn."""
+"""Figure of an active grid's page: decoded screen positions."""
 
 import numpy as np
 
-from chapters.photographs.active_grid.results import MOST_SHOWN, STUDY, GridStudy
+from chapters.photographs.active_grid.results import MAX_SHOWN, STUDY, GridStudy
 from chapters.shared.photographs.notes import note
 from repro.page.style import WIDTH_IN
 from repro.page.style import figure as new_figure
@@ -15,8 +15,8 @@ NOWHERE = "#dcd5cc"
 
 
 def _rows(study, columns):
-    """A figure of one row for each of the views that are shown, their names beside."""
-    views = range(min(len(study.names), MOST_SHOWN))
+    """Return a figure with one labelled row per view."""
+    views = range(min(len(study.names), MAX_SHOWN))
     shape = study.settings["height_px"] / study.settings["width_px"]
     height = len(views) * (WIDTH_IN / columns * 0.92 * shape + 0.3) + 0.75
     drawn, axes = new_figure(len(views), columns, height_in=height, squeeze=False)
@@ -31,13 +31,13 @@ def _rows(study, columns):
 
 def _not_all(study):
     count = len(study.names)
-    more = f" The first {MOST_SHOWN} of {count} views are shown."
-    return more if count > MOST_SHOWN else ""
+    more = f" Shown: the first {MAX_SHOWN} of {count} views."
+    return more if count > MAX_SHOWN else ""
 
 
 @figure("ext_grid_places", needs=NEEDS, evidence="photograph", per_set=KINDS)
 def ext_grid_places(results):
-    """Where on the monitor each pixel looks, view by view."""
+    """Draw the decoded screen position of each pixel, view by view."""
     study = GridStudy(results[STUDY])
     drawn, axes, views = _rows(study, 1 + len(study.axes))
     for column, axis in enumerate(study.axes, 1):
@@ -68,13 +68,13 @@ def ext_grid_places(results):
     return Drawing(
         drawn,
         _numbers(study),
-        "Where on the monitor each pixel looks, beside the photograph; lines "
-        f"every sixteenth of the monitor; pale: no place.{_not_all(study)}",
+        "Decoded screen position of each pixel, next to the image. Lines: every "
+        f"sixteenth of the monitor. Pale: not decoded.{_not_all(study)}",
     )
 
 
 def _numbers(study):
-    """The table beside the pictures: view, share decoded, median sigma."""
+    """Return the data of the figure: view, decoded share, median sigma."""
     unit = study.settings["unit"]
     spreads = {f"median_sigma_{a}_{unit}": f"spread.{a}.median" for a in "xy"}
     names = {"decoded_share": "share.decoded"} | spreads

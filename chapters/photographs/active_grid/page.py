@@ -1,9 +1,10 @@
 # %% [markdown]
-# # {glue:text}`title`
+# # {glue:text}`title` (active grid)
 #
-# **Question.** A monitor shows coded patterns, and every pixel of the
-# camera reads where on the monitor it looks. How much of these pictures can
-# be read, how sure is each place, and what was left out?
+# **Question.** A monitor displays coded patterns, an *active grid* (phase-shift
+# structured light), and every pixel decodes the screen position that it sees. Given
+# the images of a set, how many pixels can be decoded, with what uncertainty, and
+# which are excluded?
 #
 # {glue:text}`about` {glue:text}`shown`
 
@@ -93,34 +94,34 @@ def active_grid_study(effort, folder):
 # %% [markdown]
 # ## Findings
 #
-# - {glue:text}`found`
-# - {glue:text}`left_out`
-# - {glue:text}`precision`
-# - {glue:text}`doubted`
+# 1. {glue:text}`found`
+# 2. {glue:text}`left_out`
+# 3. {glue:text}`precision`
+# 4. {glue:text}`doubted`
 
 # %% [markdown]
 # ## Method
 #
-# 1. **The cell.** A Gray code numbers the cells of the monitor. Each of its
-#    patterns is shown with its inverse, and a pixel's bit says in which of
-#    the two it is brighter. What dims both does not matter.
-# 2. **The place in the cell.** Sines that are moved on by equal steps tell
-#    the phase, and with it the place between the edges of the cell. Without
-#    sines the middle of the cell is the best guess.
-# 3. **The standard deviation.** The noise of a grey value, measured in these
-#    pictures, over the contrast of the pixel: this is what noise does to its
-#    place. It does not know of a monitor whose answer is not linear.
-# 4. **The mask.** A pixel keeps its place only if it is lit, not
-#    overexposed, reads a code that can exist, and agrees with one of its
-#    neighbours at least. Nothing is carried over a break between surfaces.
+# 1. **Cell.** A Gray code numbers the cells of the monitor. Each pattern is shown
+#    with its inverse. A bit is 1 where the pattern is brighter than its inverse, so a
+#    uniform change of light has no effect.
+# 2. **Position in the cell.** Sinusoidal patterns with equal phase steps give the
+#    phase, and with it the position inside the cell. Without them the position is the
+#    middle of the cell.
+# 3. **Standard deviation.** The noise of a grey value, measured in these images, is
+#    divided by the contrast of the pixel. This part does not include a nonlinear
+#    response of the monitor.
+# 4. **Mask.** A pixel is decoded if it is lit, not overexposed, has a valid code, and
+#    agrees with at least one neighbour. Nothing is interpolated across surface
+#    boundaries.
 #
-# [Section 3.2.2](../ch03_planar_grids/s2_2_active_grids.ipynb) derives it.
+# [Section 3.2.2](../ch03_planar_grids/s2_2_active_grids.ipynb) derives the method.
 
 # %% tags=["active-ipynb"]
 # show_code(view_part)
 
 # %% [markdown]
-# ## What became of each pixel
+# ## Decoded and excluded pixels
 
 # %% tags=["active-ipynb"]
 # show_table("ext_grid_views", digits=3)
@@ -128,7 +129,7 @@ def active_grid_study(effort, folder):
 # %% [markdown]
 # {glue:text}`origin` {glue:text}`mirrored`
 #
-# ## A camera from these places
+# ## Calibration from these positions
 #
 # {glue:text}`camera`
 
@@ -136,36 +137,36 @@ def active_grid_study(effort, folder):
 # show_table("ext_grid_camera", digits=3)
 
 # %% [markdown]
-# ## Reading and limits
+# ## Limits
 #
-# - The standard deviation is of noise, of bending, and of what is left of the
-#   response: harmonics of monitor and camera shift places in a ripple that comes
-#   again with each step. It is measured where surfaces are smooth, and taken off;
-#   where it is larger than the standard deviation, six steps and more have less.
-# - A pixel whose light comes from two places, by a reflection or through a
-#   blurred edge, reads one of them or a place between.
-# - Places are on the lit plane. That this plane is flat, and that its size
-#   is the stated one, cannot be seen in the pictures.
-# - Pictures that contradict each other are refused. What they all share,
-#   such as an axis that is reversed throughout, looks like a mirror.
+# - The predicted standard deviation includes noise, surface bending, and the
+#   remaining error of the response. Harmonics of monitor and camera shift positions
+#   in a periodic ripple. The ripple is measured where surfaces are smooth, and
+#   corrected. If it exceeds the standard deviation, use six phase steps or more.
+# - A pixel that receives light from two positions, by a reflection or across a
+#   blurred edge, decodes one of them or a position between.
+# - Positions refer to the lit plane. The images do not show whether this plane is
+#   flat and has the stated size.
+# - Contradictory images are rejected. A common fault of all images, such as a
+#   reversed axis, looks like a mirror.
 
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell.
+# Open this page as a notebook (`make notebooks`), put an answer in place of `None`,
+# and run the cell.
 #
-# **1.** A pixel reads the bits 1, 1, 0, the most significant first. In which
-# cell is the place that it sees, counted from 0?
+# **1.** A pixel has the bits 1, 1, 0, the most significant first. Which cell does it
+# see, counted from 0?
 
 # %% tags=["active-ipynb"]
 # check(None, **cell_task())
 
 # %% [markdown]
 # **2.** A grey value has a standard deviation of {glue:text}`noise:.3f`.
-# {glue:text}`exercise` The sines have a modulation of 60 grey values and
-# periods of 40 mm, and there are four steps. What is the standard deviation
-# of a place, in mm, for a pixel by itself?
+# {glue:text}`exercise` The sinusoids have a modulation of 60 grey values and a period
+# of 40 mm, with four phase steps. What is the standard deviation of a position, in
+# mm, for a single pixel?
 
 # %% tags=["active-ipynb"]
 # check(None, **spread_task(results.noise_of(study)))

@@ -1,4 +1,4 @@
-"""The tables of an active grid's page."""
+"""Tables of an active grid's page."""
 
 import numpy as np
 
@@ -15,14 +15,14 @@ KINDS = ("active_grid",)
 
 @table("ext_grid_views", needs=NEEDS, evidence="photograph", per_set=KINDS)
 def ext_grid_views(results):
-    """Every view: what became of its pixels, noise, standard deviations."""
+    """Tabulate decoded and excluded pixels, noise and standard deviations by view."""
     study = GridStudy(results[STUDY])
     columns = {"View": study.names}
     for why in REASONS.values():
         shares = 100 * study.views.column(f"share.{why}")
         if max(shares) > 0:
             columns[f"{why.capitalize()} (%)"] = list(map(cell, shares))
-    columns["Noise at grey 100 (1)"] = list(map(cell, noises(study)))
+    columns["Noise at grey value 100 (grey values)"] = list(map(cell, noises(study)))
     for axis in study.axes:
         for name, words in (("median", "median"), ("high", "90 % below")):
             found = study.views.column(f"spread.{axis}.{name}")
@@ -35,17 +35,16 @@ def ext_grid_views(results):
         columns["Remark"] = remarks
     return Table(
         columns,
-        "Every view: shares of all its pixels by what became of them, the standard "
-        "deviation of a grey value of 100, and that of a place; by how much the "
-        "response of monitor and camera shifts places where it is not corrected, and "
-        "what is left of that (RMS). A view with a remark that refuses it goes no "
-        "further.",
+        "Decoded and excluded pixels of every view, noise of a grey value of 100, and "
+        "predicted standard deviation σ of a position. Shift by the response: effect "
+        "of the nonlinear monitor and camera without correction (RMS). Left of it: "
+        "after correction. A remark may reject a view.",
         texts=("View", "Remark"),
     )
 
 
 def _of_response(study, axis):
-    """Columns of what the response does along an axis, none where no view tells it."""
+    """Return columns of the response along an axis, none where it is not measured."""
     columns = {}
     for name, words in (("shift", "shift by the response"), ("left", "left of it")):
         found = study.views.column(f"response.{axis}.{name}")
@@ -57,9 +56,9 @@ def _of_response(study, axis):
 
 @table("ext_grid_camera", needs=NEEDS, evidence="photograph", per_set=KINDS)
 def ext_grid_camera(results):
-    """Cameras from these views, judged on views kept out."""
+    """Tabulate the held-out errors of cameras from these views."""
     study = GridStudy(results[STUDY])
-    caption = "Cameras from the decoded places, judged on views kept out."
+    caption = "Errors in held-out views of cameras from the decoded positions."
     if study.refusal():
         caption = f"{caption} None: {literal(study.refusal())}."
     columns = {"Model": list(MODELS.values())}

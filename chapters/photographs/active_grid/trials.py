@@ -1,4 +1,4 @@
-"""What is found out about an image set of an active grid: each view, and a camera."""
+"""Study of an image set of an active grid: each view, and a camera."""
 
 from functools import cache
 
@@ -13,20 +13,20 @@ from raxel.features.active_grid.view import decode_view
 from raxel.features.detector import as_8_bit
 from raxel.sets import load_set
 
-FEWEST_VIEWS = 3
+MIN_N_VIEWS = 3
 FOLDS = 4
 SEED = 0
 
 
 @cache
 def decoded(folder, index):
-    """The library's DecodedView of one view; each is decoded once per job."""
+    """Return the library's DecodedView of one view, decoded once per job."""
     image_set = load_set(folder)
     return decode_view(image_set, image_set.views[index])
 
 
 def settings_of(image_set):
-    """What a reader has to know about the set."""
+    """Return the settings of the set for the page."""
     target = image_set.target
     return {
         "set": image_set.name,
@@ -44,7 +44,7 @@ def settings_of(image_set):
 
 
 def _shown(view):
-    """Counts of patterns by axis and kind, as ('x gray', 20)."""
+    """Return counts of patterns by axis and kind, as ('x gray', 20)."""
     counts = {}
     for pattern in view.patterns:
         name = f"{pattern.axis} {pattern.kind}"
@@ -53,7 +53,7 @@ def _shown(view):
 
 
 def view_part(folder, index, width_px):
-    """One view: counts, noise, sigma, and a small picture of what was decoded."""
+    """Decode one view: counts, noise, sigma, and a small image of the positions."""
     found, reason, warnings, picture, mirrored, *_ = decoded(folder, index)
     step = max(1, int(np.ceil(picture.shape[1] / width_px)))
     counts = found.counts()
@@ -83,7 +83,7 @@ def view_part(folder, index, width_px):
 
 
 def _spread(sigma):
-    """Median and 90th percentile over the pixels that have a location."""
+    """Return median and 90th percentile over the decoded pixels."""
     known = sigma[np.isfinite(sigma)]
     if not len(known):
         return {}
@@ -92,7 +92,7 @@ def _spread(sigma):
 
 
 def calibration_part(folder):
-    """Both cameras from all views, and what they say of views kept out."""
+    """Return both cameras from all views, with their held-out errors."""
     image_set = load_set(folder)
     views = []
     for index, view in enumerate(image_set.views):
@@ -100,10 +100,10 @@ def calibration_part(folder):
         both = np.isfinite(found.location).all(axis=2).any()
         if view.use == "calibrate" and not reason and both:
             views.append(dense_view(found.location, found.sigma, None, view.label))
-    if len(views) < FEWEST_VIEWS:
+    if len(views) < MIN_N_VIEWS:
         return {
             "reason": f"{len(views)} views with both axes; a calibration "
-            f"needs {FEWEST_VIEWS}, better eight, at other tilts"
+            f"needs {MIN_N_VIEWS}, better eight, at other tilts"
         }
     size = image_set.width, image_set.height
     unit = image_set.target.unit

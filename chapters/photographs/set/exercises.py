@@ -1,4 +1,4 @@
-"""The exercises of an image set's page: their data and their right answers."""
+"""Exercises of an image set's page: data and expected answers."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ MADE_UP = {"fx": 500.0, "fy": 502.0, "u0": 322.0, "v0": 238.0, "k1": -0.25, "k2"
 
 
 def exercise_camera(study):
-    """The set's Zhang camera as plain numbers, or a made-up one."""
+    """Return the set's Zhang camera as plain numbers, or an invented one."""
     size = {k: study.settings[f"{k}_px"] for k in ("width", "height")}
     if study.refusal("zhang"):
         return size | MADE_UP
@@ -19,7 +19,7 @@ def exercise_camera(study):
 
 
 def exercise_corner(study):
-    """A corner: pose of its board, place on the board, and where it was found."""
+    """Return a corner: pose of its board, position on the board, detected pixel."""
     camera = _camera(exercise_camera(study))
     if study.refusal("zhang"):
         T = pose(rotation_from_vector([0.3, -0.2, 0.1]), [-2.0, -1.0, 12.0])
@@ -41,11 +41,11 @@ def exercise_corner(study):
 
 
 def field_of_view_task(camera):
-    """One angle to each side, from the principal point to the rim, half a pixel
-    outside the centre of the last pixel; their sum."""
+    """The sum of two angles, from the principal point to each edge. The edge is half a
+    pixel outside the centre of the last pixel."""
     return {
         "expected": lambda: field_of_view_deg(camera),
-        "hint": "the rims are half a pixel outside; one angle to each side",
+        "hint": "the edges are half a pixel outside; add one angle per side",
         "slips": {
             "That is in radians.": lambda: np.radians(field_of_view_deg(camera)),
             "That is half of it.": lambda: field_of_view_deg(camera) / 2,
@@ -54,14 +54,14 @@ def field_of_view_task(camera):
 
 
 def residual_task(camera, corner):
-    """Pose, division by z, the radial factor, the calibration matrix: that is the
-    predicted pixel, and it is subtracted from the found one."""
+    """Pose, division by z, radial factor and calibration matrix give the predicted
+    pixel. The residual is the detected pixel minus this one."""
     return {
         "expected": lambda: residual_of(camera, corner),
         "tolerance": 0.02,
         "hint": "x / z and y / z first, then the radial factor, then K",
         "slips": {
-            "That is predicted less found.": lambda: -residual_of(camera, corner),
+            "That is predicted minus detected.": lambda: -residual_of(camera, corner),
             "The radial terms are missing.": lambda: residual_of(
                 camera | {"k1": 0.0, "k2": 0.0}, corner
             ),
@@ -70,20 +70,20 @@ def residual_task(camera, corner):
 
 
 def field_of_view_deg(camera):
-    """Horizontal field of view without distortion, from rim to rim of the image."""
+    """Return the horizontal field of view without distortion, edge to edge."""
     left = (camera["u0"] + 0.5) / camera["fx"]
     right = (camera["width"] - 0.5 - camera["u0"]) / camera["fx"]
     return float(np.degrees(np.arctan(left) + np.arctan(right)))
 
 
 def residual_of(camera, corner):
-    """Found corner less prediction (2,) in px."""
+    """Return the detected corner minus the prediction (2,) in px."""
     predicted = _predicted(_camera(camera), corner["T_camera_grid"], corner["point"])
     return corner["found"] - predicted
 
 
 def _predicted(camera, T_camera_grid, point):
-    """Pixel (2,) of a point of the board."""
+    """Return the pixel (2,) of a point of the board."""
     return camera.project(transform(T_camera_grid, np.array([[*point, 0.0]]))).pixels[0]
 
 

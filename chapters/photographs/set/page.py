@@ -1,9 +1,9 @@
 # %% [markdown]
 # # {glue:text}`title`
 #
-# **Question.** A pinhole with two radial terms, or a general camera with a
-# ray for every pixel: which one predicts photographs that it has not seen,
-# and for how much of the image does it answer at all?
+# **Question.** A camera can be described by a pinhole with two radial terms, or by a
+# ray for every pixel. Given images of a chessboard, which description predicts
+# held-out images more accurately, and for how much of the image does it have rays?
 #
 # {glue:text}`about`
 
@@ -54,7 +54,7 @@ def study_trial(folder, size, condition, rng):
     "photograph_study", artefact="ext_models", shards={"full": 2}, per_set=BOARDS
 )
 def photograph_study(effort, folder):
-    """Every image, the calibration from all, and every part kept out."""
+    """Every image, the calibration from all, and every held-out part."""
     image_set, size = load_set(folder), SIZES[effort]
     return Plan(
         partial(study_trial, folder, size),
@@ -112,57 +112,50 @@ def photograph_study(effort, folder):
 # %% [markdown]
 # ## Findings
 #
-# - {glue:text}`found`
-# - {glue:text}`comparison`
-# - {glue:text}`peer`
-# - {glue:text}`coverage`
-# - {glue:text}`straightness`
+# 1. {glue:text}`found`
+# 2. {glue:text}`comparison`
+# 3. {glue:text}`peer`
+# 4. {glue:text}`coverage`
 
 # %% [markdown]
 # ## Method
 #
-# 1. **Corners.** One detector finds the board's corners to a fraction of a
-#    pixel. All models get the same ones.
-# 2. **Zhang's method** {cite}`zhang2000`, through OpenCV: focal lengths,
-#    principal point, two radial terms, and one pose per photograph. Six
-#    numbers describe the camera.
+# 1. **Corners.** One detector finds the board's corners with subpixel accuracy. All
+#    models use the same corners.
+# 2. **Zhang's method** {cite}`zhang2000`, through OpenCV: focal lengths, principal
+#    point, two radial terms, and one pose per image. Six parameters describe the
+#    camera.
 # 3. **The general camera**, by the standard generic method of section 2.4
-#    {cite}`sturm2004`: no model of the lens. Between the corners, a
-#    homography per cell tells which point of the board each pixel sees; on
-#    boards whose cells bend by more than their corners are uncertain, a
-#    smooth surface through all corners.
-#    Three overlapping boards give the centre, bundle adjustment and further
-#    boards refine it. The result is a table of rays. A pixel that no board
-#    covered has none.
-# 4. **OpenCV's fisheye model** {cite}`kannala2006` stands beside these two:
-#    eight numbers, fitted by `cv2.fisheye.calibrate`. It is scored like
-#    them and decides nothing.
-# 5. **Cross-validation.** A model is judged on photographs that were kept
-#    out of its calibration. There, only the pose of the board is fitted, in
-#    the same way for every model. The errors are the distance in px between
-#    each corner and its prediction, and the angle at its ray. Each is taken
-#    at the pose that makes it smallest: one pose for px, another for angles.
+#    {cite}`sturm2004`: a per-pixel ray model. Between corners, a homography per cell
+#    gives the board point of each pixel. If cells bend by more than the uncertainty
+#    of their corners, a smooth surface through all corners replaces it. Three
+#    overlapping boards give the centre. Bundle adjustment and further boards refine
+#    it. A pixel that no board covers has no ray.
+# 4. **OpenCV's fisheye model** {cite}`kannala2006`, by `cv2.fisheye.calibrate`: eight
+#    parameters. It is scored like the others but does not enter the decision.
+# 5. **Cross-validation.** A model is judged on held-out images, with only the pose of
+#    the board fitted. The errors are the distance in px between corner and
+#    prediction, and the angle at the ray. Each is taken at the pose that minimises
+#    it.
 #
-# A model with rays everywhere is easily blamed where the other is silent.
-# So all are scored twice: on every corner they have a ray for, and on the
-# corners that Zhang and the general camera both have a ray for.
+# A model with rays everywhere is also scored where the other has none. So there are
+# two scores: on all corners with a ray of the model, and on *shared corners*, where
+# Zhang and the general camera both have a ray.
 
 # %% tags=["active-ipynb"]
 # show_code(calibrated, fold_part, scores)
 
 # %% [markdown]
-# ## The photographs and their corners
-
+# ## Images and corners
 
 # %% tags=["active-ipynb"]
 # show("ext_corners")
 
 # %% [markdown]
-# Which corner is the first, and which way the rows run, is fixed by rule: x
-# turns clockwise into y in the image, and the first cell is bright where
-# the board allows it. On a symmetric board the order may be turned by half
-# a turn from one photograph to the next. That changes the pose of the
-# board, and nothing else.
+# The first corner and the direction of the rows follow a rule. The x axis rotates
+# clockwise into y in the image, and the first cell is bright where the board allows
+# it. On a point-symmetric board the order may rotate by 180° between images. This
+# changes only the pose of the board.
 #
 # {glue:text}`origin`
 #
@@ -172,43 +165,40 @@ def photograph_study(effort, folder):
 #
 # {glue:text}`general`
 #
-# ## Residuals of photographs kept out
+# ## Residuals of held-out images
 #
 # {glue:text}`kept_out`
-
 
 # %% tags=["active-ipynb"]
 # show("ext_residuals")
 
 # %% [markdown]
-# Arrows that agree with their neighbours show distortion that the model
-# cannot follow. Arrows in all directions show the noise of the corners, and
-# for the general camera also the noise of its own rays, which it took from
-# a few boards each.
+# Neighbouring arrows that agree show distortion that the model does not represent.
+# Arrows in random directions show the noise of the corners. For the general camera
+# they include the noise of its rays, which come from a few boards each.
 #
-# ## The photograph without distortion
-
+# ## The undistorted image
 
 # %% tags=["active-ipynb"]
 # show("ext_undistorted")
 
 # %% [markdown]
-# The distances from a flat lattice named above are in px of this view,
-# which stretches what is far from its middle. The homography hides an error
-# of the pose or of the centre. The angles of the cross-validation do not.
+# {glue:text}`straightness`
+#
+# The distances are in px of the corrected view, which magnifies the outer parts. The
+# homography hides errors of the pose and of the centre. The angles of the
+# cross-validation do not.
 #
 # ## Compared models
-
 
 # %% tags=["active-ipynb"]
 # show_table("ext_models", digits=3)
 
 # %% [markdown]
-# ### Every corner, every model
+# ### All corners
 #
-# The table above asks on shared corners, where a table of rays has an answer.
-# Whoever wants to use all of the picture asks otherwise: how far off is a
-# model on whatever a photograph shows?
+# The table above scores shared corners, where the general camera has rays. The next
+# table scores each model on all corners.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_every_corner", digits=3)
@@ -216,40 +206,36 @@ def photograph_study(effort, folder):
 # %% [markdown]
 # {glue:text}`angles`
 #
-# A model counts as better when a one-sided Wilcoxon signed-rank test over
-# the photographs gives p < 0.01 and its median error is smaller by a factor
-# of at least 1.05 with the whole 95 % interval. With six photographs or
-# fewer, no test of this kind can decide.
+# A model is better if two conditions hold. A one-sided Wilcoxon signed-rank test over
+# the images gives p < 0.01. The ratio of the median errors is at least 1.05 over its
+# whole 95 % interval. With six images or fewer, no such test can decide.
 
 # %% [markdown]
-# ## Reading and limits
+# ## Limits
 #
-# - The fitted errors flatter the general camera: it has a parameter for
-#   nearly everything that it was fitted to. Only photographs kept out
-#   compare the models.
-# - The general camera knows the pixels that boards covered, and is as good
-#   as the interpolation inside a cell. Large cells near the edge of a
-#   strongly distorted image can bend more than their corners tell.
-# - It has one centre. Where rays do not meet in one point, as in many
-#   mirrors and wide lenses, it spreads that error over its rays.
-# - Every error contains the noise of the corners, and what bends the board.
-#   Both models suffer alike.
-# - Photographs of one session share the board, the light and the lens's
-#   temperature. Cross-validation cannot see what they share.
-# - Corners come from one detector. Photographs that it refuses are left out,
-#   and it refuses the hard ones: a set with many refusals is judged on its
-#   easy part.
+# - Errors on fitted images favour the general camera, which has many parameters. Only
+#   held-out images compare the models.
+# - The general camera has rays only at pixels that boards covered. Its accuracy is
+#   that of the interpolation inside a cell. Large cells near the edge of a strongly
+#   distorted image can bend more than their corners show.
+# - The general camera is central. If rays do not meet in one point, as in many
+#   mirrors and wide lenses, it distributes that error over its rays.
+# - Every error includes the noise of the corners and the bending of the board,
+#   equally for all models.
+# - Images of one session share the board, the light and the lens temperature.
+#   Cross-validation cannot detect common errors.
+# - Corners come from one detector. Rejected images are excluded, and these are often
+#   the difficult ones. A set with many rejections is judged on its easy part.
 
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make notebooks`), put an answer in place of
-# `None`, and run the cell. {glue:text}`exercise`
+# Open this page as a notebook (`make notebooks`), put an answer in place of `None`,
+# and run the cell. {glue:text}`exercise`
 #
-# **1.** A focal length in px means little without the image size. How many
-# degrees does the camera see horizontally, from the left rim of the first
-# pixel to the right rim of the last? Leave the radial terms out. Pixel
-# centres are at whole numbers.
+# **1.** A focal length in px must be compared with the image size. How many degrees
+# does the camera cover horizontally, from the left edge of the first pixel to the
+# right edge of the last? Ignore the radial terms. Pixel centres are at integers.
 
 # %% tags=["active-ipynb"]
 # camera = exercise_camera(study)
@@ -261,11 +247,10 @@ def photograph_study(effort, folder):
 # check(None, **field_of_view_task(camera))
 
 # %% [markdown]
-# **2.** One corner of the board, its place on the board, the pose of the
-# board (it takes board coordinates to camera coordinates), and the pixel
-# where the corner was found. Compute the residual, found less predicted, as
-# $(\Delta u, \Delta v)$ in px, with numpy alone: pose, equations 2.2 and
-# 2.4, calibration matrix.
+# **2.** Given are a corner of the board, its position on the board, the pose of the
+# board (board to camera coordinates), and the detected pixel (`found`). Compute the
+# residual, detected minus predicted, as $(\Delta u, \Delta v)$ in px. Use numpy alone:
+# pose, equations 2.2 and 2.4, calibration matrix.
 
 # %% tags=["active-ipynb"]
 # corner = exercise_corner(study)

@@ -1,4 +1,4 @@
-"""The tables of an image set's page."""
+"""Tables of an image set's page."""
 
 import numpy as np
 
@@ -20,12 +20,12 @@ from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
 SHARED = "shared corners"
-# Two focal lengths, principal point, and two radial terms or four.
+# Two focal lengths, principal point, and two or four radial terms.
 CAMERA_PARAMETERS = {"zhang": 6, PEER: 8}
 
 EVERY_CORNER = (
     "Model",
-    "Kept out: RMS (px)",
+    "Held-out: RMS (px)",
     "Median (px)",
     "Corners with a ray (%)",
     "Parts without a camera",
@@ -36,7 +36,7 @@ EVERY_CORNER = (
 
 @table("ext_models", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
 def ext_models(results):
-    """Every model: size, errors where fitted and where kept out, coverage."""
+    """Tabulate size, fitted and held-out errors, and coverage of every model."""
     study = Study(results["photograph_study"])
     rows = [
         ("zhang", "own", "all corners"),
@@ -51,10 +51,10 @@ def ext_models(results):
         if study.refusal(model)
     ]
     caption = (
-        "The models on the same photographs. Shared corners are those that "
-        "both Zhang and the general camera have a ray for. Fitted: all "
-        "photographs for calibration, poses fitted again. Kept out: medians "
-        "over photographs with 95 % intervals."
+        "Errors and coverage of the models on the same images. Shared corners: "
+        "corners with a ray of both Zhang and the general camera. Fitted: all images "
+        "for calibration, poses fitted again. Held-out: medians over images with 95 % "
+        "intervals."
     )
     return Table(
         in_columns(_model_row(study, *row) for row in rows),
@@ -74,13 +74,13 @@ def _model_row(study, model, kind, scored_on):
         "Scored on": scored_on,
         "Parameters": None if study.refusal(model) else _whole(parameters),
         "Fitted: RMS (px)": cell(pooled_rms(study.in_sample, kind, model)),
-        "Kept out: RMS (px)": _median(errors),
-        "Kept out: angle (deg)": _median(degrees),
-        "Photographs": int(np.isfinite(errors).sum()),
+        "Held-out: RMS (px)": _median(errors),
+        "Held-out: angle (deg)": _median(degrees),
+        "Images": int(np.isfinite(errors).sum()),
         "Corners scored (%)": cell(100 * np.nansum(corners) / all_corners)
         if all_corners
         else None,
-        "Picture with a ray (%)": cell(100 * study.fit(f"{model}.image_with_ray")),
+        "Image with a ray (%)": cell(100 * study.fit(f"{model}.image_with_ray")),
     }
 
 
@@ -91,7 +91,7 @@ def _model_row(study, model, kind, scored_on):
     per_set=BOARDS,
 )
 def ext_every_corner(results):
-    """Every model on every corner that was kept out, the smallest error first."""
+    """Tabulate every model on every held-out corner, smallest error first."""
     study = Study(results["photograph_study"])
     rows = [
         (
@@ -109,25 +109,25 @@ def ext_every_corner(results):
     rows.sort(key=lambda row: row[1])
     return Table(
         columns(EVERY_CORNER, rows),
-        "All models on every corner of the photographs kept out. A corner "
-        f"that a model has no ray for counts as {MISSED_PX:g} px. The lens "
-        "formulas (Kannala-Brandt, unified sphere) choose their terms by the "
-        "photographs they are fitted to; whether their pupil moves is asked "
-        "of a test, of boards kept out within these, and of both formulas.",
+        "Errors of all models on every corner of the held-out images. A corner "
+        f"without a ray counts as {MISSED_PX:g} px. The parametric models "
+        "(Kannala-Brandt, unified sphere) select their terms from the fitted images. "
+        "The entrance-pupil shift is decided by a test and by held-out boards within "
+        "these images, jointly for both models.",
     )
 
 
 def _pupil(study, model):
-    """What became of the test for an entrance pupil that moves."""
+    """Return the outcome of the test for an entrance-pupil shift."""
     moves = study.fit(f"{model}.pupil.moves")
     if not np.isfinite(moves):
         return ""
     p_value = study.fit(f"{model}.pupil.p_value")
-    chance = "p < 0.0001" if p_value < 1e-4 else f"p = {p_value:.2g}"
-    said = "moves" if moves else "stands still"
+    level = "p < 0.0001" if p_value < 1e-4 else f"p = {p_value:.2g}"
+    outcome = "moves" if moves else "fixed"
     if study.fit(f"{model}.pupil.undecided") == 1:
-        said = "undecided, taken to stand still"
-    return f"{said} ({chance})"
+        outcome = "undecided, taken as fixed"
+    return f"{outcome} ({level})"
 
 
 def _median(values):

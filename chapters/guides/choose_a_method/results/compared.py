@@ -1,4 +1,4 @@
-"""The image sets of a build beside each other."""
+"""Comparison of the image sets of a build."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from repro.judge.statistics import Estimate, median_interval
 class Compared:
     """One image set and the errors of the models on it.
 
-    errors: {model: median over photographs kept out, px, with its interval}, empty
-    where no photograph has both of Zhang's and the general camera; with OpenCV's
-    fisheye model where it has any. share: corners kept out that the general camera has
-    a ray for; image_share: pixels of the image, NaN where there is no such camera.
+    errors: {model: median over held-out images, px, with its interval}, empty where no
+    image has both Zhang's and the general camera; with OpenCV's fisheye model where it
+    has any. share: held-out corners with a ray of the general camera; image_share:
+    pixels with such a ray, NaN where there is no such camera.
     """
 
     name: str
@@ -35,10 +35,10 @@ class Compared:
 
 
 def compared_sets(results):
-    """The sets of ``results`` (set name -> Result), by name.
+    """Return the sets of ``results`` (set name -> Result), by name.
 
-    A set with the very photographs of an earlier one is left out, because it would
-    count twice (see `twins`).
+    A set with the same images as an earlier one is excluded, because it would count
+    twice (see `twins`).
     """
     again = twins(results)
     sets = [
@@ -50,7 +50,7 @@ def compared_sets(results):
 
 
 def twins(results):
-    """{set: earlier set} for sets in which the very same corners were found."""
+    """Return {set: earlier set} for sets with identical corners."""
     first, again = {}, {}
     for name, result in results.items():
         found = [image.corners.tobytes() for image in Study(result).found]

@@ -1,4 +1,4 @@
-"""Boards that each detector has right and wrong: rendered sets, and photographs."""
+"""Boards detected correctly and wrongly: rendered sets and real images."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NAMES_OF_3_3_2 = {"raxel": CLICKLESS, "opencv": OPENCV, "opencv-sb": OPENCV_SB}
 
 
 class Counted(NamedTuple):
-    """Pictures of one kind, and how many boards of them each detector has right."""
+    """Images of one kind, and the number of correct and wrong boards per detector."""
 
     evidence: str
     pictures: str
@@ -25,7 +25,7 @@ class Counted(NamedTuple):
 
 
 def rendered_counts(results):
-    """A Counted for each set of 3.3.2, and each range its poses are drawn from."""
+    """Return a Counted for each set of 3.3.2 and each range of its poses."""
     found = []
     for name in RENDERED:
         for poses, some in results[name].by("poses").items():
@@ -44,7 +44,7 @@ def rendered_counts(results):
 
 
 def recorded_counts(record):
-    """A Counted for each set of photographs in the record."""
+    """Return a Counted for each set of real images in the record."""
     found = []
     for name, kept in record.by("set").items():
         right, wrong = (
@@ -57,12 +57,12 @@ def recorded_counts(record):
 
 
 def every_count(results):
-    """A Counted for each set, rendered ones and then those of the record."""
+    """Return a Counted for each set: rendered ones, then those of the record."""
     return [*rendered_counts(results), *recorded_counts(results[RECORD])]
 
 
 def summed(counted, by=("evidence",)):
-    """One Counted of each kind, all its sets together; ``by`` says what a kind is."""
+    """Return one Counted per kind, summed over its sets; ``by`` defines the kinds."""
 
     def kind(one):
         return tuple(getattr(one, name) for name in by)
@@ -82,11 +82,11 @@ def summed(counted, by=("evidence",)):
 
 
 def count_columns(counted):
-    """Columns of a table of Counted rows, numbers as numbers."""
+    """Return the columns of a table of Counted rows, numbers as numbers."""
     columns = {
         "Evidence": [c.evidence for c in counted],
         "Set": [c.pictures for c in counted],
-        "Pictures": [c.count for c in counted],
+        "Images": [c.count for c in counted],
     }
     for detector, name in DETECTORS.items():
         for what in ("right", "wrong"):

@@ -1,15 +1,15 @@
-"""What each method leaves, read from results, and the numbers of the prose."""
+"""Errors of each method, read from results, and the numbers of the prose."""
 
 import numpy as np
 
-from chapters.shared.general_cameras import KINDS
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
-from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS, rig_of
+from chapters.shared.zoom_rigs import rig_of
 from repro.judge.statistics import median_and_range, median_interval
 
 METHODS = ("parametric", "generic_well_conditioned")
 PRIMARY = {"domain": "px", "extent": "unbounded"}
 FOVS_DEG = (60, 120, 150)
+NARROW_DEG = FOVS_DEG[0]
 SIMULATED = {
     "clean.source.mean_px": "residual, clean (px)",
     "ray_deg": "ray error (deg)",
@@ -20,30 +20,30 @@ HELD_OUT, STEPS = "held_out.corrected.rms_px", "stage.grid.deviation_mm"
 
 
 def typical(result, name, **condition):
-    """Median over the trials; a failed one counts as the worst."""
+    """Return the median over the trials; a failed one counts as the worst."""
     return median_interval(result.column(name, **condition))
 
 
 def of_both(result, name, **condition):
-    """The same value of Zhang's and of the generic method."""
+    """Return the same value of Zhang's and of the generic method."""
     return [typical(result, f"{method}.{name}", **condition) for method in METHODS]
 
 
 def of_peer(result, name, **condition):
-    """The same value of OpenCV's fisheye model; None where nobody ran it."""
+    """Return the same value of OpenCV's fisheye model; None where it was not run."""
     if not any(condition.items() <= one.items() for one in result.conditions):
         return None
     return typical(result, f"{PEER}.{name}", **condition)
 
 
 def peer_in_zoom(results, name, at):
-    """OpenCV's fisheye model on a set of the converter, over its own seeds."""
+    """Return the value of OpenCV's fisheye model on a set of the converter."""
     found = peer_column(results, name, at)
     return None if found is None else median_interval(found)
 
 
 def peer_column(results, name, at):
-    """Its value in every seed; None where a build has no such seeds."""
+    """Return its value in every simulated run; None where a build has none."""
     case = ZoomCase(
         {key: results[key] for key in OF_SEEDS}, {"interpolation": "smooth"}
     )
@@ -55,96 +55,57 @@ def peer_column(results, name, at):
     return case.column(f"{PEER}.{name}", at) if asked else None
 
 
-def picture_share(values):
-    """Median share of a picture with a ray, over the seeds that have a camera."""
+def image_share(values):
+    """Return the median share of an image with a ray, over the runs with a camera."""
     return np.nan if values is None else median_and_range(values).value
 
 
-def share_kept_out(zoom, at):
-    """Median share of the corners kept out that the generic camera has a ray for."""
+def held_out_share(zoom, at):
+    """Return the median share of held-out corners with a ray of the generic camera."""
     rig = rig_of(at).target
     stem = f"{METHODS[1]}.held_out"
     lost, boards = (
         zoom.column(f"{stem}.{what}", zoom=at) for what in ("left_out", "boards")
     )
-    return picture_share(1 - lost / (boards * rig.columns * rig.rows))
+    return image_share(1 - lost / (boards * rig.columns * rig.rows))
 
 
 def named(results):
-    """Numbers of the prose: name -> text."""
-    fov, zoom = results["fig_2_3_fov"], results["table_2_2_redrawn"]
-    out = peer_facts(results)
-    for model, method in MODELS.items():
-        for at in FOVS_DEG:
-            found = typical(fov, f"{method}.ray_deg", fov_deg=at, **PRIMARY)
-            out[f"{model}.ray_deg.{at}"] = short(found)
-        for at in ZOOMS:
-            found = typical(zoom, f"{method}.{HELD_OUT}", zoom=at)
-            out[f"{model}.zoom.{at}"] = short(found)
-        out[f"{model}.stage"] = short(
-            typical(zoom, f"{method}.{STEPS}", zoom=STAGE_ZOOM)
-        )
-    out |= recorded_facts(results["ext_calibration_record"])
+    """Return the numbers of the prose: name -> text."""
+    fov = results["fig_2_3_fov"]
+    out = recorded_facts(results["ext_calibration_record"])
     out |= fisheye_facts(results["ext_fisheye_scores"])
-    out["pictures"] = str(zoom.settings["calibration_images"])
-    out["noise"] = f"{fov.settings['fov_sweep']['noise']:g}"
-    return out
-
-
-def peer_facts(results):
-    """What OpenCV's fisheye model leaves, in words."""
-    fisheye = results["fig_2_3_fisheye"]
-    out = {"peer.stage": short(peer_in_zoom(results, STEPS, STAGE_ZOOM))}
-    for at in FOVS_DEG:
-        found = of_peer(fisheye, "ray_deg", fov_deg=at, **PRIMARY)
-        out[f"peer.ray_deg.{at}"] = short(found)
-    for at in ZOOMS:
-        out[f"peer.zoom.{at}"] = short(peer_in_zoom(results, HELD_OUT, at))
+    for model, method in MODELS.items():
+        found = typical(fov, f"{method}.ray_deg", fov_deg=NARROW_DEG, **PRIMARY)
+        out[f"{model}.ray_deg.{NARROW_DEG}"] = short(found)
     return out
 
 
 def recorded_facts(kept):
-    """The widest real camera of the record, and what two methods leave on it."""
-
-    widest_deg = kept.select().column("widest_deg")
-    widest = kept.conditions[int(widest_deg.argmax())]
-    out = {"record.name": widest["set"], "record.widest": f"{widest_deg.max():.0f}"}
-    for model in ("opencv_fisheye", "generic"):
-        left = kept.column(f"models.{model}.px", **widest)[0]
-        out[f"record.{model}"] = in_pixels(left)
-    return out
+    """Return the errors of two methods on the widest real lens of the record."""
+    widest = kept.conditions[int(kept.select().column("widest_deg").argmax())]
+    return {
+        f"record.{model}": in_pixels(kept.column(f"models.{model}.px", **widest)[0])
+        for model in ("opencv_fisheye", "generic")
+    }
 
 
 def in_pixels(error):
-    """An error in words, or that there is no camera to have one."""
+    """Return an error as text, or that there is no camera."""
     return f"{error:.2g} px" if np.isfinite(error) else "no camera"
 
 
-def motion_facts(wrong):
-    """Ray error of the two-pose method for one unit of error of T_1."""
-    out = {"motion.grids": wrong.settings["grids"]}
-    for kind in KINDS:
-        out[f"motion.{kind}"] = short(typical(wrong, "ray_deg.1", kind=kind))
-    return out
-
-
 def fisheye_facts(scores):
-    """What the walk through a fisheye's calibration says, in words."""
-    out = {}
-    for use, found in scores.by("boards").items():
-        for model in ("zhang", "opencv_fisheye", "generic"):
-            kept = found.column(f"{model}.kept_out_px")[0]
-            out[f"fisheye.{model}.{use}"] = in_pixels(kept)
-        share, boards = (
-            found.column(name)[0] for name in ("generic.image_with_ray", "boards")
-        )
-        out[f"fisheye.share.{use}"] = f"{100 * share:.0f} %"
-        out[f"fisheye.boards.{use}"] = f"{boards:.0f}"
-    return out
+    """Return the share of the image circle with a ray, by the boards used."""
+    shares = {
+        use: 100 * found.column("generic.image_with_ray")[0]
+        for use, found in scores.by("boards").items()
+    }
+    return {f"fisheye.share.{use}": f"{share:.0f} %" for use, share in shares.items()}
 
 
 def short(estimate):
-    """A median in words, for a sentence."""
+    """Return a median as text."""
     if estimate is None:
         return "not measured"
     return f"{estimate.value:.2g}" if np.isfinite(estimate.value) else "∞"

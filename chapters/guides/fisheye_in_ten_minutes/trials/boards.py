@@ -1,4 +1,4 @@
-"""The lens, the board, and where somebody holds it: placed by a plan, or anywhere."""
+"""The lens, the board, and its poses by a plan."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from raxel.sets import Chessboard
 
 LENS = "coolpix-fce8-zoom-3"
 BORDER_MM = 7.5
-# The detector refuses corners less than 7.5 px apart and says so; one comes nearer.
+# The detector rejects corners less than 7.5 px apart; the limit here is larger.
 VISIBLE = Visibility(margin_px=4.0, least_spacing_px=8.0)
-# By how much a hand misses its place, to either side.
+# Largest deviation of a hand-held board from its planned pose, to either side.
 POLAR_DEG, AZIMUTH_DEG, TILT_DEG, NEARER = 2.0, 5.0, 5.0, 0.05
 
 
 class Ring(NamedTuple):
-    """Boards at one angle from the lens's axis, all around it.
+    """Boards at one angle from the optical axis, all around it.
 
     A positive tilt turns the outer edge of a board towards the camera.
     """
@@ -36,10 +36,10 @@ class Ring(NamedTuple):
 
 
 class Walk(NamedTuple):
-    """How large the walk through a calibration is.
+    """Size of the example calibration.
 
-    Width and height as shares of the lens's own picture, blur as a share of its
-    own; the board; the plan, ring by ring; and boards kept out."""
+    Width and height as shares of the lens's own image, blur as a share of its own; the
+    board; the plan, ring by ring; and the number of held-out boards."""
 
     scale: float
     blur: float
@@ -71,11 +71,11 @@ SIZES = {
         4,
     ),
 }  # fmt: skip
-RIM_DEG = 60.0  # rings farther out than this are the outer ones
+RIM_DEG = 60.0  # rings farther out than this are outer rings
 
 
 def rig_of(size):
-    """The rig of the lens with this page's board, in the size of the run."""
+    """Return the rig of the lens with the board of this size."""
     rig = rig_named(LENS)
     lens, scale = rig.camera, size.scale
     camera = camera_from(
@@ -101,7 +101,7 @@ def rig_of(size):
 
 
 def places_of(plan):
-    """The plan board by board: (polar, azimuth, distance, tilt), deg and mm."""
+    """Return the plan board by board: (polar, azimuth, distance, tilt), deg and mm."""
     return [
         (ring.polar_deg, ring.first_deg + k * 360 / ring.boards, *ring[2:4])
         for ring in plan
@@ -110,12 +110,12 @@ def places_of(plan):
 
 
 def inner_boards(plan):
-    """How many boards of the plan stand in the inner rings, which come first."""
+    """Return the number of boards in the inner rings, which come first."""
     return sum(ring.boards for ring in plan if ring.polar_deg < RIM_DEG)
 
 
 def held_at(rig, place, rng):
-    """Pose (4, 4) of a board held by hand near its place, whole in view."""
+    """Return the pose (4, 4) of a hand-held board near its place, fully visible."""
     polar, azimuth, distance, tilt = place
     while True:
         T = placed(
@@ -130,7 +130,7 @@ def held_at(rig, place, rng):
 
 
 def placed(rig, polar_deg, azimuth_deg, distance_mm, tilt_deg):
-    """Pose (4, 4) of a board whose rows run along a circle about the axis."""
+    """Return the pose (4, 4) of a board with rows along a circle about the axis."""
     polar, azimuth = np.radians([polar_deg, azimuth_deg])
     around = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     ahead = np.array(
@@ -147,10 +147,10 @@ def placed(rig, polar_deg, azimuth_deg, distance_mm, tilt_deg):
 
 
 def photograph(size, view, rng):
-    """Take one picture: the boards of the plan come first, then those kept out.
+    """Return one image, a PNG file as bytes (uint8).
 
-    The latter stand at places of the plan again, spread over its rings. Returns the
-    PNG file as bytes (uint8).
+    The boards of the plan come first, then the held-out ones. The latter repeat
+    positions of the plan, spread over its rings.
     """
     import cv2
 

@@ -1,4 +1,4 @@
-"""The commands of this page, run as they are typed, and what they say."""
+"""The commands of this page, run as they are typed, and their output."""
 
 import contextlib
 import io
@@ -37,7 +37,7 @@ FILES = {"corners": "corners.json", "camera": "camera.npz"}
 
 @contextlib.contextmanager
 def desk(size, pictures, **files):
-    """A working directory with the set in it, as long as it is open.
+    """Provide a working directory with the set in it.
 
     files: result of a trial that keeps the bytes of a file under this name.
     """
@@ -51,7 +51,7 @@ def desk(size, pictures, **files):
 
 
 def write_pictures(size, pictures, folder):
-    """The pictures as files, with the set.yaml that a user writes."""
+    """Write the images as files, with the set.yaml that a user writes."""
     folder.mkdir()
     rig, views = rig_of(size), []
     for condition in pictures.conditions:
@@ -76,7 +76,7 @@ def write_pictures(size, pictures, folder):
 
 
 def typed(arguments):
-    """Run one command of raxel; return what it prints."""
+    """Run one command of raxel; return its output."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         status = main(list(arguments))
@@ -86,7 +86,7 @@ def typed(arguments):
 
 
 def find_corners(size, pictures):
-    """`raxel check` and `raxel corners`, and how many boards are found."""
+    """Run `raxel check` and `raxel corners`; return output, corners and counts."""
     with desk(size, pictures):
         said = {"check": typed(CHECK), "corners": typed(CORNERS)}
         boards = read_boards("corners.json", load_set(SET))
@@ -102,7 +102,7 @@ def find_corners(size, pictures):
 
 
 def views_of(size, pictures, found):
-    """BoardViews to calibrate with and those kept out, from the corners found."""
+    """Return the views to calibrate with and the held-out ones."""
     with desk(size, pictures, corners=found):
         image_set = load_set(SET)
         boards = read_boards("corners.json", image_set)
@@ -113,7 +113,7 @@ def views_of(size, pictures, found):
 
 
 def calibrate(size, pictures, found):
-    """`raxel calibrate` and `raxel evaluate`; the camera and its residuals."""
+    """Run `raxel calibrate` and `raxel evaluate`; return camera and residuals."""
     fit_views, kept_out = views_of(size, pictures, found)
     with desk(size, pictures, corners=found):
         said = {"calibrate": typed(CALIBRATE), "evaluate": typed(EVALUATE)}
@@ -129,7 +129,7 @@ def calibrate(size, pictures, found):
 
 
 def look_through(size, pictures, calibrated, rng):
-    """`raxel undistort`, and a street through the same pinhole."""
+    """Run `raxel undistort`; return it with a street through the same pinhole."""
     import cv2
 
     street = rig_of(size).laboratory().photograph(facade(), T_world_camera(), rng)

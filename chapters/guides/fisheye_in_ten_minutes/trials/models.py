@@ -1,4 +1,4 @@
-"""Three calibrations on the same corners, and how much of the picture they know."""
+"""Three calibrations from the same corners, and their coverage."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from raxel.geometry import nearest_rotation
 
 
 def model_scores(size, fit_views, kept_out, rng):
-    """{model: scores} of cameras from `fit_views`, on views that they never saw."""
+    """Return {model: scores} of cameras from `fit_views`, on held-out views."""
     rig = rig_of(size)
     return {"boards": len(fit_views)} | {
         name: scored(rig, build, fit_views, kept_out, rng)
@@ -21,7 +21,7 @@ def model_scores(size, fit_views, kept_out, rng):
 
 
 def scored(rig, build, fit_views, kept_out, rng):
-    """Scores of one calibration; where it gives no camera, the code of the error."""
+    """Return the scores of one calibration, or the code of its error."""
     camera = rig.camera
     try:
         made = build(fit_views, camera.width, camera.height, rng=rng).camera
@@ -40,7 +40,7 @@ def scored(rig, build, fit_views, kept_out, rng):
 
 
 def against_truth(made, true):
-    """Share of the lens's pixels with a ray, and the angle to the true rays."""
+    """Return the share of the lens's pixels with a ray, and the angle to true rays."""
     pixels = scoring_grid(true.width, true.height)
     truly = true.rays(pixels)
     rays = made.rays(pixels[truly.valid])

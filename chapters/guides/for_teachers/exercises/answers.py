@@ -1,8 +1,8 @@
-"""`make answers`: the exercises of every route with their answers, for the lecturer.
+"""`make answers`: the exercises of every lesson with their answers, for the teacher.
 
     python -m chapters.guides.for_teachers.exercises.answers --effort quick
 
-A Markdown file per route in report/answers. No site, archive or notebook has it in it.
+One Markdown file per lesson in report/answers. Site, archive and notebooks exclude it.
 """
 
 from __future__ import annotations
@@ -22,39 +22,38 @@ from repro.page.reader import names_on_page
 from repro.run.results import write_atomic
 
 FOLDER = Path("report", "answers")
-ROUTES = Path("chapters", "guides", "for_teachers", "page.py")
+PAGE = Path("chapters", "guides", "for_teachers", "page.py")
 LINK = re.compile(r"\]\((?:\.\./)?([\w/]+)\.ipynb\)")
 HEAD = """# Answers for {title}
 
-For the lecturer. The library computed the answers; 1 % off is right, unless a line
-says otherwise. Below an answer stand wrong ones that are expected, and what is said to
-them."""
+For the teacher. The library computes the answers. An error of 1 % is accepted unless
+stated otherwise. Below each answer are common mistakes and the reply to them."""
 
 
-class Route(NamedTuple):
-    """A route: its letter, its title, and the ids of the pages that it links."""
+class Lesson(NamedTuple):
+    """A lesson: its number, its title, and the ids of the pages that it links."""
 
-    letter: str
+    number: int
     title: str
     pages: list[str]
 
 
-def routes(text):
-    """The routes that the text of the page for teachers describes."""
+def lessons(text):
+    """Return the lessons that the text of the page for teachers describes."""
     found = []
-    for part in re.split(r"^# (?=## Route )", text, flags=re.M)[1:]:
-        part = re.split(r"^# ## (?!Route)", part, flags=re.M)[0]
-        title = part.splitlines()[0].removeprefix("## R")
+    for part in re.split(r"^# (?=## Lesson )", text, flags=re.M)[1:]:
+        part = re.split(r"^# ## (?!Lesson)", part, flags=re.M)[0]
+        title = part.splitlines()[0].removeprefix("## ")
         pages = [p if "/" in p else f"guides/{p}" for p in LINK.findall(part)]
-        letter = title.split()[1][0]
-        found.append(Route(letter, f"r{title}", list(dict.fromkeys(pages))))
+        number = int(re.match(r"Lesson (\d+)", title)[1])
+        found.append(Lesson(number, title, list(dict.fromkeys(pages))))
     return found
 
 
-def sheet(route, folder):
-    """The sheet of a route; folder: the executed pages."""
-    parts = [HEAD.format(title=route.title)]
-    for page in route.pages:
+def sheet(lesson, folder):
+    """Return the sheet of a lesson; folder: the executed pages."""
+    parts = [HEAD.format(title=lesson.title)]
+    for page in lesson.pages:
         notebook = nbformat.read(folder / f"{page}.ipynb", as_version=4)
         title = notebook.cells[0].source.splitlines()[0].removeprefix("# ")
         names = names_on_page(page)
@@ -64,23 +63,23 @@ def sheet(route, folder):
 
 
 def answer(exercise, notebook, names):
-    """Question, answer, reason, and the slips with what they are told."""
+    """Return question, answer, reason, and common mistakes with their replies."""
     expected, options = task_of(exercise, notebook, names)
-    told = [in_words(expected()) + "."]
+    parts = [in_words(expected()) + "."]
     if "tolerance" in options:
-        told.append(f"Within {100 * options['tolerance']:g} %.")
+        parts.append(f"Within {100 * options['tolerance']:g} %.")
     if options.get("up_to_factor"):
-        told.append("Any factor common to all numbers is right.")
+        parts.append("Any factor common to all numbers is right.")
     slips = [
-        f"- {in_words(wrong())}: {said}"
-        for said, wrong in options.get("slips", {}).items()
+        f"- {in_words(wrong())}: {reply}"
+        for reply, wrong in options.get("slips", {}).items()
     ]
-    lines = [f"**Answer:** {' '.join(told)} {reason_of(exercise, names)}", *slips]
+    lines = [f"**Answer:** {' '.join(parts)} {reason_of(exercise, names)}", *slips]
     return f"{exercise.question}\n\n" + "\n".join(lines)
 
 
 def in_words(found):
-    """An answer as text: numbers to four digits."""
+    """Return an answer as text, with numbers to four digits."""
     if isinstance(found, str):
         return found
     return ", ".join(_written(number) for number in np.ravel(found).tolist())
@@ -98,9 +97,9 @@ def main(argv=None):
     effort = parser.parse_args(argv).effort
     os.environ |= {"RAXEL_EFFORT": effort, "RAXEL_SET": ""}
     folder = Path("report", "build", effort, "pages")
-    for route in routes(ROUTES.read_text("utf-8")):
-        write_atomic(FOLDER / f"route-{route.letter}.md", sheet(route, folder))
-    print(f"Look at {FOLDER}: for the lecturer alone")
+    for lesson in lessons(PAGE.read_text("utf-8")):
+        write_atomic(FOLDER / f"lesson-{lesson.number}.md", sheet(lesson, folder))
+    print(f"Look at {FOLDER}: for the teacher alone")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""The exercises of the chapters' pages, found in their cells and timed."""
+"""Exercises of the chapters' pages, found in their cells and timed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ExercisePage(NamedTuple):
 
 
 def exercise_page(path):
-    """The page of a file below chapters/."""
+    """Return the page of a file below chapters/."""
     notebook = read_page(path)
     title = notebook.cells[0].source.splitlines()[0].removeprefix("# ")
     name = path.parent.relative_to(checkout() / "chapters").as_posix()
@@ -33,24 +33,24 @@ def exercise_page(path):
 
 
 def pages_with_exercises(folders=CHAPTERS):
-    """Pages of the chapters that check answers, in reading order."""
+    """Return the pages of the chapters that check answers, in reading order."""
     root = checkout() / "chapters"
     paths = [p for f in folders for p in sorted(root.glob(f"{f}/*/page.py"))]
     return [page for page in map(exercise_page, paths) if page.exercises]
 
 
 def check_seconds(page, names):
-    """Seconds to compute the right answer of each exercise of a page.
+    """Return the seconds to compute the expected answer of each exercise of a page.
 
-    names: what the page's module defines. What a display cell defines is
-    computed first and not counted.
+    names: names defined by the page's module. Names of display cells are computed first
+    and not counted.
     """
     tasks = [task_of(one, page.notebook, names) for one in page.exercises]
     return [timed(task.expected) for task in tasks]
 
 
 def timed_page(page):
-    """The longest check of a page in words, or why it was not timed."""
+    """Return the longest check of a page as text, or why it was not timed."""
     try:
         return rounded_seconds(max(check_seconds(page, names_on_page(page.id))))
     except Missing:
@@ -58,7 +58,7 @@ def timed_page(page):
 
 
 def exercise_list(pages):
-    """Table of pages, how many exercises each has, and the longest check."""
+    """Return a table of pages, their number of exercises, and the longest check."""
     head = ["Page", "Exercises", "Longest check"]
     rows = [[page, len(page.exercises), timed_page(page)] for page in pages]
     cells = [

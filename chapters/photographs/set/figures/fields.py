@@ -1,4 +1,4 @@
-"""Drawn errors of an image set: residual vectors and held-out errors."""
+"""Figures of an image set: residual vectors and held-out errors."""
 
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -26,8 +26,8 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 ARROWS = 1500
-ARROW_SHARE = 0.05  # of the image's width: what the 95th percentile is drawn as
-LONGEST_ARROW = 3.0  # times that; longer ones are cut
+ARROW_SHARE = 0.05  # drawn length of the 95th percentile, as a share of the image width
+MAX_ARROW = 3.0  # times that; longer ones are truncated
 LOST = "#8a7a70"
 QUANTITIES = (("rms_px", "RMS residual (px)"), ("mean_deg", "Mean angle (deg)"))
 
@@ -36,7 +36,7 @@ QUANTITIES = (("rms_px", "RMS residual (px)"), ("mean_deg", "Mean angle (deg)"))
     "ext_residuals", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
 )
 def ext_residuals(results):
-    """Residual vectors of corners kept out, both models on one scale."""
+    """Draw residual vectors of held-out corners, both models on one scale."""
     study = Study(results["photograph_study"])
     rows = study.held_out
     fields = {model: _field(rows, model) for model in MODELS}
@@ -64,17 +64,16 @@ def ext_residuals(results):
 
 def _residual_caption(scale):
     if scale is None:
-        return "Residual vectors: no corner was kept out of a calibration."
+        return "Residual vectors: no held-out corner."
     return (
-        "Residual vectors of corners kept out of the calibration, found less "
-        f"predicted. An arrow is drawn {scale['magnified']:.2g} times as long as "
-        "the residual, on the same scale for both models; residuals above "
-        f"{scale['cut']:.2g} px are drawn as {scale['cut']:.2g} px."
+        "Residual vectors of held-out corners, detected minus predicted. Arrows are "
+        f"magnified {scale['magnified']:.2g} times, on the same scale for both models. "
+        f"Residuals above {scale['cut']:.2g} px are truncated."
     )
 
 
 def _field(rows, model):
-    """Corners and residuals (N, 4) of one model over all photographs."""
+    """Return corners and residuals (N, 4) of one model over all images."""
     at = [
         np.column_stack([row.image.corners, row.own[model].residuals_px])
         for row in rows
@@ -87,12 +86,12 @@ def _colour_bar(drawn, axes, colours, scale):
     bar = drawn.colorbar(
         colours, ax=axes, location="bottom", shrink=0.6, aspect=35, extend="both"
     )
-    bar.set_label("Length of the residual (px)")
+    bar.set_label("Residual (px)")
     _plain_ticks(bar.ax, scale["norm"].vmin, scale["norm"].vmax)
 
 
 def _arrow_scale(fields, width_px):
-    """Magnification, length at which arrows are cut (px), and range of colours."""
+    """Return magnification, truncation length (px) and colour range of arrows."""
     lengths = np.concatenate([np.hypot(*f[:, 2:].T) for f in fields.values()])
     lengths = lengths[np.isfinite(lengths)]
     if not len(lengths):
@@ -101,20 +100,20 @@ def _arrow_scale(fields, width_px):
     low = max(np.percentile(lengths, 5), long / 1000)
     return {
         "magnified": ARROW_SHARE * width_px / long,
-        "cut": LONGEST_ARROW * long,
+        "cut": MAX_ARROW * long,
         "key": _round_number(long),
         "norm": LogNorm(min(low, long / 2), long),
     }
 
 
 def _round_number(x):
-    """The largest of 1, 2, 5 times a power of ten that is not above ``x``."""
+    """Return the largest of 1, 2, 5 times a power of ten not above ``x``."""
     power = 10.0 ** np.floor(np.log10(x))
     return max(step * power for step in (1, 2, 5) if step * power <= x * 1.0001)
 
 
 def _prepare(axes, study, coverage):
-    """The image's frame; grey-brown where the general camera has no ray."""
+    """Prepare the image's frame, grey-brown where the general camera has no ray."""
     width, height = study.settings["width_px"], study.settings["height_px"]
     frame = (-0.5, width - 0.5, height - 0.5, -0.5)
     if coverage is not None:
@@ -167,7 +166,7 @@ def _residual_legend(table):
         Line2D([], [], color=LOST, marker="x", linestyle="", label="corner without ray")
     ]
     if table:
-        handles.append(Patch(color=NO_RAY, label="no ray in the table"))
+        handles.append(Patch(color=NO_RAY, label="pixel without ray"))
     return handles
 
 
@@ -192,7 +191,7 @@ def _residual_data(rows):
     per_set=BOARDS,
 )
 def ext_cross_validation(results):
-    """Error of every model in every photograph kept out, in px and in degrees."""
+    """Draw the error of every model in every held-out image, in px and degrees."""
     study = Study(results["photograph_study"])
     rows = study.held_out
     kind = "same" if len(paired(rows, "rms_px")[0]) else "own"
@@ -203,12 +202,12 @@ def ext_cross_validation(results):
         for place, model in zip(axes, MODELS, strict=True):
             place.set_title(NAMES[model])
             note(place, study.why_nothing_kept_out(model))
-        caption = "Errors in photographs kept out of the calibration: none."
+        caption = "Errors in held-out images: none."
         return Drawing(drawn, _error_data(rows), caption)
     for place, (quantity, label) in zip(axes, QUANTITIES, strict=True):
         _errors_of(place, rows, kind, quantity)
         place.set_xlabel(label)
-    # An escaped dollar is a dollar; a pair of bare ones would enclose a formula.
+    # An escaped dollar is literal; two bare ones would enclose a formula.
     names = [row.image.name.replace("$", r"\$") for row in rows]
     axes[0].yaxis.set_major_locator(FixedLocator(range(len(rows))))
     axes[0].yaxis.set_major_formatter(FixedFormatter(names))
@@ -221,23 +220,22 @@ def ext_cross_validation(results):
 
 def _error_caption(rows, kind):
     where = {
-        "same": "the corners that Zhang and the general camera both have a ray for",
-        "own": "all corners that the model has a ray for",
+        "same": "shared corners, with a ray of Zhang and of the general camera",
+        "own": "all corners with a ray of the model",
     }
     caption = (
-        "Error in photographs kept out of the calibration, the board's pose "
-        f"fitted anew, on {where[kind]}. Lines and bands: medians over "
-        "photographs with their 95 % intervals."
+        f"Error in each held-out image, on {where[kind]}. Only the board's pose is "
+        "fitted. Lines and bands: medians over images with their 95 % intervals."
     )
     errors = [column(rows, kind, model, "rms_px") for model in MODELS]
     blank = int(np.sum(~np.isfinite(errors).any(axis=0)))
     if blank:
-        caption += f" Without a mark, too few such corners: {blank} of {len(rows)}."
+        caption += f" No mark: too few such corners ({blank} of {len(rows)} images)."
     return caption
 
 
 def _errors_of(axes, rows, kind, quantity):
-    """Draw one panel: a mark per photograph and model, medians with intervals."""
+    """Draw one panel: a mark per image and model, medians with intervals."""
     errors = {model: column(rows, kind, model, quantity) for model in ALL_NAMES}
     at = np.arange(len(rows))
     every = np.array(list(errors.values()))

@@ -1,4 +1,4 @@
-"""Pictures of an image set: the contact sheet and the undistorted views."""
+"""Figures of an image set: contact sheet and undistorted views."""
 
 import textwrap
 
@@ -22,7 +22,7 @@ START = "#d55e00"
 
 
 def tinted(mask):
-    """RGBA (h, w, 4) that covers what a mask (255: has a ray) leaves out."""
+    """Return RGBA (h, w, 4) that covers pixels without a ray (mask 255: ray)."""
     tint = np.ones((*mask.shape, 4))
     tint[..., :3] = to_rgb(NO_RAY)
     tint[..., 3] = 1 - mask / 255
@@ -33,7 +33,7 @@ def tinted(mask):
     "ext_corners", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
 )
 def ext_corners(results):
-    """Every photograph with its corners; refused ones pale, with the reason."""
+    """Draw every image with its corners; rejected ones pale, with the reason."""
     study = Study(results["photograph_study"])
     images = study.images
     across = min(max(int(np.ceil(np.sqrt(1.4 * len(images)))), 3), 10)
@@ -45,7 +45,7 @@ def ext_corners(results):
     for axes in grid.ravel():
         axes.set_axis_off()
     size = 7.5 if across <= 5 else 5.5
-    # A letter is about 0.6 of the font size wide; 72 points to the inch.
+    # A letter is about 0.6 of the font size wide, with 72 points per inch.
     characters = int(0.9 * WIDTH_IN / across * 72 / (0.6 * size))
     for axes, image in zip(grid.ravel(), images, strict=False):
         _one_photograph(axes, image, study.settings["width_px"], size, characters)
@@ -53,8 +53,8 @@ def ext_corners(results):
     return Drawing(
         drawn,
         _corner_data(study.found),
-        f"The detector found the board in {len(study.found)} of {len(images)} "
-        "photographs. Lines run through its corners row by row.",
+        "Images of the set with the detected corners, connected row by row: "
+        f"{len(study.found)} of {len(images)} images.",
     )
 
 
@@ -87,7 +87,7 @@ def _one_photograph(axes, image, width_px, size, characters):
     scale = width / width_px
     lattice = (image.corners + 0.5) * scale - 0.5
     lattice = lattice.reshape(-1, image.columns, 2)
-    # A gap after each row: the line does not run back to the next one.
+    # A gap after each row separates its line from the next.
     rows = np.pad(lattice, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(
         -1, 2
     )
@@ -106,7 +106,7 @@ def _corner_legend(study):
         ),
     ]  # fmt: skip
     if len(study.found) < len(study.images):
-        handles.append(Patch(color="#d9d9d9", label="pale: no board found"))
+        handles.append(Patch(color="#d9d9d9", label="pale: no board detected"))
     return handles
 
 
@@ -126,13 +126,13 @@ def _corner_data(images):
     per_set=BOARDS,
 )
 def ext_undistorted(results):
-    """One photograph as taken, and without distortion through either model."""
+    """Draw one image as taken, and undistorted by either model."""
     study = Study(results["photograph_study"])
     view = study.number("undistorted.view", part="fit")
     if not np.isfinite(view):
         drawn, axes = new_figure(height_in=EMPTY_IN)
         note(axes, study.refusal("zhang"))
-        return Drawing(drawn, {}, "No camera to look through.")
+        return Drawing(drawn, {}, "Undistorted image: no camera.")
     shape = study.settings["height_px"] / study.settings["width_px"]
     drawn, axes = new_figure(1, 3, height_in=WIDTH_IN / 3 * shape + 0.75)
     image = study.image(int(view))
@@ -157,21 +157,23 @@ def ext_undistorted(results):
         rows += _numbered(NAMES[model], seen)
     drawn.legend(
         handles=[
-            Patch(color=NO_RAY, label="no ray, or beyond the photograph"),
-            Line2D([], [], color=START, linewidth=1, label="chords of the board's rim"),
+            Patch(color=NO_RAY, label="no ray, or outside the image"),
+            Line2D(
+                [], [], color=START, linewidth=1, label="chords of the board's outline"
+            ),
         ],
         loc="outside lower center",
         ncols=2,
     )
     towards = study.text("undistorted.towards", part="fit")
-    centre = towards if towards == "mid-image" else "the middle of the board"
+    centre = "mid-image" if towards == "mid-image" else "the middle of the board"
     zoom = study.number("undistorted.zoom", part="fit")
     return Drawing(
         drawn,
         columns(("panel", "corner", "x_px", "y_px"), rows),
-        f"{literal(image.name)}, as taken and as a camera without distortion would "
-        f"see it, looking where {centre} does, at {100 * zoom:.0f} % of the size "
-        "there. Straight edges of the scene must be straight.",
+        f"{literal(image.name)}, as taken and undistorted, in a view towards {centre} "
+        f"at {100 * zoom:.0f} % of the original scale there. Straight edges of the "
+        "scene must be straight.",
     )
 
 
@@ -183,7 +185,7 @@ def _picture(axes, picture, mask):
 
 
 def _frame_lines(axes, corners, columns):
-    """Straight chords between the outermost corners of the board."""
+    """Draw straight chords between the outermost corners of the board."""
     outer = corners[[0, columns - 1, len(corners) - 1, len(corners) - columns, 0]]
     height, width = axes.images[0].get_array().shape[:2]
     axes.plot(*outer.T, "-", color=START, linewidth=0.8)
@@ -191,5 +193,5 @@ def _frame_lines(axes, corners, columns):
 
 
 def _numbered(panel, corners):
-    """Rows of a panel's corners for the figure's data."""
+    """Return rows of a panel's corners for the figure's data."""
     return [(panel, k, *corner) for k, corner in enumerate(corners.tolist())]

@@ -1,4 +1,4 @@
-"""The study of one image set: corners, two cameras, and what they predict.
+"""Study of one image set: corners, cameras, and their held-out errors.
 
 Each function does one condition of the experiment and returns plain numbers and arrays.
 What cannot be done comes back as a reason, in words; it is a result like any other.
@@ -37,10 +37,10 @@ LENSES = ("kannala_brandt", "unified")
 
 
 class Size(NamedTuple):
-    """How large the study is: images, parts kept out in turn, widths of pictures.
+    """Size of the study: images, held-out parts, widths of stored images.
 
-    Of sets with more than ``images`` these are spread over all of them. Sets with at
-    most ``leave_one_out`` images keep out one image at a time.
+    In larger sets, ``images`` are selected evenly. Sets with at most ``leave_one_out``
+    images hold out one image at a time.
     """
 
     images: float
@@ -57,7 +57,7 @@ SIZES = {
 
 
 class Found(NamedTuple):
-    """A board that was found: index of its view in the set, its use, its corners."""
+    """A detected board: index of its view in the set, its use, its corners."""
 
     index: int
     use: str
@@ -65,7 +65,7 @@ class Found(NamedTuple):
 
 
 def conditions_of(image_set, size):
-    """Every image, the calibration from all of them, and every part kept out."""
+    """Return the conditions: every image, the calibration, every held-out part."""
     taken = views_taken(image_set, size)
     images = [
         {"part": "image", "view": index, "image": image_set.views[index].label}
@@ -79,7 +79,7 @@ def conditions_of(image_set, size):
 
 
 def views_taken(image_set, size):
-    """Indices of the views that are looked at: all, or as many as `size` has images."""
+    """Return the indices of the views used: all, or as many as `size` has images."""
     count = len(image_set.views)
     if count <= size.images:
         return list(range(count))
@@ -87,7 +87,7 @@ def views_taken(image_set, size):
 
 
 def settings_of(image_set):
-    """What a reader has to know about the set."""
+    """Return the settings of the set for the page."""
     target = image_set.target
     return {
         "set": image_set.name,
@@ -107,20 +107,20 @@ def settings_of(image_set):
 
 
 def detector_of(target):
-    """Whose corners these are: markers tell those of a ChArUco board."""
+    """Return the detector of the corners; a ChArUco board has its own."""
     return charuco.NAME if isinstance(target, Charuco) else DEFAULT_DETECTOR
 
 
 @cache
 def board_in(folder, index):
-    """The library's Board of one image; each image is searched once per job."""
+    """Return the library's Board of one image, detected once per job."""
     image_set = load_set(folder)
     views = [image_set.views[index]]
     return detect_boards(image_set, DEFAULT_DETECTOR, views)[0]
 
 
 def boards_of(folder, size):
-    """Every Found board of the views that are looked at, in their order."""
+    """Return every detected board of the views used, in their order."""
     image_set = load_set(folder)
     return [
         Found(index, image_set.views[index].use, seen)
@@ -130,7 +130,7 @@ def boards_of(folder, size):
 
 
 def image_part(folder, image_set, index, size):
-    """One image: was the board found, and where; with a small copy."""
+    """Return detection and corners of one image, with a small copy."""
     found = board_in(folder, index).detection
     image = as_8_bit(read_image(image_set, image_set.views[index]))
     result = {
@@ -146,9 +146,9 @@ def image_part(folder, image_set, index, size):
 
 
 def calibrated(boards, image_set, rng):
-    """Every model from the same boards: {model: calibration or None}, reasons.
+    """Return every model from the same boards: {model: calibration or None}, reasons.
 
-    All take boards for flat, as the methods compared do, and are scored on flat ones.
+    All models assume flat boards, as the compared methods do, and are scored on them.
     """
     views = [board.view for board in boards]
     width, height = image_set.width, image_set.height
@@ -178,7 +178,7 @@ def calibrated(boards, image_set, rng):
 
 
 def fit_part(image_set, boards, size, rng):
-    """The cameras from all images for calibration, and how they fit."""
+    """Return the cameras from all images for calibration, and their fitted errors."""
     used = [board for board in boards if board.use == "calibrate"]
     models, reasons = calibrated(used, image_set, rng)
     cameras = _cameras(models)
@@ -202,13 +202,13 @@ def fit_part(image_set, boards, size, rng):
 
 
 def share_of_image(camera):
-    """Share of the image's pixels that a camera has a ray for."""
+    """Return the share of the image's pixels with a ray of the camera."""
     grid = scoring_grid(camera.width, camera.height)
     return float(camera.rays(grid).valid.mean())
 
 
 def zhang_numbers(calibration):
-    """Parameters of the pinhole with two radial terms, and the board's poses."""
+    """Return the parameters of Zhang's camera, and the board's poses."""
     K = calibration.camera.K
     k1, k2 = calibration.camera.radial
     return {
@@ -224,7 +224,7 @@ def zhang_numbers(calibration):
 
 
 def lens_numbers(calibration):
-    """How many terms a lens formula has, and whether its pupil moves, and why."""
+    """Return the terms of a parametric model, and the test for a pupil shift."""
     test = calibration.pupil
     numbers = {n: told for n, told in test._asdict().items() if type(told) is not str}
     verdict = {name: test.verdict == name for name in (MOVES, UNDECIDED)}
@@ -236,7 +236,7 @@ def lens_numbers(calibration):
 
 
 def general_numbers(calibration, boards):
-    """Size of the table, boards that went in, and those left out with the reason."""
+    """Return the number of rays, the boards used, and the excluded ones with reason."""
     mask = calibration.camera.mask
     return {
         "rays": int(np.count_nonzero(mask)),
@@ -251,7 +251,7 @@ def general_numbers(calibration, boards):
 
 
 def fold_part(image_set, boards, fold, parts, rng):
-    """Cameras from all images but one part; errors on the part kept out."""
+    """Return held-out errors of cameras from all images but one part."""
     used = [board for board in boards if board.use == "calibrate"]
     kept_out = used[fold :: min(parts, max(len(used), 1))]
     if fold >= len(used):
@@ -270,10 +270,10 @@ def _cameras(models):
 
 
 def scores(cameras, view):
-    """Errors of each camera in one view, with nothing fitted but the board's pose.
+    """Return the errors of each camera in one view, with only the board's pose fitted.
 
-    `own`: on every corner that the camera has a ray for. `same`: on those that both
-    of the compared cameras have a ray for, so that they answer the same question.
+    `own`: on every corner with a ray of the camera. `same`: on corners with a ray of
+    both compared cameras.
     """
     result = {"corners": int(np.count_nonzero(np.isfinite(view.pixels[:, 0])))}
     own = {m: evaluate_camera(c, [view]).images[0] for m, c in cameras.items()}
@@ -296,7 +296,7 @@ def scores(cameras, view):
 
 
 def errors(score, residuals):
-    """Numbers of one ImageScore, in px over these residuals (N, 2)."""
+    """Return the numbers of one ImageScore, in px over residuals (N, 2)."""
     lengths = np.linalg.norm(residuals, axis=1)
     lengths = lengths[np.isfinite(lengths)]
     told = len(lengths) > 0

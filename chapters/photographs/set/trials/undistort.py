@@ -1,4 +1,4 @@
-"""A photograph as a camera without distortion would see it, through a given model."""
+"""Undistorted view of an image through a given model."""
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from raxel.sets import read_image
 SUPERSAMPLED = 2
 MARGIN = 0.9  # corners lie within this share of the picture's half size
 SMALLEST_ZOOM = 0.25
-FEWEST_CORNERS = 12  # a homography takes four; the rest show distortion
+MIN_N_CORNERS = 12  # a homography takes four; the rest show distortion
 COVERED_PERCENT = 98  # of the corners; one near 90 degrees would shrink all
 
 
 def reduced(image, width_px):
-    """A smaller copy of an 8-bit picture, (h, width_px), averaged over areas."""
+    """Return a smaller copy of an 8-bit image, (h, width_px), averaged over areas."""
     import cv2
 
     height, width = image.shape
@@ -27,11 +27,11 @@ def reduced(image, width_px):
 
 
 def undistorted(image_set, cameras, boards, width_px):
-    """One photograph through every camera, with masks and corrected corners.
+    """Return one image undistorted by every camera, with masks and corners.
 
-    The view looks where mid-image does, or towards the board where mid-image has no
-    ray (a mirror sees the camera there). Both views have the magnification of the
-    photograph at that pixel, times a common zoom that keeps the corners inside.
+    The view is centred on mid-image, or on the board where mid-image has no ray (a
+    mirror shows the camera there). Both views have the magnification of the image at
+    that pixel, times a common zoom that keeps the corners inside.
     """
     if not boards or not cameras:
         return {"reason": "no camera to look through"}
@@ -66,7 +66,7 @@ def undistorted(image_set, cameras, boards, width_px):
 
 
 def _farthest_out(image_set, cameras, boards):
-    """The board farthest from mid-image among those whose rim all cameras see."""
+    """Return the board farthest from mid-image whose outline all cameras see."""
     middle = np.array([image_set.width - 1, image_set.height - 1]) / 2
 
     def reach(board):
@@ -80,22 +80,22 @@ def _farthest_out(image_set, cameras, boards):
 
 
 def _seen_by_all(cameras, board):
-    """Which corners (N,) every camera has a ray for."""
+    """Return which corners (N,) have a ray of every camera."""
     rays = [camera.rays(board.view.pixels) for camera in cameras.values()]
     return np.all([r.valid for r in rays], axis=0)
 
 
 def distortion_rms(view, corners, shared):
-    """RMS in px of what a homography from the board leaves of its corners."""
+    """Return the RMS residual (px) of a homography from the board to its corners."""
     use = shared & np.isfinite(corners[:, 0])
-    if np.count_nonzero(use) < FEWEST_CORNERS:
+    if np.count_nonzero(use) < MIN_N_CORNERS:
         return np.nan
     residuals = distortion_residual(corners[use], view.points[use])
     return np.sqrt(np.mean(np.sum(residuals**2, axis=1)))
 
 
 def view_planes(cameras, view):
-    """{model: SyntheticPlane}, {model: reason}, and what the view looks at."""
+    """Return {model: SyntheticPlane}, {model: reason}, and the centre of the view."""
     sizes = {(c.width, c.height) for c in cameras.values()}
     middle = (np.array(sizes.pop()) - 1) / 2
     towards = {"mid-image": middle, "the board": np.nanmean(view.pixels, axis=0)}
@@ -112,7 +112,7 @@ def view_planes(cameras, view):
 
 
 def _zoom(image_set, cameras, planes, boards):
-    """At most 1; smaller where the corners need a wider view."""
+    """Return a zoom of at most 1, smaller where the corners need a wider view."""
     half = np.array([image_set.width, image_set.height]) / 2
     zooms = [1.0]
     for model, plane in planes.items():
@@ -127,7 +127,7 @@ def _zoom(image_set, cameras, planes, boards):
 
 
 def _view_of(image_set, plane, zoom, width_px):
-    """The pinhole at the camera's centre that looks at the plane."""
+    """Return the pinhole at the camera's centre that views the plane."""
     width = min(width_px, image_set.width)
     height = round(width * image_set.height / image_set.width)
     focal = plane.px_per_unit * zoom * width / image_set.width
@@ -138,7 +138,7 @@ def _view_of(image_set, plane, zoom, width_px):
 
 
 def _picture(camera, view, image):
-    """{picture, mask}: grey as seen, and where the photograph answers (255)."""
+    """Return {picture, mask}: grey values, and pixels with a source (255)."""
     import cv2
 
     fine = np.diag([SUPERSAMPLED, SUPERSAMPLED, 1.0])
@@ -155,7 +155,7 @@ def _picture(camera, view, image):
 
 
 def _corners(camera, view, pixels):
-    """Pixels (N, 2) of the photograph in the view, NaN where there is no ray."""
+    """Return image pixels (N, 2) in the view, NaN where there is no ray."""
     directions = camera.rays(pixels).directions @ view.R_camera_view
     ahead = np.where(directions[:, 2:] > 0, directions[:, 2:], np.nan)
     return (directions / ahead @ view.K.T)[:, :2]
