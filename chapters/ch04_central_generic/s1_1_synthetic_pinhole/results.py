@@ -21,20 +21,12 @@ def name_values(open_results):
     noisy = open_results("exp_c4_sm_vs_wl")
     ratios = [centre_ratio(noisy, condition).value for condition in noisy.conditions]
     boards = open_results("exp_c4_interp_bias_centre")
-    fisheye = open_results("ext_board_as_base_sweep").select(
-        lens=LENSES[1], pitch_mm=20.0, all_grids=False
-    )
     found = {
         "residual": over_cameras(open_results("exp_c4_synth_pinhole"), "residual"),
         "exact_mm": max(over_cameras(exact, name) for name in SOLVERS),
-        "ratio_least": min(ratios),
         "ratio_most": max(ratios),
         **{
             f"board.{name}": median_interval(boards.column(name)).value
-            for name in ("base_mm", "all_mm", "noise_mm", "gap_mm")
-        },
-        **{
-            f"fisheye.{name}": median_interval(fisheye.column(name)).value
             for name in ("base_mm", "noise_mm")
         },
     }
