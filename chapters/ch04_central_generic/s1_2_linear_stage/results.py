@@ -23,7 +23,6 @@ def name_values(open_results):
     found = {
         "four_mm": largest(minimal, "length_mm", rays=4),
         "scenes": minimal.trials_per_condition,
-        "rank_3": minimal.column("rank", rays=3).max(),
         "ransac_most": largest_with_ransac(spoilt),
         "svd.noisy, normalised": svd.value,
     }
