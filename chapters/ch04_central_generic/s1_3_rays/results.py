@@ -1,4 +1,4 @@
-"""What the figure, the table, the claim and the prose of section 4.1.3 read."""
+"""Estimates for the figure and the prose of section 4.1.3."""
 
 import numpy as np
 
@@ -39,21 +39,18 @@ def worse_by(result, weights, other, posed):
 def name_values(open_results):
     """Name the numbers that the prose quotes."""
     result = open_results("ext_ray_weights_trials")
-    ends = {"few": POSED[0], "many": POSED[-1]}
-    best = {name: best_factor(result, "px", n) for name, n in ends.items()}
+    few, many = POSED[0], POSED[-1]
+    best = {
+        "few": best_factor(result, "px", few),
+        "many": best_factor(result, "px", many),
+    }
     found = {
-        **{f"posed.{name}": posed for name, posed in ends.items()},
-        **{f"factor.{name}": best[name] for name in ends},
+        **{f"factor.{name}": factor for name, factor in best.items()},
+        "few.one": worse_by(result, "1", f"{best['few']:g}", few),
+        "many.gain": worse_by(result, f"{best['many']:g}", VARIANCE, many),
         **{
-            f"{name}.gain": worse_by(result, f"{best[name]:g}", VARIANCE, n)
-            for name, n in ends.items()
-        },
-        "few.one": worse_by(result, "1", f"{best['few']:g}", ends["few"]),
-        "few.two": worse_by(result, "2", f"{best['few']:g}", ends["few"]),
-        **{
-            f"{name}.{weights}": ray_error(result, weights, "px", posed).value
-            for name, posed in ends.items()
-            for weights in ("1", "4", VARIANCE, ALONE)
+            f"many.{weights}": ray_error(result, weights, "px", many).value
+            for weights in (VARIANCE, ALONE)
         },
     }
     for name, number in found.items():
