@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.ext_lens_formula.trials import LENSES, MODELS
 from repro.judge.statistics import median_interval
 from repro.page.reader import value
 
@@ -17,6 +16,14 @@ TITLES = {
     "mirror": "mirror, decentred",
     "pupil": "fisheye, moving pupil",
 }
+# What the prose quotes: lens and model.
+QUOTED = (
+    ("fisheye", "kannala-brandt"),
+    ("mirror", "unified"),
+    ("mirror", "kannala-brandt"),
+    ("pupil", "kannala-brandt"),
+    ("pupil", "pupil"),
+)
 
 
 def error(result, lens, model):
@@ -46,15 +53,6 @@ def shift(result, lens):
 def name_values(open_results):
     """Name the numbers of the prose."""
     result = open_results("ext_lens_known")
-    found = {
-        "trials": result.trials_per_condition,
-        **{f"moved.{lens}": moved(result, lens) for lens in LENSES},
-        **{
-            f"{lens}.{model}": error(result, lens, model).value
-            for lens in LENSES
-            for model in MODELS
-        },
-        "shift": shift(result, "pupil").value,
-    }
-    for name, number in found.items():
-        value(name, number)
+    value("trials", result.trials_per_condition)
+    for lens, model in QUOTED:
+        value(f"{lens}.{model}", error(result, lens, model).value)
