@@ -19,7 +19,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
     TRIALS,
     board_trial,
     camera_of,
-    centre_off,
+    centre_error,
     draw_points,
     interpolated,
     no_lens,
@@ -134,7 +134,7 @@ from repro.run.outcomes import Plan, crossed
 def exact_trial(condition, rng):
     """The centre's error of both solvers, without noise."""
     points = draw_points(camera_of(condition["camera"]), draw_poses(rng), rng)
-    return {solver: centre_off(solver, points) for solver in SOLVERS}
+    return {solver: centre_error(solver, points) for solver in SOLVERS}
 
 
 @experiment("exp_c4_any_pinhole", artefact="sec_4_1_1")

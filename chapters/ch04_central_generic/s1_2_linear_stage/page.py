@@ -11,13 +11,13 @@ import numpy as np
 
 from chapters.ch04_central_generic.s1_2_linear_stage.exercises import (
     height_task,
+    rotation_task,
     rows_task,
-    turned_task,
 )
 from chapters.ch04_central_generic.s1_2_linear_stage.results import name_values
 from chapters.ch04_central_generic.s1_2_linear_stage.trials import (
     SHARE,
-    centre_off,
+    centre_and_solution,
     homography_in,
     minimal_trial,
     spoil,
@@ -175,15 +175,15 @@ TRIALS = {"quick": 6, "full": 150}
 
 
 def outlier_trial(condition, rng):
-    """The centre without outliers, with them, and with them left out."""
+    """Centre errors without outliers, with them, and with RANSAC."""
     seen = draw_scene(radial_lens(), condition["noise_px"], rng)
     spoilt, wrong = spoil(seen.noisy, SHARE, rng)
-    found, solution = centre_off(spoilt, robust="ransac", rng=rng)
+    found, solution = centre_and_solution(spoilt, robust="ransac", rng=rng)
     bad = wrong[0] | wrong[1:]
     kept = None if solution is None else solution.inliers[1:]
     return {
-        "clean_mm": centre_off(seen.noisy)[0],
-        "spoilt_mm": centre_off(spoilt)[0],
+        "clean_mm": centre_and_solution(seen.noisy)[0],
+        "spoilt_mm": centre_and_solution(spoilt)[0],
         "ransac_mm": found,
         "wrong_kept": None if kept is None else np.mean(kept[bad]),
         "right_lost": None if kept is None else np.mean(~kept[~bad]),
@@ -254,4 +254,4 @@ def outliers(effort):
 # of their four equations?
 
 # %% tags=["active-ipynb"]
-# check(None, **turned_task())
+# check(None, **rotation_task())
