@@ -27,12 +27,12 @@ QUOTED = (
 
 
 def error(result, lens, model):
-    """Median kept-out error (px) over trials, an Estimate."""
+    """Return the median held-out error (px) over trials, an Estimate."""
     return median_interval(result.column(f"{model}.rms_px", lens=lens))
 
 
 def ring_errors(result, lens, model):
-    """Medians over trials (px) for each ring about the middle; NaN where none."""
+    """Return the median errors (px) in rings about the image centre; NaN if empty."""
     rings = np.array(result.arrays(f"{model}.ring_px", lens=lens))
     if not len(rings):
         return None
@@ -41,12 +41,12 @@ def ring_errors(result, lens, model):
 
 
 def moved(result, lens):
-    """In how many trials the test found a pupil that moves."""
+    """Return the number of trials in which the test finds a pupil shift."""
     return int(np.nansum(result.column("pupil.test.moves", lens=lens)))
 
 
 def shift(result, lens):
-    """Median shift of the pupil (mm), an Estimate."""
+    """Return the median pupil shift (mm), an Estimate."""
     return median_interval(result.column("pupil.test.shift_mm", lens=lens))
 
 

@@ -1,4 +1,4 @@
-"""Known lenses, boards in front of them, and what each formula makes of these."""
+"""Known lenses, boards in front of them, and fits of each model."""
 
 import numpy as np
 
@@ -18,13 +18,13 @@ DISTANCE_MM = (230.0, 450.0)
 TILT = 0.5  # radians, about each axis of a board that faces the camera
 FITTED, KEPT_OUT = 12, 8  # boards
 NOISE_PX = 0.1  # of the corners that are fitted; the others are exact
-RINGS = np.linspace(0, 500, 11)  # px from the middle of the image
+RINGS = np.linspace(0, 500, 11)  # px from the image centre
 TRIALS = {"quick": 1, "full": 8}
 
 FISHEYE = KannalaBrandtCamera(
     [1.0, -0.03, 0.004, -0.001], (290.0, 289.0), (651.0, 470.0), *SIZE
 )
-# Each with the angles from the axis at which boards are held.
+# Each with the range of angles from the axis for the boards.
 LENSES = {
     "fisheye": (FISHEYE, (0.0, 1.3)),
     "mirror": (
@@ -87,7 +87,7 @@ def fitted(model, views):
 
 
 def lens_trial(condition, rng):
-    """Every model on the same boards; errors on exact boards kept out."""
+    """Every model on the same boards; errors on exact held-out boards."""
     camera, angles = LENSES[condition["lens"]]
     views = boards(camera, angles, FITTED, rng, NOISE_PX)
     exact = boards(camera, angles, KEPT_OUT, rng, 0.0)
@@ -110,7 +110,7 @@ def lens_trial(condition, rng):
 
 
 def kept_out(camera, views):
-    """RMS distance (px) over boards, and in rings about the middle of the image."""
+    """RMS distance (px) over boards, and in rings about the image centre."""
     scored = evaluate_camera(camera, views)
     squares = np.concatenate([np.sum(i.residuals_px**2, axis=1) for i in scored.images])
     pixels = np.concatenate([view.pixels for view in views])

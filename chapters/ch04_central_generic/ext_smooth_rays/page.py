@@ -120,7 +120,7 @@ from repro.run.outcomes import Plan
 
 # %%
 def trial(condition, rng):
-    """One scene, calibrated in every way, and what is left."""
+    """One scene, calibrated by all methods, and its errors."""
     camera = LENSES[condition["lens"]]()
     scene = draw_scene(camera, condition["noise"], rng, grids=condition["grids"])
     return scores(scene, *calibrate(scene))
@@ -130,7 +130,7 @@ def trial(condition, rng):
     "ext_smooth_rays_runs", artefact="ext_smooth_rays_figure", shards={"full": 2}
 )
 def runs(effort):
-    """Noise, lenses and numbers of grids."""
+    """All noise levels, lenses and numbers of grids."""
     return Plan(trial, list(CONDITIONS), TRIALS[effort], SMOOTH_SETTINGS)
 
 

@@ -15,7 +15,7 @@ MANY = {"lens": "bent", "noise": 0.5, "grids": 10}
 
 
 def median(result, name, **condition):
-    """Median over trials with its interval, an Estimate."""
+    """Return the median over trials, an Estimate."""
     return median_interval(result.column(name, **condition))
 
 

@@ -11,22 +11,22 @@ VARIANCE, ALONE = "variance", "linear grids alone"
 
 
 def ray_error(result, weights, domain, posed):
-    """Estimate of the median error of the rays (mm) with some weights."""
+    """Return the median error of the rays (mm) with some weights, an Estimate."""
     return median_interval(result.column(f"ray_mm.{posed}.{weights}", domain=domain))
 
 
 def best_factor(result, domain, posed):
-    """The factor of FACTORS with the least median error."""
+    """Return the factor of FACTORS with the smallest median error."""
     found = [
         ray_error(result, f"{factor:g}", domain, posed).value for factor in FACTORS
     ]
     return FACTORS[int(np.argmin(found))]
 
 
-def worse_by(result, weights, other, posed):
-    """Median error with some weights over that with others, in words.
+def error_ratio(result, weights, other, posed):
+    """Return the ratio of the median errors with two weights, as text.
 
-    The trials are the same ones, with noise in the image.
+    Both come from the same trials, with image noise.
     """
     errors = (
         result.column(f"ray_mm.{posed}.{name}", domain="px")
@@ -46,8 +46,8 @@ def name_values(open_results):
     }
     found = {
         **{f"factor.{name}": factor for name, factor in best.items()},
-        "few.one": worse_by(result, "1", f"{best['few']:g}", few),
-        "many.gain": worse_by(result, f"{best['many']:g}", VARIANCE, many),
+        "few.one": error_ratio(result, "1", f"{best['few']:g}", few),
+        "many.gain": error_ratio(result, f"{best['many']:g}", VARIANCE, many),
         **{
             f"many.{weights}": ray_error(result, weights, "px", many).value
             for weights in (VARIANCE, ALONE)

@@ -149,7 +149,7 @@ def trial(condition, rng):
 
 @experiment("fig_4_2_redrawn", artefact="fig_4_2", shards={"full": 2})
 def redrawn_sweep(effort):
-    """Fig. 4.2: rising noise, every trial with its own grids and rays."""
+    """Fig. 4.2: all noise levels, every trial with its own grids and rays."""
     return Plan(trial, levels(), TRIALS[effort], SETTINGS | {"fov_deg": FOV_DEG})
 
 
