@@ -14,7 +14,7 @@ from chapters.ch04_central_generic.ext_lens_formula.trials import (
     SETTINGS,
     TRIALS,
     fitted,
-    kept_out,
+    held_out_errors,
     lens_trial,
 )
 from repro.page.exercise import check
@@ -112,7 +112,7 @@ from repro.run.outcomes import Plan, crossed
 # the pupil stays fixed.
 
 # %% tags=["active-ipynb"]
-# show_code(fitted, kept_out)
+# show_code(fitted, held_out_errors)
 
 # %% [markdown]
 # ## Experiment

@@ -16,7 +16,7 @@ BOARD = PITCH_MM * np.stack(
 MIDDLE = np.append(BOARD.mean(axis=0), 0.0)
 DISTANCE_MM = (230.0, 450.0)
 TILT = 0.5  # radians, about each axis of a board that faces the camera
-FITTED, KEPT_OUT = 12, 8  # boards
+FITTED, HELD_OUT = 12, 8  # boards
 NOISE_PX = 0.1  # of the corners that are fitted; the others are exact
 RINGS = np.linspace(0, 500, 11)  # px from the image centre
 TRIALS = {"quick": 1, "full": 8}
@@ -45,7 +45,7 @@ MODELS = ("zhang", "kannala-brandt", "unified", "pupil")
 SETTINGS = {
     "size_px": list(SIZE),
     "boards_fitted": FITTED,
-    "boards_kept_out": KEPT_OUT,
+    "boards_kept_out": HELD_OUT,
     "corners_a_board": COLUMNS * ROWS,
     "noise_px": NOISE_PX,
     "distance_mm": list(DISTANCE_MM),
@@ -90,7 +90,7 @@ def lens_trial(condition, rng):
     """Every model on the same boards; errors on exact held-out boards."""
     camera, angles = LENSES[condition["lens"]]
     views = boards(camera, angles, FITTED, rng, NOISE_PX)
-    exact = boards(camera, angles, KEPT_OUT, rng, 0.0)
+    exact = boards(camera, angles, HELD_OUT, rng, 0.0)
     result = {}
     for model in MODELS:
         try:
@@ -98,7 +98,7 @@ def lens_trial(condition, rng):
         except CalibrationError as refusal:
             result[model] = {"failed": refusal.code}
             continue
-        result[model] = kept_out(found, exact)
+        result[model] = held_out_errors(found, exact)
         if test is not None:
             result[model]["test"] = {
                 "moves": float(test.moves),
@@ -109,7 +109,7 @@ def lens_trial(condition, rng):
     return result
 
 
-def kept_out(camera, views):
+def held_out_errors(camera, views):
     """RMS distance (px) over boards, and in rings about the image centre."""
     scored = evaluate_camera(camera, views)
     squares = np.concatenate([np.sum(i.residuals_px**2, axis=1) for i in scored.images])
