@@ -1,4 +1,4 @@
-"""What the exercises of this page compare an answer with."""
+"""Expected answers of the exercises on lens models."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ def pupil_task():
         "expected": lambda: 4.0 * theta**2 + theta**4,
         "hint": "angles in the formula are radians",
         "slips": {
-            "Degrees went in where radians belong.": lambda: 4.0 * 80.0**2 + 80.0**4,
+            "Use radians instead of degrees.": lambda: 4.0 * 80.0**2 + 80.0**4,
             "That is the second term alone.": lambda: theta**4,
         },
     }

@@ -1,4 +1,4 @@
-"""Known lenses and models: errors kept out, and what the pupil's test says."""
+"""Known lenses and models: held-out errors, and results of the pupil test."""
 
 from chapters.ch04_central_generic.ext_lens_formula.results import (
     NAMES,
@@ -25,14 +25,14 @@ def lens_formula_table(results):
                 ]
                 for model in MODELS
             },
-            "Pupil moves, trials": [moved(result, lens) for lens in LENSES],
-            "of": [result.trials_per_condition for _ in LENSES],
-            "Shift found (mm)": [_measured(shift(result, lens)) for lens in LENSES],
+            "Pupil shift found (trials)": [moved(result, lens) for lens in LENSES],
+            "Trials": [result.trials_per_condition for _ in LENSES],
+            "Pupil shift (mm)": [_measured(shift(result, lens)) for lens in LENSES],
         },
-        "RMS distance on exact boards that were kept out, medians over trials "
-        "with 95 % intervals; corners that were fitted had 0.1 px of noise. "
-        "The shift is that of the pupil from the axis to the largest angle "
-        "seen, 0 where the test lets it stand still.",
+        "RMS error on exact held-out boards, medians over trials with 95 % "
+        "intervals. The fitted corners have 0.1 px noise. The pupil shift is "
+        "that from the axis to the largest angle in the data, 0 where the test "
+        "finds none.",
     )
 
 

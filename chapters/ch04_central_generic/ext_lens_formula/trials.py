@@ -1,4 +1,4 @@
-"""Known lenses, boards in front of them, and what each formula makes of these."""
+"""Known lenses, boards in front of them, and fits of each model."""
 
 import numpy as np
 
@@ -16,15 +16,15 @@ BOARD = PITCH_MM * np.stack(
 MIDDLE = np.append(BOARD.mean(axis=0), 0.0)
 DISTANCE_MM = (230.0, 450.0)
 TILT = 0.5  # radians, about each axis of a board that faces the camera
-FITTED, KEPT_OUT = 12, 8  # boards
+FITTED, HELD_OUT = 12, 8  # boards
 NOISE_PX = 0.1  # of the corners that are fitted; the others are exact
-RINGS = np.linspace(0, 500, 11)  # px from the middle of the image
+RINGS = np.linspace(0, 500, 11)  # px from the image centre
 TRIALS = {"quick": 1, "full": 8}
 
 FISHEYE = KannalaBrandtCamera(
     [1.0, -0.03, 0.004, -0.001], (290.0, 289.0), (651.0, 470.0), *SIZE
 )
-# Each with the angles from the axis at which boards are held.
+# Each with the range of angles from the axis for the boards.
 LENSES = {
     "fisheye": (FISHEYE, (0.0, 1.3)),
     "mirror": (
@@ -45,7 +45,7 @@ MODELS = ("zhang", "kannala-brandt", "unified", "pupil")
 SETTINGS = {
     "size_px": list(SIZE),
     "boards_fitted": FITTED,
-    "boards_kept_out": KEPT_OUT,
+    "boards_kept_out": HELD_OUT,
     "corners_a_board": COLUMNS * ROWS,
     "noise_px": NOISE_PX,
     "distance_mm": list(DISTANCE_MM),
@@ -87,10 +87,10 @@ def fitted(model, views):
 
 
 def lens_trial(condition, rng):
-    """Every model on the same boards; errors on exact boards kept out."""
+    """Every model on the same boards; errors on exact held-out boards."""
     camera, angles = LENSES[condition["lens"]]
     views = boards(camera, angles, FITTED, rng, NOISE_PX)
-    exact = boards(camera, angles, KEPT_OUT, rng, 0.0)
+    exact = boards(camera, angles, HELD_OUT, rng, 0.0)
     result = {}
     for model in MODELS:
         try:
@@ -98,7 +98,7 @@ def lens_trial(condition, rng):
         except CalibrationError as refusal:
             result[model] = {"failed": refusal.code}
             continue
-        result[model] = kept_out(found, exact)
+        result[model] = held_out_errors(found, exact)
         if test is not None:
             result[model]["test"] = {
                 "moves": float(test.moves),
@@ -109,8 +109,8 @@ def lens_trial(condition, rng):
     return result
 
 
-def kept_out(camera, views):
-    """RMS distance (px) over boards, and in rings about the middle of the image."""
+def held_out_errors(camera, views):
+    """RMS distance (px) over boards, and in rings about the image centre."""
     scored = evaluate_camera(camera, views)
     squares = np.concatenate([np.sum(i.residuals_px**2, axis=1) for i in scored.images])
     pixels = np.concatenate([view.pixels for view in views])

@@ -1,14 +1,14 @@
-"""What the exercises of this page compare an answer with."""
+"""Expected answers of the exercises on smooth rays."""
 
 
 def controls_task():
-    """A cubic spline on n cells has n + 3 control values each way, for two
+    """A cubic spline on n cells has n + 3 control values per direction, for two
     coordinates."""
     return {
         "expected": lambda: 2 * (8 + 3) ** 2,
-        "hint": "how many cubic pieces have a share in one cell, each way?",
+        "hint": "how many basis functions overlap one cell, per direction?",
         "slips": {
             "The field has two coordinates.": lambda: (8 + 3) ** 2,
-            "Cells at the rim have shares in values beyond it.": lambda: 2 * 8**2,
+            "Cells at the edge use control values beyond it.": lambda: 2 * 8**2,
         },
     }

@@ -1,4 +1,4 @@
-"""What tables and fields leave of the errors of rays."""
+"""Ray errors of tables and fields."""
 
 from chapters.ch04_central_generic.ext_smooth_rays.results import NAMES, NOISES, median
 from chapters.ch04_central_generic.ext_smooth_rays.trials import METHODS
@@ -38,11 +38,10 @@ def smooth_rays_figure(results):
     return Drawing(
         drawn,
         columns(("measure", "method", "noise_px", "median", "low", "high"), rows),
-        "What is left of the rays' errors against noise: the table of single "
-        "rays, the radial law nearest to them, the law with a smooth field "
-        "fitted to the table, and the field adjusted together with the poses "
-        "of the grids. Bent lens, three grids; root mean squares over 999 "
-        "rays, medians over trials with 95 % bands. Left, in the corrected "
-        "view, after the homography that suits best; right, in the image, "
+        "Ray errors against noise for four models: the ray table, the radial law "
+        "fitted to it, the law with a smooth field fitted to the table, and the "
+        "field adjusted together with the grid poses. Bent lens, three grids. "
+        "RMS over 999 rays, medians over trials with 95 % intervals. Left: in "
+        "the corrected view after the best homography. Right: in the image "
         "after one rotation of all rays.",
     )

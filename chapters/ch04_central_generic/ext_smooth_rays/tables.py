@@ -12,7 +12,7 @@ from repro.run.outcomes import Measured, Table
     evidence="synthetic",
 )
 def smooth_rays_honest_table(results):
-    """Squared errors over those stated, for both smooth methods."""
+    """Errors of all methods, and squared errors relative to the predicted ones."""
     result = results["ext_smooth_rays_runs"]
 
     def cells(name):
@@ -21,19 +21,18 @@ def smooth_rays_honest_table(results):
     columns = {
         "Lens": [c["lens"] for c in CONDITIONS],
         "Noise (px)": [c["noise"] for c in CONDITIONS],
-        "Grids (1)": [c["grids"] for c in CONDITIONS],
+        "Grids": [c["grids"] for c in CONDITIONS],
     }
     for method in METHODS:
         columns[f"{NAMES[method]} (px)"] = cells(f"{method}.off_px")
     for method in ("smooth", "direct"):
-        columns[f"squared over stated, {NAMES[method]} (1)"] = cells(
+        columns[f"squared error / predicted, {NAMES[method]}"] = cells(
             f"{method}.normalised"
         )
     return Table(
         columns,
-        "Distance in the image after one rotation of all rays, root mean "
-        "square over 999 rays, and the mean of squared errors over the "
-        "squares of those that the camera states (1 for an honest camera): "
-        f"medians over {result.trials_per_condition} trials with 95 % "
-        "intervals.",
+        "Distance in the image after one rotation of all rays (RMS over 999 "
+        "rays), and squared errors relative to the predicted variances (1 if "
+        "the predictions are correct): medians over "
+        f"{result.trials_per_condition} trials with 95 % intervals.",
     )

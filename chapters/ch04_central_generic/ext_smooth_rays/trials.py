@@ -22,7 +22,7 @@ from raxel.geometry import pose
 from raxel.geometry.poses import nearest_rotation
 
 FOV_DEG = 90.0
-BENT_PX = 1.0  # how far the waves of the bent lens reach
+BENT_PX = 1.0  # amplitude of the waves of the bent lens
 SPACING_PX = 80.0
 TRIALS = {"quick": 1, "full": 50}
 CONDITIONS = (
@@ -40,7 +40,7 @@ SMOOTH_SETTINGS = SETTINGS | {
 
 
 def bent_lens():
-    """The radial lens, its image pushed about by waves no formula knows."""
+    """The radial lens with waves in its image that no parametric model describes."""
     shape = control_shape(SIZE_PX, SIZE_PX, SPACING_PX)
     v, u = np.mgrid[: shape[0], : shape[1]] / shape[1]
     waves = np.stack([np.sin(1 + 9 * u + 4 * v), np.cos(2 + 8 * v - 5 * u)], axis=2)
@@ -55,14 +55,14 @@ LENSES = {"bent": bent_lens, "radial": lambda: radial_lens(FOV_DEG)}
 def calibrate(scene):
     """Directions (N, 3) in the camera's axes by method, and the smooth fits.
 
-    All begin with the same CGSP, its centre and poses adjusted.
+    All start from the same CGSP solution with adjusted centre and poses.
     """
     start = linear_cgsp(scene.noisy, side=SIDE)
     found = adjust_consistent(scene.noisy, None, start.centre, start.T_base_grid)
     to_camera = T_BASE_CAMERA[:3, :3].T
     table = found.directions @ to_camera.T
     smooth = smoothed_rays(scene.pixels, table, SIZE_PX, SIZE_PX)
-    # The trend's own axes, in which grids are posed and the field is adjusted.
+    # Axes of the trend, in which the grid poses and the field are adjusted.
     R = smooth.camera.T_camera_trend[:3, :3].T @ to_camera
     posed = pose(R, -R @ found.centre) @ found.T_base_grid
     grids = [(scene.pixels, points) for points in scene.noisy]
@@ -77,8 +77,8 @@ def calibrate(scene):
 
 
 def off_px(camera, pixels, directions):
-    """Where the camera sees the rays less their pixels (N, 2), after the one rotation
-    that brings them nearest to its own."""
+    """Image positions of the rays minus their pixels (N, 2), after the best rotation of
+    all rays."""
     R = nearest_rotation(camera.rays(pixels).directions.T @ directions)
     return camera.project(directions @ R.T).pixels - pixels
 
@@ -98,13 +98,13 @@ def rms(vectors):
 
 
 def normalised(off, covariance):
-    """Mean squared error over the stated one, per coordinate."""
+    """Mean squared error relative to the predicted variance, per coordinate."""
     squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(covariance), off)
     return float(np.mean(squares) / 2)
 
 
 def scores(scene, directions, fits):
-    """What each method leaves, in both measures, and whether it said so."""
+    """Errors of each method in both measures, and relative to the predicted ones."""
     out = {}
     for method, rays in directions.items():
         off = off_px(scene.camera, scene.pixels, rays)

@@ -1,4 +1,4 @@
-"""The claims of section 4.1.1, tested as the ledger words them."""
+"""Tests of the claims of section 4.1.1, as the registry states them."""
 
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import (
     CAMERAS,
@@ -53,7 +53,7 @@ def judge_centres(results):
 
 @claim("c4_sm_vs_wl", needs=("exp_c4_sm_vs_wl",), evidence="synthetic")
 def judge_methods(results):
-    """Not to be decided without Wang and Liu's paper; the ratio is given."""
+    """Not comparable without Wang and Liu's paper; reports the ratio to the circles."""
     found = results["exp_c4_sm_vs_wl"]
     ratios = [centre_ratio(found, c) for c in found.conditions]
     values = sorted(ratio.value for ratio in ratios)
@@ -72,7 +72,7 @@ def judge_methods(results):
     "c4_interp_bias_centre", needs=("exp_c4_interp_bias_centre",), evidence="synthetic"
 )
 def judge_interpolation(results):
-    """Above 0.1 mm, and above what 0.1 px of noise does."""
+    """Above 0.1 mm, and above the effect of 0.1 px noise."""
     found = results["exp_c4_interp_bias_centre"]
     bias, noise, boards, gap = (
         median_interval(found.column(name))
@@ -91,7 +91,7 @@ def judge_interpolation(results):
 
 @numbers("sec_4_1_1", needs=("sec_4_1_1_grids",), evidence="analytic")
 def values_of_grids(results):
-    """The smallest number of grids that give a centre, and the right one."""
+    """Smallest number of grids that give the correct centre."""
     found = results["sec_4_1_1_grids"]
     enough = [
         grids

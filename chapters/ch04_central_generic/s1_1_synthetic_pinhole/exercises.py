@@ -1,4 +1,4 @@
-"""What the exercises of section 4.1.1 compare an answer with."""
+"""Expected answers of the exercises of section 4.1.1."""
 
 import numpy as np
 
@@ -12,16 +12,14 @@ HIT_MM = np.array([120.0, -80.0, -250.0])
 
 
 def picture_task():
-    """The ray from (120, -80, -250) to the centre passes z = 0 after a third of
-    the way: 250 of 750 mm. Two thirds of x are left."""
+    """The ray from (120, -80, -250) to the centre crosses z = 0 after 250 of 750 mm,
+    a third of the path, so x is two thirds of its value."""
     return {
         "expected": picture_x,
-        "hint": "how much of the way to the centre lies below the base grid?",
+        "hint": "which part of the path to the centre is below the base grid?",
         "slips": {
             "That is the x of the point itself.": lambda: HIT_MM[0],
-            "That is the part of the way that is gone.": lambda: (
-                HIT_MM[0] - picture_x()
-            ),
+            "That is the change of x along the ray.": lambda: HIT_MM[0] - picture_x(),
         },
     }
 
@@ -39,7 +37,7 @@ def focal_task():
 
 def radius_task():
     """A grid tilted by 30 degrees about the x axis sends the horizon to a line; the
-    centre is h / sin(tilt) from where the circle has its middle."""
+    centre is h / sin(tilt) from the middle of the circle."""
     return {
         "expected": circle_radius,
         "hint": "a plane through the centre, parallel to the grid, cuts the "
@@ -65,7 +63,7 @@ def focal_mm():
 
 
 def circle_radius():
-    """Radius (mm) of the circle that a grid leaves for the centre."""
+    """Radius (mm) of the circle on which a grid puts the centre."""
     T = pose(rotation_from_vector([np.radians(TILT_DEG), 0.0, 0.0]), [0.0, 0.0, -100.0])
     x, y, z = CENTRE_MM
     M = np.array([[-z, 0.0, x], [0.0, -z, y], [0.0, 0.0, 1.0]])

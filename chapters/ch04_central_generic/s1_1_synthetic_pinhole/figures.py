@@ -1,4 +1,4 @@
-"""Fig. 4.1, and what noise and interpolation do to the centre."""
+"""Fig. 4.1, and the effects of noise and interpolation on the centre."""
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def fig_4_1(results):
     axes[0].set_title("a  in space")
     scene = _scene(corners, flat)
     draw_scene(axes[0], scene)
-    _lattice(axes[1], picture, ORANGE, "b  the camera's picture", "px")
+    _lattice(axes[1], picture, ORANGE, "b  image of the camera", "px")
     axes[1].invert_yaxis()
     _lattice(axes[2], flat, BLUE, "c  on the base grid", "mm")
     rows = [
@@ -52,14 +52,15 @@ def fig_4_1(results):
     return Drawing(
         drawn,
         columns((*head, "base_x_mm", "base_y_mm"), rows),
-        "The base grid as the image plane of a synthetic pinhole camera. The "
-        "rays from a board (orange) to the centre of a fisheye meet the base "
-        f"grid (blue). The fisheye's own picture bends a row by {bent:.0%} "
-        "of its length; on the base grid the rows are straight.",
+        "Rays from a chessboard (orange) through the base grid (blue) to the "
+        "centre of a fisheye: the base grid is the image plane of a synthetic "
+        f"pinhole camera. In the fisheye image a row is bent by {bent:.0%} of "
+        "its length. On the base grid the rows are straight.",
         Check(
             bool(straight < STRAIGHT < bent),
-            "rows and columns on the base grid leave a straight line by "
-            f"{straight:.0e} of their length, in the picture by {bent:.2f}",
+            "rows and columns deviate from a straight line by "
+            f"{straight:.0e} of their length on the base grid and by {bent:.2f} "
+            "in the fisheye image",
         ),
         scene,
     )
@@ -76,8 +77,8 @@ def _scene(corners, flat):
         *_lines(corners, ORANGE, "board"),
         Surface(sheet, BLUE, 0.25, "base grid"),
         Polyline(np.concatenate([rim, rim[:1]]), BLUE, "base grid", 2.5),
-        *_lines(on_base, BLUE, "picture on the base grid"),
-        Points(on_base[SPARSE].reshape(-1, 3), BLUE, "picture on the base grid"),
+        *_lines(on_base, BLUE, "image on the base grid"),
+        Points(on_base[SPARSE].reshape(-1, 3), BLUE, "image on the base grid"),
         Segments(starts, some, GREEN, "ray", 1.5),
         Points(CENTRE_MM[None], INK, "centre C", 12.0),
         Labels([CENTRE_MM + [90.0, 0.0, 60.0]], ["C"], INK),
@@ -89,8 +90,7 @@ def _scene(corners, flat):
         SIGHT,
         up=(0.0, 0.0, 1.0),
         aspect=0.94,
-        note="Whatever the lens does, rays from one point draw a pinhole's "
-        "picture on a plane.",
+        note="Rays through one point form a pinhole image on a plane, for any lens.",
     )
 
 
@@ -117,7 +117,7 @@ def ext_board_as_base(results):
     found = results["ext_board_as_base_sweep"]
     drawn, axes = new_figure(1, 2, height_in=3.4, sharey=True)
     rows = []
-    shown = {"base_mm": "chessboard, no noise", "noise_mm": "every pixel, 0.1 px"}
+    shown = {"base_mm": "chessboard, no noise", "noise_mm": "per-pixel data, 0.1 px"}
     for panel, lens in zip(axes, LENSES, strict=True):
         pitches = found.by("pitch_mm", lens=lens)
         x = list(pitches)
@@ -130,7 +130,7 @@ def ext_board_as_base(results):
                 )
             ]
         panel.set(xscale="log", yscale="log", title=lens)
-        panel.set_xlabel("Squares of the chessboard (mm)")
+        panel.set_xlabel("Square size (mm)")
         panel.set_xticks(x, [f"{at:g}" for at in x])
         panel.minorticks_off()
     axes[0].set_ylabel("Centre error (mm)")
@@ -138,7 +138,7 @@ def ext_board_as_base(results):
     return Drawing(
         drawn,
         columns(("lens", "pitch_mm", "series", "value", "low", "high"), rows),
-        "A chessboard as the base grid: what interpolation between its corners "
-        "does to the centre, without any noise (median and 95 % interval), "
-        "beside 0.1 px of noise on grids read at every pixel.",
+        "Error of the centre against the square size of a chessboard base grid: "
+        "interpolation between corners without noise, compared with 0.1 px of "
+        "noise on per-pixel data (medians and 95 % intervals).",
     )

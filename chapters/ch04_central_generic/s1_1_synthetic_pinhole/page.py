@@ -1,10 +1,10 @@
 # %% [markdown]
-# # 4.1.1 Any camera as a pinhole: the base grid as image plane
+# # 4.1.1 Base grid as the image plane of a synthetic pinhole camera
 #
-# **Question.** A fisheye bends straight lines, and methods for ordinary
-# cameras cannot use its pictures. The rays themselves are straight. If one
-# grid takes the picture instead of the sensor, can the old methods calibrate
-# every camera that has a single centre?
+# **Question.** Pinhole calibration cannot use the distorted images of a fisheye or a
+# mirror camera. The rays in front of the optics are straight, however, and those of a
+# central camera meet in one point. If a grid takes the role of the image plane, can any
+# pinhole method calibrate any central camera?
 
 # %%
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.exercises import (
@@ -19,7 +19,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
     TRIALS,
     board_trial,
     camera_of,
-    centre_off,
+    centre_error,
     draw_points,
     interpolated,
     no_lens,
@@ -40,68 +40,79 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # **Findings.**
 #
-# - The picture on the base grid is a pinhole's, whatever the lens does: all
-#   pairs of points lie on one homography, to {glue:text}`residual:.0e` of
-#   the picture's size. Even rays without any lens, at random, give one.
-# - Two different pinhole methods find the true centre from it, to
-#   {glue:text}`exact_mm:.0e` mm, for a fisheye of 183° and for a mirror too.
-# - With noise the two differ little: the median ratio of their errors lies
-#   between {glue:text}`ratio_least:.3f` and {glue:text}`ratio_most:.3f`. The
-#   method that the thesis found worse is not described there.
-# - A chessboard as the base does bias the centre, but with squares of 20 mm
-#   before the lens of 4.1.5 by {glue:text}`board.base_mm:.2g` mm only; 0.1 px
-#   of noise on grids read at every pixel does
-#   {glue:text}`board.noise_mm:.2g` mm (medians).
+# 1. **The image on the base grid is a pinhole image.** A homography fits every pair of
+#    grids to {glue:text}`residual:.0e` of the image size. This includes random rays
+#    through one point.
+# 2. **Two pinhole methods find the true centre.** Without noise their error is at most
+#    {glue:text}`exact_mm:.0e` mm. With noise the median ratio of their errors is at
+#    most {glue:text}`ratio_most:.3f`.
+# 3. **A chessboard as base grid biases the centre only a little.** Squares of 20 mm
+#    cause an error of {glue:text}`board.base_mm:.2g` mm. Noise of 0.1 px on per-pixel
+#    data causes {glue:text}`board.noise_mm:.2g` mm (medians).
+
+# %% [markdown]
+# | question or quantity | thesis | here |
+# |---|---|---|
+# | image on the base grid | free of distortion | reproduced, also for random rays |
+# | centre, any pinhole method | any central camera | reproduced with two methods |
+# | grids required | 3 | 3: two give no centre |
+# | Sturm-Maybank or Wang-Liu | the former is better | not comparable |
+# | chessboard as base grid | biases the centre | yes, by less than 0.1 px noise does |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Central camera*: all rays pass through one point, the *centre* $\mathbf{C}$
+#   (single-viewpoint camera).
+# - *Base grid*: the calibration target that serves as image plane. It is the plane
+#   $z = 0$ of the world frame.
+# - *Synthetic pinhole camera*: centre $\mathbf{C}$ with the base grid as image plane.
+#   *CGSP*: Central Generic Synthetic Pinhole calibration.
+# - *Active grid*: phase-shift structured-light target on a monitor. Each pixel decodes
+#   the point that it views.
+# - $H$: homography from a grid to the base grid. $K$: camera matrix. $\simeq$: equal up
+#   to a factor.
+# - *Sturm-Maybank*: calibration from planes with the image of the absolute conic
+#   ([4.1.2](s1_2_linear_stage.ipynb)). *Circles*: the second method here, see *Model*.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - Put an additional grid, the **base grid**, before the camera. Where the
-#   rays meet it is a picture. Since the rays come from one point, the
-#   picture is a perspective one, free of all distortion.
-# - So the base grid is the image plane of a **synthetic** pinhole camera. Its
-#   centre is the centre of the real camera, and *any* pinhole calibration
-#   finds it for *any* central camera. Two further grids suffice. The method
-#   is called *Central Generic Synthetic Pinhole* calibration, CGSP.
-# - Of two such methods, that of Sturm and Maybank {cite}`sturm1999` is more
-#   accurate and robust here than that of Wang and Liu (2006).
-# - A chessboard could be the base grid, but interpolation between its
-#   corners would bias the synthetic camera; active grids do not need it.
+# - An additional grid in front of a central camera forms a perspective image without
+#   distortion. *Any* pinhole calibration then finds the centre of *any* central camera.
+#   Two further grids suffice.
+# - The method of Sturm and Maybank {cite}`sturm1999` is more accurate and robust here
+#   than that of Wang and Liu (2006).
+# - Interpolation on a chessboard would bias the synthetic camera. Active grids need no
+#   interpolation.
 
 # %% [markdown]
 # ## Model
 #
-# The frame of the base grid is the world: the grid is the plane $z = 0$. The
-# camera's centre is $\mathbf{C} = (C_x, C_y, C_z)$. A ray through
-# $\mathbf{C}$ meets the base grid in $(x, y)$ and another grid in
-# $\mathbf{q}$. A projection through one point keeps straight lines straight,
-# so a homography $H$, a $3 \times 3$ matrix, maps the grid to the base:
+# A ray through $\mathbf{C} = (C_x, C_y, C_z)$ meets the base grid in $(x, y)$ and
+# another grid in $\mathbf{q}$. Projection through one point maps lines to lines, so a
+# homography relates the two:
 #
 # $$\begin{bmatrix} x \\ y \\ 1 \end{bmatrix} \simeq
 # H \begin{bmatrix} q_x \\ q_y \\ 1 \end{bmatrix}, \qquad
 # H \simeq K \,[\,\mathbf{r}_1 \;\; \mathbf{r}_2 \;\;
 # \mathbf{t} - \mathbf{C}\,] . \tag{4.4}$$
 #
-# $\simeq$ means equal up to a factor; $\mathbf{r}_1$ and $\mathbf{r}_2$ are
-# the directions of the grid's axes, and $\mathbf{t}$ is its origin. The
-# matrix $K$ of the synthetic camera holds nothing but the centre:
+# Here $\mathbf{r}_1$ and $\mathbf{r}_2$ are the directions of the grid's axes and
+# $\mathbf{t}$ is its origin. The matrix $K$ contains only the centre:
 #
 # $$K = \begin{bmatrix} -C_z & 0 & C_x \\ 0 & -C_z & C_y \\ 0 & 0 & 1
 # \end{bmatrix} .$$
 #
-# (The thesis prints $+C_z$, which turns poses by 180°, E-4.03.) In other
-# words: principal point $(C_x, C_y)$, focal length $-C_z$, no skew, square
-# pixels. [Section 4.1.2](s1_2_linear_stage.ipynb) solves it by the method of
-# Sturm and Maybank.
+# The principal point is $(C_x, C_y)$, the focal length is $-C_z$, and pixels are
+# square. (The thesis prints $+C_z$, which rotates the poses by 180°: erratum E-4.03.)
 #
-# **Another way: circles.** A plane through $\mathbf{C}$, parallel to the
-# grid, cuts the base plane in the *vanishing line* of the grid. Two
-# directions of the grid at right angles have their vanishing points on it,
-# and from $\mathbf{C}$ these two are seen at right angles. So
-# $\mathbf{C}$ lies on a circle (Thales), for every such pair of directions
-# on the same one. Its middle $\mathbf{v}_0$ lies on the vanishing line, and
-# its plane stands at right angles to that line. Each grid gives one circle;
-# two meet in $\mathbf{C}$ and in its mirror image behind the base plane.
+# **Circles.** The plane through $\mathbf{C}$ parallel to a grid cuts the base plane in
+# the grid's *vanishing line*. Two orthogonal directions of the grid have vanishing
+# points there, which $\mathbf{C}$ views at a right angle. By Thales, $\mathbf{C}$ is on
+# a circle, the same for every such pair. Its middle $\mathbf{v}_0$ is on the vanishing
+# line, and its plane is orthogonal to that line. Two circles meet in $\mathbf{C}$ and
+# in its reflection in the base plane.
 
 # %% tags=["active-ipynb"]
 # show_code(circle_of, circle)
@@ -109,11 +120,11 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # ## Experiment
 #
-# Rays start in $\mathbf{C} = (0, 0, 600)$ mm and meet three grids: the base,
-# and two that are turned by up to 30° about each axis and shifted by up to
-# 150 mm. There are 999 of them, and no noise. Four kinds of camera send them:
-# the radial lens of section 4.1.5 (100°), an equidistance fisheye of 183°, a
-# hyperboloid mirror that looks sideways at the grids, and no lens at all:
+# The 999 rays of a scene start in $\mathbf{C} = (0, 0, 600)$ mm. They meet the base
+# grid and two grids, rotated by up to 30° about each axis and shifted by up to 150 mm.
+# There is no noise. Four sources are used: the radial lens of section 4.1.5 (100°), an
+# equidistance fisheye of 183°, a hyperboloid mirror, and random directions without a
+# lens.
 
 # %% tags=["active-ipynb"]
 # show_code(no_lens, draw_points)
@@ -123,7 +134,7 @@ from repro.run.outcomes import Plan, crossed
 def exact_trial(condition, rng):
     """The centre's error of both solvers, without noise."""
     points = draw_points(camera_of(condition["camera"]), draw_poses(rng), rng)
-    return {solver: centre_off(solver, points) for solver in SOLVERS}
+    return {solver: centre_error(solver, points) for solver in SOLVERS}
 
 
 @experiment("exp_c4_any_pinhole", artefact="sec_4_1_1")
@@ -133,10 +144,9 @@ def exact_centres(effort):
 
 
 # %% [markdown]
-# **A chessboard as the base.** Squares of 20 mm fill the picture of the radial
-# lens. A pixel's point on the board comes from the four corners of its cell,
-# by a homography. The other two grids are read exactly, so that all of the
-# centre's error is due to the base.
+# **Chessboard as base grid.** Squares of 20 mm fill the image of the radial lens. A
+# homography for each square interpolates the board point of a pixel. The other two
+# grids are exact, so the error of the centre is due to the base grid alone.
 
 # %% tags=["active-ipynb"]
 # show_code(interpolated, board_trial)
@@ -148,28 +158,24 @@ def exact_centres(effort):
 # show("ext_board_as_base")
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# - **Which side?** The reflection of everything in the base plane fits the
-#   same points. The user has to say on which side of the base grid the camera
-#   is; the simulations put it at $C_z > 0$.
-# - **Sturm-Maybank or another.** The thesis says how Wang and Liu's method
-#   did, not what it does, and the paper could not be had. So its claim is not
-#   decided. The circles stand in: they use the same facts about right angles
-#   in another way, and are neither better nor worse by much.
-# - **How much a chessboard costs.** On the board of the claim the median point
-#   is off by {glue:text}`board.gap_mm:.2f` mm. With all three grids
-#   interpolated, the centre is off by {glue:text}`board.all_mm:.2g` mm. Before
-#   a fisheye of 150°, a base of such squares moves its centre by
-#   {glue:text}`fisheye.base_mm:.2g` mm, 0.1 px of noise by
-#   {glue:text}`fisheye.noise_mm:.2g` mm. So there is a bias, as the thesis says,
-#   but squares of 20 mm are small at this distance. It grows with the squares
-#   (see the figure), and no number of rays makes it smaller.
-# - **No lens at all** is a case of its own: neighbouring pixels may look
-#   anywhere. Interpolation would be meaningless there; a grid that is read at
-#   every pixel does not care.
-
-# %% [markdown]
+# - **Side of the camera.** The reflection of the scene in the base plane fits the same
+#   points. The user has to state the camera's side. The simulations use $C_z > 0$.
+# - **Wang and Liu.** The thesis does not describe this method, and the paper was not
+#   available. The claim is therefore not comparable. The circles use the same
+#   orthogonality differently and perform equally well.
+# - **Chessboard.** The claim's test requires an error above 0.1 mm and above the effect
+#   of 0.1 px noise. Neither holds for squares of 20 mm. The bias grows with the
+#   squares, and more rays do not reduce it.
+#
+# ## Summary
+#
+# The base grid turns every central camera into a pinhole camera, and two different
+# pinhole methods find its centre. The comparison of Sturm-Maybank with Wang-Liu cannot
+# be repeated, because the latter is not described. Interpolation between chessboard
+# corners biases the centre, but squares of 20 mm cost less than 0.1 px of noise.
+#
 # ## Compared with the published numbers
 
 # %% tags=["active-ipynb"]
@@ -178,25 +184,25 @@ def exact_centres(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an answer in
+# place of `None`, and run that cell again.
 #
-# **1.** A camera stands at $\mathbf{C} = (0, 0, 500)$ mm. What is the $x$ of
-# the picture of the point $(120, -80, -250)$ on the base grid, in mm?
+# **1.** The centre of a camera is $\mathbf{C} = (0, 0, 500)$ mm. What is the $x$
+# coordinate of the image of the point $(120, -80, -250)$ on the base grid, in mm?
 
 # %% tags=["active-ipynb"]
 # check(None, **picture_task())
 
 # %% [markdown]
-# **2.** What is the focal length in the matrix $K$ of this synthetic camera,
-# in mm and with its sign?
+# **2.** What is the focal length in the matrix $K$ of this synthetic camera, in mm and
+# with its sign?
 
 # %% tags=["active-ipynb"]
 # check(None, **focal_task())
 
 # %% [markdown]
-# **3.** A grid is tilted against the base by 30°. What is the radius of the
-# circle on which it puts the same centre, in mm?
+# **3.** A grid is tilted by 30° against the base grid. What is the radius of the circle
+# on which it puts the same centre, in mm?
 
 # %% tags=["active-ipynb"]
 # check(None, **radius_task())

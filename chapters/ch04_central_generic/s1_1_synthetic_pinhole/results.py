@@ -1,4 +1,4 @@
-"""What section 4.1.1 found, read from its results."""
+"""Estimates of section 4.1.1, from its results."""
 
 import numpy as np
 
@@ -16,25 +16,17 @@ SOLVERS = {"CGSP": "Sturm-Maybank", "CGSP circle": "circles"}
 
 
 def name_values(open_results):
-    """Name the numbers that the prose of the page quotes."""
+    """Name the numbers that the prose quotes."""
     exact = open_results("exp_c4_any_pinhole")
     noisy = open_results("exp_c4_sm_vs_wl")
     ratios = [centre_ratio(noisy, condition).value for condition in noisy.conditions]
     boards = open_results("exp_c4_interp_bias_centre")
-    fisheye = open_results("ext_board_as_base_sweep").select(
-        lens=LENSES[1], pitch_mm=20.0, all_grids=False
-    )
     found = {
         "residual": over_cameras(open_results("exp_c4_synth_pinhole"), "residual"),
         "exact_mm": max(over_cameras(exact, name) for name in SOLVERS),
-        "ratio_least": min(ratios),
         "ratio_most": max(ratios),
         **{
             f"board.{name}": median_interval(boards.column(name)).value
-            for name in ("base_mm", "all_mm", "noise_mm", "gap_mm")
-        },
-        **{
-            f"fisheye.{name}": median_interval(fisheye.column(name)).value
             for name in ("base_mm", "noise_mm")
         },
     }
@@ -43,17 +35,17 @@ def name_values(open_results):
 
 
 def largest(found, name, **condition):
-    """Largest error over trials; a trial without a result is infinitely off."""
+    """Return the largest error over trials; a failed trial counts as infinite."""
     return float(with_worst(found.column(name, **condition)).max())
 
 
 def over_cameras(found, name, cameras=CAMERAS):
-    """Largest error over the trials with some cameras, or all."""
+    """Return the largest error over the trials with the given cameras."""
     return max(largest(found, name, camera=camera) for camera in cameras)
 
 
 def centre_ratio(found, condition):
-    """Median over trials of the circles' error over Sturm-Maybank's: Estimate."""
+    """Return the median ratio of the circles' error to Sturm-Maybank's, an Estimate."""
     one, other = (
         found.column(solver, **condition) for solver in ("CGSP", "CGSP circle")
     )
@@ -62,7 +54,7 @@ def centre_ratio(found, condition):
 
 
 def straightness(lattice):
-    """Largest distance of a lattice's lines from straight ones, by their length.
+    """Return the largest deviation of a lattice's lines from straight, per length.
 
     lattice: (rows, columns, 2).
     """
@@ -77,6 +69,6 @@ def straightness(lattice):
 
 
 def difference(found, one, other):
-    """Median of the differences within trials: Estimate."""
+    """Return the median difference within trials, an Estimate."""
     a, b = (with_worst(found.column(name)) for name in (one, other))
     return bootstrap(lambda x: np.median(x, axis=-1), a - b)

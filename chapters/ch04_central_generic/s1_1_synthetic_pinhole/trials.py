@@ -1,4 +1,4 @@
-"""Section 4.1.1: central cameras before grids, their centres, and a board as base.
+"""Section 4.1.1: central cameras, their centres, and a chessboard as base grid.
 
 World = base grid, z = 0; every camera's centre is 600 mm above it.
 """
@@ -65,7 +65,7 @@ def _of_camera(camera, T_base_camera):
 
 
 def mirror():
-    """Rays of a hyperboloid mirror with its viewer in the focus."""
+    """Rays of a hyperboloid mirror whose camera is in the focus."""
     camera = ZOO["hyperboloid mirror"]()
     rays = camera.rays(pixel_grid(camera.width, camera.height)[::7])
     shift = CENTRE_MM - SIDEWAYS @ closest_point(rays)
@@ -73,7 +73,7 @@ def mirror():
 
 
 def no_lens():
-    """Rays at random in a cone: as if each pixel looked where it likes."""
+    """Random rays in a cone: each pixel views an independent direction."""
 
     def draw(rng):
         z = -rng.uniform(np.cos(np.radians(CONE_DEG / 2)), 1, 4 * RAYS)
@@ -103,7 +103,7 @@ CAMERAS = (
 
 
 def draw_points(draw, T_base_grid, rng):
-    """Points (n, 999, 2) of rays that meet every grid, not too nearly along it."""
+    """Points (n, 999, 2) of rays that meet every grid, none at grazing incidence."""
     kept = []
     while sum(map(len, kept)) < RAYS:
         origins, directions = draw(rng)
@@ -126,7 +126,7 @@ NOISE_PX = 0.5
 
 
 def picture_trial(condition, rng):
-    """How far the picture on the base grid is from a homography of each grid."""
+    """Residual of the homography from each grid to the base grid."""
     points = draw_points(camera_of(condition["camera"]), draw_poses(rng), rng)
     largest, in_mm = [], []
     scale = normalising(points[0])[0, 0]
@@ -140,12 +140,12 @@ def picture_trial(condition, rng):
 
 @experiment("exp_c4_synth_pinhole", artefact="fig_4_1")
 def synthetic_pictures(effort):
-    """Noise-free cameras: is the picture on the base grid one of a pinhole?"""
+    """Noise-free cameras: test for a pinhole image on the base grid."""
     return Plan(picture_trial, crossed(camera=CAMERAS), TRIALS[effort], SETTINGS)
 
 
-def centre_off(solver, points):
-    """Distance (mm) of the found centre from the true one; None if refused."""
+def centre_error(solver, points):
+    """Distance (mm) of the estimated from the true centre; None if rejected."""
     try:
         found = SOLVERS[solver](points, side=SIDE)
     except CalibrationError:
@@ -157,7 +157,7 @@ def noisy_trial(condition, rng):
     """The centre's error of both solvers, with noise."""
     fov_deg = condition["fov_deg"]
     seen = draw_scene(wide_lens(fov_deg), condition["noise_px"], rng)
-    return {solver: centre_off(solver, seen.noisy) for solver in SOLVERS}
+    return {solver: centre_error(solver, seen.noisy) for solver in SOLVERS}
 
 
 @experiment("exp_c4_sm_vs_wl", artefact="sec_4_1_1")
@@ -169,7 +169,7 @@ def pinhole_methods(effort):
 
 
 def count_trial(condition, rng):
-    """Equations of n grids: how many unknowns of the conic they leave open."""
+    """Centre from n grids, if their equations determine the conic."""
     points = draw_points(
         camera_of(CAMERAS[0]), draw_poses(rng, condition["grids"]), rng
     )
@@ -182,18 +182,18 @@ def count_trial(condition, rng):
 
 
 @experiment("sec_4_1_1_grids", artefact="sec_4_1_1")
-def fewest_grids(effort):
-    """Two grids, three, four: from when on is there a centre?"""
+def grid_counts(effort):
+    """Two, three and four grids: the smallest number that gives a centre."""
     return Plan(count_trial, crossed(grids=(2, 3, 4)), TRIALS[effort], SETTINGS)
 
 
 PITCH_MM = 20.0
 COMPARED_PX = 0.1
-REACH = 2.5  # of the board to either side, in distances of the camera
+REACH = 2.5  # half size of the board, in distances of the camera
 FISHEYE_DEG = 150.0
 LENSES = ("radial, 100°", "equidistance, 150°")
 PITCHES_MM = {"quick": [20.0, 80.0], "full": [20.0, 40.0, 80.0, 160.0]}
-EVERY = 13  # pixels that are tried, of all: about 31 000
+EVERY = 13  # step between the pixels used: about 31 000 pixels
 
 
 def lens_of(name):
@@ -202,9 +202,9 @@ def lens_of(name):
 
 
 def interpolated(camera, T_base_grid, pixels, pitch_mm):
-    """Points (N, 2) of a chessboard by a homography per cell, and of no other.
+    """Points (N, 2) of a chessboard, interpolated by one homography per cell.
 
-    T_base_grid: (4, 4). NaN where no whole cell is in the round picture.
+    T_base_grid: (4, 4). NaN where no whole cell is in the circular image.
     """
     half = pitch_mm * np.ceil(REACH * CENTRE_MM[2] / pitch_mm)
     along = np.arange(-half, half + pitch_mm / 2, pitch_mm)
@@ -237,22 +237,22 @@ def board_trial(condition, rng):
     return {
         "rays": len(use),
         "gap_mm": float(np.median(gap)),
-        "base_mm": centre_off("CGSP", np.stack([guessed[0], *exact[1:]])),
-        "all_mm": centre_off("CGSP", guessed) if len(boards) > 1 else None,
-        "noise_mm": centre_off("CGSP", measured.noisy),
+        "base_mm": centre_error("CGSP", np.stack([guessed[0], *exact[1:]])),
+        "all_mm": centre_error("CGSP", guessed) if len(boards) > 1 else None,
+        "noise_mm": centre_error("CGSP", measured.noisy),
     }
 
 
 @experiment("exp_c4_interp_bias_centre", artefact="sec_4_1_1")
 def boards_as_base(effort):
-    """The claim's case: 20 mm squares before the camera of 4.1.5."""
+    """Case of the claim: 20 mm squares in front of the camera of 4.1.5."""
     conditions = crossed(lens=LENSES[:1], pitch_mm=[PITCH_MM], all_grids=[True])
     return Plan(board_trial, conditions, {"quick": 4, "full": 50}[effort], SETTINGS)
 
 
 @experiment("ext_board_as_base_sweep", artefact="ext_board_as_base")
 def pitches(effort):
-    """Larger squares, and a lens that bends them more."""
+    """Larger squares, and a lens with more distortion."""
     conditions = crossed(lens=LENSES, pitch_mm=PITCHES_MM[effort], all_grids=[False])
     return Plan(board_trial, conditions, {"quick": 3, "full": 20}[effort], SETTINGS)
 
@@ -263,12 +263,12 @@ TILT_DEG = np.array([24.0, -12.0, 12.0])
 
 
 def board_pose():
-    """T_base_board: the board is behind the base grid, seen from the camera."""
+    """T_base_board: from the camera, the board is behind the base grid."""
     return pose(rotation_from_vector(np.radians(TILT_DEG)), BOARD_MM)
 
 
 def scene_trial(condition, rng):
-    """Corners of the board: in space, in the camera's picture, on the base grid."""
+    """Corners of the board: in space, in the camera image, on the base grid."""
     camera = equidistance(WIDE_FOV_DEG)
     at = DRAWN_PITCH_MM * (np.indices((ROWS, COLUMNS))[::-1].T - [4, 3])
     corners = on_plane(np.swapaxes(at, 0, 1))
@@ -287,6 +287,6 @@ def scene_trial(condition, rng):
 
 @experiment("fig_4_1_scene", artefact="fig_4_1")
 def scene(effort):
-    """One board, its bent picture in a fisheye and the one on the base grid."""
+    """One board, its image in a fisheye and its image on the base grid."""
     settings = SETTINGS | {"fov_deg": WIDE_FOV_DEG, "pitch_mm": DRAWN_PITCH_MM}
     return Plan(scene_trial, [{}], 1, settings)

@@ -1,4 +1,4 @@
-"""The claims of section 4.1.2, tested as the ledger words them."""
+"""Tests of the claims of section 4.1.2, as the registry states them."""
 
 import numpy as np
 
@@ -91,7 +91,7 @@ def judge_precision(results, options):
     evidence="analytic",
 )
 def values_of_the_minimum(results):
-    """Unknowns that two homographies determine; the fewest rays that do."""
+    """Unknowns that two homographies determine; smallest number of rays."""
     found = results["exp_c4_min_triplets"]
     enough = [
         c["rays"]

@@ -1,4 +1,4 @@
-"""What the exercises of section 4.1.2 compare an answer with."""
+"""Expected answers of the exercises of section 4.1.2."""
 
 import numpy as np
 
@@ -34,17 +34,17 @@ def rows_task():
         "slips": {
             "That is the number of equations.": lambda: 8,
             "The base grid has no homography.": lambda: 7,
-            "The factor of omega is no unknown.": lambda: 4,
+            "The factor of omega is not an unknown.": lambda: 4,
         },
     }
 
 
-def turned_task():
-    """The second pair of rows is the first, turned by twice the angle: both span the
+def rotation_task():
+    """The second pair of rows is the first, rotated by twice the angle: both span the
     same plane."""
     return {
-        "expected": rank_of_turned_grid,
-        "hint": "does a turn in its own plane move the vanishing line?",
+        "expected": rank_of_rotated_grid,
+        "hint": "does a rotation in its own plane move the vanishing line?",
         "slips": {"Two homographies, but are they different?": lambda: 4},
     }
 
@@ -55,8 +55,8 @@ def height_mm():
     return float(np.sqrt(w_33 / w_11 - (w_13**2 + w_23**2) / w_11**2))
 
 
-def rank_of_turned_grid():
-    """Rank of (4.8), (4.9) for a grid and the same, turned in its own plane."""
+def rank_of_rotated_grid():
+    """Rank of (4.8), (4.9) for a grid and the same grid, rotated in its own plane."""
     R = rotation_from_vector([np.radians(TILT_DEG), 0.0, 0.0])
     turned = R @ rotation_from_vector([0.0, 0.0, np.radians(TURN_DEG)])
     x, y, z = CENTRE_MM / 500.0

@@ -1,23 +1,23 @@
 # %% [markdown]
-# # 4.1.2 The linear stage of CGSP: from homographies to centre and poses
+# # 4.1.2 Linear stage of CGSP
 #
-# **Question.** CGSP (Central Generic Synthetic Pinhole calibration) starts
-# from homographies: one leads from each grid to the base grid. How do the
-# camera's centre and the grids' poses follow from these matrices, how little
-# data is enough, and when do the data determine nothing?
+# **Question.** CGSP (Central Generic Synthetic Pinhole calibration) computes the
+# camera's centre and the grids' poses from homographies to the base grid. How do they
+# follow, how few rays suffice, and when do the data leave the centre undetermined? Do
+# outliers and the precision of the arithmetic matter?
 
 # %%
 import numpy as np
 
 from chapters.ch04_central_generic.s1_2_linear_stage.exercises import (
     height_task,
+    rotation_task,
     rows_task,
-    turned_task,
 )
 from chapters.ch04_central_generic.s1_2_linear_stage.results import name_values
 from chapters.ch04_central_generic.s1_2_linear_stage.trials import (
     SHARE,
-    centre_off,
+    centre_and_solution,
     homography_in,
     minimal_trial,
     spoil,
@@ -44,55 +44,69 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # **Findings.**
 #
-# - Four rays over three grids determine all 15 unknowns, to
-#   {glue:text}`four_mm:.0e` mm in {glue:text}`scenes` scenes; three do not.
-# - RANSAC takes gross outliers out: with 5 % of them the error is
-#   {glue:text}`ransac_most` times that without, at the worst level of noise.
-#   Without RANSAC most trials give no centre at all.
-# - The precision of the SVD does not matter with noise and normalised
-#   coordinates: single precision leaves {glue:text}`svd.noisy, normalised:.3f`
-#   times the residual of double. On exact points it matters.
+# 1. **Four rays determine all 15 unknowns.** The error is at most
+#    {glue:text}`four_mm:.0e` mm in {glue:text}`scenes` scenes without noise. Three rays
+#    do not suffice.
+# 2. **RANSAC rejects gross outliers.** With 5 % outliers the error is
+#    {glue:text}`ransac_most` times that without, at the worst noise level. Without
+#    RANSAC most trials give no centre.
+# 3. **The precision of the SVD is irrelevant for measured points.** Single precision
+#    gives {glue:text}`svd.noisy, normalised:.3f` times the residual of double
+#    precision. A difference appears on exact points only.
+
+# %% [markdown]
+# | question or quantity | thesis | here |
+# |---|---|---|
+# | rays for the minimal solution | 4 | 4 |
+# | unknowns that they determine | 15 | 15 |
+# | outliers | rejected by RANSAC | rejected; whether at no cost is undecided |
+# | precision of the SVD | matters | not for measured points |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Base grid*: the plane $z = 0$ and image plane of the synthetic pinhole camera
+#   ([4.1.1](s1_1_synthetic_pinhole.ipynb)). $\mathbf{C}$: the camera's centre.
+# - $H^j$: homography from grid $j$ to the base grid, with columns
+#   $\mathbf{h}_1, \mathbf{h}_2, \mathbf{h}_3$. $K$: camera matrix with principal point
+#   $(p_x, p_y)$ and focal length $f$.
+# - $\omega \simeq K^{-\top} K^{-1}$: image of the absolute conic. It encodes
+#   orthogonality: two directions are orthogonal if
+#   $\mathbf{a}^\top \omega\, \mathbf{b} = 0$ for their vanishing points.
+# - *Triplet*: the points of one ray on three grids. *RANSAC*: robust fit to random
+#   minimal samples.
+# - *Normalised*: coordinates shifted and scaled to unit size for the fit. *SVD*:
+#   singular value decomposition.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - The linear stage takes homographies, two equations from each, a
-#   least-squares solution for the centre, and the poses in closed form. 15
-#   unknowns are determined by four *triplets*, the points of one ray on three
-#   grids.
-# - Homographies are found within RANSAC, so outliers are rejected on the way.
-# - Data sets are large, about 20 000 pairs. The numerical package that does
-#   the SVD was found to matter: JAMA was more accurate than OpenCV's of 2009.
+# - Least squares gives the centre from two equations per homography, and the poses in
+#   closed form. Four triplets determine the 15 unknowns.
+# - RANSAC rejects outliers from the homographies.
+# - A homography uses about 20 000 pairs. The SVD package matters: JAMA was more
+#   accurate than OpenCV.
 
 # %% [markdown]
 # ## Model
 #
-# The base grid is the plane $z = 0$ of the world, and the image plane of a
-# synthetic pinhole camera with centre $\mathbf{C}$
-# ([section 4.1.1](s1_1_synthetic_pinhole.ipynb)). Grid $j$ has the homography
-# $H^j$ to the base, with columns $\mathbf{h}_1, \mathbf{h}_2, \mathbf{h}_3$.
-#
-# **The centre as a conic.** The camera's matrix $K$ holds the principal point
-# $(p_x, p_y)$ and the focal length $f$. The *image of the absolute conic*,
-# $\omega \simeq K^{-T} K^{-1}$, knows right angles: two directions of space
-# are at right angles when $\mathbf{a}^T \omega\, \mathbf{b} = 0$ for their
-# vanishing points $\mathbf{a}$, $\mathbf{b}$. Here it is
+# For square pixels without skew the conic is
 #
 # $$\omega \simeq \begin{bmatrix} 1 & 0 & -p_x \\ 0 & 1 & -p_y \\
 # -p_x & -p_y & f^2 + p_x^2 + p_y^2 \end{bmatrix} . \tag{4.6}$$
 #
-# The axes of a grid are at right angles and equally long. Their vanishing
-# points are $\mathbf{h}_1$ and $\mathbf{h}_2$. That gives two linear equations
-# in the four different entries of $\omega$:
+# The axes of a grid are orthogonal and equally long, with vanishing points
+# $\mathbf{h}_1$ and $\mathbf{h}_2$. This gives two linear equations in the entries of
+# $\omega$:
 #
 # $$\begin{aligned}
-# \mathbf{h}_1^T \omega\, \mathbf{h}_1
-# - \mathbf{h}_2^T \omega\, \mathbf{h}_2 &= 0 & (4.8) \\
-# \mathbf{h}_1^T \omega\, \mathbf{h}_2 &= 0 & (4.9)
+# \mathbf{h}_1^\top \omega\, \mathbf{h}_1
+# - \mathbf{h}_2^\top \omega\, \mathbf{h}_2 &= 0 & (4.8) \\
+# \mathbf{h}_1^\top \omega\, \mathbf{h}_2 &= 0 & (4.9)
 # \end{aligned}$$
 #
-# Two grids beside the base give four equations for three ratios. The centre
-# follows, up to its side of the base grid (E-4.02):
+# Two such grids give four equations for three ratios. The centre follows, up to its
+# side of the base grid (erratum E-4.02):
 #
 # $$\mathbf{C} = \left( -\frac{\omega_{13}}{\omega_{11}},\;
 # -\frac{\omega_{23}}{\omega_{11}},\; \pm
@@ -103,46 +117,37 @@ from repro.run.outcomes import Plan, crossed
 # show_code(conic_rows, sturm_maybank)
 
 # %% [markdown]
-# Twice (4.9) is used: then a turn of a grid in its own plane turns the two
-# equations into each other, and least squares does not notice. The base plane
-# is moved and scaled to unit size first, and every $H$ is scaled so that
-# $|\mathbf{h}_1|^2 + |\mathbf{h}_2|^2 = 2$: all grids weigh the same.
+# Equation (4.9) is used twice, so that a grid's rotation in its own plane does not
+# change the solution. Coordinates are normalised, and every $H$ is scaled to
+# $|\mathbf{h}_1|^2 + |\mathbf{h}_2|^2 = 2$.
 #
-# **The poses.** With $G = K^{-1} H$ the columns are $\mathbf{r}_1$,
-# $\mathbf{r}_2$ and $\mathbf{t} - \mathbf{C}$, up to a factor. Its size
-# makes the first two as long as one; its sign puts *the points* of the grid
-# on the side of $\mathbf{C}$ on which the base grid is. The printed $K$ has a
-# wrong sign (E-4.03), and the printed rotation is not one when the factor is
-# negative (E-4.04).
+# **Poses.** The columns of $G = K^{-1} H$ are $\mathbf{r}_1$, $\mathbf{r}_2$ and
+# $\mathbf{t} - \mathbf{C}$, up to a factor. The factor gives the first two unit length.
+# Its sign puts the points of the grid on the same side of $\mathbf{C}$ as the base
+# grid. The printed $K$ has a wrong sign (E-4.03), and the printed rotation is invalid
+# for a negative factor (E-4.04).
 
 # %% tags=["active-ipynb"]
 # show_code(grid_pose)
 
 # %% [markdown]
-# **Is it determined?** The system of all equations has four singular values.
-# The last is 0 on exact data. The third is 0 when planes are parallel:
-# parallel planes have one vanishing line, so they give the same two equations,
-# and one that is parallel to the base gives two that say nothing of
-# $\mathbf{C}$. The ratio of the third to the first measures the
-# *degeneracy*. Noise lifts it off zero. So the third is also compared with
-# what noise does to the entries of $H$, which the fit knows; below five times
-# that, nothing is determined, and the linear stage refuses.
+# **Degeneracy.** The system has four singular values, and the last is 0 on exact data.
+# The third is 0 too if the grids are parallel to each other or to the base, since they
+# then add no equations. Noise raises it. Below five times the estimated effect of
+# noise, the linear stage reports an undetermined centre.
 #
-# **Outliers.** A homography needs four pairs. Samples of four are drawn, and
-# each is judged by its *lower quartile* of distances: that holds even where
-# most pairs are wrong, so that a wrong majority is seen by its number. What
-# lies farther off than five times the noise is left out. The noise is what
-# the quartile shows; nobody has to know it.
+# **Outliers.** Random samples of four pairs give candidate homographies. The lower
+# quartile of the distances ranks them and gives the noise level, even if most pairs are
+# wrong. Pairs beyond five times the noise are excluded.
 
 # %% tags=["active-ipynb"]
 # show_code(robust_start)
 
 # %% [markdown]
-# **Weights.** An error in the image turns a ray by about the same angle
-# everywhere. On the base grid it moves a point by more, the longer the ray
-# and the flatter it comes in. Dividing each equation by that, from a first
-# solution, makes all equally uncertain. The thesis has no weights, so the
-# claims are judged without. [Section 4.1.5](s1_5_simulated.ipynb) tries them.
+# **Weights.** Image noise moves a point on the base grid by more if the ray is long or
+# oblique. Division by this effect makes all equations equally uncertain. The thesis has
+# no weights, and the claims are judged without them. [Section
+# 4.1.5](s1_5_simulated.ipynb) compares both.
 
 # %% tags=["active-ipynb"]
 # show_code(image_noise_weights)
@@ -150,19 +155,19 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # ## Experiment
 #
-# The camera of section 4.1.5: a radial lens of 100°, 600 mm above the base
-# grid, 999 rays that meet three grids turned by up to 30° about each axis,
-# noise of its own on every grid.
+# The camera is that of section 4.1.5: a radial lens of 100°, 600 mm above the base
+# grid. The 999 rays meet three grids, rotated by up to 30° about each axis. Every grid
+# has its own noise.
 #
-# **Four rays.** Four random rays without noise, no three of whose points are
-# near one line, on grids tilted against each other by 5° or more.
+# **Four rays.** Four random rays without noise meet grids that are tilted against each
+# other by at least 5°. No three of their points are near one line.
 
 # %% tags=["active-ipynb"]
 # show_code(minimal_trial)
 
 # %% [markdown]
-# **Outliers.** A wrong code puts a point anywhere on the grid. Here 5 % of the
-# points of each grid are anywhere in the box that holds the others.
+# **Outliers.** A decoding error moves a point anywhere on the grid. Here 5 % of each
+# grid's points are random in the bounding box of the others.
 
 # %%
 NOISES_PX = {"quick": [0.1, 2.0], "full": [0.1, 0.25, 0.5, 1.0, 2.0]}
@@ -170,15 +175,15 @@ TRIALS = {"quick": 6, "full": 150}
 
 
 def outlier_trial(condition, rng):
-    """The centre without outliers, with them, and with them left out."""
+    """Centre errors without outliers, with them, and with RANSAC."""
     seen = draw_scene(radial_lens(), condition["noise_px"], rng)
     spoilt, wrong = spoil(seen.noisy, SHARE, rng)
-    found, solution = centre_off(spoilt, robust="ransac", rng=rng)
+    found, solution = centre_and_solution(spoilt, robust="ransac", rng=rng)
     bad = wrong[0] | wrong[1:]
     kept = None if solution is None else solution.inliers[1:]
     return {
-        "clean_mm": centre_off(seen.noisy)[0],
-        "spoilt_mm": centre_off(spoilt)[0],
+        "clean_mm": centre_and_solution(seen.noisy)[0],
+        "spoilt_mm": centre_and_solution(spoilt)[0],
         "ransac_mm": found,
         "wrong_kept": None if kept is None else np.mean(kept[bad]),
         "right_lost": None if kept is None else np.mean(~kept[~bad]),
@@ -194,35 +199,32 @@ def outliers(effort):
 
 
 # %% [markdown]
-# **Precision.** OpenCV and JAMA of 2009 cannot be compared any more. The
-# precision of the numbers stands in for them: one SVD of all 40 000
-# equations, in single and in double precision.
+# **Precision.** The packages of 2009 cannot be compared today. Single and double
+# precision replace them: one SVD of all 40 000 equations.
 
 # %% tags=["active-ipynb"]
 # show_code(homography_in)
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# - **Four triplets.** Four pairs give each homography eight equations for its
-#   eight ratios; three give {glue:text}`rank_3:.0f`. The two homographies then
-#   hold 16 numbers for 15 unknowns: one to spare (E-4.14).
-# - **The SVD.** In the condition that the thesis describes, normalised
-#   coordinates and measured points, the residual *is* the noise, and single
-#   precision adds nothing to it: the claim does not hold there. What single
-#   precision costs shows on exact points only, and it is far less than any
-#   noise. Whatever made one package worse in 2009, it was not that its numbers
-#   were short.
-# - **RANSAC** loses a pair when either of its points is wrong, so about a tenth
-#   of the pairs. That should cost a twentieth of the precision. The ratio of two
-#   medians is known less well than that: its interval reaches across the
-#   bound of the claim at one level of noise.
-# - **Large data.** The library sums the equations in one pass over the rays,
-#   in a few numbers, with the gradient about a first solution beside them so
-#   that no digit is lost. All rays are used; only the search for outliers
-#   takes 20 000 of them.
-
-# %% [markdown]
+# - **Four triplets.** The two homographies contain 16 numbers for 15 unknowns, so one
+#   equation is redundant (E-4.14).
+# - **SVD.** The thesis describes normalised, measured points. There the residual *is*
+#   the noise, and single precision adds nothing. On exact points single precision costs
+#   more than a factor of ten, but far less than any noise. Single precision therefore
+#   does not explain the inaccurate package of 2009.
+# - **RANSAC.** A pair is lost if either point is wrong, which concerns about a tenth of
+#   the pairs. This should cost a twentieth of the precision. At one noise level the
+#   interval of the ratio includes the claim's bound of 1.2.
+#
+# ## Summary
+#
+# The linear stage works as described: four rays suffice, and RANSAC rejects gross
+# outliers. Whether outliers cost accuracy is undecided, because the ratio's interval
+# includes the bound. The claim on the SVD does not hold for measured points, where
+# noise dominates the arithmetic.
+#
 # ## Compared with the published numbers
 
 # %% tags=["active-ipynb"]
@@ -231,26 +233,25 @@ def outliers(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an answer in
+# place of `None`, and run that cell again.
 #
-# **1.** Least squares gave $(\omega_{11}, \omega_{13}, \omega_{23},
-# \omega_{33}) = (2, -80, 60, 722500)$. How far is the camera's centre from the
-# base grid, in mm?
+# **1.** Least squares gave $(\omega_{11}, \omega_{13}, \omega_{23}, \omega_{33}) = (2,
+# -80, 60, 722500)$. How far is the camera's centre from the base grid, in mm?
 
 # %% tags=["active-ipynb"]
 # check(None, **height_task())
 
 # %% [markdown]
-# **2.** Five grids are seen, the base among them. How many more equations than
-# unknowns has the system for the centre?
+# **2.** A camera views five grids, the base grid among them. How many more equations
+# than unknowns has the system for the centre?
 
 # %% tags=["active-ipynb"]
 # check(None, **rows_task())
 
 # %% [markdown]
-# **3.** Grid 3 is grid 2, turned by 40° in its own plane and shifted. What is
-# the rank of their four equations?
+# **3.** Grid 3 is grid 2, rotated by 40° in its own plane and shifted. What is the rank
+# of their four equations?
 
 # %% tags=["active-ipynb"]
-# check(None, **turned_task())
+# check(None, **rotation_task())

@@ -1,10 +1,10 @@
-"""What section 4.1.2 found, read from its results."""
+"""Estimates of section 4.1.2, from its results."""
 
 from repro.judge.statistics import median_ratio, with_worst
 from repro.page.reader import value
 from repro.page.wording import rounded
 
-# Of the question svd_condition, in the order of settings.yaml.
+# Options of svd_condition, in the order of settings.yaml.
 SVD_CONDITIONS = {
     "noisy, normalised": {"noise_px": 0.5, "normalised": True},
     "noisy, as they come": {"noise_px": 0.5, "normalised": False},
@@ -14,7 +14,7 @@ SVD_CONDITIONS = {
 
 
 def name_values(open_results):
-    """Name the numbers that the prose of the page quotes."""
+    """Name the numbers that the prose quotes."""
     minimal = open_results("exp_c4_min_triplets")
     spoilt = open_results("exp_c4_ransac_h")
     svd = precision_ratio(
@@ -23,7 +23,6 @@ def name_values(open_results):
     found = {
         "four_mm": largest(minimal, "length_mm", rays=4),
         "scenes": minimal.trials_per_condition,
-        "rank_3": minimal.column("rank", rays=3).max(),
         "ransac_most": largest_with_ransac(spoilt),
         "svd.noisy, normalised": svd.value,
     }
@@ -32,7 +31,7 @@ def name_values(open_results):
 
 
 def largest_with_ransac(spoilt):
-    """Error with outliers and RANSAC over that without outliers, at its worst."""
+    """Return the largest ratio of the errors with outliers (RANSAC) and without."""
     ratios = [
         ratio_of_medians(spoilt, "ransac_mm", "clean_mm", **c)
         for c in spoilt.conditions
@@ -42,18 +41,18 @@ def largest_with_ransac(spoilt):
 
 
 def largest(found, name, **condition):
-    """Largest error over trials; a trial without a result is infinitely off."""
+    """Return the largest error over trials; a failed trial counts as infinite."""
     return float(with_worst(found.column(name, **condition)).max())
 
 
 def ratio_of_medians(found, one, other, **condition):
-    """Ratio of the medians of two errors of the same trials: Estimate."""
+    """Return the ratio of the medians of two errors of the same trials, an Estimate."""
     a, b = (found.column(name, **condition) for name in (one, other))
     return median_ratio(a, b, paired=True)
 
 
 def precision_ratio(found, **condition):
-    """Residual in single over that in double precision: Estimate."""
+    """Return the residual in single over that in double precision, an Estimate."""
     return ratio_of_medians(
         found, "single_residual_mm", "double_residual_mm", **condition
     )

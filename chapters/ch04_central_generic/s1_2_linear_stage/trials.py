@@ -1,4 +1,4 @@
-"""Section 4.1.2: the fewest rays, gross outliers, and the precision of the SVD."""
+"""Section 4.1.2: minimal rays, gross outliers, and the precision of the SVD."""
 
 import numpy as np
 
@@ -23,15 +23,15 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
 TRIALS = {"quick": 20, "full": 200}
-LEAST_TILT_DEG = 5.0
-LEAST_AREA = 0.1  # of the mean squared distance from the centroid
+MIN_TILT_DEG = 5.0
+MIN_AREA = 0.1  # of the mean squared distance from the centroid
 RANK_TOLERANCE = 1e-9
 STEP = 1e-6
 TRIPLES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 
 
 def equations(source, target, T_s, T_t):
-    """The rows (2 N, 9) of the direct linear transform, of points moved by T (3, 3)."""
+    """Rows (2 N, 9) of the direct linear transform, for points mapped by T (3, 3)."""
     s = np.pad(apply_homography(T_s, source), ((0, 0), (0, 1)), constant_values=1.0)
     x, y = apply_homography(T_t, target).T[..., None]
     zero = np.zeros_like(s)
@@ -48,7 +48,7 @@ def tilted(T_base_grid):
     """Whether all grids are tilted against each other."""
     normals = T_base_grid[:, :3, 2]
     cosine = np.abs(normals @ normals.T)[np.triu_indices(3, 1)]
-    return cosine.max() < np.cos(np.radians(LEAST_TILT_DEG))
+    return cosine.max() < np.cos(np.radians(MIN_TILT_DEG))
 
 
 def spread(points):
@@ -58,7 +58,7 @@ def spread(points):
     for triple in TRIPLES:
         a, b = points[triple[1:], :] - points[triple[0]]
         areas.append(abs(a[0] * b[1] - a[1] * b[0]) / 2)
-    return min(areas) >= LEAST_AREA * size
+    return min(areas) >= MIN_AREA * size
 
 
 def draw_minimal(rng):
@@ -92,8 +92,8 @@ def minimal_trial(condition, rng):
 
 
 @experiment("exp_c4_min_triplets", artefact="sec_4_1_2")
-def fewest_rays(effort):
-    """Three rays and four, in scenes without noise."""
+def ray_counts(effort):
+    """Three and four rays, in scenes without noise."""
     return Plan(minimal_trial, crossed(rays=(3, 4)), TRIALS[effort], SETTINGS)
 
 
@@ -134,7 +134,7 @@ def parameters_trial(condition, rng):
 
 @experiment("sec_4_1_2_unknowns", artefact="sec_4_1_2")
 def unknowns(effort):
-    """How many of the unknowns two homographies determine."""
+    """Number of unknowns that two homographies determine."""
     return Plan(parameters_trial, [{}], TRIALS[effort], SETTINGS)
 
 
@@ -142,15 +142,15 @@ SHARE = 0.05
 
 
 def spoil(points, share, rng):
-    """Points with a share on each grid anywhere in its box; which they are."""
+    """Points with a share of random ones in the box of each grid, and their mask."""
     wrong = rng.random(points.shape[:2]) < share
     low, high = points.min(axis=1), points.max(axis=1)
     anywhere = rng.uniform(low[:, None], high[:, None], points.shape)
     return np.where(wrong[..., None], anywhere, points), wrong
 
 
-def centre_off(points, **options):
-    """Distance (mm) of the centre found from the true one, and the solution."""
+def centre_and_solution(points, **options):
+    """Distance (mm) of the estimated from the true centre, and the solution."""
     try:
         found = linear_cgsp(points, side=SIDE, **options)
     except CalibrationError:
@@ -190,7 +190,7 @@ def precision_trial(condition, rng):
 
 @experiment("exp_c4_svd_precision", artefact="ext_svd_precision", shards={"full": 2})
 def precisions(effort):
-    """20 000 pairs, exact and with noise, normalised and as they come."""
+    """20 000 pairs, exact and with noise, normalised and not."""
     conditions = crossed(noise_px=(NOISE_PX, 0.0), normalised=(True, False))
     settings = SETTINGS | {"rays_per_trial": PAIRS}
     return Plan(precision_trial, conditions, PRECISION_TRIALS[effort], settings)

@@ -1,4 +1,4 @@
-"""The claim of section 4.1.3, tested as the ledger words it."""
+"""Test of the claim of section 4.1.3, as the registry states it."""
 
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading

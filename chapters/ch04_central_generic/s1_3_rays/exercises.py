@@ -1,4 +1,4 @@
-"""What the exercises of section 4.1.3 compare an answer with."""
+"""Expected answers of the exercises of section 4.1.3."""
 
 import numpy as np
 
@@ -25,8 +25,8 @@ def pose_task():
         "expected": lambda: 1 + (POSE_MM / SIGMA_MM) ** 2,
         "hint": "which variances does a point on the second grid have?",
         "slips": {
-            "Its own noise is there too.": lambda: (POSE_MM / SIGMA_MM) ** 2,
-            "Variances count, not deviations.": lambda: float(
+            "Add the noise of the point itself.": lambda: (POSE_MM / SIGMA_MM) ** 2,
+            "Use variances, not standard deviations.": lambda: float(
                 np.hypot(1, POSE_MM / SIGMA_MM)
             ),
         },

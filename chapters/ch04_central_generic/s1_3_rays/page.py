@@ -1,11 +1,10 @@
 # %% [markdown]
-# # 4.1.3 Ray directions: joining what a pixel saw on several grids
+# # 4.1.3 Ray directions from several grids
 #
-# **Question.** A pixel saw a point on each of several grids, and no line
-# passes through all of them and the centre exactly. Which ray is its own?
-# The thesis takes the centroid of the points, and gives the grids of the
-# linear stage more weight, because the poses of the others are less
-# certain. Is that right, and how much more?
+# **Question.** A pixel views a point on each of several grids, and no line through the
+# centre meets all of them exactly. The thesis joins the centre to the weighted centroid
+# of the points, and gives more weight to the grids of the linear stage. Is that right,
+# and how large should the weight be?
 
 # %%
 from chapters.ch04_central_generic.s1_3_rays.exercises import (
@@ -31,66 +30,81 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # **Findings.**
 #
-# - More weight for the linear stage's grids is right where the poses of the
-#   others come from few rays. From {glue:text}`posed.few:.0f` rays each, the
-#   best of the weights tried is {glue:text}`factor.few:g`; a weight of 1 is
-#   worse by a factor of {glue:text}`few.one`, one of 2 by
-#   {glue:text}`few.two`.
-# - Where poses come from {glue:text}`posed.many:.0f` rays, the best weight
-#   is {glue:text}`factor.many:g`: all grids alike. A weight of 4 costs
-#   {glue:text}`many.4:.2f` instead of {glue:text}`many.1:.2f` mm.
-# - Weights from the variance of every point are a little better than the
-#   best one weight for a grid, in both cases: {glue:text}`few.variance:.2f`
-#   and {glue:text}`many.variance:.2f` mm, by factors of
-#   {glue:text}`few.gain` and {glue:text}`many.gain` within the same trials.
-# - Further grids are worth their trouble. Rays from the linear stage's grids
-#   alone are {glue:text}`many.linear grids alone:.2f` mm off. All these are
-#   medians with noise in the image.
-# - All rays meet a plane by one transpose and one product, as the thesis
-#   says.
+# 1. **Grids with poses from few rays deserve less weight.** With poses from 6 rays, the
+#    best weight tried for the linear grids is {glue:text}`factor.few:g`. Equal weights
+#    increase the error by a factor of {glue:text}`few.one`.
+# 2. **Grids with poses from many rays deserve equal weight.** With 999 rays the best
+#    weight tried is {glue:text}`factor.many:g`. Pose errors are then small compared
+#    with the noise.
+# 3. **Variance-based weights are slightly better in both cases.** With 999 rays the
+#    best fixed weight has {glue:text}`many.gain` times their error (medians, image
+#    noise).
+# 4. **One transpose and one product intersect all rays with a plane.** The printed
+#    formula (4.15) is exact.
+
+# %% [markdown]
+# | question or quantity | thesis | here |
+# |---|---|---|
+# | weight of the linear grids | higher, no number | higher only if rays are few |
+# | reason | the other poses are less certain | holds for few rays |
+# | grids used for the rays | all | all: better than the linear grids alone |
+# | all rays against one plane | $-M^\top \mathbf{S}$ | exact |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Linear grids*: the three grids of the linear stage
+#   ([4.1.2](s1_2_linear_stage.ipynb)). *Further grids*: grids whose poses come from the
+#   calibrated rays.
+# - *Weight*: weight of the linear grids in the centroid. That of the further grids is
+#   1.
+# - *Variance-based weights*: weights from the predicted variance of every point.
+# - $l_j$, $e_j$, $v_j$, $w_j$: distance from the centre, error across the ray, its
+#   variance and the weight of the point on grid $j$.
+# - *Plücker matrix* $M$: skew-symmetric $4 \times 4$ matrix of a line. $\mathbf{S}$:
+#   plane. $\mathbf{X}$: point of intersection.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - A pixel's ray joins the centre to the weighted centroid of its points.
-#   The grids of the linear stage are weighted more heavily.
-# - With the Plücker matrices $M_i$ of all rays side by side,
-#   $M = [M_1\; M_2\; \dots\; M_n]$, a plane $\mathbf{S}$ is met by all of
-#   them at once.
+# - A ray joins the centre to the weighted centroid of its points. The linear grids have
+#   more weight, because the other poses are estimates from the rays. The thesis states
+#   no number.
+# - With $M = [M_1\; M_2\; \dots\; M_n]$ for $n$ rays, one product intersects all of
+#   them with a plane.
 
 # %% [markdown]
 # ## Model
 #
-# **Weights.** The point on grid $j$ lies at the distance $l_j$ from the
-# centre and has an error $e_j$ across the ray. The centroid with weights
-# $w_j$ turns the ray by the angle
+# **Weights.** The weighted centroid rotates the ray by the angle
 #
 # $$\frac{\sum_j w_j e_j}{\sum_j w_j l_j} .$$
 #
-# If the errors are independent, with variances $v_j$, this angle scatters
-# least for
+# For independent errors its variance is smallest for
 #
 # $$w_j = l_j / v_j .$$
 #
-# Three cases follow. Noise of the image moves a point the more the farther
-# away it is: $v_j \propto l_j^2$, so near points count more. Noise in mm
-# has one $v$ for all, so far points count more: they give the better lever.
-# And a grid whose pose is an estimate adds what the error of the pose does
-# to its points, so it counts less. The last is the thesis's reason.
+# Three cases follow:
+#
+# - *Image noise*: $v_j \propto l_j^2$, so near points count more.
+# - *Noise in mm*: $v_j$ is constant, so far points count more, as they have the longer
+#   lever.
+# - *Estimated poses*: the pose error adds to $v_j$, so such a grid counts less. This is
+#   the thesis's reason.
 
 # %% tags=["active-ipynb"]
 # show_code(centroid_directions, centroid_weights)
 
 # %% [markdown]
-# **Rays and planes.** The Plücker matrix of the line through $\mathbf{A}$
-# and $\mathbf{B}$ is $M = \mathbf{A}\mathbf{B}^\top -
-# \mathbf{B}\mathbf{A}^\top$ (2.11). It meets the plane in $M\mathbf{S}$.
-# The matrix is skew-symmetric, $M^\top = -M$, so that for all rays
+# **Rays and planes.** The Plücker matrix of the line through $\mathbf{A}$ and
+# $\mathbf{B}$ is $M = \mathbf{A}\mathbf{B}^\top - \mathbf{B}\mathbf{A}^\top$ (2.11),
+# and the line meets the plane in $M\mathbf{S}$. The matrix is skew-symmetric,
+# $M^\top = -M$, so that for all rays
 #
 # $$\mathbf{X} \simeq -M^\top \mathbf{S} . \tag{4.15}$$
 #
-# In memory that is no transposition at all: $-M^\top$ is the matrices
-# stacked upon each other, as they lie there.
+# The code needs no transposition: $-M^\top$ is the stack of the matrices as stored in
+# memory.
 
 # %% tags=["active-ipynb"]
 # show_code(intersect_lines_plane)
@@ -98,11 +112,11 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # ## Experiment
 #
-# The camera is that of [section 4.1.5](s1_5_simulated.ipynb), before six
-# grids. Three of them are calibrated. The poses of the others are found
-# from the rays that this gives: from a handful of rays, or from all. Then
-# all six make the rays, once for every weight, and the rays are compared
-# with the true points.
+# The camera of [section 4.1.5](s1_5_simulated.ipynb) views six grids. Three of them are
+# the linear grids, calibrated by CGSP and the consistent adjustment of 4.1.4. The poses
+# of the others are fitted to 6, 40 or all 999 of the resulting rays. All six grids then
+# define the rays, once for every weight. The error is the distance of the rays from the
+# true points.
 
 # %% tags=["active-ipynb"]
 # show_code(weights_trial)
@@ -117,29 +131,27 @@ def weights_of_rays(effort):
 
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# **How much weight?** The thesis does not say. Its further grids are active
-# grids, which thousands of rays see, and there equal weights are the best of
-# those tried. The
-# errors of poses from so many rays are small beside the noise of a single
-# point. With a chessboard and a few corners it is another matter.
+# - **Size of the weight.** The further grids of the thesis are active grids, viewed by
+#   thousands of rays. Equal weights are the best ones tried for such grids. A
+#   chessboard with few corners is different.
+# - **Further grids.** They improve the rays: the linear grids alone give
+#   {glue:text}`many.linear grids alone:.2f` mm instead of
+#   {glue:text}`many.variance:.2f` mm.
+# - **Pose errors.** Here they result from noise alone, since each fit starts at the
+#   true pose. A pose with another error, such as a grid that moved, deserves less
+#   weight than its covariance indicates.
+# - **Correlation.** A pose error moves all points of a grid together. The weights treat
+#   each ray alone, so this does not matter for them. An adjustment of all poses and
+#   rays needs no such weights and is better ([4.1.4](s1_4_bundle_adjustment.ipynb)).
 #
-# **The poses here** are the best fit to the rays, started at the true pose,
-# so that nothing but noise makes their errors. A pose that is wrong for
-# another reason, such as a grid that was moved while it was photographed,
-# deserves less weight than its covariance says.
+# ## Summary
 #
-# **Neighbours.** The error of a pose moves all points of its grid together.
-# The weights treat each ray alone, for which it makes no difference. An
-# adjustment of all poses and rays together does not need them, and is
-# better: see [section 4.1.4](s1_4_bundle_adjustment.ipynb).
+# The higher weight of the linear grids is right if the other poses come from few rays.
+# With all rays of an active grid, equal weights are the best of those tried. Weights
+# from the variance of every point need no choice and are slightly better in both cases.
 #
-# **Matrices or directions?** A central camera's table needs the centre once
-# and a direction per pixel. The matrices are built from them when they are
-# wanted (`GeneralCamera.pluecker`).
-
-# %% [markdown]
 # ## Compared with the published numbers
 
 # %% tags=["active-ipynb"]
@@ -148,20 +160,20 @@ def weights_of_rays(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then put an answer in
+# place of `None`, and run that cell again.
 #
-# **1.** Noise comes from the image. A ray meets one grid 300 mm and another
-# 600 mm from the centre. How many times the weight of the far point has the
-# near one at best?
+# **1.** The noise is image noise. A ray meets one grid 300 mm and another 600 mm from
+# the centre. What is the best ratio of the near point's weight to the far point's
+# weight?
 
 # %% tags=["active-ipynb"]
 # check(None, **image_noise_task())
 
 # %% [markdown]
-# **2.** Two points lie at the same distance. Each has noise of 0.5 mm. The
-# second one's grid has a pose that puts it off by another 1 mm (SD). How
-# many times the weight of the second has the first at best?
+# **2.** Two points have the same distance, and each has noise of 0.5 mm. The pose error
+# of the second grid adds 1 mm (SD). What is the best ratio of the first weight to the
+# second?
 
 # %% tags=["active-ipynb"]
 # check(None, **pose_task())

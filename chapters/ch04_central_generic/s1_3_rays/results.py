@@ -1,4 +1,4 @@
-"""What the figure, the table, the claim and the prose of section 4.1.3 read."""
+"""Estimates for the figure and the prose of section 4.1.3."""
 
 import numpy as np
 
@@ -11,22 +11,22 @@ VARIANCE, ALONE = "variance", "linear grids alone"
 
 
 def ray_error(result, weights, domain, posed):
-    """Estimate of the median error of the rays (mm) with some weights."""
+    """Return the median error of the rays (mm) with some weights, an Estimate."""
     return median_interval(result.column(f"ray_mm.{posed}.{weights}", domain=domain))
 
 
 def best_factor(result, domain, posed):
-    """The factor of FACTORS with the least median error."""
+    """Return the factor of FACTORS with the smallest median error."""
     found = [
         ray_error(result, f"{factor:g}", domain, posed).value for factor in FACTORS
     ]
     return FACTORS[int(np.argmin(found))]
 
 
-def worse_by(result, weights, other, posed):
-    """Median error with some weights over that with others, in words.
+def error_ratio(result, weights, other, posed):
+    """Return the ratio of the median errors with two weights, as text.
 
-    The trials are the same ones, with noise in the image.
+    Both come from the same trials, with image noise.
     """
     errors = (
         result.column(f"ray_mm.{posed}.{name}", domain="px")
@@ -39,21 +39,18 @@ def worse_by(result, weights, other, posed):
 def name_values(open_results):
     """Name the numbers that the prose quotes."""
     result = open_results("ext_ray_weights_trials")
-    ends = {"few": POSED[0], "many": POSED[-1]}
-    best = {name: best_factor(result, "px", n) for name, n in ends.items()}
+    few, many = POSED[0], POSED[-1]
+    best = {
+        "few": best_factor(result, "px", few),
+        "many": best_factor(result, "px", many),
+    }
     found = {
-        **{f"posed.{name}": posed for name, posed in ends.items()},
-        **{f"factor.{name}": best[name] for name in ends},
+        **{f"factor.{name}": factor for name, factor in best.items()},
+        "few.one": error_ratio(result, "1", f"{best['few']:g}", few),
+        "many.gain": error_ratio(result, f"{best['many']:g}", VARIANCE, many),
         **{
-            f"{name}.gain": worse_by(result, f"{best[name]:g}", VARIANCE, n)
-            for name, n in ends.items()
-        },
-        "few.one": worse_by(result, "1", f"{best['few']:g}", ends["few"]),
-        "few.two": worse_by(result, "2", f"{best['few']:g}", ends["few"]),
-        **{
-            f"{name}.{weights}": ray_error(result, weights, "px", posed).value
-            for name, posed in ends.items()
-            for weights in ("1", "4", VARIANCE, ALONE)
+            f"many.{weights}": ray_error(result, weights, "px", many).value
+            for weights in (VARIANCE, ALONE)
         },
     }
     for name, number in found.items():

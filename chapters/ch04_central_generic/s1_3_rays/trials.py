@@ -24,19 +24,19 @@ from repro.run.outcomes import Plan
 
 TABLE_RAYS = 20_000
 LINEAR_GRIDS, ALL_GRIDS = 3, 6
-# Of the linear stage's grids, over the weight of the others.
+# Weight of the linear grids, relative to the others.
 FACTORS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 64.0)
-# Rays that the pose of a further grid is found from.
+# Numbers of rays from which the pose of a further grid is estimated.
 POSED = (6, 40, RAYS)
 NOISE = {"px": 0.5, "mm": 0.5}
 
 
 def stacked_trial(condition, rng):
-    """(4.15) beside the product of every ray's own matrix with the plane.
+    """(4.15) compared with the product of each ray's own matrix with the plane.
 
     Differences are shares of the largest entry of a ray's homogeneous
-    point. on_grid_mm: distance of the points from those of a ray that is
-    met with the plane directly.
+    point. on_grid_mm: distance of the points from the direct
+    intersection of ray and plane.
     """
     origin = rng.uniform(-100, 100, 3)
     directions = rng.standard_normal((TABLE_RAYS, 3))
@@ -64,7 +64,7 @@ def stacked_trial(condition, rng):
 
 @experiment("exp_c4_mats_intersection", artefact="sec_4_1_3")
 def stacked(effort):
-    """Rays met with a plane by one transpose and one product."""
+    """Intersection of rays with a plane by one transpose and one product."""
     return Plan(stacked_trial, [{}], 5, {"rays": TABLE_RAYS})
 
 
@@ -72,8 +72,8 @@ def weights_trial(condition, rng):
     """Rays from three linear grids and three whose poses come from rays.
 
     The first grids are calibrated by CGSP and the consistent adjustment.
-    The others are found from the rays that this gives, a few or all of
-    them. Then all six grids make the rays, with weights. ray_mm: mean
+    The poses of the others come from the resulting rays, a few or all of
+    them. Then all six grids define the rays, with weights. ray_mm: mean
     distance of the rays from the true points of all grids.
     """
     domain = condition["domain"]
@@ -97,7 +97,7 @@ def weights_trial(condition, rng):
 
 
 def _by_weights(scene, found, noise, domain, count):
-    """Errors of the rays of all grids, the others posed from count rays."""
+    """Errors of the rays of all grids, with the other poses from count rays."""
     centre, rays = found.centre, found.directions
     poses, spreads = list(found.T_base_grid), [np.zeros((6, 6))]
     spreads += [found.covariance[at : at + 6, at : at + 6] for at in (3, 9)]
@@ -122,7 +122,7 @@ def _by_weights(scene, found, noise, domain, count):
         u = centroid_directions(
             scene.noisy[:grids], seen[:grids], centre, poses[:grids], weights
         )
-        out[name] = off_true_points(scene, centre, u)
+        out[name] = distance_from_true_points(scene, centre, u)
     return out
 
 
@@ -136,7 +136,7 @@ def _stepped(factor):
 def _posed(rays, points, T_start, centre):
     """Pose of a grid from rays, and its covariance (6, 6).
 
-    It starts at the true pose, so that nothing but noise makes the error.
+    The fit starts at the true pose, so that only noise causes the error.
     """
     T, cost = refine_pose_ray_point(rays, points, T_start, origins=centre)
     _, jacobian = ray_point_system(rays, points, T, centre, np.ones(len(rays)))
@@ -148,7 +148,7 @@ def _posed(rays, points, T_start, centre):
     return T, turn @ spread @ turn.T
 
 
-def off_true_points(scene, centre, u):
-    """Mean distance (mm) of rays (N, 3) from the true points they see."""
+def distance_from_true_points(scene, centre, u):
+    """Mean distance (mm) of rays (N, 3) from the true points that they view."""
     placed = transform(scene.T_base_grid, on_plane(scene.points))
     return float(ray_point_distances(placed, centre, u).mean())

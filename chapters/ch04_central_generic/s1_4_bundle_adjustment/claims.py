@@ -1,4 +1,4 @@
-"""The claims of section 4.1.4, tested as the ledger words them."""
+"""Tests of the claims of section 4.1.4, as the registry states them."""
 
 import numpy as np
 
@@ -87,7 +87,7 @@ def values_of_adjustment(results):
 
 
 def freedoms_of_a_ray(direction=(0.36, 0.48, 0.8)):
-    """How many ways a ray can turn about the centre: the rank of its unit direction's
+    """Degrees of freedom of a ray through the centre: the rank of its unit direction's
     derivative by three free components.
     """
     along = np.array(direction)

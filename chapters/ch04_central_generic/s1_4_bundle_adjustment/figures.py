@@ -1,4 +1,4 @@
-"""The figure of section 4.1.4: where a freed centre ends."""
+"""Figure of section 4.1.4: final error of a free centre."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ TITLES = {
     "ext_free_centre_starts", needs=("exp_c4_centre_ba_unstable",), evidence="synthetic"
 )
 def free_centre_starts(results):
-    """Error of the centre at the end against that at the start."""
+    """Final against initial error of the centre."""
     result = results["exp_c4_centre_ba_unstable"]
     drawn, axes = new_figure(1, 3, height_in=3.4, sharex=True, sharey=True)
     rows, ends = [], []
@@ -33,17 +33,17 @@ def free_centre_starts(results):
             rows += [(scheme, scene, *run) for run in zip(x, y, strict=True)]
         ends += [*starts, *found]
         panel.set(xscale="log", yscale="log", title=TITLES[scheme])
-        panel.set_xlabel("Error at the start (mm)")
-    axes[0].set_ylabel("Error at the end (mm)")
+        panel.set_xlabel("Initial centre error (mm)")
+    axes[0].set_ylabel("Final centre error (mm)")
     limits = np.array([np.min(ends), np.max(ends)])
     for panel in axes:
         panel.plot(limits, limits, color=INK, lw=1, ls=":", marker="")
     return Drawing(
         drawn,
         columns(("scheme", "scene", "start_mm", "end_mm"), rows),
-        "Where an adjustment that frees the centre ends, against where it "
-        "starts: one dot per start, the starts of a scene on the same data. "
-        "Above the dotted line the centre is worse than before. The starts "
-        "lie within the error of the linear stage. A scheme that forgets its "
-        "start draws a level row for each scene.",
+        "Final against initial error of the centre for three adjustments that "
+        "free it. Each point is one start, and the starts of a scene use the "
+        "same data. Above the dotted line the adjustment increases the error. "
+        "The starts are linear solutions. A scheme that is independent of its "
+        "start gives a horizontal row for each scene.",
     )

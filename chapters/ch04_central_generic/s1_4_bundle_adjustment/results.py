@@ -1,11 +1,10 @@
-"""The numbers that the page of section 4.1.4 quotes."""
+"""Numbers quoted on the page of section 4.1.4."""
 
 import numpy as np
 
-from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials import SCHEMES
 from repro.page.reader import value
 
-ONE_PLACE = 0.01  # of the starts' spread: ends as close as this are one
+ONE_POINT = 0.01  # maximum spread of ends that count as one, in spreads of the starts
 
 
 def name_values(open_results):
@@ -15,21 +14,16 @@ def name_values(open_results):
     spread = starts.column("line_fitting.spread_over_starts")
     found = {
         **{
-            f"starts.{scheme}.{name}": np.median(starts.column(f"{scheme}.{name}"))
-            for scheme in SCHEMES
-            for name in ("spread_over_starts", "spread_over_draws", "above_best")
-        },
-        **{
             f"{scheme}.centre_mm": np.median(
                 np.concatenate(starts.arrays(f"{scheme}.ends_mm"))
             )
-            for scheme in SCHEMES
+            for scheme in ("line_fitting", "consistent")
         },
         "linear.centre_mm": np.median(
             np.concatenate(starts.arrays("consistent.starts_mm"))
         ),
         "scenes": starts.trials_per_condition,
-        "scenes.one_place": np.sum((rest == 1) & (spread < ONE_PLACE)),
+        "scenes.one_place": np.sum((rest == 1) & (spread < ONE_POINT)),
         "scenes.no_rest": np.sum(rest < 1),
     }
     for name, number in found.items():

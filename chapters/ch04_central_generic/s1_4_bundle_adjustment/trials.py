@@ -1,4 +1,4 @@
-"""Section 4.1.4: what can be counted, and adjustments that free the centre."""
+"""Section 4.1.4: counts of unknowns, and adjustments that free the centre."""
 
 import numpy as np
 
@@ -38,12 +38,12 @@ def unknowns_trial(condition, rng):
 
 @experiment("exp_c4_ba_param_count", artefact="sec_4_1_4")
 def unknowns(effort):
-    """How many numbers the adjustments move."""
+    """Number of parameters of the adjustments."""
     return Plan(unknowns_trial, crossed(grids=GRIDS), 1, SETTINGS)
 
 
 def formula_trial(condition, rng):
-    """(4.16) to (4.18) beside a search for the nearest point of each ray."""
+    """(4.16) to (4.18) compared with a search for the nearest point of each ray."""
     on_grid = rng.uniform(-HALF_MM, HALF_MM, (POINTS, 2))
     reach = on_plane(on_grid) - CENTRE_MM
     rays = reach + rng.standard_normal(reach.shape)
@@ -84,17 +84,17 @@ SCENES = {"quick": 1, "full": 15}
 
 
 def everything(points):
-    """Every ray sees every grid."""
+    """Mask in which every ray meets every grid."""
     return np.ones(points.shape[:2], bool)
 
 
 def starts_trial(condition, rng):
-    """One scene, many draws of its noise, and where each start ends.
+    """One scene, many draws of its noise, and the end of each start.
 
     The starts are the linear stage's solutions of the draws, so they lie
     within its own error. On one draw's data, from all starts: the centres
     and costs at the end. On every draw's own data: the centres at the end.
-    A fixed centre stays at its start in either case.
+    A fixed centre stays at its start in both cases.
     """
     camera = radial_lens()
     poses = draw_poses(rng)
@@ -111,7 +111,7 @@ def starts_trial(condition, rng):
 
 
 def _ends(scheme, draws, starts):
-    """Where one scheme ends, from all starts and on all draws."""
+    """Ends of one scheme, from all starts and on all draws."""
     data = draws[0][0]
     same = [ended(scheme, data, start) for _, start in draws]
     own = [ended(scheme, points, start) for points, start in draws]
@@ -129,7 +129,7 @@ def _ends(scheme, draws, starts):
 
 
 def ended(scheme, points, start):
-    """Centre, cost, and whether it came to rest, of a scheme that frees it."""
+    """Centre, cost and convergence of a scheme that frees the centre."""
     begin = everything(points), start.centre, start.T_base_grid
     if scheme == "consistent":
         found = adjust_consistent(points, *begin)
@@ -147,5 +147,5 @@ def _spread(centres):
 
 @experiment("exp_c4_centre_ba_unstable", artefact="sec_4_1_4", shards={"full": 2})
 def unstable(effort):
-    """Where adjustments with a free centre end, from many starts."""
+    """Ends of adjustments with a free centre, from many starts."""
     return Plan(starts_trial, [{"starts": STARTS[effort]}], SCENES[effort], SETTINGS)

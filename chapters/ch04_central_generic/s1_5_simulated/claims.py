@@ -1,4 +1,4 @@
-"""The claims of section 4.1.5, tested as the ledger words them."""
+"""Tests of the claims of section 4.1.5, as the registry states them."""
 
 from itertools import product
 
@@ -68,19 +68,19 @@ def _judged_ahead(*given, **named):
 
 @claim("c4_cgsp_beats_std_ba", needs=SWEEP, evidence="synthetic", readings=SWEEPS)
 def judge_beats_adjusted(results, options):
-    """CGSP as it comes out against the adjusted standard method."""
+    """Unadjusted CGSP against the adjusted standard method."""
     return _judged_ahead(results, options, CGSP, ADJUSTED)
 
 
 @claim("c4_cgsp_beats_std", needs=SWEEP, evidence="synthetic", readings=SWEEPS)
 def judge_beats_linear(results, options):
-    """CGSP against the standard method, both as they come out."""
+    """CGSP against the standard method, both unadjusted."""
     return _judged_ahead(results, options, CGSP, LINEAR)
 
 
 @claim("c4_ba_points_better", needs=SWEEP, evidence="synthetic", readings=ALL)
 def judge_points_better(results, options):
-    """The adjusted poses put the points nearer to where they are."""
+    """The adjusted poses put the points closer to their true positions."""
     return _judged_ahead(results, options, ADJUSTED, LINEAR, ("point_mm",))
 
 

@@ -1,4 +1,4 @@
-"""What the exercises of section 4.1.5 compare an answer with."""
+"""Expected answers of the exercises of section 4.1.5."""
 
 import numpy as np
 
@@ -8,16 +8,14 @@ GRIDS = 3
 
 
 def parameters_task():
-    """Six numbers for the pose of every grid but the base, whose frame is the frame of
-    everything, and three for the centre, which the adjustment keeps."""
+    """Six numbers for the pose of every grid except the base grid, which defines the
+    frame. The centre is fixed."""
     return {
         "expected": lambda: 6 * (GRIDS - 1),
-        "hint": "which grid has no pose to find, and does the centre move?",
+        "hint": "which grid has no pose to estimate, and does the centre move?",
         "slips": {
-            "The base grid's pose is not sought.": lambda: 6 * GRIDS,
-            "The centre stays where the linear stage put it.": lambda: (
-                6 * (GRIDS - 1) + 3
-            ),
+            "The pose of the base grid is not estimated.": lambda: 6 * GRIDS,
+            "The centre stays fixed in this adjustment.": lambda: 6 * (GRIDS - 1) + 3,
         },
     }
 
@@ -27,10 +25,10 @@ def share_task():
     over the root of three, on each of the two axes across the ray."""
     return {
         "expected": lambda: 1 / np.sqrt(GRIDS),
-        "hint": "how does a mean of independent errors shrink?",
+        "hint": "how does averaging reduce independent errors?",
         "slips": {
             "That is the share of the variance.": lambda: 1 / GRIDS,
-            "That is what a point keeps of its own error, not the ray.": lambda: (
+            "That is the share of its error that a point keeps, not the ray.": lambda: (
                 np.sqrt(1 - 1 / GRIDS)
             ),
         },
@@ -41,19 +39,19 @@ def extent_task():
     """A ray at half the field of view meets the base grid at the height times the
     tangent of that angle from the foot of the axis."""
     return {
-        "expected": lambda: rim_mm(FOV_DEG / 2),
-        "hint": "draw the axis, the rim's ray and the base grid: a right triangle",
+        "expected": lambda: edge_mm(FOV_DEG / 2),
+        "hint": "draw the axis, the outermost ray and the base grid: a right triangle",
         "slips": {
-            "Half of the field of view lies on either side of the axis.": lambda: (
-                rim_mm(FOV_DEG / 2) * 2
+            "Half of the field of view is on either side of the axis.": lambda: (
+                edge_mm(FOV_DEG / 2) * 2
             ),
-            "The angle is at the camera, so the tangent is what counts.": lambda: (
+            "The angle is at the camera, so use the tangent.": lambda: (
                 CENTRE_MM[2] * np.sin(np.radians(FOV_DEG / 2))
             ),
         },
     }
 
 
-def rim_mm(angle_deg):
+def edge_mm(angle_deg):
     """Distance from the axis' foot at which a ray meets the base grid."""
     return float(CENTRE_MM[2] * np.tan(np.radians(angle_deg)))

@@ -32,7 +32,7 @@ CURVES = (
 
 @figure("fig_4_2", needs=("fig_4_2_redrawn",), evidence="synthetic")
 def fig_4_2(results):
-    """Six errors along the levels of noise, in the primary reading."""
+    """Six errors against the noise level, in the primary interpretation."""
     result = results["fig_4_2_redrawn"]
     drawn, axes = new_figure(2, 3, height_in=5.6, sharex=True)
     rows = []
@@ -58,16 +58,16 @@ def fig_4_2(results):
             ("quantity", "method", "stage", "noise_px", "median", "low", "high"), rows
         ),
         "Errors of the centre, of the poses of grids 2 and 3, and of the rays "
-        "against the noise of the pixels, for the standard method as printed, "
-        "with its bundle adjustment, well conditioned, and for CGSP. Medians "
-        "over trials with 95 % intervals; both axes are logarithmic. The "
-        "error of a translation is that of its length, as in the thesis.",
+        "against the pixel noise. Methods: standard as printed, the same with "
+        "bundle adjustment, standard well conditioned, and CGSP. Medians over "
+        "trials with 95 % intervals, logarithmic axes. The translation error "
+        "is that of the length, as in the thesis.",
     )
 
 
 @figure("ext_what_cgsp_buys_figure", needs=("ext_cgsp_steps",), evidence="synthetic")
 def what_cgsp_buys(results):
-    """The error of the centre after every change, from top to bottom."""
+    """Centre error after every change, from top to bottom."""
     result = results["ext_cgsp_steps"]
     drawn, axes = new_figure(height_in=3.4)
     rows = np.arange(len(STEPS))[::-1]
@@ -83,8 +83,8 @@ def what_cgsp_buys(results):
             ("method", "median_mm", "low_mm", "high_mm"),
             zip(STEPS, middle, low, high, strict=True),
         ),
-        f"Error of the camera's centre at {NOISE_PX} px of noise, from the standard "
-        "linear stage as printed (top) to CGSP and beyond, with one change "
-        "from line to line. Medians over trials with 95 % intervals; the "
-        "axis is logarithmic.",
+        f"Error of the camera's centre at {NOISE_PX} px noise, from the standard "
+        "linear stage as printed (top) to CGSP and its extensions, with one "
+        "change per line. Medians over trials with 95 % intervals, logarithmic "
+        "axis.",
     )

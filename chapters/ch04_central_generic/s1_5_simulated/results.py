@@ -1,14 +1,10 @@
-"""Which trials Fig. 4.2 and its claims read, and the numbers that the page quotes."""
+"""Trials behind Fig. 4.2 and its claims, and the numbers that the page quotes."""
 
 from itertools import pairwise, product
 
 import numpy as np
 
-from chapters.ch04_central_generic.s1_5_simulated.trials import (
-    LEVELS,
-    MANY_GRIDS,
-    STEPS,
-)
+from chapters.ch04_central_generic.s1_5_simulated.trials import LEVELS, STEPS
 from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
 from repro.judge.statistics import median_interval, median_ratio, with_worst
 from repro.page.reader import value
@@ -21,7 +17,7 @@ STAGES = {
     "ba_true_centre": " + adjustment about the true centre",
     "consistent": " + adjustment of the centre too",
 }
-# What was run: the last stage follows CGSP only.
+# Methods and stages; the last stage follows CGSP only.
 RUNS = [
     (method, stage)
     for method, stage in product(LINEAR_NAMES, STAGES)
@@ -53,29 +49,16 @@ WORDS = {
     "r3": "rotation of grid 3",
     "ray": "ray to point",
 }
-# What the prose quotes: method, stage, quantity.
-QUOTED = (
-    "cgsp.linear.centre",
-    "as_printed.linear.centre",
-    "as_printed.linear.t3",
-    "as_printed.ba.t3",
-    "as_printed.linear.ray",
-    "as_printed.ba.ray",
-    "as_printed.linear.own_ray_mm",
-    "as_printed.ba.own_ray_mm",
-    "as_printed.ba.point_mm",
-    "as_printed.ba_true_centre.point_mm",
-)
 
 
 class NoiseCase(Case):
-    """One reading of 4.1.5, with the primary option of what is not asked."""
+    """One interpretation of 4.1.5; options that are not given are the primary ones."""
 
     def __init__(self, options=None):
         super().__init__(READINGS, options)
 
     def name(self, quantity):
-        """The column of a quantity of Fig. 4.2; another quantity is its own."""
+        """Return the column of a quantity of Fig. 4.2, or the name itself."""
         return {
             "centre": "centre_mm",
             "t2": f"t2_{self['translation_error']}",
@@ -86,7 +69,7 @@ class NoiseCase(Case):
         }.get(quantity, quantity)
 
     def trials(self, result, method, stage, quantity, noise):
-        """Trials (n,) of a quantity; a failed one counts as the worst."""
+        """Return the trials (n,) of a quantity; a failed one counts as the worst."""
         if method == "standard":
             method = self["standard_method"]
         name = f"{method}.{stage}.{self.name(quantity)}"
@@ -97,7 +80,7 @@ PRIMARY = NoiseCase()
 
 
 def medians(result, case, method, stage, quantity):
-    """Estimates of the median along the levels of noise, [Estimate, ...]."""
+    """Return the medians at the noise levels, [Estimate, ...]."""
     return [
         median_interval(case.trials(result, method, stage, quantity, level))
         for level in LEVELS
@@ -105,55 +88,45 @@ def medians(result, case, method, stage, quantity):
 
 
 def failures(result, method):
-    """Trials in which a method gave nothing, and all trials."""
+    """Return the numbers of failed trials of a method and of all trials."""
     texts = result.select().texts(f"{method}.failed")
     return sum(text is not None for text in texts), len(texts)
 
 
 def centre_after(result, step):
-    """Median error (mm) of the centre after a step, an Estimate; failures as worst."""
+    """Return the median centre error (mm) after a step, an Estimate.
+
+    Failures count as the worst.
+    """
     return median_interval(with_worst(result.column(f"{step}.centre_mm")))
 
 
 def gain(result, one, other):
-    """Ratio of the median errors of two steps in the same trials, an Estimate."""
+    """Return the ratio of the median errors of two steps, an Estimate."""
     errors = (result.column(f"{step}.centre_mm") for step in (one, other))
     return median_ratio(*errors, paired=True)
 
 
 def in_words(ratio):
-    """An Estimate with its interval, for a sentence."""
+    """Return an Estimate with its interval as text."""
     return rounded(ratio.value, (ratio.low, ratio.high))
 
 
 def name_values(open_results):
-    """Name the numbers of the prose, in the primary reading at 0.5 px."""
-    result, steps, many = map(
-        open_results, ("fig_4_2_redrawn", "ext_cgsp_steps", "ext_cgsp_grids")
-    )
-    trials = {name: PRIMARY.trials(result, *name.split("."), 0.5) for name in QUOTED}
+    """Name the numbers of the prose, in the primary interpretation at 0.5 px."""
+    result, steps = map(open_results, ("fig_4_2_redrawn", "ext_cgsp_steps"))
     for method in ("as_printed", "cgsp"):
-        centre = PRIMARY.trials(result, method, "linear", "centre", 0.5)
-        trials[f"{method}.spread"] = np.abs(centre - np.median(centre))
-    failed, total = failures(result, "as_printed")
-    found = {name: np.median(one) for name, one in trials.items()} | {
-        "as_printed.failed": failed,
-        "total": total,
-        **{f"gain.{b}": in_words(gain(steps, a, b)) for a, b in pairwise(STEPS)},
-        "grids": MANY_GRIDS,
-        **{
-            f"many.{step}": centre_after(many, step).value
-            for step in ("cgsp", "consistent")
-        },
-    }
-    for name, number in found.items():
-        value(name, number)
-    for quantity in ("t2", "t3", "r2", "r3", "ray"):
+        trials = PRIMARY.trials(result, method, "linear", "centre", 0.5)
+        value(f"{method}.linear.centre", np.median(trials))
+    for before, after in pairwise(STEPS):
+        if after in ("one_scale", "cgsp"):
+            value(f"gain.{after}", in_words(gain(steps, before, after)))
+    for quantity in ("t3", "ray"):
         value(f"adjusted.{quantity}", change_by_adjustment(result, quantity))
 
 
 def change_by_adjustment(result, quantity):
-    """Median error after adjustment over that before, as printed, in words."""
+    """Return the ratio of the median errors after and before adjustment, as text."""
     after, before = (
         PRIMARY.trials(result, "as_printed", stage, quantity, 0.5)
         for stage in ("ba", "linear")

@@ -1,4 +1,4 @@
-"""All methods of section 4.1.5 at one size of noise, and the steps between them."""
+"""All methods of section 4.1.5 at one noise level, and the steps between them."""
 
 from itertools import pairwise
 
@@ -49,12 +49,12 @@ def ext_fig_4_2_methods(results):
         for method, stage in RUNS
     ]
     return Table(
-        columns(("Method", *SHOWN.values(), "Gave nothing (trials)"), rows),
-        "Errors at a noise of 0.5 px: medians over trials with 95 % intervals. "
-        "*Translation* is here the length of the difference. *Moved points*: "
-        "how far the estimated poses of grids 2 and 3 put their points from "
-        "where they are. The last column counts the trials of all levels in "
-        "which a method gave nothing; they count as the worst.",
+        columns(("Method", *SHOWN.values(), "Failed trials"), rows),
+        "Errors of all methods at 0.5 px noise: medians over trials with 95 % "
+        "intervals. *Translation*: here the length of the difference. *Moved "
+        "points*: mean displacement of the points of grids 2 and 3 by the pose "
+        "errors. *Failed trials*: number at all noise levels; they count as the "
+        "worst.",
     )
 
 
@@ -77,13 +77,13 @@ def cgsp_steps(results):
             "Centre, three grids (mm)": [
                 Measured(*centre_after(three, step)[:3]) for step in STEPS
             ],
-            "Smaller by (1)": [None, *(Measured(*ratio[:3]) for ratio in gains)],
-            "Gave nothing (trials)": [failures(three, step)[0] for step in STEPS],
+            "Reduction factor": [None, *(Measured(*ratio[:3]) for ratio in gains)],
+            "Failed trials": [failures(three, step)[0] for step in STEPS],
             f"Centre, {MANY_GRIDS} grids (mm)": with_many,
         },
-        f"Error of the centre at {NOISE_PX} px of noise as one change after the "
-        "other is made to the standard linear stage: medians over "
+        f"Error of the centre at {NOISE_PX} px noise after successive changes of the "
+        "standard linear stage: medians over "
         f"{three.trials_per_condition} trials with 95 % intervals, and the factor of "
-        "each step. The equations as printed take three grids. Trials that gave "
-        "nothing count as the worst.",
+        "each step. The printed equations require three grids. Failed trials "
+        "count as the worst.",
     )

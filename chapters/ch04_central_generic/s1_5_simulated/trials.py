@@ -1,4 +1,4 @@
-"""Section 4.1.5: the methods on one trial, and the steps from one to the other."""
+"""Section 4.1.5: the methods on one trial, and the steps between them."""
 
 from functools import partial
 
@@ -37,11 +37,11 @@ from repro.run.outcomes import Plan
 LEVELS = (0.1, 0.25, 0.5, 1.0, 2.0)
 DOMAINS = ("px", "mm")
 TRIALS = {"quick": 3, "full": 50}
-FIXED_SEED = 0  # of the one configuration whose noise alone is drawn again
+FIXED_SEED = 0  # of the configuration in which only the noise changes
 
 
 def errors(centre, T_base_grid, directions, scene):
-    """Errors of one calibration in the base grid's frame, which needs no fit.
+    """Errors of one calibration in the frame of the base grid, without alignment.
 
     ray_mm: mean distance of the rays from the true points of all grids;
     own_ray_mm: from the noisy points under the estimated poses; point_mm:
@@ -78,13 +78,13 @@ def _length(vector):
 
 
 def relaxed(points, centre, T_base_grid):
-    """Poses and rays after the thesis's bundle adjustment, the centre kept."""
+    """Poses and rays after the thesis's bundle adjustment, with fixed centre."""
     found = relax_poses(points, np.ones(points.shape[:2], bool), centre, T_base_grid)
     return found.T_base_grid, found.directions
 
 
 def unadjusted(scene, start):
-    """Errors of a linear stage as it is, rays joined to their centroids."""
+    """Errors of an unadjusted linear stage, with rays through the centroids."""
     seen = np.ones(scene.noisy.shape[:2], bool)
     centre, poses = start.centre, start.T_base_grid
     rays = centroid_directions(scene.noisy, seen, centre, poses)
@@ -92,7 +92,7 @@ def unadjusted(scene, start):
 
 
 def calibrate(scene, linear):
-    """Errors of one linear stage as it is, and adjusted about two centres."""
+    """Errors of one linear stage, unadjusted and adjusted about two centres."""
     start = linear(scene.noisy, side=SIDE)
     poses = start.T_base_grid
     return {"linear": unadjusted(scene, start)} | {
@@ -109,7 +109,7 @@ def calibrate_consistent(scene):
 
 
 def each_method(scene, run):
-    """What ``run(scene, linear)`` gives for every method, or why it failed."""
+    """Result of ``run(scene, linear)`` for every method, or its error code."""
     out = {}
     for name, linear in LINEAR_STAGES.items():
         try:
@@ -120,7 +120,7 @@ def each_method(scene, run):
 
 
 def fixed_trial(condition, rng):
-    """One trial of the same grids and rays; noise alone is drawn."""
+    """One trial with fixed grids and rays; only the noise is drawn."""
     drawn = np.random.default_rng(FIXED_SEED)
     camera = radial_lens()
     poses = draw_poses(drawn)
@@ -136,7 +136,7 @@ def fixed_trial(condition, rng):
 
 
 def levels():
-    """All sizes of noise, in px and in mm."""
+    """All noise levels, in px and in mm."""
     return [
         {"domain": domain, "noise": level} for domain in DOMAINS for level in LEVELS
     ]
@@ -160,7 +160,7 @@ def printed(points):
 
 
 def in_normalised_coordinates(solve, points):
-    """The solution of ``solve`` in coordinates of every grid about its middle.
+    """Solution of ``solve`` in coordinates relative to the middle of each grid.
 
     All grids share one scale, so that a pose stays a pose.
     """
@@ -179,7 +179,7 @@ def in_normalised_coordinates(solve, points):
 
 
 def one_scale(points):
-    """As printed, but V and W brought to one scale by all they share."""
+    """As printed, but with one scale of V and W from all shared entries."""
     coefficients = []
     for other in points[1:]:
         v, w, _ = solve_coefficients(points[0], other)
@@ -202,7 +202,7 @@ def consistent(points):
     return adjust_consistent(points, None, start.centre, start.T_base_grid)
 
 
-# Every one differs from that before it by one change.
+# Each step makes one change to the one before.
 STEPS = {
     "as_printed": printed,
     "normalised": lambda points: in_normalised_coordinates(printed, points),
@@ -216,7 +216,7 @@ OF_MANY_GRIDS = ("well_conditioned", "cgsp", "cgsp_weighted", "consistent")
 
 
 def centre_errors(points, methods):
-    """Error (mm) of the centre by method, and why one gave nothing."""
+    """Error (mm) of the centre by method, or the error code of a failure."""
     out = {}
     for name, method in methods.items():
         try:
@@ -239,7 +239,7 @@ def steps(effort):
 
 
 def grids_trial(condition, rng):
-    """More than three grids: methods that take any number."""
+    """More than three grids: methods that accept any number."""
     scene = draw_scene(radial_lens(), NOISE_PX, rng, grids=condition["grids"])
     return centre_errors(scene.noisy, {name: STEPS[name] for name in OF_MANY_GRIDS})
 
