@@ -60,7 +60,7 @@ def nearer_task():
 
 
 def freedom_of_a():
-    """Return the dimension of the solution space of A u = x (2.19) without its last row."""
+    """Return the dimension of the solutions of A u = x (2.19) without its last row."""
     points, _, _ = scene_points(trial_rng("sec_2_4_1_exercise", {}, 0))
     A, _ = matrix_a(scaled_coefficients(points))
     return int(UNKNOWNS_U - np.linalg.matrix_rank(A[:-1]))
