@@ -6,7 +6,7 @@ from raxel.calibration import rays_from_known_motion
 from raxel.geometry import pluecker_matrix, pluecker_vector, pose
 
 # A pixel sees these points on two parallel grids, 100 mm apart.
-SEEN_MM = ((30.0, -20.0), (45.0, -30.0))
+POINTS_MM = ((30.0, -20.0), (45.0, -30.0))
 STEP_MM = 100.0
 A_MM, B_MM = (1.0, 2.0, 3.0), (4.0, 6.0, 3.0)
 
@@ -73,7 +73,7 @@ def vector_through():
 def ray_of_pixel():
     """Return the unit direction (3,) of the ray through the two points."""
     T = np.stack([np.eye(4), pose(np.eye(3), [0.0, 0.0, STEP_MM])])
-    return rays_from_known_motion(np.array(SEEN_MM)[:, None], T).directions[0]
+    return rays_from_known_motion(np.array(POINTS_MM)[:, None], T).directions[0]
 
 
 def angle_per_shift(shift_mm, step_mm):

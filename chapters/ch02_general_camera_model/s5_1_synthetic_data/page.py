@@ -10,9 +10,9 @@
 # %%
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.exercises import (
     focal_task,
+    held_out_task,
     residual_task,
     stretch_task,
-    unseen_task,
 )
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import name_values
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
@@ -99,23 +99,21 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## What the thesis claims
 #
-# Section 2.5.1 compares the standard perspective method {cite}`zhang2000`
-# with the central generic method {cite}`sturm2004`, on a camera of 640 × 640
-# pixels:
+# Section 2.5.1 compares Zhang's method {cite}`zhang2000` with the central
+# generic method {cite}`sturm2004`, on a camera of 640 × 640 pixels:
 #
-# - Fig. 2.3(a): Gaussian noise is added to 999 random image points, 50 times
-#   per level. Both residuals grow in proportion to the noise.
-# - Fig. 2.3(b): the lens follows the equidistance law (2.6), and its field of
-#   view grows from 30° to 150°. The parametric residual grows. The generic
-#   one stays low, except at 150°. The thesis attributes that rise to planes of
-#   unlimited extent, which some rays meet at a very small angle.
+# - Fig. 2.3(a): with Gaussian noise on 999 random image points, in 50 trials
+#   per level, both residuals grow in proportion to the noise.
+# - Fig. 2.3(b): the field of view of an equidistance lens (2.6) grows from 30°
+#   to 150°. The parametric residual grows. The generic one stays low, except
+#   at 150°, where some rays meet the unlimited planes at a very small angle.
 
 # %% [markdown]
 # ## Model
 #
 # One trial has a camera, three grids in unknown poses, and 999 pixels that
-# see all three. Noise is drawn independently for every grid: one noisy pixel
-# for all grids would leave its three points on one line through the centre.
+# see all three. Noise is independent for every grid: with common noise the
+# three points of a pixel would stay on one line through the centre.
 
 # %% tags=["active-ipynb"]
 # show_code(measure, observe)
@@ -141,10 +139,10 @@ from repro.run.outcomes import Plan
 # show_code(score)
 
 # %% [markdown]
-# **Interpretations.** The thesis does not state the noise levels, the poses,
-# the unit of the residual or the lens of Fig. 2.3(a). Five open questions can
-# change a verdict. Claims are tested in all combinations that their wording
-# permits. The first option is the primary one:
+# **Interpretations.** The text does not state noise levels, poses, the unit of
+# the residual or the lens of Fig. 2.3(a). Five open questions can change a
+# verdict. Claims are tested in all combinations that their wording permits;
+# the first option is primary:
 #
 # | question | options |
 # |---|---|
@@ -207,24 +205,22 @@ def fov_sweep(effort):
 # ## Discussion
 #
 # **Noise.** Noise of SD $\sigma$ on both axes displaces a scored point by
-# $\sigma\sqrt{\pi/2}$ on average. The parametric model describes the lens of
-# Fig. 2.3(a) exactly and leaves just that. A generic ray is fitted to three
-# points and leaves $\sqrt{4/3}$ times as much. On noisy points proportionality
-# is nearly trivial. It also holds on points without noise, where the residual
-# is the calibration error alone.
+# $\sigma\sqrt{\pi/2}$ on average. The parametric model fits the lens of
+# Fig. 2.3(a) and leaves just that; a generic ray, fitted to three points,
+# leaves $\sqrt{4/3}$ times as much. Proportionality is nearly trivial on noisy
+# points, but also holds for the calibration error alone.
 #
 # **Crossing.** A pinhole with two radial terms cannot follow a wide
-# equidistance lens. On grids of ±600 mm few pixels of a wide lens see all
-# three grids, the angles are smaller, and the pinhole fits. There, with fresh
-# noise in px, the generic method is never better. With noise in mm most
-# claims about the field of view differ: the same noise is fewer pixels in a
-# wider lens.
+# equidistance lens. On grids of ±600 mm fewer pixels see all three grids, at
+# smaller angles, and the pinhole fits: with fresh noise in px the generic
+# method is never better there. With noise in mm most claims about the field of
+# view differ, because the same noise is fewer pixels in a wider lens.
 #
 # **Rise at 150°.** On unbounded planes the point noise in mm is larger at the
-# edge than at the centre, as the thesis states. The angular noise of a ray is
-# not. Without the stretch of the view, the residual does not follow the angle
-# between ray and plane. A likelier cause, not tested: rays are fitted to
-# distances in mm, so the farthest point dominates.
+# edge, as the thesis states, but the angular noise of a ray is not. In source
+# pixels the residual does not follow the angle between ray and plane. A
+# likelier cause, not tested: rays are fitted to distances in mm, so the
+# farthest point dominates.
 #
 # **Residuals and rays.** A wrong centre probably distorts the rays almost as
 # a homography does, which the alignment removes. In ray angles, the method as
@@ -278,7 +274,7 @@ def fov_sweep(effort):
 # a fourth point that it has not seen?
 
 # %% tags=["active-ipynb"]
-# check(None, **unseen_task())
+# check(None, **held_out_task())
 
 # %% [markdown]
 # **3.** How long, in px, is the focal length of an equidistance lens whose

@@ -94,12 +94,10 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Terms
 #
-# - *Parametric method* (thesis: standard perspective): Zhang's calibration, a
-#   pinhole with radial distortion.
+# - *Parametric method* (thesis: standard perspective): Zhang's calibration.
 # - *Generic method* (thesis: central generic): Algorithm 1, a per-pixel ray
 #   model with one centre.
-# - *Set 1, 2, 3*: the three zoom settings, from the least to the most
-#   distorted.
+# - *Set 1, 2, 3*: the zoom settings, from least to most distorted.
 # - *Residual*: distance in the corrected view (undistorted image) between
 #   corners and grid after a homography; RMS over the calibration images.
 # - *Simulated run*: boards in random poses with their own corner errors. In a
@@ -129,13 +127,10 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Model
 #
-# Each set has a rig file, `data/rigs/coolpix-fce8-zoom-*.yaml`, with lens,
-# sensor, board and pose distribution, and the origin of every value. Values
-# that the thesis does not state were chosen before any run.
-#
-# A simulated run draws board poses. The simulator renders the images with blur
-# and noise, and OpenCV's detector finds the corners. Both methods receive
-# these corners only.
+# Each set has a rig file, `data/rigs/coolpix-fce8-zoom-*.yaml`, with the origin
+# of every value. Values that the thesis does not state were chosen before any
+# run. The simulator renders boards in random poses with blur and noise, and
+# OpenCV's detector finds the corners. Both methods receive these corners only.
 
 # %% tags=["active-ipynb"]
 # show_code(photograph, calibrate)
@@ -181,12 +176,11 @@ from repro.run.outcomes import Plan
 # Rays are fitted to the corners of the calibration images, so scoring them
 # there favours the generic method. The thesis seems to do so.
 #
-# Both methods of the thesis used the same corners. If the 0.09 px of the
-# parametric method in set 1 is all noise, the noise is 0.06 px on each axis.
-# If the 0.65 px of the generic method were all noise, it would be 0.45 px.
-# Corner noise and interpolation are tested with the first option of the
-# standard method, one at a time, in 12 runs. The straight lines of section
-# 2.5.3 have 50.
+# Corner noise: if the 0.09 px of the parametric method in set 1 is all noise,
+# the noise is 0.06 px on each axis. If the 0.65 px of the generic method were
+# all noise, it would be 0.45 px. Corner noise and interpolation are tested one
+# at a time with the first standard method, in 12 runs (50 for the lines of
+# section 2.5.3).
 
 # %% [markdown]
 # ## Experiment
@@ -197,7 +191,7 @@ REDRAWN = {"quick": 2, "full": 50}
 
 
 def rendered_trial(condition, rng, counts):
-    """A seed whose boards are photographed and searched."""
+    """Score a run whose corners are detected in rendered images."""
     zoom = condition["zoom"]
     poses = draw_poses(zoom, counts, rng)
     boards, pictures = {}, {}
@@ -224,7 +218,7 @@ def rendered_trial(condition, rng, counts):
     inputs=ZOOM_RIGS,
 )
 def rendered_seeds(effort):
-    """Seeds that go from pictures to numbers."""
+    """Simulated runs with rendered images."""
     trial = partial(rendered_trial, counts=COUNTS[effort])
     return Plan(trial, SETS, RENDERED[effort], settings(effort))
 
@@ -237,7 +231,7 @@ def rendered_seeds(effort):
     needs=("table_2_2_rendered",),
 )
 def redrawn_seeds(effort, results):
-    """Seeds with the corner errors of the rendered ones."""
+    """Simulated runs with the corner errors of the rendered ones."""
     trial = partial(redrawn_trial, counts=COUNTS[effort], errors=errors_in(results))
     return Plan(trial, SETS, REDRAWN[effort], settings(effort))
 
@@ -286,11 +280,9 @@ def redrawn_seeds(effort, results):
 # method. A parametric model extrapolates to the whole image, right or wrong
 # ([section 2.5.3](s5_3_distortion_correction.ipynb)).
 #
-# *OpenCV's fisheye model*, today's usual choice, leaves about as little as the
-# generic method with a smooth surface in sets 1 and 2, and covers the whole
-# image. In set 3 its fit fails in some runs. A possible reason, not tested:
-# the fit starts from a homography in a pinhole image plane, and the boards
-# reach far from the axis.
+# *OpenCV's fisheye model* leaves about as little as the generic method with a
+# smooth surface in sets 1 and 2, and covers the whole image. In set 3 its fit
+# fails in many runs, possibly because it starts from a pinhole homography.
 
 # %% [markdown]
 # **Fig. 2.5.** As claimed, a homography neither creates nor hides distortion.

@@ -120,10 +120,10 @@ def _grids(grids):
 def _scene_2_2(found):
     """Return both configurations next to each other."""
     general, generic = (_grids(grids) for grids in found.values())
-    beside = np.eye(4)
-    beside[0, 3] = 1800.0
+    sideways = np.eye(4)
+    sideways[0, 3] = 1800.0
     return framed(
-        general + moved(generic, beside, unlabelled=True),
+        general + moved(generic, sideways, unlabelled=True),
         SIGHT,
         note="Left: the general method, two grids in known poses. Right: the "
         "generic method, three grids with estimated poses.",

@@ -151,10 +151,10 @@ def _rays(table):
 def _scene_2_1(tables):
     """Return both cameras next to each other; the mirror camera is moved along x."""
     fisheye, mirrors = (_rays(table) for table in tables.values())
-    beside = np.eye(4)
-    beside[0, 3] = 900.0
+    sideways = np.eye(4)
+    sideways[0, 3] = 900.0
     return framed(
-        fisheye + moved(mirrors, beside, unlabelled=True),
+        fisheye + moved(mirrors, sideways, unlabelled=True),
         SIGHT,
         note="Left: a fisheye, whose rays all start in one point. Right: a camera "
         "in front of four mirrors, with one anchor point for each ray.",
