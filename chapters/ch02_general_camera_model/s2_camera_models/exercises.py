@@ -1,4 +1,4 @@
-"""What the exercises of section 2.2 compare an answer with."""
+"""Expected answers of the exercises of section 2.2."""
 
 import numpy as np
 
@@ -49,7 +49,7 @@ def cubics_task():
     ratios one common factor does not count."""
     return {
         "expected": lambda: free_of_cubics(2),
-        "hint": "how many coefficients has one cubic of two variables?",
+        "hint": "how many coefficients does a cubic of two variables have?",
         "slips": {
             "A common factor of a ratio does not count.": lambda: 40,
             "Both ratios have a numerator and a denominator.": lambda: 20,
@@ -62,17 +62,17 @@ def _xi(e):
 
 
 def omega_of_equidistance():
-    """omega (deg) for which the FOV model is the law of equidistance."""
+    """Return omega (deg) for which the FOV model is the equidistance law."""
     return float(np.degrees(2 * np.arctan(0.5)))
 
 
 def sphere_of_hyperboloid():
-    """xi of the unified sphere that equals the zoo's hyperboloid."""
+    """Return xi of the unified sphere equivalent to the hyperboloid."""
     return float(_xi(np.hypot(30, 20) / 30))
 
 
 def divided_edge():
-    """Radius (px) at which the zoo's division model reaches 90 deg."""
+    """Return the radius (px) at which the division model reaches 90 deg."""
     model = camera("division")
     (first,) = model.coefficients
     return float(model.K[0, 0] / np.sqrt(-first))

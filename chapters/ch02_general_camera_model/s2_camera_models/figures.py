@@ -1,4 +1,4 @@
-"""A room through eight cameras of the zoo."""
+"""Images of a room by eight cameras of the collection."""
 
 from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import ROOM
 from repro.page.style import figure as new_figure
@@ -9,7 +9,7 @@ from repro.run.outcomes import Drawing
 
 @figure("ext_zoo_room", needs=("exp_zoo_room",), evidence="rendered")
 def ext_zoo_room(results):
-    """The same room through eight cameras."""
+    """Draw the same room as seen by eight cameras."""
     ran = results["exp_zoo_room"]
     drawn, axes = new_figure(2, 4, height_in=4.3)
     rows = []
@@ -22,7 +22,7 @@ def ext_zoo_room(results):
     return Drawing(
         drawn,
         columns(("model", "mean_radiance", "share_lit"), rows),
-        "The same room from its middle, through eight cameras. The viewer of "
-        "the hyperboloid mirror looks up; that of the plane mirrors has the "
-        "room's windows behind it.",
+        "Rendered images of one room by eight cameras at its centre. The "
+        "camera of the hyperboloid mirror looks up; that of the plane mirrors "
+        "has the room's windows behind it.",
     )

@@ -1,9 +1,10 @@
 # %% [markdown]
-# # 2.2 Camera distortions: a zoo of models
+# # 2.2 Camera distortions: a collection of models
 #
-# **Question.** There are many formulas for how a camera bends the picture.
-# Which cameras can each of them describe, which not, and with how many
-# numbers?
+# **Question.** Many parametric models describe how a camera distorts the
+# image. Given are the models that section 2.2 of the thesis names, each
+# implemented as one camera. Which cameras can each model describe, which not,
+# and with how many parameters?
 
 # %%
 from chapters.ch02_general_camera_model.s2_camera_models.exercises import (
@@ -41,45 +42,64 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # **Findings.**
 #
-# - The zoo has {glue:text}`cameras` cameras, one for every model that the
-#   section names and the library has. All of them turn pixels into rays and
-#   points into pixels.
-# - Models that displace points of the image plane end before 90° from the
-#   axis, as the thesis says. That is geometry and has nothing to do with
-#   fitting.
-# - {glue:text}`not_central` of the cameras have no single centre: mirrors off
-#   their focus, a ball, plane and bent mirrors, X-slits, the pushbroom camera
-#   and a lens whose pupil moves.
+# 1. **All models work in both directions.** The collection has
+#    {glue:text}`cameras` cameras, one for each implemented model. Each maps
+#    pixels to rays and points to pixels.
+# 2. **Image-plane models end before 90° from the axis**, as the thesis states.
+#    This follows from geometry and does not depend on a fit.
+# 3. **{glue:text}`not_central` cameras are non-central**: mirrors off their
+#    focus, a ball, plane and bent mirrors, X-slits, pushbroom, and a lens with
+#    entrance-pupil shift.
+
+# %% [markdown]
+# | question | thesis | here |
+# |---|---|---|
+# | plane for all rays | below 180° | {glue:text}`plane_fov:.0f`° yes, 180° no |
+# | rational cubic model, parameters | 80 | {glue:text}`cubic`, central cameras only |
+# | Kannala-Brandt, parameters | 6 to 23 | {glue:text}`kb`, three of them redundant |
+# | ray table, parameters | – | {glue:text}`table_size`, two for each ray |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Image-plane model*: displaces points of the image plane (radial, division,
+#   rational cubic). *Projection law*: maps the angle from the axis to an image
+#   radius.
+# - $\mathbf{p}$, $\check{\mathbf{p}}$: undistorted and distorted image point;
+#   $r$ or $|\mathbf{p}|$: image radius.
+# - $\theta$, $\varphi$: angle from the optical axis and around it; $f$: focal
+#   length.
+# - $k_i$, $a_i$: radial and polynomial coefficients; $\Delta_r$, $\Delta_t$:
+#   radial and tangential displacement.
+# - *FOV*: the full field of view. *FOV model*: the published one-parameter
+#   model of that name.
+# - *Central*: all rays pass through one point (single viewpoint).
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - Radial distortion is the largest distortion of an ordinary lens, and
-#   (2.4) with one or two coefficients describes it. Other models of the
-#   image plane are the division model, with one number, and the rational
-#   cubics of Hartley and Saxena, with "80 parameters".
-# - A fisheye needs a projection law from rays to points, (2.5) to (2.9).
-#   "The image displacement approach will fail for fisheye cameras with FOVs
-#   greater than or equal to 180°, since in these cases there is no single
-#   plane with which all the camera rays can intersect." The complete model
-#   of Kannala and Brandt {cite}`kannala2006` has 6 to 23 parameters.
-# - Mirrors: central models by shape, one sphere for all of them, and a
-#   polynomial (2.10). Mirrors off their focus, flat mirrors and exotic
-#   cameras (X-slits, pushbroom, axial) are not central.
-# - So there are many models, each for its own cameras; section 2.3 replaces
-#   them by one that fits all.
+# - Radial distortion dominates in an ordinary lens, and (2.4) with one or two
+#   coefficients describes it. Other image-plane models are the division model,
+#   with one parameter, and the rational cubics of Hartley and Saxena, with "80
+#   parameters".
+# - A fisheye needs a projection law, (2.5) to (2.9). Displacement in the image
+#   plane "will fail for fisheye cameras with FOVs greater than or equal to
+#   180°", since no single plane intersects all the camera rays. The complete
+#   model of Kannala and Brandt {cite}`kannala2006` has 6 to 23 parameters.
+# - Mirrors have central models by shape, one sphere for all of them, and a
+#   polynomial (2.10). Mirrors off their focus, flat mirrors and exotic cameras
+#   (X-slits, pushbroom, axial) are not central.
+# - Each model fits its own cameras; section 2.3 replaces them by one model.
 
 # %% [markdown]
 # ## Model
 #
-# **Displacement in the image plane.** With $\mathbf{p}$ the undistorted
-# point and $r = |\mathbf{p}|$,
+# **Displacement in the image plane**, with $r = |\mathbf{p}|$:
 #
 # $$\check{\mathbf{p}} = \mathbf{p} + \mathbf{p}(k_1 r^2 + k_2 r^4 + \dots).
 # \tag{2.4}$$
 #
-# **A law of the angle.** With $\theta$ from the axis and $\varphi$ around
-# it,
+# **Projection laws:**
 #
 # $$\mathbf{p} = r(\theta)\,(\cos\varphi, \sin\varphi)^T, \tag{2.5}$$
 #
@@ -92,7 +112,7 @@ from repro.run.outcomes import Plan, crossed
 # $$\check{\mathbf{p}} = \mathbf{p} + \Delta_r(\theta, \varphi) +
 # \Delta_t(\theta, \varphi). \tag{2.9}$$
 #
-# **A ray for a point.** A polynomial in the radius gives the third
+# **A ray for an image point.** A polynomial in the radius gives the third
 # coordinate of the ray:
 #
 # $$\begin{aligned}
@@ -101,11 +121,10 @@ from repro.run.outcomes import Plan, crossed
 # &+ \dots + a_n |\check{\mathbf{p}}'|^n).
 # \end{aligned} \tag{2.10}$$
 #
-# **A mirror.** The library does not fit a formula to a mirror. It reflects
-# the viewer's ray in the quadric.
+# **Mirrors.** The library reflects the camera's ray in the quadric.
 #
 # Each model is one class with `rays` (pixels to rays) and `project` (points
-# to pixels). Its text says what ends where.
+# to pixels). Its documentation states its limits.
 
 # %% tags=["active-ipynb"]
 # show_code(DivisionCamera, ScaramuzzaCamera, UnifiedSphereCamera)
@@ -113,11 +132,10 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # ## Experiment
 #
-# One camera of every model, {glue:text}`cameras` in all, has an image of
-# 200 × 200 pixels. Eight of them photograph one room. The claim that no plane is
-# met by all rays from 180° on has an experiment of its own, in
-# `trials/planes.py` beside this page: a linear programme looks for a normal that
-# all rays of a bundle have in front.
+# Each camera of the collection has an image of 200 × 200 pixels. Eight of
+# them render one room. A separate experiment, `trials/planes.py`, tests the
+# claim about 180°: a linear programme searches for a plane normal with which
+# all rays of a bundle make an acute angle.
 
 # %%
 SAMPLES = {"quick": 16, "full": 64}
@@ -133,33 +151,37 @@ def pictures(effort):
 # show_code(plane_trial)
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# - **Where plane models end.** The linear programme finds a plane for
-#   every bundle up to {glue:text}`plane_fov:.0f`° and for none from 180°
-#   on. The claim is geometry and does not depend on a fit. The division
-#   model and the FOV model see less than 90° from the axis. The *formula*
-#   of the FOV model goes on beyond, but as published it displaces points
-#   of the image plane, and the library keeps to that.
-# - **Counting.** Parameters are counted in different ways. Hartley and
-#   Saxena's "80" are four cubics of the three coordinates of a point, 20
-#   coefficients each; two of them are scales that cancel. Most of the
-#   cameras that these describe are not central. The library has the central
-#   ones, with {glue:text}`cubic` parameters. Of the {glue:text}`kb` of Kannala
-#   and Brandt three are scales that cancel, too. The look-up table of
-#   section 2.3 has two numbers for every pixel with a ray,
-#   {glue:text}`table_size` here.
-# - **Signs.** A negative $a_0$ in (2.10), the sign of the published
-#   toolbox, means that the middle of the image looks along $-z$.
-# - **Two coefficients of a form.** Of the 10-parameter model of Shah and
-#   Aggarwal the section gives the order of its two polynomials, not the
-#   formula. The zoo has a form with both: one polynomial for the radius, one
-#   for the turn about the axis, five terms each.
-# - **Not built.** Barreto's sphere with division, circular panoramas, and
-#   networks of cameras.
+# - **Limits of image-plane models.** The linear programme finds a plane for
+#   every bundle below 180° and for none from 180° on. The division model and
+#   the FOV model see less than 90° from the axis. The *formula* of the FOV
+#   model continues, but as published it displaces points of the image plane,
+#   and the library does the same.
+# - **Parameter counts.** The "80" of Hartley and Saxena are four cubics of
+#   three coordinates with 20 coefficients each. Two are scales that cancel.
+#   Most of these cameras are non-central; the library has the central ones. In
+#   the complete model of Kannala and Brandt three scales cancel, too. The
+#   look-up table has two numbers for every pixel with a ray.
+# - **Signs.** A negative $a_0$ in (2.10), as in the published toolbox, means
+#   that the image centre looks along $-z$.
+# - **Shah and Aggarwal.** The section gives the order of the two polynomials
+#   of this 10-parameter model, not the formula. The collection has one
+#   polynomial for the radius and one for the rotation about the axis, with
+#   five terms each.
+# - **Not implemented.** Barreto's sphere with division, circular panoramas,
+#   and networks of cameras.
 
 # %% tags=["active-ipynb"]
 # show_code(KannalaBrandtCamera, QuadricMirrorCamera.rays)
+
+# %% [markdown]
+# ## Summary
+#
+# Every implemented model of the section maps pixels to rays and points to
+# pixels, and each describes its own class of cameras only. The claim that no
+# plane meets all rays from 180° on is a geometric fact and holds. The number
+# of parameters depends on how redundant scales are counted.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -180,21 +202,22 @@ def pictures(effort):
 # check(None, **omega_task())
 
 # %% [markdown]
-# **2.** The zoo's hyperboloid has the semi-axes 30 mm (along its axis) and
-# 20 mm. Which $\xi$ has the unified sphere that equals it?
+# **2.** The hyperboloid of the collection has the semi-axes 30 mm (along its
+# axis) and 20 mm. Which $\xi$ has the equivalent unified sphere?
 
 # %% tags=["active-ipynb"]
 # check(None, **sphere_task())
 
 # %% [markdown]
-# **3.** The zoo's division model has $f = 130$ px and $\lambda_1 = -0.25$. At
-# which radius in the image, in pixels, would it reach 90°?
+# **3.** The division model of the collection has $f = 130$ px and
+# $\lambda_1 = -0.25$. At which radius in the image, in pixels, would it reach
+# 90°?
 
 # %% tags=["active-ipynb"]
 # check(None, **edge_task())
 
 # %% [markdown]
-# **4.** How many free numbers have two ratios of cubic polynomials of
+# **4.** How many free parameters have two ratios of cubic polynomials of
 # $(X/Z, Y/Z)$, if a common factor of numerator and denominator does not
 # count?
 

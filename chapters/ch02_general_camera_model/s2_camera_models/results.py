@@ -1,4 +1,4 @@
-"""What the claim and the prose of the camera zoo read."""
+"""Numbers of section 2.2 for its claim and its prose."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from repro.page.reader import value
 
 
 def fov_with_plane(result):
-    """Largest field of view (deg) with a plane in front of all rays."""
+    """Return the largest field of view (deg) with a plane in front of all rays."""
     return max(np.array(FOVS_DEG)[feasible_shares(result) == 1])
 
 
@@ -27,12 +27,12 @@ def name_values(open_results):
 
 
 def feasible_shares(result):
-    """Share of trials with a plane, for every field of view: (fov,)."""
+    """Return the share of trials with a plane, for every field of view (fov,)."""
     return np.array([result.column("feasible", fov_deg=fov).mean() for fov in FOVS_DEG])
 
 
 def free_of_cubics(coordinates):
-    """Free numbers of two ratios of cubics, homogeneous or not.
+    """Return the number of free parameters of two ratios of cubics.
 
     coordinates: 3 for cubics of (X, Y, Z) with all lower terms, 2 for
     those of (X / Z, Y / Z).

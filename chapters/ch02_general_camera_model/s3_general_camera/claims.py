@@ -1,4 +1,4 @@
-"""The claims of section 2.3, tested as the ledger words them."""
+"""The claims of section 2.3, tested as the registry words them."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What the exercises of sections 2.3 and 2.4 compare an answer with."""
+"""Expected answers of the exercises of section 2.3."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from raxel.calibration import rays_from_known_motion
 from raxel.geometry import pluecker_matrix, pluecker_vector, pose
 
 # A pixel sees these points on two parallel grids, 100 mm apart.
-SEEN_MM = ((30.0, -20.0), (45.0, -30.0))
+POINTS_MM = ((30.0, -20.0), (45.0, -30.0))
 STEP_MM = 100.0
 A_MM, B_MM = (1.0, 2.0, 3.0), (4.0, 6.0, 3.0)
 
@@ -32,7 +32,7 @@ def ray_task():
     by its length."""
     return {
         "expected": ray_of_pixel,
-        "hint": "where are the two points in one frame?",
+        "hint": "what are the two points in one frame?",
         "slips": {
             "A direction points from the camera into the scene.": lambda: (
                 -ray_of_pixel()
@@ -43,7 +43,7 @@ def ray_task():
 
 
 def shift_task():
-    """The ray turns by the angle whose tangent is 1 / 250."""
+    """The ray rotates by the angle whose tangent is 1 / 250."""
     return {
         "expected": lambda: angle_per_shift(1, 250),
         "hint": "draw the triangle of the shift and the distance of the grids",
@@ -55,7 +55,7 @@ def bytes_task():
     """A 4 x 4 matrix has 16 numbers of 8 bytes, for each of 3008 x 2000 pixels."""
     return {
         "expected": lambda: float(bytes_of_table(3008, 2000)),
-        "hint": "how many numbers has a Plücker matrix, stored whole?",
+        "hint": "how many numbers does a full Plücker matrix have?",
         "slips": {
             "That is the vector, not the matrix.": lambda: (
                 float(bytes_of_table(3008, 2000)) * 6 / 16
@@ -66,21 +66,21 @@ def bytes_task():
 
 
 def vector_through():
-    """Plücker vector (6,) of the line through A and B (2.12)."""
+    """Return the Plücker vector (6,) of the line through A and B (2.12)."""
     return pluecker_vector(pluecker_matrix([*A_MM, 1.0], [*B_MM, 1.0]))
 
 
 def ray_of_pixel():
-    """Unit direction (3,) of the ray through the two points seen."""
+    """Return the unit direction (3,) of the ray through the two points."""
     T = np.stack([np.eye(4), pose(np.eye(3), [0.0, 0.0, STEP_MM])])
-    return rays_from_known_motion(np.array(SEEN_MM)[:, None], T).directions[0]
+    return rays_from_known_motion(np.array(POINTS_MM)[:, None], T).directions[0]
 
 
 def angle_per_shift(shift_mm, step_mm):
-    """Angle (deg) by which a ray along z turns when grid 2 is off."""
+    """Return the angle (deg) of a ray along z for a lateral shift of grid 2."""
     return np.degrees(np.arctan(shift_mm / step_mm))
 
 
 def bytes_of_table(width, height):
-    """Bytes of a look-up table of Plücker matrices in double precision."""
+    """Return the bytes of a look-up table of Plücker matrices in double precision."""
     return 16 * 8 * width * height

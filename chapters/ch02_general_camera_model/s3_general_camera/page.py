@@ -1,9 +1,10 @@
 # %% [markdown]
-# # 2.3 The general camera model, and its calibration by a known motion
+# # 2.3 The general camera model: ray look-up tables and known motion
 #
-# **Question.** A model of a camera can be a formula with a few parameters.
-# It can also be a list: for every pixel, the ray that it sees. What does
-# such a list look like, which cameras fit in it, and how does one fill it?
+# **Question.** The general camera model stores a ray for every pixel instead
+# of a projection formula, so it can describe any camera. Given are two images
+# of a planar grid whose motion is known. Which cameras does such a look-up
+# table represent, and how accurately can this method fill it?
 
 # %%
 import numpy as np
@@ -66,70 +67,93 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # **Findings.**
 #
-# - A table of rays asks nothing of neighbours. It holds the pinhole and the
-#   fisheye of this page, and also a camera whose rays jump by
-#   {glue:text}`jump_deg:.0f`° from a pixel to the next.
-# - Two pictures of a grid fill the table for the pixels that see both, if
-#   one knows how the grid was moved. Without noise the rays are exact to
-#   rounding.
-# - The result is as good as that knowledge. With the grids of this page, a
-#   millimetre of error turns the rays by {glue:text}`per_mm:.2f`°, and a
-#   degree by {glue:text}`per_deg:.2f`° (medians).
-# - What the thesis says about Plücker matrices (2.11, 2.12) is true, up to
-#   a sign in one place.
+# 1. **A ray table holds any camera.** It represents the pinhole and the
+#    fisheye of this page, and a camera whose rays jump by
+#    {glue:text}`jump_deg:.0f`° between neighbouring pixels.
+# 2. **Two images with known motion fill the table**, for the pixels that see
+#    both grids. Without noise the rays are exact to rounding.
+# 3. **The rays are as accurate as the known motion.** With the grids of this
+#    page, 1 mm of error rotates the rays by {glue:text}`per_mm:.2f`° and 1° by
+#    {glue:text}`per_deg:.2f`° (medians).
+# 4. **The statements about Plücker coordinates hold.** The moment in (2.12)
+#    has the opposite of the usual sign.
+
+# %% [markdown]
+# | statement | thesis | here |
+# |---|---|---|
+# | a ray table describes discontinuous cameras | yes | yes, four-mirror camera |
+# | two grids with known motion calibrate it | yes | yes, exact without noise |
+# | ray error and error of the motion | depends on it | proportional to it |
+# | Plücker matrix independent of the two points | yes | yes, to rounding |
+# | moment vanishes for lines through the origin | yes | yes, to rounding |
+
+# %% [markdown]
+# ## Terms
+#
+# A reader needs homogeneous coordinates and rigid motions.
+#
+# - *General camera model*: per-pixel ray model, a *look-up table* of rays.
+#   Also called generic camera or raxel model.
+# - *Plücker matrix, Plücker vector*: a $4 \times 4$ matrix or six numbers that
+#   represent a line in space.
+# - *Direction* and *moment* of a line through $\mathbf{A}$ and $\mathbf{B}$:
+#   $\mathbf{B}-\mathbf{A}$ and $\mathbf{A}\times\mathbf{B}$.
+# - *Anchor point*: the stored point of a ray.
+# - *Central camera*: all rays have one anchor point, the centre (single
+#   viewpoint). Otherwise the camera is *non-central*.
+# - *Faceted camera*: a camera that looks into four plane mirrors.
+# - $T_1$: the pose of the second grid relative to the first.
+# - *General method*, also *two-pose method*: calibration with known $T_1$.
+#   *Generic method*: calibration with three unknown poses.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - A list with one ray for every pixel, a *look-up table*, describes *any*
-#   camera, central or not, even a discontinuous one, because no ray depends
-#   on its neighbours {cite}`grossberg2001`. Fig. 2.1 shows it.
-# - The rays are stored as Plücker matrices (2.11). A matrix is
-#   skew-symmetric and does not depend on the two points that it was made
-#   of. The last three entries of the Plücker vector (2.12) vanish for a
-#   line through the origin.
-# - The table can be filled from two images of a planar grid in two poses
-#   whose relative transformation $T_1$ is *known*; Fig. 2.2(a). The result
-#   is as good as the knowledge of $T_1$. Section 2.4 does without it;
-#   Fig. 2.2(b).
+# - A *look-up table* with one ray per pixel describes *any* camera, central or
+#   not, even a discontinuous one, because no ray depends on its neighbours
+#   {cite}`grossberg2001` (Fig. 2.1).
+# - The rays are stored as Plücker matrices (2.11), which are skew-symmetric
+#   and do not depend on the two points chosen. The last three entries of the
+#   Plücker vector (2.12) vanish for a line through the origin.
+# - Two images of a planar grid with *known* relative transformation $T_1$ fill
+#   the table (Fig. 2.2(a)), as accurately as $T_1$ is known. Section 2.4 does
+#   not need $T_1$ (Fig. 2.2(b)).
 
 # %% [markdown]
 # ## Model
 #
-# A line in space is fixed by two of its points, $\mathbf{A}$ and
-# $\mathbf{B}$. Written with a fourth coordinate 1, they make a $4 \times 4$
-# matrix that is the same (up to a factor) for any two points of the line:
+# Two points $\mathbf{A}$ and $\mathbf{B}$ of a line, with fourth coordinate 1,
+# give a $4 \times 4$ matrix. It is the same, up to a factor, for any two
+# points of the line:
 #
 # $$M \simeq \mathbf{A}\mathbf{B}^T - \mathbf{B}\mathbf{A}^T . \tag{2.11}$$
 #
-# The six numbers that count are collected in a vector, direction first:
+# Six of its numbers form a vector, direction first:
 #
 # $$L = \begin{pmatrix} M_{41}-M_{14} \\ M_{42}-M_{24} \\ M_{43}-M_{34} \\
 # M_{32}-M_{23} \\ M_{13}-M_{31} \\ M_{21}-M_{12} \end{pmatrix} . \tag{2.12}$$
 #
-# For finite points at scale one this is $2\,(\mathbf{B}-\mathbf{A};\;
-# -\mathbf{A}\times\mathbf{B})$: the moment has the opposite sign of the
-# usual one (errata E-2.03).
+# For finite points this is $2\,(\mathbf{B}-\mathbf{A};\;
+# -\mathbf{A}\times\mathbf{B})$. The moment has the opposite of the usual sign
+# (errata E-2.03).
 
 # %% tags=["active-ipynb"]
 # show_code(pluecker_matrix, pluecker_vector)
 
 # %% [markdown]
-# **A central camera** has one anchor point for all its rays, the centre. A
-# camera that is not central needs a direction *and* an anchor point for
-# each pixel. The second camera of this page looks into four plane mirrors
-# that form a blunt pyramid. Each mirror shows the world as if from a centre
-# of its own, and where two mirrors meet the rays jump.
+# **Non-central cameras** need a direction *and* an anchor point for each
+# pixel. The faceted camera of this page looks into four plane mirrors that
+# form a blunt pyramid. Each mirror has its own virtual centre, and the rays
+# jump between mirrors.
 
 # %% tags=["active-ipynb"]
 # show_code(faceted)
 
 # %% [markdown]
-# **The general method.** A pixel sees a point on each of two grids. Their
-# poses are known, so the two points can be written in one frame, and their
-# join is the ray. Two points have no arrow: the order of the grids, near
-# before far, gives the ray its sense. With more than two grids the line of
-# least squares takes the place of the join.
+# **The general method.** A pixel sees one point on each of two grids. With
+# known poses both points are expressed in one frame, and the line through
+# them is the ray. The order of the grids, near before far, fixes its
+# direction. With more than two grids the least-squares line is used.
 
 # %% tags=["active-ipynb"]
 # show_code(rays_from_known_motion)
@@ -140,10 +164,10 @@ ERROR_TRIALS = {"quick": 6, "full": 50}
 # %% [markdown]
 # ## Experiment
 #
-# Two small runs make what the figures draw: the tables of two cameras with
-# so few pixels that they can be shown, and a camera calibrated by both
-# methods of Fig. 2.2. Then an error is put on $T_1$, a shift or a turn of
-# the second grid, and grows while everything else is exact.
+# Two small runs provide the data of the figures: the tables of two cameras
+# with few pixels, and one camera calibrated by both methods of Fig. 2.2. A
+# third experiment adds a growing error to $T_1$, a translation or a rotation
+# of the second grid, while all else is exact.
 
 
 # %%
@@ -242,42 +266,40 @@ def wrong_motion(effort):
 
 
 # %% [markdown]
-# The other claims have experiments of their own, beside this page:
-# `trials/lines.py`, random lines for (2.11) and (2.12); and for the claim
-# that one model fits any camera `trials/known_motion.py`, every pixel of
-# three cameras calibrated by two known grids.
+# The other claims have their own experiments in this page's folder.
+# `trials/lines.py` draws random lines for (2.11) and (2.12). For the claim
+# about any camera, `trials/known_motion.py` calibrates every pixel of three
+# cameras by two known grids.
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# - **Any camera.** The faceted camera is calibrated as exactly as the
-#   fisheye. The method does not notice that rays of
-#   neighbours jump, because it never looks at a neighbour.
-# - **What that does not say.** Nothing is exact with noise. A ray is made
-#   of two measurements, so it keeps all of their error, and a pixel that
-#   was not measured has no ray. The library's table interpolates between
-#   pixel centres, which means nothing across the edge of a mirror; such
-#   places have to be left out of its mask.
-# - **Plücker matrices.** Two pairs of points of a line give the same
-#   matrix to {glue:text}`difference:.0e`, at unit norm. For lines through
-#   the origin the last three entries are {glue:text}`through:.0e` of the
-#   vector. Both statements are theorems; the numbers show that the code
-#   follows them. They hold to rounding only while the two points are not
-#   close together: the difference of the points loses the digits that they
-#   share.
-# - **The known motion.** A wrong $T_1$ turns the rays in proportion to its
-#   error. Nothing in the data shows that error: two points always have a
-#   join. A third grid would show it, as points that are not on a line. Then
-#   there is no need to know the motion at all
-#   ([section 2.4](s4_generic_calibration.ipynb)).
-# - **Fig. 2.2(b)** shows poses that were found, not given: they agree with
-#   the truth to {glue:text}`pose_mm:.0e` mm.
-# - **Left out.** A pixel sees a solid angle, not a line. The raxel of the
-#   original paper has radiometric properties too; the thesis and this
-#   report use its geometry only.
+# - **Any camera.** The faceted camera is calibrated as exactly as the fisheye,
+#   because the method never uses neighbouring pixels.
+# - **Noise.** A ray is computed from two measurements and keeps all of their
+#   error. A pixel without a measurement has no ray. The library interpolates
+#   between pixel centres, which is invalid across a mirror edge; such pixels
+#   must be masked.
+# - **Plücker matrices.** Both statements are theorems, so the numbers test the
+#   code. They hold to rounding unless the two points are close together.
+# - **Known motion.** The data do not reveal an error of $T_1$, because two
+#   points always define a line. A third grid reveals it and makes the known
+#   motion unnecessary ([section 2.4](s4_generic_calibration.ipynb)). The poses
+#   in Fig. 2.2(b) are estimated in this way.
+# - **Scope.** A pixel sees a solid angle, not a line. The raxel of the
+#   original paper also has radiometric properties, which the thesis and this
+#   report do not use.
 
 # %% tags=["active-ipynb"]
 # show("ext_fig_2_2_error")
+
+# %% [markdown]
+# ## Summary
+#
+# A ray table represents any camera, including non-central and discontinuous
+# ones. Two grids with a known motion fill it exactly without noise, and an
+# error of the motion causes a proportional error of the rays. The two images
+# do not reveal that error, which motivates calibration with unknown poses.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -306,17 +328,18 @@ def wrong_motion(effort):
 # check(None, **ray_task())
 
 # %% [markdown]
-# **3.** A ray stands at right angles on two grids 250 mm apart. The second
-# is in truth 1 mm to the side of where it is said to be. By how many
+# **3.** A ray is perpendicular to two grids 250 mm apart. The true position of
+# the second grid differs from the assumed one by 1 mm laterally. By how many
 # degrees is the calibrated ray wrong? Compare with the figure.
 
 # %% tags=["active-ipynb"]
 # check(None, **shift_task())
 
 # %% [markdown]
-# **4.** How many bytes has a look-up table of Plücker matrices in double
-# precision, for an image of 3008 × 2000 pixels? The library stores
-# directions, and anchor points where it must, and makes matrices on demand.
+# **4.** What is the size in bytes of a look-up table of Plücker matrices in
+# double precision, for an image of 3008 × 2000 pixels? (The library stores
+# directions, and anchor points where necessary, and computes matrices on
+# demand.)
 
 # %% tags=["active-ipynb"]
 # check(None, **bytes_task())

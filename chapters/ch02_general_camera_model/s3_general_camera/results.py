@@ -1,4 +1,4 @@
-"""What a wrong T_1 does to the rays, read from the results of section 2.3."""
+"""Effect of an error of T_1 on the rays, from the results of section 2.3."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from repro.page.reader import value
 
 
 def line_fits(result, kind):
-    """R2 of a straight line through the error of each trial, (trials,)."""
+    """Return R2 of a straight line through the errors of each trial, (trials,)."""
     errors = np.stack(
         [result.column(f"ray_deg.{level:g}", kind=kind) for level in LEVELS], axis=1
     )
@@ -19,7 +19,7 @@ def line_fits(result, kind):
 
 
 def slope(result, kind):
-    """Median ray error per unit of error put on T_1 (deg per mm or deg)."""
+    """Return the median ray error per unit of error of T_1 (deg per mm or deg)."""
     smallest = LEVELS[0]
     found = result.column(f"ray_deg.{smallest:g}", kind=kind)
     return float(np.median(found)) / smallest
@@ -27,17 +27,11 @@ def slope(result, kind):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    lines = open_results("exp_c2_pluecker_invariant")
-    origin = open_results("exp_c2_pluecker_origin")
     wrong = open_results("fig_2_2_error")
-    grids = open_results("fig_2_2_grids")
     any_camera = open_results("exp_c2_nonparam_any")
     found = {
-        "difference": lines.column("difference").max(),
-        "through": origin.column("through_origin").max(),
         "per_mm": np.median(wrong.column("ray_deg.1", kind="translation")),
         "per_deg": np.median(wrong.column("ray_deg.1", kind="rotation")),
-        "pose_mm": grids.column("pose_error_mm", method="generic").max(),
         "jump_deg": any_camera.column("jump_deg", camera="faceted").max(),
     }
     for name, number in found.items():

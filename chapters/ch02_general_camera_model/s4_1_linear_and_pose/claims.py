@@ -1,4 +1,4 @@
-"""The claims of sections 2.4, 2.4.1 and 2.4.2, tested as the ledger words them."""
+"""The claims of sections 2.4, 2.4.1 and 2.4.2, tested as the registry words them."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from repro.judge.statistics import median_and_range
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Reading, Value
 
-RANK_A, RANK_D, MOST_SOLUTIONS = 12, 5, 8
+RANK_A, RANK_D, MAX_SOLUTIONS = 12, 5, 8
 NULL_ENTRY = 1e-6
 EXACT_MM, EXACT_RAD = 1e-6, 1e-8
 RECOVERED = 1e-6
@@ -79,7 +79,7 @@ def judge_pose_eight(results):
     paired = ran.column("paired_share", anchors="common")
     distinct = ran.column("paired_share", anchors="distinct")
     return Reading.of(
-        number.max() <= MOST_SOLUTIONS and (paired == 1).all(),
+        number.max() <= MAX_SOLUTIONS and (paired == 1).all(),
         float(number.max()),
         unit="solutions",
         reason=f"triplets by number of solutions: "

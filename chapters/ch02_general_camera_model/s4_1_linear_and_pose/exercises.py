@@ -1,4 +1,4 @@
-"""What the exercises of sections 2.4.1 and 2.4.2 compare an answer with."""
+"""Expected answers of the exercises of sections 2.4.1 and 2.4.2."""
 
 import numpy as np
 
@@ -11,26 +11,26 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems impo
 from raxel.calibration import three_point_depths
 from repro.run.experiment import trial_rng
 
-# The middle and two corners of an equilateral triangle, seen from above.
+# An equilateral triangle, seen from above.
 SIDE_MM = 100.0
 HEIGHT_MM = 300.0
 
 
 def freedom_task():
-    """A has 14 unknowns and independent rows; one of them is lost."""
+    """A has 14 unknowns and 12 independent rows, of which one is missing."""
     return {
         "expected": freedom_of_a,
-        "hint": "which rank have the rows that are left?",
+        "hint": "what is the rank of the remaining rows?",
         "slips": {"That is the rank.": lambda: UNKNOWNS_U - freedom_of_a()},
     }
 
 
 def depth_task():
-    """A corner is 100 / sqrt(3) mm from the middle, and 300 mm below the camera;
+    """A corner is 100 / sqrt(3) mm from the centre, and 300 mm below the camera;
     the depth is the hypotenuse."""
     return {
         "expected": depth_of_triangle,
-        "hint": "how far is a corner from the middle of the triangle?",
+        "hint": "how far is a corner from the centre of the triangle?",
         "slips": {
             "That is the height, not the depth along the ray.": lambda: HEIGHT_MM
         },
@@ -42,7 +42,7 @@ def solutions_task():
     of each behind the camera."""
     return {
         "expected": solutions_of_triangle,
-        "hint": "may one corner be nearer than the others? Which one?",
+        "hint": "can one corner be nearer than the others? Which one?",
         "slips": {
             "Count those behind the camera too.": lambda: solutions_of_triangle() // 2
         },
@@ -54,23 +54,23 @@ def nearer_task():
     circle of 100 mm about them twice; the nearer point is the answer."""
     return {
         "expected": nearer_depth,
-        "hint": "two corners stay; where else may the third be on its ray?",
+        "hint": "keep two corners; where else can the third be on its ray?",
         "slips": {"That is the depth of the other two.": depth_of_triangle},
     }
 
 
 def freedom_of_a():
-    """Dimension of the solution space of A u = x (2.19) without its last row."""
+    """Return the dimension of the solutions of A u = x (2.19) without its last row."""
     points, _, _ = scene_points(trial_rng("sec_2_4_1_exercise", {}, 0))
     A, _ = matrix_a(scaled_coefficients(points))
     return int(UNKNOWNS_U - np.linalg.matrix_rank(A[:-1]))
 
 
 def triangle():
-    """Unit directions (3, 3) and points (3, 2) of a triangle seen upright.
+    """Return unit directions (3, 3) and points (3, 2) of the triangle.
 
-    The camera is above the middle of the triangle, its axis at right
-    angles to it.
+    The camera is above the centre of the triangle, with its axis
+    perpendicular to it.
     """
     angle = 2 * np.pi * np.arange(3) / 3
     radius = SIDE_MM / np.sqrt(3)
@@ -80,17 +80,17 @@ def triangle():
 
 
 def depth_of_triangle():
-    """Depth (mm) of each corner in the upright solution."""
+    """Return the depth (mm) of each corner in the upright solution."""
     return float(np.hypot(HEIGHT_MM, SIDE_MM / np.sqrt(3)))
 
 
 def solutions_of_triangle():
-    """How many real solutions (2.26) has for the triangle."""
+    """Return the number of real solutions of (2.26) for the triangle."""
     return len(_depths_of_triangle())
 
 
 def nearer_depth():
-    """Depth (mm) of the corner that is nearer than the other two."""
+    """Return the depth (mm) of the corner that is nearer than the other two."""
     depths = _depths_of_triangle()
     return float(depths[depths > 0].min())
 

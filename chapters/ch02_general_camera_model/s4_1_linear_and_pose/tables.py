@@ -1,4 +1,4 @@
-"""Algorithm 1 with what its steps gave, and the linear stage without noise."""
+"""Algorithm 1 with the outcome of its steps, and the linear stage without noise."""
 
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import exact_errors
 from repro.run.columns import columns
@@ -8,8 +8,8 @@ from repro.run.outcomes import Check, Table
 EXACT_DEG = 1e-6
 STEPS = (
     (
-        "image the grid in three or more overlapping poses, and more "
-        "of them to cover the field of view",
+        "image the grid in three or more overlapping poses, and in more "
+        "poses to cover the field of view",
         "BoardView",
     ),
     ("find the location on each grid that each pixel sees", "locate_pixels"),
@@ -24,7 +24,7 @@ STEPS = (
 
 
 def outcomes(ran, camera):
-    """What the six steps gave for one camera, in words."""
+    """Return the outcome of the six steps for one camera, in words."""
 
     def found(name):
         return float(ran.column(name, camera=camera)[0])
@@ -40,7 +40,7 @@ def outcomes(ran, camera):
         f"{found('bundle.end_mm'):.3g} mm; largest error of a position "
         f"{found('bundle.pose_mm'):.1g} mm",
         f"{found('others.boards'):.0f} more boards, "
-        f"{found('others.left_out'):.0f} left out; largest error of a "
+        f"{found('others.left_out'):.0f} excluded; largest error of a "
         f"position {found('others.pose_mm'):.1g} mm",
         f"{found('table.matrices'):.0f} matrices, "
         f"{100 * found('table.share'):.0f} % of the pixels; median ray "
@@ -50,7 +50,7 @@ def outcomes(ran, camera):
 
 @table("alg_1", needs=("alg_1_run",), evidence="synthetic")
 def alg_1(results):
-    """Algorithm 1; its check is that the run reproduces the rays."""
+    """Tabulate Algorithm 1 and check that the run reproduces the rays."""
     ran = results["alg_1_run"]
     exact = ran.column("table.largest_deg", camera="pinhole")[0]
     median = ran.column("table.median_deg", camera="fisheye")[0]
@@ -63,8 +63,8 @@ def alg_1(results):
             "Pinhole": outcomes(ran, "pinhole"),
             "Fisheye": outcomes(ran, "fisheye"),
         },
-        "Standard generic calibration: the six steps, the function that "
-        "performs each, and what it gave in one run without noise.",
+        "Standard generic calibration: the six steps, the library function of "
+        "each, and its outcome in one run without noise.",
         Check(
             bool(exact < EXACT_DEG and median < pixel / 2),
             f"the rays of the pinhole are reproduced to {exact:.1g}° "
@@ -80,21 +80,21 @@ def alg_1(results):
     evidence="synthetic",
 )
 def linear_stage(results):
-    """Singular values, null vectors and errors, at their worst."""
+    """Tabulate the worst singular values, null vectors and errors."""
     ranks, exact = results["exp_c2_rank_D"], results["exp_c2_linear_exact"]
     rows = [
         (
-            "$D$: fifth singular value, as a share of the first",
+            "$D$: fifth singular value, relative to the first",
             "smallest",
             ranks.column("orthonormal.fifth").min(),
         ),
         (
-            "$D$: sixth singular value, as a share of the first",
+            "$D$: sixth singular value, relative to the first",
             "largest",
             ranks.column("orthonormal.sixth").max(),
         ),
         (
-            "null vectors of $D$ where the thesis says zero",
+            "null vectors of $D$ where the thesis states zero",
             "largest",
             ranks.column("orthonormal.null_entry").max(),
         ),
@@ -116,7 +116,7 @@ def linear_stage(results):
     ]
     return Table(
         columns(("Quantity", "Over all scenes", "Value"), rows),
-        "The linear stage without noise, in "
-        f"{exact.trials_per_condition} scenes: what should be zero is zero "
-        "to rounding.",
+        "Singular values, null-vector entries and errors of the linear stage "
+        f"without noise, in {exact.trials_per_condition} scenes. Quantities "
+        "that should be zero are zero to rounding.",
     )

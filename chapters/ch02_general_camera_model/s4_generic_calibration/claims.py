@@ -1,4 +1,4 @@
-"""The claim about Table 2.1, tested as the ledger words it."""
+"""The claim about Table 2.1, tested as the registry words it."""
 
 from chapters.ch02_general_camera_model.s4_generic_calibration.results import summary_of
 from chapters.ch02_general_camera_model.s4_generic_calibration.trials import VECTORS

@@ -1,4 +1,4 @@
-"""What the exercises of section 2.4 compare an answer with."""
+"""Expected answers of the exercises of section 2.4."""
 
 from fractions import Fraction
 
@@ -21,8 +21,8 @@ def entries_task():
 
 
 def meeting_task(scene):
-    """The ray is C + s ((37, -16, 0) - C); grid 2 is not turned, so s follows from
-    its height, and subtracting the grid's origin gives the place on the grid."""
+    """The ray is C + s ((37, -16, 0) - C); grid 2 is not rotated, so s follows
+    from its height, and subtracting its origin gives the position on the grid."""
     return {
         "expected": lambda: where_it_meets(scene),
         "hint": "at which height is grid 2, and where is its origin?",
@@ -36,12 +36,12 @@ def meeting_task(scene):
 
 
 def entries_of(vector):
-    """How many cells of a column of Table 2.1 are not zero."""
+    """Return how many cells of a column of Table 2.1 are not zero."""
     return sum(formula(row, vector) != "0" for row in range(9))
 
 
 def exercise_scene():
-    """A scene with whole numbers in which grid 2 is not turned."""
+    """Return a scene with whole numbers in which grid 2 is not rotated."""
     names = draw_scene(trial_rng("table_2_1_exercise", {}, 0))
     for row in (1, 2, 3):
         for column in (1, 2, 3):
@@ -50,5 +50,5 @@ def exercise_scene():
 
 
 def where_it_meets(names):
-    """Where the ray through (37, -16) of the base grid meets grid 2, (2,)."""
+    """Return where the ray through (37, -16) of the base grid meets grid 2, (2,)."""
     return [float(part) for part in meet(names, 2, [Fraction(37), Fraction(-16)])]

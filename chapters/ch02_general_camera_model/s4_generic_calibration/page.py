@@ -1,9 +1,10 @@
 # %% [markdown]
 # # 2.4 Generic calibration: the coefficients of Table 2.1
 #
-# **Question.** The linear stage of generic calibration rests on four
-# vectors of nine coefficients, printed as Table 2.1. Are they right? A slip
-# in one cell would spoil every calibration built on it.
+# **Question.** The linear stage of generic calibration uses four coefficient
+# vectors that the thesis prints in Table 2.1, and one wrong cell would spoil
+# every calibration. Given are the table, the collinearity equations and
+# random scenes in exact arithmetic. Are all cells right?
 
 # %%
 from chapters.ch02_general_camera_model.s4_generic_calibration.exercises import (
@@ -44,48 +45,59 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - One row of the printed table has a slip, in two cells; they stand here
-#   in bold. All others are right.
-# - With that row mended, all four sums are exactly zero in all
-#   {glue:text}`scenes` random scenes, in whole fractions.
-# - As printed, two of the four sums are not zero: they leave
-#   {glue:text}`printed_w:.3f` and {glue:text}`printed_n:.3f` of the size of
-#   their terms (medians).
-# - The library computes the same vectors, to {glue:text}`library:.1e` of
-#   their largest entry.
+# 1. **One row of the printed table is wrong**, in two cells (bold above). All
+#    other cells are right.
+# 2. **The corrected table is exact.** All four sums are exactly zero, in
+#    rational arithmetic, in all {glue:text}`scenes` random scenes.
+# 3. **As printed, two sums do not vanish.** They leave
+#    {glue:text}`printed_w:.3f` ($W$) and {glue:text}`printed_n:.3f` ($N$) of
+#    the size of their terms (medians).
+
+# %% [markdown]
+# | vector | thesis | here |
+# |---|---|---|
+# | $V$, $M$ | sum zero for every ray | zero, as printed |
+# | $W$ | sum zero for every ray | {glue:text}`printed_w:.3f` printed, zero corrected |
+# | $N$ | sum zero for every ray | {glue:text}`printed_n:.3f` printed, zero corrected |
+
+# %% [markdown]
+# ## Terms
+#
+# A reader needs rigid motions, determinants and minors.
+#
+# - *Base grid*: grid 1, whose plane $z = 0$ and frame define the world.
+# - $R^n, \mathbf{t}^n$: rotation and translation that take points of grid $n$
+#   into that frame.
+# - $\mathbf{C}$: the camera centre. $\mathbf{Q}^n$: the point that a pixel sees
+#   on grid $n$; $Q^n_j$ is its coordinate $x$, $y$ or $w = 1$ in the grid's own
+#   frame.
+# - $V, W, M, N$: coefficient vectors of nine entries, $V$ and $W$ for grid 2,
+#   $M$ and $N$ for grid 3.
+# - $j(i)$, $k(i)$: the coordinates that belong to entry $i$.
+# - *Scene*: one random centre with two random grid poses.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# Three grids are seen. One is the base grid; $R^n, \mathbf{t}^n$ take points
-# of grid $n$ into its frame. The camera centre $\mathbf{C}$ and the points
-# $\mathbf{Q}^1, \mathbf{Q}^2, \mathbf{Q}^3$ that one pixel sees on them lie on
-# a line {cite}`sturm2004`. Put side by side as columns, they make a matrix
-# (2.13) of rank two, so every determinant of three of its rows and columns
-# (a *minor*) vanishes. The minors with the first two columns and the last
-# two rows give four sums (2.14), linear in products of what is seen, for example
+# The centre and the points $\mathbf{Q}^1, \mathbf{Q}^2, \mathbf{Q}^3$ of one
+# pixel are collinear {cite}`sturm2004`. As columns they form a matrix (2.13)
+# of rank two, so all its $3 \times 3$ minors vanish. The minors with the first
+# two columns and the last two rows give four sums (2.14), for example
 #
 # $$\sum_{i=1}^{9} Q^1_{j(i)}\, Q^2_{k(i)}\, V_i = 0 .$$
 #
-# $Q^n_j$ is a coordinate ($x$, $y$, or $w = 1$) of the point that the pixel
-# sees on grid $n$, in that grid's own frame. $V_1$ to $V_9$ are made of the
-# centre and the pose of grid 2; they are the same for all pixels. $W$ is
-# its twin; $M$ and $N$ are the same for grid 3.
-#
-# Table 2.1 lists these vectors, and which $j$ and $k$ belong to each $i$
-# (the equations leave that out, E-2.06). Its claim: put in, they make the sum
-# zero for *every* ray.
+# The vectors depend on the centre and the grid poses and are the same for all
+# pixels. Table 2.1 lists them, with the $j$ and $k$ of each $i$ (which the
+# equations omit, E-2.06). The claim: they make the sums zero for *every* ray.
 
 # %% [markdown]
 # ## Model
 #
 # A pose takes points of grid $n$ to the base grid, $\mathbf{P} = R^n (x, y,
-# 0)^T + \mathbf{t}^n$; the base grid is the plane $z = 0$. Whether a
-# formula is right is not a matter of rounding. So the cells are kept as
-# formulas, and evaluated with whole fractions: a rotation made from a
-# quaternion of whole numbers has rational entries, and a ray through
-# rational points meets a plane in a rational point. The sum is then zero or
-# it is not.
+# 0)^T + \mathbf{t}^n$. The test must not depend on rounding, so the cells are
+# kept as formulas and evaluated with rational numbers. A rotation from an
+# integer quaternion has rational entries, and a ray through rational points
+# meets a plane in a rational point. Each sum is then exactly zero or not.
 
 # %% tags=["active-ipynb"]
 # show_code(meet, substitute)
@@ -93,10 +105,9 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# Random scenes, each a centre and two poses, with eight rays each. The
-# table is put in twice: with the correction of one row that the errata list
-# names (E-2.08), and as printed. The library's own coefficient vectors are
-# compared with the formulas in the same run.
+# Each random scene has eight rays. The table is inserted as printed, and with
+# row 3 corrected according to errata E-2.08. The library's coefficient vectors
+# are compared with the formulas in the same run.
 
 # %%
 TRIALS = {"quick": 20, "full": 200}
@@ -122,19 +133,27 @@ def substitution(effort):
 
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# - A sum that vanishes as a polynomial vanishes everywhere. One that does
-#   not would vanish in random scenes by an unlikely chance only.
-# - As printed, $V$ and $M$ are right, and $W$ and $N$ are not. The printed
-#   superscripts of $t_z$ in row 3 are one too low: $W_3$ names the base
-#   grid, whose $t_z$ is zero by definition. What is left of the two sums is
-#   the worst of eight rays, and its median over the scenes.
-# - Some of the nine entries of each vector are zero in every scene. The
-#   library solves for the others only: with all nine columns there is no
-#   unique solution.
-# - This page says nothing about noise. How much noise the linear stage
-#   bears is the subject of section 2.5.1.
+# - A sum that vanishes as a polynomial vanishes everywhere. A sum that does
+#   not would vanish in random scenes only by an unlikely coincidence.
+# - The printed superscripts of $t_z$ in row 3 of $W$ and $N$ are one too low.
+#   $W_3$ names the base grid, whose $t_z$ is zero by definition. The stated
+#   remainders are the largest of eight rays, as a median over scenes.
+# - The library computes the same vectors, to {glue:text}`library:.1e` of their
+#   largest entry.
+# - Some entries of each vector are zero in every scene. The library solves for
+#   the others only, because nine columns have no unique solution.
+# - This page has no noise. Section 2.5.1 tests how noise affects the linear
+#   stage.
+
+# %% [markdown]
+# ## Summary
+#
+# Table 2.1 is right except for two superscripts in row 3, which are misprints.
+# With the correction all four sums vanish exactly, and the library uses the
+# corrected vectors. A literal use of the printed table gives wrong equations
+# for $W$ and $N$.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -156,8 +175,8 @@ def substitution(effort):
 # check(None, **entries_task())
 
 # %% [markdown]
-# **2.** In the scene below, a ray leaves the centre and meets the base grid
-# in (37, −16). Where does it meet grid 2? Give $(x, y)$ on that grid.
+# **2.** In the scene below, a ray from the centre meets the base grid in
+# (37, −16). Where does it meet grid 2? Give $(x, y)$ on that grid.
 
 # %% tags=["active-ipynb"]
 # scene = exercise_scene()

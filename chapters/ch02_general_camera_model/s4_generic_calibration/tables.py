@@ -1,4 +1,4 @@
-"""Table 2.1, printed from the formulas that were evaluated."""
+"""Table 2.1, printed from the evaluated formulas."""
 
 from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
     AS_PRINTED,
@@ -12,7 +12,7 @@ from repro.run.outcomes import Check, Table
 
 
 def cell_text(row, vector):
-    """One cell as LaTeX, bold where it corrects the printed table."""
+    """Return a cell as LaTeX, bold where it corrects the printed table."""
     text = as_maths(formula(row, vector))
     if (row, vector) in AS_PRINTED:
         return rf"$\boldsymbol{{{text.strip('$')}}}$"
@@ -21,7 +21,7 @@ def cell_text(row, vector):
 
 @table("table_2_1", needs=("table_2_1_sums",), evidence="analytic")
 def table_2_1(results):
-    """Table 2.1 in symbols; its check is that every sum vanishes."""
+    """Tabulate Table 2.1 in symbols and check that every sum vanishes."""
     ran = results["table_2_1_sums"]
     columns = {"i": [str(n) for n in range(1, 10)]}
     columns["j"] = [row[0] for row in TABLE_2_1]
@@ -31,8 +31,8 @@ def table_2_1(results):
     zero = [ran.column(f"corrected.{vector}.zero").all() for vector in VECTORS]
     return Table(
         columns,
-        "The four vectors of equations 2.14, with row 3 corrected (bold). "
-        "Superscripts name the grid; grid 1 is the base grid.",
+        "Entries of the four coefficient vectors of equations 2.14, with row 3 "
+        "corrected (bold). Superscripts name the grid; grid 1 is the base grid.",
         Check(
             all(zero),
             "all four sums are exactly zero in every scene, in rational arithmetic",

@@ -28,21 +28,21 @@ AS_PRINTED = {(2, "W"): "-C_z + t_z_1", (2, "N"): "-C_z + t_z_2"}
 
 
 def formula(row, vector, printed=False):
-    """The expression in a cell of Table 2.1; rows count from 0."""
+    """Return the expression in a cell of Table 2.1; rows count from 0."""
     if printed and (row, vector) in AS_PRINTED:
         return AS_PRINTED[row, vector]
     return TABLE_2_1[row][2 + VECTORS.index(vector)]
 
 
 def as_maths(expression):
-    """The expression as LaTeX, superscripts naming the grid."""
+    """Return the expression as LaTeX; superscripts name the grid."""
     text = re.sub(r"R(\d\d)_(\d)", r"R_{\1}^\2", expression)
     text = re.sub(r"t_([xyz])_(\d)", r"t_\1^\2", text)
     return f"${text.replace('*', ' ')}$"
 
 
 def rational_rotation(quaternion):
-    """Exact rotation matrix of a quaternion of whole numbers."""
+    """Return the exact rotation matrix of an integer quaternion."""
     a, b, c, d = (Fraction(int(part)) for part in quaternion)
     n = a * a + b * b + c * c + d * d
     rows = (
@@ -54,7 +54,7 @@ def rational_rotation(quaternion):
 
 
 def draw_scene(rng):
-    """Names of Table 2.1 -> exact values: a centre and two grid poses."""
+    """Return the names of Table 2.1 with exact values: a centre and two grid poses."""
     names = dict(zip(("C_x", "C_y", "C_z"), _whole(rng, 3), strict=True))
     names["t_z_1"] = Fraction(0)
     for grid in (2, 3):
@@ -73,7 +73,7 @@ def _whole(rng, count):
 
 
 def meet(names, grid, base_point):
-    """Where the ray through a point of the base grid meets a grid, exactly.
+    """Return where the ray through a point of the base grid meets a grid, exactly.
 
     Solves C + s (Q - C) = R (x, y, 0) + t by Cramer's rule; None for a ray
     that is parallel to the grid.
@@ -100,7 +100,7 @@ def _determinant(columns):
 
 
 def evaluated(vector, names, printed=False):
-    """The nine coefficients of a vector in a scene, exactly."""
+    """Return the nine coefficients of a vector in a scene, exactly."""
     return [
         eval(formula(row, vector, printed), {"__builtins__": {}}, names)
         for row in range(9)
@@ -108,7 +108,7 @@ def evaluated(vector, names, printed=False):
 
 
 def substitute(names, printed=False, rays=8):
-    """Sums (2.14) of Table 2.1 over the rays of a scene, exactly.
+    """Return the sums (2.14) of Table 2.1 over the rays of a scene, exactly.
 
     Returns {vector: (every sum is zero, largest |sum| / sum of |terms|)}.
     """
@@ -142,7 +142,7 @@ def _terms(cells, first, second):
 
 
 def library_difference(names):
-    """Largest relative difference of formulas and library vectors."""
+    """Return the largest relative difference of formulas and library vectors."""
     from raxel.calibration.linear.bilinear import table_2_1
     from raxel.geometry import pose
 

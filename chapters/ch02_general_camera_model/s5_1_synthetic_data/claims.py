@@ -1,6 +1,6 @@
-"""The claims about Fig. 2.3, each tested in every reading of the text.
+"""Claims about Fig. 2.3, each tested in every interpretation of the text.
 
-A test follows the wording of the ledger; the first reading is the primary one.
+Tests follow the wording of the registry; the first interpretation is primary.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the exercises of section 2.5.1 compare an answer with."""
+"""Expected answers of the exercises of section 2.5.1."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from chapters.shared.three_planes import PRINCIPAL
 
 NOISE_PX, GRIDS = 0.5, 3
 FOV_DEG, STEP_AT_DEG = 120.0, 60.0
-# From the middle of the image to its corner, half a pixel outside the last centres.
+# From the image centre to its corner, half a pixel outside the last pixel centres.
 HALF_DIAGONAL_PX = np.hypot(*(np.asarray(PRINCIPAL) + 0.5))
 
 
@@ -16,10 +16,10 @@ def residual_task():
     number."""
     return {
         "expected": lambda: clean_residual(NOISE_PX, GRIDS),
-        "hint": "what is the mean length of an error that has two axes?",
+        "hint": "what is the mean length of an error with two components?",
         "slips": {
             "That is the SD on one axis.": lambda: NOISE_PX / np.sqrt(GRIDS),
-            "That is of one point; a ray is fitted to three.": lambda: clean_residual(
+            "That is for one point; a ray is fitted to three.": lambda: clean_residual(
                 NOISE_PX, 1
             ),
             "That is the RMS length, not the mean.": lambda: (
@@ -29,16 +29,18 @@ def residual_task():
     }
 
 
-def unseen_task():
-    """Of noise of variance 1 the ray has 1 / 3. It shares that with its own points,
-    which leaves 1 - 1 / 3, and adds it to that of a fourth, which makes 1 + 1 / 3."""
+def held_out_task():
+    """With noise of variance 1 the ray has 1 / 3. Its own points share that noise,
+    which leaves 1 - 1 / 3. For a fourth point it adds, which makes 1 + 1 / 3."""
     return {
-        "expected": lambda: seen_over_unseen(GRIDS),
-        "hint": "whose noise is in the ray?",
+        "expected": lambda: fitted_over_held_out(GRIDS),
+        "hint": "which noise does the ray contain?",
         "slips": {
-            "That is of the squares.": lambda: seen_over_unseen(GRIDS) ** 2,
-            "That is the other way round.": lambda: 1 / seen_over_unseen(GRIDS),
-            "The ray has noise too when a fourth point comes.": lambda: np.sqrt(
+            "That is the ratio of the squares.": lambda: (
+                fitted_over_held_out(GRIDS) ** 2
+            ),
+            "That is the other way round.": lambda: 1 / fitted_over_held_out(GRIDS),
+            "The ray has noise of its own at the fourth point, too.": lambda: np.sqrt(
                 1 - 1 / GRIDS
             ),
         },
@@ -83,20 +85,20 @@ def stretch_task():
 
 
 def clean_residual(noise, grids):
-    """Mean length of a ray's error, of noise with an SD on each axis."""
+    """Return the mean length of a ray's error, for noise with an SD on each axis."""
     return noise * np.sqrt(np.pi / 2) / np.sqrt(grids)
 
 
-def seen_over_unseen(grids):
-    """RMS distance of a ray from one of its ``grids`` points, over a new one's."""
+def fitted_over_held_out(grids):
+    """Return a ray's RMS distance from one of its ``grids`` points over a new one's."""
     return np.sqrt((1 - 1 / grids) / (1 + 1 / grids))
 
 
 def focal_of_equidistance(fov_deg):
-    """Focal length in px of an equidistance lens with this field on the diagonal."""
+    """Return the focal length (px) of an equidistance lens with this diagonal field."""
     return HALF_DIAGONAL_PX / (np.radians(fov_deg) / 2)
 
 
 def stretch_at(angle_deg):
-    """Radial stretch from the equidistance image to the corrected view."""
+    """Return the radial stretch from the equidistance image to the corrected view."""
     return 1 / np.cos(np.radians(angle_deg)) ** 2

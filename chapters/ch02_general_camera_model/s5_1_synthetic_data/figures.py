@@ -1,4 +1,4 @@
-"""The figures of section 2.5.1: curves of the methods along two sweeps."""
+"""Figures of section 2.5.1: residuals of the methods along two sweeps."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FISHEYE = ("fig_2_3_fisheye", *FOV[1:])
 
 
 class Curve(NamedTuple):
-    """A curve to draw: a method, a value of it, and how it is named."""
+    """A curve to draw: a method, one of its values, and its label."""
 
     method: str
     value: str
@@ -34,12 +34,12 @@ class Curve(NamedTuple):
 
 
 def line(method, value):
-    """A method's curve in its own style, under its own name."""
+    """Return a method's curve in its own style, under its own name."""
     return Curve(method, value, NAMES[method], look_of(NAMES[method]))
 
 
 class Curves:
-    """A figure in the making, and the data of every curve drawn into it."""
+    """A figure under construction, with the data of every curve drawn."""
 
     def __init__(self, results, rows, columns, **layout):
         self.results = results
@@ -47,9 +47,9 @@ class Curves:
         self.rows = []
 
     def draw(self, axes, sweep, lines, condition=PRIMARY):
-        """Curves along one sweep: medians over trials, 95 % intervals.
+        """Draw curves along one sweep: medians over trials, 95 % intervals.
 
-        Failed trials count as the worst that was seen.
+        A failed trial counts as the worst trial.
         """
         experiment, x_name, xs, x_label = sweep
         result = self.results[experiment]
@@ -71,7 +71,7 @@ class Curves:
             axes.set_xticks(range(30, 151, 30))
 
     def finished(self, caption, columns):
-        """The drawing, with one legend for all panels."""
+        """Return the drawing, with one legend for all panels."""
         shown = {}
         for axes in self.axes.flat:
             handles, labels = axes.get_legend_handles_labels()
@@ -90,7 +90,7 @@ COLUMNS = (
 
 @figure("fig_2_3", needs=("fig_2_3_noise", "fig_2_3_fov"), evidence="synthetic")
 def fig_2_3(results):
-    """Mean and SD of the residual in the primary reading, both sweeps."""
+    """Draw mean and SD of the residual in the primary interpretation, both sweeps."""
     curves = Curves(results, 2, 2, height_in=6.4, sharex="col")
     for panels, sweep in zip(curves.axes.T, (NOISE, FOV), strict=True):
         for panel, quantity in zip(panels, ("mean", "sd"), strict=True):
@@ -98,17 +98,17 @@ def fig_2_3(results):
             curves.draw(panel, sweep, [line(m, value) for m in ("exact", *METHODS)])
         panels[0].set_ylabel("Mean residual (px)")
         panels[1].set_ylabel("SD of residual (px)")
-    curves.axes[0, 0].set_title("(a) rising noise")
-    curves.axes[0, 1].set_title("(b) rising field of view")
+    curves.axes[0, 0].set_title("(a) noise")
+    curves.axes[0, 1].set_title("(b) field of view")
     for panel in curves.axes[0]:
         panel.set_xlabel("")
     return curves.finished(
-        "Distortion residuals of the parametric and the generic method (a) "
-        "under rising noise and (b) under rising field of view, in the "
-        "primary reading: scored on fresh noise. Top: mean, bottom: standard "
-        "deviation. *Exact rays* are those of the simulated camera: what "
-        "they leave is the noise of the scored points. Medians over trials "
-        "with 95 % intervals; note the logarithmic axes.",
+        "Distortion residuals of the parametric and the generic method as a "
+        "function of (a) noise and (b) field of view, scored on fresh noise "
+        "(primary interpretation). Top: mean, bottom: standard deviation. "
+        "*Exact rays* are those of the simulated camera: their residual is "
+        "the noise of the scored points. Medians over trials with 95 % "
+        "intervals, on logarithmic axes.",
         columns=2,
     )
 
@@ -119,20 +119,20 @@ def fig_2_3(results):
     evidence="synthetic",
 )
 def ext_fig_2_3_fisheye(results):
-    """Fig. 2.3(b) beside OpenCV's fisheye model: residual and rays."""
+    """Draw Fig. 2.3(b) together with OpenCV's fisheye model: residual and rays."""
     curves = Curves(results, 1, 2, height_in=3.8)
     residual, rays = curves.axes
     for panel, value in ((residual, "over_exact"), (rays, "ray_deg")):
         curves.draw(panel, FOV, [line(m, value) for m in METHODS[:2]])
         curves.draw(panel, FISHEYE, [line("opencv_fisheye", value)])
-    residual.set(ylabel="Mean residual over that of exact rays (1)", title="residual")
+    residual.set(ylabel="Mean residual (multiple of exact rays)", title="residual")
     rays.set(ylabel="Median ray error (deg)", title="rays")
     return curves.finished(
-        "The sweep of Fig. 2.3(b) with OpenCV's fisheye model, which the "
-        "thesis did not have. Left: the mean residual on fresh noise as a "
-        "multiple of what exact rays leave on the same points, so that the "
-        "stretch of the corrected view plays no part. Right: the angle "
-        "between calibrated and true rays, after the best rotation. Medians "
-        "over trials with 95 % intervals.",
+        "Residual and ray error in the sweep of Fig. 2.3(b), with OpenCV's "
+        "fisheye model, which the thesis did not have. Left: the mean "
+        "residual on fresh noise as a multiple of that of exact rays on the "
+        "same points, which removes the stretch of the corrected view. "
+        "Right: the angle between calibrated and true rays, after the best "
+        "rotation. Medians over trials with 95 % intervals.",
         columns=3,
     )

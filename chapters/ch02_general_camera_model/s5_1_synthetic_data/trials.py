@@ -1,4 +1,4 @@
-"""Section 2.5.1: its sweeps, both methods on one trial's data, and their scores."""
+"""Section 2.5.1: sweeps, both methods on one trial's data, and their scores."""
 
 import numpy as np
 
@@ -39,18 +39,18 @@ DOMAINS = ("px", "mm")
 EXTENTS = ("unbounded", "finite")
 
 LAWS = ("equidistance", "equisolid", "stereographic", "perspective")
-# Its radius is the largest at every angle short of the corner, so rays
-# drawn in its image lie inside the other images too.
+# Its radius is the largest at every angle below that of the corner, so rays
+# drawn in its image are inside the other images too.
 OUTERMOST_LAW = "equisolid"
 
 
 def pixels_moved(data):
-    """Whether noise is on the pixels: the points of a target are known then."""
+    """Return whether noise is on the pixels; points of a target are then exact."""
     return not np.array_equal(data.noisy_pixels[0], data.pixels)
 
 
 def views_of(data):
-    """BoardViews of the three grids, for methods that calibrate from pixels."""
+    """Return BoardViews of the three grids, for methods that calibrate from pixels."""
     points = data.points if pixels_moved(data) else data.noisy_points
     return [
         BoardView(pixels, on_grid, len(pixels), 1)
@@ -59,27 +59,27 @@ def views_of(data):
 
 
 def calibrate_parametric(data):
-    """Zhang's method on the trial; returns a PerspectiveCamera."""
+    """Calibrate the trial with Zhang's method; return a PerspectiveCamera."""
     return calibrate_zhang(views_of(data), SIZE_PX, SIZE_PX).camera
 
 
 def calibrate_fisheye(data):
-    """OpenCV's fisheye model on the trial; returns a KannalaBrandtCamera."""
+    """Calibrate OpenCV's fisheye model; return a KannalaBrandtCamera."""
     return calibrate_opencv_fisheye(views_of(data), SIZE_PX, SIZE_PX).camera
 
 
-# Methods whose camera has few numbers, and takes any pixel.
+# Parametric methods: their camera accepts any pixel.
 FEW_NUMBERS = {"parametric": calibrate_parametric, "opencv_fisheye": calibrate_fisheye}
 
 
 def calibrate_generic(data, linear):
-    """Algorithm 1, steps 3 and 4: rays (N, 3) in the base grid's frame."""
+    """Run steps 3 and 4 of Algorithm 1; return rays (N, 3) in the base grid's frame."""
     start = STARTS[linear](data.noisy_points)
     return adjusted_rays(data, start.centre, start.T_base_grid)
 
 
 def summaries(residuals):
-    """Mean, SD and median of residual lengths over a trial's points."""
+    """Return mean, SD and median of residual lengths over a trial's points."""
     finite = residuals[np.isfinite(residuals)]
     return {
         "mean_px": finite.mean(),
@@ -89,7 +89,7 @@ def summaries(residuals):
 
 
 def score_parametric(data, focal, camera):
-    """Score a camera of few numbers on fresh, noisy and clean data."""
+    """Score a parametric camera on fresh, noisy and clean data."""
     known = targets(data, focal)
     if pixels_moved(data):
         known = dict.fromkeys(SCORINGS, known["clean"])
@@ -124,13 +124,13 @@ def score_generic(data, focal, linear):
 
 
 def _error_of(camera, data):
-    """Ray error of a camera over the clean pixels that have a ray."""
+    """Return the ray error of a camera over the clean pixels that have a ray."""
     found = camera.rays(data.pixels)
     return _ray_error(found.directions[found.valid], data.directions[found.valid])
 
 
 def _ray_error(found, true):
-    """Median angle (deg) between ray bundles after the best rotation."""
+    """Return the median angle (deg) between ray bundles after the best rotation."""
     return np.degrees(np.median(angular_residual(found, true)))
 
 
@@ -139,7 +139,7 @@ def _rank_correlation(values, ranks):
 
 
 def point_noise_ratio(data):
-    """SD of noise on the grids: outer over inner 20 % of field angle."""
+    """Return the ratio of noise SDs on the grids, outer over inner 20 % of angle."""
     directions = data.directions
     angle = np.arccos(np.clip(directions[:, 2], -1, 1))
     error = data.noisy_points - data.points
@@ -149,18 +149,18 @@ def point_noise_ratio(data):
 
 
 def widest_angle_deg(data):
-    """Largest angle from the axis at which all grids were measured."""
+    """Return the largest angle from the axis at which all grids were measured."""
     axial = data.directions[:, 2]
     return np.degrees(np.arccos(axial.min()))
 
 
 def score_exact(data, focal):
-    """Summaries of the noise of the scored points alone, in both scales."""
+    """Summarise the noise of the scored points alone, in both scales."""
     return ranked(noise_alone(data, focal), data)
 
 
 def ranked(lengths, data):
-    """Summaries by scale, with their rank correlation with how rays graze."""
+    """Summarise by scale, with the rank correlation with grazing incidence."""
     return {
         scale: summaries(found)
         | {"grazing_spearman": _rank_correlation(found, data.grazing_ranks)}
@@ -169,7 +169,7 @@ def ranked(lengths, data):
 
 
 def scores(data, methods):
-    """Score every method; one that fails says why and the others go on."""
+    """Score every method; a failed one returns its error code."""
     focal = central_focal(data.camera)
     out = {"exact": score_exact(data, focal)}
     for method in methods:
@@ -187,7 +187,7 @@ def _scored(method, data, focal):
 
 
 def measure_laws(condition, rng):
-    """Data by law: the same grids, rays and noise, seen by each camera."""
+    """Return data by law: the same grids, rays and noise for each camera."""
     fov_deg, domain = condition["fov_deg"], condition["domain"]
     drawn = camera_of(OUTERMOST_LAW, fov_deg)
     grids, _ = draw_grids(rng)
@@ -225,7 +225,7 @@ SETTINGS = {
 
 
 def conditions(law, fovs_deg, levels):
-    """All conditions of a sweep."""
+    """Return all conditions of a sweep."""
     return [
         {
             "law": law,
@@ -242,14 +242,14 @@ def conditions(law, fovs_deg, levels):
 
 
 def fisheye_trial(condition, rng):
-    """OpenCV's fisheye model on the data of `trial`."""
+    """Score OpenCV's fisheye model on the data of `trial`."""
     data, _ = measure(condition, rng)
     return scores(data, ("opencv_fisheye",))
 
 
 @experiment("fig_2_3_fisheye", artefact="fig_2_3", shards={"full": 2})
 def fisheye_sweep(effort):
-    """The first trials of `fov_sweep` in the primary reading."""
+    """The first trials of `fov_sweep` in the primary interpretation."""
     cases = [
         case
         for case in conditions("equidistance", FOVS_DEG, [FOV_NOISE])
@@ -259,7 +259,7 @@ def fisheye_sweep(effort):
 
 
 def laws_trial(condition, rng):
-    """One trial: the generic method's scores under every law."""
+    """Run one trial: the generic method's scores under every law."""
     measured = measure_laws(condition, rng)
     return {law: scores(measured[law], METHODS[1:]) for law in LAWS}
 

@@ -1,7 +1,7 @@
-"""The claims of section 2.5.2 about rendered counterparts of real pictures.
+"""Claims of section 2.5.2 about rendered counterparts of real images.
 
-A claim about seeds says that it is true in 90 % of them, as the ledger says. A
-seed in which a method failed counts against that method.
+A claim about simulated runs must be true in 90 % of them, as the registry states. A
+run in which a method failed counts against that method.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _depends(parametric, generic) -> str:
 
 
 def _as_text(parametric, generic) -> str:
-    """Both slopes with their intervals, and what they decide."""
+    """Return both slopes with their intervals and their decision, in words."""
     slopes = ", ".join(
         f"{name} {s.value:.2f} ({s.low:.2f} to {s.high:.2f})"
         for name, s in (("parametric", parametric), ("generic", generic))
@@ -101,13 +101,13 @@ def _as_text(parametric, generic) -> str:
 
 @cache
 def _of_sweep(result, options):
-    """Slopes in the sweep; readings that differ in the sets alone share them."""
+    """Return slopes in the sweep, shared by interpretations that differ in the sets."""
     return swept_slopes(SweepCase(result, dict(options)))
 
 
 @cache
 def _of_sets(results, options):
-    """Slopes in the sets; readings that differ in the sweep alone share them."""
+    """Return slopes in the sets, shared by interpretations that differ in the sweep."""
     return rendered_slopes(ZoomCase(dict(results), dict(options)))
 
 
@@ -137,7 +137,7 @@ def judge_depends_on_distortion(results, options):
 
 
 def in_seeds(holds, reason):
-    """The Reading of a predicate over seeds (n,), and the share that it is true of."""
+    """Return the Reading of a predicate over runs (n,), with the share that is true."""
     true = f"{np.count_nonzero(holds)} of {len(holds)} seeds"
     return Reading.of_seeds(holds, proportion(holds), reason=f"{true}; {reason}")
 
@@ -254,7 +254,7 @@ def judge_homography(results):
 
 @numbers("table_2_2", needs=("table_2_2_redrawn",), evidence="rendered")
 def values_of_table_2_2(results):
-    """Medians over seeds in the primary reading."""
+    """Return medians over runs in the primary interpretation."""
     case = ZoomCase(results)
     methods = (("parametric", "persp"), ("generic", "gen"))
     out = {}
@@ -279,14 +279,14 @@ def values_of_fig_2_4(results):
 
 @numbers("fig_2_5", needs=(), evidence="rendered")
 def values_of_fig_2_5(results):
-    """How much longer the vectors of (b) are drawn."""
+    """Return the scale at which the vectors of (b) are drawn."""
     reason = f"in (b); (a) is drawn {COARSE_SCALE} times as long"
     return {"fig2_5_scale": Value(FIELD_SCALE, reason=reason)}
 
 
 @numbers("fig_2_6", needs=(), evidence="rendered")
 def values_of_fig_2_6(results):
-    """Images, steps, and how much larger deviations are drawn."""
+    """Return images, steps, and the scale of the deviations."""
     return {
         "fig2_6_images": Value(STAGE_IMAGES),
         "fig2_6_step": Value(STEP_MM, unit="mm"),

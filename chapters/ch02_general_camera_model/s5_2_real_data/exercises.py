@@ -1,4 +1,4 @@
-"""What the exercises of section 2.5.2 compare an answer with."""
+"""Expected answers of the exercises of section 2.5.2."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ def zoom_task():
     pixel: the sensor's width over the number of pixels across."""
     return {
         "expected": zoom_focal_px,
-        "hint": "what of the sensor is known both in mm and in px?",
+        "hint": "which length of the sensor is known in mm and in px?",
         "slips": {
             "That is in mm.": lambda: LENS_MM * CONVERTER,
             "That is without the converter.": lambda: zoom_focal_px() / CONVERTER,
@@ -26,11 +26,11 @@ def edge_task():
     """theta = r / f, in radians first."""
     return {
         "expected": edge_angle_deg,
-        "hint": "which angle does the law speak of, and in which unit?",
+        "hint": "which angle does the law contain, and in which unit?",
         "slips": {
             "That is in radians.": lambda: RADIUS_PX / FOCAL_PX,
             "That is a pinhole.": lambda: np.degrees(np.arctan(RADIUS_PX / FOCAL_PX)),
-            "One edge is asked for, not both.": lambda: 2 * edge_angle_deg(),
+            "The question is about one edge, not both.": lambda: 2 * edge_angle_deg(),
         },
     }
 
@@ -39,9 +39,9 @@ def rms_task():
     """The mean square is the squared mean plus the squared SD."""
     return {
         "expected": lambda: np.hypot(MEAN_PX, SD_PX),
-        "hint": "write the SD with the help of the mean square",
+        "hint": "write the SD in terms of the mean square",
         "slips": {
-            "Mean and SD do not add as they stand.": lambda: MEAN_PX + SD_PX,
+            "Mean and SD do not add directly.": lambda: MEAN_PX + SD_PX,
             "An RMS is never less than the mean.": lambda: np.sqrt(
                 MEAN_PX**2 - SD_PX**2
             ),
@@ -50,10 +50,10 @@ def rms_task():
 
 
 def zoom_focal_px():
-    """Focal length in px of the lens behind its converter."""
+    """Return the focal length in px of the lens behind its converter."""
     return LENS_MM * CONVERTER * WIDTH_PX / SENSOR_MM
 
 
 def edge_angle_deg():
-    """Angle of the equidistance law at the upper edge of the picture."""
+    """Return the angle of the equidistance law at the upper edge of the image."""
     return np.degrees(RADIUS_PX / FOCAL_PX)

@@ -1,4 +1,4 @@
-"""The figures and the table of section 2.5.2, drawn from its seeds."""
+"""Figures of section 2.5.2, drawn from its simulated runs."""
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from repro.run.outcomes import Check, Drawing
 
 @figure("fig_2_4", needs=("table_2_2_rendered",), evidence="rendered")
 def fig_2_4(results):
-    """One picture of each of the three sets, as the detector got it."""
+    """Draw one image of each of the three sets, as the detector received it."""
     rendered = results["table_2_2_rendered"]
     drawn, axes = new_figure(1, 3, height_in=2.3)
     rows = []
@@ -40,9 +40,9 @@ def fig_2_4(results):
     return Drawing(
         drawn,
         columns(("set", "width_px", "height_px", "boards_found"), rows),
-        "Rendered counterparts of the three sets: the first picture of each "
-        "in which the board was found, from the longest to the shortest "
-        "focal length.",
+        "Rendered images of the three sets, from the longest to the shortest "
+        "focal length: the first image of each set in which the board was "
+        "detected.",
         Check(
             bool(np.all(np.diff(levels) > 0)),
             "the distortion over the boards rises from set to set: "
@@ -53,7 +53,7 @@ def fig_2_4(results):
 
 @figure("fig_2_5", needs=("table_2_2_rendered",), evidence="rendered")
 def fig_2_5(results):
-    """Residual vectors of one picture of set 3, with a scale."""
+    """Draw the residual vectors of one image of set 3, with a scale."""
     rendered = results["table_2_2_rendered"]
     drawn, axes = new_figure(1, 2, height_in=4.0, sharex=True, sharey=True)
     rows = []
@@ -86,11 +86,11 @@ def fig_2_5(results):
     return Drawing(
         drawn,
         columns(("method", "u_px", "v_px", "du_px", "dv_px"), rows),
-        "Residual vectors at the corners of one calibration picture of set "
-        "3, in px of the corrected view. The arrows at the lower right are "
-        f"the scales. Both are drawn {FIELD_SCALE} times as long in the "
-        f"thesis; (a) is drawn {COARSE_SCALE} times as long here, since its "
-        "vectors would leave the frame. The picture is that of Fig. 2.4.",
+        "Residual vectors at the corners of the image of set 3 in Fig. 2.4, "
+        "in px of the corrected view. The arrows at the lower right show the "
+        f"scale. The thesis draws both {FIELD_SCALE} times as long. Here (a) "
+        f"is drawn {COARSE_SCALE} times as long, because its vectors would "
+        "leave the frame.",
     )
 
 
@@ -98,7 +98,7 @@ def fig_2_5(results):
     "fig_2_6", needs=("table_2_2_rendered", "table_2_2_redrawn"), evidence="rendered"
 )
 def fig_2_6(results):
-    """Recovered steps end to end, deviations twenty times as large."""
+    """Draw the recovered steps end to end, deviations twenty times as large."""
     drawn, axes = new_figure(1, 2, height_in=3.6, width_ratios=(3, 2))
     rows = []
     rendered = results["table_2_2_rendered"]
@@ -116,7 +116,7 @@ def fig_2_6(results):
     axes[0].set(
         xlabel=f"Along the mean step, deviation x {STEP_SCALE} (mm)",
         ylabel=f"Across, deviation x {STEP_SCALE} (mm)",
-        title="One rendered seed",
+        title="One rendered run",
     )
     trials = [
         results["table_2_2_redrawn"].column(
@@ -135,24 +135,24 @@ def fig_2_6(results):
     axes[1].set(
         yscale="log",
         ylabel="RMS deviation of a step (mm)",
-        xlabel="Method (1)",
-        title="All redrawn seeds",
+        xlabel="Method",
+        title="All redrawn runs",
     )
     drawn.legend(loc="outside lower center", ncols=2)
     return Drawing(
         drawn,
         columns(("method", "x_mm", "y_mm"), rows),
         f"Translations of {STEP_MM:g} mm recovered from homographies of "
-        "five pictures, in the grid's frame. Left: the four steps of one "
-        "rendered seed end to end, their deviations from the mean step "
-        f"{STEP_SCALE} times as large. Right: RMS deviation over the seeds "
-        "(box: quartiles; whiskers: 1.5 times their distance); "
+        "five images, in the grid's frame. Left: the four steps of one "
+        "rendered run end to end, with deviations from the mean step "
+        f"{STEP_SCALE} times as large. Right: RMS deviation over the redrawn "
+        "runs (box: quartiles, whiskers: 1.5 times their distance); "
         f"{failed} of {sum(map(len, trials))} have none and are not drawn.",
     )
 
 
 def path_of(steps):
-    """End-to-end path (n + 1, 2) in the plane that deviates most."""
+    """Return the end-to-end path (n + 1, 2) in the plane of largest deviation."""
     mean = steps.mean(axis=0)
     shown = mean + STEP_SCALE * (steps - mean)
     along = mean / np.linalg.norm(mean)

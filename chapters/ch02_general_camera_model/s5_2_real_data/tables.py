@@ -15,7 +15,7 @@ from repro.run.experiment import table
 from repro.run.outcomes import Check, Measured, Table
 
 SOURCES = {"table_2_2_redrawn": "redrawn", "table_2_2_rendered": "rendered"}
-# As in the thesis: what a row is called there, and in the ledger's ids.
+# Methods in the order of the thesis, with their names in the registry's ids.
 ROWS = (("parametric", "persp"), ("generic_as_printed", "gen"))
 STATISTICS = {"rms": "RMS", "sd": "SD"}
 FISHEYE = "OpenCV fisheye"
@@ -25,7 +25,7 @@ FISHEYE = "OpenCV fisheye"
     "table_2_2", needs=("table_2_2_redrawn", "table_2_2_rendered"), evidence="rendered"
 )
 def table_2_2(results):
-    """Residuals of the calibration pictures, in px of the corrected view."""
+    """Tabulate the residuals of the calibration images, in px of the corrected view."""
     redrawn = results["table_2_2_redrawn"]
     places = list(product(ROWS, STATISTICS))
     found = {
@@ -47,9 +47,9 @@ def table_2_2(results):
         ]
     return Table(
         found,
-        "Distortion residuals after perspective correction: medians over "
-        f"{redrawn.trials_per_condition} seeds with 95 % intervals, in px of "
-        "the corrected view.",
+        "Distortion residuals after perspective correction, in px of the "
+        f"corrected view: medians over {redrawn.trials_per_condition} simulated "
+        "runs with 95 % intervals.",
         agreement(*(results[name] for name in SOURCES)),
         printed=printed,
     )
@@ -60,7 +60,7 @@ LINES = {"parametric": "parametric", "generic_as_printed": "generic"}
 
 @table("ext_table_2_2_readings", needs=OF_SEEDS, evidence="rendered")
 def ext_table_2_2_readings(results):
-    """What noise of the corners and interpolation do to the section's results."""
+    """Tabulate the section's results for other corner noise and interpolation."""
     rows = []
     for noise, between, method in (
         ("none", "homographic", "parametric"),
@@ -93,25 +93,25 @@ def ext_table_2_2_readings(results):
             + [Measured.median_or_none(trials) for trials in (steps, off_lines)]
         )
     names = [
-        "Noise added", "Method", "Seeds", *(f"Set {zoom} (px)" for zoom in ZOOMS),
-        "Largest over smallest (1)", "Scatter of steps, set 3 (mm)",
-        "Off straight lines, set 2 (px)",
+        "Noise added", "Method", "Runs", *(f"Set {zoom} (px)" for zoom in ZOOMS),
+        "Largest over smallest", "Scatter of steps, set 3 (mm)",
+        "Distance from straight lines, set 2 (px)",
     ]  # fmt: skip
     return Table(
         columns(names, rows),
-        "RMS residuals as in Table 2.2, of corners to which Gaussian noise "
-        "was added on each axis, and with a smooth surface between corners; "
-        "scatter of the steps of Fig. 2.6, and distance of points from "
-        "straight lines near the rim of the boards, as in section 2.5.3. "
-        "Medians over seeds with 95 % intervals.",
+        "RMS residuals as in Table 2.2, with Gaussian noise added to the "
+        "corners on each axis, and with a smooth surface between corners. "
+        "Last columns: scatter of the steps of Fig. 2.6, and distance from "
+        "straight lines near the edge of the boards, as in section 2.5.3. "
+        "Medians over simulated runs with 95 % intervals.",
     )
 
 
 def agreement(redrawn, rendered):
-    """Whether redrawn seeds differ from rendered ones: rank tests, Holm.
+    """Check whether redrawn runs differ from rendered ones: rank tests, Holm.
 
-    A p-value that was not reached shows no equality: the text says how far
-    the medians are apart.
+    A large p-value does not show equality, so the text gives the ratios of
+    the medians.
     """
     from scipy.stats import mannwhitneyu
 
@@ -125,7 +125,7 @@ def agreement(redrawn, rendered):
     return Check(
         bool(smallest > SIGNIFICANCE),
         "no difference shown between residuals of redrawn and rendered "
-        f"seeds: smallest p of {len(p)} rank tests, corrected, "
-        f"{smallest:.2g}; medians of redrawn seeds are {min(ratios):.2f} to "
-        f"{max(ratios):.2f} times those of {len(both[1])} rendered ones",
+        f"runs: smallest corrected p of {len(p)} rank tests {smallest:.2g}; "
+        f"medians of redrawn runs are {min(ratios):.2f} to {max(ratios):.2f} "
+        f"times those of {len(both[1])} rendered ones",
     )

@@ -1,4 +1,4 @@
-"""The claim of section 2.5.3, tested as the ledger words it."""
+"""The claim of section 2.5.3, tested as the registry words it."""
 
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
 from chapters.shared.zoom_rigs import FACADE_ZOOM

@@ -1,4 +1,4 @@
-"""What the exercises of section 2.5.3 compare an answer with."""
+"""Expected answers of the exercises of section 2.5.3."""
 
 import numpy as np
 
@@ -10,10 +10,10 @@ PITCH_DEG, SEEN_AT = 14.0, 0.5
 
 def focal_task():
     """Half the width is f times the tangent of the angle to each side. The code counts
-    from centre to centre of the outermost pixels; from rim to rim is 0.1 % more."""
+    from centre to centre of the outermost pixels; from edge to edge is 0.1 % more."""
     return {
         "expected": view_focal_px,
-        "hint": "draw the triangle of centre, middle and rim of the picture",
+        "hint": "draw the triangle of projection centre, image centre and image edge",
         "slips": {
             "That is the whole width for half the angle.": lambda: 2 * view_focal_px(),
             "That is an equidistance lens, not a pinhole.": lambda: (
@@ -28,7 +28,7 @@ def lean_task():
     down: its lean has the tangent x tan(pitch)."""
     return {
         "expected": convergence_deg,
-        "hint": "where do the pictures of all verticals meet?",
+        "hint": "where do the images of all verticals meet?",
         "slips": {
             "That is in radians.": lambda: np.radians(convergence_deg()),
             "That is off horizontal.": lambda: 90 - convergence_deg(),
@@ -38,12 +38,12 @@ def lean_task():
 
 
 def view_focal_px():
-    """Focal length in px of the corrected pictures."""
+    """Return the focal length in px of the corrected images."""
     return (WIDTH_PX - 1) / 2 / np.tan(np.radians(HALF_VIEW_DEG))
 
 
 def convergence_deg():
-    """Lean of a vertical's picture.
+    """Return the angle (deg) between a vertical's image and the image vertical.
 
     Verticals meet at the vanishing point (0, -1 / tan(pitch)) or (0, 1 / tan).
     """

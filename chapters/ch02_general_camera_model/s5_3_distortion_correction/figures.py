@@ -1,4 +1,4 @@
-"""Fig. 2.7: a building front, corrected in two ways."""
+"""Fig. 2.7: a building front, corrected with both calibrations."""
 
 import numpy as np
 
@@ -27,13 +27,13 @@ PANELS = (
     ("view.generic_as_printed", "(e) part of (d)"),
     ("view.upright", "(f) as (d), plane upright"),
 )
-LEAST_PX = 0.001
+MIN_DRAWN_PX = 0.001
 COLOUR = "#d55e00"
 
 
 @figure("fig_2_7", needs=("table_2_2_rendered",), evidence="rendered")
 def fig_2_7(results):
-    """The front as taken, corrected in two ways, and kept upright."""
+    """Draw the front as taken, corrected with both calibrations, and upright."""
     rendered = results["table_2_2_rendered"]
     edges = edges_of(rendered)
     both = shared(edges)
@@ -56,12 +56,12 @@ def fig_2_7(results):
     return Drawing(
         drawn,
         shown,
-        "A building front through the lens of image set 2: as taken; "
-        "corrected with each calibration of one rendered seed, with the part "
-        "enlarged in which the parametric picture bends an edge most; and "
-        "the generic correction on a plane parallel to the front's "
+        "A building front imaged with the lens of set 2: (a) as taken; (b), "
+        "(d) corrected with each calibration of one rendered run; (c), (e) "
+        "enlarged parts at the edge that the parametric correction bends "
+        "most; (f) generic correction on a plane parallel to the front's "
         "verticals. Dashed: the best line of that edge where both methods "
-        "show it, drawn on. Black: no ray.",
+        "show it, extrapolated. Black: no ray.",
         Check(
             shown["share_of_picture_shown"][3] > 0.05,
             "the generic correction shows a part of the front",
@@ -70,7 +70,7 @@ def fig_2_7(results):
 
 
 def draw_part(panel, edge, both, at):
-    """Enlarge a picture about a point, with the line of an edge; say its bend."""
+    """Enlarge an image about a point, draw the line of an edge, return its bend."""
     off = from_line(edge, both)
     panel.plot(*line_through(edge[both]).T, "--", color=COLOUR, lw=1.2)
     panel.set(
@@ -82,7 +82,7 @@ def draw_part(panel, edge, both, at):
 
 @figure("ext_fig_2_7_lines", needs=("table_2_2_rendered",), evidence="rendered")
 def ext_fig_2_7_lines(results):
-    """How far the front's edges leave their lines, by the distance from mid-image."""
+    """Draw the edges' distances from their lines, by the distance from mid-image."""
     edges = edges_of(results["table_2_2_rendered"])
     camera = camera_of(FACADE_ZOOM)
     middle = (np.array([camera.width, camera.height]) - 1) / 2
@@ -93,9 +93,9 @@ def ext_fig_2_7_lines(results):
     for panel, (method, off), letter in zip(
         axes, distances(edges).items(), "ab", strict=True
     ):
-        off = np.maximum(off, LEAST_PX)
+        off = np.maximum(off, MIN_DRAWN_PX)
         for inside, mark, label in (
-            (~both, "0.6", "beyond the boards"),
+            (~both, "0.6", "outside the boards"),
             (both, look_of(NAMES[method])["color"], "on the boards"),
         ):
             some = inside & np.isfinite(off)
@@ -106,23 +106,23 @@ def ext_fig_2_7_lines(results):
             ]
         panel.set(
             title=f"({letter}) {NAMES[method]}",
-            xlabel="Distance from the middle of the image (px)",
+            xlabel="Distance from the image centre (px)",
         )
         panel.legend(loc="upper left", markerscale=4)
     axes[0].set(yscale="log", ylabel="Distance from the line (px)")
     return Drawing(
         drawn,
         columns(("method", "where", "radius_px", "distance_px"), rows),
-        "Points of the front's straight edges in the corrected pictures of "
-        "Fig. 2.7: how far each is from the best line of its edge, which is "
-        "fitted where both methods show it. Grey: points where no board was, "
+        "Distance of points of the front's straight edges from the best line "
+        "of their edge, in the corrected images of Fig. 2.7. Lines are fitted "
+        "where both methods show the edge. Grey: points where no board was, "
         "which only the parametric method shows. Distances below "
-        f"{LEAST_PX} px are drawn there.",
+        f"{MIN_DRAWN_PX} px are drawn at that value.",
     )
 
 
 def frame_around(at):
-    """Outline of the enlarged part."""
+    """Return the outline of the enlarged part."""
     from matplotlib.patches import Rectangle
 
     corner = np.asarray(at) - HALF_PX

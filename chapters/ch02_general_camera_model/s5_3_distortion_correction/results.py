@@ -1,45 +1,44 @@
-"""Distances from straight lines, read from the seeds of section 2.5.2."""
+"""Distances from straight lines, from the simulated runs of section 2.5.2."""
 
 import numpy as np
 
-from chapters.shared.facade import FEWEST, HALF_VIEW_DEG, OUTER, PITCH_DEG
+from chapters.shared.facade import FEWEST, HALF_VIEW_DEG, PITCH_DEG
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import FACADE_ZOOM
 from repro.judge.statistics import with_worst
 from repro.page.reader import value
 
-HALF_PX = 110  # of the side of the enlarged parts
+HALF_PX = 110  # half the side of the enlarged parts
 
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = {name: open_results(name) for name in OF_SEEDS}
     edges = edges_of(open_results("table_2_2_rendered"))
-    off = distances(edges)["parametric"]
     found = {
         **{
-            f"{name}{word}": line_median(ZoomCase(results, options), name)
-            for word, options in (("", {}), ("_smooth", {"interpolation": "smooth"}))
+            name: line_median(ZoomCase(results), name)
             for name in ("generic", "parametric")
         },
-        "bend": np.nanmax(off),
-        "worst": np.nanmax(off[shared(edges)]),
+        "generic_smooth": line_median(
+            ZoomCase(results, {"interpolation": "smooth"}), "generic"
+        ),
+        "bend": np.nanmax(distances(edges)["parametric"]),
         "pitch": PITCH_DEG,
         "half_view": HALF_VIEW_DEG,
-        "outer": 100 * (1 - OUTER),
     }
     for name, number in found.items():
         value(name, number)
 
 
 def line_median(case, name):
-    """Median over seeds of a method's distance (px) from straight lines."""
+    """Return a method's median distance (px) from straight lines, over runs."""
     place = f"lines.{case.method('generic')}.{name}.{case.scale}"
     return float(np.median(with_worst(case.column(place, FACADE_ZOOM))))
 
 
 def edges_of(rendered):
-    """The front's edges (edges, points, 2) as taken and as corrected, px."""
+    """Return the front's edges (edges, points, 2), as taken and as corrected, px."""
     names = ("as_taken", "parametric", "generic_as_printed")
     return {
         name: rendered.arrays(f"edges.{name}", zoom=FACADE_ZOOM)[0] for name in names
@@ -47,32 +46,32 @@ def edges_of(rendered):
 
 
 def shared(edges):
-    """Which points (edges, points) both corrected pictures show."""
+    """Return which points (edges, points) both corrected images show."""
     return np.isfinite(
         edges["parametric"][..., 0] + edges["generic_as_printed"][..., 0]
     )
 
 
 def from_line(edge, known):
-    """Signed distances (points,) of an edge from the line of its known points."""
+    """Return signed distances (points,) of an edge from the line of known points."""
     centre, along = best_line(edge[known])
     return (edge - centre) @ [-along[1], along[0]]
 
 
 def best_line(points):
-    """A point and the direction of the best line (total least squares)."""
+    """Return a point and the direction of the best line (total least squares)."""
     centre = points.mean(axis=0)
     return centre, np.linalg.svd(points - centre)[2][0]
 
 
 def line_through(points, reach_px=2000.0):
-    """Two points (2, 2) far apart on the best line of points."""
+    """Return two distant points (2, 2) on the best line of points."""
     centre, along = best_line(points)
     return centre + np.outer([-reach_px, reach_px], along)
 
 
 def distances(edges):
-    """By method, px (edges, points) from the line of what both methods show."""
+    """Return distances (edges, points) in px from lines of shared points, by method."""
     both, out = shared(edges), {}
     for method in ("parametric", "generic_as_printed"):
         out[method] = np.full(both.shape, np.nan)
@@ -83,10 +82,10 @@ def distances(edges):
 
 
 def most_bent(edges):
-    """Number of the edge that the parametric picture bends most, and a point.
+    """Return the edge that the parametric correction bends most, and a point.
 
-    The point, in that picture, lies from where the edge leaves the boards halfway
-    to where it is farthest from its line, or half a window on.
+    The point is halfway between where the edge leaves the boards and where it is
+    farthest from its line, but at most HALF_PX / 2 from the former.
     """
     off = distances(edges)["parametric"]
     number, worst = np.unravel_index(np.nanargmax(off), off.shape)

@@ -1,4 +1,4 @@
-"""Is there a plane before all rays of a bundle? Section 2.2.2, trial and plan."""
+"""Existence of a plane in front of all rays of a bundle: section 2.2.2."""
 
 import numpy as np
 
@@ -10,15 +10,15 @@ from repro.run.outcomes import Plan, crossed
 FOVS_DEG = (30, 90, 150, 170, 179, 180, 181, 190, 220, 270, 360)
 TRIALS = {"quick": 2, "full": 20}
 RIM, INNER = 90, 300
-LEAST_COSINE = 1e-9
+MIN_COSINE = 1e-9
 SIZE_PX = 400
 
 
 def rays_of_fov(fov_deg, rng):
-    """Directions (N, 3) of an equidistance fisheye, with those of its rim.
+    """Return directions (N, 3) of an equidistance fisheye, including its edge.
 
-    The rim has every ray together with its mirror image about the axis.
-    The whole bundle is turned at random: no plane is preferred.
+    The edge has every ray together with its mirror image about the axis. The
+    bundle is rotated at random, so that no plane is preferred.
     """
     half, middle = np.radians(fov_deg) / 2, (SIZE_PX - 1) / 2
     camera = FisheyeCamera(
@@ -37,10 +37,10 @@ def rays_of_fov(fov_deg, rng):
 
 
 def plane_trial(condition, rng):
-    """Is there a plane normal n with n . r_i >= eps for every ray?
+    """Search for a plane normal n with n . r_i >= eps for every ray.
 
-    The linear programme asks for n in the cube |n_k| <= 1 and the largest
-    eps; there is a plane in front of all rays exactly if it is positive.
+    The linear programme maximises eps for n in the cube |n_k| <= 1. A plane in
+    front of all rays exists exactly if eps is positive.
     """
     from scipy.optimize import linprog
 
@@ -56,7 +56,7 @@ def plane_trial(condition, rng):
         return {"failed": found.message, "rim": on_rim}
     return {
         "cosine": float(found.x[3]),
-        "feasible": bool(found.x[3] >= LEAST_COSINE),
+        "feasible": bool(found.x[3] >= MIN_COSINE),
         "rim": on_rim,
     }
 
@@ -66,7 +66,7 @@ def planes(effort):
     """The linear programme n . r_i >= eps over fields of view."""
     settings = {
         "rays": {"on the rim": RIM, "within": INNER},
-        "eps": LEAST_COSINE,
+        "eps": MIN_COSINE,
         "bundle": "equidistance fisheye, turned at random",
     }
     return Plan(plane_trial, crossed(fov_deg=FOVS_DEG), TRIALS[effort], settings)

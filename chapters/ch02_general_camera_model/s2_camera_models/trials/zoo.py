@@ -1,10 +1,10 @@
-"""One room through eight cameras of the zoo."""
+"""One room rendered by eight cameras of the collection."""
 
 import numpy as np
 
 from chapters.shared.zoo import camera
 
-# The room. Looking ahead; up into a mirror; away from plane mirrors.
+# Viewing directions: ahead, up into a mirror, away from plane mirrors.
 AHEAD = np.eye(3)
 UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
 BACK = np.diag([-1.0, 1.0, -1.0])
@@ -21,7 +21,7 @@ ROOM = {
 
 
 def room_trial(condition, rng):
-    """The room through one camera: picture (h, w, 3) uint8."""
+    """Render the room with one camera: image (h, w, 3) uint8."""
     from raxel.geometry import pose
     from raxel.lab.render import render
     from raxel.lab.room import room

@@ -1,4 +1,4 @@
-"""Fig. 2.2, drawn from calibrated rays, and what a wrong T_1 does to them."""
+"""Fig. 2.2, drawn from calibrated rays, and their error for a wrong T_1."""
 
 import numpy as np
 
@@ -26,7 +26,7 @@ PANEL_ASPECT = 1.0
 
 
 class Grids:
-    """Rays that meet grids, as one calibration found them."""
+    """Rays and the grids they meet, from one calibration."""
 
     def __init__(self, result, method):
         for name in (
@@ -36,7 +36,7 @@ class Grids:
             setattr(self, name, result.arrays(name, method=method)[0])
 
     def gap(self):
-        """Largest distance (mm) of a drawn point from its ray or grid."""
+        """Return the largest distance (mm) of a drawn point from its ray or grid."""
         offset = self.meetings - self.origins
         across = np.cross(offset, self.directions)
         off_ray = np.linalg.norm(across, axis=2).max()
@@ -49,7 +49,7 @@ class Grids:
 
 @figure("fig_2_2", needs=("fig_2_2_grids",), evidence="analytic", scene=True)
 def fig_2_2(results):
-    """(a) two grids a known T_1 apart; (b) three in unknown poses."""
+    """Draw (a) two grids with known T_1, (b) three grids in unknown poses."""
     found = {
         method: Grids(results["fig_2_2_grids"], method)
         for method in ("general", "generic")
@@ -76,13 +76,13 @@ def fig_2_2(results):
     return Drawing(
         drawn,
         columns(("method", "grid", "x_mm", "y_mm", "z_mm"), rows),
-        "Calibration configurations, drawn in the frame of the first grid "
+        "Calibration configurations in the frame of the first grid, drawn "
         "from rays that the library calibrated: (a) the general method, "
-        "two grids a known $T_1$ apart; (b) the generic method, three "
-        "grids whose poses $T_1$ and $T_2$ were found in the calibration. "
-        "Coloured dots: where calibrated rays meet the grids. Black dot: "
-        "the camera's centre. Arrows: from the origin of the base grid to "
-        "that of each other one.",
+        "two grids with known relative pose $T_1$; (b) the generic method, "
+        "three grids with estimated poses $T_1$ and $T_2$. Coloured dots: "
+        "intersections of calibrated rays with the grids. Black dot: the "
+        "camera's centre. Arrows: from the origin of the base grid to that "
+        "of each other grid.",
         Check(
             gap < TOLERANCE_MM and off < FOUND_MM,
             "every drawn point lies on its ray and on its grid, to "
@@ -94,7 +94,7 @@ def fig_2_2(results):
 
 
 def _grids(grids):
-    """Grids where the calibration found them, and rays from the centre."""
+    """Return the grids in their estimated poses, and rays from the centre."""
     last = grids.meetings[-1]
     centre = np.broadcast_to(grids.centre, last.shape)
     base, others = grids.poses[0, :3, 3], grids.poses[1:, :3, 3]
@@ -118,21 +118,21 @@ def _grids(grids):
 
 
 def _scene_2_2(found):
-    """Both configurations beside each other."""
+    """Return both configurations next to each other."""
     general, generic = (_grids(grids) for grids in found.values())
-    beside = np.eye(4)
-    beside[0, 3] = 1800.0
+    sideways = np.eye(4)
+    sideways[0, 3] = 1800.0
     return framed(
-        general + moved(generic, beside, unlabelled=True),
+        general + moved(generic, sideways, unlabelled=True),
         SIGHT,
-        note="Left the general method, two grids in known poses. Right the "
-        "generic method, three grids whose poses it found.",
+        note="Left: the general method, two grids in known poses. Right: the "
+        "generic method, three grids with estimated poses.",
     )
 
 
 @figure("ext_fig_2_2_error", needs=("fig_2_2_error",), evidence="synthetic")
 def ext_fig_2_2_error(results):
-    """What an error of T_1 does to the rays of the two-pose method."""
+    """Draw the ray error of the two-pose method for an error of T_1."""
     ran = results["fig_2_2_error"]
     drawn, axes = new_figure(1, 2, height_in=3.2)
     rows = []
@@ -147,13 +147,13 @@ def ext_fig_2_2_error(results):
         )
         rows += [(kind, *row) for row in drawn_rows]
         panel.set(
-            xlabel=f"Error of {kind} put on T₁ ({unit})",
+            xlabel=f"Error of the {kind} in T₁ ({unit})",
             ylabel="Median ray error (deg)",
         )
     return Drawing(
         drawn,
         columns(("kind", "level", "median", "low", "high"), rows),
-        "Error of the rays of the two-pose method against an error put on "
-        "the known motion, with nothing else wrong: left a shift, right "
-        "a turn of the second grid. Medians over trials with 95 % intervals.",
+        "Ray error of the two-pose method as a function of an error of the "
+        "known motion, with all else exact. Left: translation, right: "
+        "rotation of the second grid. Medians over trials with 95 % intervals.",
     )

@@ -1,4 +1,4 @@
-"""Fig. 2.1, drawn from look-up tables that the library filled."""
+"""Fig. 2.1, drawn from look-up tables of the library."""
 
 import numpy as np
 
@@ -25,7 +25,7 @@ PANEL_ASPECT = 0.9
 
 
 class RayTableOfCamera:
-    """The look-up table of one camera, as an experiment left it."""
+    """The look-up table of one camera, from an experiment."""
 
     def __init__(self, result, camera):
         for name in ("pixels", "origins", "directions", "matrices"):
@@ -41,7 +41,7 @@ class RayTableOfCamera:
         self.drawn[self.i] = False
 
     def gap(self):
-        """Largest distance (mm) of a drawn point from the stored line.
+        """Return the largest distance (mm) of a drawn point from the stored line.
 
         The line is that of its Plücker matrix: the matrix of two points
         drawn on it must be the same, up to scale.
@@ -57,7 +57,7 @@ class RayTableOfCamera:
 
 @figure("fig_2_1", needs=("fig_2_1_tables",), evidence="analytic", scene=True)
 def fig_2_1(results):
-    """Image, look-up table and rays of two cameras, side by side."""
+    """Draw image, look-up table and rays of two cameras, side by side."""
     tables = {
         camera: RayTableOfCamera(results["fig_2_1_tables"], camera) for camera in SIDES
     }
@@ -92,12 +92,12 @@ def fig_2_1(results):
     return Drawing(
         drawn,
         columns(names, rows),
-        "The general camera model. Top: an image, every second pixel "
-        "marked, and below it the Plücker matrix that the look-up table holds "
-        "for pixel $i$ (orange; lengths in mm). Bottom: the rays of the marked pixels, "
-        "from the camera's table, with their anchor points (black). Left, the rays "
-        "of a fisheye have one anchor point, the centre; right, each ray of a "
-        "camera that looks into four plane mirrors (grey) has its own.",
+        "The general camera model. Top: an image with every second pixel "
+        "marked, and the Plücker matrix in the look-up table for pixel $i$ "
+        "(orange; lengths in mm). Bottom: the rays of the marked pixels from the "
+        "table, with their anchor points (black). Left: the rays of a fisheye "
+        "have one anchor point, the centre. Right: each ray of a camera that "
+        "looks into four plane mirrors (grey) has its own.",
         Check(
             gap < TOLERANCE_MM,
             f"every drawn ray lies on the line of its Plücker matrix, to {gap:.1g} mm",
@@ -121,7 +121,7 @@ def _draw_image(axes, table):
 
 
 def matrix_text(matrix):
-    """A Plücker matrix in rows, two digits after the point."""
+    """Return a Plücker matrix as rows of text with two decimals."""
     # Adding zero turns the -0 of a rounded entry into 0.
     cells = [[f"{x:.2f}" for x in row] for row in np.round(matrix, 2) + 0.0]
     wide = [max(map(len, column)) for column in zip(*cells, strict=True)]
@@ -132,7 +132,7 @@ def matrix_text(matrix):
 
 
 def _rays(table):
-    """Rays of the marked pixels, their anchor points, and the mirrors."""
+    """Return the rays of the marked pixels, their anchor points and the mirrors."""
     rows, i = table.drawn, [table.i]
     sheets = [
         Surface(np.stack([facet[[0, 1]], facet[[3, 2]]]), SHEET, 0.5, "mirror")
@@ -149,13 +149,13 @@ def _rays(table):
 
 
 def _scene_2_1(tables):
-    """Both cameras beside each other: the mirrors' is moved along x."""
+    """Return both cameras next to each other; the mirror camera is moved along x."""
     fisheye, mirrors = (_rays(table) for table in tables.values())
-    beside = np.eye(4)
-    beside[0, 3] = 900.0
+    sideways = np.eye(4)
+    sideways[0, 3] = 900.0
     return framed(
-        fisheye + moved(mirrors, beside, unlabelled=True),
+        fisheye + moved(mirrors, sideways, unlabelled=True),
         SIGHT,
-        note="Left a fisheye: all rays leave one point. Right a camera "
-        "before four mirrors: every ray has an anchor point of its own.",
+        note="Left: a fisheye, whose rays all start in one point. Right: a camera "
+        "in front of four mirrors, with one anchor point for each ray.",
     )

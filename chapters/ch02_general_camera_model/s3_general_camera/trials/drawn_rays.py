@@ -1,4 +1,4 @@
-"""What Figs 2.1 and 2.2 draw: rays of tables, and rays that meet grids."""
+"""Data of Figs 2.1 and 2.2: rays of tables, and rays that meet grids."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ PIXEL_I = (3, 3)
 
 
 def table_trial(condition, rng):
-    """The look-up table of one camera: rays and matrices of its pixels."""
+    """Return the look-up table of one camera: rays and matrices of its pixels."""
     width, height = TABLE_PX
     camera = CAMERAS[condition["camera"]](width, height)
     table = GeneralCamera.from_camera(camera)
@@ -50,7 +50,7 @@ MARGIN_MM = 30.0
 
 
 def three_unknown_poses(points):
-    """Poses, centre and directions from three grids in unknown poses."""
+    """Return poses, centre and directions from three grids in unknown poses."""
     start = linear_well_conditioned(points)
     seen = np.isfinite(points).all(axis=2)
     adjusted = bundle_adjust_fixed_centre(points, seen, start.centre, start.T_base_grid)
@@ -58,10 +58,10 @@ def three_unknown_poses(points):
 
 
 def meetings_of(origins, directions, poses):
-    """Where lines meet grids (n, N, 3), and the grids' outlines (n, 5, 3).
+    """Return intersections with the grids (n, N, 3), and outlines (n, 5, 3).
 
-    An anchor on the first grid meets it at distance zero: lines, not
-    half-lines, hence origins that are moved back.
+    An anchor on the first grid meets it at distance zero, so the origins are
+    moved back along their lines.
     """
     behind = origins - 1000.0 * directions
     hits = intersect_rays_plane(behind, directions, poses).points

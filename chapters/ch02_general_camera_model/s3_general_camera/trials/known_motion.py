@@ -1,4 +1,4 @@
-"""Two grids in known poses: any camera calibrated by them, and errors of a motion."""
+"""Two grids in known poses: calibration of any camera, and errors of a motion."""
 
 import numpy as np
 
@@ -10,10 +10,10 @@ from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
-# The way each camera looks, along z of its frame.
+# Viewing direction of each camera, along z of its frame.
 AHEAD = {"pinhole": 1.0, "fisheye": 1.0, "faceted": -1.0}
 
-# Errors put on T_1, in mm or degrees.
+# Errors of T_1, in mm or degrees.
 LEVELS = (0.1, 0.2, 0.5, 1.0, 2.0)
 
 POSES = {"quick": 3, "full": 30}
@@ -47,9 +47,9 @@ def known_motion_trial(condition, rng):
 
 
 def ray_errors(found, true, rows):
-    """Angle (rad) and distance (mm) of found rays from true ones, (M,).
+    """Return angle (rad) and distance (mm) of estimated rays from true ones, (M,).
 
-    The distance is that of the true origin from the found line.
+    The distance is that of the true origin from the estimated line.
     """
     angle = angles(found.directions[rows], true.directions[rows])
     offset = true.origins[rows] - found.origins[rows]
@@ -58,13 +58,13 @@ def ray_errors(found, true, rows):
 
 
 def angles(a, b):
-    """Angles (N,) in radians between unit vectors (N, 3)."""
+    """Return angles (N,) in radians between unit vectors (N, 3)."""
     across = np.linalg.norm(np.cross(a, b), axis=1)
     return np.arctan2(across, np.sum(a * b, axis=1))
 
 
 def largest_jump(camera):
-    """Largest angle (deg) between the rays of neighbours in a row."""
+    """Return the largest angle (deg) between rays of neighbours in a row."""
     rays = camera.rays(pixel_grid(camera.width, camera.height)).directions
     rays = rays.reshape(camera.height, camera.width, 3)
     left, right = rays[:, :-1].reshape(-1, 3), rays[:, 1:].reshape(-1, 3)
@@ -72,7 +72,7 @@ def largest_jump(camera):
 
 
 def error_pose(kind, error):
-    """Pose (4, 4) of an error (3,) in mm, or in degrees about an axis."""
+    """Return the pose (4, 4) of an error (3,) in mm, or in degrees about an axis."""
     if kind == "translation":
         return pose(np.eye(3), error)
     return pose(rotation_from_vector(np.radians(error)), np.zeros(3))

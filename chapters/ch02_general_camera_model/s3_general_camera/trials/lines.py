@@ -7,8 +7,8 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
 LINES = 100
-LARGEST = 1.0  # metres: points and distances are of order one
-LEAST_APART = 0.05
+EXTENT_M = 1.0  # points and distances are of order one
+MIN_SEPARATION = 0.05
 
 LINE_TRIALS = {"quick": 2, "full": 10}
 
@@ -22,7 +22,7 @@ LINE_SETTINGS = {
 
 
 def two_pairs_trial(condition, rng):
-    """100 lines, each by two pairs of its points: differences of (2.11)."""
+    """Compare (2.11) from two pairs of points of each of 100 lines."""
     origins, directions = draw_lines(rng)
     first, second = (
         normalised(pluecker_matrix(*homogeneous_pair(o, directions, rng)))
@@ -35,7 +35,7 @@ def two_pairs_trial(condition, rng):
 
 
 def origin_trial(condition, rng):
-    """Moments of (2.12): 100 lines through the origin, and 100 beside."""
+    """Compute moments of (2.12): 100 lines through the origin, 100 others."""
     origins, directions = draw_lines(rng)
     ratio = {}
     for name, place in (("through", 0.0), ("beside", origins)):
@@ -51,17 +51,17 @@ def origin_trial(condition, rng):
 
 
 def draw_lines(rng):
-    """Points (100, 3) and unit directions of lines, any way up."""
-    origins = rng.uniform(-LARGEST, LARGEST, (LINES, 3))
+    """Return points (100, 3) and unit directions of random lines."""
+    origins = rng.uniform(-EXTENT_M, EXTENT_M, (LINES, 3))
     directions = rng.normal(size=(LINES, 3))
     return origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
 def homogeneous_pair(origins, directions, rng):
-    """Two points (N, 4) on each line, apart, each at a scale of its own."""
-    places = rng.uniform(-LARGEST, LARGEST, (2, len(directions)))
-    close = np.abs(places[0] - places[1]) < LEAST_APART * LARGEST
-    places[1, close] = places[0, close] + LARGEST
+    """Yield two distinct points (N, 4) on each line, each with its own scale."""
+    places = rng.uniform(-EXTENT_M, EXTENT_M, (2, len(directions)))
+    close = np.abs(places[0] - places[1]) < MIN_SEPARATION * EXTENT_M
+    places[1, close] = places[0, close] + EXTENT_M
     for place in places:
         point = origins + place[:, None] * directions
         scale = rng.uniform(0.2, 5.0, (len(point), 1))
@@ -69,7 +69,7 @@ def homogeneous_pair(origins, directions, rng):
 
 
 def normalised(matrices):
-    """Matrices at unit norm, their largest entry positive."""
+    """Return matrices of unit norm with positive largest entry."""
     flat = matrices.reshape(len(matrices), -1)
     flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
     largest = np.argmax(np.abs(np.triu(matrices)).reshape(flat.shape), 1)

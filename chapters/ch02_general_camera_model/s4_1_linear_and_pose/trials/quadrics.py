@@ -1,12 +1,12 @@
 """Every real solution of the three equations (2.26), for any anchor points.
 
-Grunert's formulas, which the library uses, write down pairs of opposite
-sign from the start and need a common anchor. A test of the pairs needs a
-solver that does not know of them. Here one depth is eliminated after the
-other: with x = lambda_l fixed, two of the equations are monic quadratics in
-y = lambda_m and z = lambda_n alone, so every polynomial in y and z reduces
-to the basis 1, y, z, y z. The third equation, times each of the basis, must
-vanish: a 4 x 4 matrix whose determinant is a polynomial of degree 8 in x.
+Grunert's formulas, which the library uses, assume pairs of opposite sign and
+require a common anchor. A test of the pairs needs a solver that does not assume
+them. Here one depth is eliminated after the other: with x = lambda_l fixed, two
+of the equations are monic quadratics in y = lambda_m and z = lambda_n alone, so
+every polynomial in y and z reduces to the basis 1, y, z, y z. The third
+equation, times each of the basis, must vanish: a 4 x 4 matrix whose determinant
+is a polynomial of degree 8 in x.
 """
 
 import numpy as np
@@ -18,9 +18,9 @@ from repro.run.outcomes import Plan, crossed
 
 PAIRS = ((0, 1), (0, 2), (1, 2))
 DEGREE = 8
-# Which ray is l, m, n. Solutions that are far apart may have nearly the
-# same depth along one ray, and rounding then merges their roots; along
-# another ray they differ.
+# Order of the rays l, m, n. Different solutions may have nearly the same depth
+# along one ray, and rounding then merges their roots; along another ray they
+# differ.
 ORDERS = ([0, 1, 2], [1, 2, 0], [2, 0, 1])
 STEPS = 15
 REAL = 1e-7  # relative size of an imaginary part that is rounding
@@ -29,7 +29,7 @@ SAME = 1e-6  # relative distance at which two solutions are one
 
 
 def real_solutions(anchors, directions, points):
-    """Depths (K, 3) of all real solutions of (2.26), K <= 8.
+    """Return depths (K, 3) of all real solutions of (2.26), K <= 8.
 
     anchors, directions: (3, 3), unit directions; points: (3, 2), mm.
     """
@@ -66,12 +66,12 @@ def _roots(problem):
 
 
 def paired_share(depths):
-    """Share of the solutions (K, 3) whose negative is a solution too."""
+    """Return the share of solutions (K, 3) whose negative is a solution too."""
     return np.mean([_among(-one, depths) for one in depths])
 
 
 def agreement(depths, others):
-    """Whether two sets of solutions, (K, 3) and (L, 3), are the same."""
+    """Return whether two sets of solutions, (K, 3) and (L, 3), are the same."""
     return len(depths) == len(others) and all(_among(one, others) for one in depths)
 
 

@@ -1,4 +1,4 @@
-"""The linear stage of section 2.4.1 on data without noise: trials and plans."""
+"""Linear stage of section 2.4.1 on data without noise: trials and plans."""
 
 import numpy as np
 
@@ -40,12 +40,12 @@ LINEAR_SETTINGS = {
 
 
 def unit_of(points):
-    """A length (mm) that brings the points of the base grid to order 1."""
+    """Return a length (mm) that scales the points of the base grid to order 1."""
     return np.sqrt(np.mean(np.sum(points[0] ** 2, axis=1)))
 
 
 def rank_a_trial(condition, rng):
-    """Rank of A and its relative singular values, in one scene."""
+    """Return the rank of A and its relative singular values, in one scene."""
     points, _, _ = scene_points(rng)
     A, _ = matrix_a(scaled_coefficients(points / unit_of(points)))
     values = singular_values(A)
@@ -59,7 +59,7 @@ def rank_of_a(effort):
 
 
 def rank_d_trial(condition, rng):
-    """Rank and null vectors of D, for two bases of A's null space."""
+    """Return rank and null vectors of D, for two bases of A's null space."""
     points, _, _ = scene_points(rng)
     coefficients = scaled_coefficients(points / unit_of(points))
     a, basis = solution_space(*matrix_a(coefficients))
@@ -85,7 +85,7 @@ def rank_of_d(effort):
 
 
 def exact_trial(condition, rng):
-    """Errors of the linear stage on exact data, form by form."""
+    """Return the errors of the linear stage on exact data, for each form."""
     points, centre, poses = scene_points(rng)
     side = np.sign(centre[2])
     forms = {
@@ -122,14 +122,14 @@ def _linear_errors(form, centre, poses):
 
 
 def pose_errors(found, true):
-    """Largest error of translations (mm) and of rotations (rad)."""
+    """Return the largest error of translations (mm) and of rotations (rad)."""
     shift = np.linalg.norm((found - true)[:, :3, 3], axis=1)
     turn = angle_between_rotations(found[:, :3, :3], true[:, :3, :3])
     return {"translation_mm": shift.max(), "rotation_rad": turn.max()}
 
 
 def no_motion_trial(condition, rng):
-    """Poses from intersections alone; the two-pose method beside it.
+    """Return poses from intersections alone, and results of the two-pose method.
 
     T_1 of the two-pose method is right, or wrong by 1 mm along a random
     direction.
@@ -165,6 +165,6 @@ def no_motion_trial(condition, rng):
 
 @experiment("exp_c2_generic_no_motion", artefact="alg_1")
 def no_motion(effort):
-    """Poses from intersections alone, and the two-pose method beside."""
+    """Poses from intersections alone, compared with the two-pose method."""
     settings = LINEAR_SETTINGS | {"error_put_on_T_1_mm": 1.0}
     return Plan(no_motion_trial, [{}], SCENES[effort], settings)

@@ -1,4 +1,4 @@
-"""What each of the six steps of Algorithm 1 gave, on boards that were never drawn.
+"""Outcome of each of the six steps of Algorithm 1, on projected boards.
 
 A camera looks at chessboards; their corners are projected, not detected,
 so there is no noise. The library calibrates from the corners alone, and the
@@ -28,7 +28,7 @@ SAMPLES = 20_000
 
 
 def view_board(camera, T_camera_grid):
-    """BoardView of the corners inside the image; NaN for the others."""
+    """Return a BoardView of the corners inside the image; NaN for the others."""
     points = board_points()
     seen = camera.project(transform(T_camera_grid, on_plane(points)))
     inside = seen.valid & camera.in_image(seen.pixels)
@@ -37,7 +37,7 @@ def view_board(camera, T_camera_grid):
 
 
 def overlap(views):
-    """Step 1: shares of the pixels on one board at least, and on three."""
+    """Return for step 1 the shares of pixels on at least one and three boards."""
     boards = np.zeros((SIZE_PX, SIZE_PX), int)
     for view in views:
         pixels, _ = pixels_on_board(view, SIZE_PX, SIZE_PX)
@@ -50,7 +50,7 @@ def overlap(views):
 
 
 def locating(camera, views, grids):
-    """Step 2: pixels located on boards, and the errors' median in mm."""
+    """Return for step 2 the pixels located on boards, and their median error in mm."""
     errors = []
     for view, T_camera_grid in zip(views, grids, strict=True):
         pixels, points = pixels_on_board(view, SIZE_PX, SIZE_PX)
@@ -62,7 +62,7 @@ def locating(camera, views, grids):
 
 
 def first_three(views, used, truth):
-    """Steps 3 and 4 on the three boards that the calibration began with."""
+    """Run steps 3 and 4 on the first three boards of the calibration."""
     samples = sample_boards(views, SIZE_PX, SIZE_PX, SAMPLES)
     points, seen = samples.points[used[:3]], samples.seen[used[:3]]
     start = linear_well_conditioned(points, seen)
@@ -80,12 +80,12 @@ def first_three(views, used, truth):
 
 
 def largest_shift(poses, truth):
-    """Largest distance (mm) of found grid origins from the true ones."""
+    """Return the largest distance (mm) of estimated grid origins from the true ones."""
     return np.linalg.norm((poses - truth)[:, :3, 3], axis=1).max()
 
 
 def scored_table(camera, table):
-    """Step 6: matrices in the table, and the error of its rays."""
+    """Return for step 6 the matrices in the table, and the error of its rays."""
     pixels = pixel_grid(SIZE_PX, SIZE_PX)
     true, found = camera.rays(pixels), table.rays(pixels)
     both = true.valid & found.valid

@@ -1,9 +1,9 @@
 """The two linear systems of section 2.4.1, written out row by row.
 
-The library solves the linear stage in its own way. Here the matrices A
-(2.24) and D (2.25) are built anew, from the corrected rows, so that what
-the thesis says about their ranks can be tested. Unknowns and coefficients
-are counted from one, as in print; an array holds unknown i at place i - 1.
+The library solves the linear stage differently. Here the matrices A (2.24)
+and D (2.25) are built from the corrected rows, to test the stated ranks.
+Unknowns and coefficients are counted from one, as in print; an array holds
+unknown i at index i - 1.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from raxel.geometry import inverse_pose
 
 UNKNOWNS_U = 14
 UNKNOWNS_V = ("l1", "l2", "l1 l2", "l1^2", "l2^2", "C_z^2", "s2", "s3")
-# Places of v that carry a solution: l1, l2 and (lambda_k C_z)^2.
+# Indices of v that determine a solution: l1, l2 and (lambda_k C_z)^2.
 SOUGHT = (0, 1, 6, 7)
 # A singular value below this share of the largest counts as zero.
 RANK_TOLERANCE = 1e-9
@@ -28,7 +28,7 @@ SCENE = {
 
 
 def rows_of_one_grid():
-    """(2.24), one line per row of a grid.
+    """Return the rows of (2.24) for one grid.
 
     The unknown with entry 1; the coefficient i of V' or M' that multiplies
     C_y (u_2) or C_x (u_1), and which of the two; the right-hand side: "first"
@@ -45,7 +45,7 @@ def rows_of_one_grid():
 
 
 def scene_points(rng):
-    """Truth and what 999 rays see of three tilted grids, without noise.
+    """Return what 999 rays see of three tilted grids without noise, and the truth.
 
     Returns points (3, N, 2), centre (3,) and T_base_grid (3, 4, 4), mm.
     """
@@ -55,7 +55,7 @@ def scene_points(rng):
 
 
 def scaled_coefficients(points):
-    """V', W', M', N' of (2.15) to (2.18) from points, (4, 9).
+    """Return V', W', M', N' of (2.15) to (2.18) from points, (4, 9).
 
     The common scale is the least-squares ratio over the three shared
     entries, which (2.16) and (2.18) take from the first alone.
@@ -68,7 +68,7 @@ def scaled_coefficients(points):
 
 
 def matrix_a(coefficients):
-    """A (12, 14) and x (12,) of A u = x (2.24), rows corrected."""
+    """Return A (12, 14) and x (12,) of A u = x (2.24), rows corrected."""
     A, x = np.zeros((12, UNKNOWNS_U)), np.zeros(12)
     for grid, (first, second) in enumerate((coefficients[:2], coefficients[2:])):
         for place, (unknown, i, centre, side, right) in enumerate(rows_of_one_grid()):
@@ -86,7 +86,7 @@ def solution_space(A, x):
 
 
 def matrix_d(a, basis, coefficients):
-    """D (6, 8) and y (6,) of D v = y (2.25), from orthonormality."""
+    """Return D (6, 8) and y (6,) of D v = y (2.25), from orthonormality."""
     rows, right = [], []
     for grid, vector in enumerate((coefficients[0], coefficients[2])):
         i = 5 + 6 * grid
@@ -118,7 +118,7 @@ def _quadratic(a, basis, p, q):
 
 
 def column_sizes(matrix):
-    """Norms (n,) that bring the columns of A or D to order one.
+    """Return norms (n,) that scale the columns of A or D to order one.
 
     Columns hold quantities of different units. In D the column of l1 l2
     may be zero but for rounding, and takes the norm of that of l1^2.
@@ -130,20 +130,20 @@ def column_sizes(matrix):
 
 
 def singular_values(matrix):
-    """Singular values over the largest, columns brought to order one."""
+    """Return singular values over the largest, columns scaled to order one."""
     values = np.linalg.svd(matrix / column_sizes(matrix), compute_uv=False)
     return values / values[0]
 
 
 def rank_of(values):
-    """How many relative singular values count as different from zero."""
+    """Return the number of relative singular values that are not zero."""
     return int(np.sum(values > RANK_TOLERANCE))
 
 
 def null_entries(matrix):
-    """Largest entry of a null vector of D on the unknowns sought.
+    """Return the largest entry of a null vector of D on the unknowns sought.
 
-    Relative to the vector's norm, columns brought to order one.
+    Relative to the vector's norm, columns scaled to order one.
     """
     size = column_sizes(matrix)
     null = np.linalg.svd(matrix / size)[2][5:]
@@ -161,7 +161,7 @@ def solve_u(points):
 
 
 def depth_squared(u, coefficients, printed):
-    """C_z^2 of (2.23): numerator u5 u6 + u7 u8; printed, u6 u6 + u7 u8."""
+    """Return C_z^2 of (2.23): numerator u5 u6 + u7 u8; printed, u6 u6 + u7 u8."""
     first = u[5] if printed else u[4]
     v = coefficients[0]
     return -(first * u[5] + u[6] * u[7]) / (v[3] * v[4])

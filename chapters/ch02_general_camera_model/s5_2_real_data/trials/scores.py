@@ -1,4 +1,4 @@
-"""Scores of section 2.5.2: what perspective correction leaves, and a seed's numbers."""
+"""Scores of section 2.5.2: residuals of perspective correction, numbers of a run."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from raxel.geometry import (
     refine_homography,
 )
 
-FEWEST = 12
+MIN_POINTS = 12
 QUINTILES = 5
 NEIGHBOURS = 8
 PERMUTATIONS = 999
-COVERAGE_PX = 8  # apart are the pixels that coverage is counted on
+COVERAGE_PX = 8  # spacing of the pixels on which coverage is counted
 
 
 def calibrate(method, views, size, rng, prepared):
-    """The camera of one method, from views of boards; size (width, height).
+    """Return the camera of one method, from views of boards; size (width, height).
 
-    prepared() gives what all generic methods begin with, worked out once.
+    prepared() returns the common input of all generic methods, computed once.
     """
     if method == "parametric":
         return calibrate_zhang(views, *size).camera
@@ -48,11 +48,11 @@ def calibrate(method, views, size, rng, prepared):
 
 
 class Residuals(NamedTuple):
-    """Residuals of one board, and where they stand.
+    """Residuals of one board and their positions.
 
     pixels (M, 2): corners that have a ray; corrected, source (M, 2): residual
-    vectors in px of the corrected view and of the source image; left_out: how
-    many corners have no ray.
+    vectors in px of the corrected view and of the source image; left_out: the
+    number of corners without a ray.
     """
 
     pixels: np.ndarray
@@ -62,7 +62,7 @@ class Residuals(NamedTuple):
 
 
 def residuals_of(camera, views):
-    """Residuals of each board: corrected corners against its grid."""
+    """Return the residuals of each board: corrected corners compared with its grid."""
     plane = synthetic_plane(camera)
     found, straight = [], []
     for view in views:
@@ -71,7 +71,7 @@ def residuals_of(camera, views):
             rays.directions, plane, np.nan_to_num(rays.origins)
         )
         usable = rays.valid & ahead
-        if np.count_nonzero(usable) < FEWEST:
+        if np.count_nonzero(usable) < MIN_POINTS:
             usable[:] = False
         seen, points = seen[usable], view.points[usable]
         residual = distortion_residual(seen, points) if len(seen) else seen
@@ -89,13 +89,13 @@ def residuals_of(camera, views):
 
 
 def summary_of(boards):
-    """RMS, mean and SD of residual lengths over all boards, both scales."""
+    """Return RMS, mean and SD of residual lengths over all boards, in both scales."""
     out = {"left_out": sum(board.left_out for board in boards), "boards": len(boards)}
     for scale in SCALES:
         vectors = np.concatenate([getattr(board, scale) for board in boards])
         lengths = np.linalg.norm(vectors, axis=1)
         lengths = lengths[np.isfinite(lengths)]
-        if len(lengths) < FEWEST:
+        if len(lengths) < MIN_POINTS:
             continue
         out[scale] = {
             "rms_px": np.sqrt(np.mean(lengths**2)),
@@ -106,7 +106,7 @@ def summary_of(boards):
 
 
 def radial_bias(boards, middle):
-    """Mean signed radial residual in quintiles of the image radius.
+    """Return the mean signed radial residual in quintiles of the image radius.
 
     boards: Residuals; middle: (2,) px. Returns per quintile mean, p-value of
     the mean against zero (t test over corners), and the RMS of all; in px of
@@ -115,7 +115,7 @@ def radial_bias(boards, middle):
     from scipy.stats import ttest_1samp
 
     pixels = np.concatenate([board.pixels for board in boards])
-    if len(pixels) < FEWEST:
+    if len(pixels) < MIN_POINTS:
         return {}
     offset = pixels - middle
     radius = np.linalg.norm(offset, axis=1)
@@ -130,7 +130,7 @@ def radial_bias(boards, middle):
         out[scale] = {"rms_px": np.sqrt(np.mean(np.sum(vectors[known] ** 2, 1)))}
         for quintile in range(QUINTILES):
             values = signed[known & (place == quintile)]
-            if len(values) < FEWEST:
+            if len(values) < MIN_POINTS:
                 continue
             out[scale][f"q{quintile + 1}"] = {
                 "mean_px": values.mean(),
@@ -140,7 +140,7 @@ def radial_bias(boards, middle):
 
 
 def moran(positions, vectors, rng):
-    """Moran's I of residual vectors of one board, and its p-value.
+    """Return Moran's I of the residual vectors of one board, and its p-value.
 
     Weights: the eight nearest neighbours; p: share of random reorderings with
     an I as large, one-sided.
@@ -162,7 +162,7 @@ def moran(positions, vectors, rng):
 
 
 def stage_poses(camera, views):
-    """Poses T_camera_grid (n, 4, 4) by the decomposition of homographies.
+    """Return poses T_camera_grid (n, 4, 4) from decomposed homographies.
 
     Raises InputError for a board with too few rays.
     """
@@ -170,7 +170,7 @@ def stage_poses(camera, views):
     for view in views:
         rays = camera.rays(view.pixels)
         ahead = rays.valid & (rays.directions[:, 2] > 0)
-        if np.count_nonzero(ahead) < FEWEST:
+        if np.count_nonzero(ahead) < MIN_POINTS:
             raise InputError(f"stage image {view.name}: too few rays")
         flat = rays.directions[ahead, :2] / rays.directions[ahead, 2:]
         points = view.points[ahead]
@@ -180,25 +180,25 @@ def stage_poses(camera, views):
 
 
 def steps_of(poses):
-    """Steps (n - 1, 3) in mm between poses, in the grid's and camera's frame."""
+    """Return steps (n - 1, 3) in mm between poses, in grid and camera frame."""
     in_grid = -np.diff(inverse_pose(poses)[:, :3, 3], axis=0)
     return {"grid": in_grid, "camera": np.diff(poses[:, :3, 3], axis=0)}
 
 
 def scatter_of(steps):
-    """RMS deviation (mm) of steps (n, 3) from their mean, and its length."""
+    """Return the RMS deviation (mm) of steps (n, 3) from their mean, and its length."""
     mean = steps.mean(axis=0)
     deviation = np.sqrt(np.mean(np.sum((steps - mean) ** 2, axis=1)))
     return {"deviation_mm": deviation, "step_mm": np.linalg.norm(mean)}
 
 
 def example_view(zoom, boards):
-    """The first calibration picture in which the board was found."""
+    """Return the first calibration image in which the board was detected."""
     return int(np.argmax(np.isfinite(boards["calibration"].found).all(axis=(1, 2))))
 
 
 def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
-    """Every number of a seed, and the calibrated cameras by method."""
+    """Return all numbers of a run, and the calibrated cameras by method."""
     views = {use: views_of(zoom, seen.found) for use, seen in boards.items()}
     true = camera_of(zoom)
     size = true.width, true.height
@@ -219,7 +219,7 @@ def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
 
 
 def of_camera(zoom, camera, views, rng):
-    """Scores of one calibrated camera."""
+    """Return the scores of one calibrated camera."""
     boards = {
         use: residuals_of(camera, views[use]) for use in ("calibration", "held_out")
     }
@@ -235,19 +235,19 @@ def of_camera(zoom, camera, views, rng):
 
 
 def share_of_image(camera):
-    """Share of the picture that has a ray, of every eighth pixel each way."""
+    """Return the share of the image with a ray, on every eighth row and column."""
     size = camera.width // COVERAGE_PX, camera.height // COVERAGE_PX
     pixels = COVERAGE_PX * pixel_grid(*size) + COVERAGE_PX // 2
     return float(np.mean(camera.rays(pixels).valid))
 
 
 def correlation(board, rng):
-    """Moran's I of one board's residuals, in both scales."""
+    """Return Moran's I of one board's residuals, in both scales."""
     out = {}
     for scale in SCALES:
         vectors = getattr(board, scale)
         known = np.isfinite(vectors).all(axis=1)
-        if np.count_nonzero(known) < FEWEST:
+        if np.count_nonzero(known) < MIN_POINTS:
             continue
         index, p = moran(board.pixels[known], vectors[known], rng)
         out[scale] = {"index": index, "p": p}
@@ -255,7 +255,7 @@ def correlation(board, rng):
 
 
 def stage(camera, views):
-    """Steps of the stage: all five images are needed."""
+    """Return the steps of the stage, which require all five images."""
     if len(views) < STAGE_IMAGES:
         return {"failed": "too-few-boards"}
     try:
@@ -266,7 +266,7 @@ def stage(camera, views):
 
 
 def fields(zoom, boards, sample, cameras):
-    """Arrays for Fig. 2.5: residual vectors of the sample picture."""
+    """Return arrays for Fig. 2.5: residual vectors of the sample image."""
     views = views_of(zoom, boards["calibration"].found[sample][None])
     return {
         f"field.{method}": np.hstack(residuals_of(camera, views)[0][:3])
@@ -275,7 +275,7 @@ def fields(zoom, boards, sample, cameras):
 
 
 def distortion_level(camera, boards):
-    """Largest |r_distorted / r_pinhole - 1| over the calibration boards.
+    """Return the largest |r_distorted / r_pinhole - 1| over the calibration boards.
 
     A pinhole with the camera's scale at the centre; beyond 90 degrees it has
     no radius, and the level is 1.

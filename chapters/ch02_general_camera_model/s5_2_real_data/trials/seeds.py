@@ -1,4 +1,4 @@
-"""Seeds of Table 2.2: how many, their settings, and those with other corners."""
+"""Simulated runs of Table 2.2: numbers, settings, and runs with other corners."""
 
 from functools import partial
 
@@ -33,7 +33,7 @@ SETS = crossed(zoom=ZOOMS)
 
 
 def settings(effort):
-    """What a reader needs to run it elsewhere."""
+    """Return the settings that a reader needs to repeat the run."""
     return {
         "rigs": list(ZOOM_RIGS),
         "calibration_images": COUNTS[effort].calibration,
@@ -46,7 +46,7 @@ def settings(effort):
 
 
 def redrawn_trial(condition, rng, counts, errors):
-    """A seed whose boards err as those of rendered pictures did."""
+    """Score a redrawn run: new poses with the corner errors of rendered boards."""
     zoom = condition["zoom"]
     poses = draw_poses(zoom, counts, rng)
     boards = {
@@ -56,7 +56,7 @@ def redrawn_trial(condition, rng, counts, errors):
 
 
 def errors_in(results):
-    """Errors (boards, corners, 2) of the rendered seeds, by zoom."""
+    """Return the errors (boards, corners, 2) of the rendered runs, by zoom."""
     rendered = results["table_2_2_rendered"]
     return {
         zoom: np.concatenate(rendered.arrays("errors", zoom=zoom)) for zoom in ZOOMS
@@ -64,7 +64,7 @@ def errors_in(results):
 
 
 def read_trial(condition, rng, counts, errors):
-    """A seed with other corners, or with cells followed otherwise."""
+    """Score a run with other corner noise or another interpolation."""
     zoom = condition["zoom"]
     poses = draw_poses(zoom, counts, rng)
     noise = NOISE_PX[condition["corner_noise"]]
@@ -86,7 +86,7 @@ def read_trial(condition, rng, counts, errors):
     needs=("table_2_2_rendered",),
 )
 def read_seeds(effort, results):
-    """What the laboratory's corners and the interpolation do."""
+    """Runs with other corner noise or interpolation."""
     trial = partial(read_trial, counts=COUNTS[effort], errors=errors_in(results))
     return Plan(trial, READINGS, READ[effort], settings(effort))
 
@@ -99,7 +99,7 @@ def read_seeds(effort, results):
     needs=("table_2_2_rendered",),
 )
 def smooth_seeds(effort, results):
-    """As many seeds as a comparison needs, for the lines of 2.5.3."""
+    """Runs with a smooth surface, enough for the paired test of 2.5.3."""
     trial = partial(read_trial, counts=COUNTS[effort], errors=errors_in(results))
     return Plan(trial, IN_PAIRS, PAIRED[effort], settings(effort))
 
@@ -108,7 +108,7 @@ def smooth_seeds(effort, results):
     "ext_table_2_2_exact", artefact="table_2_2", shards={"full": 2}, inputs=ZOOM_RIGS
 )
 def exact_seeds(effort):
-    """Set 3 with exact corners: what is left is not the detector's."""
+    """Set 3 with exact corners: residuals that the detector does not cause."""
     none = {STAGE_ZOOM: np.zeros((1, *true_shape(STAGE_ZOOM)))}
     trial = partial(redrawn_trial, counts=COUNTS[effort], errors=none)
     return Plan(trial, [{"zoom": STAGE_ZOOM}], EXACT[effort], settings(effort))
@@ -116,11 +116,11 @@ def exact_seeds(effort):
 
 @experiment("fig_2_5_true_centre", artefact="fig_2_5")
 def true_centres(effort):
-    """The true centre in the place of the estimated one, simulated."""
+    """Simulated runs with the true centre in place of the estimated one."""
     return Plan(centre_trial, [{}], SMALL[effort], {"scene": SCENE})
 
 
 @experiment("exp_c2_homography_harmless", artefact="fig_2_5")
 def homographies(effort):
-    """Perspective points and distorted ones, after a homography."""
+    """Perspective and distorted points after a homography."""
     return Plan(homography_trial, [{}], SMALL[effort], {})

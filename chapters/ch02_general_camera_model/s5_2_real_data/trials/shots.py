@@ -1,8 +1,8 @@
-"""The pictures of section 2.5.2: boards before a lens at three zoom settings.
+"""Images of section 2.5.2: boards in front of a lens at three zoom settings.
 
-A seed draws its poses; its corners are then found in rendered pictures, or
-redrawn: true projections, each board with the errors of one board that was
-found in a rendered picture (or not found at all, as some of those).
+A simulated run draws its poses. Its corners are then detected in rendered images, or
+redrawn: true projections, each board with the errors of one board that was detected
+in a rendered image (or missing, as some of those).
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from raxel.lab import board_scene
 
 STAGE_IMAGES, STEP_MM = 5, 25.0
 STAGE_TURN_DEG = 10.0
-MOST_DRAWS = 2000
+MAX_DRAWS = 2000
 
 
 class Counts(NamedTuple):
-    """How many pictures of boards a seed has, by their use."""
+    """Number of board images of a run, by their use."""
 
     calibration: int
     held_out: int
 
 
 class Boards(NamedTuple):
-    """Corners (n, N, 2) of n boards, NaN where not found, and true ones.
+    """Corners (n, N, 2) of n boards, NaN where not detected, and true ones.
 
-    The stage's boards are none where the zoom is not STAGE_ZOOM.
+    Only STAGE_ZOOM has boards of the stage.
     """
 
     found: np.ndarray
@@ -40,7 +40,7 @@ class Boards(NamedTuple):
 
 
 def draw_poses(zoom, counts, rng):
-    """Poses T_camera_grid (n, 4, 4) of a seed's boards, by their use."""
+    """Return poses T_camera_grid (n, 4, 4) of a run's boards, by their use."""
     rig = rig_of(zoom)
     uses = {
         "calibration": rig.draw_poses(rng, counts.calibration),
@@ -52,8 +52,8 @@ def draw_poses(zoom, counts, rng):
 
 
 def draw_stage(rig, rng):
-    """Five poses, 25 mm apart along one line, all in view."""
-    for _ in range(MOST_DRAWS):
+    """Return five poses, 25 mm apart along one line, all in view."""
+    for _ in range(MAX_DRAWS):
         middle = rig.draw_poses(rng, 1)[0]
         axis = rng.standard_normal(3)
         turn = np.radians(rng.uniform(0, STAGE_TURN_DEG))
@@ -67,26 +67,26 @@ def draw_stage(rig, rng):
 
 
 def true_corners(zoom, poses):
-    """Projections (n, N, 2) of the board's corners."""
+    """Return the projections (n, N, 2) of the board's corners."""
     flat = on_plane(rig_of(zoom).target.points())
     return np.stack([camera_of(zoom).project(transform(T, flat)).pixels for T in poses])
 
 
 def true_shape(zoom):
-    """Shape (N, 2) of the board's corners."""
+    """Return the shape (N, 2) of the board's corners."""
     target = rig_of(zoom).target
     return target.columns * target.rows, 2
 
 
 def photograph(zoom, T_camera_grid, rng):
-    """One picture of the board, uint8 (height, width)."""
+    """Render one image of the board, uint8 (height, width)."""
     rig = rig_of(zoom)
     scene = board_scene(rig.target, T_camera_grid, rig.border_mm)
     return laboratory_of(zoom).photograph(scene, np.eye(4), rng)
 
 
 def find(zoom, image):
-    """Corners (N, 2) that the detector finds, or NaN."""
+    """Return the detected corners (N, 2), or NaN."""
     target = rig_of(zoom).target
     seen = find_opencv(image, target.columns, target.rows)
     if seen.found:
@@ -95,26 +95,26 @@ def find(zoom, image):
 
 
 def found_in_pictures(zoom, poses, rng):
-    """Photograph the boards and search every picture: (Boards, pictures)."""
+    """Render the boards and detect corners in every image: (Boards, images)."""
     pictures = [photograph(zoom, T, rng) for T in poses]
     found = np.stack([find(zoom, picture) for picture in pictures])
     return Boards(found, true_corners(zoom, poses)), pictures
 
 
 def redrawn(zoom, poses, errors, rng):
-    """Boards whose corners err as one board of `errors` (m, N, 2) each."""
+    """Return boards with the corner errors of one board of `errors` (m, N, 2) each."""
     true = true_corners(zoom, poses)
     return Boards(true + errors[rng.integers(len(errors), size=len(true))], true)
 
 
 def noisier(boards, sd_px, rng):
-    """The boards with Gaussian noise (px, each axis) on corners found."""
+    """Return the boards with Gaussian noise (px, each axis) on detected corners."""
     noise = rng.normal(0.0, sd_px, boards.found.shape)
     return boards._replace(found=boards.found + noise)
 
 
 def views_of(zoom, corners):
-    """BoardViews of the boards that were found."""
+    """Return BoardViews of the detected boards."""
     target = rig_of(zoom).target
     return [
         BoardView(pixels, target.points(), target.columns, target.rows, str(index))

@@ -1,4 +1,4 @@
-"""Two small experiments of section 2.5.2: a true centre, and a homography."""
+"""Two small experiments of section 2.5.2: the true centre, and a homography."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ POINTS = 200
 
 
 def centre_trial(condition, rng):
-    """RMS residual with the estimated centre and with the true one."""
+    """Return the RMS residual with the estimated and with the true centre."""
     data, _ = measure(SCENE, rng)
     true_centre = inverse_pose(data.grids[0])[:3, 3]
     out = {}
@@ -54,9 +54,9 @@ def centre_trial(condition, rng):
 
 
 def rms_of(data, centre, T_base_grid):
-    """RMS residual (px) by scoring and scale, of rays about a given centre.
+    """Return the RMS residual (px) by scoring and scale, for a given centre.
 
-    The grids but the base and the rays are adjusted to it.
+    The rays and all grids except the base grid are adjusted to that centre.
     """
     directions = adjusted_rays(data, centre, T_base_grid)
     focal = central_focal(data.camera)
@@ -71,7 +71,7 @@ def rms_of(data, centre, T_base_grid):
 
 
 def homography_trial(condition, rng):
-    """RMS residual (px) of perspective points on any plane, and distorted."""
+    """Return the RMS residual (px) of perspective points and of distorted ones."""
     points = rng.uniform(-300, 300, (POINTS, 2))
     H = np.eye(3) + rng.uniform(-1, 1, (3, 3)) * [
         [0.3, 0.3, 200],
