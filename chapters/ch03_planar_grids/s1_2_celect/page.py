@@ -43,9 +43,9 @@ from repro.run.outcomes import Plan
 #    {glue:text}`worst.large:.0f` % of the boards are correct for the worst
 #    camera. With squares of at least 10 px the share is
 #    {glue:text}`worst.small:.0f` %.
-# 2. **Only extreme window radii fail.** At 0.4 times the published radius
-#    {glue:text}`window.least:.0f` % of the boards are correct, at 2.5 times
-#    {glue:text}`window.most:.0f` %.
+# 2. **The window radius has a wide tolerance.** At 0.4 times the published
+#    radius {glue:text}`window.least:.0f` % of the boards are correct, at 2.5
+#    times {glue:text}`window.most:.0f` %.
 # 3. **Growing windows bridge broken edges of large squares.** With growth
 #    {glue:text}`grown:.0f` % of the boards are correct, without it
 #    {glue:text}`fixed:.0f` %. With small squares, growth does not help.
@@ -76,9 +76,9 @@ from repro.run.outcomes import Plan
 # - $c_1 \dots c_4$: detected corners nearest to the four clicks, clockwise.
 # - *Side* $i$: the straight line $L_i$ from $c_i$ to the next corner, with $w$
 #   or $h$ corners.
-# - *Contour*: the edge between two rows of squares that CELECT follows.
-# - *Window* $A$: a disc of radius $r$, about half a square, around the
-#   *anchor point*, the current point of a contour.
+# - *Contour*: the traced edge between two rows of squares. *Anchor point*: its
+#   current point.
+# - *Window* $A$: a disc of radius $r$, about half a square, around the anchor.
 # - $s_i$: window radius on side $i$ (Table 3.1). $t_1 \dots t_8$: thresholds
 #   (Table 3.2).
 # - *Split peaks*: two Hough peaks that one edge causes.
@@ -98,7 +98,7 @@ from repro.run.outcomes import Plan
 #   within $t_4$ of side 4, or the wrong edge is outside $t_4$ and nearer to
 #   side 1.
 # - Large squares with strongly curved edges defeat CELECT.
-# - One corner is detected several times, and merging keeps one.
+# - Merging keeps one of several detections of a corner.
 # - Boards without a white border give more corners.
 #
 # ## Model
@@ -252,19 +252,17 @@ def growth(effort):
 # - **Small squares.** The images with squares from 10 px come from the same
 #   cameras. So the lower success is due to the squares, not the distortion.
 # - **One corner, several maxima.** Around a blurred chessboard corner Harris's
-#   response has four maxima at a right angle and two at an oblique one. Blur,
-#   smoothing and smaller angles separate them. Maxima farther apart than $t_8$
-#   count as two corners.
+#   response has four maxima at a right angle and two at an oblique one. Blur
+#   and smoothing separate them, and beyond $t_8$ they count as two corners.
 # - **Growth.** A break often adds edges of its own. A trace can follow these,
 #   and then no window helps.
 # - **Split peaks.** A window returns at least two peaks, so one edge always
-#   gives a false second peak. Our peaks are local maxima, which leaves less
-#   for averaging to correct.
+#   gives a false second one. Our peaks are local maxima, which leaves averaging
+#   less to correct.
 # - **Large squares.** A larger square puts a longer arc into the window. It
 #   also moves the outermost corners towards the centre, where edges bend
 #   less. The experiment does not separate the two effects.
-# - **Smoothing** is not stated in the thesis. Strong smoothing suppresses
-#   noise but separates the maxima of a corner, which fails with small squares.
+# - **Smoothing** is not stated in the thesis. Section 3.3.1 varies it.
 # - **Limits.** Images and clicks are simulated, those of the thesis are real.
 
 # %% tags=["active-ipynb"]

@@ -73,11 +73,10 @@ from repro.run.outcomes import Plan
 # - *Localiser*: method for subpixel corner refinement.
 # - *Window*: square region of interest around a corner, full width in px.
 # - *Blur*: standard deviation (SD) of an additional Gaussian smoothing.
-# - *Distance*: mean distance of a corner to its neighbours in the image.
-# - *Distance bin*: a range of 20 px of that distance.
-# - *Residual*: distance from the true corner. A failed corner keeps the
-#   residual of its start.
-# - *Start*: initial estimate of a corner.
+# - *Distance*: mean distance of a corner to its neighbours in the image, in
+#   *bins* of 20 px.
+# - *Residual*: distance from the true corner. A failed corner keeps that of its
+#   *start*, the initial estimate.
 #
 # ## What the thesis claims
 #
@@ -222,19 +221,15 @@ def saddle_sweep(effort):
 # %% [markdown]
 # ## Discussion
 #
-# - **Lucky winners.** With every setting applied to every corner, one of them
-#   is close by chance. The medians in the right column of Fig. 3.5 do not have
-#   this bias.
-# - **Distance and position.** In a distorted image the most distant corners
-#   are near the image centre, where edges bend least. So the distance is not
-#   the only difference between bins.
+# - **Lucky winners.** Of many settings one is close by chance. The medians in
+#   the right column of Fig. 3.5 do not have this bias.
+# - **Distance and position.** The most distant corners are near the image
+#   centre, where edges bend least. So bins differ in more than distance.
 # - **Middle of the range.** The thesis does not state its range of blurs. The
 #   primary interpretation is the best single blur inside our range. The other
 #   one, the middle of our range, differs and depends on that range. The
 #   primary one was added after full runs were known.
 # - **Small** means the lowest third of our range of windows.
-# - **Windows that are too small** contain little more than one blurred edge,
-#   which does not determine ten numbers.
 # - **Curved edges bias a corner.** Blur of SD $s$ moves an arc of radius $R$
 #   towards its centre by $s^2/2R$. In a window of width $w$ the arc leaves its
 #   tangent by up to $w^2/8R$. The predicted standard deviation contains only
@@ -242,8 +237,8 @@ def saddle_sweep(effort):
 # - **Range of starts.** OpenCV rejects a corner that moves farther than the
 #   half window on either axis. [Section 3.3.1](s3_1_robustness.ipynb) tests
 #   the thesis's claim for its window of 9.
-# - **Limits.** The formula of Li and Lavest was not available to us. Ridges,
-#   the free term at the crossing and the start of the fit are ours.
+# - **Limits.** The formula of Li and Lavest was not available to us. The ridge
+#   model is ours.
 #
 # ## Summary
 #

@@ -72,8 +72,7 @@ from repro.run.outcomes import Plan
 #
 # ## Terms
 #
-# - *Bias*: interpolated point minus true point, on the grid in mm. It is
-#   systematic, not noise.
+# - *Bias*: interpolated minus true point, on the grid in mm.
 # - *Pitch* $h$: side of a square of the grid.
 # - *Nearest four*: the four nearest corners in the image, no three collinear
 #   on the grid.
@@ -157,11 +156,10 @@ from repro.run.outcomes import Plan
 # $\tfrac89$ for both axes. Noise in $D_{st}$, of variance $4\sigma^2/h^4$, adds
 # $2 \cdot \tfrac{4}{30}$ through $c_1$ and $c_2$.
 #
-# **Choice of corners.** The nearest corners are taken in order of their image
-# distance. A corner collinear with two others *on the grid* is skipped. Without
-# distortion these are the corners of the enclosing square. With distortion
-# they differ for a few points near the edges of squares and form a
-# parallelogram, as the thesis says.
+# **Choice of corners.** Corners are taken in order of their image distance,
+# except those collinear with two others on the grid. Without distortion these
+# are the corners of the enclosing square. With distortion a few points near the
+# edges of squares get a parallelogram, as the thesis says.
 
 # %% tags=["active-ipynb"]
 # show_code(nearest_four, by_nearest_four)
@@ -255,11 +253,9 @@ def distortions(effort):
 #   worst for both methods.
 # - **Undecided claim.** The test requires a tenfold error of interpolation.
 #   The median ratio is larger, but it varies strongly with the pose of the
-#   monitor. Very large ratios occur where a homography through corners of both
-#   mirrors sends a pixel far away.
+#   monitor.
 # - **Phase filter.** The filter of the thesis averages across a ridge. Our
-#   decoder detects a jump from steps over eight pixels. It does not detect a
-#   fold, where only the steps change, and there the filter rounds the result.
+#   decoder detects a jump, but not a fold. There the filter rounds the result.
 # - **Known ridge.** A flat mirror in front of a pinhole camera is another
 #   pinhole camera. So interpolation per mirror is exact, and the claim fails.
 #   The general model is for cameras with unknown discontinuities.

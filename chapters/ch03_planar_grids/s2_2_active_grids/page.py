@@ -81,8 +81,8 @@ from repro.run.outcomes import Plan
 #   pattern with black and white exchanged.
 # - *Modulation* $B$: amplitude of a pixel's grey values over the sines.
 # - *Gamma*: exponent of the monitor's response.
-# - *Order* $n$: Fourier term with $n$ waves per period. The thesis calls
-#   order 2 the first harmonic (E-3.09).
+# - *Order* $n$: Fourier term with $n$ waves per period. Order 2 is the first
+#   harmonic of the thesis (E-3.09).
 # - *Misfit*: RMS residual of a fit to the *profile*, one period of the imaged
 #   sine.
 # - *Blooming*: charge above the *full well* of a pixel flows into neighbours.
@@ -97,8 +97,8 @@ from repro.run.outcomes import Plan
 # - Neither an offset of the grey values nor vignetting changes a position.
 # - The responses distort the sine without an effect on the phase (Fig. 3.9).
 # - Inverse patterns make decoding near edges more reliable.
-# - Blooming affects active grids less than chessboards, and midpoints of
-#   edges in a pattern and its inverse reduce it further.
+# - Blooming affects active grids less than chessboards. The midpoint of an edge
+#   in a pattern and its inverse reduces it further (confirmed here).
 #
 # ## Model
 #
@@ -138,15 +138,12 @@ from repro.run.outcomes import Plan
 # **7 × 7 filter.** The thesis smooths the images of the sines. The decoder
 # averages both differences of (3.23), scaled to the same $B$. The SD of
 # independent noise falls to a seventh. A curved phase gets a bias of about
-# 2 px² times the sum of its second derivatives. Windows with a masked pixel or
-# a jump are not averaged.
+# 2 px² times the sum of its second derivatives.
 #
-# **Mask.** Pixels are excluded for low contrast or modulation, clipped sines,
-# an impossible code, an isolated phase, the border of the screen, and a jump.
-# The thesis's 3 × 3 mean and filling of holes are off here.
-#
-# **Midpoint of edges.** Blooming widens a bright stripe, in the inverse to the
-# other side. The comparison of both images changes sign at the midpoint.
+# **Mask.** The decoder excludes pixels for low contrast or modulation, clipped
+# sines, inconsistent codes or phases, the border of the screen, and jumps. No
+# average reaches across them. The thesis's 3 × 3 mean and filling of holes are
+# off here.
 #
 # **Harmonics.** The thesis fits a mean and the orders 1 to $h + 1$, with
 # $h = 0, 1, 2$ further harmonics.
@@ -213,8 +210,7 @@ def profiles(effort):
 #   sine still has the correct zero crossing. Elsewhere it has not. The decoder
 #   therefore masks clipped sines, which rejects most corners, and then the
 #   claim differs. The better remedy is less light.
-# - **Wrong bits.** Away from its edge, a wrong bit can move a pixel across the
-#   whole monitor. That requires noise of half the contrast.
+# - **Wrong bits** away from an edge can move a pixel across the whole monitor.
 #
 # ## Summary
 #

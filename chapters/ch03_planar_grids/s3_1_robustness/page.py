@@ -257,8 +257,6 @@ def pictures(effort):
 #   border of the board are. This is geometry alone.
 # - **Fisheye.** CELECT traces the sides first, so every failure is at the
 #   border. That does not show where edges are too curved.
-# - **Largest error.** A corner is the mean of merged candidates, so a false
-#   candidate displaces it.
 # - **Localiser window.** OpenCV takes half windows and rejects a corner that
 #   moves farther. Before any run E-3.16 found that a full window of 9 cannot
 #   correct 8 px. The half window became primary after full runs.
