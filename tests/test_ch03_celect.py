@@ -31,7 +31,7 @@ def test_views_are_moderate_and_the_board_is_whole():
         sides = steps_between(view.lattice)
         assert view.image.shape == (600, 600)
         assert sides.min() >= 10
-        assert sides.max() <= scenes.MOST_UNEVEN * sides.min()
+        assert sides.max() <= scenes.MAX_SIDE_RATIO * sides.min()
         assert view.lattice.shape == (7, 9, 2)
         assert (np.abs(view.lattice - 299.5) < 299.5).all()
 

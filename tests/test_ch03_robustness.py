@@ -14,14 +14,14 @@ from chapters.ch03_planar_grids.s3_1_robustness.results import (
     PRIMARY,
     SWEEPS,
     Under,
-    blur_that_hurts,
     bracketed,
-    first_lost,
+    degrading_blur,
+    first_failure,
     full_range_levels,
     levels_of,
     limit,
+    reliable_up_to,
     successes,
-    sure_up_to,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     SMOOTHINGS,
@@ -75,7 +75,7 @@ def swept(name, successes, means=None):
 def test_the_limit_is_bracketed_by_the_last_whole_and_the_first_lossy_level():
     sweep = swept("noise_sd", {0: [1, 1], 10: [1, 1], 20: [1, 0], 30: [1, 1]})
     assert levels_of(sweep, "noise_sd").tolist() == [0, 10, 20, 30]
-    assert first_lost(sweep, "noise_sd") == 2
+    assert first_failure(sweep, "noise_sd") == 2
     assert limit(sweep, "noise_sd") == (10.0, 20.0)
     assert limit(swept("noise_sd", {0: [1], 10: [1]}), "noise_sd") == (10.0, np.inf)
 
@@ -96,9 +96,9 @@ def test_a_few_trials_leave_a_share_open():
 def test_blur_hurts_by_losses_or_by_larger_errors():
     whole = {0: [1, 1], 1: [1, 1], 2: [1, 1], 3: [1, 1]}
     errors = {0: [9, 9], 1: [1, 1], 2: [1.2, 1.2], 3: [1.3, 1.3]}
-    assert blur_that_hurts(swept("blur_px", whole, errors)) == (2.0, 3.0)
+    assert degrading_blur(swept("blur_px", whole, errors)) == (2.0, 3.0)
     lossy = whole | {2: [1, 0]}
-    assert blur_that_hurts(swept("blur_px", lossy, errors)) == (1.0, 2.0)
+    assert degrading_blur(swept("blur_px", lossy, errors)) == (1.0, 2.0)
 
 
 def test_printed_sd_of_the_clicks_is_the_variance_of_their_law():
@@ -122,8 +122,8 @@ def test_the_smoothing_that_decides_is_the_first_and_has_no_prefix():
 
 def test_a_yaw_counts_only_while_all_before_it_are_sure():
     sweep = swept("yaw_deg", {0: [1] * 9, 40: [1] * 9, 44: [0] * 9, 48: [1] * 9})
-    assert sure_up_to(sweep, "yaw_deg", 0.9) == 40
-    assert sure_up_to(swept("yaw_deg", {0: [0]}), "yaw_deg", 0.9) == 0
+    assert reliable_up_to(sweep, "yaw_deg", 0.9) == 40
+    assert reliable_up_to(swept("yaw_deg", {0: [0]}), "yaw_deg", 0.9) == 0
 
 
 def grid(**moved):

@@ -9,7 +9,7 @@ from chapters.ch03_planar_grids.s1_2_celect.results import (
     interior,
 )
 from chapters.ch03_planar_grids.s1_2_celect.trials.boards import BIG_FOVS, BROKEN
-from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import LEAST_PX
+from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import MIN_SQUARE_PX
 from raxel.features.celect import CelectSettings
 from repro.judge.statistics import (
     FAILS,
@@ -29,7 +29,7 @@ MIN_SUCCESS, MIN_DROP = 0.9, 0.2
 MIN_TRIALS = 10
 MAX_P = 0.05
 NAMES = {
-    "least_side_px": {f"{side} px": size for size, side in LEAST_PX.items()},
+    "least_side_px": {f"{side} px": size for size, side in MIN_SQUARE_PX.items()},
     "broken_edges": BROKEN,
     "single_edge_windows": {
         "any further line": "any",
@@ -146,7 +146,7 @@ def judge_split_peaks(results, options):
 
 @claim("c3_start_condition", needs=("table_3_2_start",), evidence="synthetic")
 def judge_start_condition(results):
-    """Wrong exactly where the text's two conditions say so."""
+    """Wrong exactly where the text's two conditions predict it."""
     result = results["table_3_2_start"]
     predicted = result.column("predicted") == 1
     wrong = result.column("went_wrong") == 1

@@ -9,33 +9,32 @@ def growth_task():
     and 1.2 to the fourth power makes it almost one square."""
     return {
         "expected": largest_growth,
-        "hint": "how many squares lie between ten corners?",
+        "hint": "how many squares are between ten corners?",
         "slips": {
             "Ten corners have nine squares between them.": lambda: (
                 largest_growth() * 10 / 9
             ),
-            "Each growth takes 20 % of what is there.": lambda: 9 / 19 * 1.8,
+            "Each growth adds 20 % of the current radius.": lambda: 9 / 19 * 1.8,
         },
     }
 
 
 def border_task():
-    """Without a border all 11 x 8 inner corners count, with one 9 x 6."""
+    """Without a border all 11 x 8 interior corners count, with a border 9 x 6."""
     return {
         "expected": borderless_gain,
-        "hint": "inner corners with a border of one square, and without",
+        "hint": "count interior corners with and without a border of one square",
         "slips": {"Count corners, not squares.": lambda: 12 * 9 - 10 * 7},
     }
 
 
 def turn_task():
-    """It goes wrong as soon as the edge is within t4 = 15 degrees of side 4:
-    40 less 15."""
+    """Tracing fails once the edge is within t4 = 15 degrees of side 4: 40 - 15."""
     return {
         "expected": first_corner_wrong,
-        "hint": "what does t4 do at the first corner?",
+        "hint": "which lines does t4 exclude at the first corner?",
         "slips": {
-            "That is t4; the edge starts 40 degrees away.": lambda: (
+            "That is t4. The edge starts 40 degrees away.": lambda: (
                 CelectSettings().first_angle_deg
             )
         },
@@ -43,7 +42,7 @@ def turn_task():
 
 
 def largest_growth():
-    """Radius of the largest window, in squares, for ten corners a side."""
+    """Radius of the largest window, in squares, for ten corners per side."""
     settings = CelectSettings()
     corners = 10
     radius = (corners - 1) / (settings.radius_divisor * corners)
@@ -51,10 +50,10 @@ def largest_growth():
 
 
 def borderless_gain():
-    """Corners that a white border costs on a board of 12 x 9 squares."""
+    """Number of corners lost to a white border on a board of 12 x 9 squares."""
     return interior((12, 9), 0) - interior((12, 9), 1)
 
 
 def first_corner_wrong():
-    """Least turn, in degrees, that takes the edge 40 deg from L4 into t4."""
+    """Smallest rotation, in degrees, that brings an edge 40 deg from L4 within t4."""
     return 40 - CelectSettings().first_angle_deg

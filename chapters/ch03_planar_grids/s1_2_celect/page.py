@@ -1,8 +1,11 @@
 # %% [markdown]
-# # 3.1.2 CELECT: every corner in order
+# # 3.1.2 CELECT: ordered corner detection in strongly distorted images
 #
-# **Question.** The picture of a chessboard is so bent that its rows are no
-# lines any more. Which corner is which? The thesis follows the edges.
+# **Question.** A calibration needs every interior corner of a chessboard,
+# with its row and its column. Most detectors assume nearly straight rows. In
+# a fisheye or a mirror the rows are curves. CELECT, the detector of the
+# thesis, follows these curves from four clicks and without a lens model. How
+# much distortion does it tolerate, and how critical is its window?
 
 # %%
 import numpy as np
@@ -34,89 +37,99 @@ from repro.run.outcomes import Plan
 # name_values(open_results)
 
 # %% [markdown]
-# **Findings.** CELECT (corner extraction by local edge contour tracing)
-# starts from four clicks and knows no lens.
+# **Findings.**
 #
-# - With one set of values it reads boards before a fisheye, two curved
-#   mirrors and a bent sheet: with squares from 15 px on
-#   {glue:text}`worst.large:.0f` % before the worst of the four cameras, with
-#   squares from 10 px on {glue:text}`worst.small:.0f` %.
-# - The radius of the window matters at its ends: of
-#   {glue:text}`window.boards` boards {glue:text}`window.published:.0f` %
-#   are read with the published one, {glue:text}`window.least:.0f` % with
-#   {glue:text}`window.smallest:g` and {glue:text}`window.most:.0f` % with
-#   {glue:text}`window.largest:g` times as much. These boards leave open
-#   whether the small one does the harm that the thesis speaks of.
-# - Where long stretches of edges are broken, {glue:text}`grown:.0f` % of the
-#   pictures with large squares are read with windows that may grow, and
-#   {glue:text}`fixed:.0f` % with windows that may not. With small squares it
-#   is {glue:text}`small.grown:.0f` % and {glue:text}`small.fixed:.0f` %.
-# - The two conditions under which the thesis expects the first step to go
-#   wrong tell {glue:text}`agree:.1f` % of {glue:text}`cases:.0f` constructed
-#   corners right.
+# 1. **One parameter set fits four cameras.** With squares of at least 15 px,
+#    {glue:text}`worst.large:.0f` % of the boards are correct for the worst
+#    camera. With squares of at least 10 px the share is
+#    {glue:text}`worst.small:.0f` %.
+# 2. **The window radius has a wide tolerance.** At 0.4 times the published
+#    radius {glue:text}`window.least:.0f` % of the boards are correct, at 2.5
+#    times {glue:text}`window.most:.0f` %.
+# 3. **Growing windows bridge broken edges of large squares.** With growth
+#    {glue:text}`grown:.0f` % of the boards are correct, without it
+#    {glue:text}`fixed:.0f` %. With small squares, growth does not help.
+# 4. **Large squares do not defeat the method.** Under the strongest
+#    distortion only boards with the largest squares are correct. The thesis
+#    expects the opposite.
+
+# %% [markdown]
+# | question | thesis | here |
+# |---|---|---|
+# | one parameter set for all cameras | yes | yes from 15 px, no from 10 px |
+# | window too large or too small | both fail | undecided: small ones rarely fail |
+# | growth by 20 % on broken edges | helps | large squares: yes, small: no |
+# | large squares, strong curvature | fail | succeed, small squares fail |
+# | averaging of split Hough peaks | reduces them | by less than half |
+# | first step at $c_1$ fails | two conditions | the same two, in every case |
+# | extra corners without white border | $2\lambda + 2\kappa - 8$ | the same |
 
 # %% tags=["active-ipynb"]
 # show_table("ext_celect_cameras")
 
 # %% [markdown]
+# ## Terms
+#
+# - *CELECT*: corner extraction by local edge contour tracing.
+# - *Correct board*: every corner has the right index and is within 8 px of
+#   its true position.
+# - $c_1 \dots c_4$: detected corners nearest to the four clicks, clockwise.
+# - *Side* $i$: the straight line $L_i$ from $c_i$ to the next corner, with $w$
+#   or $h$ corners.
+# - *Contour*: the traced edge between two rows of squares. *Anchor point*: its
+#   current point.
+# - *Window* $A$: a disc of radius $r$, about half a square, around the anchor.
+# - $s_i$: window radius on side $i$ (Table 3.1). $t_1 \dots t_8$: thresholds
+#   (Table 3.2).
+# - *Split peaks*: two Hough peaks that one edge causes.
+# - $\lambda \times \kappa$: number of squares of a board.
+#
+# Needed concepts: Canny edges, Harris corners, Hough transform.
+#
 # ## What the thesis claims
 #
-# - Corners of a chessboard keep their place under perspective and
-#   distortion; the centroids of circles do not.
-# - CELECT needs four clicks and the counts of corners, and no model of the
-#   distortion.
-# - The window radius is critical: too large and a curved edge is no line
-#   any more, too small and noise wins. A window that finds nothing grows by
-#   20 %.
-# - Peaks of the Hough transform that split are averaged; a second pass
-#   mends those at 180°.
-# - Tracing goes wrong at the first corner $c_1$ if the edge it should follow
-#   lies within the angle $t_4$ of side 4, or if the wrong edge lies farther
-#   from side 4 than that and nearer to side 1 than the right one.
-# - Large squares with strongly curved edges defeat it.
-# - One corner is detected several times, and merging leaves one.
-# - A board of $\lambda \times \kappa$ squares gives $2\lambda + 2\kappa - 8$
-#   more corners if it has no white border.
-
-# %% [markdown]
-# ## Model
+# - Chessboard corners are free of perspective and distortion bias, centroids
+#   of circles are not.
+# - CELECT needs four clicks and the numbers of corners, but no lens model.
+# - In a large window an edge is too curved for a line. In a small window
+#   noise dominates. A window without a result grows by 20 %.
+# - Averaging merges split peaks, and a second pass those at 180°.
+# - The first step fails at $c_1$ under two conditions. The correct edge is
+#   within $t_4$ of side 4, or the wrong edge is outside $t_4$ and nearer to
+#   side 1.
+# - Large squares with strongly curved edges defeat CELECT.
+# - Merging keeps one of several detections of a corner.
+# - Boards without a white border give more corners.
 #
-# **Names.** The user clicks near four corners of the lattice; $c_1$ to
-# $c_4$ are the detected corners nearest to the clicks, clockwise. *Side* $i$
-# is the straight line $L_i$ from $c_i$ to the next of them. The edge
-# between squares that begins there and is to be followed is a *contour*;
-# $w$ corners lie on sides 1 and 3, $h$ on sides 2 and 4.
+# ## Model
 
 # %% tags=["active-ipynb"]
 # show("fig_3_1")
 
 # %% [markdown]
-# **One step.** A round window $A$ of radius $r$ stands on the *anchor
-# point* $\mathbf{p}_{cur}$ of a contour in the picture $I$. The edge pixels
-# in it, found by Canny's detector $\mathcal{C}$, vote for lines (the Hough
-# transform $\mathcal{H}$). A line $\mathbf{h}$ is given by its distance $R$
-# from the middle of the window and its orientation $\theta$; $\mathbb{S}_h$
-# is the set of lines that the window shows:
+# **One step.** Canny's detector $\mathcal{C}$ finds the edge pixels of the
+# image $I$ in the window. The Hough transform $\mathcal{H}$ turns them into
+# lines:
 #
 # $$\mathbb{S}_h = \mathcal{H}(\mathcal{C}(A_{r,\mathbf{p}_{cur}}(I))).
 # \tag{3.1}$$
 #
-# Lines that pass far from the middle belong to other contours;
-# $\mathbb{S}_d$ is the set of those that do not:
+# A line $\mathbf{h}$ has the distance $R$ from the window's centre and
+# the orientation $\theta$. Distant lines belong to other contours and are
+# excluded:
 #
 # $$\mathbb{S}_d = \{\mathbf{h} \in \mathbb{S}_h \mid R < t_3\}. \tag{3.3}$$
 #
-# At the first corner a second contour begins, along side 4. Lines within
-# $t_4$ of side 4 are left out, and of the others the one nearest in angle
-# to the side that is traced is taken, (3.4) and (3.5). Later there is a
-# previous orientation, and the line that turns least is taken:
+# At $c_1$ a second contour begins, along side 4. There, lines within $t_4$ of
+# side 4 are excluded, and the line nearest in angle to the traced side is
+# chosen. Later steps choose the smallest change of orientation:
 #
 # $$\mathbf{h}_p = \operatorname*{argmin}_{\mathbf{h} \in \mathbb{S}_d}
 # |\theta - \theta_{prev}|. \tag{3.11}$$
 #
-# Of the edge pixels within $t_5$ of that line, $\mathbb{E}$, the farthest
-# one ahead is the next anchor. $\mathbf{p}_{prev}$ is the anchor before this
-# one, and $d$ the distance of two points:
+# The edge pixels within $t_5$ of that line form the set $\mathbb{E}$. The
+# farthest of them in the forward direction is the next anchor, with
+# $\mathbf{p}_{prev}$ the previous anchor and $d$ a distance:
 #
 # $$\mathbf{p}_{new} = \operatorname*{argmax}_{\mathbf{p} \in \mathbb{E}}
 # d(\mathbf{p}, \mathbf{p}_{prev}), \quad (\mathbf{p}_{new} -
@@ -127,19 +140,16 @@ from repro.run.outcomes import Plan
 # show("fig_3_2")
 
 # %% [markdown]
-# %% [markdown]
-# **All steps.** First come the four sides, clockwise, then the columns from
-# side 1 down to side 3. Harris corners of all windows of a contour are
-# candidates. Those near the trace, (3.22), are kept, and those that are
-# close together are averaged.
+# **All steps.** The four sides come first, clockwise, then the columns from
+# side 1 to side 3. Harris corners of all windows are candidates. Candidates
+# near the trace are kept, and close ones are averaged.
 
 # %% tags=["active-ipynb"]
 # show("fig_3_3")
 
 # %% [markdown]
-# **Sizes.** The window radius $s_i$ of side $i$ is about half a square. All
-# thresholds but $t_4$ are shares of it. A column takes its radius from the
-# column before.
+# **Sizes.** All thresholds except $t_4$ are fractions of the window radius.
+# A column takes its radius from the previous column.
 
 # %% tags=["active-ipynb"]
 # show_table("table_3_1")
@@ -148,20 +158,16 @@ from repro.run.outcomes import Plan
 # show_table("table_3_2")
 
 # %% [markdown]
-# Three things had to be read into the text: differences of orientation are
-# modulo 180° (E-3.03), $\theta$ is the line's own orientation and not its
-# normal's, and $t_1$ and $t_2$ take the number of pixels as bins and degrees
-# (E-3.02).
+# **Interpretation.** Differences of orientation are modulo 180° (E-3.03).
+# $\theta$ is the orientation of the line, not of its normal. The pixel lengths
+# $t_1$ and $t_2$ serve as bins and degrees (E-3.02).
 
 # %% tags=["active-ipynb"]
 # show_code(first_line, next_line, next_anchor, farthest_ahead, processed)
 
 # %% [markdown]
-# **What the thesis leaves open** is in `CelectSettings`. Reasons, and when
-# each value was chosen, are in the ledger of settings (`celect_thresholds`):
-# how much the grey values are smoothed, the thresholds of Canny and Harris
-# (shares of what the four clicked windows hold), what counts as a peak, how
-# often a window may grow, and what lies beyond the end of a contour.
+# **Unstated settings** are in `CelectSettings`. Values and reasons are in the
+# registry (`celect_thresholds`).
 
 # %% tags=["active-ipynb"]
 # show_code(CelectSettings, peaks_of, lines_of, merged_lines)
@@ -169,17 +175,14 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# Pictures come from two sources: the synthetic board of section 3.3.1, and
-# a board of 9 × 7 corners at random poses before a fisheye, a sphere, a
-# hyperboloid and a bent sheet of mirror. A user's clicks are the true outer
-# corners with noise of 2 px; nothing else of the truth is given. A board
-# counts as read if every corner is within 8 px.
+# Images show the synthetic board of [section 3.3.1](s3_1_robustness.ipynb),
+# or a board of 9 × 7 corners in random poses. The second board is in front of
+# a fisheye, a sphere, a hyperboloid or a bent mirror sheet. Clicks are the
+# true outer corners with noise of 2 px.
 #
-# Two scenes are not the first that were written down (`celect_window` in the
-# ledger): the main readings got larger squares after single runs had been
-# looked at. Runs with squares of 10 px had failed before all cameras, and a
-# break in a small square was seen to add an edge of its own. The first
-# choices are judged beside the main ones.
+# Two scenes got larger squares after single runs with small squares had
+# failed (`celect_window` in the registry). The first choices are judged as
+# further interpretations.
 
 # %%
 CAMERA_VIEWS = {"quick": 1, "full": 50}
@@ -189,9 +192,9 @@ PAIRS = {"quick": 1, "full": 50}
 
 # %%
 def camera_trial(condition, rng):
-    """One board before one of the four cameras."""
+    """One board in front of one of the four cameras."""
     size = condition["size_px"]
-    view = scenes.board_view(condition["camera"], size, scenes.LEAST_PX[size], rng)
+    view = scenes.board_view(condition["camera"], size, scenes.MIN_SQUARE_PX[size], rng)
     rows, columns = view.lattice.shape[:2]
     where = clicks(outer(view.lattice), rng)
     result = celect(view.image, where, columns, rows)
@@ -205,7 +208,7 @@ def camera_trial(condition, rng):
 def candidates_of(result):
     """How many candidate corners a run found, each once.
 
-    Contours cross at the corners of the sides, so two of them see a candidate.
+    Contours cross at the corners of the sides, so two of them share a candidate.
     """
     seen = [c.candidates for c in result.contours]
     return len(np.unique(np.vstack(seen), axis=0)) if seen else 0
@@ -213,10 +216,10 @@ def candidates_of(result):
 
 @experiment("fig_3_1_cameras", artefact="fig_3_1", shards={"full": 2})
 def cameras(effort):
-    """The same values on pictures of four kinds of camera."""
+    """The same settings on images of four kinds of camera."""
     conditions = [
         {"camera": name, "size_px": size}
-        for size in scenes.LEAST_PX
+        for size in scenes.MIN_SQUARE_PX
         for name in scenes.CAMERAS
     ]
     return Plan(camera_trial, conditions, CAMERA_VIEWS[effort])
@@ -237,54 +240,42 @@ def windows(effort):
 
 @experiment("table_3_1_growth", artefact="table_3_1", shards={"full": 2})
 def growth(effort):
-    """Broken edges, each picture with and without growing windows."""
+    """Broken edges, each image with and without growing windows."""
     return Plan(boards.growth_trial, list(boards.BROKEN.values()), PAIRS[effort])
 
 
 # %% [markdown]
-# One more experiment is in `trials/sizes.py`: large squares under strong
-# distortion.
-
-# %% [markdown]
-# ## Reading and limits
+# The experiment on large squares is in `trials/sizes.py`.
 #
-# - **No model.** In pictures of two thirds of the size, with squares from 10
-#   px on, {glue:text}`tiny:.0f` % of all boards are read. The cameras are
-#   the same, so a difference is due to the small squares.
-# - **One corner, several maxima.** At a blurred chessboard corner Harris's
-#   response is largest beside the corner: in four places about a right
-#   angle, in two about an oblique one. They move apart with blur and
-#   smoothing, and as the angle gets smaller. If they are farther apart than
-#   $t_8$, one corner counts twice. There were {glue:text}`candidates:.1f`
-#   candidates per corner in the boards that were read.
-# - **Growth.** What breaks an edge usually adds edges of its own, such as
-#   the rim of a spot. A trace may follow these, and then no window helps.
-# - **Two peaks are enforced** in every window, so with one edge the second
-#   peak is always a false one. Averaging and the second pass leave one near
-#   the edge, which alone could be followed, in {glue:text}`near_with:.0f` %
-#   of such windows instead of {glue:text}`near_without:.0f` %. Our peaks are
-#   local maxima: the flank of a peak is none, so averaging has less to mend.
-# - **Large squares.** The thesis expects them to fail. At
-#   {glue:text}`wide_fov:.0f`° the largest ones are read in
-#   {glue:text}`large_squares:.0f` % of the pictures, the smallest in
-#   {glue:text}`small_squares:.0f` %. Two effects are in this. The window is
-#   half a square, so a larger square has a longer arc in it. But as the
-#   squares grow, the outermost corners come nearer to the middle, where
-#   edges bend less and cross at larger angles.
-# - **Smoothing is a choice** that the thesis does not state.
-#   [Section 3.3.1](s3_1_robustness.ipynb) varies it. Strong smoothing
-#   averages noise away but moves the maxima of a corner apart, for which
-#   small squares have no room;
-#   weak smoothing does the opposite. Ours is a share of the length scale,
-#   between two limits in px; value, reason and origin are in the ledger
-#   (`smoothing_px`).
-# - **Rendered, not photographed.** The text's Fig. 3.4 is a photograph.
-#   Clicks are simulated.
+# ## Discussion
+#
+# - **Small squares.** The images with squares from 10 px come from the same
+#   cameras. So the lower success is due to the squares, not the distortion.
+# - **One corner, several maxima.** Around a blurred chessboard corner Harris's
+#   response has four maxima at a right angle and two at an oblique one. Blur
+#   and smoothing separate them, and beyond $t_8$ they count as two corners.
+# - **Growth.** A break often adds edges of its own. A trace can follow these,
+#   and then no window helps.
+# - **Split peaks.** A window returns at least two peaks, so one edge always
+#   gives a false second one. Our peaks are local maxima, which leaves averaging
+#   less to correct.
+# - **Large squares.** A larger square puts a longer arc into the window. It
+#   also moves the outermost corners towards the centre, where edges bend
+#   less. The experiment does not separate the two effects.
+# - **Smoothing** is not stated in the thesis. Section 3.3.1 varies it.
+# - **Limits.** Images and clicks are simulated, those of the thesis are real.
 
 # %% tags=["active-ipynb"]
 # show_code(celect)
 
 # %% [markdown]
+# ## Summary
+#
+# CELECT orders corners in strongly distorted images of four camera types
+# without a lens model. In these tests small squares limit it, not large ones.
+# The claims on growth and split peaks hold only in part, and the claim on the
+# window radius is undecided.
+#
 # ## Compared with the published numbers
 
 # %% tags=["active-ipynb"]
@@ -297,7 +288,7 @@ def growth(effort):
 # answer in place of `None`, and run that cell again.
 #
 # **1.** The first window's radius is the length of the side, divided by 1.9
-# times its number of corners. A growth adds 20 %. How many squares long is
+# times its number of corners. Each growth adds 20 %. How many squares long is
 # the radius after four growths, on a side of ten corners?
 
 # %% tags=["active-ipynb"]
@@ -311,9 +302,9 @@ def growth(effort):
 # check(None, **border_task())
 
 # %% [markdown]
-# **3.** The true edge at the first corner stands 40° from side 4, and
-# $t_4$ is 15°. By how many degrees may the edge turn towards side 4 before
-# tracing goes wrong?
+# **3.** The correct edge at the first corner is 40° from side 4, and
+# $t_4$ is 15°. By how many degrees may the edge rotate towards side 4 before
+# tracing fails?
 
 # %% tags=["active-ipynb"]
 # check(None, **turn_task())

@@ -1,13 +1,9 @@
-"""Results of section 3.1.2: recorded runs, names of parameters, quoted numbers."""
+"""Results of section 3.1.2: recorded runs, parameter names, quoted numbers."""
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.trials.boards import (
-    BIG_FOVS,
-    BROKEN,
-    MULTIPLIERS,
-)
-from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import CAMERAS, LEAST_PX
+from chapters.ch03_planar_grids.s1_2_celect.trials.boards import BROKEN, MULTIPLIERS
+from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import CAMERAS, MIN_SQUARE_PX
 from raxel.features.celect import CelectSettings
 from repro.page.reader import value
 
@@ -18,22 +14,10 @@ def name_values(open_results):
     """Name every quoted number, from the results of this effort."""
     broken = open_results("table_3_1_growth")
     grown = broken.one(**BROKEN["large squares with long breaks"])
-    small = broken.one(**BROKEN["small squares with long breaks"])
-    split = open_results("table_3_2_split")
-    windows = split.conditions[0]["windows"]
-    start = open_results("table_3_2_start")
-    predicted = start.column("predicted")
     quoted = {
         "grown": percent(grown.column("published.success")),
         "fixed": percent(grown.column("no growth.success")),
-        "small.grown": percent(small.column("published.success")),
-        "small.fixed": percent(small.column("no growth.success")),
-        "near_with": 100 * (split.column("published.near").mean() / windows),
-        "near_without": 100 * (split.column("no averaging.near").mean() / windows),
-        "cases": len(predicted),
-        "agree": percent(predicted == start.column("went_wrong")),
         **of_cameras(open_results("fig_3_1_cameras")),
-        **of_squares(open_results("exp_c3_big_square")),
         **of_windows(open_results("table_3_1_window")),
     }
     for name, number in quoted.items():
@@ -41,58 +25,32 @@ def name_values(open_results):
 
 
 def of_cameras(result):
-    """Success of each camera, of small pictures, and candidates per corner."""
-    large, small = (result.select(size_px=size) for size in LEAST_PX)
-    ratio = large.column("candidates") / large.column("wanted")
-    many = ratio[large.column("success") == 1]
+    """Success of the worst camera, with large and with small squares."""
+    large, small = (result.select(size_px=size) for size in MIN_SQUARE_PX)
     return {
-        "worst.large": least_of_cameras(large),
-        "worst.small": least_of_cameras(small),
-        "tiny": percent(small.column("success")),
-        "candidates": float(many.mean()) if len(many) else 0.0,
+        "worst.large": worst_camera_success(large),
+        "worst.small": worst_camera_success(small),
     }
 
 
-def least_of_cameras(trials):
-    """The least success of a camera in a selection of trials, in percent."""
+def worst_camera_success(trials):
+    """Return the lowest success of a camera in a selection of trials, in percent."""
     return min(
         percent(trials.select(camera=name).column("success")) for name in CAMERAS
     )
 
 
 def of_windows(result):
-    """Success with the published radius of the window, and with the ends of the range.
-
-    The radius is a multiple of the published one.
-    """
-    ends = {"published": 1.0, "least": MULTIPLIERS[0], "most": MULTIPLIERS[-1]}
-    runs = {
-        name: result.column("success", multiplier=factor)
+    """Success at both ends of the range of window radii."""
+    ends = {"least": MULTIPLIERS[0], "most": MULTIPLIERS[-1]}
+    return {
+        f"window.{name}": percent(result.column("success", multiplier=factor))
         for name, factor in ends.items()
-    }
-    return {
-        "window.boards": len(runs["published"]),
-        "window.smallest": ends["least"],
-        "window.largest": ends["most"],
-        "window.published": percent(runs["published"]),
-        "window.least": percent(runs["least"]),
-        "window.most": percent(runs["most"]),
-    }
-
-
-def of_squares(result):
-    """Success with the largest and the smallest squares at the widest view."""
-    fov = BIG_FOVS[0]
-    sizes = result.by("squares_across", fov_deg=fov)
-    return {
-        "wide_fov": fov,
-        "large_squares": percent(sizes[min(sizes)].column("success")),
-        "small_squares": percent(sizes[max(sizes)].column("success")),
     }
 
 
 def percent(flags):
-    """Share of trials (n,) that are 1, in percent."""
+    """Share of trials (n,) with the flag 1, in percent."""
     return 100 * float(np.mean(flags))
 
 
@@ -119,7 +77,7 @@ class Run:
         return row[1:3], row[3], row[4:6], row[6:8]
 
     def of_step(self, name, index):
-        """What a step saw: (n, 2) of its `corners`, `edges` or `lines`."""
+        """Rows (n, 2) of `corners`, `edges` or `lines` of one step."""
         rows = getattr(self, name)
         return rows[rows[:, 0] == index, 1:]
 
@@ -134,7 +92,7 @@ class Run:
 
 
 def turning_step(run):
-    """The step of side 1, after the first, whose window has most near lines."""
+    """Return the later step on side 1 with most lines near the window's centre."""
     settings = CelectSettings()
     candidates = np.flatnonzero(run.steps[:, 0] == 0)[1:-1]
 
@@ -146,35 +104,35 @@ def turning_step(run):
 
 
 def which_view(result):
-    """Which of the random views is drawn, for a caption: the first that is read."""
+    """Part of a caption: the number of the drawn view, the first correct one."""
     tried = int(result.column("tried")[0])
-    return f", view {tried} of a random series: the first that is read"
+    return f", view {tried} of a random series (the first correct one)"
 
 
 SIDES = ("c1-c2", "c2-c3", "c3-c4", "c4-c1")
 COUNTS = ("width", "height", "width", "height")
-# Threshold -> field of CelectSettings, unit, and what it bounds.
+# Threshold -> field of CelectSettings, unit, bounded quantity.
 THRESHOLDS = {
-    "t1": ("split_peaks", "Hough bins", "peaks nearer than this are one"),
-    "t2": ("wrap", "deg", "peaks this near to 0° and to 180° are one"),
-    "t3": ("near_centre", "px", "distance of a line from the window's middle"),
-    "t4": ("first_angle_deg", "deg", "angle that is too near to side 4, at c1"),
+    "t1": ("split_peaks", "Hough bins", "distance of peaks that are averaged"),
+    "t2": ("wrap", "deg", "distance to 0° and 180° of peaks that are merged"),
+    "t3": ("near_centre", "px", "distance of a line from the window's centre"),
+    "t4": ("first_angle_deg", "deg", "angle to side 4 of lines excluded at c1"),
     "t5": ("edge_band", "px", "distance of edge pixels from the chosen line"),
-    "t6": ("arrival", "px", "distance from the contour's end: it is reached"),
+    "t6": ("arrival", "px", "distance to the contour's end that ends the trace"),
     "t7": ("corner_band", "px", "distance of candidates from the trace"),
-    "t8": ("merge", "px", "candidates nearer than this are one corner"),
+    "t8": ("merge", "px", "distance of candidates that are averaged"),
 }
 
 
 def interior(squares, border):
-    """Corners between squares, less those next to a border of `border` squares."""
+    """Number of interior corners of a board with a border of `border` squares."""
     return int(np.prod(np.array(squares) - 1 - 2 * border))
 
 
 def line_ends(centre, radius, line):
     """Ends (2, 2) of the chord of a window that a line (R, theta in deg) cuts.
 
-    A line beside the window has its two ends where it is nearest.
+    For a line outside the window both ends are its nearest point.
     """
     R, theta = line[0], np.radians(line[1])
     along = np.array([np.cos(theta), np.sin(theta)])

@@ -1,7 +1,7 @@
 """The claims of section 3.1.3, from the residuals of every corner.
 
-What is chosen for a test, bins, halves, the fixed blur, was written into
-settings.yaml (`syn_localisation`) before the first trial.
+Bins, halves and the fixed blur of the tests were written into settings.yaml
+(`syn_localisation`) before the first trial.
 """
 
 import numpy as np
@@ -86,7 +86,7 @@ def entropies(swept, rng, draws):
     """Entropy (draws, bins), bits, of best windows at equal counts.
 
     A histogram of few corners has less entropy than one of many from the same
-    law, so every bin draws as many corners as the smallest one has.
+    distribution. So every bin draws as many corners as the smallest one has.
     """
     groups = swept.by_bin(swept.best_window)
     count = min(len(group) for group in groups)

@@ -1,4 +1,4 @@
-"""What the exercises of section 3.1.3 compare an answer with."""
+"""Answers to the exercises of section 3.1.3."""
 
 import numpy as np
 
@@ -12,11 +12,11 @@ def saddle_task():
     b x + 2 c y + e = 0."""
     return {
         "expected": stationary_point,
-        "hint": "how steep is the surface at its saddle?",
+        "hint": "what is the slope of the surface at its saddle?",
         "slips": {
-            "Both signs are the other way round.": lambda: -stationary_point(),
+            "Both signs are reversed.": lambda: -stationary_point(),
             "That is (y, x).": lambda: stationary_point()[::-1],
-            "Mind the factors of the derivatives of the squares.": lambda: level_at(
+            "The derivatives of the squares have factors of two.": lambda: level_at(
                 *[SURFACE[name] for name in "abc"]
             ),
         },
@@ -24,17 +24,17 @@ def saddle_task():
 
 
 def start_task():
-    """The half window is 4 px. A start may be off by 4 px on both axes at once, which
-    is 4 sqrt(2) px."""
+    """The half window is 4 px. A start may have an error of 4 px on both axes at
+    once, which is 4 sqrt(2) px."""
     return {
         "expected": farthest_return,
-        "hint": "each axis has a limit of its own",
+        "hint": "each axis has its own limit",
         "slips": {
-            "That is along one axis; there are luckier directions.": lambda: (
+            "That is along one axis, and other directions allow more.": lambda: (
                 HALF_WINDOW_PX
             ),
             "That is the full window on each axis.": lambda: WINDOW_PX * np.sqrt(2),
-            "OpenCV's half window leaves out the middle pixel.": lambda: (
+            "OpenCV's half window excludes the middle pixel.": lambda: (
                 WINDOW_PX / 2 * np.sqrt(2)
             ),
         },
@@ -44,13 +44,13 @@ def start_task():
 def arc_task():
     """Blur moves an arc by its variance over twice the radius, here 9 / 800 px.
 
-    The Laplacian of a straight edge has its zero on the edge; that of an arc
-    has one more term, the slope over the radius, and blur adds half the
-    variance times the Laplacian.
+    The Laplacian of a straight edge is zero on the edge. That of an arc has a
+    further term, the slope over the radius. Blur adds half the variance times
+    the Laplacian.
     """
     return {
         "expected": lambda: pulled_edge(RADIUS_PX, BLUR_SD_PX),
-        "hint": "see *Bent images bias a corner*",
+        "hint": "see *Curved edges bias a corner*",
         "slips": {
             "That is twice as far.": lambda: BLUR_SD_PX**2 / RADIUS_PX,
             "Blur counts with its variance, not its SD.": lambda: (
@@ -61,18 +61,18 @@ def arc_task():
 
 
 def stationary_point():
-    """Where the surface of the exercise is level, (x, y) in px."""
+    """Stationary point (x, y) of the exercise's surface, in px."""
     a, b, c = (SURFACE[name] for name in "abc")
     return level_at(2 * a, b, 2 * c)
 
 
 def level_at(xx, xy, yy):
-    """Where a surface with these second derivatives is level."""
+    """Stationary point of a surface with these second derivatives."""
     return np.linalg.solve([[xx, xy], [xy, yy]], [-SURFACE["d"], -SURFACE["e"]])
 
 
 def farthest_return():
-    """Distance in px of the farthest start that OpenCV can bring back."""
+    """Largest distance in px from which OpenCV returns a corner."""
     return HALF_WINDOW_PX * np.sqrt(2)
 
 

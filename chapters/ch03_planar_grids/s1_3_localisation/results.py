@@ -1,4 +1,4 @@
-"""The residuals of section 3.1.3, corner by corner, and the numbers it quotes."""
+"""Residuals of section 3.1.3 for each corner, and the quoted numbers."""
 
 from functools import cached_property
 
@@ -12,18 +12,18 @@ from repro.run.experiment import numbers
 from repro.run.outcomes import Value
 
 BIN_EDGES_PX = np.arange(10, 171, 20)
-# Share of the bins in which windows have to be small.
+# Minimum share of the bins with small windows.
 SHARE_OF_BINS = 0.8
-# Most that one blur may cost in a bin, as a factor.
+# Largest accepted cost of one blur in a bin, as a factor.
 MAX_RATIO = 1.15
 
 
 class Swept:
     """Residuals of all corners of an experiment, over its settings.
 
-    error: (M, windows) or (M, windows, blurs) px. distance: (M,) px. half: (M,),
-    which of two halves a corner belongs to: that of its image. images_of: (corners,
-    images), where in M the images of one corner of the board are.
+    error: (M, windows) or (M, windows, blurs) px. distance: (M,) px. half: (M,)
+    half of the images, 0 or 1. images_of: (corners, images), indices into M of the
+    images of one corner of the board.
     """
 
     def __init__(self, result):
@@ -57,31 +57,31 @@ class Swept:
 
     @cached_property
     def bin(self):
-        """Which distance bin (M,) a corner is in."""
+        """Index (M,) of the distance bin of each corner."""
         return np.digitize(self.distance, BIN_EDGES_PX) - 1
 
     @cached_property
     def bins(self):
-        """The bins that have corners, nearest first."""
+        """Bins with corners, nearest first."""
         return np.unique(self.bin)
 
     def by_bin(self, values):
-        """The parts of values (M, ...) in each bin, nearest first."""
+        """Split values (M, ...) by bin, nearest first."""
         return [values[self.bin == k] for k in self.bins]
 
     @cached_property
     def best(self):
-        """Places (M,) of the least residual over flattened settings."""
+        """Index (M,) of the smallest residual over flattened settings."""
         return self.flat.argmin(axis=1)
 
     @property
     def best_window(self):
-        """Window (M,) of the least residual, px."""
+        """Window (M,) of the smallest residual, px."""
         return self.windows[self.best // max(len(self.blurs), 1)]
 
     @property
     def best_blur(self):
-        """Blur (M,) of the least residual, px."""
+        """Blur (M,) of the smallest residual, px."""
         return self.blurs[self.best % len(self.blurs)]
 
     @property
@@ -92,17 +92,17 @@ class Swept:
 
     @property
     def middle_blur(self):
-        """Place of the blur in the middle of the sweep."""
+        """Index of the blur in the middle of the sweep."""
         return len(self.blurs) // 2
 
     def mid_range_blurs(self, reading):
-        """Places of the blurs of which one is the mid-range one, by reading."""
+        """Indices of the blurs that count as mid-range in an interpretation."""
         if reading == "middle of the sweep":
             return [self.middle_blur]
         return list(range(1, len(self.blurs) - 1))
 
     def chosen_blurs(self, places):
-        """The blurs (px), of `places`, that either half of the corners chooses."""
+        """Blurs (px), of `places`, that the two halves of the corners choose."""
         scores = [np.median(self.flat[self.half == half], axis=0) for half in (0, 1)]
         chosen = {best_blur(of_half, len(self.blurs), places) for of_half in scores}
         return [float(self.blurs[place]) for place in sorted(chosen)]
@@ -110,8 +110,8 @@ class Swept:
     def scored(self, choose):
         """Residuals (M,) with settings chosen on the other half.
 
-        choose: (errors (m, settings), bins (m,)) -> place of the setting for every
-        bin (bins,), of one half; it is applied to the other.
+        choose: (errors (m, settings), bins (m,)) of one half -> index (bins,) of the
+        setting for every bin of the other half.
         """
         out = np.empty(len(self.flat))
         for half in (0, 1):
@@ -122,7 +122,7 @@ class Swept:
 
 
 def per_bin(statistic, allowed=None):
-    """A choice of the best setting in every bin, of all or the `allowed` ones.
+    """Return a choice of the best setting per bin, of all or the `allowed` ones.
 
     A bin without corners in this half takes the best of all.
     """
@@ -140,7 +140,7 @@ def per_bin(statistic, allowed=None):
 
 
 def single(statistic):
-    """A choice of one setting for all bins."""
+    """Return a choice of one setting for all bins."""
 
     def choose(errors, bins):
         place = _best(statistic(errors, axis=0), None)
@@ -150,13 +150,13 @@ def single(statistic):
 
 
 def best_blur(scores, count, places):
-    """Place of the blur, of `places`, that has the least of scores (settings,)."""
+    """Index of the blur, of `places`, with the smallest of scores (settings,)."""
     of_blur = scores.reshape(-1, count).min(axis=0)
     return min(places, key=of_blur.__getitem__)
 
 
 def at_one_blur(statistic, count, places):
-    """A choice of one blur for all bins, the best of `places`, with each bin's window.
+    """Return a choice of one blur for all bins, of `places`, with each bin's window.
 
     count: blurs of the sweep; the settings are windows by blurs, flattened.
     """
@@ -176,7 +176,7 @@ def _best(scores, allowed):
 
 
 def gain_of_bins(swept, statistic=np.mean):
-    """Share of the mean (or median) residual that a choice per bin saves."""
+    """Share of the mean (or median) residual saved by a choice per bin."""
     return bootstrap(
         lambda a, b: 1 - statistic(a, axis=-1) / statistic(b, axis=-1),
         swept.scored(per_bin(statistic)),
@@ -209,33 +209,17 @@ def modal_windows(swept):
 
 
 def modal(values):
-    """The most frequent of values (n,), the least of them in a tie."""
+    """Most frequent of values (n,), the smallest one in a tie."""
     found, count = np.unique(values, return_counts=True)
     return found[count.argmax()]
 
 
-def least_range(swept, share):
-    """Where a range of windows must end, px, to have `share` of the bins small.
-
-    Small: the modal window is in the lowest third of a range that begins as ours.
-    """
-    windows = np.sort(modal_windows(swept))
-    last = windows[int(np.ceil(share * len(windows))) - 1]
-    return swept.windows[0] + 3.0 * (last - swept.windows[0])
-
-
 def best_setting(swept):
-    """(window, blur or nan, median px) of the least median over all corners."""
+    """(window, blur or nan, median px) of the smallest median over all corners."""
     medians = np.median(swept.flat, axis=0)
     window, blur = divmod(int(medians.argmin()), max(len(swept.blurs), 1))
     blur_px = swept.blurs[blur] if len(swept.blurs) else np.nan
     return swept.windows[window], blur_px, medians.min()
-
-
-def best_windows(swept):
-    """Window (bins,) px of the least median residual, nearest bin first."""
-    errors = swept.by_bin(swept.error)
-    return swept.windows[[np.median(one, axis=0).argmin() for one in errors]]
 
 
 def excess_of_one_setting(swept):
@@ -247,7 +231,7 @@ def excess_of_one_setting(swept):
 
 @numbers("fig_3_5", needs=("fig_3_5_derivative",), evidence="rendered")
 def numbers_fig_3_5(results):
-    """The settings of the study, as they were run."""
+    """Settings of the study as run."""
     result = results["fig_3_5_derivative"]
     ran = result.settings
     scales = {
@@ -268,47 +252,31 @@ def numbers_fig_3_5(results):
 
 
 def name_values(open_results):
-    """Name the numbers that the prose of the page quotes."""
-    results = {
-        name: open_results(f"fig_3_5_{name}") for name in ("derivative", "saddle")
+    """Name the numbers that the page quotes."""
+    swept = {
+        name: Swept(open_results(f"fig_3_5_{name}"))
+        for name in ("derivative", "saddle")
     }
-    swept = {name: Swept(result) for name, result in results.items()}
-    derivative, saddle = swept.values()
-    windows = best_windows(derivative)
     quoted = {
-        "images": results["saddle"].trials_per_condition,
-        **of_method("derivative", derivative),
-        **of_method("saddle", saddle),
-        "derivative.narrowest": float(windows.min()),
-        "derivative.widest": float(windows.max()),
-        "derivative.excess": 100 * float(excess_of_one_setting(derivative) - 1),
-        "derivative.at_5": np.median(derivative.error[:, 0]),
-        "small.range": least_range(derivative, SHARE_OF_BINS),
-        "saddle.blur": best_setting(saddle)[1],
-        "saddle.modal": float(modal(saddle.best_window)),
-        # A corner's own best setting: luck included.
-        "saddle.lucky": np.median(saddle.flat.min(1)),
-        "blur.middle": saddle.blurs[saddle.middle_blur],
-        "most_ratio": MAX_RATIO,
-        "interior.most": most_of_one_blur(saddle, "best interior blur"),
-        "middle.most": most_of_one_blur(saddle, "middle of the sweep"),
+        **of_method("derivative", swept["derivative"]),
+        **of_method("saddle", swept["saddle"]),
+        "interior.most": cost_of_one_blur(swept["saddle"], "best interior blur"),
+        "middle.most": cost_of_one_blur(swept["saddle"], "middle of the sweep"),
     }
     for name, number in quoted.items():
         value(name, number)
 
 
 def of_method(name, swept):
-    """The best single setting of a method, and what a choice per bin saves."""
-    window, _, median = best_setting(swept)
+    """Best single window of a method, and gain of a choice per bin."""
     return {
-        f"{name}.window": float(window),
-        f"{name}.median": float(median),
+        f"{name}.window": float(best_setting(swept)[0]),
         f"{name}.gain_median": 100 * gain_of_bins(swept, np.median).value,
     }
 
 
-def most_of_one_blur(swept, option):
-    """The largest ratio over bins by an option of `mid_range_blur`, in words."""
+def cost_of_one_blur(swept, option):
+    """Largest ratio over bins, as text, for an option of `mid_range_blur`."""
     ratios = ratio_of_one_blur(swept, swept.mid_range_blurs(option))
     worst = max(ratios, key=lambda ratio: ratio.value)
     return rounded(worst.value, (worst.low, worst.high))

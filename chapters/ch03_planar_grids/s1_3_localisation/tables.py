@@ -1,4 +1,4 @@
-"""The localisers of section 3.1.3 side by side."""
+"""Table of the localisers of section 3.1.3."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from repro.run.outcomes import Measured, Table
     evidence="rendered",
 )
 def ext_localiser_choice(results):
-    """The best single setting, and what a choice by distance would save."""
+    """Best single setting of each localiser, and gain of a choice by distance."""
     rows = []
     for name, title in (("derivative", "derivative"), ("saddle", "saddle point")):
         swept = Swept(results[f"fig_3_5_{name}"])
@@ -36,19 +36,19 @@ def ext_localiser_choice(results):
             )
         )
     names = (
-        "method",
-        "best window (px)",
-        "best blur SD (px)",
-        "median residual (px)",
-        "most above a bin's own best (%)",
-        "saved by a choice per bin: median (%)",
-        "saved: mean (%)",
+        "Method",
+        "Best window (px)",
+        "Best blur SD (px)",
+        "Median residual (px)",
+        "Largest excess over a bin's best (%)",
+        "Median saved per bin (%)",
+        "Mean saved per bin (%)",
     )
     return Table(
         columns(names, rows),
-        "The single best setting of either method, by how much it is above "
-        "the best of a bin in the worst bin (luck within the bin included), "
-        "and how much of the residual a choice per bin saves: chosen on one "
-        "half of the images, scored on the other, with 95 % intervals. "
-        "Negative: the choice costs.",
+        "Best single setting of each method and its median residual. Excess: "
+        "over the best setting of the worst bin, chance included. Saved: part "
+        "of the residual that a choice per bin saves, chosen on one half of the "
+        "images and scored on the other, with 95 % intervals. Negative: the "
+        "choice costs.",
     )

@@ -1,4 +1,4 @@
-"""The pictures of 3.1.3's study, and how a localiser is scored on them."""
+"""Images of the study of 3.1.3, and the residual of a localiser."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ BLUR_PX, NOISE_SD, START_SD_PX = 2.0, 4.0, 1.0
 
 
 def neighbour_distances(board):
-    """Mean distance (N,) of every corner to its neighbours in the lattice, px."""
+    """Mean distance (N,) in px of each corner to its neighbours in the lattice."""
     total, count = np.zeros((2, board.rows, board.columns))
     for axis in (0, 1):
         steps = np.linalg.norm(np.diff(board.lattice, axis=axis), axis=2)
-        # Of each step, its near and its far end.
+        # Both ends of each step.
         for end in (slice(None, -1), slice(1, None)):
             place = (end, slice(None)) if axis == 0 else (slice(None), end)
             total[place] += steps
@@ -30,13 +30,13 @@ def study_image(square_px, rng):
 
 
 def residuals(found, settled, start, truth):
-    """Distance (N,) from the truth; where nothing was found, that of the start."""
+    """Distance (N,) from the truth, that of the start for failed corners."""
     at = np.where(settled[:, None], found, start)
     return np.linalg.norm(at - truth, axis=1)
 
 
 def settled_residuals(found, start, board, shape=(-1,)):
-    """Residuals (N, *shape) of every setting, and the share (shape) that settled.
+    """Residuals (N, *shape) of every setting, and the share (shape) of convergence.
 
     found: (corners (N, 2), settled (N,)) of each setting.
     """

@@ -145,7 +145,7 @@ def judge_discontinuous(results, options):
 
 @numbers("fig_3_6", needs=("fig_3_6_vectors",), evidence="synthetic")
 def settings_of_vectors(results):
-    """What Fig. 3.6 is drawn with; the image is as large as the grid (E-3.07)."""
+    """Settings of Fig. 3.6; the image is as large as the grid (E-3.07)."""
     ran = results["fig_3_6_vectors"]
     return {
         "fig3_6_f": Value(FOCAL_MM, unit="mm"),

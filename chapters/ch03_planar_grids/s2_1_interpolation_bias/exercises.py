@@ -1,4 +1,4 @@
-"""What the exercises of section 3.2.1 compare an answer with."""
+"""Answers to the exercises of section 3.2.1."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ def largest_task():
         "expected": largest_bias,
         "hint": "where in a square are S and T largest?",
         "slips": {
-            "S and T add up.": lambda: largest_bias() / 2,
+            "S and T add.": lambda: largest_bias() / 2,
             "That is the RMS over the square, not the largest.": lambda: (
                 strength() * RADIUS_MM * PITCH_MM**2 * np.sqrt(11 / 90)
             ),
@@ -30,11 +30,13 @@ def balance_task():
     that, equals |k1| / f^2 h^2 sqrt(11/90) a / sqrt(6) at the answer."""
     return {
         "expected": balanced_pitch,
-        "hint": "put both RMS on the grid, in mm, and solve for the pitch",
+        "hint": "express both RMS on the grid, in mm, and solve for the pitch",
         "slips": {
             "The pitch enters squared.": lambda: balanced_pitch() ** 2,
-            "A px of this camera is not 0.3 mm.": lambda: balanced_pitch() * np.sqrt(4),
-            "The RMS of the found point is larger than the noise.": lambda: (
+            "One px of this camera is not 0.3 mm.": lambda: (
+                balanced_pitch() * np.sqrt(4)
+            ),
+            "The RMS of the interpolated point is larger than the noise.": lambda: (
                 balanced_pitch() * (45 / 52) ** 0.25
             ),
         },
@@ -52,7 +54,7 @@ def largest_bias():
 
 
 def balanced_pitch():
-    """Pitch in mm at which noise of the corners and bias have the same RMS."""
+    """Pitch in mm at which corner noise and bias have the same RMS."""
     noise = np.sqrt(52 / 45) * NOISE_PX * SIDE_MM / WIDTH_PX
     per_area = strength() * np.sqrt(11 / 90) * SIDE_MM / np.sqrt(6)
     return np.sqrt(noise / per_area)

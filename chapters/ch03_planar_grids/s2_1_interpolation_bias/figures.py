@@ -1,4 +1,4 @@
-"""Figs. 3.6 and 3.7, and what belongs beside them."""
+"""Figs. 3.6 and 3.7, and the errors at a ridge of two mirrors."""
 
 import numpy as np
 
@@ -30,7 +30,7 @@ RIDGE_NAMES = {
 
 @figure("fig_3_6", needs=("fig_3_6_vectors",), evidence="synthetic")
 def fig_3_6(results):
-    """Error vectors of 500 points, in both readings."""
+    """Error vectors of 500 points, for both choices of corners."""
     result = results["fig_3_6_vectors"]
     pitch = result.conditions[0]["pitch_mm"]
     drawn, axes = new_figure(1, 2, height_in=3.9, sharex=True, sharey=True)
@@ -55,23 +55,22 @@ def fig_3_6(results):
     return Drawing(
         drawn,
         columns(names, rows),
-        f"Errors of {asked} random points, interpolated from the corners of a "
-        f"grid with a pitch of {pitch} mm. Vectors run from a point (dot) "
-        "to where it is found, found less true; they are drawn "
-        f"{MAGNIFIED} times as long as they are. In grid coordinates, with y "
-        "downwards as in images. (a) The four nearest corners, no three on a "
-        "line of the grid, as the thesis has it; orange where these are not "
-        "those of the enclosing square, which (b) has.",
+        f"Interpolation errors of {asked} random points on a grid with a pitch of "
+        f"{pitch} mm. Vectors point from the true (dot) to the interpolated point, "
+        f"magnified {MAGNIFIED} times, with y downwards as in images. (a) The four "
+        "nearest corners, no three collinear on the grid, as in the thesis. "
+        "Orange: these are not the corners of the enclosing square. (b) The "
+        "corners of the enclosing square.",
         Check(
             shown[0] == asked and 0.95 * asked <= shown[1] <= asked,
-            f"{shown[0]} and {shown[1]} of {asked} points are drawn; beside "
-            "the outermost corners a point can lie in no square of the image",
+            f"{shown[0]} and {shown[1]} of {asked} points are drawn; outside "
+            "the outermost corners a point can be in no square of the image",
         ),
     )
 
 
 def _arrows(panel, points, errors, colour):
-    """Points (n, 2), and their errors (n, 2) from there, magnified."""
+    """Draw points (n, 2) and their errors (n, 2), magnified."""
     ends = points + MAGNIFIED * errors
     lines = np.stack([points, ends, np.full_like(ends, np.nan)], 1)
     panel.plot(*lines.reshape(-1, 2).T, "-", color=colour, lw=0.9)
@@ -80,7 +79,7 @@ def _arrows(panel, points, errors, colour):
 
 @figure("fig_3_7", needs=("fig_3_7_pitches",), evidence="synthetic")
 def fig_3_7(results):
-    """RMS against the pitch, in both readings, beside the formula."""
+    """RMS over the pitch for both choices of corners, and the formula."""
     result = results["fig_3_7_pitches"]
     drawn, axes = new_figure(1, 2, height_in=3.3)
     rows = []
@@ -95,8 +94,8 @@ def fig_3_7(results):
         panel.plot(fine, formula_mm(fine), ":", color=INK, label="formula")
         panel.set(xlabel="Grid pitch (mm)", ylabel="RMS error (mm)")
     axes[0].legend()
-    axes[0].set(title="linear axes")
-    axes[1].set(xscale="log", yscale="log", title="logarithmic axes")
+    axes[0].set(title="Linear axes")
+    axes[1].set(xscale="log", yscale="log", title="Logarithmic axes")
     shown = [p for p in pitch if p in (5, 10, 20, 30, 60)]
     axes[1].set_xticks(shown, [f"{p:g}" for p in shown])
     axes[1].minorticks_off()
@@ -104,10 +103,10 @@ def fig_3_7(results):
     return Drawing(
         drawn,
         columns(names, rows),
-        "RMS error of the interpolated points against the pitch of the grid. "
-        f"Medians over {result.trials_per_condition} trials of 500 points, "
-        "with 95 % intervals (bands, hardly wider than the lines). Dotted: "
-        "the formula of the Model, with $k_1$ alone.",
+        "RMS error of interpolated points over the pitch of the grid: medians of "
+        f"{result.trials_per_condition} trials with 500 points each. Bands: 95 % "
+        "intervals, hardly wider than the lines. Dotted: second-order formula of "
+        "the Model, with $k_1$ alone.",
     )
 
 
@@ -119,7 +118,7 @@ def ext_two_facets(results):
     rows, places = [], result.arrays("from_ridge_px")
     for name, label in RIDGE_NAMES.items():
         place, size = _over_trials(places, result.arrays(f"{name}.by_column_mm"))
-        # Rounding alone would only draw a line down to the axis.
+        # Rounding errors would be drawn as a line down to the axis.
         drawn_size = np.where(size < SHOWN_MM[0], np.nan, size)
         masked = np.flatnonzero(np.diff(place) > 1) + 1
         gaps = (np.insert(a, masked, np.nan) for a in (place, drawn_size))
@@ -133,18 +132,18 @@ def ext_two_facets(results):
     return Drawing(
         drawn,
         columns(("method", "from_ridge_px", "rms_mm"), rows),
-        "Interpolation is wrong as far as the corners of the other facet are "
-        "among the nearest four; decoding only where blur, or its filter, "
-        "mixes both sides. RMS over the pixels of a column that the decoder "
-        f"gives a place, medians over {result.trials_per_condition} trials. "
-        "Where the blue curve ends, all four corners are the pixel's own facet's, "
-        "and its error is rounding: a flat mirror before a "
-        "pinhole is a homography. Once the ridge is known, that is so everywhere.",
+        "RMS error over the distance from the ridge of two mirrors, for "
+        "interpolation and decoding. RMS over the trusted pixels of a column, "
+        f"medians of {result.trials_per_condition} trials. Interpolation fails "
+        "where corners of the other mirror are among the nearest four, decoding "
+        "only where blur or its filter mixes both sides. Where the blue curve "
+        "ends, all corners belong to the pixel's own mirror and the error is "
+        "rounding.",
     )
 
 
 def _over_trials(places, sizes):
-    """Median over trials of what they have at each place (n,), (n,)."""
+    """Positions (n,) and the median (n,) over trials at each of them."""
     place, size = np.concatenate(places), np.concatenate(sizes)
     each = np.unique(place)
     return each, np.array([np.median(size[place == p]) for p in each])

@@ -1,13 +1,9 @@
-"""What the results of section 3.2.1 say: errors, slopes, balances, the ridge."""
+"""Results of section 3.2.1: errors, slopes, the ridge, quoted numbers."""
 
 from collections import namedtuple
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.facets import (
-    FACET_DEG,
-    GRID,
-)
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import FOUR
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     FOCAL_MM,
@@ -15,26 +11,22 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     RADIAL,
     SIDE_MM,
 )
-from raxel.sets import plan_of_cells
-from repro.judge.statistics import loglog_slope, median_interval
+from repro.judge.statistics import loglog_slope
 from repro.page.reader import value
 
 READINGS = tuple(FOUR)
 PRIMARY = READINGS[0]
-MAGNIFIED = 300  # vectors of Fig. 3.6
+MAGNIFIED = 300  # scale of the vectors of Fig. 3.6
 STATED_MM = 20
 BIN_EDGES_MM = np.linspace(0, MIDDLE_MM * np.sqrt(2), 5)
-# Options of two questions: is the ridge known, are the sines smoothed.
-KNOWN = ("unknown", "known")
-SMOOTHING = ("7 x 7", "none")
-# Longer than what rounding does to the choice of corners, mm.
-OTHER_CORNERS_MM = 1e-9
+# Larger than the effect of rounding on the choice of corners, mm.
+OTHER_CORNERS_TOL_MM = 1e-9
 
 Vectors = namedtuple("Vectors", "points errors")
 
 
 def trials_of_vectors(result, reading):
-    """Vectors of every trial, (n, 2) and (n, 2) mm, without the left-out points."""
+    """Vectors of every trial, (n, 2) and (n, 2) mm, without points that failed."""
     both = zip(result.arrays("points"), result.arrays(reading), strict=True)
     drawn = ((points, errors, np.isfinite(errors[:, 0])) for points, errors in both)
     return [Vectors(points[seen], errors[seen]) for points, errors, seen in drawn]
@@ -46,7 +38,7 @@ def radii(points):
 
 
 def rank_of_growth(vectors):
-    """Spearman's correlation of the size of the error with the radius."""
+    """Spearman's correlation of the error's length with the radius."""
     from scipy.stats import spearmanr
 
     size = np.linalg.norm(vectors.errors, axis=1)
@@ -61,7 +53,7 @@ def means_in_bins(vectors):
 
 
 def radial_share(vectors):
-    """Share of the squared errors that is along the radius."""
+    """Radial share of the squared errors."""
     out = (vectors.points - MIDDLE_MM) / radii(vectors.points)[:, None]
     along = np.sum(out * vectors.errors, axis=1)
     return float(np.sum(along**2) / np.sum(vectors.errors**2))
@@ -73,22 +65,22 @@ def radial_shares(result, reading):
 
 
 def with_other_corners(result):
-    """Trial by trial, which points (n,) have other corners in the other reading."""
+    """Flags (n,) per trial of points whose corners differ between the two choices."""
     return [
-        np.abs(a - b).max(axis=1) > OTHER_CORNERS_MM
+        np.abs(a - b).max(axis=1) > OTHER_CORNERS_TOL_MM
         for a, b in zip(*(result.arrays(name) for name in READINGS), strict=True)
     ]
 
 
 def of_other_corners(result):
-    """Vectors of those points of the first trial, with the nearest four."""
+    """Vectors of those points in the first trial, with the nearest four."""
     other = with_other_corners(result)[0]
     points, errors = result.arrays("points"), result.arrays(PRIMARY)
     return Vectors(points[0][other], errors[0][other])
 
 
 def swept(result, reading, key="pitch_mm"):
-    """Levels (n,) of a sweep in its order, and RMS errors (n, trials) mm there."""
+    """Levels (n,) of a sweep, and RMS errors (n, trials) mm at each level."""
     of_level = result.by(key)
     errors = [trials.column(f"{reading}.rms_mm") for trials in of_level.values()]
     return np.array(list(of_level), float), np.array(errors)
@@ -101,12 +93,12 @@ def formula_mm(pitch_mm):
 
 
 def gain_of_decoding(result, known, smoothing):
-    """Interpolation's RMS over decoding's (trials,), near the ridge."""
+    """Ratio (trials,) of interpolation's to decoding's RMS near the ridge."""
     return result.column(f"{known}.rms_mm") / result.column(f"{smoothing}.rms_mm")
 
 
 def name_values(open_results):
-    """Name the numbers that the prose of the page quotes."""
+    """Name the numbers that the page quotes."""
     quoted = {
         **of_vectors(open_results("fig_3_6_vectors")),
         **of_pitches(open_results("fig_3_7_pitches")),
@@ -118,17 +110,12 @@ def name_values(open_results):
 
 
 def of_vectors(vectors):
-    """How radial the errors of Fig. 3.6 are, and whose corners differ."""
-    nearest, enclosing = (radial_shares(vectors, name) for name in READINGS)
-    return {
-        "radial.nearest": 100 * np.median(nearest),
-        "radial.enclosing": 100 * np.median(enclosing),
-        "parallelograms": 100 * float(np.mean(with_other_corners(vectors))),
-    }
+    """Radial part of the errors of Fig. 3.6 with the nearest four, in percent."""
+    return {"radial.nearest": 100 * np.median(radial_shares(vectors, PRIMARY))}
 
 
 def of_pitches(pitches):
-    """The slope of Fig. 3.7, and its error at the pitch of Fig. 3.6."""
+    """Slope of Fig. 3.7, and the enclosing cell's error at the pitch of Fig. 3.6."""
     levels, errors = swept(pitches, PRIMARY)
     inner = pitches.column(f"{READINGS[1]}.rms_mm", pitch_mm=STATED_MM)
     return {
@@ -138,19 +125,8 @@ def of_pitches(pitches):
 
 
 def of_breaks(ridge):
-    """What the ridge does to interpolation and to decoding."""
-    shorts = {"unknown": "unknown", "7 x 7": "smoothed", "none": "plain"}
-    gain = median_interval(gain_of_decoding(ridge, KNOWN[0], SMOOTHING[0]))
-    jump = np.median(ridge.column("jump_mm"))
-    periods = plan_of_cells(GRID.monitor_px, phase_steps=4).phase_periods[0]
+    """Gross errors of interpolation and trusted pixels near the ridge, in percent."""
     return {
-        f"break.{short}.gross": 100 * np.median(ridge.column(f"{name}.gross"))
-        for name, short in shorts.items()
-    } | {
-        "gain.low": gain.low,
-        "gain.high": gain.high,
+        "break.unknown.gross": 100 * np.median(ridge.column("unknown.gross")),
         "break.trusted": 100 * np.median(ridge.column("trusted")),
-        "break.jump": jump,
-        "break.periods": jump * periods / GRID.monitor_mm[0],
-        "break.facet_deg": FACET_DEG,
     }

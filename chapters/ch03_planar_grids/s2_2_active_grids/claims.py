@@ -1,4 +1,4 @@
-"""The claims of section 3.2.2, tested as the ledger words them."""
+"""The claims of section 3.2.2, tested as worded in the registry."""
 
 from functools import partial
 
@@ -215,7 +215,7 @@ def judge_inverse(results, options):
 
 
 def growth_gap(ran, less, more):
-    """How much less an error grows by spilling than another one: Estimate, px.
+    """Difference in growth by blooming between two errors: Estimate, px.
 
     less, more: (method, exposure) or (method, exposure, name), as of `bloom_growth`.
     """
@@ -234,7 +234,7 @@ def growth_gap(ran, less, more):
     readings=("clipped_sines",),
 )
 def judge_blooming(results, options):
-    """At the corners, the active grid below both corner methods, and growing less."""
+    """At the corners the active grid has the smaller error, and it grows less."""
     ran, grid = results["exp_c3_blooming"], CLIPPED[options["clipped_sines"]]
     won, gaps = [], []
     for method in CORNER_METHODS:
@@ -262,7 +262,7 @@ def judge_blooming(results, options):
 
 @claim("c3_midpoints_blooming", needs=("exp_c3_blooming",), evidence="rendered")
 def judge_midpoints(results):
-    """Midpoints below edges of one picture, and growing less by spilling."""
+    """Midpoints have a smaller error than edges of one image, and it grows less."""
     ran = results["exp_c3_blooming"]
     pairs = [
         tuple(
@@ -305,7 +305,7 @@ def judge_twenty(results):
 
 @numbers("sec_3_2_2", needs=("exp_c3_20_patterns",), evidence="analytic")
 def values_of_plan(results):
-    """What the default plan of patterns is made of."""
+    """Composition of the default plan of patterns."""
     first = results["exp_c3_20_patterns"].select()
     names = {
         "s3_2_2_patterns": "patterns",

@@ -1,4 +1,4 @@
-"""What the exercises of section 3.2.2 compare an answer with."""
+"""Answers to the exercises of section 3.2.2."""
 
 import numpy as np
 
@@ -12,10 +12,10 @@ WINDOW = 49
 
 
 def cell_task():
-    """110 of Gray code is 100 of binary: a bit is the exclusive or of those so far."""
+    """Gray 110 is binary 100: a bit is the exclusive or of all Gray bits up to it."""
     return {
         "expected": lambda: gray_value(GRAY),
-        "hint": "write down the eight words of the code in their order",
+        "hint": "list the eight words of the code in order",
         "slips": {
             "That is 110 read as plain binary.": lambda: 6,
             "Cells count from 0.": lambda: gray_value(GRAY) + 1,
@@ -27,10 +27,12 @@ def place_task():
     """phi = atan2(-80, 100) is -38.7 degrees, or 321.3: (4 + 0.893) 30 = 146.8 mm."""
     return {
         "expected": place_mm,
-        "hint": "a negative phase is one whole turn too low",
+        "hint": "add a full period to a negative phase",
         "slips": {
-            "The phase must be from 0 to a whole turn.": lambda: place_mm() - CELL_MM,
-            "That is the sine's part for the cosine's.": lambda: (
+            "The phase must be between 0 and a full period.": lambda: (
+                place_mm() - CELL_MM
+            ),
+            "The sine and cosine parts are exchanged.": lambda: (
                 (gray_value(GRAY) + np.arctan2(100, -80) / (2 * np.pi)) * CELL_MM
             ),
             "That counts cells from 1.": lambda: place_mm() + CELL_MM,
@@ -42,13 +44,13 @@ def sigma_task():
     """B = 64.0; s / B sqrt(2 / 4) = 0.0221 rad, 0.105 mm, and a seventh of it."""
     return {
         "expected": sigma_mm,
-        "hint": "noise of the phase first; then its length; then the window",
+        "hint": "first the SD of the phase, then its length in mm, then the window",
         "slips": {
-            "A mean of 49 has a seventh of the scatter.": lambda: (
+            "The mean of 49 values has a seventh of the SD.": lambda: (
                 sigma_mm() * np.sqrt(WINDOW) / WINDOW
             ),
-            "That is one pixel alone.": lambda: sigma_mm() * np.sqrt(WINDOW),
-            "B is half of the length of the two differences.": lambda: sigma_mm() / 2,
+            "That is a single pixel.": lambda: sigma_mm() * np.sqrt(WINDOW),
+            "B is half the length of the two differences.": lambda: sigma_mm() / 2,
         },
     }
 

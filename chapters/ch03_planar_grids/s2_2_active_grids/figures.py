@@ -1,4 +1,4 @@
-"""The active grid of section 3.2.2 at work, its patterns, and the imaged sine."""
+"""Figs. 3.8 and 3.9: patterns of an active grid, and the imaged sine."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ MODELS = ("one sine", "one harmonic", "two harmonics")
 
 @figure("fig_3_8", needs=("exp_c3_20_patterns",), evidence="analytic")
 def fig_3_8(results):
-    """The patterns of the vertical axis, as the monitor is sent them."""
+    """Patterns of the vertical axis, as sent to the monitor."""
     counted = results["exp_c3_20_patterns"]
     patterns = [
         p for p in patterns_of(plan_of_cells(SHOWN_PX, phase_steps=4)) if p.axis == "y"
@@ -51,9 +51,9 @@ def fig_3_8(results):
     return Drawing(
         drawn,
         data,
-        "The ten patterns that encode the vertical location: (a) three bits of a Gray "
-        "code for eight cells, each with its inverse; (b) the sine, moved by 90° from "
-        "one to the next.",
+        "The ten patterns of an active grid that encode the vertical location. "
+        "(a) Three bits of a Gray code for eight cells, each with its inverse. "
+        "(b) Four sines, shifted by 90° each.",
         Check(
             bool(right),
             f"{len(binary)} binary and {len(sines)} sinusoidal patterns along one "
@@ -64,51 +64,51 @@ def fig_3_8(results):
 
 @figure("fig_3_9", needs=("fig_3_9",), evidence="rendered")
 def fig_3_9(results):
-    """A period of the rectified picture with its fits, and misfits over gamma."""
+    """A period of the rectified image with its fits, and misfits over gamma."""
     ran = results["fig_3_9"]
     profile = ran.arrays("linear.profile")[0]
-    place = (np.arange(len(profile)) + 0.5) / len(profile)
+    position = (np.arange(len(profile)) + 0.5) / len(profile)
     drawn, (left, right) = new_figure(1, 2, height_in=3.4)
     left.plot(
-        place[::3],
+        position[::3],
         profile[::3],
         linestyle="",
         marker=".",
         color="#4a4a4a",
         label="column means",
     )
-    data = {"place": place.tolist(), "profile": profile.tolist()}
+    data = {"place": position.tolist(), "profile": profile.tolist()}
     gammas = ran.conditions[0]["gammas"]
     for k, name in zip(HARMONICS, MODELS, strict=True):
         fit = ran.arrays(f"linear.fit_{k}")[0]
-        left.plot(place, fit, **series(k) | {"marker": ""}, label=name)
+        left.plot(position, fit, **series(k) | {"marker": ""}, label=name)
         data[name] = fit.tolist()
         rms = [np.median(profile_column(ran, "linear", g, f"rms_{k}")) for g in gammas]
         right.plot(gammas, rms, **series(k), label=name)
     left.set(
-        xlabel="Place in the period (periods)",
+        xlabel="Position (periods)",
         ylabel="Mean grey level (grey levels)",
-        title=f"(a) gamma {DATA_SHEET_GAMMA}",
+        title=f"(a) Gamma {DATA_SHEET_GAMMA}",
     )
     left.legend(fontsize=8)
     for gamma, name, line in (
-        (DATA_SHEET_GAMMA, "judged: data sheet", "--"),
-        (CHOSEN_GAMMA, "set: d200-lens", ":"),
+        (DATA_SHEET_GAMMA, "judged (data sheet)", "--"),
+        (CHOSEN_GAMMA, "rig d200-lens", ":"),
     ):
         right.axvline(gamma, color="#4a4a4a", linewidth=1, linestyle=line, label=name)
     right.legend(handles=right.get_lines()[len(MODELS) :], fontsize=8)
     right.set(
         yscale="log",
-        xlabel="Gamma of the monitor (1)",
+        xlabel="Gamma of the monitor",
         ylabel="RMS misfit (grey levels)",
-        title="(b) misfit against gamma",
+        title="(b) Misfit over gamma",
     )
     return Drawing(
         drawn,
         data,
-        "One sine does not fit the imaged profile, one harmonic more does. (a) One of "
-        "eight periods: means over the columns of a rendered picture, undistorted and "
-        "rectified, with a camera that answers in proportion; (b) RMS misfit of the "
-        "same models for other gammas, medians over the views. The gamma of rig "
-        "d200-lens was chosen from the thesis's figure: what comes out there is set.",
+        "Imaged sinusoidal pattern and fits of Fourier series. (a) One of eight "
+        "periods: column means of a rendered, undistorted and rectified image of a "
+        "linear camera. (b) RMS misfit of the same models over the gamma of the "
+        "monitor, medians over the views. The gamma of rig d200-lens was chosen from "
+        "the figure of the thesis, so the misfit there is no result.",
     )

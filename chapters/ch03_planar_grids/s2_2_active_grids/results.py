@@ -1,6 +1,4 @@
-"""Results of section 3.2.2, as its figures, tables, claims and prose need them."""
-
-from itertools import product
+"""Results of section 3.2.2 for figures, tables, claims and text."""
 
 import numpy as np
 
@@ -9,11 +7,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids.trials.blooming import (
     EXPOSURES,
     SHARES,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import (
-    EDGES_AND_LIGHT,
-    SLANT_PX,
-    light_along,
-)
+from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import SLANT_PX
 from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
     AMPLITUDE_GREY,
     DATA_SHEET_GAMMA,
@@ -22,32 +16,30 @@ from repro.judge.statistics import median_interval
 from repro.page.reader import value
 
 PERCENT_OF_PERIOD = 100 / (2 * np.pi)
-# Options of questions that the text leaves open; the one that decides comes first.
-CAMERAS = ("linear", "sRGB")
+# Options of questions that the text does not answer, the primary one first.
 AMPLITUDES = {"80 grey levels": 80.0, "50 grey levels": 50.0}
 THRESHOLDS = ("one grey value", "white and black", "mean of the sines")
 METHODS = (*CORNER_METHODS, "active grid")
-# Option of the question clipped_sines -> the trial's name of the active grid.
+# Option of the question clipped_sines -> name of the active grid in a trial.
 CLIPPED = {"kept": "active grid", "left out": "masked"}
-EDGES = ("one picture", "midpoint")
 
 
 def profile_column(result, camera, gamma, name):
-    """A value (seeds,) of the imaged period."""
+    """A value (views,) of the imaged period."""
     return result.column(f"{camera}.{gamma}.{name}")
 
 
 def misfit_ratio(result, camera, gamma=DATA_SHEET_GAMMA):
-    """RMS misfit (seeds,) without further harmonics over that with one."""
+    """RMS misfit (views,) without further harmonics over that with one."""
     rms = [profile_column(result, camera, gamma, f"rms_{k}") for k in (0, 1)]
     return rms[0] / rms[1]
 
 
 def third_grey(result, camera, amplitude_grey=AMPLITUDE_GREY):
-    """RMS (seeds,) of order 3 beside a sine of this amplitude, grey levels.
+    """RMS (views,) of order 3 for a sine of this amplitude, in grey levels.
 
-    It takes its square off the squared misfit. All orders are in proportion to the
-    amplitude.
+    Its square is the drop of the squared misfit. All orders are proportional to
+    the amplitude.
     """
     without, with_it = (
         profile_column(result, camera, DATA_SHEET_GAMMA, f"rms_{k}") for k in (1, 2)
@@ -57,7 +49,7 @@ def third_grey(result, camera, amplitude_grey=AMPLITUDE_GREY):
 
 def bit_counts(result, edges, light, threshold):
     """(wrong by the threshold, wrong by the inverse, pixels): (trials,) each,
-    summed over blur and noise; and the pixels that only one of the two has wrong.
+    summed over blur and noise; then the pixels that are wrong by only one of them.
     """
     trials = result.select(slant_px=SLANT_PX[edges], light=light)
 
@@ -74,12 +66,12 @@ def bit_counts(result, edges, light, threshold):
 
 
 def bloom_errors(result, method, exposure, share, name="rms_px"):
-    """RMS errors (trials,) in px, or shares, of a method."""
+    """RMS errors (trials,) in px, or located shares, of a method."""
     return result.column(f"{method}.{exposure}.{share}.{name}")
 
 
 def bloom_growth(result, method, exposure, name="rms_px"):
-    """Growth (trials,) of the error by spilling, px."""
+    """Growth (trials,) of the error by blooming, px."""
     with_spill, without = (
         bloom_errors(result, method, exposure, share, name)
         for share in reversed(SHARES)
@@ -88,40 +80,20 @@ def bloom_growth(result, method, exposure, name="rms_px"):
 
 
 def name_values(open_results):
-    """Name the numbers that the prose of the page quotes."""
+    """Name the numbers that the page quotes."""
     quoted = {
-        **of_profile(open_results("fig_3_9")),
-        **of_light(open_results),
-        **of_bits(open_results("exp_c3_inverse_helps")),
+        **of_response(open_results),
+        "bits.anywhere.falls_off.one_grey_value": threshold_factor(
+            open_results("exp_c3_inverse_helps")
+        ),
         **of_blooming(open_results("exp_c3_blooming")),
     }
     for name, number in quoted.items():
         value(name, number)
 
 
-def of_profile(profile):
-    """Misfits at the data-sheet gamma."""
-
-    def misfit(camera, k):
-        rms = profile_column(profile, camera, DATA_SHEET_GAMMA, f"rms_{k}")
-        return float(np.median(rms))
-
-    return (
-        {f"{camera}.rms_{k}": misfit(camera, k) for camera in CAMERAS for k in range(3)}
-        | {
-            f"{camera}.third_grey": float(np.median(third_grey(profile, camera)))
-            for camera in CAMERAS
-        }
-        | {
-            "linear.third_lower": float(
-                np.median(third_grey(profile, "linear", AMPLITUDES["50 grey levels"]))
-            )
-        }
-    )
-
-
-def of_light(open_results):
-    """What the published orders do to a phase."""
+def of_response(open_results):
+    """Phase errors by the published orders, in percent of a period."""
     three, five = open_results("exp_c3_radiometric_ok").by("rest").values()
     return {
         "response.three": PERCENT_OF_PERIOD * three.column("largest_rad")[0],
@@ -129,28 +101,21 @@ def of_light(open_results):
     }
 
 
-def of_bits(bits):
-    """Wrong bits by a threshold for one by an inverse, and the light in a corner."""
-    found = {"bits.corner_light": 100 * light_along(2, "falls off")[-1]}
-    for (edges, light), threshold in product(EDGES_AND_LIGHT, THRESHOLDS):
-        wrong, paired, *_ = bit_counts(bits, edges, light, threshold)
-        name = f"bits.{edges}.{light}.{threshold}".replace(" ", "_")
-        found[name] = wrong.sum() / max(paired.sum(), 1)
-    return found
+def threshold_factor(bits):
+    """Wrong bits by one grey value over those by the inverse, in uneven light."""
+    wrong, paired, *_ = bit_counts(bits, "anywhere", "falls off", THRESHOLDS[0])
+    return wrong.sum() / max(paired.sum(), 1)
 
 
 def of_blooming(bloom):
-    """Errors in too much light that spills, and shares of what is located."""
+    """Errors at the corners with the most light, and the located share in percent."""
+    much = EXPOSURES[-1]
 
-    def median(method, exposure, name="rms_px"):
-        return median_interval(bloom_errors(bloom, method, exposure, 1.0, name)).value
+    def median(method, name="rms_px"):
+        return median_interval(bloom_errors(bloom, method, much, 1.0, name)).value
 
-    little, much = EXPOSURES
     return {
-        **{f"bloom.{method.split()[0]}": median(method, much) for method in METHODS},
-        **{f"edges.{n.split()[-1]}": median("edges", little, n) for n in EDGES},
-        "bloom.all_pixels": median("all pixels", little),
-        "bloom.left": 100 * median("all pixels", much, "share"),
-        "bloom.corners_left": 100 * median("masked", little, "share"),
-        "bloom.located": 100 * median("active grid", much, "share"),
+        "bloom.saddle": median("saddle point"),
+        "bloom.active": median("active grid"),
+        "bloom.located": 100 * median("active grid", "share"),
     }

@@ -1,4 +1,4 @@
-"""One pixel by hand, the window, the bits, the edges, and blooming as tables."""
+"""Table of blooming at corners and over all pixels."""
 
 from itertools import product
 
@@ -13,7 +13,7 @@ from repro.run.columns import columns
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
-# What the trials of blooming call it -> its columns.
+# Name in the trials of blooming -> name in the table.
 BLOOMED = {method: method for method in METHODS} | {
     "masked": "active grid, masked",
     "all pixels": "all pixels, masked",
@@ -22,7 +22,7 @@ BLOOMED = {method: method for method in METHODS} | {
 
 @table("ext_blooming", needs=("exp_c3_blooming",), evidence="rendered")
 def ext_blooming(results):
-    """Errors in too much light, with and without spilling."""
+    """Errors at overexposure, with and without blooming."""
     ran = results["exp_c3_blooming"]
     rows = [
         (
@@ -37,22 +37,22 @@ def ext_blooming(results):
         for exposure, share in product(EXPOSURES, SHARES)
     ]
     names = (
-        "light (full wells)",
-        "spills (%)",
+        "Light (full wells)",
+        "Overflow (%)",
         *(f"{name} (px)" for name in BLOOMED.values()),
         *(f"{name}, located (%)" for name in BLOOMED.values()),
     )
     return Table(
         columns(names, rows),
-        "RMS errors at the corners in too much light, by methods that localise them "
-        "in a chessboard and by an active grid, with all sines kept and with those "
-        "masked that are cut off; then of all pixels of the latter. Of what was "
-        "located, medians over the trials that located anything; shares are medians "
-        "over all trials.",
+        "RMS errors at the corners at overexposure, for two corner methods on a "
+        "chessboard and for an active grid with clipped sines kept or masked. Last: "
+        "all pixels of the masked grid. Errors: medians over trials that located "
+        "anything. Located shares: medians over all trials. Overflow: share of the "
+        "excess charge that flows into neighbours.",
     )
 
 
 def _of_located(errors):
-    """Median of the trials that located anything; None where none did."""
+    """Median of the trials that located anything, else None."""
     located = errors[np.isfinite(errors)]
     return Measured.median(located) if len(located) else None

@@ -8,11 +8,11 @@ CLICK_SD_PX = 2.0
 
 
 def yaw_task():
-    """Turned by the yaw, an outer corner comes nearer by its distance times the sine;
-    it is beside the camera when that is the focal length."""
+    """A yaw brings an outer corner nearer by its distance times the sine. It reaches
+    the camera's plane when that is the focal length."""
     return {
         "expected": farthest_yaw,
-        "hint": "how much nearer does a yaw bring an outer corner?",
+        "hint": "by how much does a yaw reduce the depth of an outer corner?",
         "slips": {
             "That is in radians.": lambda: math.radians(farthest_yaw()),
             "At yaw 0 the board faces the camera.": lambda: 90 - farthest_yaw(),
@@ -24,17 +24,17 @@ def yaw_task():
 
 
 def step_task():
-    """An end of the step at r is seen at theta = arctan(r / f), and the fisheye shows
-    that at 2 f sin(theta / 2); the difference of the two ends is the answer."""
+    """An end of the step at r has the angle theta = arctan(r / f), which the fisheye
+    maps to 2 f sin(theta / 2). The answer is the difference of both ends."""
     return {
         "expected": shrunk_step,
-        "hint": "at which angle is each end seen, and where does Eqn 2.7 put it?",
+        "hint": "which angle has each end, and to which radius does Eqn 2.7 map it?",
         "slips": {
             "That is the equidistance law.": lambda: (
-                FOCAL_PX * (seen_at(STEP_PX[1]) - seen_at(STEP_PX[0]))
+                FOCAL_PX * (axis_angle(STEP_PX[1]) - axis_angle(STEP_PX[0]))
             ),
-            "That is where the step ends.": lambda: bent(STEP_PX[1]),
-            "That is where a step of 50 px from the middle ends.": lambda: bent(
+            "That is the radius of the step's far end.": lambda: bent(STEP_PX[1]),
+            "That is the length of a step of 50 px from the centre.": lambda: bent(
                 STEP_PX[1] - STEP_PX[0]
             ),
         },
@@ -42,11 +42,11 @@ def step_task():
 
 
 def click_task():
-    """The distance of Gaussian clicks follows Rayleigh's law, whose mean is the SD of
-    an axis times sqrt(pi / 2)."""
+    """The distance of Gaussian clicks has a Rayleigh distribution, whose mean is the
+    SD of an axis times sqrt(pi / 2)."""
     return {
         "expected": mean_click,
-        "hint": "a distance has two axes; which law does it follow?",
+        "hint": "which distribution has the length of a 2D Gaussian vector?",
         "slips": {
             "That is the SD on one axis.": lambda: CLICK_SD_PX,
             "That is the RMS, not the mean.": lambda: CLICK_SD_PX * math.sqrt(2),
@@ -58,22 +58,22 @@ def click_task():
 
 
 def farthest_yaw():
-    """Yaw in degrees at which the plane of the board holds the camera."""
+    """Yaw in degrees at which the plane of the board contains the camera."""
     return math.degrees(math.asin(FOCAL_PX / CORNER_PX))
 
 
-def seen_at(flat_px):
-    """Angle from the axis of a point of the flat picture."""
+def axis_angle(flat_px):
+    """Angle to the axis of a point of the undistorted image."""
     return math.atan(flat_px / FOCAL_PX)
 
 
 def bent(flat_px):
-    """Radius in px at which the fisheye shows a point of the flat picture."""
-    return 2 * FOCAL_PX * math.sin(seen_at(flat_px) / 2)
+    """Radius in px of a point of the undistorted image in the fisheye image."""
+    return 2 * FOCAL_PX * math.sin(axis_angle(flat_px) / 2)
 
 
 def shrunk_step():
-    """Length of the step in px, as the fisheye shows it."""
+    """Length of the step in px in the fisheye image."""
     return bent(STEP_PX[1]) - bent(STEP_PX[0])
 
 

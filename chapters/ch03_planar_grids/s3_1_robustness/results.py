@@ -1,4 +1,4 @@
-"""What the sweeps of 3.3.1 found, and the numbers that are quoted."""
+"""Results of the sweeps of 3.3.1, and the quoted numbers."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from repro.run.experiment import numbers
 from repro.run.outcomes import Value
 
 DEFAULT_FOV = 134
-# Sweep -> the name of what is swept.
+# Sweep -> name of the swept property.
 SWEEPS = {
     "noise": "noise_sd",
     "blur": "blur_px",
@@ -23,7 +23,7 @@ SWEEPS = {
     "fov": "fov_deg",
     "yaw": "yaw_deg",
 }
-# The four of which the text gives the largest error.
+# The four sweeps for which the text gives the largest error.
 WITHOUT_BLUR = ("noise", "square", "fov", "yaw")
 FULL = {"levels": "full range"}
 TEXT_SQUARES = 20  # across the board: those of 50 px
@@ -32,7 +32,7 @@ PRIMARY, *OTHERS = SMOOTHINGS
 
 
 class Under:
-    """The result of a sweep as one smoothing left it: see `trials.by_smoothing`."""
+    """Result of a sweep with one smoothing, see `trials.by_smoothing`."""
 
     def __init__(self, result, smoothing):
         self.result = result
@@ -52,22 +52,22 @@ def experiment_of(sweep):
 
 
 def sweeps_under(results, smoothing, sweeps=tuple(SWEEPS)):
-    """Sweep -> its result as one smoothing left it."""
+    """Sweep -> its result with one smoothing."""
     return {s: Under(results[experiment_of(s)], smoothing) for s in sweeps}
 
 
 def levels_of(result, name, **other):
-    """Levels (n,) along a sweep, as they were run, in order."""
+    """Levels (n,) along a sweep, in the order of the run."""
     return np.array(result.levels(name, **other))
 
 
 def successes(result, **condition):
-    """Trials (n,) of one level: 1 where every corner was right."""
+    """Trials (n,) of one level: 1 if every corner is correct."""
     return result.column("success", **condition)
 
 
-def first_lost(result, name, **other):
-    """Index of the first level with a lost trial; None if none is lost."""
+def first_failure(result, name, **other):
+    """Index of the first level with a failed trial, else None."""
     for index, level in enumerate(levels_of(result, name, **other)):
         if successes(result, **{name: level}, **other).min() < 1:
             return index
@@ -88,7 +88,7 @@ def full_range_levels(sweeps):
 
 
 def largest_errors(sweeps):
-    """Largest error (px) of the successful trials of every level that has some."""
+    """Largest error (px) of the successful trials, for levels that have any."""
     errors = [
         result.column("max_px", **condition)
         for result, condition in full_range_levels(sweeps)
@@ -96,10 +96,10 @@ def largest_errors(sweeps):
     return np.array([np.nanmax(e) for e in errors if np.isfinite(e).any()])
 
 
-def sure_up_to(result, name, share):
-    """Last level up to which at least `share` of the trials of every level are right.
+def reliable_up_to(result, name, share):
+    """Last level up to which at least `share` of the trials of each level succeed.
 
-    0 where that fails at the first level.
+    0 if the first level does not.
     """
     last = 0
     for level in levels_of(result, name):
@@ -110,12 +110,12 @@ def sure_up_to(result, name, share):
 
 
 def limit(result, name, **other):
-    """(last level without a loss, first level with one): the bracket.
+    """(last level without a failure, first level with one): the bracket.
 
-    Infinite where no level of the sweep has a loss.
+    Infinite if no level of the sweep has a failure.
     """
     levels = levels_of(result, name, **other)
-    index = first_lost(result, name, **other)
+    index = first_failure(result, name, **other)
     if index is None:
         return float(levels[-1]), np.inf
     before = float(levels[index - 1]) if index else -np.inf
@@ -123,10 +123,10 @@ def limit(result, name, **other):
 
 
 def first_limit(results, sweep, what, unit, **other):
-    """Value of the first level with a lost trial, in its bracket."""
+    """Value of the first level with a failed trial, in its bracket."""
     name = SWEEPS[sweep]
     before, first = limit(results[PRIMARY][sweep], name, **other)
-    said = in_others(
+    others = in_others(
         lambda smoothing: limit(results[smoothing][sweep], name, **other)[1]
     )
     return bracketed(
@@ -134,24 +134,24 @@ def first_limit(results, sweep, what, unit, **other):
         first,
         unit,
         f"{what}: first level with a lost trial; the interval begins at the "
-        f"level before it; {said}",
+        f"level before it; {others}",
     )
 
 
 def in_others(level):
-    """What level(smoothing) is with the smoothings that do not decide, in words."""
+    """Text with level(smoothing) for the smoothings that do not decide."""
     return "; ".join(
-        f"with a smoothing of {name} {told(level(name))}" for name in OTHERS
+        f"with a smoothing of {name} {level_text(level(name))}" for name in OTHERS
     )
 
 
-def told(number):
-    """A level in words: "none" where a sweep has none."""
+def level_text(number):
+    """Text of a level: "none" if it is infinite."""
     return f"{number:.0f}" if np.isfinite(number) else "none"
 
 
 def bracketed(before, first, unit, reason):
-    """Value of a level between two; the last one where nothing happens."""
+    """Value of a level in its bracket; the last level if it is not reached."""
     if np.isinf(first):
         reason = "not reached: this is the last level of the sweep"
         first = before
@@ -159,7 +159,7 @@ def bracketed(before, first, unit, reason):
 
 
 def smallest_square(result):
-    """(square px, least spacing px) of the smallest never lost."""
+    """(square px, least spacing px) of the smallest square without failure."""
     across = levels_of(result, "squares_across")
     kept = [n for n in across if successes(result, squares_across=n).min() == 1]
     if not kept:
@@ -168,12 +168,12 @@ def smallest_square(result):
     return float(SIZE_PX / max(kept)), float(spacing[0])
 
 
-def least_distance(result, name="least_px"):
-    """Least distance of corners (px) with the squares of the text."""
+def min_distance(result, name="least_px"):
+    """Smallest distance of corners (px) with the squares of the text."""
     return float(result.column(name, squares_across=TEXT_SQUARES)[0])
 
 
-def blur_that_hurts(result):
+def degrading_blur(result):
     """(level before, first blur SD in px whose outcome is worse than 1 px's).
 
     Worse: a fifth fewer successes, or a mean error 1.25 times as large.
@@ -203,13 +203,13 @@ def blur_that_hurts(result):
     evidence="rendered",
 )
 def numbers_fig_3_11(results):
-    """The settings of the sweeps as they were run, and their limits."""
+    """Settings of the sweeps as run, and their limits."""
     swept = {name: sweeps_under(results, name) for name in SMOOTHINGS}
     noise = results["fig_3_11_noise"]
     ran, default = noise.settings, noise.settings["defaults"]
     square, spacing = smallest_square(swept[PRIMARY]["square"])
-    of_text = least_distance(results["fig_3_11_square"])
-    before, blurred = blur_that_hurts(swept[PRIMARY]["blur"])
+    of_text = min_distance(results["fig_3_11_square"])
+    before, blurred = degrading_blur(swept[PRIMARY]["blur"])
     largest = {name: largest_without_blur(s) for name, s in swept.items()}
     return numbers_of_basin(results) | {
         "s3_3_1_img": Value(ran["image_px"], unit="px"),
@@ -254,7 +254,7 @@ def numbers_fig_3_11(results):
             "first blur worse than 1 px by a fifth of the trials or a "
             "quarter of the mean error; the interval begins at the level "
             "before it; "
-            + in_others(lambda name: blur_that_hurts(swept[name]["blur"])[1]),
+            + in_others(lambda name: degrading_blur(swept[name]["blur"])[1]),
         ),
     }
 
@@ -296,7 +296,7 @@ def numbers_of_basin(results):
 
 @numbers("sec_3_3_1", needs=("fig_3_11_noise",), evidence="rendered")
 def numbers_sec_3_3_1(results):
-    """The clicks, simulated here."""
+    """Numbers of the clicks, simulated here."""
     result = results["fig_3_11_noise"]
     offsets = np.concatenate(
         [result.column("click_px", **c) for c in result.conditions]
@@ -320,46 +320,28 @@ def numbers_sec_3_3_1(results):
 
 
 def name_values(open_results):
-    """Name the numbers that the prose of the page quotes."""
-    results = {experiment_of(s): open_results(experiment_of(s)) for s in SWEEPS}
-    noise, square = results["fig_3_11_noise"], results["fig_3_11_square"]
-    mean = noise.column("mean_px", noise_sd=0, **FULL)
+    """Name the numbers that the page quotes."""
+    results = {
+        experiment_of(s): open_results(experiment_of(s))
+        for s in ("noise", "yaw", "square")
+    }
+    swept = {
+        name: sweeps_under(results, name, ("noise", "yaw", "square"))
+        for name in SMOOTHINGS
+    }
+    weak = swept[OTHERS[0]]
+    reach = farthest_start(open_results("fig_3_11_localised"), "full window")
     quoted = {
-        "mean": float(np.nanmedian(mean)),
-        "interior": least_distance(square),
-        "rim": least_distance(square, "rim_px"),
-        **of_smoothing("share", sweeps_under(results, PRIMARY)),
-        **of_smoothing("weak", sweeps_under(results, OTHERS[0])),
-        **of_basin(open_results("fig_3_11_localised")),
+        "weak.noise.lost": level_text(limit(weak["noise"], "noise_sd", **FULL)[1]),
+        "weak.yaw.lost": level_text(limit(weak["yaw"], "yaw_deg")[1]),
+        "share.square_50": success_of_text_squares(swept[PRIMARY]["square"]),
+        "weak.square_50": success_of_text_squares(weak["square"]),
+        "full_window.reach": reach,
     }
     for name, number in quoted.items():
         value(name, number)
 
 
-def of_smoothing(short, sweeps):
-    """Limits and successes of the sweeps as one smoothing left them."""
-    found = {f"{short}.largest": largest_without_blur(sweeps)}
-    for sweep in ("noise", "fov", "yaw"):
-        other = FULL if sweep == "noise" else {}
-        before, first = limit(sweeps[sweep], SWEEPS[sweep], **other)
-        found[f"{short}.{sweep}.kept"] = told(before)
-        found[f"{short}.{sweep}.lost"] = told(first)
-
-    def percent(sweep, **level):
-        return 100 * float(successes(sweeps[sweep], **level).mean())
-
-    return found | {
-        f"{short}.square_50": percent("square", squares_across=TEXT_SQUARES),
-        f"{short}.blur_2": percent("blur", blur_px=2),
-        f"{short}.blur_4": percent("blur", blur_px=4),
-    }
-
-
-def of_basin(result):
-    """Errors and reach of OpenCV's localiser with either window."""
-    found = {}
-    for window in HALF_WINDOWS:
-        name = window.replace(" ", "_")
-        found[f"{name}.worst"] = worst_within(result, window)
-        found[f"{name}.reach"] = farthest_start(result, window)
-    return found
+def success_of_text_squares(result):
+    """Share of correct boards, in percent, with the squares of the text."""
+    return 100 * float(successes(result, squares_across=TEXT_SQUARES).mean())

@@ -1,4 +1,4 @@
-"""The levels of the sweeps of 3.3.1, and what their trials share."""
+"""Levels of the sweeps of 3.3.1, and functions shared by their trials."""
 
 from itertools import pairwise
 
@@ -15,7 +15,7 @@ from raxel.evaluation.board_scores import distances
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.localise import corner_subpix
 
-# How far Canny's and Harris's gradients are smoothed: 3.3.1 is run with both.
+# Smoothing of Canny's and Harris's gradients. The sweeps run with both.
 SMOOTHINGS = {
     "share of the square": CelectSettings(),
     "0.7 px": CelectSettings(smoothing_limits_px=(0.7, 0.7)),
@@ -33,13 +33,13 @@ DEFAULTS = {
 }
 
 HALF_NOISE_SD = (0, 5, 10, 15, 18, 22, 26, 30, 34, 40, 50)
-# With half the contrast nothing is read at 50 any more.
+# With half the contrast no board is correct at 50.
 NOISE_SD = {"full range": (*HALF_NOISE_SD, 65, 80, 100), "half range": HALF_NOISE_SD}
 BLUR_PX = (0, 1, 2, 3, 4, 5, 6, 8)
 SQUARES_ACROSS = (5, 6, 8, 10, 12, 15, 20, 25, 30, 40)
 FOV_DEG = (60, 80, 100, 120, 134, 140, 146, 152, 158, 164)
 YAW_DEG = (0, 10, 20, 30, 40, 44, 48, 52, 56)
-# What the sweeps of Fig. 3.11 vary beside noise: experiment -> (name, levels).
+# Sweeps of Fig. 3.11 other than noise: experiment -> (name, levels).
 SWEPT = {
     "fig_3_11_blur": ("blur_px", BLUR_PX),
     "fig_3_11_square": ("squares_across", SQUARES_ACROSS),
@@ -47,7 +47,7 @@ SWEPT = {
     "fig_3_11_yaw": ("yaw_deg", YAW_DEG),
 }
 TRIALS = {"quick": 1, "full": 50}
-# Levels of a quick build: those that a claim asks for by name, and no more.
+# Levels of a quick build: those that a claim needs.
 QUICK = {
     "noise_sd": (0, 15, 26),
     "blur_px": (1, 2, 4),
@@ -79,7 +79,7 @@ def board_of(condition):
 
 
 def sweep(name, values, effort, **other):
-    """Conditions along one nuisance, the rest as it is by default."""
+    """Conditions along one nuisance, with defaults for the others."""
     taken = QUICK[name] if effort == "quick" else values
     return [DEFAULTS | other | {name: value} for value in taken]
 
@@ -91,9 +91,9 @@ def by_smoothing(score):
 
 
 def largest_in_order(result, lattice):
-    """Largest error (px) of a complete grid in the right order, however large.
+    """Largest error (px) of a complete grid in the right order, without a limit.
 
-    In order: every corner is nearest to its own true corner. None without one.
+    In order: every corner is nearest to its own true corner. Otherwise None.
     """
     if not result.found:
         return None
@@ -111,10 +111,10 @@ MERGING_YAW_DEG = {
 
 
 def gaps(candidates, truth):
-    """Distance (N - 1,) px between what neighbouring corners (N, 2) were found as.
+    """Distance (N - 1,) px between candidates of neighbouring corners (N, 2).
 
-    Of the candidates (M, 2), each of which belongs to its nearest corner, the two
-    nearest count; nan where a corner has none.
+    Each of the candidates (M, 2) belongs to its nearest corner, and the two nearest
+    ones count. nan if a corner has no candidate.
     """
     owner = distances(candidates, truth).argmin(axis=1)
     own = [candidates[owner == k] for k in range(len(truth))]
@@ -127,7 +127,7 @@ def gaps(candidates, truth):
 
 
 def merging_trial(condition, rng):
-    """Side 1 of a turned board, clicked on its true corners: what t8 has to part."""
+    """Candidates on side 1 of a rotated board, with exact clicks."""
     board = board_of(DEFAULTS | {"yaw_deg": condition["yaw_deg"]})
     image = board.image(DEFAULTS["blur_px"])
     truth = board.lattice[0]
@@ -153,7 +153,7 @@ def merging_trial(condition, rng):
 
 
 def basin_trial(condition, rng):
-    """OpenCV's localiser from starts that are all off by the same distance."""
+    """OpenCV's localiser from starts that all have the same error."""
     image, truth = basin_image()
     start = off_by(condition["start_px"], truth, rng)
     found = {
@@ -166,7 +166,7 @@ def basin_trial(condition, rng):
 
 
 def picture_trial(condition, rng):
-    """The board as Fig. 3.10 shows it: sharp, without noise."""
+    """The board of Fig. 3.10, without blur and noise."""
     board = board_of(condition["of"])
     corners = board.corners
     if condition["shape"] == "bent":

@@ -1,4 +1,4 @@
-"""Fig. 3.3: CELECT as a flowchart of the stages that its code runs through."""
+"""Fig. 3.3: flowchart of CELECT with the stages of its code."""
 
 from raxel.features.celect import CelectSettings
 from repro.page.style import figure as new_figure
@@ -6,7 +6,7 @@ from repro.page.style import series
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
-# Stage -> (x, y) of its box and what stands in it, function of the code last.
+# Stage -> (x, y), text and function of its box.
 BOXES = {
     "snap": (0, 0, "Corners $c_i$ nearest to\nthe four clicks", "snapped"),
     "window": (0, -1, "Window $A_{r,p_{cur}}$\nand its edges $S_c$", "Layers.edges"),
@@ -25,7 +25,12 @@ BOXES = {
         "first_line",
     ),
     "next line": (1, -4.6, "Else: least turn\nfrom $\\theta_{prev}$", "next_line"),
-    "anchor": (2, -4, "$p_{new}$: farthest ahead\nin the band ($t_5$)", "next_anchor"),
+    "anchor": (
+        2,
+        -4,
+        "$p_{new}$: farthest forward\nin the band ($t_5$)",
+        "next_anchor",
+    ),
     "corners": (2, -2.5, "Candidates $n_q$\nby Harris", "Layers.corners"),
     "arrived": (2, -1, "Within $t_6$ of the\ncontour's end?", "Tracer._arrived"),
     "process": (
@@ -39,7 +44,7 @@ BOXES = {
 GROWTH_PERCENT = f"{100 * CelectSettings().growth:.0f} %"
 GROWN_LINE = f"no line: $r$ + {GROWTH_PERCENT}"
 GROWN_ANCHOR = f"no anchor: $r$ + {GROWTH_PERCENT}"
-# (from, to): how the arrow bends, where its number stands, and what is said there.
+# (from, to): label of the arrow, None for the start and the end.
 ARROWS = {
     ("start", "snap"): None,
     ("snap", "window"): "",
@@ -66,7 +71,7 @@ WIDTH, HEIGHT = 3.0, 1.08
 
 
 def transitions(result):
-    """{(stage, stage): how often} in the run."""
+    """Count of each (stage, next stage) in the run."""
     return {
         tuple(name.split(" > ")): int(result.column(name)[0])
         for name in result.names()
@@ -74,17 +79,17 @@ def transitions(result):
     }
 
 
-def place_of(stage):
-    """Middle (x, y) of a stage's box."""
+def centre_of(stage):
+    """Centre (x, y) of a stage's box."""
     x, y = BOXES[stage][:2]
     return X_STEP * x, Y_STEP * y
 
 
 def draw_box(axes, stage):
-    """The box of a stage, with the function that does it."""
+    """Draw the box of a stage with its function."""
     import matplotlib.patches as patches
 
-    x, y = place_of(stage)
+    x, y = centre_of(stage)
     text, function = BOXES[stage][2:]
     axes.add_patch(
         patches.FancyBboxPatch(
@@ -111,8 +116,8 @@ def draw_box(axes, stage):
 
 
 def draw_arrow(axes, start, end, count):
-    """A straight arrow between neighbouring boxes, with its count."""
-    (x0, y0), (x1, y1) = place_of(start), place_of(end)
+    """Draw a straight arrow between neighbouring boxes, with its count."""
+    (x0, y0), (x1, y1) = centre_of(start), centre_of(end)
     if x0 == x1:
         down = 1 if y1 < y0 else -1
         a = (x0, y0 - down * HEIGHT / 2)
@@ -120,7 +125,7 @@ def draw_arrow(axes, start, end, count):
         spot, side = (x0 + 0.1, (y0 + y1) / 2), "left"
     else:
         a, b = (x0 + WIDTH / 2, y0), (x1 - WIDTH / 2, y1)
-        # Above where the box in the middle is the higher one, else below.
+        # Above the arrow if the box in the middle is the higher one, else below.
         up = 1 if (y0 < y1) == (x1 == X_STEP) else -1
         spot, side = ((a[0] + b[0]) / 2, (y0 + y1) / 2 + 0.4 * up), "center"
     axes.annotate("", b, a, arrowprops={"arrowstyle": "-|>", "color": "#1b1f24"})
@@ -129,13 +134,13 @@ def draw_arrow(axes, start, end, count):
 
 @figure("fig_3_3", needs=("fig_3_3_stages",), evidence="synthetic")
 def fig_3_3(results):
-    """The stages of the code, with how often a run went each way."""
+    """Stages of the code, with the number of transitions in one run."""
     found = transitions(results["fig_3_3_stages"])
     drawn, axes = new_figure(height_in=6.2)
     for stage in BOXES:
         draw_box(axes, stage)
-    for (start, end), said in ARROWS.items():
-        if said == "" or (start, end) == ("arrived", "process"):
+    for (start, end), label in ARROWS.items():
+        if label == "" or (start, end) == ("arrived", "process"):
             draw_arrow(axes, start, end, found.get((start, end), 0))
     draw_returns(axes, found)
     axes.set(
@@ -151,11 +156,11 @@ def fig_3_3(results):
             "to": [b for _, b in pairs],
             "times": [found.get(p, 0) for p in pairs],
         },
-        "CELECT as it runs: its stages with the functions of the code, and how "
-        "often one run on the board of Fig. 3.10(b) went each way.",
+        "Flowchart of CELECT: stages with the functions of the code. Numbers count "
+        "the transitions in one run on the board of Fig. 3.10(b).",
         Check(
             not unknown,
-            "every way that the run took is drawn"
+            "every transition of the run is drawn"
             if not unknown
             else f"not drawn: {', '.join(unknown)}",
         ),
@@ -163,13 +168,13 @@ def fig_3_3(results):
 
 
 def draw_returns(axes, found):
-    """The ways back to the window: not arrived, growth, next contour."""
-    x, y = place_of("window")
+    """Draw the returns to the window: not arrived, growth, next contour."""
+    x, y = centre_of("window")
     right = x + WIDTH / 2
-    arrived, anchor, process = map(place_of, ("arrived", "anchor", "process"))
+    arrived, anchor, process = map(centre_of, ("arrived", "anchor", "process"))
     grown = sum(found.get(pair, 0) for pair in GROWTH)
     white = {"fc": "white", "ec": "none", "pad": 1}
-    # Series, where the arrow ends and starts, height and text of what stands by it.
+    # Series, end and start of the arrow, height and text of its label.
     ways = (
         (
             2,
@@ -206,7 +211,7 @@ def draw_returns(axes, found):
         ("process", "end", "corners in order, or the\ncontour that failed"),
     )
     for stage, kind, text in ends:
-        x, y = place_of(stage)
+        x, y = centre_of(stage)
         top, far = (x, y + HEIGHT / 2), (x, y + HEIGHT / 2 + 0.42)
         start, end = (far, top) if kind == "start" else (top, far)
         axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>"})

@@ -1,4 +1,4 @@
-"""Figs 3.1, 3.2 and 3.4, from recorded runs, and what the window radius does."""
+"""Figs 3.1, 3.2 and 3.4, from recorded runs."""
 
 import numpy as np
 
@@ -21,15 +21,15 @@ YELLOW = series(5)["color"]
 VIEW_RADII = 2.6
 
 
-def draw_picture(axes, image):
-    """The picture of a run, with axes in pixels."""
+def draw_image(axes, image):
+    """Draw the image of a run, with axes in pixels."""
     axes.imshow(image, **GREY)
     axes.grid(False)
     axes.set(xlabel="u (px)", ylabel="v (px)")
 
 
 def mark(axes, point, text, offset, colour="white"):
-    """A name beside a point, with an arrow."""
+    """Label a point, with an arrow."""
     axes.annotate(
         text,
         point,
@@ -43,11 +43,11 @@ def mark(axes, point, text, offset, colour="white"):
 
 
 def draw_window(axes, run, index, band):
-    """One window: image, circle, edge pixels, chosen line with its band."""
+    """Draw a window: image, circle, edge pixels, chosen line with its band."""
     import matplotlib.patches as patches
 
     centre, radius, line, anchor = run.step(index)
-    draw_picture(axes, run.image)
+    draw_image(axes, run.image)
     axes.add_patch(
         patches.Circle(centre, radius, fill=False, color=YELLOW, linewidth=2)
     )
@@ -82,7 +82,7 @@ def draw_window(axes, run, index, band):
 
 
 def towards(axes, start, end, text, colour):
-    """A dashed line from a corner towards another one, named at its middle."""
+    """Draw a labelled dashed line from a corner towards another one."""
     axes.plot(*np.array([start, end]).T, "--", color=colour, linewidth=1.3)
     reach = np.linalg.norm(end - start)
     width = abs(np.diff(axes.get_xlim())[0])
@@ -99,7 +99,7 @@ def towards(axes, start, end, text, colour):
 
 @figure("fig_3_1", needs=("fig_3_1_run", "fig_3_1_cameras"), evidence="rendered")
 def fig_3_1(results):
-    """The first window of a run: at the first corner."""
+    """The first window of a run, at the first corner."""
     run = Run(results["fig_3_1_run"])
     drawn, (whole, axes) = new_figure(1, 2, height_in=3.9)
     band = CelectSettings().edge_band * run.s[0]
@@ -111,7 +111,7 @@ def fig_3_1(results):
     mark(axes, run.step(0)[3], "$p_{new}$", (-44, 20))
     axes.legend(loc="lower left", fontsize=7.5)
     axes.set_title("Window at $c_1$")
-    draw_picture(whole, run.image)
+    draw_image(whole, run.image)
     whole.plot(*corners[[0, 1, 2, 3, 0]].T, "--", color=GREEN, linewidth=1.3)
     for k, corner in enumerate(corners):
         mark(whole, corner, f"$c_{k + 1}$", (8, 8))
@@ -142,18 +142,18 @@ def fig_3_1(results):
     return Drawing(
         drawn,
         data,
-        "Names of section 3.1.2 in a run on a rendered fisheye picture"
+        "Quantities of CELECT in a run on a rendered fisheye image"
         f"{which_view(results['fig_3_1_run'])}. Left: "
-        "corners $c_i$, side lines $L_i$, anchors of the four sides (yellow) and "
-        "of the columns (blue). Right: the first window, of radius $r = s_1$, "
-        "with its edge pixels, the line $L_w$ with the band of $t_5$ (dotted), "
-        "the candidate corners $n_q$ and the next anchor.",
+        "corners $c_i$, side lines $L_i$, anchors on the four sides (yellow) and "
+        "in the columns (blue). Right: the first window, of radius $r = s_1$, "
+        "with edge pixels $S_c$, the line $L_w$ and its band $t_5$ (dotted), "
+        "candidate corners $n_q$ and the next anchor $p_{new}$.",
         window_check(run),
     )
 
 
 def window_check(run):
-    """Every anchor lies within its window and within t5 of its line."""
+    """Check that every anchor is within its window and within t5 of its line."""
     settings, ratios = CelectSettings(), []
     for index in np.flatnonzero(run.steps[1:, 0] == run.steps[:-1, 0]):
         centre, radius, line, anchor = run.step(index)
@@ -165,13 +165,13 @@ def window_check(run):
         ratios += [off / band, np.linalg.norm(anchor - centre) / radius]
     return Check(
         max(ratios) <= 1 + 1e-9,
-        f"all {len(run.steps)} anchors lie in their window and within t5 of their line",
+        f"all {len(run.steps)} anchors are in their window and within t5 of their line",
     )
 
 
 @figure("fig_3_2", needs=("fig_3_1_run", "fig_3_1_cameras"), evidence="rendered")
 def fig_3_2(results):
-    """A later window: the line nearest in orientation to the last one."""
+    """A later window: the line nearest in orientation to the previous one."""
     run = Run(results["fig_3_1_run"])
     settings = CelectSettings()
     index = turning_step(run)
@@ -214,7 +214,7 @@ def fig_3_2(results):
         ylim=(-radius, radius),
         xlabel=r"Orientation $\theta$ (deg)",
         ylabel="Distance $R$ from the centre (px)",
-        title="Its lines",
+        title="Lines in Hough space",
     )
     hough.legend(loc="upper right", fontsize=7.5)
     return Drawing(
@@ -224,16 +224,16 @@ def fig_3_2(results):
             "theta_deg": lines[:, 1].tolist(),
             "chosen": [bool(np.allclose(row, line)) for row in lines],
         },
-        "A window away from the corners, in the same run. Of the lines near the "
-        "centre, the one with the least turn from the last is followed (3.11). "
-        "Left: names as in the text. Right: the lines of this window in Hough "
-        "space.",
+        "A window away from the corners, in the same run. Left: quantities as in "
+        "Fig. 3.1, with the previous anchor and orientation. Right: the lines of "
+        "this window in Hough space. Of the lines with $|R| < t_3$, the one "
+        "nearest in orientation to the previous line is chosen (3.11).",
         turn_check(run),
     )
 
 
 def turn_check(run):
-    """(3.11) holds at every step that is not a contour's first."""
+    """Check (3.11) at every step except the first of a contour."""
     least = []
     for index in 1 + np.flatnonzero(run.steps[1:, 0] == run.steps[:-1, 0]):
         lines, before = run.of_step("lines", index), run.steps[index - 1, 5]
@@ -242,19 +242,19 @@ def turn_check(run):
         least.append(angle_apart(run.steps[index, 5], before) <= turns.min() + 1e-9)
     return Check(
         all(least),
-        f"the line of the least turn was followed at all {len(least)} later steps",
+        f"the line nearest in orientation was chosen at all {len(least)} later steps",
     )
 
 
 @figure("fig_3_4", needs=("fig_3_4_run",), evidence="rendered")
 def fig_3_4(results):
-    """Candidates and corners of a run on a mirror's picture."""
+    """Candidates and corners of a run on a mirror image."""
     run = Run(results["fig_3_4_run"])
     drawn, (traces, corners) = new_figure(1, 2, height_in=3.9)
     raw = np.unique(run.corners[:, 1:], axis=0)
     low, high = raw.min(axis=0) - 20, raw.max(axis=0) + 20
     for axes in (traces, corners):
-        draw_picture(axes, run.image)
+        draw_image(axes, run.image)
         axes.set(xlim=(low[0], high[0]), ylim=(high[1], low[1]))
     for contour in range(len(run.s)):
         traces.plot(
@@ -277,13 +277,13 @@ def fig_3_4(results):
     return Drawing(
         drawn,
         order,
-        "CELECT on a rendered picture by a hyperboloid mirror"
+        "CELECT on a rendered image of a hyperboloidal mirror"
         f"{which_view(results['fig_3_4_run'])}. Left: anchors and "
-        "all candidate corners; one corner is detected several times. Right: the "
-        "corners after merging.",
+        "all candidate corners, several per corner. Right: corners after "
+        "merging.",
         Check(
             len(raw) > len(grid) and largest <= 8,
             f"{len(raw)} candidates were merged into {len(grid)} corners, none "
-            f"more than {largest:.1f} px off",
+            f"more than {largest:.1f} px from its true position",
         ),
     )

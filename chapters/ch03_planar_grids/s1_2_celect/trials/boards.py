@@ -1,4 +1,4 @@
-"""What is varied on the synthetic board of 3.3.1, and its picture with broken edges."""
+"""Variations of the synthetic board of 3.3.1, and images with broken edges."""
 
 import numpy as np
 
@@ -37,7 +37,7 @@ GROWN = {"published": PUBLISHED, "no growth": CelectSettings(most_growths=0)}
 
 
 def clicked_score(board, noise_sd, rng, settings=PUBLISHED):
-    """Score of one run on a SyntheticBoard's picture: blurred, noisy, and clicked."""
+    """Score of one run on a blurred and noisy image of a SyntheticBoard."""
     image = board.image(1.0, noise_sd, rng)
     where = clicks(board.outer_corners, rng)
     result = celect(image, where, board.columns, board.rows, settings=settings)
@@ -45,7 +45,7 @@ def clicked_score(board, noise_sd, rng, settings=PUBLISHED):
 
 
 def broken_edges(image, lattice, share, length, rng):
-    """The picture with the middle of some squares' sides faded to grey.
+    """The image with the middle of some squares' sides faded to grey.
 
     share: of all sides; length: of the faded stretch, in sides. The fade ends
     FADE of a side further out on both sides.
@@ -78,7 +78,7 @@ def all_sides(lattice):
 
 
 def lattice_means(image, lattice):
-    """Grey levels at the middle of all cells: half of them dark, half bright."""
+    """Lowest and highest grey level at the centres of the squares."""
     cells = (lattice[:-1, :-1] + lattice[1:, 1:]) / 2
     u, v = np.rint(cells.reshape(-1, 2)).astype(int).T
     levels = image[v, u].astype(float)
@@ -86,9 +86,9 @@ def lattice_means(image, lattice):
 
 
 def growth_trial(condition, rng):
-    """The same broken picture with and without growing windows.
+    """The same image of broken edges with and without growing windows.
 
-    Blurred by 1 px before the edges fade and again after it.
+    It is blurred by 1 px before and after the edges fade.
     """
     board = SyntheticBoard(
         square_px=1000 / condition["squares_across"], fov_deg=condition["fov_deg"]

@@ -1,4 +1,4 @@
-"""Constructed cases: windows with one edge or two, and a plane that is bent."""
+"""Constructed cases: windows with one or two edges, and a distorted plane."""
 
 import numpy as np
 
@@ -25,11 +25,11 @@ AVERAGED = {
 }
 EDGE_S, EDGE_CONTRAST = 24.0, 100.0
 NEAR_EDGE_DEG = 30
-LEAST_CROSSING_DEG, LEAST_MARGIN_DEG = 40, 4
+MIN_CROSSING_DEG, MIN_MARGIN_DEG = 40, 4
 
 
 def edge_picture(angles_deg, offset, size, contrast, rng):
-    """A window's picture of edges through its middle: one or two of them.
+    """Image of one or two edges through the middle of a window.
 
     One angle: a straight edge, `offset` px from the middle. Two: the corner of
     four fields in which they cross.
@@ -47,7 +47,7 @@ def edge_picture(angles_deg, offset, size, contrast, rng):
 def edge_window(angles_deg, offset, beyond, rng):
     """(image, window at its middle, smoothing) of an `edge_picture`.
 
-    beyond: px of the picture's side besides the window's.
+    beyond: px by which the image side exceeds the window.
     """
     size = 2 * int(EDGE_S) + beyond
     image = edge_picture(angles_deg, offset, size, EDGE_CONTRAST, rng)
@@ -92,10 +92,10 @@ def start_case(rng):
         side_4 = rng.uniform(50, 130)
         true, wrong = rng.uniform(-85, 85, 2)
         margins = (
-            angle_apart(true, wrong) - LEAST_CROSSING_DEG,
-            abs(angle_apart(true, side_4) - t4) - LEAST_MARGIN_DEG,
-            abs(angle_apart(wrong, side_4) - t4) - LEAST_MARGIN_DEG,
-            abs(abs(true) - abs(wrong)) - LEAST_MARGIN_DEG,
+            angle_apart(true, wrong) - MIN_CROSSING_DEG,
+            abs(angle_apart(true, side_4) - t4) - MIN_MARGIN_DEG,
+            abs(angle_apart(wrong, side_4) - t4) - MIN_MARGIN_DEG,
+            abs(abs(true) - abs(wrong)) - MIN_MARGIN_DEG,
         )
         if min(margins) >= 0:
             return side_4, true, wrong

@@ -1,4 +1,4 @@
-"""Recorded runs of CELECT: every step for a drawing, or the way through the code."""
+"""Recorded runs of CELECT: every step, or the order of the code's stages."""
 
 import sys
 
@@ -39,7 +39,7 @@ def recorded(result):
     ]
 
     def seen(what):
-        """Rows of what every step saw, the step's number first."""
+        """Rows of one attribute of every step, the step's number first."""
         rows = [
             [here, *one]
             for here, (_, step) in enumerate(steps)
@@ -74,7 +74,7 @@ def recorded(result):
 
 
 def drawn_run(condition, rng):
-    """One recorded run that is drawn: the first random view that is read."""
+    """One recorded run for a figure: the first random view that is correct."""
     for tried in range(1, condition["views"] + 1):  # noqa: B007
         view = board_view(
             condition["camera"], condition["size_px"], condition["least_px"], rng
@@ -90,14 +90,14 @@ def drawn_run(condition, rng):
 
 @experiment("fig_3_1_run", artefact="fig_3_1")
 def run_on_fisheye(effort):
-    """A run that is drawn: windows, lines, candidates of every step."""
+    """Run for a figure: windows, lines, candidates of every step."""
     condition = {"camera": "fisheye", "size_px": 600, "least_px": 22, "views": 10}
     return Plan(drawn_run, [condition], 1)
 
 
 @experiment("fig_3_4_run", artefact="fig_3_4")
 def run_on_mirror(effort):
-    """A run on a mirror's picture that is drawn."""
+    """Run on a mirror image for a figure."""
     condition = {"camera": "hyperboloid", "size_px": 900, "least_px": 18, "views": 10}
     return Plan(drawn_run, [condition], 1)
 
@@ -118,10 +118,10 @@ STAGES = {
 
 
 def stage_trial(condition, rng):
-    """How often each stage of the code follows each other one, in one run.
+    """Count how often each stage of the code follows another one in a run.
 
-    Keys "a > b". What the snapping of the clicks calls counts as snapping, and
-    the choice of a first line as one stage.
+    Keys "a > b". Calls within the snapping of the clicks count as snapping; the
+    choice of a first line is one stage.
     """
     board = SyntheticBoard()
     image = board.image(1.0, NOISE_SD, rng)
@@ -153,5 +153,5 @@ def stage_trial(condition, rng):
 
 @experiment("fig_3_3_stages", artefact="fig_3_3")
 def stages(effort):
-    """Which stage of the code follows which, counted in a run."""
+    """Transitions between stages of the code, counted in a run."""
     return Plan(stage_trial, [{}], 1)

@@ -1,4 +1,4 @@
-"""A chessboard before four bent cameras: the test pictures of section 3.1.2."""
+"""Images of a chessboard with four distorting cameras (section 3.1.2)."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import board_scene, render
 from raxel.sets import Chessboard
 
-# Side of the pictures, and how long every side of a square in them is at least.
-LEAST_PX = {900: 15, 600: 10}
+# Side of the image (px) -> minimum length of a square's side in it (px).
+MIN_SQUARE_PX = {900: 15, 600: 10}
 CAMERAS = ("fisheye", "sphere", "hyperboloid", "bent sheet")
 FISHEYE_DEG = 160
 BOARD = Chessboard(9, 7, 30.0)
@@ -23,19 +23,19 @@ BLACK, WHITE, BACKGROUND = 25.0, 215.0, 120.0
 BLUR_PX, NOISE_SD = 1.0, 4.0
 DISTANCE_MM = (130, 330)
 TILT_DEG = 40
-MOST_UNEVEN = 3
+MAX_SIDE_RATIO = 3
 DRAWS = 2000
 
 
 class BoardPicture(NamedTuple):
-    """A picture uint8 (h, w) and the true corners (rows, columns, 2) px."""
+    """An image uint8 (h, w) and the true corners (rows, columns, 2) px."""
 
     image: np.ndarray
     lattice: np.ndarray
 
 
 def viewer(focal, size):
-    """The pinhole behind a mirror; its focal length in sides of the picture."""
+    """The pinhole camera that views a mirror; focal length in image sides."""
     middle, f = (size - 1) / 2, focal * size
     K = [[f, 0, middle], [0, f, middle], [0, 0, 1]]
     fields = {"K": K, "radial": [], "width": size, "height": size}
@@ -44,7 +44,7 @@ def viewer(focal, size):
 
 @cache
 def camera_of(name, size):
-    """The camera of this name, with pictures of size x size px; mm."""
+    """The camera of this name, with images of size x size px; mm."""
     if name == "fisheye":
         half, middle = np.radians(FISHEYE_DEG) / 2, (size - 1) / 2
         return FisheyeCamera(
@@ -62,7 +62,7 @@ def camera_of(name, size):
 
 
 def drawn_pose(camera, rng):
-    """T_camera_board (4, 4): about a random pixel's ray, tilted and turned."""
+    """T_camera_board (4, 4): around a random pixel's ray, tilted and rotated."""
     pixel = rng.uniform(0.25, 0.75, (1, 2)) * camera.width
     rays = camera.rays(pixel)
     if not rays.valid[0]:
@@ -79,7 +79,7 @@ def drawn_pose(camera, rng):
 
 
 def lattice_at(camera, T_camera_board):
-    """True corners (rows, columns, 2) px, None where a square is not in sight."""
+    """True corners (rows, columns, 2) px, None if a square is not visible."""
     rim = Chessboard(BOARD.columns + 2, BOARD.rows + 2, BOARD.pitch_mm)
     points = on_plane(rim.points() - BOARD.pitch_mm)
     seen = camera.project(transform(T_camera_board, points))
@@ -90,10 +90,10 @@ def lattice_at(camera, T_camera_board):
 
 
 def board_view(name, size, least_px, rng):
-    """A moderately bent BoardPicture by the camera `name`, at a random pose.
+    """Return a moderately distorted BoardPicture of camera `name`, random pose.
 
     Moderate: every side of a square is at least least_px long, and none more
-    than MOST_UNEVEN times as long as another.
+    than MAX_SIDE_RATIO times as long as another.
     """
     camera = camera_of(name, size)
     for _ in range(DRAWS):
@@ -104,14 +104,14 @@ def board_view(name, size, least_px, rng):
         if lattice is None:
             continue
         sides = steps_between(lattice)
-        even = sides.max() <= MOST_UNEVEN * sides.min()
+        even = sides.max() <= MAX_SIDE_RATIO * sides.min()
         if even and sides.min() >= least_px:
             return BoardPicture(picture(name, size, T_camera_board, rng), lattice)
     raise ValueError(f"no pose with the whole board in sight of {name}")
 
 
 def picture(name, size, T_camera_board, rng):
-    """The picture, uint8, blurred and noisy."""
+    """The image, uint8, blurred and noisy."""
     scene = board_scene(
         BOARD, T_camera_board, black=BLACK, white=WHITE, background=BACKGROUND
     )

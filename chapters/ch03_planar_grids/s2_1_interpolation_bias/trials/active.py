@@ -1,4 +1,4 @@
-"""An active grid photographed by the laboratory, and decoded."""
+"""An active grid rendered by the simulator, and decoded."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ SMOOTHED = {"7 x 7": True, "none": False}
 
 
 def photographed(camera, grid, T_camera_grid, rng):
-    """The 20 pictures (n, H, W) of an active grid, and their patterns."""
+    """The 20 images (n, H, W) of an active grid, and their patterns."""
     laboratory = Laboratory(camera, SENSOR, OPTICS)
     scene = monitor_scene(grid, T_camera_grid, background=0.05)
     traced = trace(camera, np.eye(4), scene)
@@ -36,9 +36,9 @@ def photographed(camera, grid, T_camera_grid, rng):
 
 
 def decoding_errors(camera, grid, T_camera_grid, rng):
-    """Error (H, W, 2) mm of each pixel's decoded point, by smoothing; NaN without one.
+    """Error (H, W, 2) mm of each decoded point, by smoothing; NaN if untrusted.
 
-    Also the point (H, W, 2) mm that the middle of each pixel sees.
+    Also the true point (H, W, 2) mm at the centre of each pixel.
     """
     pictures, patterns = photographed(camera, grid, T_camera_grid, rng)
     seen = points_seen(camera, T_camera_grid, grid.monitor_mm)

@@ -1,4 +1,4 @@
-"""A camera that looks into two flat mirrors, and what it sees of a monitor."""
+"""A camera that views a monitor in two flat mirrors."""
 
 import math
 from functools import cache
@@ -33,8 +33,8 @@ def turned(*vector_deg):
 def two_facets(facet_deg, height_px):
     """The camera: facet 0 at the left of an upright ridge, facet 1 at its right.
 
-    Each is turned away from the other by facet_deg, and raised so that the camera looks
-    into the monitor above itself.
+    Each is rotated away from the other by facet_deg, and raised so that the camera
+    views the monitor above itself.
     """
     middle = [RIDGE_PX, (height_px - 1) / 2]
     K = [[FOCAL_PX, 0, middle[0]], [0, FOCAL_PX, middle[1]], [0, 0, 1]]
@@ -50,7 +50,7 @@ def two_facets(facet_deg, height_px):
 
 
 def monitor_pose(rng):
-    """Pose (4, 4) of the lit area, across the way of the light, tilted and moved."""
+    """Pose (4, 4) of the screen, orthogonal to the reflected axis, then perturbed."""
     up = math.radians(2 * RAISED_DEG)
     away = np.array([0.0, -math.sin(up), -math.cos(up)])
     across = np.array([-1.0, 0.0, 0.0])
@@ -62,7 +62,7 @@ def monitor_pose(rng):
 
 
 def chessboard_corners(camera, T_camera_monitor):
-    """What the camera sees of a chessboard's corners on the monitor's area.
+    """Visible corners of a chessboard in place of the monitor's screen.
 
     Returns pixels (N, 2), points (N, 2) mm, places (N, 2) int and the facet (N,).
     """
@@ -84,8 +84,8 @@ def chessboard_corners(camera, T_camera_monitor):
 def interpolated(pixels, corners, facets=None):
     """Points (M, 2) of pixels by their four nearest corners, NaN without four.
 
-    corners: as `chessboard_corners`. facets: (M,) that of each pixel, where it is
-    known; then only its own corners count.
+    corners: as `chessboard_corners`. facets: (M,) facet of each pixel, if known.
+    Then only corners of the same facet are used.
     """
     seen, points, places, own = corners
     found = np.full(pixels.shape, np.nan)
@@ -110,7 +110,7 @@ def ridge_distance(pixels):
 
 
 def jump_mm(camera, T_camera_monitor):
-    """How far apart on the monitor the two sides of the ridge look, mid-picture."""
+    """Distance in mm on the monitor between both sides of the ridge, mid-image."""
     sides = [[RIDGE_PX + d, camera.height / 2] for d in (-1e-6, 1e-6)]
     rays = camera.rays(np.array(sides))
     met = intersect_rays_plane(rays.origins, rays.directions, T_camera_monitor)

@@ -1,10 +1,10 @@
-"""Ways to find the point of a grid that a pixel sees, from corners about it."""
+"""Interpolation of the grid point of a pixel from nearby corners."""
 
 import numpy as np
 
 from raxel.calibration.views.correspondence import cell_maps, locate_pixels
 
-# The nearest corners of which four are taken.
+# Number of nearest corners from which four are chosen.
 CANDIDATES = 24
 
 
@@ -18,7 +18,7 @@ def nearest_four(pixels, corners, places):
     """The four nearest corners of each pixel, no three on one line of the grid.
 
     pixels: (M, 2); corners: (N, 2) px; places: (N, 2) int, column and row. Nearer
-    corners come first, and one that stands in line with two others is passed over.
+    corners come first, and a corner collinear with two others is skipped.
     Returns (M, 4) int, -1 where too few are left.
     """
     from scipy.spatial import cKDTree
@@ -49,13 +49,13 @@ def through_four(pixels, corners, points):
 
 
 def by_nearest_four(pixels, view):
-    """Step 2 of Algorithm 1 as 3.2.1 describes it."""
+    """Step 2 of Algorithm 1 as described in section 3.2.1."""
     four = nearest_four(pixels, view.pixels, places_of(view))
     return through_four(pixels, view.pixels[four], view.points[four])
 
 
 def by_enclosing_cell(pixels, view):
-    """The same with the corners of the square that the pixel is in."""
+    """The same with the corners of the square that contains the pixel."""
     return locate_pixels(pixels, view)[0]
 
 

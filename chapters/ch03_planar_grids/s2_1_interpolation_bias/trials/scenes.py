@@ -1,4 +1,4 @@
-"""The camera of 3.2.1 before its grid, and two that bend the grid more."""
+"""The camera and the grid of section 3.2.1."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ SETTINGS = {
 
 @dataclass(frozen=True, eq=False)
 class GridScene:
-    """A square grid of SIDE_MM before a camera, its first corner at its origin."""
+    """A square grid of SIDE_MM in front of a camera, first corner at its origin."""
 
     camera: Camera
     T_camera_grid: np.ndarray
 
     def pixels(self, points):
-        """Where points (..., 2) mm of the grid are seen, px; NaN out of sight."""
+        """Pixels of points (..., 2) mm of the grid; NaN if not visible."""
         flat = np.reshape(points, (-1, 2))
         seen = transform(self.T_camera_grid, on_plane(flat))
         return self.camera.project(seen).pixels.reshape(np.shape(points))
 
     def view(self, pitch_mm):
-        """Its corners from rim to rim, as a BoardView."""
+        """Its corners from border to border, as a BoardView."""
         count = round(SIDE_MM / pitch_mm) + 1
         row, column = np.divmod(np.arange(count**2), count)
         points = pitch_mm * np.column_stack([column, row])
@@ -49,8 +49,8 @@ class GridScene:
 def lens(share=1.0):
     """The camera of 3.2.1 with a share of its distortion.
 
-    The grid stands one focal length away (E-3.07) and fills the picture: of 1000 px,
-    each shows PIXEL_MM of it.
+    The grid is one focal length away (E-3.07) and fills the image of 1000 px. One
+    pixel covers PIXEL_MM of it.
     """
     focal, middle = FOCAL_MM * SIZE_PX / SIDE_MM, (SIZE_PX - 1) / 2
     K = [[focal, 0, middle], [0, focal, middle], [0, 0, 1]]
@@ -60,10 +60,10 @@ def lens(share=1.0):
 
 
 def facing(distance_mm):
-    """Pose (4, 4) of the grid straight before a camera."""
+    """Pose (4, 4) of the grid, fronto-parallel to the camera."""
     return pose(np.eye(3), [-MIDDLE_MM, -MIDDLE_MM, distance_mm])
 
 
 def rms(errors):
-    """Root mean square length of vectors (..., 2), those that are NaN left out."""
+    """Root mean square length of vectors (..., 2), NaN excluded."""
     return float(np.sqrt(np.nanmean(np.sum(np.square(errors), axis=-1))))

@@ -1,4 +1,4 @@
-"""A chessboard and an active grid in too much light, on a sensor that spills."""
+"""A chessboard and an active grid at overexposure, on a sensor with blooming."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ LIT_MM = 120.0
 LIT_PX = 480
 SQUARES = 6
 CELLS = 6
-MOST_TILT_DEG = 20.0
+MAX_TILT_DEG = 20.0
 START_SD_PX = 1.0
 BLUR_PX = (0.7, 0.7)
 WELL_E = 20000.0
@@ -44,12 +44,12 @@ BLACK = 0.004
 EXPOSURES = (1.05, 1.2)
 SHARES = (0.0, 1.0)
 CORNER_METHODS = {"saddle point": saddle_point, "derivative": derivative}
-# Left out at the rim of the lit area, as in sharp pictures (3.3.3).
+# Excluded border of the lit area, as in sharp images (3.3.3).
 MARGIN_PX = 6
 
 
 def sensor(exposure, share):
-    """A sensor that white fills `exposure` times, and that runs over by `share`."""
+    """A sensor filled `exposure` times by white, with an overflow of `share`."""
     return Sensor(
         white_e=exposure * WELL_E, full_well_e=WELL_E, read_noise_e=20.0, blooming=share
     )
@@ -58,16 +58,16 @@ def sensor(exposure, share):
 def drawn_pose(rng):
     """T_camera_target (4, 4) of the lit area, tilted about a random axis."""
     around = rng.uniform(0, 2 * np.pi)
-    angle = np.radians(rng.uniform(0, MOST_TILT_DEG))
+    angle = np.radians(rng.uniform(0, MAX_TILT_DEG))
     R = rotation_from_vector(angle * np.array([np.cos(around), np.sin(around), 0.0]))
     middle = R @ np.array([LIT_MM / 2, LIT_MM / 2, 0.0])
     return pose(R, np.array([*rng.uniform(-2, 2, 2), DISTANCE_MM]) - middle)
 
 
 def rms_and_share(off, wanted, focal_px=1.0, distance_mm=1.0):
-    """RMS length (px) of what was found off (n, 2) its place, and its share of all.
+    """RMS length (px) of errors (n, 2), and the located share.
 
-    off: px; or mm on a target at a distance before a lens.
+    off: px; or mm on a target at a distance in front of a lens.
     """
     if not len(off):
         return {"rms_px": np.nan, "share": 0.0}
@@ -76,27 +76,27 @@ def rms_and_share(off, wanted, focal_px=1.0, distance_mm=1.0):
 
 
 def grid_error(found, truth):
-    """RMS distance in px of what was decoded, and its share of the monitor's pixels."""
+    """RMS error in px of decoded pixels, and their share of the monitor's pixels."""
     on = np.isfinite(truth).all(axis=-1)
     off = (found.location - truth)[on & found.mask]
     return rms_and_share(off, on.sum(), FOCAL_PX, DISTANCE_MM)
 
 
 def corner_error(found, truth):
-    """RMS distance in px of corners that converged, and their share."""
+    """RMS error in px of converged corners, and their share."""
     return rms_and_share((found.corners - truth)[found.converged], len(truth))
 
 
 def corner_error_in_grid(location, light):
-    """The same of corners that a decoded grid (H, W, 2) mm is searched for."""
+    """The same for corners located in a decoded grid (H, W, 2) mm."""
     off = pixels_of(location, light.corner_points) - light.corners
     return rms_and_share(off[np.isfinite(off).all(axis=1)], len(off))
 
 
 def decoded_as_text(pictures, light):
-    """Locations (H, W, 2) mm by the filters of 3.2.2, which mask no clipped sines.
+    """Locations (H, W, 2) mm by the filters of 3.2.2, without masking clipped sines.
 
-    As 16 bit no value of 8 bit counts as clipped.
+    In 16-bit images no 8-bit value counts as clipped.
     """
     return decode(
         pictures.astype(np.uint16), light.patterns, light.monitor,
@@ -106,7 +106,7 @@ def decoded_as_text(pictures, light):
 
 @dataclass(frozen=True)
 class Light:
-    """What reaches the sensor from both targets in one pose, and where all of it is.
+    """Light from both targets in one pose, and the true positions.
 
     board: (H, W); grid: (20, H, W) with its patterns; corners: (N, 2) px, and
     corner_points: (N, 2) mm, where they are on the monitor; points: (H, W, 2) mm.
@@ -153,7 +153,7 @@ def light_of(T):
 
 
 def bloom_trial(condition, rng):
-    """Errors of both corner methods and of the active grid, spilling and not.
+    """Errors of both corner methods and the active grid, with and without blooming.
 
     The grid's are those at the corners, with clipped sines and (masked) without, and
     those of all pixels; and the errors of the code's edges.
@@ -185,6 +185,6 @@ BLOOM_TRIALS = {"quick": 1, "full": 50}
 
 @experiment("exp_c3_blooming", artefact="sec_3_2_2")
 def too_much_light(effort):
-    """A chessboard and an active grid on a sensor that overflows."""
+    """A chessboard and an active grid on a sensor with blooming."""
     settings = {"exposures": list(EXPOSURES), "shares": list(SHARES)}
     return Plan(bloom_trial, [{}], BLOOM_TRIALS[effort], settings)

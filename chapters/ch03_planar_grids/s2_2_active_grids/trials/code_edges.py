@@ -1,4 +1,4 @@
-"""Edges of the Gray code: in one picture, and midway between it and its inverse."""
+"""Edges of the Gray code in one image, and midpoints with its inverse."""
 
 import numpy as np
 
@@ -6,9 +6,9 @@ REACH_PX = 14  # along a column; the next edge of a bit is two cells away
 
 
 def edge_errors(pictures, patterns, points, cell_mm):
-    """RMS distances (px), along columns, of the code's edges from their true places.
+    """RMS distances (px), along columns, of the code's edges from the true ones.
 
-    Charge runs over along columns, so the edges across them are asked, of the code
+    Charge flows along columns, so the edges across them are measured, of the code
     along y. pictures: (n, H, W) grey values; patterns: n `Pattern`, what each shows;
     points: (H, W, 2) mm, what each pixel sees of the monitor; cell_mm: width of a cell.
     """
@@ -35,9 +35,9 @@ def changing_bit(edge, bits):
 
 
 def true_rows(seen, place):
-    """The row (W,) px at which each column sees a place along y.
+    """Row (W,) px at which each column sees a position along y.
 
-    seen: (H, W) mm, NaN beside the monitor; place: mm. NaN where REACH_PX of a column
+    seen: (H, W) mm, NaN outside the monitor; place: mm. NaN where REACH_PX of a column
     about the place are not all on the monitor.
     """
     rows = np.full(seen.shape[1], np.nan)
@@ -51,7 +51,7 @@ def true_rows(seen, place):
 
 
 def crossing(picture, rows):
-    """Where (W,) px each column of a picture passes midway between dark and bright.
+    """Row (W,) px where each column of an image is midway between dark and bright.
 
     Of its darkest and brightest grey value within REACH_PX of `rows`; between the
     pixels it is a straight line.
@@ -70,6 +70,6 @@ def crossing(picture, rows):
 
 
 def rms_known(off):
-    """RMS of lists of distances, of those that are known."""
+    """RMS of the finite distances in lists."""
     off = np.concatenate(off)
     return float(np.sqrt(np.mean(off[np.isfinite(off)] ** 2)))

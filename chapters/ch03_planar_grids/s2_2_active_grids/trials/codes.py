@@ -1,4 +1,4 @@
-"""Bits: what one wrong one does, how they are told, and the whole display decoded."""
+"""Bits: effect of a wrong one, methods of detection, and a whole display."""
 
 import cv2
 import numpy as np
@@ -24,14 +24,14 @@ STRIP_ROWS = 8
 
 
 def displayed(plan, monitor_px):
-    """(patterns, pictures (n, H, W) uint16): what the monitor is sent, unseen."""
+    """(patterns, images (n, H, W) uint16) as sent to the monitor."""
     patterns = patterns_of(plan)
     pictures = [pattern_picture(p, monitor_px) for p in patterns]
     return patterns, np.array(pictures).astype(np.uint16)
 
 
 def whole_display_trial(condition, rng):
-    """Whether every monitor pixel is found at its own place, from what is sent."""
+    """Decode every monitor pixel from the patterns as sent."""
     size = tuple(condition["monitor_px"])
     plan = plan_of_cells(size, phase_steps=4)
     patterns, pictures = displayed(plan, size)
@@ -56,9 +56,9 @@ def whole_display_trial(condition, rng):
 
 
 def wrong_bit_trial(condition, rng):
-    """How far a cell is off by one wrong bit beside an edge: Gray and plain binary.
+    """Error in cells by one wrong bit next to an edge: Gray and plain binary.
 
-    At every edge the picture of each bit in turn is exchanged with its inverse in the
+    At every edge the image of each bit in turn is exchanged with its inverse in the
     pixel left of it; the decoder reads the cells.
     """
     bits = condition["bits"]
@@ -129,7 +129,7 @@ def bit_pictures(condition, rng):
 def light_along(width, light):
     """Share of light (width,) from the middle of the rig's monitor to its corner.
 
-    The monitor stands upright at the rig's mean distance, so that the camera's field
+    The monitor is upright at the rig's mean distance, so that the camera's field
     angle, of which the light falls as cos^4, is the monitor's viewing angle too.
     """
     if light == "even":
@@ -147,7 +147,7 @@ def _lit_length(x):
 
 
 def wrong_bits(pictures, patterns, bit, white=None, black=None):
-    """Which pixels (ROWS, W) the decoder reads wrong."""
+    """Flags (ROWS, W) of pixels that the decoder reads wrong."""
     found = decode(
         pictures, patterns, ActiveGrid(bit.shape[::-1]), white=white, black=black,
         margin_px=0, noise=1.0, linear=True, threads=1,
@@ -191,18 +191,18 @@ MONITORS_PX = {
 
 @experiment("exp_c3_20_patterns", artefact="fig_3_8")
 def whole_displays(effort):
-    """Every pixel of a monitor, decoded from what it is sent."""
+    """Every pixel of a monitor, decoded from the patterns as sent."""
     sizes = MONITORS_PX[effort]
     return Plan(whole_display_trial, [{"monitor_px": list(m)} for m in sizes], 1)
 
 
 @experiment("exp_c3_gray_single", artefact="sec_3_2_2")
 def wrong_bits_at_edges(effort):
-    """One wrong bit beside every edge of codes of 1 to 8 bits."""
+    """One wrong bit next to every edge of codes of 1 to 8 bits."""
     return Plan(wrong_bit_trial, [{"bits": bits} for bits in range(1, 9)], 1)
 
 
-# Uneven light is asked of edges anywhere only.
+# Uneven light is tested with edges anywhere only.
 EDGES_AND_LIGHT = (
     ("anywhere", "even"),
     ("between pixels", "even"),

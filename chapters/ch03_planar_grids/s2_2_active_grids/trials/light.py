@@ -1,4 +1,4 @@
-"""What an offset, a gain and a bent response do to a decoded phase."""
+"""Effect of an offset, a gain and a nonlinear response on a decoded phase."""
 
 import itertools
 
@@ -21,12 +21,12 @@ from raxel.sets import ActiveGrid, PatternPlan, patterns_of
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
-MOST_OFFSET_GREY = 50
-LEAST_GAIN = 0.2
+MAX_OFFSET_GREY = 50
+MIN_GAIN = 0.2
 STEPS = 4
 ROWS = 8
 # The misfits of Fig. 3.9 with orders up to 1, 2 and 3, grey levels (thesis lines 1010
-# to 1015). They set the sizes of the orders here; nothing is compared with them.
+# to 1015). They set the sizes of the orders here. Nothing is compared with them.
 MISFITS_GREY = (9.839, 1.309, 1.308)
 MEAN_GREY = 120.0
 
@@ -64,7 +64,7 @@ def offset_trial(condition, rng):
     steps = stepped(some_profile(rng), STEPS, _phases(condition["phases"]))
     grey = np.rint(steps).astype(np.uint8)
     found = _found(grey)
-    offsets = range(1, MOST_OFFSET_GREY + 1)
+    offsets = range(1, MAX_OFFSET_GREY + 1)
     return {
         "formula_rad": max(
             largest(wrapped(phase_of(steps + n) - phase_of(steps))) for n in offsets
@@ -76,11 +76,11 @@ def offset_trial(condition, rng):
 def gain_trial(condition, rng):
     """Largest phase change by a gain of each pixel, by (3.23) and decoded, rad."""
     steps = stepped(some_profile(rng), STEPS, _phases(condition["phases"]))
-    gain = rng.uniform(LEAST_GAIN, 1, steps.shape[1])
+    gain = rng.uniform(MIN_GAIN, 1, steps.shape[1])
     change = wrapped(phase_of(gain * steps) - phase_of(steps))
 
     def turned(factor, depth):
-        """By the decoder, on pictures of so many grey levels to one of the steps."""
+        """Decode images with this number of grey levels per step."""
         both = (factor * steps, factor * gain * steps)
         return _turned(*(_found(np.rint(one).astype(depth)) for one in both))
 
@@ -94,7 +94,7 @@ def gain_trial(condition, rng):
 def order_sizes():
     """Amplitudes of orders 2, 3, and of one that is all the rest, grey levels.
 
-    An order takes half its squared amplitude off the squared misfit.
+    An order reduces the squared misfit by half its squared amplitude.
     """
     return np.sqrt(-2 * np.diff(np.square([*MISFITS_GREY, 0.0])))
 

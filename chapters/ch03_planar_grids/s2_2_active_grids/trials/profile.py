@@ -1,4 +1,4 @@
-"""One period of the imaged sine, rectified as 3.2.2 says, and harmonic fits to it."""
+"""One period of the imaged sine, rectified as in 3.2.2, and harmonic fits."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ GAMMAS = {"quick": [1.0, 2.2], "full": [round(1.0 + 0.2 * k, 1) for k in range(9
 DATA_SHEET_GAMMA = 2.2
 CAMERAS = ("linear", "sRGB")
 AMPLITUDE_GREY = 80.0
-# Of the rectified picture.
+# Scale of the rectified image.
 MM_PER_PX = 0.25
 PERIOD = 3
 HARMONICS = (0, 1, 2)
@@ -34,7 +34,7 @@ def fitted(profile, harmonics):
 
 
 def rectifying_map(view, rng):
-    """Pixels (2, h, w) of the camera that a picture of the monitor alone takes.
+    """Pixels (2, h, w) of the camera for a rectified image of the monitor.
 
     The known lens turns pixels into points of a plane; a homography from there to
     the monitor is fitted to what the decoder finds.
@@ -57,14 +57,14 @@ def rectifying_map(view, rng):
 
 
 def column_means(picture, seen):
-    """Mean grey value of every column of the rectified picture."""
+    """Mean grey value of every column of the rectified image."""
     return cv2.remap(picture.astype(np.float32), *seen, cv2.INTER_CUBIC).mean(
         axis=0, dtype=float
     )
 
 
 def exposed(sensor, gamma, response, share):
-    """The sensor, so exposed that order 1 has AMPLITUDE_GREY grey levels.
+    """The sensor, exposed so that order 1 has AMPLITUDE_GREY grey levels.
 
     response: "linear" or "sRGB", the camera's tone curve; share: of the monitor's
     light that arrives. The exposure is found by bisection, since a tone curve has it
@@ -92,7 +92,7 @@ def exposed(sensor, gamma, response, share):
 
 
 def profile_trial(condition, rng):
-    """Misfits of a period of the rectified picture, for every gamma and camera."""
+    """Misfits of a period of the rectified image, for every gamma and camera."""
     view = MonitorView.drawn(rng, condition["coarseness"])
     seen = rectifying_map(view, rng)
     lit = view.rig.optics.apply(view.white())

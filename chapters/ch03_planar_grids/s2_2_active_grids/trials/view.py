@@ -1,4 +1,4 @@
-"""One view of an active grid through the laboratory's small camera."""
+"""One view of an active grid with the simulator's small camera."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from raxel.sets import patterns_of, plan_of_cells
 RIGS = ("data/rigs/active-grid-demo.yaml",)
 ROOT = Path(__file__).resolve().parents[4]
 CELLS, STEPS = 8, 4
-# Pixels of the rig's camera that one of a picture stands for, each way.
+# Pixels of the rig's camera per pixel of an image, in both directions.
 COARSENESS = {"quick": 2, "full": 1}
 
 
 @lru_cache(maxsize=2)
 def rig(coarseness):
-    """The rig, with larger pixels where time is short."""
+    """The rig, with larger pixels for short runs."""
     plain = load_rig(ROOT / RIGS[0])
     camera, scale = (plain.camera, np.diag([1 / coarseness, 1 / coarseness, 1]))
     scale[:2, 2] = (1 / coarseness - 1) / 2
@@ -42,7 +42,7 @@ def rig(coarseness):
 
 @dataclass
 class MonitorView:
-    """A pose of the monitor before the camera, and what there is to see in it."""
+    """A pose of the monitor in front of the camera, and its view."""
 
     T_camera_target: np.ndarray
     coarseness: int = 1
@@ -54,7 +54,7 @@ class MonitorView:
 
     @property
     def rig(self):
-        """The rig that looks."""
+        """The rig of the view."""
         return rig(self.coarseness)
 
     @cached_property
@@ -67,7 +67,7 @@ class MonitorView:
 
     @cached_property
     def truth(self):
-        """Points (H, W, 2) mm that the pixels see; NaN beside the monitor."""
+        """Points (H, W, 2) mm that the pixels see; NaN outside the monitor."""
         size = self.rig.target.monitor_mm
         return points_seen(self.rig.camera, self.T_camera_target, size)
 
@@ -95,12 +95,12 @@ class MonitorView:
         return patterns_of(plan_of_cells(size, cells, steps))
 
     def photographed(self, radiances, rng, sensor=None, optics: Optics | None = None):
-        """The pictures (n, H, W), by the rig's sensor and lens or by others."""
+        """The images (n, H, W), by the rig's sensor and lens or by others."""
         lab = self.rig.laboratory()
         lab = replace(lab, sensor=sensor or lab.sensor, optics=optics or lab.optics)
         return np.array([lab.develop(one, rng) for one in radiances])
 
     def decoded(self, pictures, patterns, **given):
-        """`decode` of pictures of the rig's monitor, as if it were linear."""
+        """`decode` of images of the rig's monitor, as if it were linear."""
         settings = {"linear": True, "threads": 1, **given}
         return decode(pictures, patterns, self.rig.target, **settings)

@@ -7,13 +7,13 @@ from chapters.ch03_planar_grids.s3_1_robustness.results import (
     TEXT_SQUARES,
     WITHOUT_BLUR,
     Under,
-    first_lost,
+    first_failure,
     full_range_levels,
     largest_errors,
-    least_distance,
     levels_of,
+    min_distance,
+    reliable_up_to,
     successes,
-    sure_up_to,
     sweeps_under,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.trials import LEVELS
@@ -32,9 +32,9 @@ from repro.judge.statistics import (
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
-SURE, BROKEN = 0.9, 0.5
-LEFT_OUT = "left out"
-# Option of the ledger -> the value of a trial.
+MIN_RATE, FAILURE_RATE = 0.9, 0.5
+EXCLUDED = "left out"
+# Option of the registry -> name of a value of a trial.
 DISTANCES = {
     "interior corners": "least_px",
     "last corner and rim of the board": "rim_px",
@@ -42,7 +42,7 @@ DISTANCES = {
 MAX_PX = 6.5
 # The text's trials per level: fewer are no test of "50 of 50".
 TEXT_TRIALS = 50
-# Fewer trials than these leave a difference of shares open.
+# Minimum number of trials for a difference of shares.
 MIN_TRIALS = 10
 
 
@@ -52,7 +52,7 @@ def rate(result, **condition):
 
 
 def under(result, options):
-    """The result of a sweep as the smoothing of a reading left it."""
+    """Result of a sweep with the smoothing of an interpretation."""
     return Under(result, options["celect_smoothing"])
 
 
@@ -65,7 +65,7 @@ def under(result, options):
 def judge_robust_noise(results, options):
     """No loss up to 15 grey levels, the first between 18 and 34."""
     result, board = under(results["fig_3_11_noise"], options), options["board_levels"]
-    index = first_lost(result, "noise_sd", levels=board)
+    index = first_failure(result, "noise_sd", levels=board)
     levels = levels_of(result, "noise_sd", levels=board)
     first = np.inf if index is None else levels[index]
     decision = HOLDS if 18 <= first <= 34 else FAILS
@@ -104,16 +104,16 @@ def judge_max_error(results, options):
 def judge_perspective_limit(results, options):
     """At least 0.9 up to 40 deg.
 
-    Beyond 48.6 deg corners are not in the picture, so that what is above the limit
-    of the text fails by construction: nothing is tested there.
+    Beyond 48.6 deg corners are outside the image. Levels above the limit of the
+    text fail by construction and are not tested.
     """
     result = under(results["fig_3_11_yaw"], options)
     yaws = [yaw for yaw in levels_of(result, "yaw_deg") if yaw <= 40]
     rates = {yaw: rate(result, yaw_deg=yaw) for yaw in yaws}
     least = min(rates, key=lambda yaw: rates[yaw].value)
     return Reading.of(
-        all_of([found.above(SURE - 1e-9) for found in rates.values()]),
-        sure_up_to(result, "yaw_deg", SURE),
+        all_of([found.above(MIN_RATE - 1e-9) for found in rates.values()]),
+        reliable_up_to(result, "yaw_deg", MIN_RATE),
         "deg",
         "last yaw up to which at least 90 % of the trials are "
         f"right; up to 40 deg the least share is {_in_words(rates[least])}, "
@@ -138,7 +138,7 @@ def judge_pitch_limit(results, options):
     result = under(results["fig_3_11_square"], options)
     right = rate(result, squares_across=TEXT_SQUARES)
     reason = "share of the boards with squares of 50 px that are fully extracted"
-    return Reading.of(right.above(SURE - 1e-9), right, "1", reason)
+    return Reading.of(right.above(MIN_RATE - 1e-9), right, "1", reason)
 
 
 @claim(
@@ -150,7 +150,7 @@ def judge_pitch_limit(results, options):
 def judge_pitch_distance(results, options):
     """With squares of 50 px the nearest corners are 10 to 14 px apart."""
     name = DISTANCES[options["corner_distance"]]
-    apart = least_distance(results["fig_3_11_square"], name)
+    apart = min_distance(results["fig_3_11_square"], name)
     return Reading.of(
         HOLDS if 10 <= apart <= 14 else FAILS,
         Estimate(apart, apart, apart),
@@ -166,7 +166,7 @@ def judge_pitch_distance(results, options):
     readings=("celect_smoothing",),
 )
 def judge_small_square_fail(results, options):
-    """Success rises with the size of the square, as an isotonic fit has it."""
+    """Success rises with the size of the square, by an isotonic fit."""
     from scipy.optimize import isotonic_regression
 
     result = under(results["fig_3_11_square"], options)
@@ -178,7 +178,7 @@ def judge_small_square_fail(results, options):
         return Reading.of(FAILS, "none", reason=reason)
     left = ((right - isotonic_regression(right).x) ** 2).sum()
     explained = float(1 - left / total)
-    broken = (SIZE_PX / across)[right < BROKEN].max(initial=0)
+    broken = (SIZE_PX / across)[right < FAILURE_RATE].max(initial=0)
     return Reading.of(
         HOLDS if explained >= 0.95 else FAILS,
         explained,
@@ -200,7 +200,7 @@ def judge_fisheye_fail(results, options):
     result = under(results["fig_3_11_fov"], options)
     fovs = [fov for fov in levels_of(result, "fov_deg") if fov > DEFAULT_FOV]
     rates = {fov: rate(result, fov_deg=fov) for fov in fovs}
-    broken = [found.below(BROKEN) for found in rates.values()]
+    broken = [found.below(FAILURE_RATE) for found in rates.values()]
     some = UNDECIDED if UNDECIDED in broken else FAILS
     least = min(rates, key=lambda fov: rates[fov].value)
     return Reading.of(
@@ -284,7 +284,7 @@ def judge_blur_limit(results, options):
 def judge_detect_below_basin(results, options):
     """At 80 % of the levels the largest error is at most 6.5 px.
 
-    A failed trial has no error: it is left out, as the text does ("for successfully
+    A failed trial has no error. It is excluded, as in the text ("for successfully
     detected grids"), or counts as the worst.
     """
     swept = sweeps_under(results, options["celect_smoothing"])
@@ -295,7 +295,7 @@ def judge_detect_below_basin(results, options):
             for result, condition in full_range_levels(swept)
         ]
     )
-    if options["failed_trials_of_a_level"] == LEFT_OUT:
+    if options["failed_trials_of_a_level"] == EXCLUDED:
         small, among = int((largest <= MAX_PX).sum()), len(largest)
         reason = f"{small} of the {among} levels with a successful "
         reason += f"trial; {len(worst) - among} have none"

@@ -1,4 +1,4 @@
-"""Why a turned board loses corners: what t8 has to part along side 1."""
+"""Why a rotated board fails: candidates on side 1 and the distance t8."""
 
 import numpy as np
 
@@ -16,21 +16,19 @@ SHOWN_CORNERS = 3
 
 @figure("ext_celect_merging", needs=("ext_celect_merging",), evidence="rendered")
 def ext_celect_merging(results):
-    """The last corners of side 1, and over yaw the gap between their candidates."""
+    """Last corners of side 1, and the gap between their candidates over yaw."""
     result = results["ext_celect_merging"]
-    drawn, (picture, panel) = new_figure(1, 2, height_in=3.7, width_ratios=(1, 1.25))
-    _draw_corners(picture, result)
+    drawn, (image, panel) = new_figure(1, 2, height_in=3.7, width_ratios=(1, 1.25))
+    _draw_corners(image, result)
     rows = _draw_gaps(panel, result)
     return Drawing(
         drawn,
         columns(("smoothing", "yaw_deg", "step_px", "gap_px", "t8_px"), rows),
-        "Left: the far end of side 1 of a board that is turned by "
-        f"{SHOWN_YAW_DEG}°, with the true corners and what Harris's detector "
-        "finds of them. Right: over yaw, the least step between "
-        "neighbouring corners of side 1, the least gap between candidates "
-        "of neighbouring corners, and the distance $t_8$ below which "
-        "candidates are merged. Blur 1 px, no noise, clicks on the true "
-        "corners.",
+        "Candidates of CELECT on side 1 of a rotated board. Left: the far end of "
+        f"the side at a yaw of {SHOWN_YAW_DEG}°, with true corners and Harris's "
+        "candidates. Right: smallest step between neighbouring corners, smallest "
+        "gap between candidates of neighbouring corners, and the merging distance "
+        "$t_8$, over yaw. Blur 1 px, no noise, exact clicks.",
     )
 
 
@@ -51,7 +49,7 @@ def _draw_corners(panel, result):
     panel.set(
         xlim=(middle[0] - reach, middle[0] + reach),
         ylim=(middle[1] + reach, middle[1] - reach),
-        title=f"side 1, yaw {SHOWN_YAW_DEG}°",
+        title=f"Side 1, yaw {SHOWN_YAW_DEG}°",
         xlabel="u (px)",
         ylabel="v (px)",
     )

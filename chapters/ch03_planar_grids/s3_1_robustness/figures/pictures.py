@@ -11,12 +11,12 @@ from repro.run.outcomes import Check, Drawing
 
 @figure("fig_3_10", needs=("fig_3_10_pictures",), evidence="rendered")
 def fig_3_10(results):
-    """The board before and after bending, with its corners."""
+    """The board before and after distortion, with its corners."""
     result = results["fig_3_10_pictures"]
     drawn, panels = new_figure(1, 2, height_in=3.9)
     rows = []
     for panel, shape, title in zip(
-        panels, ("flat", "bent"), ("(a) before bending", "(b) FOV 134°"), strict=True
+        panels, ("flat", "bent"), ("(a) Undistorted", "(b) FOV 134°"), strict=True
     ):
         (picture,) = result.arrays("picture", shape=shape)
         (corners,) = result.arrays("corners", shape=shape)
@@ -34,9 +34,9 @@ def fig_3_10(results):
     return Drawing(
         drawn,
         columns(("panel", "corner", "u_px", "v_px"), rows),
-        "Synthetic chessboard (a) before bending and (b) seen by an "
-        "equisolid fisheye with 134° on the diagonal. Dots: the corners "
-        "to be found.",
+        "Synthetic chessboard (a) without distortion and (b) in an equisolid "
+        "fisheye image with a diagonal field of view of 134°. Dots: the corners "
+        "to be detected.",
         check=Check(
             worst < 1e-6,
             f"radii of all corners follow r = 2 f sin(atan(R/f)/2) to {worst:.0e} px",

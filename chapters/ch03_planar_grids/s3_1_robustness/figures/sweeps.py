@@ -25,16 +25,16 @@ from repro.run.results import summary
 LABELS = {
     "noise": "Noise SD (grey levels)",
     "blur": "Blur SD (px)",
-    "square": "Square before bending (px)",
+    "square": "Square, undistorted (px)",
     "fov": "Field of view (deg)",
     "yaw": "Yaw (deg)",
 }
 TITLES = {
-    "noise": "(a) noise",
-    "blur": "(b) blur",
-    "square": "(c) size of squares",
-    "fov": "(d) fisheye",
-    "yaw": "(e) perspective",
+    "noise": "(a) Noise",
+    "blur": "(b) Blur",
+    "square": "(c) Size of squares",
+    "fov": "(d) Fisheye",
+    "yaw": "(e) Perspective",
 }
 PRINTED_LIMIT = {
     "noise": "s3_3_1_noise_fail",
@@ -106,15 +106,13 @@ def fig_3_11(results, published):
     return Drawing(
         drawn,
         columns(COLUMNS, rows),
-        "CELECT on the synthetic board, before localisation, for (a) noise, "
-        "(b) blur, (c) size of the squares, (d) field of view and (e) yaw, "
-        "with two smoothings of its gradients. Above: errors of the "
-        "successful trials, the largest of any corner and, for the first "
-        "smoothing, the median over trials of the mean error with its 95 % "
-        "interval. Below: share of successful trials with its exact 95 % "
-        "interval; all others are failures. (f) Largest error after "
-        "localisation against the error of the start. Dotted: limits that "
-        "the thesis prints.",
+        "Errors and success of CELECT on the synthetic board, before localisation, "
+        "over (a) noise, (b) blur, (c) size of the squares, (d) field of view and "
+        "(e) yaw, with two smoothings of its gradients. Above: largest error of "
+        "the successful trials and, for the first smoothing, the median of their "
+        "mean error with its 95 % interval. Below: share of successful trials with "
+        "its exact 95 % interval. (f) Largest error after localisation over the "
+        "error of the start. Dotted: limits printed in the thesis.",
     )
 
 
@@ -146,7 +144,7 @@ def _draw_sweep(pair, result, sweep):
 
 
 def _row(result, condition):
-    """One level: see COLUMNS from `largest` on."""
+    """Values of one level: COLUMNS from `largest` on."""
     right = successes(result, **condition)
     share = proportion(right)
     counts = len(right), int((1 - right).sum())
@@ -160,7 +158,7 @@ def _row(result, condition):
 
 
 def _draw_printed(pair, sweep, published):
-    """The printed limit of a sweep, and the printed largest error."""
+    """Draw the printed limit of a sweep and the printed largest error."""
     if sweep in PRINTED_LIMIT:
         for panel in pair:
             panel.axvline(published[PRINTED_LIMIT[sweep]], **PRINTED)
@@ -190,7 +188,7 @@ def _draw_basin(panel, result, published):
     panel.set(
         yscale="log",
         ylim=(0.02, 200),
-        title="(f) after localisation",
+        title="(f) After localisation",
         xlabel="Error of the start (px)",
         ylabel="Error (px)",
     )
