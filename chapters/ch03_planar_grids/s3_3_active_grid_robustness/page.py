@@ -54,7 +54,7 @@ from repro.run.outcomes import Plan
 # | superior in almost all conditions | yes | in {glue:text}`won:.0f` %, ties included |
 # | robust to distance and orientation | yes | yes |
 # | robust to blur | yes | yes by the residual, no by true corners |
-# | robust to noise | yes | no; first beaten at (grey levels) {glue:text}`first_lost_noise` |
+# | robust to noise (grey levels) | yes | no; beaten at {glue:text}`first_lost_noise` |
 # | less affected by blooming | yes | yes |
 # | usable area limited by viewing angle | yes | no, precision is |
 
