@@ -34,7 +34,7 @@ MIN_RATIO = 1.3
 # The text speaks of the fisheye image alone.
 NEARER_WITH = "fisheye"
 # Who extracts fewer than this has nothing that a shadow could take.
-ENOUGH = 0.2
+MIN_PLAIN_SUCCESS = 0.2
 MAX_DIFFERING = 0.25
 MIN_FAILURES = 10
 EDGE = 1e-9
@@ -87,7 +87,7 @@ def judge_shadow(results, options):
     ours = shadow_effects(result, CELECT, poses)
     plain = numbers_of(result, f"plain.{CELECT}", poses)
     unchanged = ours.within(-SAME, SAME)
-    if unchanged == HOLDS and plain.mean() < ENOUGH:
+    if unchanged == HOLDS and plain.mean() < MIN_PLAIN_SUCCESS:
         unchanged = UNDECIDED
     theirs = shadow_effects(result, options["opencv_detector"], poses)
     return Reading.of(

@@ -32,7 +32,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     cause_of,
     drawn,
     errors_of,
-    least_over_merging,
+    min_step_over_merging,
     settings_of,
     share_found,
     stacked,
@@ -189,7 +189,7 @@ def grid_trial(condition, rng):
             values[CELECT][f"right_without_{blemish}"] = again["success"]
     if condition["poses"] == WHOLE:
         values |= drawn(view, result)
-    over, reach = least_over_merging(lattice)
+    over, reach = min_step_over_merging(lattice)
     return values | {
         "corners": len(view.corners),
         "least_over_t8": over.min(),

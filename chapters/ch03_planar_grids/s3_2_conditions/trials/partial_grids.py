@@ -27,7 +27,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB
 
-FEWEST = 3
+MIN_LINES = 3
 WHITE = 255
 BORDER_PX = 24
 # Parts tried: each has at most this share of the corners of the one before.
@@ -83,23 +83,23 @@ def candidate_parts(lattice, next_share):
 
 
 def _all_parts(lattice):
-    """Every part (FEWEST or more lines each way) and its smallest step, px."""
+    """Every part (MIN_LINES or more lines each way) and its smallest step, px."""
     rows, columns = lattice.shape[:2]
     across = np.linalg.norm(np.diff(lattice, axis=1), axis=2)
     down = np.linalg.norm(np.diff(lattice, axis=0), axis=2)
     found = []
-    for top in range(rows - FEWEST + 1):
-        for bottom in range(top + FEWEST - 1, rows):
+    for top in range(rows - MIN_LINES + 1):
+        for bottom in range(top + MIN_LINES - 1, rows):
             h = across[top : bottom + 1].min(axis=0)
             v = down[top:bottom].min(axis=0)
-            for left in range(columns - FEWEST + 1):
+            for left in range(columns - MIN_LINES + 1):
                 steps = np.minimum.accumulate(
                     np.minimum(v[left:], np.append(np.inf, h[left:]))
                 )
                 steps = np.minimum(steps, v[left])
                 found += [
                     (Part(top, bottom, left, right), float(steps[right - left]))
-                    for right in range(left + FEWEST - 1, columns)
+                    for right in range(left + MIN_LINES - 1, columns)
                 ]
     return found
 

@@ -80,7 +80,7 @@ def sheet_of(set_name, rng, poses=HARD):
         pose,
         irradiance,
         (window.u, window.v),
-        _seen_places(rig, pose, window),
+        _visible_positions(rig, pose, window),
         points,
         points,
         specimen,
@@ -190,7 +190,7 @@ def _inside_and_around(sheet):
     return (f(on, reach) > 0 for f in (cv2.erode, cv2.dilate))
 
 
-def _seen_places(rig, T_camera_board, window):
+def _visible_positions(rig, T_camera_board, window):
     """Places (h, w, 2) mm on the board's plane that a window's pixels see, or nan."""
     raster = Raster(rig.camera, window=window)
     rays = raster.grid(np.arange(raster.width), np.arange(raster.height))

@@ -127,7 +127,7 @@ def stacked(errors, methods, count):
     return np.array([errors.get(method, none) for method in methods])
 
 
-def least_over_merging(lattice):
+def min_step_over_merging(lattice):
     """Least step of each side over its t8, and t8 px: two arrays (4,).
 
     lattice: true corners (rows, columns, 2) in the order of the clicks. CELECT joins

@@ -32,10 +32,10 @@ def spacing_trial(condition, rng):
     points = transform(pose, on_plane(rig.target.points()))
     corners = rig.camera.project(points).pixels
     lattice = corners.reshape(rig.target.rows, rig.target.columns, 2)
-    return {"least_px": least_step(lattice)}
+    return {"least_px": min_spacing(lattice)}
 
 
-def least_step(lattice):
+def min_spacing(lattice):
     """Least distance (px) of neighbours along rows and columns (rows, columns, 2)."""
     steps = (np.linalg.norm(np.diff(lattice, axis=k), axis=2) for k in (0, 1))
     return float(min(step.min() for step in steps))

@@ -52,9 +52,9 @@ WITHIN, OVER = "no full well", "a fifth above full"
 EXPOSURES = (WITHIN, OVER)
 # From the rig's exposure, white at 0.9 of a well, to 1.2 of it.
 GAIN = 4 / 3
-WINDOW_PX, BLUR_SHARE, LEAST_WINDOW_PX = 15, 2 / 15, 5
+WINDOW_PX, BLUR_SHARE, MIN_WINDOW_PX = 15, 2 / 15, 5
 # Fewer corners than this share, and a method has failed.
-LEAST_FOUND = 0.5
+MIN_FOUND = 0.5
 # Left out at the rim of the lit area, as the decoder does in sharp pictures, at every
 # level: its own margin follows the blur at edges of the Gray code.
 MARGIN_PX = 6
@@ -68,7 +68,7 @@ SETTINGS = {
     "start_sd_px": START_SD_PX,
     "window_px": WINDOW_PX,
     "saddle_blur_of_window": BLUR_SHARE,
-    "least_found": LEAST_FOUND,
+    "least_found": MIN_FOUND,
     "margin_px": MARGIN_PX,
 }
 
@@ -127,7 +127,7 @@ def robustness_trial(condition, rng):
         seen[AS_FIRST] = location_of(second, patterns, target)
     first = [bright_pictures_of(name, condition["first"], e) for e in EXPOSURES]
     first = degraded(first, condition, rng) if changed else first
-    said = {"least_square_px": least_step(true)}
+    said = {"least_square_px": min_step(true)}
     for exposure, (board, *shown) in zip(EXPOSURES, first, strict=True):
         location = location_of(shown, patterns, target)
         found = by_methods(board, location, starts, true, points)
@@ -274,11 +274,11 @@ def by_static_methods(board, starts):
 
 def window_of(corners):
     """The odd window (px) of half the least step between corners."""
-    half = int(least_step(corners) / 2)
-    return max(half - 1 + half % 2, LEAST_WINDOW_PX)
+    half = int(min_step(corners) / 2)
+    return max(half - 1 + half % 2, MIN_WINDOW_PX)
 
 
-def least_step(corners):
+def min_step(corners):
     """Least distance (px) between neighbours among 15 x 15 corners (N, 2)."""
     side = round(np.sqrt(len(corners)))
     return float(steps_between(corners.reshape(side, side, 2)).min())
@@ -293,7 +293,7 @@ def residual_mm(corners, location, points):
     """
     seen = points_at(location, corners)
     known = np.isfinite(seen).all(axis=1)
-    if known.mean() < LEAST_FOUND:
+    if known.mean() < MIN_FOUND:
         return float("nan")
     seen, points = seen[known], points[known]
     H = refine_homography(homography_dlt(seen, points), seen, points)

@@ -59,7 +59,7 @@ def viewing_trial(condition, rng):
     sensor = replace(rig.sensor, gamma=condition["camera_gamma"])
     rig = replace(rig, monitor=monitor, sensor=sensor)
     T = turned_monitor(condition["turn_deg"], rig.target.monitor_mm, rng)
-    area = areas_seen(rig, T)
+    area = visible_areas(rig, T)
     patterns, pictures = patterns_taken(rig, T, [condition["seed"]])
     found = decode(
         np.stack(pictures), patterns, rig.target,
@@ -85,7 +85,7 @@ def turned_monitor(turn_deg, size_mm, rng):
     return pose(R, np.array([0, 0, DISTANCE_MM]) + shift - R @ middle)
 
 
-def areas_seen(rig, T):
+def visible_areas(rig, T):
     """Area (H, W) of the grid that each pixel sees, mm^2; 0 beside it."""
     points = points_seen(rig.camera, T, rig.target.monitor_mm).astype(float)
     down, across = np.gradient(points, axis=(0, 1))

@@ -17,7 +17,7 @@ MM_PER_PX = 0.3
 HALF_MM = 2.4
 # Of a square: nearer counts as right.
 NEAR = 0.1
-LEAST_PIXELS = 100  # of a facet that shows the monitor
+MIN_PIXELS = 100  # of a facet that shows the monitor
 
 
 def facet_trial(condition, rng):
@@ -42,8 +42,8 @@ def facet_trial(condition, rng):
     truth = np.load(image_set.folder / f"truth/{view.label}.npz")["points_mm"]
     facet, lit = facets_of(camera), np.isfinite(truth[..., 0])
     shown, count = np.unique(facet[lit], return_counts=True)
-    of_facets = [(facet == k) & lit for k in shown[count >= LEAST_PIXELS]]
-    everywhere = corners_seen(truth, metric, lit)
+    of_facets = [(facet == k) & lit for k in shown[count >= MIN_PIXELS]]
+    everywhere = visible_corners(truth, metric, lit)
 
     def right(corners, mine):
         return share_right(corners, metric, truth, mine, NEAR * square)
@@ -59,7 +59,7 @@ def facet_trial(condition, rng):
         "metric": metric,
         "facets": len(of_facets),
         "within": np.array(
-            [right(corners_seen(truth, metric, mine), mine) for mine in of_facets]
+            [right(visible_corners(truth, metric, mine), mine) for mine in of_facets]
         ),
         "across": np.array([right(everywhere, mine) for mine in of_facets]),
         "detector_found": bool(find_board(picture, board.columns, board.rows).found),
@@ -93,7 +93,7 @@ def corner_errors(laid, seen, metric):
     return off
 
 
-def corners_seen(truth, metric, where):
+def visible_corners(truth, metric, where):
     """Pixels (n, 2) that show the corners of a board, NaN for those that none shows.
 
     truth: (H, W, 2) mm, what pixels see; where: which of them to search.

@@ -7,7 +7,7 @@ import numpy as np
 from raxel.features.active_grid.lookup import nearest_pixels
 
 NEAREST = 12  # pixels of which four are chosen
-LEAST_SINE = 0.05  # of the angles of a triangle that counts as one
+MIN_SINE = 0.05  # of the angles of a triangle that counts as one
 HALF = 3  # of the window of the local fit, px
 
 
@@ -107,7 +107,7 @@ def is_triangle(points):
     """Whether three points (3, 2) are clearly not in a row."""
     a, b = points[1] - points[0], points[2] - points[0]
     area = abs(a[0] * b[1] - a[1] * b[0])
-    return area > LEAST_SINE * np.linalg.norm(a) * np.linalg.norm(b)
+    return area > MIN_SINE * np.linalg.norm(a) * np.linalg.norm(b)
 
 
 def through_four(source, target):

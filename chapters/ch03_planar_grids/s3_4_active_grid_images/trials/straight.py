@@ -22,12 +22,12 @@ MM_PER_PX = 0.25
 # Along an edge a point is looked for so far, to both sides.
 STEP_PX, SEARCH_PX, FINE_PX = 4.0, 4.0, 0.25
 HALF_EDGE_PX, WIDTH = 1.5, 9
-LEAST_SLOPE = 3.0  # grey levels a px
-LEAST_POINTS, LEAST_LENGTH_PX = 20, 100.0
+MIN_SLOPE = 3.0  # grey levels a px
+MIN_POINTS, MIN_LENGTH_PX = 20, 100.0
 HIDDEN_MM = 5.0
 ALONG_EDGE = 801  # points, about a px apart on the longest
 # Off a cubic curve by more robust standard deviations, a point is of another edge.
-MOST_SD, LEAST_SD_PX = 4.0, 0.05
+MAX_SDS, MIN_SD_PX = 4.0, 0.05
 DOWN = np.array([0.0, 1.0, 0.0])
 # Arrays of a trial, one entry for each edge that is measured.
 OF_EDGE = (
@@ -91,7 +91,7 @@ def straight_trial(condition, rng):
     rows = []
     for k, (edge, path) in enumerate(zip(room_edges(), paths, strict=True)):
         pixels, places, at, on = edge_in_both(grid, path, pictures)
-        if len(places) < LEAST_POINTS or length(places) < LEAST_LENGTH_PX:
+        if len(places) < MIN_POINTS or length(places) < MIN_LENGTH_PX:
             continue
         bends = map(bend, (at, pixels, on, places))
         angles = lean(on), predicted_lean(truth, places)
@@ -115,7 +115,7 @@ def edge_in_both(grid, path, pictures):
     """
     places = location_at(grid, path)
     known = np.isfinite(places[:, 0])
-    if known.sum() < LEAST_POINTS:
+    if known.sum() < MIN_POINTS:
         return (np.empty((0, 2)),) * 4
     both = path[known], places[known] / MM_PER_PX - 0.5
     found = [edge_points(*pair) for pair in zip(pictures, both, strict=True)]
@@ -222,14 +222,14 @@ def edge_points(picture, path):
         weight = np.clip(inside / FINE_PX + 0.5, 0, 1) * slopes
         place = weight @ at / np.maximum(weight.sum(axis=1), 1e-9)
     inner = np.abs(at[k]) <= SEARCH_PX - HALF_EDGE_PX
-    steep = inner & (smooth[np.arange(len(k)), k] > LEAST_SLOPE)
+    steep = inner & (smooth[np.arange(len(k)), k] > MIN_SLOPE)
     return path + np.where(steep, place, np.nan)[:, None] * across
 
 
 def smooth_run(points):
     """Which points (n, 2) in a row lie near a cubic curve through them all."""
     found = np.isfinite(points[:, 0])
-    if found.sum() < LEAST_POINTS:
+    if found.sum() < MIN_POINTS:
         return np.zeros(len(points), bool)
     centre, along = best_line(points[found])
     s = (points - centre) @ along
@@ -240,7 +240,7 @@ def smooth_run(points):
         left = np.abs(off - rows @ fit)
         robust_sd = 1.4826 * np.median(left[found])
         with np.errstate(invalid="ignore"):
-            found = left <= MOST_SD * max(robust_sd, LEAST_SD_PX)
+            found = left <= MAX_SDS * max(robust_sd, MIN_SD_PX)
     return found
 
 
