@@ -122,7 +122,7 @@ CAMERAS = {"quick": ANIMALS[7:8], "full": ANIMALS}
 
 
 def zoo_trial(condition, rng):
-    """One board before one camera; every detector, and what must be refused."""
+    """Results of every detector on one board, and of images that must be rejected."""
     board = zoo_board(condition["camera"], rng)
     image, corners = board.image, board.corners
     size = board.columns, board.rows
@@ -136,7 +136,7 @@ def zoo_trial(condition, rng):
 
 
 def refusals(board):
-    """What `find_board` makes of pictures in which the wanted board is not."""
+    """Results of `find_board` on images that do not show the requested board."""
     image, columns, rows = board.image, board.columns, board.rows
     cut = int(np.median(board.corners[:, 0]))
     cropped = np.ascontiguousarray(image[:, cut:])
@@ -163,7 +163,7 @@ def refusals(board):
 
 @experiment("ext_without_clicks_zoo", artefact="ext_without_clicks", shards={"full": 4})
 def zoo(effort):
-    """Boards before the cameras of the zoo, every detector, and refusals."""
+    """Boards in front of the zoo's cameras, every detector, and rejections."""
     conditions = [{"camera": name} for name in CAMERAS[effort]]
     return Plan(zoo_trial, conditions, ZOO_TRIALS[effort], requests.SETTINGS)
 

@@ -177,7 +177,7 @@ SETTINGS = {
 
 
 def in_blocks(effort, blocks, **more):
-    """Conditions: so many blocks of images of either range, or one of each."""
+    """Return conditions: blocks of images of either range, or one of each."""
     return [
         {"poses": poses, "block": block, **more}
         for poses, count in blocks.items()
@@ -193,7 +193,7 @@ def parts(effort):
 
 @experiment("fig_3_14_parts_sb", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS)
 def parts_sb(effort):
-    """The first of the same pictures for the sector-based detector."""
+    """The first of the same images for the sector-based detector."""
     conditions = large_grids(effort)
     return Plan(partial_sb_trial, conditions, SECTOR_PICTURES[effort], SETTINGS)
 
@@ -267,7 +267,7 @@ def direction_trial(condition, rng):
 
 @experiment("exp_c3_trace_direction", artefact="sec_3_3_2", shards=JOBS, inputs=RIGS)
 def trace_direction(effort):
-    """Images of all sets, four first corners times two ways round."""
+    """Images of all sets, four first corners times two directions."""
     conditions = [
         condition
         for name in SETS_TAKEN[effort]

@@ -167,11 +167,11 @@ from repro.run.outcomes import Plan
 
 # %%
 def grid_trial(condition, rng):
-    """One picture and what the detectors make of it.
+    """Return the results of all detectors on one image.
 
-    Its draws are those of the picture (`pictures`), so that others can have
-    the same one; `rng` is not used. CELECT is given the picture, simulated
-    clicks and the counts; the others the picture and the counts.
+    Random draws are those of the image (`pictures`), so that other trials can use
+    the same one; `rng` is not used. CELECT is given the image, simulated clicks and
+    the counts; the others the image and the counts.
     """
     where = tuple(condition[k] for k in ("set", "image", "seed", "poses"))
     view = grid_view(*where)
@@ -198,7 +198,7 @@ def grid_trial(condition, rng):
 
 
 def every_method(methods, view, clicks, lattice):
-    """(CelectResult, values) of several methods on one picture."""
+    """Return (CelectResult, values) of several methods on one image."""
     values, errors, result = {}, {}, None
     for name in methods:
         if name in CELECTS:
@@ -215,9 +215,9 @@ def every_method(methods, view, clicks, lattice):
 
 
 def run_celect(name, image, clicks, lattice):
-    """(CelectResult or None, scores, right corners and the true ones or None).
+    """Return (CelectResult or None, scores, correct corners and true ones or None).
 
-    name: of CELECTS, which says what is done otherwise than in the thesis.
+    name: of CELECTS, which lists deviations from the thesis.
     """
     rows, columns = lattice.shape[:2]
     undone, settings = CELECTS[name]
@@ -238,9 +238,9 @@ def run_celect(name, image, clicks, lattice):
 
 
 def no_clicks(name, view):
-    """(scores, right corners and the true ones or None) of a detector.
+    """Return (scores, correct corners and true ones or None) of a detector.
 
-    It is told the counts alone.
+    It is given the counts alone.
     """
     truth = view.corners
     corners = returned(name, view.image, view.columns, view.rows)
@@ -272,7 +272,7 @@ SET_OF = {
     inputs=RIGS,
 )
 def pictures_of_sets(effort, identifier):
-    """15 pictures of each seed of both ranges, or one of each for a look."""
+    """15 images of each run of both ranges, or one of each in quick builds."""
     set_name = SET_OF[identifier]
     images = 1 if effort == "quick" else IMAGES
     conditions = [

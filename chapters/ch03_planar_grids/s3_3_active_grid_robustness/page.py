@@ -163,7 +163,7 @@ def all_sweeps(effort):
 
 @experiment("exp_c3_active_viewing_angle", artefact="fig_3_15", inputs=viewing.FILES)
 def viewing_angles(effort):
-    """How much of a turned monitor is decoded, with other fall-offs."""
+    """Decoded share of a rotated monitor, with several fall-offs."""
     return Plan(viewing.viewing_trial, viewing.conditions(effort), 1, viewing.SETTINGS)
 
 

@@ -186,14 +186,14 @@ WHAT = {"grid": "20 patterns, 8 x 8 cells", "board": "15 x 15 corners"}
     "table_3_8_corners", artefact="table_3_8", shards={"full": 3}, rendered=CORNER_SETS
 )
 def table_3_8_corners(effort):
-    """Corners by four methods at every setting, near, in three readings."""
+    """Corners by four methods at every setting, near, in three interpretations."""
     conditions = corner_conditions(effort, ("near", "16 bits", "sharp"))
     return Plan(corner_trial, conditions, 1, WHAT)
 
 
 @experiment("exp_c3_params_square", artefact="table_3_8", rendered=CORNER_SETS)
 def exp_c3_params_square(effort):
-    """The same where squares look half as large."""
+    """The same with squares of half the apparent size."""
     return Plan(corner_trial, corner_conditions(effort, ("far",)), 1, WHAT)
 
 
@@ -206,7 +206,7 @@ def exp_c3_active_no_params(effort):
 # %%
 @experiment("exp_c3_t38_native", artefact="table_3_8", inputs=NATIVE_RIGS)
 def exp_c3_t38_native(effort):
-    """The same at the camera's own pixels, which see the monitor's."""
+    """The same at the camera's own pixels, which resolve the monitor's."""
     return Plan(native_trial, native_conditions(effort), 1, WHAT)
 
 

@@ -1,4 +1,4 @@
-"""The claims of section 3.3.2 about errors of corners, over right grids alone."""
+"""Claims of section 3.3.2 about errors of corners, over correct grids alone."""
 
 import numpy as np
 
