@@ -115,7 +115,7 @@ def test_a_static_grid_serves_a_camera_without_jumps_and_no_other():
     metric = np.stack(np.meshgrid([10.0, 16, 22], [12.0, 18, 24]), axis=-1)
     metric = metric.reshape(-1, 2)
     everywhere = np.ones((60, 80), bool)
-    corners = facets.corners_seen(truth, metric, everywhere)
+    corners = facets.visible_corners(truth, metric, everywhere)
     assert np.isfinite(corners).all()
     inside = (truth > metric[0] + 1) & (truth < metric[-1] - 1)
     inside = inside.all(axis=2)

@@ -51,7 +51,7 @@ def test_a_residual_is_the_rms_of_what_a_homography_leaves():
 
 
 def test_windows_follow_the_least_square():
-    assert sweeps.least_step(POINTS) == pytest.approx(4)
+    assert sweeps.min_step(POINTS) == pytest.approx(4)
     for step, window in ((60, 29), (36, 17), (20, 9), (4, 5)):
         assert sweeps.window_of(step / 4 * POINTS) == window
 
@@ -216,10 +216,10 @@ def test_a_turned_monitor_has_less_area_and_larger_angles():
     straight, turned = (
         viewing.turned_monitor(turn, size, np.random.default_rng(0)) for turn in (0, 60)
     )
-    area = viewing.areas_seen(rig, straight)
+    area = viewing.visible_areas(rig, straight)
     # All of it is in the picture, but for pixels on its rim, 1 mm wide.
     assert 0.97 < area.sum() / (size[0] * size[1]) < 1
-    assert viewing.areas_seen(rig, turned).sum() < area.sum()
+    assert viewing.visible_areas(rig, turned).sum() < area.sum()
     assert viewing.farthest_angle(rig, straight) == pytest.approx(47, abs=2)
     assert viewing.farthest_angle(rig, turned) > 70
     assert viewing.shared(area, area > 0) == 1

@@ -38,11 +38,11 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     SPOTLESS,
     cause_of,
     errors_of,
-    least_over_merging,
+    min_step_over_merging,
     stacked,
 )
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.spacing import (
-    least_step,
+    min_spacing,
     spacing_trial,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB, is_right
@@ -132,14 +132,14 @@ def test_errors_are_told_with_both_windows():
     ]
 
 
-def test_least_steps_are_told_in_merging_distances():
-    over, reach = least_over_merging(LATTICE)
+def test_min_steps_are_in_merging_distances():
+    over, reach = min_step_over_merging(LATTICE)
     # t8 = 0.8 s, s = chord / (1.9 corners): Tables 3.1 and 3.2.
     assert reach == pytest.approx([0.8 * 120 / 9.5, 0.8 * 90 / 7.6] * 2)
     assert over == pytest.approx(30 / reach)
     bent = LATTICE.copy()
     bent[0, 1, 0] += 10
-    assert least_over_merging(bent)[0][0] == pytest.approx(20 / reach[0])
+    assert min_step_over_merging(bent)[0][0] == pytest.approx(20 / reach[0])
 
 
 def test_wiping_takes_one_blemish_and_leaves_the_draws():
@@ -233,10 +233,10 @@ def test_the_spacing_of_a_grid_is_that_of_its_picture():
     view = grid_view("fisheye", 7, 11, WHOLE)
     lattice = view.corners.reshape(view.rows, view.columns, 2)
     where = {"set": "fisheye", "poses": WHOLE, "image": 7, "seed": 11}
-    assert spacing_trial(where, None)["least_px"] == pytest.approx(least_step(lattice))
+    assert spacing_trial(where, None)["least_px"] == pytest.approx(min_spacing(lattice))
     bent = LATTICE.copy()
     bent[1, 2] += [0, -12]
-    assert least_step(bent) == pytest.approx(18)
+    assert min_spacing(bent) == pytest.approx(18)
 
 
 def test_a_picture_is_its_seeds_and_shows_the_board_clockwise():

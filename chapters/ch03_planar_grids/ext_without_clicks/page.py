@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Extraction without clicks
 #
-# **Question.** CELECT needs a user who clicks four corners and knows how many
-# there are. Can a program find the board, count it and order it by itself,
-# for any lens, and say so when it cannot?
+# **Question.** CELECT requires a user who clicks four corners and knows their number.
+# Given is only an image of a chessboard through an arbitrary lens or mirror. Can a
+# program find the board, count its corners, order them, and report when it cannot?
 
 # %%
 import numpy as np
@@ -34,54 +34,72 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - Yes, for boards before every camera of the zoo: of
-#   {glue:text}`boards` boards, {glue:text}`right` come out right when their
-#   size is given, and {glue:text}`counted` when it is not.
-# - It returned {glue:text}`wrong` wrong boards; what it cannot read, it
-#   refuses with a reason.
-# - OpenCV's two detectors read {glue:text}`opencv.right` and
-#   {glue:text}`opencv-sb.right` of the same boards when the size is given,
-#   which so few boards cannot tell apart from ours. Without the size
-#   `findChessboardCornersSB` reads {glue:text}`opencv-sb.counted`.
+# 1. **No clicks are needed with simulated lenses and mirrors.** Of
+#    {glue:text}`boards` boards it extracts {glue:text}`right` with the size given and
+#    {glue:text}`counted` without.
+# 2. **It returns {glue:text}`wrong` wrong boards.** What it cannot extract, it
+#    rejects with a reason.
+# 3. **OpenCV is comparable if the size is given.** `findChessboardCorners` extracts
+#    {glue:text}`opencv.right`; so few boards do not separate the detectors. Without
+#    the size, its sector-based detector extracts {glue:text}`opencv-sb.counted`.
+
+# %% [markdown]
+# | question | thesis | here |
+# |---|---|---|
+# | user input | four clicks, numbers of corners | none |
+# | extracted, size given | with clicks | {glue:text}`right` of {glue:text}`boards` |
+# | extracted, no size | not possible | {glue:text}`counted` of {glue:text}`boards` |
+# | lens model | none | none |
+# | output on failure | none, or manual help | reason and partial board |
+
+# %% [markdown]
+# ## Terms
+#
+# - *CELECT*: the semi-automatic detector of the thesis ([3.1.2](s1_2_celect.ipynb)).
+# - *raxel*: the detector of this page. *opencv*, *opencv-sb*: OpenCV's
+#   `findChessboardCorners` and its sector-based variant.
+# - *Size*: numbers of corners in a row and a column, given or not given.
+# - *Correct* (in the tables, *right*): every corner is within 1 px of its true
+#   position. *Wrong*: returned, but not correct. *Rejected*: not returned.
+# - *Zoo*: simulated cameras of
+#   [2.2](../ch02_general_camera_model/s2_camera_models.ipynb), from pinhole to curved
+#   mirrors.
+# - *Saddle point*: local intensity structure of a chessboard corner.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# Nothing: this page goes beyond it. Section 3.1 gives three reasons for
-# clicks. Known methods "fail for severe distortion", the corners of a bent
-# image do not lie in straight rows, and a user knows which board is meant.
-# What CELECT does well is to follow a contour as it is, without a model of
-# the lens. That needs no clicks, if every corner is a place to start from.
+# The thesis has no detector without clicks, so this page is an extension. Section 3.1
+# gives three reasons for clicks. Known methods "fail for severe distortion", the
+# corners of a distorted image are not in straight rows, and a user knows which board
+# is meant. CELECT's strength is to follow contours without a lens model. That needs
+# no clicks if every corner is a starting point.
 
 # %% [markdown]
 # ## Model
 #
-# 1. **Saddles.** At a corner the grey values have a saddle,
-#    $I_{uv}^2 - I_{uu} I_{vv} > 0$. They are looked for in the image and in
-#    its halved copies. The noise of the image sets the threshold.
-# 2. **Ring.** Around a corner the grey goes dark, bright, dark, bright.
-#    Where it changes, an edge leaves.
-# 3. **Trace.** Every edge is followed, step by step, to the next corner.
-#    Along an edge the same side stays bright; behind a corner the sides
-#    change. So a trace never runs through a corner unnoticed.
-# 4. **Lattice.** Two corners are neighbours if the edge leads from each to
-#    the other. Lattices grow from such links.
-# 5. **Checks.** Around each corner the lattice itself says where the four
-#    fields are, however bent. All four must alternate, in turn with their
-#    neighbours. Missing corners are looked for where the others put them,
-#    also one ring farther out.
-# 6. **Place.** A corner lies where the edges of its patch point. The patch
-#    is straightened by the lattice first. Its standard deviation comes from
-#    the noise, from how well opposite edges agree, and from how like itself
-#    the corner is after half a turn.
-# 7. **Verdict.** A board is returned if it has the size that was asked for,
-#    two thirds of each row and column are seen, and two thirds of all
-#    corners are certain to a third of a pixel (one standard deviation), with
-#    edges that meet in one point. The others are left out. If no size was
-#    given, every side must be seen whole, and its end be in the picture. All
-#    else is refused with the reason, and with the part that is in order.
-#
-# No step has a model of the lens, and none joins corners by straight lines.
+# 1. **Saddle points.** At a corner the intensity has a saddle point, $I_{uv}^2 -
+#    I_{uu} I_{vv} > 0$. These points are searched for in the image and its halved
+#    copies. The image noise sets the threshold.
+# 2. **Ring.** Around a corner the intensity goes dark, bright, dark, bright. An edge
+#    starts at each change.
+# 3. **Trace.** Every edge is followed to the next corner. Along an edge the same side
+#    stays bright; beyond a corner the sides swap. A trace therefore never passes a
+#    corner unnoticed.
+# 4. **Lattice.** Two corners are neighbours if the edge leads from each to the other.
+#    Lattices grow from such links.
+# 5. **Checks.** The lattice predicts the four squares around each corner. All four
+#    must alternate, consistently with their neighbours. Missing corners are searched
+#    for at predicted positions, also one ring farther out.
+# 6. **Position.** A corner is where the edges of its patch meet, after the lattice
+#    has rectified the patch. Its standard deviation comes from the noise, the
+#    agreement of opposite edges and the patch's 180-degree symmetry.
+# 7. **Verdict.** A board is returned under these conditions. It has the given size,
+#    and two thirds of each row and column are visible. Two thirds of all corners have
+#    a standard deviation below a third of a pixel and edges that meet in one point.
+#    Other corners are excluded. Without a given size, every side must be complete and
+#    end inside the image. Everything else is rejected with a reason and the ordered
+#    part.
 
 # %% tags=["active-ipynb"]
 # show_code(compiled._followed_one, growth._grown, grids.taken)
@@ -89,19 +107,14 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# **Zoo.** Boards of random size, pose, contrast, blur and noise stand before
-# every camera of the [zoo](../ch02_general_camera_model/s2_camera_models.ipynb)
-# but the two plane mirrors, whose picture has no single board. Squares are 9 px
-# wide or more. Each picture is searched with the board's size given and not
-# given, by this detector and by OpenCV's two, whose corners the library has
-# refined and whose lattices it has checked. Then the wrong size is asked
-# for, the picture is cut through the board's middle, and two boards are
-# shown side by side: all these must be refused.
+# One board of random size, pose, contrast, blur and noise is in front of every camera
+# of the zoo. The two plane mirrors are excluded, since their image has no single
+# board. Squares are at least 9 px wide. Each image is searched with and without the
+# size, by raxel and by OpenCV's two detectors. The library refines OpenCV's corners
+# and checks its lattices.
 #
-# Rendered boards like these were the training ground of the detector: some
-# of its thresholds were set after boards with a corner more than a pixel off
-# had been looked at. So these counts say what it does with such boards, not
-# what it would do with others. Photographs are the test of that.
+# Three kinds of images must be rejected: a wrong size is requested, the board is cut
+# through its middle, or two boards are next to each other.
 
 # %%
 ZOO_TRIALS = {"quick": 1, "full": 1}
@@ -109,7 +122,7 @@ CAMERAS = {"quick": ANIMALS[7:8], "full": ANIMALS}
 
 
 def zoo_trial(condition, rng):
-    """One board before one camera; every detector, and what must be refused."""
+    """Results of every detector on one board, and of images that must be rejected."""
     board = zoo_board(condition["camera"], rng)
     image, corners = board.image, board.corners
     size = board.columns, board.rows
@@ -123,7 +136,7 @@ def zoo_trial(condition, rng):
 
 
 def refusals(board):
-    """What `find_board` makes of pictures in which the wanted board is not."""
+    """Results of `find_board` on images that do not show the requested board."""
     image, columns, rows = board.image, board.columns, board.rows
     cut = int(np.median(board.corners[:, 0]))
     cropped = np.ascontiguousarray(image[:, cut:])
@@ -150,7 +163,7 @@ def refusals(board):
 
 @experiment("ext_without_clicks_zoo", artefact="ext_without_clicks", shards={"full": 4})
 def zoo(effort):
-    """Boards before the cameras of the zoo, every detector, and refusals."""
+    """Boards in front of the zoo's cameras, every detector, and rejections."""
     conditions = [{"camera": name} for name in CAMERAS[effort]]
     return Plan(zoo_trial, conditions, ZOO_TRIALS[effort], requests.SETTINGS)
 
@@ -159,26 +172,36 @@ def zoo(effort):
 # show_code(zoo_board, refusals)
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# - Where another row of squares follows, however narrow, the contrast across
-#   an edge turns round at once. That is looked for beyond every side, and the
-#   board refused. A last row of less than a pixel cannot be seen: at the end
-#   of a strong yaw (48.2° here) a board then looks like a smaller one, and is
-#   taken for it unless its size was given.
-# - A floor of tiles is a chessboard too. If another complete lattice is in
-#   view, the size has to be given.
-# - The ring needs corners some 6 px apart, and boards are returned from 7.5 px
-#   on: blur moves the corners of smaller squares.
-# - The pages of photographed sets use this detector.
+# - **Training data.** Some thresholds were set after inspecting rendered boards like
+#   these. The counts therefore describe such boards only; photographs are the
+#   independent test, on the pages of photographed sets.
+# - **Last row.** Where another row of squares follows, the contrast across an edge
+#   reverses. This is checked beyond every side. A last row narrower than a pixel is
+#   invisible, as after a strong yaw (48.2° here). The board then passes as a smaller
+#   one unless its size is given.
+# - **Other lattices.** A tiled floor is a chessboard too. With a second complete
+#   lattice in view, the size must be given.
+# - **Small squares.** The ring needs corners about 6 px apart. Boards are returned
+#   from 7.5 px on, since blur displaces the corners of smaller squares.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_click_free_refusals")
 
 # %% [markdown]
+# ## Summary
+#
+# Chessboards can be found, counted and ordered without clicks and without a lens
+# model, in front of every simulated camera tested. On these few boards OpenCV is
+# nearly as good when the size is given, and worse when it is not. The test boards
+# resemble those used to set thresholds, so only photographs show how far this
+# generalises.
+
+# %% [markdown]
 # ## Compared with the published numbers
 #
-# There are none.
+# There are no published numbers.
 
 # %% tags=["active-ipynb"]
 # compared()
@@ -186,11 +209,11 @@ def zoo(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` by
+# an answer and run that cell again.
 #
-# A board of 9 × 6 corners is cut so that its last column is lost. How many
-# of the corners that are left must be in order for the aim of 95 %?
+# A board of 9 × 6 corners is cut so that its last column is lost. How many of the
+# remaining corners must be in order to reach 95 %?
 
 # %% tags=["active-ipynb"]
 # check(None, **part_task())

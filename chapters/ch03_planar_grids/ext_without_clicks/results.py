@@ -1,4 +1,4 @@
-"""Results of the page on extraction without clicks, over all that was pictured."""
+"""Results of the page on extraction without clicks, over all images."""
 
 import numpy as np
 
@@ -14,13 +14,13 @@ ROWS = (
 
 
 def known(result, name):
-    """Values of all trials of all conditions that have one, (N,)."""
+    """Return the finite values of all trials of all conditions, (N,)."""
     found = result.select().column(name)
     return found[np.isfinite(found)]
 
 
 def found_row(result, detector, size):
-    """One row of the table of detectors."""
+    """Return one row of the table of detectors."""
     off, right, wrong = (
         known(result, f"{detector}.{size}.{name}")
         for name in ("worst_px", "right", "wrong")
@@ -37,7 +37,7 @@ def found_row(result, detector, size):
 
 
 def facts(zoo):
-    """What the prose says, as {name: number or text}."""
+    """Return the numbers that the prose quotes, by name."""
     rows = {(d, s): found_row(zoo, d, s) for d, s in ROWS}
     mine = rows["raxel", "known"]
     return {
@@ -45,7 +45,6 @@ def facts(zoo):
         "right": mine["Right"],
         "counted": rows["raxel", "counted"]["Right"],
         "opencv.right": rows["opencv", "known"]["Right"],
-        "opencv-sb.right": rows["opencv-sb", "known"]["Right"],
         "opencv-sb.counted": rows["opencv-sb", "counted"]["Right"],
         "wrong": mine["Wrong"] + rows["raxel", "counted"]["Wrong"],
     }

@@ -1,4 +1,4 @@
-"""Tables of the page on extraction without clicks: boards, and refusals."""
+"""Tables of the page on extraction without clicks: boards, and rejections."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from repro.run.columns import in_columns
 from repro.run.experiment import table
 from repro.run.outcomes import Check, Table
 
-ASKED = (
+REQUESTS = (
     "one column too many",
     "one column too few",
     "cropped, size given",
@@ -20,15 +20,16 @@ ASKED = (
 
 @table("ext_without_clicks", needs=("ext_without_clicks_zoo",), evidence="rendered")
 def ext_without_clicks(results):
-    """Detectors side by side on boards before the cameras of the zoo."""
+    """Return results of the detectors on boards in front of the zoo's cameras."""
     result = results["ext_without_clicks_zoo"]
     rows = [found_row(result, *row) for row in ROWS]
     wrong = rows[0]["Wrong"] + rows[1]["Wrong"]
     return Table(
         in_columns(rows),
-        f"Boards before {len(result.conditions)} cameras of the zoo. Right: every "
-        f"corner within {RIGHT_PX:g} px. Wrong: returned, and not right. Worst: of a "
-        "board's corners, over the boards that are right.",
+        f"Extraction results by detector, one board for each of "
+        f"{len(result.conditions)} cameras of the zoo. Right: every corner within "
+        f"{RIGHT_PX:g} px. Wrong: returned, but not right. Worst: largest corner "
+        "error of a board, over the right boards.",
         Check(wrong == 0, f"raxel returned {wrong} wrong boards; the aim is none"),
     )
 
@@ -37,14 +38,14 @@ def ext_without_clicks(results):
     "ext_click_free_refusals", needs=("ext_without_clicks_zoo",), evidence="rendered"
 )
 def ext_click_free_refusals(results):
-    """What must be refused, and what is handed over all the same."""
+    """Return what must be rejected, and the ordered part that is reported."""
     result = results["ext_without_clicks_zoo"]
-    rows = [_refusal_row(result, name) for name in ASKED]
-    returned = sum(row["Pictures"] - row["Refused"] for row in rows)
+    rows = [_refusal_row(result, name) for name in REQUESTS]
+    returned = sum(row["Images"] - row["Rejected"] for row in rows)
     return Table(
         in_columns(rows),
-        "Pictures that do not show the board asked for, given to raxel. In order: "
-        "share of the visible corners that the refusal holds, in order.",
+        "Rejections by raxel of images that do not show the requested board. In "
+        "order: share of the visible corners that the rejection reports, in order.",
         Check(returned == 0, f"{returned} boards were returned; the aim is none"),
     )
 
@@ -53,9 +54,9 @@ def _refusal_row(result, name):
     refused = known(result, f"refusals.{name}.refused")
     share = known(result, f"refusals.{name}.share") if "two" not in name else []
     return {
-        "Asked for": name,
-        "Pictures": len(refused),
-        "Refused": int(refused.sum()),
+        "Request": name,
+        "Images": len(refused),
+        "Rejected": int(refused.sum()),
         "In order, median (%)": 100 * float(np.median(share)) if len(share) else None,
-        "In order, least (%)": 100 * float(share.min()) if len(share) else None,
+        "In order, minimum (%)": 100 * float(share.min()) if len(share) else None,
     }

@@ -1,4 +1,4 @@
-"""The remarks of section 3.3.2 that are claims, tested on rendered pictures."""
+"""Claims from the remarks of section 3.3.2, tested on rendered images."""
 
 import numpy as np
 from scipy.stats import norm
@@ -31,10 +31,10 @@ COPES = 0.7
 MIN_GAIN = 0.3
 SAME, MIN_DROP = 0.05, 0.15
 MIN_RATIO = 1.3
-# The text speaks of the fisheye image alone.
+# The thesis mentions the fisheye image only.
 NEARER_WITH = "fisheye"
-# Who extracts fewer than this has nothing that a shadow could take.
-ENOUGH = 0.2
+# Below this success without shadow, a loss cannot be judged.
+MIN_PLAIN_SUCCESS = 0.2
 MAX_DIFFERING = 0.25
 MIN_FAILURES = 10
 EDGE = 1e-9
@@ -87,7 +87,7 @@ def judge_shadow(results, options):
     ours = shadow_effects(result, CELECT, poses)
     plain = numbers_of(result, f"plain.{CELECT}", poses)
     unchanged = ours.within(-SAME, SAME)
-    if unchanged == HOLDS and plain.mean() < ENOUGH:
+    if unchanged == HOLDS and plain.mean() < MIN_PLAIN_SUCCESS:
         unchanged = UNDECIDED
     theirs = shadow_effects(result, options["opencv_detector"], poses)
     return Reading.of(
@@ -101,9 +101,9 @@ def judge_shadow(results, options):
 
 
 def partial_predicates(ours, theirs, method):
-    """Per seed (n,): whether CELECT's part is larger for both, and nearer by fisheye.
+    """Return per run (n,) whether CELECT's parts are larger and nearer the border.
 
-    Also the smaller of the two ratios of the counts, (n,).
+    Also returns the smaller of the two ratios of the counts, (n,).
     """
     seeds = theirs.trials_per_condition
     holds, ratios = np.ones(seeds, bool), np.full(seeds, np.inf)

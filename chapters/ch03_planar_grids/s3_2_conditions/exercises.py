@@ -1,4 +1,4 @@
-"""Answers to the exercises on what section 3.3.2's result depends on."""
+"""Answers to the exercises on the conditions of section 3.3.2."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ KEPT_RESPONSE = 0.1
 
 
 def contrast_task():
-    """White is 0.9 x 0.1 + 0.06 and black 0.05 x 0.1 + 0.06; the difference over the
-    sum."""
+    """White is 0.9 x 0.1 + 0.06 and black 0.05 x 0.1 + 0.06; divide the difference by
+    the sum."""
     return {
         "expected": lambda: veiled_contrast(LIGHT, HAZE),
-        "hint": "how bright does each of the two squares look?",
+        "hint": "how bright is each of the two squares?",
         "slips": {
             "That is without the haze.": lambda: veiled_contrast(LIGHT, 0.0),
             "That is in full light.": lambda: veiled_contrast(1.0, HAZE),
@@ -31,7 +31,7 @@ def step_task():
         "expected": lambda: smallest_over_merging(CORNERS - 1),
         "hint": "how long is the chord in units of the first step?",
         "slips": {
-            "Between ten corners are fewer steps.": lambda: smallest_over_merging(
+            "Ten corners have fewer steps between them.": lambda: smallest_over_merging(
                 CORNERS
             ),
             "That is without the 0.8.": lambda: (
@@ -43,13 +43,13 @@ def step_task():
 
 
 def shadow_task():
-    """Contrast to the fourth power may fall to 0.1, so light may fall to the fourth
-    root of it; the rest may go."""
+    """Contrast to the fourth power may fall to 0.1, so light to its fourth root;
+    the shadow may take the rest."""
     return {
         "expected": lambda: 1 - KEPT_RESPONSE**0.25,
         "hint": "how far may the response fall, and the contrast with it?",
         "slips": {
-            "That must stay.": lambda: KEPT_RESPONSE**0.25,
+            "That is the share that must remain.": lambda: KEPT_RESPONSE**0.25,
             "The response falls faster than the light.": lambda: 1 - KEPT_RESPONSE,
             "That is for the square of contrast.": lambda: 1 - KEPT_RESPONSE**0.5,
         },
@@ -57,13 +57,15 @@ def shadow_task():
 
 
 def veiled_contrast(light, haze):
-    """Difference over sum of white and black squares in this light and haze."""
+    """Return difference over sum of white and black squares in this light and haze."""
     bright, dark = WHITE * light + haze, BLACK * light + haze
     return (bright - dark) / (bright + dark)
 
 
 def smallest_over_merging(count):
-    """Smallest of ``count`` steps over the distance at which corners merge, 0.8 times
-    the chord over 1.9 times the corners."""
+    """Return the smallest of ``count`` steps over the merging distance.
+
+    It is 0.8 times the chord over 1.9 times the number of corners.
+    """
     steps = RATIO ** np.arange(count)
     return float(steps.min() / (0.8 * steps.sum() / (1.9 * CORNERS)))

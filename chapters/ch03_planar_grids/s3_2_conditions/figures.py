@@ -1,4 +1,4 @@
-"""Fig. 3.14, and what section 3.3.2 says in passing, drawn."""
+"""Fig. 3.14, and the conditions of section 3.3.2."""
 
 import numpy as np
 from matplotlib.ticker import FixedFormatter, FixedLocator
@@ -27,12 +27,12 @@ from repro.run.outcomes import Check, Drawing
 MARGIN_PX = 30
 RED, YELLOW, GREEN = "#e6201f", "#ffd60a", "#1fb25a"
 BINS = 6
-BESIDE = 1.06
+OFFSET = 1.06
 
 
 @figure("fig_3_14", needs=("fig_3_14_parts",), evidence="rendered")
 def fig_3_14(results):
-    """The parts that CELECT and OpenCV extract from one picture per camera."""
+    """Draw the parts that CELECT and OpenCV extract from one image per camera."""
     result = results["fig_3_14_parts"]
     drawn, panels = new_figure(2, 2, height_in=6.6)
     rows, inside = [], []
@@ -61,10 +61,10 @@ def fig_3_14(results):
     return Drawing(
         drawn,
         columns(("panel", "method", "corner", "u_px", "v_px"), rows),
-        "Large grids without a border. Left: the largest part that CELECT "
-        "extracts from the picture as it is. Right: the largest that OpenCV's "
-        "findChessboardCorners returns when all around the squares of that "
-        "part is painted white. Red: corners; yellow and green: their order.",
+        "Extracted parts of large grids without a border. Left: the largest part "
+        "that CELECT extracts from the unmodified image. Right: the largest part "
+        "that OpenCV's findChessboardCorners returns when everything around it is "
+        "painted white. Red: corners. Yellow and green: their order.",
         check=Check(
             bool(inside) and all(inside), "every drawn corner is a corner of the grid"
         ),
@@ -89,7 +89,7 @@ def _draw_part(panel, picture, lattice, corners):
 
 
 def _draw_paint(panel, result, camera):
-    """The painted picture over the one it was made from."""
+    """Draw the painted image over the original."""
     bordered = result.arrays(f"{OPENCV}.painted", camera=camera)[0]
     u, v = result.arrays(f"{OPENCV}.first", camera=camera)[0]
     height, width = bordered.shape
@@ -117,7 +117,7 @@ def _shares_corners(corners, lattice):
     evidence="rendered",
 )
 def ext_conditions(results):
-    """Light, shadow, order of the clicks, size variation."""
+    """Draw success by light, shadow, click order and size variation."""
     drawn, panels = new_figure(2, 2, height_in=6.6)
     rows = []
     _draw_light(panels[0, 0], results["exp_c3_low_contrast"], rows)
@@ -128,20 +128,18 @@ def ext_conditions(results):
     return Drawing(
         drawn,
         columns(("panel", "series", "x", "y", "low", "high"), rows),
-        "Share of boards that come back complete and in order, with 95 % "
-        "intervals, poses of the whole range: (a) spherical mirror, the light "
-        "on the board taken away; "
-        "(b) fisheye, without and with a soft shadow that takes 30 % of the "
-        "light; (c) CELECT, the same clicks from each outer corner, by "
-        "rising size of its square, both ways round; (d) CELECT on fisheye "
-        "images: share with a merge failure against the largest ratio of "
-        "steps along one contour, in groups of equal size, and the logistic "
-        "fit.",
+        "Share of boards returned complete and in order, with 95 % intervals, whole "
+        "range of poses. (a) Mirror ball, by light on the board. (b) Fisheye, "
+        "without and with a soft shadow that takes 30 % of the light. (c) CELECT, "
+        "with the first click on each outer corner, by size of its square, in both "
+        "directions. (d) Share of fisheye images with a merge failure of CELECT, by "
+        "the largest ratio of steps along one contour, in groups of equal size, "
+        "with a logistic fit.",
     )
 
 
 def _draw(panel, letter, x, trials, look, label, rows):
-    """Shares of trials with their intervals, and their rows of data."""
+    """Draw shares of trials with their intervals, and add their data to rows."""
     shares = np.array([proportion(t)[:3] for t in trials])
     at = np.asarray(x, float)
     plot_interval(panel, at, *100 * shares.T, look=look, label=label, bars=True)
@@ -157,8 +155,8 @@ def _draw_light(panel, result, rows):
     levels = levels_run(result)
     for index, (method, label) in enumerate(METHODS.items()):
         trials = [in_light(result, v, method) for v in levels]
-        # Beside each other, so that every interval is seen.
-        x = np.array(levels) * BESIDE ** (index - 2)
+        # Offset from each other, so that every interval is visible.
+        x = np.array(levels) * OFFSET ** (index - 2)
         _draw(panel, "a", x, trials, look_of(label), label, rows)
     grey = [
         np.median(numbers_of(result, f"{level_name(v)}.contrast_grey")) for v in levels
@@ -171,7 +169,7 @@ def _draw_light(panel, result, rows):
     panel.set(
         ylim=(-3, 112),
         title="(a) light (above: contrast, grey levels)",
-        xlabel="Light on the board (1)",
+        xlabel="Light on the board (share of full light)",
         ylabel="Success (%)",
     )
 
@@ -193,7 +191,7 @@ def _draw_orders(panel, result, rows):
     orders = all_orders(result)
     for index, way in enumerate(WAYS):
         x = np.arange(1, 5) + 0.08 * (index - 0.5)
-        label = "clockwise" if way == "clockwise" else "the other way"
+        label = "clockwise" if way == "clockwise" else "anticlockwise"
         _draw(panel, "c", x, orders[index], series(index + 5), label, rows)
     squares = ["smallest\nsquare", "second", "third", "largest\nsquare"]
     _name_ticks(panel, [1, 2, 3, 4], squares)
@@ -213,7 +211,7 @@ def _draw_merging(panel, results, rows):
     panel.set(
         ylim=(-3, 103),
         title="(d) size variation",
-        xlabel="Longest over shortest step (1)",
+        xlabel="Longest step over shortest (ratio)",
         ylabel="Images with a merge failure (%)",
     )
     panel.legend(loc="lower right")

@@ -1,16 +1,13 @@
-"""What the conditions of section 3.3.2 did, and the numbers that are quoted."""
-
-from collections import Counter
+"""Results of the conditions of section 3.3.2, and the numbers that are quoted."""
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import DONE, WRONG
 from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
     LIGHT_LEVELS,
     level_name,
 )
 from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
-from chapters.shared.grid_rigs import HARD, WHOLE
+from chapters.shared.grid_rigs import WHOLE
 from repro.judge.statistics import paired_gain, proportion
 from repro.page.reader import value
 from repro.page.wording import rounded
@@ -27,28 +24,28 @@ METHODS = {
     CLICKLESS: "without clicks (ours)",
 }
 SPOTTED, CLEAN = ("600 spots", "no spots")
-# Information below which a slope is without bound.
+# Information below which a slope is unbounded.
 SEPARATED = 1e-6
 
 
 def numbers_of(result, name, poses=WHOLE):
-    """A number of every image of one range of poses: (n,)."""
+    """Return a number of every image of one range of poses, (n,)."""
     return result.select(poses=poses).column(name)
 
 
 def levels_run(result):
-    """Light levels of the contrast study as it was run, brightest first."""
+    """Return the light levels of the contrast study as run, brightest first."""
     return [v for v in LIGHT_LEVELS if v in result.conditions[0]["levels"]]
 
 
 def in_light(result, level, method, poses=WHOLE, spots=SPOTTED):
-    """Successes (n,) of a method in one light."""
+    """Return the successes (n,) of a method in one light."""
     clean = "" if spots == SPOTTED else "spotless."
     return numbers_of(result, f"{level_name(level)}.{clean}{method}", poses)
 
 
 def shadow_effects(result, method, poses=WHOLE):
-    """Success without less with the shadow: Estimate."""
+    """Return success without minus with the shadow, as an Estimate."""
     return paired_gain(
         numbers_of(result, f"plain.{method}", poses),
         numbers_of(result, f"shadow.{method}", poses),
@@ -56,9 +53,9 @@ def shadow_effects(result, method, poses=WHOLE):
 
 
 def all_orders(result, tone="", poses=WHOLE):
-    """Success (2, 4, n): way round, first corner by rising square, image of any set.
+    """Return success (2, 4, n): direction, first corner by rising square, image.
 
-    tone: 'linear_' for the pictures with their tone curve undone.
+    tone: 'linear_' for the images with their tone curve undone.
     """
     return np.array(
         [
@@ -69,21 +66,15 @@ def all_orders(result, tone="", poses=WHOLE):
 
 
 def differing(orders):
-    """Images (n,): 1 where the eight orders do not all end alike."""
+    """Return for each image (n,) 1 where the eight orders do not all end alike."""
     flat = orders.reshape(-1, orders.shape[-1])
     return (flat.min(axis=0) != flat.max(axis=0)).astype(float)
 
 
-def ends_of_orders(trials):
-    """Counter of where the runs in the eight orders ended, over a selection."""
-    names = [f"{way}_{rank}_stage" for way in WAYS for rank in range(4)]
-    return Counter(end for name in names for end in trials.texts(name))
-
-
 def merging_of(results, tone="", poses=WHOLE):
-    """(size ratio (n,), merge failed (n,), success (n,)) of the fisheye images.
+    """Return size ratio, merge failure and success, each (n,), of the fisheye images.
 
-    tone: 'linear.' for the pictures with their tone curve undone.
+    tone: 'linear.' for the images with their tone curve undone.
     """
     both = [results[e] for e in ("exp_c3_shadow", "exp_c3_merge_images")]
     return [
@@ -93,10 +84,10 @@ def merging_of(results, tone="", poses=WHOLE):
 
 
 def logistic_slope(x, y):
-    """Slope of log odds of y (n,) bool over x (n,), and its standard error.
+    """Return the slope of log odds of y (n,) bool over x (n,), and its standard error.
 
-    Maximum likelihood by Newton's method; (nan, nan) where all y are alike or x parts
-    them, so that no slope is the steepest.
+    Maximum likelihood by Newton's method; (nan, nan) where all y are alike or x
+    separates them, so that the slope is unbounded.
     """
     y = np.asarray(y, float)
     if y.min() == y.max():
@@ -118,9 +109,9 @@ def logistic_slope(x, y):
 
 
 def logistic_curve(x, y, at):
-    """Probability (m,) at places `at` (m,) by the logistic fit of y (n,) over x (n,).
+    """Return the probability (m,) at `at` (m,) by the logistic fit of y over x (n,).
 
-    The mean of y where there is no such fit.
+    It is the mean of y where there is no such fit.
     """
     slope, _ = logistic_slope(x, y)
     y = np.asarray(y, float)
@@ -131,7 +122,7 @@ def logistic_curve(x, y, at):
 
 
 def _offset(slope, x, y):
-    """Constant of the fit of a known slope: the mean probability is that of y."""
+    """Return the constant of the fit of a known slope, matching the mean of y."""
     from scipy.optimize import brentq
 
     def excess(offset):
@@ -143,7 +134,7 @@ def _offset(slope, x, y):
 
 @numbers("fig_3_14", needs=("fig_3_14_parts",), evidence="rendered")
 def numbers_fig_3_14(results):
-    """Sizes of the parts in the drawn picture; the others in words."""
+    """Return sizes of the parts in the plotted image; the others in words."""
     result = results["fig_3_14_parts"]
     found = {}
     for short, camera in (("hype", "hyperboloidal"), ("fish", "fisheye")):
@@ -165,120 +156,43 @@ def numbers_fig_3_14(results):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    both = {
-        name: open_results(name) for name in ("exp_c3_shadow", "exp_c3_merge_images")
-    }
-    light = open_results("exp_c3_low_contrast")
+    shadow = open_results("exp_c3_shadow")
+    more = open_results("exp_c3_merge_images")
+    both = {"exp_c3_shadow": shadow, "exp_c3_merge_images": more}
+    orders = all_orders(open_results("exp_c3_trace_direction"))
     quoted = {
         **of_parts(open_results("fig_3_14_parts")),
-        **of_spots(light, "spots", SPOTTED),
-        **of_spots(light, "clean", CLEAN),
-        **of_light(light),
-        **of_shadow(both["exp_c3_shadow"]),
-        **of_orders(open_results("exp_c3_trace_direction")),
+        "shadow.whole.opencv": in_points(shadow_effects(shadow, OPENCV)),
+        "orders.differ": of_hundred(proportion(differing(orders))),
         **of_merging(both),
     }
     for name, number in quoted.items():
         value(name, number)
 
 
-def of_shadow(result):
-    """What the shadow takes from CELECT and from OpenCV."""
-    return {
-        f"shadow.{poses}.{name}": in_points(shadow_effects(result, method, poses))
-        for poses in (WHOLE, HARD)
-        for method, name in ((CELECT, "celect"), (OPENCV, "opencv"))
-    }
-
-
-def of_orders(result):
-    """How often the order of the clicks decides, and where runs ended."""
-    orders = all_orders(result)
-    ends = {
-        poses: ends_of_orders(result.select(poses=poses)) for poses in (WHOLE, HARD)
-    }
-    return {
-        "orders.differ": of_hundred(proportion(differing(orders))),
-        "orders.images": len(differing(orders)),
-        "orders.never": 100 * (1 - orders.max(axis=(0, 1))).mean(),
-        **of_failures(f"orders.{WHOLE}", ends[WHOLE]),
-        **of_failures(f"orders.{HARD}", ends[HARD]),
-    }
-
-
 def of_merging(results):
-    """Merge failures of the fisheye images."""
-    ratio, failed, success = merging_of(results)
-    even, uneven = thirds_of(ratio, failed)
+    """Return the merge failures (%) of the thirds with most even and uneven squares."""
+    ratio, failed, _ = merging_of(results)
+    thirds = np.array_split(failed[np.argsort(ratio)], min(3, len(ratio)))
     return {
-        "merge.images": len(failed),
-        "merge.count": int(failed.sum()),
-        "merge.lost": int((success == 0).sum()),
-        "merge.even": 100 * even.mean(),
-        "merge.uneven": 100 * uneven.mean(),
+        "merge.even": 100 * thirds[0].mean(),
+        "merge.uneven": 100 * thirds[-1].mean(),
     }
-
-
-def thirds_of(ratio, failed):
-    """Failures of the third with the most even squares, and of the most uneven."""
-    parts = np.array_split(failed[np.argsort(ratio)], min(3, len(ratio)))
-    return parts[0], parts[-1]
 
 
 def in_points(found):
-    """An Estimate of a share in points of success, with its interval."""
+    """Return an Estimate of a share in percentage points, with its interval."""
     points, low, high = (f"{100 * share:.1f}" for share in found[:3])
     return f"{points} ({low} to {high})"
 
 
 def of_hundred(found):
-    """An Estimate of a share in percent, with its interval."""
+    """Return an Estimate of a share in percent, with its interval, as text."""
     return rounded(100 * found.value, (100 * found.low, 100 * found.high))
 
 
-def of_spots(result, name, spots):
-    """CELECT against OpenCV in every light, with the ball's spots or without."""
-    levels = levels_run(result)
-    ours, theirs = (
-        [int(in_light(result, v, method, WHOLE, spots).sum()) for v in levels]
-        for method in (CELECT, OPENCV)
-    )
-    pairs = list(zip(ours, theirs, strict=True))
-    kept = [v for v, n in zip(levels, ours, strict=True) if n >= ours[0]]
-    return {
-        f"light.{name}.ahead": sum(a > b for a, b in pairs),
-        f"light.{name}.behind": sum(a < b for a, b in pairs),
-        f"light.{name}.first": ours[0],
-        f"light.{name}.most": max(ours),
-        f"light.{name}.last": kept[-1],
-    }
-
-
-def of_light(result):
-    """CELECT's lead in the light in which it does best, and where its runs ended."""
-    levels = levels_run(result)
-    best = max(levels, key=lambda v: in_light(result, v, CELECT).mean())
-    ours, theirs = (in_light(result, best, m) for m in (CELECT, OPENCV))
-    ends = Counter(
-        stage
-        for v in levels
-        for stage in result.select().texts(f"{level_name(v)}.stage")
-    )
-    return {
-        "light.levels": len(levels),
-        "light.images": len(ours),
-        "light.lead": in_points(paired_gain(ours, theirs)),
-        **of_failures("light", ends),
-    }
-
-
-def of_failures(name, ends):
-    """How many of the runs of a Counter failed, and how many without saying so."""
-    return {f"{name}.failed": ends.total() - ends[DONE], f"{name}.silent": ends[WRONG]}
-
-
 def of_parts(result):
-    """How much larger CELECT's parts are, and what it mostly fails by."""
+    """Return the median ratio of CELECT's corners to OpenCV's, by camera."""
 
     def ratio(camera):
         ours, theirs = (
@@ -287,12 +201,4 @@ def of_parts(result):
         )
         return float(np.median(ours / np.maximum(theirs, 1)))
 
-    lost = {
-        name.removeprefix("celect.lost."): np.nansum(result.select().column(name))
-        for name in result.names()
-        if name.startswith("celect.lost.")
-    }
-    return {f"part.{camera}": ratio(camera) for camera in CAMERAS} | {
-        "part.stage": max(lost, key=lost.get, default="none"),
-        "part.pictures": result.trials_per_condition,
-    }
+    return {f"part.{camera}": ratio(camera) for camera in CAMERAS}

@@ -9,12 +9,14 @@ SIDE_PX, SIDE_CORNERS = 120.0, 7
 
 
 def split_task():
-    """If both are equally good, each of the 29 pictures falls to either like a coin.
-    Splits with 0, 1 or 2 on one side have 1 + 29 + 406 of 2^29 ways, and the other
-    side may have them as well."""
+    """If both are equally good, each of the 29 images is a fair coin toss.
+
+    Splits with 0, 1 or 2 on one side are 1 + 29 + 406 of 2^29 cases, and the same on
+    the other side.
+    """
     return {
         "expected": lambda: chance_of_split(ONLY_ONE, ONLY_OTHER),
-        "hint": "which splits are no less unequal than this one?",
+        "hint": "which splits are at least as unequal as this one?",
         "slips": {
             "That is one-sided.": lambda: chance_of_split(ONLY_ONE, ONLY_OTHER) / 2,
             "More unequal splits count too.": lambda: 2 * this_split(),
@@ -27,7 +29,7 @@ def clicks_task():
     """3 x 15 x 35, and 7 x 63 and 8 x 108 of the fourth set."""
     return {
         "expected": lambda: 3 * 15 * 7 * 5 + 7 * 9 * 7 + 8 * 12 * 9,
-        "hint": "count the pictures of each board",
+        "hint": "count the images of each board",
         "slips": {
             "The fourth set is missing.": lambda: 3 * 15 * 7 * 5,
             "Three sets have the small board.": lambda: (
@@ -43,13 +45,13 @@ def reach_task():
     corners."""
     return {
         "expected": reach_of_merging,
-        "hint": "which threshold decides about joining, and what is its unit?",
+        "hint": "which threshold decides about merging, and what is its unit?",
         "slips": {
             "That is s itself.": lambda: reach_of_merging() / 0.8,
-            "The number of corners counts, not of squares.": lambda: (
+            "The number of corners counts, not that of squares.": lambda: (
                 reach_of_merging() * SIDE_CORNERS / (SIDE_CORNERS - 1)
             ),
-            "That is a part of the step, which is about twice s.": lambda: (
+            "That is a share of the step, which is about twice s.": lambda: (
                 reach_of_merging() * 1.9
             ),
         },
@@ -57,11 +59,11 @@ def reach_task():
 
 
 def this_split():
-    """Chance of this very split, with the fewer on the side where they are."""
+    """Return the probability of exactly this split."""
     count = ONLY_ONE + ONLY_OTHER
     return math.comb(count, ONLY_OTHER) / 2**count
 
 
 def reach_of_merging():
-    """Largest distance in px of two answers that are joined."""
+    """Return the largest distance (px) of two responses that are merged."""
     return 0.8 * SIDE_PX / (1.9 * SIDE_CORNERS)

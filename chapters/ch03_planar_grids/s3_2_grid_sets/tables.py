@@ -1,4 +1,4 @@
-"""The tables of section 3.3.2."""
+"""Tables of section 3.3.2."""
 
 from functools import partial
 
@@ -34,7 +34,7 @@ ROWS = {
     BOTH: "CELECT, both (ext.)",
     CLICKLESS: "without clicks (ext.)",
 }
-# What the ledger's ids call sets, methods, and the columns that the thesis has.
+# Names of sets, methods and published columns in the registry's ids.
 PRINTED_SETS = {
     "spherical": "sph",
     "hyperboloidal": "hyp",
@@ -43,7 +43,7 @@ PRINTED_SETS = {
 }
 PRINTED_METHODS = {OPENCV: "opencv", CELECT: "celect"}
 PRINTED_COLUMNS = {
-    "Right": "count",
+    "Correct": "count",
     "Mean before (px)": "pre_mean",
     "Max before (px)": "pre_max",
     "SD before (px)": "pre_sd",
@@ -54,8 +54,8 @@ PRINTED_COLUMNS = {
 PRINTED_CONFIGURATION = ("Width (px)", "Height (px)", "Columns", "Pitch (mm)", "Images")
 HEADS = (
     "Method",
-    "Right",
-    "Pictures",
+    "Correct",
+    "Images",
     "Mean before (px)",
     "Max before (px)",
     "SD before (px)",
@@ -70,7 +70,7 @@ HEADS = (
 
 @table("table_3_3", needs=GRIDS, evidence="rendered")
 def table_3_3(results):
-    """The four sets as they were rendered, a row for each grid."""
+    """Return the four sets as rendered, one row per grid."""
     rows, printed, stated = [], [], []
     for set_name, experiment in EXPERIMENTS.items():
         ran = results[experiment].settings
@@ -95,11 +95,11 @@ def table_3_3(results):
     )
     return Table(
         columns(heads, rows),
-        "Configurations of the rendered sets; columns and rows count interior "
-        "corners. Every value of a rig has its origin in its file.",
+        "Configurations of the rendered sets. Columns and rows count interior "
+        "corners. The rig files state the origin of every value.",
         Check(
             bool(stated) and all(stated),
-            f"{sum(stated)} of {len(stated)} pictures show as many corners as the "
+            f"{sum(stated)} of {len(stated)} images show as many corners as the "
             "columns and rows of their grid have",
         ),
         printed=columns(PRINTED_CONFIGURATION, printed),
@@ -107,7 +107,7 @@ def table_3_3(results):
 
 
 def configuration(short, grids):
-    """Ids of what the thesis states of a set, a row for each grid."""
+    """Return the ids of published values of a set, one row per grid."""
     named = [(f"_grid_{wide}x{high}", f"_{wide}x{high}") for wide, high in grids]
     alone = len(grids) == 1
     return [
@@ -121,7 +121,7 @@ def configuration(short, grids):
 
 
 def corners_as_stated(result):
-    """Of each picture, whether it showed as many corners as the settings say."""
+    """Return for each image whether it shows as many corners as its settings state."""
     ran = result.settings
     of_image = np.repeat([wide * high for wide, high in ran["grids"]], ran["images"])
     images = [c["image"] for c in result.conditions]
@@ -129,7 +129,7 @@ def corners_as_stated(result):
 
 
 def mean_of(grids):
-    """Mean over all corners, and its 95 % interval over grids, drawn again whole."""
+    """Return the mean over all corners; 95 % bootstrap interval over whole grids."""
     sums, counts = np.array([[e.sum(), len(e)] for e in grids]).T
 
     def statistic(total, number):
@@ -139,7 +139,7 @@ def mean_of(grids):
 
 
 def statistics(grids):
-    """Mean, largest and SD (px) of the errors of right grids; None without any."""
+    """Return mean, maximum and SD (px) of the errors of correct grids, or None."""
     if not grids:
         return [None] * 3
     every = np.concatenate(grids)
@@ -147,7 +147,7 @@ def statistics(grids):
 
 
 def error_table(result, number):
-    """Counts and errors of every method in one set, as in Table 3.``number``."""
+    """Return counts and errors of every method in one set, as in Table 3.``number``."""
     rows = []
     for method, name in ROWS.items():
         found = right(result, method)
@@ -163,13 +163,12 @@ def error_table(result, number):
     half = result.settings["localiser"]["half_window_px"]
     return Table(
         columns(HEADS, rows),
-        f"{title} set, poses of the whole range, all seeds: grids with every "
-        "corner right and in order, and the errors of their corners. Before "
-        "localisation they are against the truth; after it against corners "
-        "that the same localiser moved from the truth, as in the text, with a "
-        f"half window of {half[WINDOW]} px, and of {half[FULL]} px where the "
-        "9 x 9 window is read as full. A mean has its 95 % interval over "
-        "grids.",
+        f"{title} set: numbers of correct grids and errors of their corners, whole "
+        "range of poses, all simulated runs. Errors before localisation are "
+        "relative to the true corners. Errors after it are relative to the true "
+        "corners refined by the same localiser, as in the thesis, with a "
+        f"half-window of {half[WINDOW]} px (full window: {half[FULL]} px). "
+        "Brackets: 95 % interval of the mean over grids.",
         printed={
             head: [
                 f"t3_{number}_{PRINTED_METHODS[method]}_{what}"
@@ -184,23 +183,23 @@ def error_table(result, number):
 
 @table("table_3_4", needs=("table_3_4_grids",), evidence="rendered")
 def table_3_4(results):
-    """The Spherical set."""
+    """Return the table of the Spherical set."""
     return error_table(results["table_3_4_grids"], 4)
 
 
 @table("table_3_5", needs=("table_3_5_grids",), evidence="rendered")
 def table_3_5(results):
-    """The Hyperboloidal set."""
+    """Return the table of the Hyperboloidal set."""
     return error_table(results["table_3_5_grids"], 5)
 
 
 @table("table_3_6", needs=("table_3_6_grids",), evidence="rendered")
 def table_3_6(results):
-    """The Fisheye set."""
+    """Return the table of the Fisheye set."""
     return error_table(results["table_3_6_grids"], 6)
 
 
 @table("table_3_7", needs=("table_3_7_grids",), evidence="rendered")
 def table_3_7(results):
-    """The Flexible Mirror set."""
+    """Return the table of the Flexible Mirror set."""
     return error_table(results["table_3_7_grids"], 7)

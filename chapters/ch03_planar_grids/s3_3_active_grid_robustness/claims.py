@@ -1,4 +1,4 @@
-"""The claims of section 3.3.3, decided by the share of the sets that bear them out."""
+"""Claims of section 3.3.3, decided by the share of the sets that support them."""
 
 import numpy as np
 from scipy.stats import spearmanr
@@ -37,8 +37,10 @@ OF_FIRST = ("corner_window", "exposure", "corner_measure")
 
 
 def of_share(results, options, sweep=None):
-    """The Reading that in a share of the conditions no method leaves less, in nearly
-    all sets: of the levels of a sweep, or of all conditions. Ties count.
+    """Return the Reading that no method leaves less in a share of the conditions.
+
+    It must hold in nearly all sets: over the levels of a sweep, or over all
+    conditions. Ties count.
     """
     result, taken = swept(results), Case(NAMES, options)
     points = points_along(result, sweep) if sweep else points_of(result)
@@ -62,7 +64,7 @@ def of_share(results, options, sweep=None):
 
 
 def left_out(result, points, taken):
-    """How many corners each method left out of the scored ones, in words."""
+    """Return the number of corners that each method missed, as text."""
     counts = {m: int(lost(result, points, m, taken).sum()) for m in METHODS}
     corners = np.prod(result.settings["corners"]) * len(result.levels("set"))
     said = ", ".join(f"{method} {count}" for method, count in counts.items())
@@ -117,7 +119,7 @@ def judge_active_blur(results, options):
     readings=("decodable", "camera_file"),
 )
 def judge_active_viewing_angle(results, options):
-    """The decoded share of the visible area falls as the monitor turns."""
+    """The decoded share of the visible area falls as the monitor rotates."""
     result, taken = results["exp_c3_active_viewing_angle"], Case(VIEWED, options)
     turns = sorted(result.levels("turn_deg"))
     name, gamma = taken["decodable"], taken["camera_file"]

@@ -12,12 +12,12 @@ def lens_task():
     over that tangent is the focal length."""
     return {
         "expected": longest_lens,
-        "hint": "under which angle is the upper half of the grid seen?",
+        "hint": "which angle does the upper half of the grid subtend?",
         "slips": {
-            "That takes the whole grid for its half.": lambda: (
+            "That uses the whole grid instead of its half.": lambda: (
                 SENSOR_MM / 2 * DISTANCE_MM / SIDE_MM
             ),
-            "That is an equidistance lens.": lambda: (
+            "That is an equidistant lens.": lambda: (
                 SENSOR_MM / 2 / math.atan(SIDE_MM / 2 / DISTANCE_MM)
             ),
         },
@@ -25,14 +25,14 @@ def lens_task():
 
 
 def noise_task():
-    """Of four steps the phase has sqrt(2/4) s / B; a period is 2 pi, and the mean of
+    """Four steps give a phase SD of sqrt(2/4) s / B; a period is 2 pi, and the mean of
     7 x 7 pixels divides by 7."""
     return {
         "expected": point_noise,
         "hint": "noise of the phase first, then a period in mm, then the filter",
         "slips": {
             "The filter averages 49 pixels.": lambda: point_noise() * WINDOW,
-            "A mean of 49 values divides by their root.": lambda: (
+            "A mean of 49 values divides by the square root of 49.": lambda: (
                 point_noise() / WINDOW
             ),
             "A period of the phase is 2 pi.": lambda: point_noise() * 2 * math.pi,
@@ -43,26 +43,26 @@ def noise_task():
 def floor_task():
     """Independent errors add by their squares."""
     return {
-        "expected": seen_residual,
-        "hint": "do the two errors know of each other?",
+        "expected": combined_residual,
+        "hint": "are the two errors correlated?",
         "slips": {
             "Independent errors add by their squares.": lambda: OWN_MM + SECOND_MM,
-            "The second grid's error comes on top.": lambda: OWN_MM,
+            "The second grid's error is added.": lambda: OWN_MM,
         },
     }
 
 
 def longest_lens():
-    """Focal length in mm with which the grid just fills the sensor's height."""
+    """Return the focal length (mm) with which the grid fills the sensor's height."""
     return SENSOR_MM / 2 / (SIDE_MM / 2 / DISTANCE_MM)
 
 
 def point_noise():
-    """SD in mm of a decoded coordinate."""
+    """Return the SD (mm) of a decoded coordinate."""
     phase = math.sqrt(2 / 4) * NOISE_GREY / SWING_GREY
     return CELL_MM * phase / (2 * math.pi) / WINDOW
 
 
-def seen_residual():
-    """Residual in mm that the second grid reports."""
+def combined_residual():
+    """Return the residual (mm) that the second grid gives."""
     return math.hypot(OWN_MM, SECOND_MM)

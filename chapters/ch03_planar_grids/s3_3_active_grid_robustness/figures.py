@@ -1,4 +1,4 @@
-"""Fig. 3.15, and what lies behind it."""
+"""Fig. 3.15, and the errors by the true corners."""
 
 from functools import partial
 
@@ -26,15 +26,15 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 AXES = {
-    "distance": "Distance of camera and grid (mm)",
-    "orientation": "Orientation of the grid (deg)",
+    "distance": "Camera-grid distance (mm)",
+    "orientation": "Grid orientation (deg)",
     "blur": "Gaussian blur, SD (px)",
     "noise": "Gaussian noise, SD (grey levels)",
 }
 
 
 def _along(panel, result, sweep, method, of, look, label):
-    """Median and range over sets of one measure along a sweep, and rows of data.
+    """Draw median and range over sets of one measure along a sweep; return the data.
 
     of: (result, sweep, level, method) -> (sets,).
     """
@@ -52,7 +52,7 @@ def _along(panel, result, sweep, method, of, look, label):
 
 @figure("fig_3_15", needs=SWEPT, evidence="rendered")
 def fig_3_15(results):
-    """Residuals of three methods along four sweeps."""
+    """Draw the residuals of three methods along four sweeps."""
     result = swept(results)
     drawn, panels = new_figure(2, 2, height_in=6.4)
     rows = []
@@ -66,16 +66,16 @@ def fig_3_15(results):
     return Drawing(
         drawn,
         columns(("sweep", "level", "method", "rms_mm", "low_mm", "high_mm"), rows),
-        "RMS residual of the chessboard's corners after a homography from a "
+        "RMS residual of the chessboard's corners after a homography from the "
         "second active grid, in mm on the chessboard: median and range over "
-        f"{_sets(result)}. Dotted: the true corners, whose residual is the "
-        "second grid's own error. Exposure below a full well, one window.",
+        f"{_sets(result)}. Dotted: true corners, whose residual is the second "
+        "grid's own error (floor). Exposure below a full well, window of 15 px.",
     )
 
 
 @figure("ext_active_errors", needs=SWEPT, evidence="rendered")
 def ext_active_errors(results):
-    """Errors against the true corners along the sweeps, with both exposures."""
+    """Draw the errors by the true corners along the sweeps, with both exposures."""
     result = swept(results)
     drawn, panels = new_figure(2, 2, height_in=6.6, sharey=True)
     rows = []
@@ -101,14 +101,14 @@ def ext_active_errors(results):
             ),
             rows,
         ),
-        "Distance of the localised corners from the true ones, RMS in px of "
-        f"the picture: median and range over {_sets(result)}. Dashed: with "
-        "a fifth more light than white's wells hold.",
+        "RMS distance (px) of the localised corners from the true ones: median "
+        f"and range over {_sets(result)}. Dashed: overexposed by a fifth above "
+        "a full well.",
     )  # fmt: skip
 
 
 def _legend(drawn, panel, columns_in_it):
-    """One legend above all panels."""
+    """Draw one legend above all panels."""
     handles, labels = panel.get_legend_handles_labels()
     drawn.legend(
         handles, labels, loc="outside upper center", ncols=columns_in_it,
@@ -118,4 +118,4 @@ def _legend(drawn, panel, columns_in_it):
 
 def _sets(result):
     count = len(result.levels("set"))
-    return "one set of pictures" if count == 1 else f"{count} sets of pictures"
+    return "one set of images" if count == 1 else f"{count} sets of images"

@@ -1,11 +1,11 @@
 # %% [markdown]
-# # 3.3.3 Active grids against chessboards
+# # 3.3.3 Robustness of active grids compared with chessboards
 #
-# **Question.** A monitor can show a chessboard, or patterns that give every
-# pixel of the camera its point. Which of the two tells better where a corner
-# is, when the monitor is near or far, turned, out of focus, or photographed
-# with noise? The thesis measures this with a second active grid; this page
-# does it again in front of a virtual monitor, where the truth is known too.
+# **Question.** A monitor can show a chessboard, or an active grid that gives every
+# camera pixel its screen position. Which of the two locates corners more accurately
+# when distance, orientation, blur or noise change? The thesis measures this with a
+# second active grid. Here the monitor is simulated, so the true corners are known
+# too.
 
 # %%
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.exercises import (
@@ -33,118 +33,120 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - The active grid matches or beats both other methods in
-#   {glue:text}`won:.0f` % of the conditions, and in {glue:text}`won.least:.0f` %
-#   with the worst of {glue:text}`sets` sets of pictures, where the claim asks
-#   for 80 % with each; with overexposed pictures it is
-#   {glue:text}`over.won:.0f` %.
-# - The measure hides most of the difference: true corners, which have no
-#   error, leave {glue:text}`floor:.3f` mm at 200 mm, the second grid's own.
-#   What is less apart than this floor spreads from set to set,
-#   {glue:text}`floor.spread:.4f` mm there, counts as a tie.
-# - So each method's own error stands beside its residual here, as the
-#   distance to the true corners. By it the active grid is
-#   {glue:text}`off.active:.3f` px off, the
-#   derivative method {glue:text}`off.derivative:.3f` px, the saddle point
-#   {glue:text}`off.saddle:.3f` px.
-# - With noise of {glue:text}`most_noise:.0f` grey levels the active grid is
-#   {glue:text}`noisy.active:.2f` px off and the derivative method
-#   {glue:text}`noisy.derivative:.2f` px: a sine is a much flatter slope than an
-#   edge.
-# - With a fifth more light than the wells hold, the derivative method is
-#   {glue:text}`over.off.derivative:.2f` px off and the active grid
-#   {glue:text}`over.off.active:.3f` px, as the thesis says of blooming.
-# - Turned by {glue:text}`turned:.0f`°, the monitor is still decoded on
-#   {glue:text}`share.turned:.0f` % of what is seen of it: its light falls
-#   off, but not so far that it could not be read.
+# 1. **The active grid matches or beats both localisers in {glue:text}`won:.0f` % of
+#    the conditions.** In the worst set of images it is {glue:text}`won.least:.0f` %.
+#    The claim requires 80 % and holds in every set.
+# 2. **The residual hides most of the difference.** True corners leave
+#    {glue:text}`floor:.3f` mm at 200 mm. Compared with them, the active grid has an
+#    error of {glue:text}`off.active:.3f` px, the derivative method
+#    {glue:text}`off.derivative:.3f` px.
+# 3. **Noise favours the chessboard.** The active grid is beaten in most sets first at
+#    this level: {glue:text}`first_lost_noise` grey levels. Sinusoids are less steep
+#    than edges.
+# 4. **Overexposure favours the active grid, and the viewing angle costs no area.**
+#    Blooming shifts chessboard edges, so the derivative method's error becomes
+#    several times that of the active grid. At 70° the visible monitor is still
+#    decoded.
+
+# %% [markdown]
+# | question | thesis | here |
+# |---|---|---|
+# | superior in almost all conditions | yes | in {glue:text}`won:.0f` %, ties included |
+# | robust to distance and orientation | yes | yes |
+# | robust to blur | yes | yes by the residual, no by true corners |
+# | robust to noise (grey levels) | yes | no; beaten at {glue:text}`first_lost_noise` |
+# | less affected by blooming | yes | yes |
+# | usable area limited by viewing angle | yes | no, precision is |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Active grid*: phase-shift structured-light target on a monitor (section 3.2.2).
+# - *Second grid*: an active grid in front of the unmoved camera, which gives each
+#   localised corner a screen position.
+# - *Residual* $r$: RMS (mm) of these positions after a homography to the chessboard.
+# - *True corners*: corners known from the simulation; the residual that they leave is
+#   the *floor*.
+# - *Tie*: residuals that differ by no more than the spread of the floor over the
+#   sets.
+# - *Set of images*: one simulated run with its own noise and monitor setup; three
+#   sets (one in quick builds).
+# - *Full well*: the charge at which a camera pixel saturates. *Blooming*: overflow of
+#   charge along columns.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# A monitor shows a chessboard with 15 × 15 corners, 301.5 mm wide, 200 mm in
-# front of a camera. Two methods of [3.1.3](s1_3_localisation.ipynb) localise
-# its corners. Then it shows an active grid in the same place, and the decoded
-# grid is searched for the points where the corners are. Last, a second
-# active grid stands in front of the camera, which has not moved: it tells
-# at which of its points each localised corner looks. A homography from
-# these points to the known chessboard leaves a residual, and its RMS is drawn
-# over distance, orientation, blur and noise (Fig. 3.15). Section 3.3.3 says:
+# A monitor 200 mm in front of a camera shows a chessboard with 15 × 15 corners, 301.5
+# mm wide. Two methods of [3.1.3](s1_3_localisation.ipynb) localise its corners. The
+# monitor then shows an active grid, which is searched for the same points. A second
+# grid converts all localised corners to positions, and the residual is plotted over
+# distance, orientation, blur and noise (Fig. 3.15). The thesis concludes:
 #
-# - active grids are superior under almost all conditions;
-# - they stand distance, orientation, blur and additive noise;
-# - one reason is that they stand blooming, which moves the edges of a
-#   chessboard and not the phase of a sine;
-# - their weakness is the monitor: seen at an angle it is darker, which
-#   limits the area that can be used.
+# - Active grids are superior under almost all conditions.
+# - One reason is their robustness to blooming, which moves edges but not the phase of
+#   a sinusoid.
+# - A drawback is the monitor: its intensity falls with the viewing angle, which
+#   limits the usable area.
 
 # %% [markdown]
 # ## Model
 #
-# **A corner in the grid.** A decoded pixel $\mathbf{p}$ has a point
-# $\mathbf{l}(\mathbf{p})$ of the monitor, in mm (3.24). A corner at the point
-# $\mathbf{x}$ is between the four pixels whose points are nearest to
-# $\mathbf{x}$, no three of them on a line: the homography from these points
-# to their pixels takes $\mathbf{x}$ to the sub-pixel place.
+# **A corner in the grid.** A decoded pixel $\mathbf{p}$ has a screen position
+# $\mathbf{l}(\mathbf{p})$ in mm. The corner at $\mathbf{x}$ is between the four
+# pixels with positions nearest to $\mathbf{x}$, no three collinear. The homography
+# from these positions to their pixels maps $\mathbf{x}$ to the image.
 #
-# **A corner in the second grid.** The other way round: at a sub-pixel place
-# $\mathbf{q}$ the second grid's point is bilinear between the four pixels
-# around it.
+# **A corner in the second grid.** The position at a subpixel point $\mathbf{q}$ is
+# interpolated bilinearly between the four pixels around it.
 
 # %% tags=["active-ipynb"]
 # show_code(pixels_of, points_at)
 
 # %% [markdown]
-# **What is measured.** If a method puts corner $i$ at $\mathbf{q}_i$, the
-# second grid sees $\mathbf{l}_2(\mathbf{q}_i)$ there, and
+# **Residual.** If a method places corner $i$ at $\mathbf{q}_i$, the second grid sees
+# $\mathbf{l}_2(\mathbf{q}_i)$ there, and
 #
 # $$r = \sqrt{\frac{1}{n} \sum_{i=1}^{n} \left\| H\,\mathbf{l}_2(\mathbf{q}_i) -
 # \mathbf{x}_i \right\|^2},$$
 #
-# where $H$ is the homography with the least residual $r$ and $n$ the number
-# of corners. Both grids are planes and the camera's rays have one centre,
-# so that $H$ is exact whatever the lens does: distortion does not enter. But
-# $\mathbf{l}_2$ has errors of its own. They add to those of every method, and
-# what true corners leave is a floor that no method can get below for long.
+# where $H$ is the homography with the smallest $r$ and $n$ the number of corners.
+# Both grids are planes and the camera is central, so $H$ is exact for any lens
+# distortion. The errors of $\mathbf{l}_2$ add to those of every method: they are the
+# floor.
 
 # %% tags=["active-ipynb"]
 # show_code(sweeps.residual_mm)
 
 # %% [markdown]
-# **Noise.** Four steps of a sine with the swing $B$ (grey levels) and noise of
-# the standard deviation $\sigma$ give a phase with
+# **Noise.** Four steps of a sinusoid with amplitude $B$ (grey levels) and noise of
+# standard deviation $\sigma$ give the phase and position errors
 #
 # $$\sigma_\varphi = \sqrt{\tfrac{2}{4}}\,\frac{\sigma}{B}, \qquad
 # \sigma_l = \frac{w}{2\pi}\,\frac{\sigma_\varphi}{7}$$
 #
-# for a cell of the width $w$, after the average over 7 × 7 pixels. With cells of
-# 37.7 mm the whole swing lies in half a cell, while an edge of the chessboard
-# has it within two pixels.
+# for a cell of width $w$, after averaging over 7 × 7 pixels. With cells of 37.7 mm
+# the full swing spreads over half a cell; a chessboard edge has it within two pixels.
 
 # %% [markdown]
 # ## Experiment
 #
-# The rig is `monitor-d200` (*Rigs* shows it). What the thesis leaves open was
-# chosen in the ledger (`grid_active_eval`), with its reasons:
+# The rig is `monitor-d200` (listed in *Rigs*). What the thesis does not state is
+# chosen in the registry (`grid_active_eval`), with reasons:
 #
-# - **Lens.** A grid of 301.5 mm is 74° high at 200 mm. The D200's sensor is
-#   15.8 mm high, and no lens of Nikon's without distortion shows that much on
-#   it; the 10.5 mm fisheye of 3.3.4 does.
-# - **Pixels.** One of ours is 3 × 3 of the camera's, with their wells taken
-#   together. A condition takes 45 pictures.
-# - **Windows.** 15 px for both localisers, and half a square as a reading.
-# - **Ranges.** The thesis's are lost. Ours end where the chessboard leaves the
-#   picture, or with blur and noise beyond what the camera can do wrong.
-# - **Exposure.** White in the middle fills 0.9 of a well. A fifth above a full
-#   well is a reading: the charges behind the same files, times 4/3, overflow
-#   along their columns.
+# - **Lens.** The 10.5 mm fisheye of 3.3.4. At 200 mm the grid is 74° high, more than
+#   the D200's distortion-free lenses cover.
+# - **Pixels.** 3 × 3 camera pixels as one, with their wells combined; 45 images per
+#   condition.
+# - **Windows.** 15 px for both localisers; half a square is another interpretation.
+# - **Ranges.** Up to where the chessboard leaves the image, or blur and noise exceed
+#   those of the camera.
+# - **Exposure.** White fills 0.9 of a well. A fifth above a full well is another
+#   interpretation.
+# - **Filter.** Phases are averaged as unit vectors over 7 × 7 pixels. The thesis
+#   filters the images, which gives a slightly higher floor.
 #
-# - **Filter.** The thesis filters the pictures of the sines. The library
-#   averages the phases as unit vectors over the same 7 × 7 pixels, which
-#   damps the ripple of the response a little more. The floor is thus a
-#   little lower than with the thesis's filter.
-#
-# Blur and noise are added to the finished files, in whole numbers. Sets
-# differ in noise and in how the monitor was set up, by hand.
+# Blur and noise are added to the 8-bit images.
 
 # %% tags=["active-ipynb"]
 # show_code(sweeps.robustness_trial, sweeps.brighter)
@@ -161,7 +163,7 @@ def all_sweeps(effort):
 
 @experiment("exp_c3_active_viewing_angle", artefact="fig_3_15", inputs=viewing.FILES)
 def viewing_angles(effort):
-    """How much of a turned monitor is decoded, with other fall-offs."""
+    """Decoded share of a rotated monitor, with several fall-offs."""
     return Plan(viewing.viewing_trial, viewing.conditions(effort), 1, viewing.SETTINGS)
 
 
@@ -172,57 +174,39 @@ def viewing_angles(effort):
 # show("ext_active_errors")
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# **The floor.** True corners leave nearly as much as any method. Four phase
-# steps keep the third harmonic of the sine that monitor, black level and camera
-# make of the pattern. At the corners of the *first* grid it does no harm: they
-# lie where $\varphi = k\pi$. The second grid stands elsewhere, and shows it in
-# full. So Fig. 3.15 can tell methods apart only where one of them errs by as
-# much as the second grid. How high the floor is depends on where the monitors
-# stand, and that is another place in every set of pictures: residuals that are
-# less apart than the dotted band is wide are a tie. Against the true corners
-# there is no floor. That is a reading of its own, in which nothing ties.
+# - **Floor.** Four phase steps keep the third harmonic of the monitor's response. It
+#   vanishes at the corners of the first grid, where $\varphi = k\pi$. The second grid
+#   is displaced and shows it in full. Fig. 3.15 therefore separates methods only
+#   where one errs as much as the second grid.
+# - **Noise.** The range of the thesis is lost; with one that ends earlier, the claim
+#   holds. It also holds with overexposed images. More cells give steeper sinusoids.
+#   Binned pixels favour the active grid, since its filter has 49 pixels at any
+#   resolution.
+# - **Blur.** Blur is symmetric around a corner and along a sinusoid, so it costs
+#   contrast, not position. The saddle point method suffers; its error is larger for a
+#   nearer board, as is the lens distortion within its window. Compared with true
+#   corners, the small error of the active grid grows and that of the derivative
+#   method does not.
+# - **Blooming.** Blooming needs a full well. White squares then grow along columns,
+#   and corners move. Sinusoids are clipped only at their crests. As in the thesis,
+#   clipped pixels are kept; the recommended decoder excludes them. The decoder's
+#   margin at the monitor's edge is fixed at its value in sharp images.
+# - **Viewing angle.** At the largest angle little light is left, but enough grey
+#   levels to decode. If the margin at the monitor's edge counts as lost, the decoded
+#   share falls, but it falls without intensity fall-off too. Fall-off costs
+#   precision. Contrast loss of real panels is not simulated.
+# - **Limits.** One camera, one monitor without a pixel raster, and a central lens;
+#   real fisheyes are only nearly central.
+
+# %% [markdown]
+# ## Summary
 #
-# **Noise.** The active grid is first beaten at a noise of
-# {glue:text}`first_lost_noise` grey levels. The thesis's range is lost; with
-# one that ends before, the claim holds. More cells make steeper sines. Our
-# pixels are 3 × 3 of the camera's, and that is in the active grid's favour: its
-# filter has 49 pixels at any resolution, while an edge crosses more of the
-# smaller ones.
-#
-# **Blur.** It is even about a corner as well as along a sine, and takes the
-# contrast, not the place. The derivative method, whose model has a width for
-# each edge, stands it as well as the active grid does. The saddle point does
-# not; its error is larger the nearer the board, as is the bend of the lens
-# within its window. From no blur to the strongest, the active grid's own
-# error, which is small, becomes {glue:text}`blurred.active:.2f` times as
-# large and the derivative method's {glue:text}`blurred.derivative:.2f` times,
-# by the true corners. In the residual the floor hides both.
-#
-# **Blooming.** Below a full well it does not exist. Above, white squares grow
-# along their columns, and corners move with them. Sines are clipped at their
-# crests; corners lie half way up. The decoder that this repository recommends
-# would leave clipped pixels out; here it does not, as the thesis masks nothing.
-# The margin within the rim of the monitor is fixed at what it is in sharp
-# pictures, as overflow at edges of the Gray code is no blur. The test of
-# blooming in [3.2.2](s2_2_active_grids.ipynb) asks at corners too, in smaller
-# pictures and with overflow that all runs on; there, masking is a reading.
-#
-# **Viewing angle.** At {glue:text}`largest_angle:.0f`°, the largest angle to
-# the monitor's normal, {glue:text}`light_there:.0f` % of the light is left. In
-# a file for monitors (gamma 2.2) that is {glue:text}`grey_there:.0f` % of the
-# grey levels, and enough. Without the rim the share falls, but on a monitor
-# without fall-off it does so too: the rim of 6 px is more of a narrower image.
-# What fall-off costs is precision: the SD that the decoder states goes from
-# {glue:text}`sigma.straight:.1f` to {glue:text}`sigma.turned:.1f` µm. Real
-# panels of that time also lose contrast at an angle, and some invert it. The
-# rig's does not: only darkness could have made an area unreadable here, and
-# this monitor does not get dark enough for this camera. Another might.
-#
-# **Limits.** One camera, one monitor, no lines of pixels on it. The
-# camera's rays meet in one point; those of a real fisheye nearly do, and
-# what they miss would be in the residual of every method.
+# Active grids match or beat chessboard localisers under most conditions, as the
+# thesis states. Strong noise is the exception, and the second grid's own error hides
+# most differences in the published measure. The loss of usable area with viewing
+# angle is not reproduced with a monitor that only becomes darker.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -233,27 +217,26 @@ def viewing_angles(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` by
+# an answer and run that cell again.
 #
-# **1.** A grid 301.5 mm high stands 200 mm in front of a sensor 15.8 mm
-# high. Which focal length in mm, at most, may a lens without distortion have
-# to show all of it?
+# **1.** A grid 301.5 mm high is 200 mm in front of a sensor 15.8 mm high. What is the
+# largest focal length (mm) of a distortion-free lens that shows all of it?
 
 # %% tags=["active-ipynb"]
 # check(None, **lens_task())
 
 # %% [markdown]
-# **2.** Sines have a swing of 80 grey levels, the noise has an SD of 4. Four
-# steps, cells of 37.7 mm, a filter of 7 × 7 pixels: what is the SD of a
-# decoded coordinate, in mm?
+# **2.** Sinusoids have an amplitude of 80 grey levels, the noise has an SD of 4. With
+# four steps, cells of 37.7 mm and a filter of 7 × 7 pixels, what is the SD of a
+# decoded coordinate (mm)?
 
 # %% tags=["active-ipynb"]
 # check(None, **noise_task())
 
 # %% [markdown]
-# **3.** A method's corners are 0.010 mm off, and the second grid errs by
-# 0.050 mm, independently. Which residual is seen, in mm?
+# **3.** A method's corners have an error of 0.010 mm, and the second grid one of
+# 0.050 mm, independently. Which residual (mm) results?
 
 # %% tags=["active-ipynb"]
 # check(None, **floor_task())

@@ -1,4 +1,4 @@
-"""What the sweeps of 3.3.3 found, and the numbers that are quoted."""
+"""Results of the sweeps of 3.3.3, and the numbers that the prose quotes."""
 
 import numpy as np
 
@@ -10,8 +10,6 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials.sweeps import
     EXPOSURES,
     METHODS,
     ONE_WINDOW,
-    OVER,
-    SADDLE,
     SECOND_GRIDS,
     STATIC,
     TRUE,
@@ -25,12 +23,11 @@ from repro.run.outcomes import Value
 from repro.run.readings import Case
 
 SWEPT = ("fig_3_15_sweeps",)
-SHORT = {ACTIVE: "active", DERIVATIVE: "derivative", SADDLE: "saddle"}
 SWEEPS = ("distance", "orientation", "blur", "noise")
-# What tells how far corners are off; the measure that decides comes first.
+# Measures of the error of corners; the primary one comes first.
 BY_GRID, BY_TRUTH = "a second grid", "the true corners"
 MEASURES = (BY_GRID, BY_TRUTH)
-# Question of the ledger -> its options, which the trials call so too.
+# Question of the registry -> its options, named alike in the trials.
 NAMES = {
     question: {option: option for option in options}
     for question, options in (
@@ -44,30 +41,30 @@ PRIMARY = Case(NAMES)
 
 
 def swept(results):
-    """The result of the sweeps."""
+    """Return the result of the sweeps."""
     return results[SWEPT[0]]
 
 
 def levels_of(result, sweep):
-    """Levels of a sweep in rising order, the default one among them."""
+    """Return the levels of a sweep in rising order, including the default one."""
     default = {DEFAULT_LEVEL[sweep]} if sweep in DEFAULT_LEVEL else set()
     return sorted({*result.levels("level", sweep=sweep), *default})
 
 
 def at(result, sweep, level, name):
-    """Values (sets,) of a level."""
+    """Return values (sets,) of a level."""
     if DEFAULT_LEVEL.get(sweep) == level:
         sweep, level = "default", DEFAULT_MM
     return result.select(sweep=sweep, level=level).column(name)
 
 
 def points_of(result):
-    """Every (sweep, level) once; the sweeps meet at the default."""
+    """Return every (sweep, level) once; the sweeps share the default."""
     return list(dict.fromkeys((c["sweep"], c["level"]) for c in result.conditions))
 
 
 def residuals(result, sweep, level, method, taken=PRIMARY):
-    """RMS residuals (sets,) in mm; infinite where the method failed.
+    """Return RMS residuals (sets,) in mm; infinite where the method failed.
 
     Against the true corners: RMS errors in px.
     """
@@ -79,27 +76,27 @@ def residuals(result, sweep, level, method, taken=PRIMARY):
 
 
 def tie_width(result, sweep, level, taken=PRIMARY):
-    """Residuals that are no more apart are a tie: by how much the floor spreads.
+    """Return the spread of the floor; residuals that differ by no more are a tie.
 
-    The largest less the least, over the sets, of what true corners leave. Against the
+    It is the range over the sets of the residual of true corners. Compared with the
     true corners there is no floor, and no tie.
     """
     return np.ptp(residuals(result, sweep, level, TRUE, taken))
 
 
 def errors(result, sweep, level, method, exposure=WITHIN):
-    """RMS errors (sets,) in px against the true corners, of those found."""
+    """Return RMS errors (sets,) in px of the corners found, by the true corners."""
     return at(result, sweep, level, f"{exposure}.{ONE_WINDOW}.off_px.{method}")
 
 
 def lost(result, points, method, taken=PRIMARY):
-    """How many corners (points, sets) a method left out."""
+    """Return the number of corners (points, sets) that a method missed."""
     name = f"{taken['exposure']}.{taken['corner_window']}.lost.{method}"
     return np.array([at(result, sweep, level, name) for sweep, level in points])
 
 
 def wins(result, points, taken=PRIMARY):
-    """Where (points, sets) the active grid is no worse than both others, or ties."""
+    """Return where (points, sets) the active grid beats or ties both others."""
     won = []
     for sweep, level in points:
         ours, *theirs = (
@@ -112,12 +109,12 @@ def wins(result, points, taken=PRIMARY):
 
 
 def points_along(result, sweep):
-    """(sweep, level) of every level of a sweep, the default one among them."""
+    """Return (sweep, level) of every level of a sweep, including the default one."""
     return [(sweep, level) for level in levels_of(result, sweep)]
 
 
 def blur_ratios(result, taken=PRIMARY):
-    """Method -> residual at the largest blur over that without (sets,)."""
+    """Return {method: residual at the largest blur over that without (sets,)}."""
     least, *_, most = levels_of(result, "blur")
     return {
         method: residuals(result, "blur", most, method, taken)
@@ -127,7 +124,7 @@ def blur_ratios(result, taken=PRIMARY):
 
 
 def blur_tie(result, taken=PRIMARY):
-    """Ratios (sets,) of `blur_ratios` that are no more apart are a tie."""
+    """Return the difference (sets,) below which `blur_ratios` are a tie."""
     least, *_, most = levels_of(result, "blur")
     sharp = residuals(result, "blur", least, ACTIVE, taken)
     return tie_width(result, "blur", most, taken) / sharp
@@ -135,7 +132,7 @@ def blur_tie(result, taken=PRIMARY):
 
 @numbers("fig_3_15", needs=SWEPT, evidence="rendered")
 def numbers_fig_3_15(results):
-    """The settings of the sweeps as they were run."""
+    """Return the settings of the sweeps as they were run."""
     ran = swept(results).settings
     return {
         "fig3_15_corners": Value(ran["corners"][0], unit="count"),
@@ -148,85 +145,32 @@ def numbers_fig_3_15(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     result = open_results(SWEPT[0])
+    share = wins(result, points_of(result)).mean(axis=0)
     quoted = {
-        **of_exposure(result, "", WITHIN),
-        **of_exposure(result, "over.", OVER),
-        **of_noise(result),
-        **of_blur(result),
-        "floor": middle(residuals(result, "distance", DEFAULT_MM, TRUE)),
-        "floor.spread": tie_width(result, "distance", DEFAULT_MM),
-        "sets": len(result.levels("set")),
-        **of_turns(open_results("exp_c3_active_viewing_angle")),
+        "won": 100 * np.median(share),
+        "won.least": 100 * share.min(),
+        "floor": np.median(residuals(result, "distance", DEFAULT_MM, TRUE)),
+        "first_lost_noise": _first_lost(result),
+    } | {
+        f"off.{method}": np.median(errors(result, "distance", DEFAULT_MM, name))
+        for method, name in (("active", ACTIVE), ("derivative", DERIVATIVE))
     }
     for name, number in quoted.items():
         value(name, number)
 
 
-def middle(found):
-    """Median of some values."""
-    return float(np.median(found))
-
-
-def of_exposure(result, short, exposure):
-    """Where the active grid wins with an exposure, and every method's error."""
-    taken = Case(NAMES, {"exposure": exposure})
-    share = wins(result, points_of(result), taken).mean(axis=0)
-    return {
-        f"{short}won": 100 * middle(share),
-        f"{short}won.least": 100 * float(share.min()),
-    } | {
-        f"{short}off.{SHORT[method]}": middle(
-            errors(result, "distance", DEFAULT_MM, method, exposure)
-        )
-        for method in METHODS
-    }
-
-
-def of_noise(result):
-    """Errors in the strongest noise, and where the active grid loses first."""
-    most = levels_of(result, "noise")[-1]
-    return {"most_noise": most, "first_lost_noise": _first_lost(result)} | {
-        f"noisy.{SHORT[method]}": middle(errors(result, "noise", most, method))
-        for method in METHODS
-    }
-
-
-def of_blur(result):
-    """Every method's error in the strongest blur over that without, by true corners."""
-    ratios = blur_ratios(result, Case(NAMES, {"corner_measure": BY_TRUTH}))
-    return {
-        f"blurred.{SHORT[method]}": middle(ratio) for method, ratio in ratios.items()
-    }
-
-
 def _first_lost(result):
-    """The first noise at which the active grid loses in most sets."""
+    """Return the first noise level at which the active grid loses in most sets."""
     for sweep, level in points_along(result, "noise"):
         if np.median(wins(result, [(sweep, level)])[0]) < 1:
             return level
     return "none"
 
 
-def of_turns(result):
-    """What is decoded of the monitor that is turned most."""
-    turns = sorted(result.levels("turn_deg"))
-    angles = result.select(turn_deg=turns[-1]).column("largest_angle_deg")
-    light = float(np.cos(np.radians(angles.max())) ** 2)
-    return {
-        "turned": turns[-1],
-        "share.turned": 100 * middle(shares(result, turns[-1])),
-        "sigma.straight": middle(shares(result, turns[0], "sigma_um")),
-        "sigma.turned": middle(shares(result, turns[-1], "sigma_um")),
-        "largest_angle": float(np.max(angles)),
-        "light_there": 100 * light,
-        "grey_there": 100 * light ** (1 / 2.2),
-    }
-
-
 def shares(result, turn, name="share", *, falloff=2, gamma=2.2):
-    """Shares (seeds,) of the visible area that are decoded at a turn.
+    """Return shares (runs,) of the visible area that are decoded at a rotation.
 
-    Or another value of the trials, by its name.
+    name: another value of the trials instead.
     """
     shown = {"falloff_exponent": falloff, "camera_gamma": gamma}
     return result.select(turn_deg=turn, **shown).column(name)

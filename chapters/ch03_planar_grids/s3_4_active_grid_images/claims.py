@@ -1,4 +1,4 @@
-"""The claims of section 3.3.4, seed by seed, and its regenerated numbers."""
+"""Claims of section 3.3.4, run by run, and its regenerated numbers."""
 
 from functools import partial
 from itertools import pairwise
@@ -115,7 +115,7 @@ def judge_window(results, options):
     readings=("opencv_window",),
 )
 def judge_square(results, options):
-    """The best window differs where squares look half as large."""
+    """The best window differs with squares of half the apparent size."""
     near = Corners(results[CORNERS], options)
     far = Corners(results[FAR], options, FAR_CASE)
     windows = {m: (near.best_window(m), far.best_window(m)) for m in METHODS[:3]}
@@ -137,7 +137,7 @@ def judge_square(results, options):
     readings=("active_corner", "lens_left"),
 )
 def judge_no_params(results, options):
-    """The same filters serve where squares look half as large, and none does better."""
+    """The same filters serve squares of half the apparent size, and none is better."""
     left = {
         case: {w: filtered(results[FILTERED], case, w, options) for w in FILTERS}
         for case in CASES
@@ -159,17 +159,17 @@ def judge_no_params(results, options):
 
 
 def of_best(which, left):
-    """Residuals with a filter over the least of all; left: filter -> (seeds,)."""
+    """Return residuals with a filter over the smallest; left: filter -> (runs,)."""
     return left[which] / np.min([*left.values()], axis=0)
 
 
 def listed(values):
-    """Numbers in a row."""
+    """Return numbers as text."""
     return ", ".join(f"{v:g}" for v in values)
 
 
 def radial_residuals(case, method):
-    """Signed radial residuals (n,) px of the outer quintile of each seed."""
+    """Return signed radial residuals (n,) px of the outer quintile of each run."""
 
     def of_seed(corners, vectors, middle):
         away = corners - middle
@@ -236,7 +236,7 @@ def judge_undistort(results, options):
     "c3_pitch_vertical", needs=OF_LINES, evidence="rendered", readings=("line_points",)
 )
 def judge_pitch(results, options):
-    """Verticals straight to 1 %, and converging as the pitch says to 1 deg."""
+    """Verticals straight to 1 %, and converging as the pitch predicts to 1 deg."""
     wall = {"view": "long wall"}
     lines = [x for ran in OF_LINES for x in lines_of(results[ran], options, **wall)]
     gaps = np.array([spread_gap(x) for x in lines])
@@ -275,7 +275,7 @@ def judge_disco(results, options):
 
 @numbers("table_3_8", needs=("table_3_8_corners",), evidence="rendered")
 def numbers_of_table(results):
-    """Means, SDs and best settings of Table 3.8."""
+    """Return means, SDs and best settings of Table 3.8."""
     case = Corners(results[CORNERS])
     short = dict(
         zip(METHODS, ("derivative", "opencv", "saddle", "active"), strict=True)
@@ -299,13 +299,13 @@ def numbers_of_table(results):
 
 @numbers("fig_3_16", needs=(), evidence="rendered")
 def numbers_of_vectors(results):
-    """How much longer vectors are drawn than they are."""
+    """Return the magnification of the plotted vectors."""
     return {"fig3_16_scale": Value(VECTOR_SCALE)}
 
 
 @numbers("fig_3_17", needs=("fig_3_17_lines",), evidence="rendered")
 def numbers_of_fisheye(results):
-    """The focal length of the rig, from its focal length in px and its pixels."""
+    """Return the focal length (mm) of the rig, from that in px and its pixels."""
     rig = rig_of(results[LINES].conditions[0]["rig"])
     pixel_mm = SENSOR_MM / rig.camera.width
     return {"fig3_17_f": Value(round(rig.camera.focal_px * pixel_mm, 1), unit="mm")}

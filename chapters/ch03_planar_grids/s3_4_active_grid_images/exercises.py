@@ -1,4 +1,4 @@
-"""What the exercises of section 3.3.4 compare an answer with."""
+"""Answers to the exercises of section 3.3.4."""
 
 import numpy as np
 
@@ -15,10 +15,10 @@ def vertical_task():
         "expected": lambda: DISTANCE_MM / np.tan(pitch),
         "hint": "where does the vertical through the lens meet the grid's plane?",
         "slips": {
-            "That would be nearer the steeper the grid leans.": lambda: (
+            "That distance would grow with the pitch; it must shrink.": lambda: (
                 DISTANCE_MM * np.tan(pitch)
             ),
-            "That is the way along the vertical, not in the plane.": lambda: (
+            "That is the distance along the vertical, not in the plane.": lambda: (
                 DISTANCE_MM / np.sin(pitch)
             ),
         },
@@ -26,13 +26,13 @@ def vertical_task():
 
 
 def facet_task():
-    """A flat mirror shows what a camera behind it would see, so lines of sight
-    through its ends go on to spread: s (c + m) / c."""
+    """A flat mirror shows what a camera behind it would see, so lines of sight through
+    its ends continue to diverge: s (c + m) / c."""
     return {
         "expected": lambda: FACET_MM * (TO_CAMERA_MM + TO_MONITOR_MM) / TO_CAMERA_MM,
-        "hint": "a flat mirror turns rays and leaves them as far apart as they were",
+        "hint": "a flat mirror deflects rays and keeps the angle between them",
         "slips": {
-            "That leaves out the way to the mirror.": lambda: (
+            "That omits the distance to the mirror.": lambda: (
                 FACET_MM * TO_MONITOR_MM / TO_CAMERA_MM
             ),
             "Rays through both ends are not parallel.": lambda: FACET_MM,

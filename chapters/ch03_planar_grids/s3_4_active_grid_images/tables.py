@@ -1,4 +1,4 @@
-"""Table 3.8, and the same in other readings."""
+"""Table 3.8, and the numbers of Fig. 3.18."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
-# What the ledger's ids call the methods.
+# Names of the methods in the registry's ids.
 PRINTED = ("derivative", "opencv", "saddle", "active")
 
 
@@ -21,7 +21,7 @@ of_seeds = Measured.of_seeds
 
 @table("table_3_8", needs=("table_3_8_corners",), evidence="rendered")
 def table_3_8(results):
-    """Errors of four methods with their best settings."""
+    """Return the errors of four methods with their best settings."""
     case = Corners(results[CORNERS])
     windows = [of_seeds(case.best_window(m)) for m in METHODS[:3]]
     blur = of_seeds(case.best_blur())
@@ -33,11 +33,10 @@ def table_3_8(results):
             "Best window (px)": [*windows, None],
             "Best blur SD (px)": [None, None, blur, None],
         },
-        "Residuals of the corners of one chessboard after the homography from the "
-        "metric grid, with the window and blur of the least mean residual: "
-        "medians, and "
-        f"ranges over {len(case.trials.conditions)} seeds. Pictures undistorted with "
-        "Zhang's calibration.",
+        "Residuals of the corners of one chessboard after a homography from the "
+        "metric grid, with the window and blur of the smallest mean residual: median "
+        f"and range over {len(case.trials.conditions)} simulated runs. Images are "
+        "undistorted with Zhang's calibration.",
         printed={
             "Mean (px)": [f"t3_8_{name}_mean" for name in PRINTED],
             "SD (px)": [f"t3_8_{name}_sd" for name in PRINTED],
@@ -48,7 +47,7 @@ def table_3_8(results):
 
 @table("ext_fig_3_18_numbers", needs=("fig_3_18_facets",), evidence="rendered")
 def ext_fig_3_18_numbers(results):
-    """The mirror ball by seed."""
+    """Return the results of the mirror ball by simulated run."""
     trials = results[FACETS].select()
     off = trials.arrays("corner_squares")
     count = {
@@ -61,7 +60,7 @@ def ext_fig_3_18_numbers(results):
     )
     return Table(
         {
-            "Seed": trials.levels("seed"),
+            "Run": trials.levels("seed"),
             "Facets with the monitor": count["facets"],
             "Corners of the board": count["corners"],
             "Corners measured": [int(np.isfinite(e).sum()) for e in off],
@@ -71,6 +70,7 @@ def ext_fig_3_18_numbers(results):
             "Static grid fails, each alone (%)": alone,
             "Boards found by a detector": count["detector_found"],
         },
-        "Corners of the chessboard put together from the facets, and facets on which a "
-        "static grid gives less than half of the pixels a place within 0.1 square.",
+        "Corners of the chessboard reassembled from the facets, by simulated run. A "
+        "static grid fails on a facet if less than half of its pixels get a position "
+        "within 0.1 square.",
     )

@@ -1,4 +1,4 @@
-"""What the detectors are asked for, and when their answer is right."""
+"""Requests to the detectors, and scores of their results."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ SETTINGS = {
 
 
 def scored(found, corners, columns, rows):
-    """{found, right, wrong, worst_px} of a Detection."""
+    """Return {found, right, wrong, worst_px} of a Detection."""
     certain = np.ones(len(corners), bool)
     truth = ReferenceCorners(corners, certain, columns, rows, RIGHT_PX)
     errors = corner_errors(found, truth)
@@ -35,5 +35,5 @@ def scored(found, corners, columns, rows):
 
 
 def handed_over(found, corners, columns, shape):
-    """Share of the visible true corners that a refusal holds, in order."""
+    """Return the share of visible true corners that a rejection reports in order."""
     return share_in_order(found.partial, corners, columns, shape, RIGHT_PX)

@@ -1,4 +1,4 @@
-"""Chessboards at random before the cameras of the zoo, with true corners."""
+"""Random chessboards in front of the cameras of the zoo, with true corners."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from raxel.lab import Sensor, board_scene, render
 from raxel.lab.target_poses import Visibility, outline_of
 from raxel.sets import Chessboard
 
-# Two plane mirrors show two parts of a board, which no lattice joins.
+# Two plane mirrors show two parts of a board, which no lattice connects.
 ANIMALS = tuple(name for name in ZOO if name != "two plane mirrors")
 LARGER = 3
 DRAWN = {
@@ -51,17 +51,17 @@ class Larger:
         return self.camera.central
 
     def rays(self, pixels):
-        """Rays of pixels (N, 2)."""
+        """Return rays of pixels (N, 2)."""
         return self.camera.rays((np.asarray(pixels) + 0.5) / self.times - 0.5)
 
     def project(self, points):
-        """Pixels of points (N, 3)."""
+        """Return pixels of points (N, 3)."""
         seen = self.camera.project(points)
         return seen._replace(pixels=(seen.pixels + 0.5) * self.times - 0.5)
 
 
 class ZooBoard(NamedTuple):
-    """A picture (height, width) uint8, its corners (rows * columns, 2), the counts."""
+    """An image (height, width) uint8, its corners (rows * columns, 2), the counts."""
 
     image: np.ndarray
     corners: np.ndarray
@@ -70,7 +70,7 @@ class ZooBoard(NamedTuple):
 
 
 def zoo_board(name, rng):
-    """A ZooBoard before the camera `name`: board, pose, light and noise are drawn."""
+    """Return a ZooBoard of camera `name` with random board, pose, light and noise."""
     camera = Larger(zoo_camera(name), LARGER)
     board, T = _drawn(camera, rng)
     scene = board_scene(
@@ -94,7 +94,7 @@ def zoo_board(name, rng):
 
 
 def _drawn(camera, rng):
-    """(Chessboard, T_camera_board) that is seen whole, with squares of 9 px or more."""
+    """Return a random visible (Chessboard, T_camera_board), squares from 9 px."""
     view = Visibility(margin_px=3.0, least_spacing_px=9.0)
     for _ in range(TRIES):
         columns, rows = (

@@ -1,4 +1,4 @@
-"""Runs of the detectors on one picture: clicks in any order, and what merging lost."""
+"""Runs of the detectors on one image: click orders, and losses by merging."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ NEAR = 0.25
 
 
 class Clicked(NamedTuple):
-    """One run of CELECT: the order's true lattice, its result, where it was lost."""
+    """One run of CELECT: the order's true lattice, its result, and where it failed."""
 
     lattice: np.ndarray
     result: object
@@ -39,29 +39,29 @@ class Clicked(NamedTuple):
 
     @property
     def right(self):
-        """Whether every corner is right."""
+        """Whether every corner is correct."""
         return self.stage == DONE
 
 
 def draw_clicks(rng):
-    """Offsets (4, 2) px of the clicks on the outer corners of a clockwise lattice."""
+    """Return offsets (4, 2) px of the clicks on a clockwise lattice."""
     return rng.normal(0.0, CLICK_SD_PX, (4, 2))
 
 
 def ordered(lattice, first, reverse=False):
-    """The lattice as it is when clicked from outer corner `first` (0 to 3) on.
+    """Return the lattice as clicked from outer corner `first` (0 to 3) on.
 
-    reverse: the other way round.
+    reverse: anticlockwise.
     """
     turned = np.rot90(lattice, first)
     return turned.transpose(1, 0, 2) if reverse else turned
 
 
 def run(image, lattice, offsets, first=None, reverse=False):
-    """CELECT from clicks at the true outer corners plus `offsets` (4, 2): Clicked.
+    """Run CELECT from clicks at the true outer corners plus `offsets` (4, 2): Clicked.
 
-    lattice: (rows, columns, 2), clockwise; first: where the clicks begin; by default
-    at the corner with the smallest square, as 3.3.2 advises.
+    lattice: (rows, columns, 2), clockwise; first: the first clicked corner, by
+    default that with the smallest square, as 3.3.2 advises.
     """
     if first is None:
         first = int(corner_areas(lattice).argmin())
@@ -81,7 +81,7 @@ def run(image, lattice, offsets, first=None, reverse=False):
 
 
 def detected(name, image, lattice):
-    """Whether a detector without clicks has the lattice, from whichever corner.
+    """Return whether a detector without clicks finds the lattice, from any corner.
 
     name: as in `grid_detectors`; lattice: true corners (rows, columns, 2).
     """
@@ -94,22 +94,22 @@ def detected(name, image, lattice):
 
 
 def both_tones(image, lattice, offsets):
-    """Runs of CELECT on a picture as it is, and with its tone curve undone."""
+    """Run CELECT on an image as it is, and with its tone curve undone."""
     return tuple(run(tone, lattice, offsets) for tone in (image, undo_srgb(image)))
 
 
 def every_detector(runs, image, lattice, others=NO_CLICKS):
-    """Whether CELECT, by `both_tones`, and others, without clicks, have the grid."""
+    """Return whether CELECT, by `both_tones`, and others, without clicks, succeed."""
     clicked, linear = runs
     values = {CELECT: clicked.right, LINEAR: linear.right, "stage": clicked.stage}
     return values | {name: detected(name, image, lattice) for name in others}
 
 
 def eight_orders(image, lattice, offsets):
-    """Where CELECT ends from every first corner, either way round.
+    """Return where CELECT ends from every first corner, in both directions.
 
-    Of the picture as it is, and (`linear_`) with its tone curve undone; rank 0 begins
-    at the smallest square.
+    For the image as it is, and (`linear_`) with its tone curve undone; rank 0
+    starts at the smallest square.
     """
     areas = corner_areas(lattice)
     values = {"area_ratio": float(areas.max() / areas.min())}
@@ -123,7 +123,7 @@ def eight_orders(image, lattice, offsets):
 
 
 def merging(runs):
-    """What merging did in `both_tones` of a picture."""
+    """Return the effect of merging in `both_tones` of an image."""
     clicked, linear = runs
     return _merging(clicked) | {"linear": _merging(linear)}
 
@@ -138,7 +138,7 @@ def _merging(clicked):
 
 
 def size_variation(lattice):
-    """Largest ratio of the longest to the shortest step along one contour.
+    """Return the largest ratio of the longest to the shortest step along one contour.
 
     lattice: (rows, columns, 2). Contours are the four sides and the columns, as
     CELECT follows them.
@@ -149,9 +149,10 @@ def size_variation(lattice):
 
 
 def merge_failed(result, lattice):
-    """Whether merging lost or doubled a corner on a traced contour.
+    """Return whether merging lost or doubled a corner on a traced contour.
 
-    result: CelectResult or None; lattice: (rows, columns, 2) in the order of clicks.
+    result: CelectResult or None; lattice: (rows, columns, 2) in the order of
+    clicks.
     """
     if result is None:
         return False
@@ -169,12 +170,12 @@ def merge_failed(result, lattice):
 
 
 def claimed(points, truth, near):
-    """How many points (m, 2) belong to each true corner (n, 2), within near (n,)."""
+    """Return how many points (m, 2) are within near (n,) of each corner (n, 2)."""
     return (distances(truth, points) <= near[:, None]).sum(axis=1)
 
 
 def nearest_distances(lattice):
-    """Distance (rows, columns) px from each corner to its nearest neighbour."""
+    """Return the distance (rows, columns) px of each corner to its neighbour."""
     flat = lattice.reshape(-1, 2)
     apart = distances(flat, flat)
     np.fill_diagonal(apart, np.inf)

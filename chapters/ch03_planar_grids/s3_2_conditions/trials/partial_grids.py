@@ -1,9 +1,9 @@
-"""How much of a large grid without a border is extracted (Fig. 3.14).
+"""Extraction of parts of a large grid without a border (Fig. 3.14).
 
-Parts of the grid are looked for, first all of it, then ever smaller ones without the
-smallest squares, until a method returns one. Then lines are added to it as long as the
-larger part is returned, too. CELECT gets the picture as it is and clicks on the
-part's corners; OpenCV gets white painted round the part's squares.
+Parts of the grid are tried from the whole grid downwards, excluding the smallest
+squares, until a method returns one. Then rows or columns are added as long as the
+larger part is returned, too. CELECT gets the image as it is and clicks on the part's
+corners; OpenCV gets white paint around the part's squares.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB
 
-FEWEST = 3
+MIN_LINES = 3
 WHITE = 255
 BORDER_PX = 24
-# Parts tried: each has at most this share of the corners of the one before.
+# Each part tried has at most this share of the corners of the one before.
 NEXT_SHARE = {"quick": 0.8, "full": 0.95}
 
 
@@ -58,7 +58,7 @@ class Part(NamedTuple):
 
 
 def large_grids(effort):
-    """Conditions of both cameras with a large grid."""
+    """Return the conditions of both cameras with a large grid."""
     return [
         {"camera": camera, "next_share": NEXT_SHARE[effort]}
         for camera in ("hyperboloidal", "fisheye")
@@ -66,11 +66,10 @@ def large_grids(effort):
 
 
 def candidate_parts(lattice, next_share):
-    """Parts from the whole lattice down, each the largest of its smallest step.
+    """Return parts from the whole lattice down, each the largest of its smallest step.
 
-    A user who leaves out squares that are too small for a corner to be found, and no
-    more, ends at one of them. Each holds at most `next_share` of the corners of the one
-    before.
+    Excluding exactly the squares below a size gives one of them. Each has at most
+    `next_share` of the corners of the one before.
     """
     parts, kept, longest = _all_parts(lattice), [], -1.0
     for part, step in sorted(parts, key=lambda p: (-p[0].count, -p[1])):
@@ -83,29 +82,29 @@ def candidate_parts(lattice, next_share):
 
 
 def _all_parts(lattice):
-    """Every part (FEWEST or more lines each way) and its smallest step, px."""
+    """Return every part of at least MIN_LINES lines each way, and its smallest step."""
     rows, columns = lattice.shape[:2]
     across = np.linalg.norm(np.diff(lattice, axis=1), axis=2)
     down = np.linalg.norm(np.diff(lattice, axis=0), axis=2)
     found = []
-    for top in range(rows - FEWEST + 1):
-        for bottom in range(top + FEWEST - 1, rows):
+    for top in range(rows - MIN_LINES + 1):
+        for bottom in range(top + MIN_LINES - 1, rows):
             h = across[top : bottom + 1].min(axis=0)
             v = down[top:bottom].min(axis=0)
-            for left in range(columns - FEWEST + 1):
+            for left in range(columns - MIN_LINES + 1):
                 steps = np.minimum.accumulate(
                     np.minimum(v[left:], np.append(np.inf, h[left:]))
                 )
                 steps = np.minimum(steps, v[left])
                 found += [
                     (Part(top, bottom, left, right), float(steps[right - left]))
-                    for right in range(left + FEWEST - 1, columns)
+                    for right in range(left + MIN_LINES - 1, columns)
                 ]
     return found
 
 
 def largest_part(returns, lattice, next_share):
-    """The part that the search ends at, or None, and how many parts were tried.
+    """Return the part at which the search ends, or None, and the number of parts tried.
 
     returns: part -> whether the method returned all of it, in order.
     """
@@ -128,16 +127,16 @@ def largest_part(returns, lattice, next_share):
 
 
 def _extended(part, whole):
-    """The part with one line more, at any of its sides; the longest line first."""
+    """Return the part with one line more at any side; the longest line first."""
     more = [part.moved(side, 1) for side in range(4) if part[side] != whole[side]]
     return sorted(more, key=lambda p: -p.count)
 
 
 def painted(sheet, image, part):
-    """The image with white around the squares of a part, by their true outline.
+    """Return the image with white around the squares of a part, by their true outline.
 
-    Returns the picture cut to the squares and 24 px around them, and the part's true
-    corners (rows, columns, 2) in it.
+    Returns the image cropped to the squares and 24 px around them, and the part's
+    true corners (rows, columns, 2) in it.
     """
     points = part.of(sheet.points).reshape(-1, 2)
     pitch = sheet.rig.target.pitch_mm
@@ -153,14 +152,14 @@ def painted(sheet, image, part):
 
 
 def border_distance(corners, image):
-    """Distance px from the nearest of corners (..., 2) to the frame of an image."""
+    """Return the distance (px) of corners (..., 2) to the image border."""
     height, width = image.shape
     far = np.array([width - 0.5, height - 0.5])
     return float(min((corners + 0.5).min(), (far - corners).min()))
 
 
 def partial_trial(condition, rng):
-    """One picture of a large grid; the largest part of CELECT and of OpenCV."""
+    """Return the largest part of CELECT and of OpenCV in one image of a large grid."""
     sheet, image = _large_picture(condition, rng)
     offsets = draw_clicks(rng)
     stages = Counter()
@@ -181,7 +180,7 @@ def partial_trial(condition, rng):
 
 
 def partial_sb_trial(condition, rng):
-    """The same picture; the largest part of OpenCV's sector-based detector."""
+    """Return the largest part of OpenCV's sector-based detector in the same image."""
     picture = _large_picture(condition, rng)
     return {OPENCV_SB: _by_detector(OPENCV_SB, *picture, condition["next_share"])}
 
@@ -192,7 +191,7 @@ def _large_picture(condition, rng):
 
 
 def _by_detector(name, sheet, image, next_share):
-    """Values of the search with white painted round every part."""
+    """Return values of the search with white paint around every part."""
 
     def returns(part):
         return detected(name, *painted(sheet, image, part))
@@ -201,7 +200,7 @@ def _by_detector(name, sheet, image, next_share):
 
 
 def _extracted(returns, sheet, image, next_share):
-    """Values of a search: the part it ends at, its size and how near the frame."""
+    """Return values of a search: final part, size and distance to the border."""
     part, tries = largest_part(returns, sheet.lattice, next_share)
     if part is None:
         return {"tries": tries, "count": 0}

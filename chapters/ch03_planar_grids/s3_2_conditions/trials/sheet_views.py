@@ -1,8 +1,8 @@
-"""A sheet with a grid, rendered once; its light is changed afterwards.
+"""A board rendered once, with its light changed afterwards.
 
-Radiance is linear, and light changes little over a point spread. So a picture in
-another light is the picture in full, even light times the light at the place of the
-board that each pixel sees. Blemishes and the sensor follow, in nature's order.
+Radiance is linear, and light changes little over a point spread. An image in other
+light is therefore the image in full, even light times the light at the board position
+that each pixel sees. Blemishes and the sensor follow, in physical order.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from raxel.lab.target_poses import outline_of
 
 LIGHT_LEVELS = (0.8, 0.4, 0.2, 0.1, 0.05, 0.025, 0.0125)
 CUT_PX = 24
-# Blur reaches less far from the edge of a sheet.
+# Blur extends less than this from the edge of a board.
 EDGE_PX = 3
 
 
 def level_name(level):
-    """Key of a light level in a trial's values."""
+    """Return the key of a light level in a trial's values."""
     return f"light {level:g}".replace(".", "_")
 
 
 class Sheet(NamedTuple):
-    """A sheet before a rig's camera, in full and even light.
+    """A board in front of a rig's camera, in full and even light.
 
-    irradiance: (h, w) or (h, w, 3) of the part of the picture from pixel `first` (u,
-    v) on that holds the sheet; uv: (h, w, 2) mm, the place on the board's plane that
-    a pixel sees, also beside the sheet, nan where there is none; points: (rows,
-    columns, 2) mm and lattice: the same in px of the whole picture, rows and columns
-    turning clockwise in it; specimen, exposure: seeds of the mirror's flaws, and of
-    glare and noise.
+    irradiance: (h, w) or (h, w, 3) of the part of the image from pixel `first` (u,
+    v) on that contains the board; uv: (h, w, 2) mm, the position on the board's
+    plane that a pixel sees, also outside the board, nan where there is none;
+    points: (rows, columns, 2) mm and lattice: the same in px of the whole image,
+    rows and columns turning clockwise in it; specimen, exposure: seeds of the
+    mirror's flaws, and of glare and noise.
     """
 
     rig: Rig
@@ -54,13 +54,13 @@ class Sheet(NamedTuple):
     exposure: int
 
     def place(self, points):
-        """True pixels (N, 2) of places on the board (N, 2), mm."""
+        """Return true pixels (N, 2) of positions on the board (N, 2), mm."""
         seen = transform(self.T_camera_board, on_plane(points))
         return self.rig.camera.project(seen).pixels
 
 
 def sheet_of(set_name, rng, poses=HARD):
-    """A sheet of a set (key of `grid_rigs.SETS`), its pose and seeds drawn.
+    """Return a board of a set (key of `grid_rigs.SETS`), with random pose and seeds.
 
     poses: range of the poses; that of the rig's file, or WHOLE of `grid_rigs`.
     """
@@ -80,7 +80,7 @@ def sheet_of(set_name, rng, poses=HARD):
         pose,
         irradiance,
         (window.u, window.v),
-        _seen_places(rig, pose, window),
+        _visible_positions(rig, pose, window),
         points,
         points,
         specimen,
@@ -93,21 +93,21 @@ def sheet_of(set_name, rng, poses=HARD):
 
 
 def lit_sheet(set_name, rng, poses):
-    """A sheet of a set and the light that falls on it, both drawn."""
+    """Return a board of a set and its illumination, both drawn at random."""
     sheet = sheet_of(set_name, rng, poses)
     return sheet, sheet.rig.light.draw(rng, sheet.rig.extent)
 
 
 def photograph(sheet, light):
-    """The whole picture (H, W) uint8 in a light: places (N, 2) mm -> (N,)."""
+    """Return the whole image (H, W) uint8 in a light: positions (N, 2) mm -> (N,)."""
     return _exposed(sheet, light, None)
 
 
 def cut_photograph(sheet, light):
-    """The picture cut to the sheet and 24 px around it, and its true lattice.
+    """Return the image cropped to the board and 24 px around it, and its true lattice.
 
-    The lattice (rows, columns, 2) is in px of the cut picture. What is cut off is
-    never exposed, so its noise is not that of `photograph`.
+    The lattice (rows, columns, 2) is in px of the cropped image. The rest is never
+    exposed, so the noise differs from that of `photograph`.
     """
     height, width = sheet.irradiance.shape[:2]
     low = np.array(sheet.first) - CUT_PX // 2
@@ -120,7 +120,7 @@ def cut_photograph(sheet, light):
 
 
 def contrast(image, lattice):
-    """Median over the squares of how far their grey is from their neighbours'."""
+    """Return the median difference of grey levels between neighbouring squares."""
     middles = (
         lattice[:-1, :-1] + lattice[1:, 1:] + lattice[:-1, 1:] + lattice[1:, :-1]
     ) / 4
@@ -130,12 +130,12 @@ def contrast(image, lattice):
 
 
 def outline_px(sheet, low, high):
-    """True outline (100, 2) px of a rectangle of the board between two corners, mm."""
+    """Return the true outline (100, 2) px of a rectangle of the board."""
     return sheet.place(outline_of(low, np.asarray(high) - low))
 
 
 def _exposed(sheet, light, cut):
-    """The picture, or only its part `cut` (slices of rows and columns)."""
+    """Return the image, or only its part `cut` (slices of rows and columns)."""
     rig = sheet.rig
     rng = np.random.default_rng(sheet.exposure)
     beside, whole = light_of_room(rig)
@@ -154,10 +154,10 @@ def _exposed(sheet, light, cut):
 
 
 def _lit(sheet, light):
-    """The sheet's part of the picture in a light; the room keeps its own.
+    """Return the board's part of the image in a light; the room keeps its own.
 
-    Along the edge of the sheet a pixel sees white paper and room, and what the lens
-    smears of either: there the share of paper follows from the irradiance.
+    At the edge of the board a pixel sees a mixture of paper and room, blurred by
+    the lens. There the share of paper follows from the irradiance.
     """
     full, rig = sheet.irradiance, sheet.rig
     seen = np.isfinite(sheet.uv[..., 0])
@@ -173,7 +173,7 @@ def _lit(sheet, light):
 
 
 def _lens_shade(sheet):
-    """Share of the light (h, w) that the lens keeps, where the sheet is."""
+    """Return the share of light (h, w) that the lens transmits, where the board is."""
     camera = sheet.rig.camera
     shade = sheet.rig.optics.vignetting(camera.width, camera.height)
     (u, v), (height, width) = sheet.first, sheet.uv.shape[:2]
@@ -181,7 +181,7 @@ def _lens_shade(sheet):
 
 
 def _inside_and_around(sheet):
-    """Pixels (h, w) surely on the sheet, and those surely or perhaps on it."""
+    """Return pixels (h, w) certainly on the board, and those possibly on it."""
     corner, size = sheet.rig.extent
     with np.errstate(invalid="ignore"):
         on = (sheet.uv >= corner) & (sheet.uv <= corner + size)
@@ -190,8 +190,8 @@ def _inside_and_around(sheet):
     return (f(on, reach) > 0 for f in (cv2.erode, cv2.dilate))
 
 
-def _seen_places(rig, T_camera_board, window):
-    """Places (h, w, 2) mm on the board's plane that a window's pixels see, or nan."""
+def _visible_positions(rig, T_camera_board, window):
+    """Return positions (h, w, 2) mm on the board's plane that pixels see, or nan."""
     raster = Raster(rig.camera, window=window)
     rays = raster.grid(np.arange(raster.width), np.arange(raster.height))
     met = intersect_rays_plane(*rays[:2], T_camera_board).points

@@ -1,11 +1,11 @@
-"""The claims of section 3.3.2 about errors of corners, over right grids alone."""
+"""Claims of section 3.3.2 about errors of corners, over correct grids alone."""
 
 import numpy as np
 
 from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     GRIDS,
     GRIDS_AND_SPACING,
-    LEAST_SPACING_PX,
+    MIN_SPACING_PX,
     SPACING,
     Which,
     apart,
@@ -90,7 +90,7 @@ def judge_less_accurate_raw(results, options):
 def judge_same_after_loc(results, options):
     """After localisation: no error above 0.22 px, means within 0.01 px."""
     reference, window = options["corner_reference"], options["localiser_window"]
-    least_px = LEAST_SPACING_PX[options["corner_spacing"]]
+    least_px = MIN_SPACING_PX[options["corner_spacing"]]
 
     def after(result, method, which, seed):
         found = errors(result, method, "after", reference, which, seed, window)

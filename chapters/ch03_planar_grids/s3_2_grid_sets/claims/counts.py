@@ -1,7 +1,7 @@
-"""The claims of section 3.3.2 about which grids are found, seed by seed.
+"""Claims of section 3.3.2 about numbers of extracted grids, run by run.
 
-A claim about hardware that we do not have holds if it is true of at least 90 %
-of the rendered seeds.
+A claim about hardware that is not available holds if it is true of at least 90 % of the
+simulated runs.
 """
 
 import numpy as np
@@ -92,7 +92,7 @@ def judge_fail_causes(results, options):
 
 @claim("c3_opencv_missed", needs=GRIDS, evidence="rendered", readings=PICTURES)
 def judge_opencv_missed(results, options):
-    """What a Harris detector sees where OpenCV of today fails."""
+    """Share of corners that a Harris detector finds where current OpenCV fails."""
     shares, returned, good = (
         np.concatenate([numbers_of(r, n, Which.of(options)) for r in results.values()])
         for n in ("independent", f"{OPENCV}.returned", f"{OPENCV}.success")

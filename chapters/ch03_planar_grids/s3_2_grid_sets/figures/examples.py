@@ -1,4 +1,4 @@
-"""Figs 3.12 and 3.13: pictures chosen by what became of them."""
+"""Figs 3.12 and 3.13: images selected by the outcome of detection."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
-# Class of a picture -> (CELECT right, OpenCV right).
+# Class of an image -> (CELECT correct, OpenCV correct).
 CLASSES = {
     "both": (True, True),
     "CELECT only": (True, False),
@@ -24,7 +24,7 @@ RED, YELLOW, GREEN = "#e0281c", "#f2c400", "#2f9e3f"
 
 
 def example(result, which):
-    """The first picture of a class and how many there are; None without one."""
+    """Return the first image of a class, or None, and the size of the class."""
     ours, theirs = (right(result, m) for m in (CELECT, OPENCV))
     wanted_ours, wanted_theirs = CLASSES[which]
     fits = (ours == wanted_ours) & (theirs == wanted_theirs)
@@ -33,7 +33,7 @@ def example(result, which):
 
 
 def draw_panel(panel, result, condition):
-    """A picture with CELECT's corners: circles, joined where ordered."""
+    """Draw an image with CELECT's corners: circles, joined where ordered."""
     (picture,) = result.arrays("picture", **condition)
     u, v, factor = result.arrays("place", **condition)[0]
     colours = {"cmap": "gray", "vmin": 0, "vmax": 255}
@@ -54,7 +54,7 @@ def draw_panel(panel, result, condition):
 
 
 def examples(results, set_names):
-    """The panels of one figure: a column per set, a row per class."""
+    """Return the drawing of one figure: a column per set, a row per class."""
     drawn, panels = new_figure(3, 2, height_in=9.6)
     rows = []
     for column, set_name in enumerate(set_names):
@@ -69,31 +69,30 @@ def examples(results, set_names):
             panel.spines[:].set_visible(False)
             if condition is None:
                 centred = {"transform": panel.transAxes, "ha": "center", "va": "center"}
-                panel.text(0.5, 0.5, "no picture of this kind", **centred)
+                panel.text(0.5, 0.5, "no such image", **centred)
             else:
                 draw_panel(panel, result, condition)
             first = condition or {"image": None, "seed": None}
             named = letter, TITLES[set_name], which, count
             rows.append((*named, first["image"], first["seed"]))
     caption = (
-        "Pictures that CELECT and OpenCV's findChessboardCorners both get "
-        "right, that only CELECT does, and that neither does: the first of "
-        "each kind of all seeds, and in parentheses how many there are, poses "
-        "of the whole range. Circles: corners as CELECT detects "
-        "them; lines: its ordered corners, rows yellow, columns green. The "
-        "part of the picture with the board is shown."
+        "Images in which CELECT and OpenCV's findChessboardCorners both succeed, "
+        "only CELECT does, or neither does: the first of each class and, in "
+        "parentheses, their number, whole range of poses, all simulated runs. "
+        "Circles: corners detected by CELECT. Lines: its ordered corners, rows "
+        "yellow, columns green. Images are cropped to the board."
     )
-    heads = ("panel", "set", "class", "pictures", "image", "seed")
+    heads = ("panel", "set", "class", "images", "image", "seed")
     return Drawing(drawn, columns(heads, rows), caption)
 
 
 @figure("fig_3_12", needs=("table_3_4_grids", "table_3_5_grids"), evidence="rendered")
 def fig_3_12(results):
-    """Spherical and Hyperboloidal."""
+    """Draw examples of the Spherical and Hyperboloidal sets."""
     return examples(results, ("spherical", "hyperboloidal"))
 
 
 @figure("fig_3_13", needs=("table_3_6_grids", "table_3_7_grids"), evidence="rendered")
 def fig_3_13(results):
-    """Fisheye and Flexible Mirror."""
+    """Draw examples of the Fisheye and Flexible Mirror sets."""
     return examples(results, ("fisheye", "flexible-mirror"))

@@ -1,4 +1,4 @@
-"""Success by set and range of poses, and by the room that merging leaves."""
+"""Share of correct grids by set and range of poses."""
 
 import numpy as np
 from matplotlib.ticker import FixedFormatter, FixedLocator
@@ -28,14 +28,14 @@ SHOWN = {
     CLICKLESS: "without clicks (ours)",
 }
 SPOTLESS_TITLE = "Spherical,\nno spots"
-BESIDE = 0.16
-HEADS = ("series", "x", "right", "pictures", "low", "high")
+OFFSET = 0.16
+HEADS = ("series", "x", "correct", "images", "low", "high")
 
 
 def plot_shares(panel, at, trials, label):
-    """Draw the shares of right grids of a detector's samples of pictures, in percent.
+    """Draw the shares (%) of correct grids of one detector.
 
-    Returns what the figure's data keep of each: right, pictures, ends of the interval.
+    Returns the figure's data of each: correct, images, ends of the interval.
     """
     found = [proportion(right_of) for right_of in trials]
     shares = 100 * np.array([share[:3] for share in found])
@@ -48,7 +48,7 @@ def plot_shares(panel, at, trials, label):
 
 @figure("ext_grid_rates", needs=GRIDS, evidence="rendered")
 def ext_grid_rates(results):
-    """Share of right grids of four detectors, set by set, in both ranges."""
+    """Draw the share of correct grids of four detectors by set, in both ranges."""
     drawn, panels = new_figure(2, 1, height_in=6.4, sharex=True)
     titles = [*TITLES.values(), SPOTLESS_TITLE]
     rows = []
@@ -60,7 +60,7 @@ def ext_grid_rates(results):
             if method != CLICKLESS:
                 ball = results[EXPERIMENTS["spherical"]]
                 found.append(right(ball, method, Which(poses, CLEAN)))
-            at = np.arange(len(found)) + BESIDE * (index - 1.5)
+            at = np.arange(len(found)) + OFFSET * (index - 1.5)
             shares = plot_shares(panel, at, found, label)
             rows += [
                 (poses, label, title.replace("\n", " "), *share)
@@ -68,15 +68,15 @@ def ext_grid_rates(results):
             ]
             for line in panel.lines:
                 line.set_linestyle("none")
-        panel.set(ylim=(-3, 103), ylabel="Right grids (%)", title=f"poses: {poses}")
+        panel.set(ylim=(-3, 103), ylabel="Correct grids (%)", title=f"poses: {poses}")
     panels[-1].xaxis.set_major_locator(FixedLocator(range(len(titles))))
     panels[-1].xaxis.set_major_formatter(FixedFormatter(titles))
     legend_below(drawn, panels[0], ncols=2)
     return Drawing(
         drawn,
         columns(("poses", *HEADS), rows),
-        "Grids with every corner right and in order, with exact 95 % "
-        "intervals: poses of the whole range, three seeds, and of the hard "
-        "range, one seed. The last column has the pictures of one seed of "
-        "the ball again, without the spots on it.",
+        "Share of correct grids by camera and detector, with exact 95 % "
+        "intervals. Above: whole range of poses, three simulated runs. Below: "
+        "hard range, one run. Last column: the mirror ball again without "
+        "spots, one run.",
     )

@@ -1,7 +1,6 @@
-"""The regenerated numbers of 3.3.2, and those that its page quotes."""
+"""Regenerated numbers of 3.3.2, and those that its page quotes."""
 
 import math
-from collections import Counter
 
 import numpy as np
 
@@ -9,10 +8,9 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     CLEAN,
     EXPERIMENTS,
     GRIDS,
-    LEAST_SPACING_PX,
+    MIN_SPACING_PX,
     PRIMARY,
     SPACING,
-    SPOTTED,
     Which,
     all_right,
     apart,
@@ -23,7 +21,6 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
     of_each_seed,
     opened_all,
     pictures_of,
-    pooled,
     right,
     seeds_of,
     spread,
@@ -31,35 +28,32 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
 from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     CONTOUR,
     MERGED,
-    METHODS,
     MISSED,
     REFERENCE,
     SPLIT,
     SPOTLESS_SEED,
     TRUTH,
 )
-from chapters.shared.grid_detectors import CELECT, OPENCV
-from chapters.shared.grid_rigs import HARD, WHOLE
+from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV
+from chapters.shared.grid_rigs import WHOLE
 from repro.page.reader import value
 from repro.run.experiment import numbers
 from repro.run.outcomes import Value
 
-# Short names of sets in the ledger's numbers, with their grids.
+# Short names of sets in the registry's numbers.
 SHORT = {
     "spherical": "sph",
     "hyperboloidal": "hyp",
     "fisheye": "fish",
     "flexible-mirror": "flex",
 }
-# Merging distances of CELECT below and above which squares are small and large.
-SMALL_T8_PX, LARGE_T8_PX = 4.5, 11
-# Below this part of it neighbouring corners are near.
-NEAR_STEP = 1.2
+# Merging distance of CELECT below which squares are small.
+SMALL_T8_PX = 4.5
 SEEDS_RANGE = "mean and range of the rendered seeds"
 
 
 def chance_of_split(only_one, only_other):
-    """Exact two-sided chance of McNemar's test for a split of pictures."""
+    """Return the exact two-sided p-value of McNemar's test for a split of images."""
     count = only_one + only_other
     fewer = min(only_one, only_other)
     tail = sum(math.comb(count, k) for k in range(fewer + 1))
@@ -68,7 +62,7 @@ def chance_of_split(only_one, only_other):
 
 @numbers("table_3_3", needs=GRIDS, evidence="rendered")
 def numbers_table_3_3(results):
-    """The settings as they were run."""
+    """Return the settings as they were run."""
     found = {}
     for set_name, short in SHORT.items():
         ran = results[EXPERIMENTS[set_name]].settings
@@ -86,18 +80,18 @@ def numbers_table_3_3(results):
 
 
 def joined(found):
-    """All errors of several grids in one array."""
+    """Return all errors of several grids in one array."""
     return np.concatenate([np.empty(0), *found])
 
 
 def mean_of_seeds(found, reason, unit=""):
-    """Value of the mean of one number per seed, with their range."""
+    """Return the mean of one number per run, with the range of the runs."""
     mean, low, high, _ = spread(found)
     return Value(mean, (low, high), unit, reason)
 
 
 def of_table(result, table_id):
-    """Counts and errors of OpenCV's and CELECT's rows of one table."""
+    """Return counts and errors of OpenCV's and CELECT's rows of one table."""
     found = {}
     for name, method in (("opencv", OPENCV), ("celect", CELECT)):
         by_seed = pictures_of(result).levels("seed")
@@ -131,30 +125,30 @@ def of_table(result, table_id):
 
 @numbers("table_3_4", needs=("table_3_4_grids",), evidence="rendered")
 def numbers_table_3_4(results):
-    """The Spherical set."""
+    """Return the numbers of the Spherical set."""
     return of_table(results["table_3_4_grids"], "3_4")
 
 
 @numbers("table_3_5", needs=("table_3_5_grids",), evidence="rendered")
 def numbers_table_3_5(results):
-    """The Hyperboloidal set."""
+    """Return the numbers of the Hyperboloidal set."""
     return of_table(results["table_3_5_grids"], "3_5")
 
 
 @numbers("table_3_6", needs=("table_3_6_grids",), evidence="rendered")
 def numbers_table_3_6(results):
-    """The Fisheye set."""
+    """Return the numbers of the Fisheye set."""
     return of_table(results["table_3_6_grids"], "3_6")
 
 
 @numbers("table_3_7", needs=("table_3_7_grids",), evidence="rendered")
 def numbers_table_3_7(results):
-    """The Flexible Mirror set."""
+    """Return the numbers of the Flexible Mirror set."""
     return of_table(results["table_3_7_grids"], "3_7")
 
 
 def largest_after(results, reference):
-    """Largest error (px) after localisation, of OpenCV's and CELECT's grids."""
+    """Return the largest error (px) after localisation, of OpenCV and CELECT."""
     sizes = [
         joined(errors(result, method, "after", reference))
         for result in results.values()
@@ -164,8 +158,8 @@ def largest_after(results, reference):
 
 
 def largest_far_apart(results, spacing):
-    """The same of the grids whose neighbouring corners are 15 px apart or more."""
-    least_px = LEAST_SPACING_PX["15 px or more"]
+    """Return the same for grids with all neighbouring corners at least 15 px apart."""
+    least_px = MIN_SPACING_PX["15 px or more"]
     sizes = [
         one
         for result in results.values()
@@ -182,7 +176,7 @@ def largest_far_apart(results, spacing):
 
 
 def spared_by_clean_ball(result):
-    """Failures of CELECT that are none without the spots, of the seed with both."""
+    """Return how many failures of CELECT succeed without the spots."""
     spotted = right(result, CELECT, PRIMARY, SPOTLESS_SEED)
     clean = right(result, CELECT, Which(WHOLE, CLEAN), SPOTLESS_SEED)
     return int((clean & ~spotted).sum())
@@ -190,7 +184,7 @@ def spared_by_clean_ball(result):
 
 @numbers("sec_3_3_2", needs=GRIDS, evidence="rendered")
 def numbers_sec_3_3_2(results):
-    """Totals over the four sets, and what CELECT's failures come from."""
+    """Return totals over the four sets, and causes of CELECT's failures."""
     precision = results["table_3_4_grids"].settings["localiser"]
     hyperboloidal = results[EXPERIMENTS["hyperboloidal"]]
 
@@ -244,73 +238,35 @@ def numbers_sec_3_3_2(results):
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = opened_all(open_results)
-    spacing = open_results(SPACING)
-    stated = Counter(c for s in seeds_of(results) for c in causes(results, PRIMARY, s))
+    stated = [c for s in seeds_of(results) for c in causes(results, PRIMARY, s)]
     quoted = {
-        **{
-            f"{poses}.{method}": mean_rate(results, method, Which(poses))
-            for poses in (WHOLE, HARD)
-            for method in METHODS
-        },
-        "contours": stated[CONTOUR],
-        "largest.reference": largest_after(results, REFERENCE),
-        "largest.apart": largest_far_apart(results, spacing),
-        **of_ball(results[EXPERIMENTS["spherical"]]),
-        **of_sizes(results),
-        **of_lost(results, WHOLE),
-        **of_lost(results, HARD),
+        f"{WHOLE}.{method}": mean_rate(results, method)
+        for method in (LINEAR, CLICKLESS)
+    } | {
+        "contours": stated.count(CONTOUR),
+        "largest.apart": largest_far_apart(results, open_results(SPACING)),
+        **of_lost(results),
     }
     for name, number in quoted.items():
         value(name, number)
 
 
-def mean_rate(results, method, which):
-    """Mean over the seeds of a method's success, in percent."""
+def mean_rate(results, method):
+    """Return the mean over the runs of a method's success, in percent."""
     rates = [
-        100 * all_right(results, method, which, s).mean()
-        for s in seeds_of(results, which)
+        100 * all_right(results, method, PRIMARY, s).mean() for s in seeds_of(results)
     ]
     return float(np.mean(rates))
 
 
-def of_ball(result):
-    """Grids on the mirror ball that CELECT reads with the spots and without."""
-    kinds = {"spots": SPOTTED, "clean": CLEAN}
-    return {
-        f"ball.{poses}.{name}": int(
-            right(result, CELECT, Which(poses, spots), SPOTLESS_SEED).sum()
-        )
-        for poses in (WHOLE, HARD)
-        for name, spots in kinds.items()
-    }
-
-
-def of_sizes(results):
-    """How many grids with small and with large squares CELECT reads."""
-    reach, step = (
-        pooled(results, lambda r, w, n=name: numbers_of(r, n, w))
-        for name in ("t8_px", "least_over_t8")
-    )
-    good = pooled(results, lambda r, w: right(r, CELECT, w))
-    groups = {
-        "small": reach < SMALL_T8_PX,
-        "large": reach >= LARGE_T8_PX,
-        "near": step < NEAR_STEP,
-    }
-    return {
-        f"{name}.right": int(good[chosen].sum()) for name, chosen in groups.items()
-    } | {f"{name}.count": int(chosen.sum()) for name, chosen in groups.items()}
-
-
-def of_lost(results, poses):
-    """Grids that CELECT does not read, and those of them with small squares."""
-    which = Which(poses)
+def of_lost(results):
+    """Return how many grids CELECT fails on, and how many have small squares."""
     reach = [
-        numbers_of(result, "t8_px", which)[~right(result, CELECT, which)]
+        numbers_of(result, "t8_px")[~right(result, CELECT)]
         for result in results.values()
     ]
     lost = np.concatenate(reach)
     return {
-        f"{poses}.lost": len(lost),
-        f"small.{poses}.lost": int((lost < SMALL_T8_PX).sum()),
+        f"{WHOLE}.lost": len(lost),
+        f"small.{WHOLE}.lost": int((lost < SMALL_T8_PX).sum()),
     }

@@ -1,4 +1,4 @@
-"""The rendered pictures of 3.3.2: which a reading counts, and what was found."""
+"""Rendered images of 3.3.2: selection by interpretation, and detection results."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     TRUTH,
 )
 from chapters.shared.grid_detectors import CELECT
-from chapters.shared.grid_rigs import HARD, WHOLE
+from chapters.shared.grid_rigs import WHOLE
 from repro.judge.statistics import Estimate
 
 # Set -> the experiment that ran it.
@@ -25,9 +25,9 @@ EXPERIMENTS = {
     "fisheye": "table_3_6_grids",
     "flexible-mirror": "table_3_7_grids",
 }
-# The four of them: what the claims of all sixty pictures need.
+# All four: what the claims on sixty images need.
 GRIDS = ("table_3_4_grids", "table_3_5_grids", "table_3_6_grids", "table_3_7_grids")
-# Least distances of their corners, and all that the claim needs that asks for these.
+# Smallest distances of their corners, and the experiments of the claim on these.
 SPACING = "exp_c3_same_after_loc"
 GRIDS_AND_SPACING = (
     "table_3_4_grids",
@@ -36,8 +36,8 @@ GRIDS_AND_SPACING = (
     "table_3_7_grids",
     "exp_c3_same_after_loc",
 )
-# Least distance of neighbouring corners (px) in the readings of the ledger.
-LEAST_SPACING_PX = {"9 px or more": 9.0, "15 px or more": 15.0}
+# Smallest distance of neighbouring corners (px) in the interpretations.
+MIN_SPACING_PX = {"9 px or more": 9.0, "15 px or more": 15.0}
 TITLES = {
     "spherical": "Spherical",
     "hyperboloidal": "Hyperboloidal",
@@ -50,14 +50,14 @@ WINDOW = "half window"
 
 
 class Which(NamedTuple):
-    """Which pictures count: the range of their poses, and the ball's spots."""
+    """Selection of images: the range of their poses, and the ball's spots."""
 
     poses: str = WHOLE
     spots: str = SPOTTED
 
     @classmethod
     def of(cls, options):
-        """The pictures of one reading of the ledger's questions."""
+        """Return the selection of one interpretation."""
         return cls(options["pose_range"], options["spots"])
 
 
@@ -65,7 +65,7 @@ PRIMARY = Which()
 
 
 def pictures_of(result, which=PRIMARY, seed=None):
-    """The pictures of an experiment that count, of one seed or of all."""
+    """Return the selected images of an experiment, of one run or of all."""
     if which.spots == CLEAN:
         seed = SPOTLESS_SEED
     of_seed = {} if seed is None else {"seed": seed}
@@ -73,48 +73,37 @@ def pictures_of(result, which=PRIMARY, seed=None):
 
 
 def seeds_of(results, which=PRIMARY):
-    """Seeds of the pictures that count, which all four experiments share."""
+    """Return the runs of the selected images, which all four experiments share."""
     return pictures_of(next(iter(results.values())), which).levels("seed")
 
 
 def prefix_of(result, which):
-    """Before the name of a value: only the ball has pictures without spots."""
+    """Return the prefix of a value's name: only the ball has images without spots."""
     spherical = result.settings["set"] == "spherical"
     return "spotless." if spherical and which.spots == CLEAN else ""
 
 
 def numbers_of(result, name, which=PRIMARY, seed=None):
-    """A number of each picture that counts: (n,)."""
+    """Return a number of each selected image, (n,)."""
     return pictures_of(result, which, seed).column(prefix_of(result, which) + name)
 
 
 def right(result, method, which=PRIMARY, seed=None):
-    """Whether each picture's grid was found and in order: (n,) bool."""
+    """Return whether each image's grid was found and in order, (n,) bool."""
     return numbers_of(result, f"{method}.success", which, seed) == 1
 
 
-def pooled(results, of_result):
-    """One array over the four sets and both ranges of poses."""
-    return np.concatenate(
-        [
-            of_result(result, Which(poses))
-            for result in results.values()
-            for poses in (WHOLE, HARD)
-        ]
-    )
-
-
 def all_right(results, method, which, seed):
-    """`right` of a seed's pictures of all sets, in the order of the sets."""
+    """Return `right` of a run's images of all sets, in the order of the sets."""
     return np.concatenate(
         [right(results[name], method, which, seed) for name in EXPERIMENTS.values()]
     )
 
 
 def of_each_seed(results, detector, which):
-    """Which of a seed's pictures CELECT and a detector get right, seed by seed.
+    """Yield which images CELECT and a detector extract correctly, run by run.
 
-    Yields (seed, (n,) bool, (n,) bool), the pictures of all four sets.
+    Each item is (seed, (n,) bool, (n,) bool), over the images of all four sets.
     """
     for seed in seeds_of(results, which):
         ours, theirs = (
@@ -125,7 +114,7 @@ def of_each_seed(results, detector, which):
 
 @cache
 def _errors_of_pictures(result, name):
-    """Image, seed and poses -> errors (methods, 7, corners) of a picture."""
+    """Return {(image, seed, poses): errors (methods, 7, corners)}."""
     return {
         tuple(c.values()): found
         for c in result.conditions
@@ -134,10 +123,10 @@ def _errors_of_pictures(result, name):
 
 
 def errors(result, method, when, reference, which=PRIMARY, seed=None, window=WINDOW):
-    """Errors in px of the corners of the right grids: one array (n,) per grid.
+    """Return errors (px) of the corners of correct grids, one array (n,) per grid.
 
     when: 'before' or 'after' localisation; reference: one of REFERENCES;
-    window: of the localiser, where it has a say.
+    window: of the localiser, where it applies.
     """
     prefix = prefix_of(result, which)
     methods = SPOTLESS if prefix else METHODS
@@ -156,7 +145,7 @@ def errors(result, method, when, reference, which=PRIMARY, seed=None, window=WIN
 
 
 def apart(found, result, spacing, least_px, method, which=PRIMARY, seed=None):
-    """Of `errors` found, those of grids without neighbouring corners nearer than this.
+    """Return those `errors` of grids with neighbouring corners at least this far apart.
 
     spacing: Result of SPACING.
     """
@@ -171,12 +160,12 @@ def apart(found, result, spacing, least_px, method, which=PRIMARY, seed=None):
 
 
 def texts(result, name, which=PRIMARY, seed=None):
-    """One text of each picture, None where it has none."""
+    """Return one text of each image, None where it has none."""
     return pictures_of(result, which, seed).texts(prefix_of(result, which) + name)
 
 
 def causes(results, which, seed, set_name=None):
-    """Why CELECT failed, one text per failed picture of a seed."""
+    """Return the causes of CELECT's failures, one text per failed image of a run."""
     names = EXPERIMENTS if set_name is None else [set_name]
     found = []
     for name in names:
@@ -188,16 +177,16 @@ def causes(results, which, seed, set_name=None):
 
 
 def cleared(result, blemish, seed):
-    """How many failures of CELECT a clean mirror would have spared."""
+    """Return how many failures of CELECT succeed with a clean mirror."""
     name = f"{CELECT}.right_without_{blemish}"
     return int((numbers_of(result, name, PRIMARY, seed) == 1).sum())
 
 
 def opened_all(open_results):
-    """The four results by the names of their experiments."""
+    """Return the four results by the names of their experiments."""
     return {name: open_results(name) for name in EXPERIMENTS.values()}
 
 
 def spread(values):
-    """Mean of one value per seed, with their range: Estimate."""
+    """Return the mean of one value per run, with the range of the runs."""
     return Estimate(*(float(of(values)) for of in (np.mean, np.min, np.max)))

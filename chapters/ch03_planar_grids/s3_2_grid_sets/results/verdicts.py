@@ -1,4 +1,4 @@
-"""What a predicate that is tested seed by seed decides."""
+"""Verdicts of predicates that are tested run by run."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from repro.run.outcomes import Reading
 
 
 def seed_by_seed(holds, found, reason, unit=""):
-    """Reading from whether a predicate is true of each seed that it speaks of.
+    """Return the Reading of a predicate from the runs that it applies to.
 
     found: what was measured, as `Reading.of` takes it.
     """

@@ -1,7 +1,7 @@
-"""Pictures of the grids of section 3.3.2, one at a time.
+"""Images of the grids of section 3.3.2, one at a time.
 
-A set's picture depends on its number, a seed and the range of its poses alone: pose,
-light, glare and noise are its own, the flaws of the mirror are the seed's.
+An image depends only on its number, a seed and the range of poses. Pose, light, glare
+and noise are its own; the flaws of the mirror are the seed's.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ POSE, PICTURE, SPECIMEN, CLICKS = 0, 1, 2, 3
 
 
 class GridView(NamedTuple):
-    """A picture of a grid and where its corners truly are.
+    """An image of a grid and its true corners.
 
     image: (H, W) uint8; corners: (rows * columns, 2) px, row by row, so that
-    columns and rows turn clockwise in the picture, also behind a mirror;
-    outer_corners: (4, 2), clockwise in the picture, the first (row 0, column 0);
-    colour: the same picture as the camera saved it, (H, W, 3) where coloured;
-    pitch_mm: of the grid.
+    columns and rows turn clockwise in the image, also behind a mirror;
+    outer_corners: (4, 2), clockwise in the image, the first (row 0, column 0);
+    colour: the same image as saved by the camera, (H, W, 3) if coloured; pitch_mm:
+    of the grid.
     """
 
     image: np.ndarray
@@ -42,14 +42,14 @@ class GridView(NamedTuple):
 
 
 def stream(set_name, image, seed, kind):
-    """The numpy Generator of one kind of draw for one picture."""
+    """Return the numpy Generator of one kind of draw for one image."""
     number = list(SETS).index(set_name)
     return np.random.default_rng([seed, number, kind, image])
 
 
 @lru_cache(maxsize=1)
 def taken(set_name, image, seed, poses):
-    """(rig, pose, light on its sensor, Generator for the rest) of a picture."""
+    """Return (rig, pose, light on its sensor, Generator for the rest) of an image."""
     rig = rig_of(set_name, image, poses)
     pose = rig.draw_poses(stream(set_name, image, seed, POSE), 1)[0]
     draws = stream(set_name, image, seed, PICTURE)
@@ -57,11 +57,11 @@ def taken(set_name, image, seed, poses):
 
 
 def grid_view(set_name, image, seed, poses, without=None):
-    """Image number `image` (from 0) of a set, rendered from a seed: GridView.
+    """Render image number `image` (from 0) of a set from a seed: GridView.
 
-    set_name: key of SETS; seed: whole number, 0 or more; poses: WHOLE or HARD
-    of grid_rigs; without: None, or the blemish, a key of CLEANED, that is left
-    out, all else being equal.
+    set_name: key of SETS; seed: whole number, 0 or more; poses: WHOLE or HARD of
+    grid_rigs; without: None, or the blemish, a key of CLEANED, to omit with all
+    else equal.
     """
     rig, pose, light, draws = taken(set_name, image, seed, poses)
     rig = wiped(rig, without)
@@ -84,9 +84,9 @@ def grid_view(set_name, image, seed, poses, without=None):
 
 
 def from_smallest(lattice):
-    """The lattice begun at the outer corner with the smallest square.
+    """Return the lattice starting at the outer corner with the smallest square.
 
-    lattice: (rows, columns, 2), clockwise in the picture; so is the answer,
-    its rows and columns exchanged where it begins at the side of the other.
+    lattice: (rows, columns, 2), clockwise in the image, as is the result. Its rows
+    and columns are exchanged if it starts along the other side.
     """
     return np.rot90(lattice, int(corner_areas(lattice).argmin()))

@@ -1,4 +1,4 @@
-"""How the grids of 3.3.2 are scored, what lost them, and what is kept to draw."""
+"""Scores of the grids of 3.3.2, causes of failures, and data kept for figures."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from raxel.features.localise.subpix import ITERATIONS
 SEEDS = {WHOLE: (1, 2, 3), HARD: (1,)}
 FINE, BOTH = "celect-fine", "celect-linear-fine"
 METHODS = (OPENCV, OPENCV_SB, CELECT, LINEAR, FINE, BOTH, CLICKLESS)
-# Harris detector of the variants: smoothed and averaged as little as can be.
+# Harris detector of the variants: minimal smoothing and averaging.
 FINER = CelectSettings(smoothing_limits_px=(0.5, 0.7))
 # CELECT and its variants: whether the tone curve is undone, and the settings.
 CELECTS = {
@@ -41,13 +41,13 @@ CELECTS = {
     FINE: (False, FINER),
     BOTH: (True, FINER),
 }
-# Those that see the ball without its spots, too, and in the pictures of which seed.
+# Methods that are also run on the ball without spots, and the seed of its images.
 SPOTLESS, SPOTLESS_SEED = (OPENCV, OPENCV_SB, CELECT), 1
-# What may be wiped off the mirror of a set where CELECT has failed.
+# Blemishes that are removed from the mirror of a set where CELECT fails.
 BLEMISHES = {"hyperboloidal": ("spots", "glare")}
 TRUTH, REFERENCE = "truth", "cornerSubPix from truth"
 REFERENCES = (REFERENCE, TRUTH)
-# Rows of the errors of a right grid: when, against what, with which window.
+# Rows of the errors of a correct grid: stage, reference, window.
 MEASURES = (
     ("before", TRUTH, None),
     *(
@@ -60,19 +60,19 @@ MEASURES = (
         )
     ),
 )
-# Why a run of CELECT ended, from the contour that ended it.
+# Causes of the end of a run of CELECT, from the contour that ended it.
 DONE = "all corners right"
 CONTOUR, SNAP = "contour lost", "outer corner not found"
 MISSED, FALSE = "corner missed", "false corner"
 MERGED, SPLIT = "corners merged", "corner split"
 MISPLACED = "corner misplaced"
-# An independent detector's find counts within this distance.
+# A corner of an independent detector counts within this distance.
 INDEPENDENT_PX = 3.0
 PICTURE_MARGIN_PX, PICTURE_SIZE_PX = 40, 420
 
 
 def settings_of(set_name):
-    """What an experiment's result says about its set."""
+    """Return the settings of a set, stored in an experiment's result."""
     rigs = [(rig_named(name), count) for name, count in SETS[set_name]]
     return {
         "set": set_name,
@@ -103,14 +103,14 @@ def settings_of(set_name):
 
 
 def ranges_of(set_name, poses):
-    """Ranges of the poses of a set, degrees."""
+    """Return ranges of the poses of a set, degrees."""
     drawn = rig_of(set_name, 0, poses).poses
     ranges = {n: getattr(drawn, n) for n in ("polar", "tilt", "subtense")}
     return {n: np.rad2deg(ends).round(6).tolist() for n, ends in ranges.items()}
 
 
 def errors_of(image, corners, truth):
-    """Errors (7, N) px of a right grid, a row for each of MEASURES."""
+    """Return errors (7, N) px of a correct grid, a row for each of MEASURES."""
     standards = {w: localised(image, truth, w) for w in HALF_WINDOWS}
     found = {w: localised(image, corners, w) for w in HALF_WINDOWS}
     off = [
@@ -122,16 +122,16 @@ def errors_of(image, corners, truth):
 
 
 def stacked(errors, methods, count):
-    """Errors (methods, 7, count) of what each method returned; nan without a grid."""
+    """Return errors (methods, 7, count) of the grids returned; nan without a grid."""
     none = np.full((len(MEASURES), count), np.nan)
     return np.array([errors.get(method, none) for method in methods])
 
 
-def least_over_merging(lattice):
-    """Least step of each side over its t8, and t8 px: two arrays (4,).
+def min_step_over_merging(lattice):
+    """Return the smallest step of each side over its t8, and t8 (px): two arrays (4,).
 
-    lattice: true corners (rows, columns, 2) in the order of the clicks. CELECT joins
-    corners of a side that are nearer to each other than t8.
+    lattice: true corners (rows, columns, 2) in the order of the clicks. CELECT
+    merges corners of a side that are nearer to each other than t8.
     """
     rows, columns = lattice.shape[:2]
     settings = CelectSettings()
@@ -144,10 +144,10 @@ def least_over_merging(lattice):
 
 
 def cause_of(result, lattice):
-    """Why a run of CELECT failed, told from its first failed contour.
+    """Return the cause of a failed run of CELECT, from its first failed contour.
 
-    result: CelectResult; lattice: true corners (rows, columns, 2), in the
-    order of the clicks.
+    result: CelectResult; lattice: true corners (rows, columns, 2), in the order of
+    the clicks.
     """
     if result.found:
         return MISPLACED
@@ -169,9 +169,9 @@ def cause_of(result, lattice):
 
 
 def nearness(truth):
-    """How near a find must be to a true corner (n, 2) of a contour: (n,) px.
+    """Return the tolerance (n,) px around the true corners (n, 2) of a contour.
 
-    8 px, or half the way to the next corner of the contour.
+    8 px, or half the distance to the next corner of the contour.
     """
     steps = np.linalg.norm(np.diff(truth, axis=0), axis=1)
     least = np.minimum(np.append(steps, np.inf), np.append(np.inf, steps))
@@ -179,9 +179,9 @@ def nearness(truth):
 
 
 def share_found(image, truth):
-    """Share of the true corners (N, 2) that a Harris detector sees.
+    """Return the share of the true corners (N, 2) that a Harris detector finds.
 
-    OpenCV's goodFeaturesToTrack, on the part of the picture with the board.
+    OpenCV's goodFeaturesToTrack, on the part of the image with the board.
     """
     import cv2
 
@@ -197,11 +197,11 @@ def share_found(image, truth):
 
 
 def drawn(view, result):
-    """Arrays for Figs 3.12 and 3.13: the picture's part, and CELECT's corners.
+    """Return arrays for Figs 3.12 and 3.13: a crop of the image, and CELECT's corners.
 
-    picture: (h, w[, 3]) uint8, made smaller by a whole factor; place: (3,)
-    pixel (u, v) of its corner, and that factor; lattice: (rows, columns, 2),
-    NaN where CELECT has no corner; detected: (m, 2) corners as detected.
+    picture: (h, w[, 3]) uint8, reduced by a whole factor; place: (3,) pixel (u, v)
+    of its corner, and that factor; lattice: (rows, columns, 2), NaN where CELECT
+    has no corner; detected: (m, 2) corners as detected.
     """
     import cv2
 

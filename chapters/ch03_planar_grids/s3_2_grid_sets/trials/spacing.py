@@ -1,4 +1,4 @@
-"""How near to each other the corners of the grids of section 3.3.2 are."""
+"""Distances between neighbouring corners of the grids of section 3.3.2."""
 
 from itertools import product
 
@@ -19,10 +19,10 @@ FOUR_SETS = ("spherical", "hyperboloidal", "fisheye", "flexible-mirror")
 
 
 def spacing_trial(condition, rng):
-    """Least distance (px) of two neighbouring corners of a picture's grid.
+    """Return the smallest distance (px) of two neighbouring corners of an image's grid.
 
-    Nothing is rendered: the true corners follow from the pose, which is the one that
-    the picture's seed draws. `rng` is not used.
+    Nothing is rendered: the true corners follow from the pose, which is drawn with
+    the image's seed. `rng` is not used.
     """
     set_name, image, seed, poses = (
         condition[k] for k in ("set", "image", "seed", "poses")
@@ -32,18 +32,18 @@ def spacing_trial(condition, rng):
     points = transform(pose, on_plane(rig.target.points()))
     corners = rig.camera.project(points).pixels
     lattice = corners.reshape(rig.target.rows, rig.target.columns, 2)
-    return {"least_px": least_step(lattice)}
+    return {"least_px": min_spacing(lattice)}
 
 
-def least_step(lattice):
-    """Least distance (px) of neighbours along rows and columns (rows, columns, 2)."""
+def min_spacing(lattice):
+    """Return the smallest distance (px) of neighbours in (rows, columns, 2)."""
     steps = (np.linalg.norm(np.diff(lattice, axis=k), axis=2) for k in (0, 1))
     return float(min(step.min() for step in steps))
 
 
 @experiment("exp_c3_same_after_loc", artefact="table_3_4", inputs=RIGS)
 def spacings(effort):
-    """The grids of all pictures of the four tables."""
+    """The grids of all images of the four tables."""
     images = 1 if effort == "quick" else IMAGES
     conditions = [
         {"set": set_name, "poses": poses, "image": image, "seed": seed}

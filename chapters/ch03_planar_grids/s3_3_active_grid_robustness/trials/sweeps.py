@@ -1,4 +1,4 @@
-"""How 3.3.3 measures: corners in one grid, and where a second one is seen."""
+"""Measurements of 3.3.3: corners in one grid, and their positions in a second one."""
 
 from functools import lru_cache
 
@@ -21,12 +21,12 @@ from raxel.lab.sensor import bloom
 from raxel.sets import load_set, read_image
 from repro.run.rendered import rendered_set
 
-# RIG/SEED of the pictures, as the marks of the experiments name them.
+# RIG/SEED of the images, as the experiments name them.
 SETS = {
     "quick": ("monitor-d200-small/0",),
     "full": ("monitor-d200/0", "monitor-d200/1", "monitor-d200/2"),
 }
-# Levels of the sweeps; the first one of blur and noise is none.
+# Levels of the sweeps; the first of blur and noise is zero.
 LEVELS = {
     "distance": {"quick": (200, 360), "full": (150, 200, 270, 360, 480, 640)},
     "orientation": {"quick": (0, 28), "full": (0, 7, 14, 21, 28, 35)},
@@ -34,7 +34,7 @@ LEVELS = {
     "noise": {"quick": (0, 8), "full": (0, 1, 2, 4, 8, 16)},
 }
 DEFAULT_MM = 200
-# Where a sweep meets the default condition. At 0 deg the first grid is the same,
+# Level of a sweep at the default condition. At 0 deg the first grid is the same,
 # but the second one is that of all orientations.
 DEFAULT_LEVEL = {"distance": DEFAULT_MM, "blur": 0, "noise": 0}
 
@@ -43,7 +43,7 @@ STATIC = (DERIVATIVE, SADDLE)
 METHODS = (*STATIC, ACTIVE)
 TRUE = "true corners"
 START_SD_PX = 1.0
-# The readings of 3.3.3; the option that decides comes first.
+# Interpretations of 3.3.3; the primary option comes first.
 ONE_WINDOW, BY_SQUARE = "one window", "half a square"
 WINDOWS = (ONE_WINDOW, BY_SQUARE)
 AS_TAKEN, AS_FIRST = "as taken", "as the first"
@@ -52,11 +52,11 @@ WITHIN, OVER = "no full well", "a fifth above full"
 EXPOSURES = (WITHIN, OVER)
 # From the rig's exposure, white at 0.9 of a well, to 1.2 of it.
 GAIN = 4 / 3
-WINDOW_PX, BLUR_SHARE, LEAST_WINDOW_PX = 15, 2 / 15, 5
-# Fewer corners than this share, and a method has failed.
-LEAST_FOUND = 0.5
-# Left out at the rim of the lit area, as the decoder does in sharp pictures, at every
-# level: its own margin follows the blur at edges of the Gray code.
+WINDOW_PX, BLUR_SHARE, MIN_WINDOW_PX = 15, 2 / 15, 5
+# A method that finds a smaller share of the corners has failed.
+MIN_FOUND = 0.5
+# Margin excluded at the edge of the lit area, at every level as in sharp images; the
+# decoder's own margin follows the blur at edges of the Gray code.
 MARGIN_PX = 6
 SETTINGS = {
     "corners": [15, 15],
@@ -68,13 +68,13 @@ SETTINGS = {
     "start_sd_px": START_SD_PX,
     "window_px": WINDOW_PX,
     "saddle_blur_of_window": BLUR_SHARE,
-    "least_found": LEAST_FOUND,
+    "least_found": MIN_FOUND,
     "margin_px": MARGIN_PX,
 }
 
 
 def conditions(effort):
-    """Every level of every sweep with every set; the default level once."""
+    """Return every level of every sweep with every set; the default level once."""
     swept = [
         (name, level)
         for name, levels in LEVELS.items()
@@ -89,7 +89,7 @@ def conditions(effort):
 
 
 def condition_of(name, level, pictures):
-    """One level: which views are opened, and what is done to their pictures."""
+    """Return one level: the views to open, and the changes of their images."""
     first, second = (f"distance-{DEFAULT_MM}", f"distance-{DEFAULT_MM}-second")
     if name == "distance":
         first, second = f"distance-{level}", f"distance-{level}-second"
@@ -108,10 +108,10 @@ def condition_of(name, level, pictures):
 
 
 def robustness_trial(condition, rng):
-    """Corners by three methods, and what the second grid says of each.
+    """Return corners by three methods, and their residuals by the second grid.
 
-    Residuals are in mm on the chessboard; what the true corners leave is the
-    second grid's own error. With every exposure, from the same pictures.
+    Residuals are in mm on the chessboard; true corners leave the second grid's own
+    error. All exposures use the same images.
     """
     name, changed = (condition["set"], condition["sweep"] in ("blur", "noise"))
     image_set, views = opened(name)
@@ -127,7 +127,7 @@ def robustness_trial(condition, rng):
         seen[AS_FIRST] = location_of(second, patterns, target)
     first = [bright_pictures_of(name, condition["first"], e) for e in EXPOSURES]
     first = degraded(first, condition, rng) if changed else first
-    said = {"least_square_px": least_step(true)}
+    said = {"least_square_px": min_step(true)}
     for exposure, (board, *shown) in zip(EXPOSURES, first, strict=True):
         location = location_of(shown, patterns, target)
         found = by_methods(board, location, starts, true, points)
@@ -137,7 +137,7 @@ def robustness_trial(condition, rng):
 
 @lru_cache(maxsize=4)
 def opened(name):
-    """(ImageSet RIG/SEED, {name of the view: View})."""
+    """Return (ImageSet RIG/SEED, {name of the view: View})."""
     rig, _, seed = name.partition("/")
     image_set = load_set(rendered_set(rig, int(seed)))
     return image_set, {view.name: view for view in image_set.views}
@@ -145,7 +145,7 @@ def opened(name):
 
 @lru_cache(maxsize=2)
 def pictures_of(name, view):
-    """Pictures (n, H, W) uint8 of a view: chessboard if any, then patterns."""
+    """Return images (n, H, W) uint8 of a view: chessboard if any, then patterns."""
     image_set, views = opened(name)
     files = [pattern.image for pattern in views[view].patterns]
     board = [views[view].chessboard] if views[view].chessboard else []
@@ -154,7 +154,7 @@ def pictures_of(name, view):
 
 @lru_cache(maxsize=4)
 def bright_pictures_of(name, view, exposure):
-    """`pictures_of` a view with an exposure, (n, H, W) uint8."""
+    """Return `pictures_of` a view with an exposure, (n, H, W) uint8."""
     pictures = pictures_of(name, view)
     if exposure == WITHIN:
         return pictures
@@ -164,16 +164,16 @@ def bright_pictures_of(name, view, exposure):
 
 @lru_cache(maxsize=2)
 def location_as_taken(name, view):
-    """The point of the grid that each pixel of a view sees, (H, W, 2) mm."""
+    """Return the grid position that each pixel of a view sees, (H, W, 2) mm."""
     image_set, views = opened(name)
     pictures = pictures_of(name, view)
     return location_of(pictures, views[view].patterns, image_set.target)
 
 
 def brighter(picture, sensor):
-    """The picture (H, W) uint8 of GAIN times the light, with overflowing wells.
+    """Return the image (H, W) uint8 of GAIN times the light, with overflowing wells.
 
-    Charges come back from the grey values by the tone curve of the sensor.
+    Charges are recovered from the grey values by the tone curve of the sensor.
     """
     table = (np.arange(256) / 255) ** sensor.gamma * GAIN
     charge = bloom(table.astype(np.float32)[picture], 1.0, sensor.blooming)
@@ -181,7 +181,7 @@ def brighter(picture, sensor):
 
 
 def degraded(stacks, condition, rng):
-    """Stacks of pictures (n, H, W) uint8 blurred and with noise, all alike."""
+    """Return stacks of images (n, H, W) uint8 with equal blur and noise."""
     stacks = [stack.copy() for stack in stacks]
     for pictures in zip(*stacks, strict=True):
         noise = np.float32(0)
@@ -197,18 +197,18 @@ def degraded(stacks, condition, rng):
 
 
 def patterns_taken(rig, T, seed):
-    """(patterns, their pictures) of the active grid at T_camera_target, taken now."""
+    """Render the active grid at T_camera_target: (patterns, their images)."""
     views = photograph_patterns(rig, T, seed)
-    # White, black and chessboard are named by words.
+    # White, black and chessboard have names of type str.
     taken = [(what, one) for what, one in views if not isinstance(what, str)]
     return tuple(zip(*taken, strict=True))
 
 
 def location_of(pictures, patterns, target):
-    """As the thesis decodes: its filters, and no mask for clipped sines.
+    """Decode as in the thesis: its filters, and no mask for clipped sinusoids.
 
-    The filters of 3.2.2 are 7 x 7 pixels of the sines, the eight neighbours
-    of each location, and the filling of holes. As 16 bit no value of 8 bit
+    The filters of 3.2.2 are 7 x 7 pixels of the sinusoids, the eight neighbours of
+    each location, and the filling of holes. Stored as 16 bits, no 8-bit value
     counts as clipped.
     """
     return decode(
@@ -224,10 +224,10 @@ def location_of(pictures, patterns, target):
 
 
 def by_methods(board, location, starts, true, points):
-    """(method, window) -> corners (N, 2) px, NaN where a method gave up.
+    """Return {(method, window): corners (N, 2) px}, NaN where a method failed.
 
-    board: (H, W), the chessboard; location: (H, W, 2) mm of the grid in its
-    place; starts, true: (N, 2) px, clicks and corners; points: (N, 2) mm.
+    board: (H, W), the chessboard; location: (H, W, 2) mm of the grid at the same
+    position; starts, true: (N, 2) px, clicks and corners; points: (N, 2) mm.
     """
     pixels = pixels_of(location, points)
     found = by_static_methods(board, starts)
@@ -237,9 +237,9 @@ def by_methods(board, location, starts, true, points):
 
 
 def scores(found, seen, true, points):
-    """Residuals (mm) and errors (px) of corners, by window and second grid.
+    """Return residuals (mm) and errors (px) of corners, by window and second grid.
 
-    found: as of `by_methods`; seen: {reading: location of the second grid}.
+    found: from `by_methods`; seen: {interpretation: location of the second grid}.
     """
     said = {}
     for (method, window), corners in found.items():
@@ -253,13 +253,13 @@ def scores(found, seen, true, points):
 
 
 def corners_of(image_set):
-    """Picture of a chessboard -> its true corners (N, 2), px."""
+    """Return {chessboard image: its true corners (N, 2) px}."""
     truth = read_json(image_set.folder / "truth" / "corners.json")["images"]
     return {name: np.array(said["corners"]) for name, said in truth.items()}
 
 
 def by_static_methods(board, starts):
-    """(method, window) -> corners (N, 2), NaN where a method gave up."""
+    """Return {(method, window): corners (N, 2)}, NaN where a method failed."""
     found = {}
     for name, window in ((ONE_WINDOW, WINDOW_PX), (BY_SQUARE, window_of(starts))):
         blur = BLUR_SHARE * window
@@ -273,27 +273,27 @@ def by_static_methods(board, starts):
 
 
 def window_of(corners):
-    """The odd window (px) of half the least step between corners."""
-    half = int(least_step(corners) / 2)
-    return max(half - 1 + half % 2, LEAST_WINDOW_PX)
+    """Return the odd window (px) of half the smallest step between corners."""
+    half = int(min_step(corners) / 2)
+    return max(half - 1 + half % 2, MIN_WINDOW_PX)
 
 
-def least_step(corners):
-    """Least distance (px) between neighbours among 15 x 15 corners (N, 2)."""
+def min_step(corners):
+    """Return the smallest step (px) between neighbours of 15 x 15 corners (N, 2)."""
     side = round(np.sqrt(len(corners)))
     return float(steps_between(corners.reshape(side, side, 2)).min())
 
 
 def residual_mm(corners, location, points):
-    """RMS (mm) of a homography from the second grid to the chessboard.
+    """Return the RMS residual (mm) of a homography from second grid to chessboard.
 
-    corners: (N, 2) px, NaN where none was found; location: (H, W, 2) mm of the second
-    grid; points: (N, 2) mm, where the chessboard's corners are. What was found is
-    scored; NaN if that is too little.
+    corners: (N, 2) px, NaN if not found; location: (H, W, 2) mm of the second grid;
+    points: (N, 2) mm, the chessboard's corners. Only corners found are scored; NaN
+    if too few.
     """
     seen = points_at(location, corners)
     known = np.isfinite(seen).all(axis=1)
-    if known.mean() < LEAST_FOUND:
+    if known.mean() < MIN_FOUND:
         return float("nan")
     seen, points = seen[known], points[known]
     H = refine_homography(homography_dlt(seen, points), seen, points)
@@ -301,7 +301,7 @@ def residual_mm(corners, location, points):
 
 
 def rms(lengths):
-    """Root mean square of those that are known; NaN if none is."""
+    """Return the root mean square of the finite values; NaN if there are none."""
     if not np.isfinite(lengths).any():
         return float("nan")
     return float(np.sqrt(np.nanmean(lengths**2)))

@@ -1,4 +1,4 @@
-"""How much of a turned monitor can be decoded."""
+"""Decodable share of a rotated monitor."""
 
 from dataclasses import replace
 
@@ -15,8 +15,8 @@ from raxel.lab.monitor_views import points_seen
 RIG = "monitor-d200-small"
 FILES = ("data/rigs/monitor-d200-small.yaml",)
 TURNS_DEG = {"quick": (0, 60), "full": (0, 14, 28, 42, 56, 70)}
-# Exponent of the cosine by which light falls off, gamma of the camera, seeds. The
-# first is the rig's.
+# Exponent of the cosine fall-off, gamma of the camera, number of seeds. The first is
+# the rig's.
 VARIED = {
     "quick": ((2, 2.2, 1), (0, 2.2, 1), (2, 1.0, 1)),
     "full": ((2, 2.2, 3), (2, 1.0, 3), (0, 2.2, 3)),
@@ -33,7 +33,7 @@ SETTINGS = {
 
 
 def conditions(effort):
-    """Every turn with every monitor and camera, and their seeds."""
+    """Return every rotation with every monitor and camera, and their seeds."""
     return [
         {
             "turn_deg": turn,
@@ -48,10 +48,10 @@ def conditions(effort):
 
 
 def viewing_trial(condition, rng):
-    """Shares of the visible area that are decoded, and how surely.
+    """Return shares of the visible area that are decoded, and their uncertainty.
 
-    With the rim: what a pixel next to the rim sees is left out for its blur,
-    not for its light.
+    Pixels next to the edge of the lit area are excluded for their blur, not for
+    their light; the share "with the rim" includes them.
     """
     rig = rig_named(RIG)
     falloff = condition["falloff_exponent"]
@@ -59,7 +59,7 @@ def viewing_trial(condition, rng):
     sensor = replace(rig.sensor, gamma=condition["camera_gamma"])
     rig = replace(rig, monitor=monitor, sensor=sensor)
     T = turned_monitor(condition["turn_deg"], rig.target.monitor_mm, rng)
-    area = areas_seen(rig, T)
+    area = visible_areas(rig, T)
     patterns, pictures = patterns_taken(rig, T, [condition["seed"]])
     found = decode(
         np.stack(pictures), patterns, rig.target,
@@ -76,7 +76,7 @@ def viewing_trial(condition, rng):
 
 
 def turned_monitor(turn_deg, size_mm, rng):
-    """T_camera_target of a monitor turned about the vertical, set up by hand."""
+    """Return T_camera_target of a monitor placed by hand and rotated."""
     shift, by_hand = rng.normal(size=(2, 3)) * [[SHIFT_MM], [TURN_DEG]]
     R = rotation_from_vector(np.radians(by_hand)) @ rotation_from_vector(
         np.radians([0.0, turn_deg, 0.0])
@@ -85,8 +85,8 @@ def turned_monitor(turn_deg, size_mm, rng):
     return pose(R, np.array([0, 0, DISTANCE_MM]) + shift - R @ middle)
 
 
-def areas_seen(rig, T):
-    """Area (H, W) of the grid that each pixel sees, mm^2; 0 beside it."""
+def visible_areas(rig, T):
+    """Return the area (H, W) of the grid that each pixel sees, mm^2; 0 outside it."""
     points = points_seen(rig.camera, T, rig.target.monitor_mm).astype(float)
     down, across = np.gradient(points, axis=(0, 1))
     area = across[..., 0] * down[..., 1] - across[..., 1] * down[..., 0]
@@ -94,12 +94,12 @@ def areas_seen(rig, T):
 
 
 def shared(area, where):
-    """Share of an area (H, W) that lies where a mask is True."""
+    """Return the share of an area (H, W) where a mask is True."""
     return float(area[where].sum() / area.sum())
 
 
 def farthest_angle(rig, T):
-    """Largest angle (deg) to the monitor's normal under which it is seen."""
+    """Return the largest visible angle (deg) to the monitor's normal."""
     points = points_seen(rig.camera, T, rig.target.monitor_mm).astype(float)
     v, u = np.nonzero(np.isfinite(points[..., 0]))
     rays = rig.camera.rays(np.column_stack([u, v]).astype(float))

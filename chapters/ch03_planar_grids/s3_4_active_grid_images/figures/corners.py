@@ -1,4 +1,4 @@
-"""Fig. 3.16, and how the errors behind it depend on the window."""
+"""Fig. 3.16: residual vectors of the four methods."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ FINER_SCALE = 2000
 
 @figure("fig_3_16", needs=("table_3_8_corners",), evidence="rendered")
 def fig_3_16(results):
-    """Residual vectors of the four methods, first seed."""
+    """Draw residual vectors of the four methods, first simulated run."""
     case = Corners(results[CORNERS])
     drawn, axes = new_figure(2, 4, height_in=4.6, sharex=True, sharey=True)
     rows, worst = [], 0.0
@@ -51,9 +51,9 @@ def fig_3_16(results):
     return Drawing(
         drawn,
         columns(("method", "u_px", "v_px", "du_px", "dv_px"), rows),
-        "Residuals of every corner of the board after the homography from the metric "
-        f"grid, with the best setting of each method; first seed. Above drawn "
-        f"{VECTOR_SCALE} times as long as they are, as in the thesis, below "
+        "Residual vectors of all corners of the chessboard after a homography from the "
+        "metric grid, with the best setting of each method; first simulated run. "
+        f"Above: magnified {VECTOR_SCALE} times, as in the thesis. Below: "
         f"{FINER_SCALE} times.",
         Check(
             worst < 1e-9, "mean length of the drawn vectors is the mean of Table 3.8"

@@ -1,4 +1,4 @@
-"""Fig. 3.18: the chessboard in the mirror ball, put together, and the ball in space."""
+"""Fig. 3.18: the chessboard in the mirror ball, and its reassembled image."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ ORANGE = "#d55e00"
 
 @figure("fig_3_18", needs=("fig_3_18_facets",), evidence="rendered")
 def fig_3_18(results):
-    """The picture, and what the active grid makes of it over the true grid."""
+    """Draw the image, and its remapping over the true grid."""
     ran = results[FACETS].select()
     picture, laid, seen, metric, off = (
         ran.arrays(name)[0]
@@ -42,18 +42,18 @@ def fig_3_18(results):
     return Drawing(
         drawn,
         columns(("x_mm", "y_mm", "off_squares"), rows),
-        "A chessboard in a ball of flat mirrors; and the same picture laid out by an "
-        "active grid, black and white, over the true grid, grey. Circles: the corners "
-        "that could be localised.",
+        "(a) Image of a chessboard in a ball of flat mirrors. (b) The same image "
+        "remapped by an active grid (black and white) over the true grid (grey). "
+        "Circles: corners that can be localised.",
         Check(
             bool(known.any() and seen[tuple(places[known].T[::-1])].all()),
-            "every circle is where the remapped picture was decoded",
+            "every circle is where the remapped image was decoded",
         ),
     )
 
 
 def true_grid(shape, metric):
-    """The chessboard in greys, (h, w), white beyond its squares."""
+    """Return the chessboard in greys (h, w), white outside its squares."""
     square = np.linalg.norm(metric[1] - metric[0])
     side = int(np.sqrt(len(metric)))
     v, u = np.mgrid[: shape[0], : shape[1]]

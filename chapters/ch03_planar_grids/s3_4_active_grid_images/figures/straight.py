@@ -1,4 +1,4 @@
-"""Fig. 3.17: the room as taken and as laid out, and its edges one by one."""
+"""Fig. 3.17: the room through the fisheye, and remapped."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ VIEW = "long wall"
 
 @figure("fig_3_17", needs=("fig_3_17_lines",), evidence="rendered")
 def fig_3_17(results):
-    """The room through the fisheye, and on the plane of the active grid."""
+    """Draw the room through the fisheye, and remapped to the active grid's plane."""
     ran = results[LINES]
     taken, laid = (ran.select(view=VIEW).arrays(name)[0] for name in ("taken", "laid"))
     lines = lines_of(ran, view=VIEW)[0]
@@ -30,17 +30,16 @@ def fig_3_17(results):
     return Drawing(
         drawn,
         columns(("bent_before", "bent_after", "vertical"), rows),
-        "A room through the 10.5 mm fisheye, and the same picture laid out on the "
-        f"plane of one active grid with {MM_PER_PX:g} mm of the grid per px. "
-        "Black: nothing "
-        "decoded. The grid is pitched, so verticals converge.",
+        "(a) Image of a room through the 10.5 mm fisheye. (b) The same image remapped "
+        f"to the plane of one active grid, {MM_PER_PX:g} mm per px. Black: not "
+        "decoded. Verticals converge because the grid is pitched.",
         Check(
             bool(np.any(laid > 0)) and taken.shape[1] == rig_width(ran),
-            "the picture taken is the rig's, and part of it is remapped",
+            "the image has the width of the rig's camera, and part of it is remapped",
         ),
     )
 
 
 def rig_width(ran):
-    """Width (px) of the pictures of the rig."""
+    """Return the width (px) of the rig's images."""
     return rig_of(ran.conditions[0]["rig"]).camera.width

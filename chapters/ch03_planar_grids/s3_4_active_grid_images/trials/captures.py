@@ -1,4 +1,4 @@
-"""The rendered sets of section 3.3.4, opened and decoded as anybody's would be."""
+"""Rendered sets of section 3.3.4, opened and decoded like recorded ones."""
 
 import numpy as np
 
@@ -9,18 +9,18 @@ from repro.run.rendered import CHECKOUT, rendered_set
 
 
 def rig_of(name):
-    """The rig of a file of data/rigs."""
+    """Return the rig of a file of data/rigs."""
     return load_rig(CHECKOUT / f"data/rigs/{name}.yaml")
 
 
 def capture_of(rig, seed, pose=0):
-    """(set, view) of one pose of a rendered set."""
+    """Return (set, view) of one pose of a rendered set."""
     image_set = load_set(rendered_set(rig, seed))
     return image_set, image_set.views[pose]
 
 
 def pictures_of(image_set, view):
-    """Patterns (n, H, W), and white, black and chessboard by name."""
+    """Return patterns (n, H, W), and white, black and chessboard by name."""
     patterns = np.array(
         [read_image(image_set, pattern.image) for pattern in view.patterns]
     )
@@ -33,9 +33,9 @@ def pictures_of(image_set, view):
 
 
 def decoded(image_set, view, prepare=lambda picture: picture, **options):
-    """(Decoded, chessboard or None) of a view.
+    """Return (Decoded, chessboard or None) of a view.
 
-    prepare: what is done to every picture first; options: of `decode`.
+    prepare: applied to every image first; options: of `decode`.
     """
     patterns, others = pictures_of(image_set, view)
     others = {name: prepare(picture) for name, picture in others.items()}

@@ -1,8 +1,8 @@
-"""What section 3.3.4 runs: rigs, seeds, settings, and the sets they read."""
+"""Conditions of section 3.3.4: rigs, seeds, settings, and the sets they read."""
 
 SMALL = {"quick": "-small", "full": ""}
 SEEDS = {"quick": (1,), "full": (1, 2, 3)}
-# Full widths and SDs (px): of the sweep, and of the coarser one of other readings.
+# Full widths and SDs (px): of the sweep, and of a coarser one.
 WINDOWS = {"quick": (5, 13, 21), "full": tuple(range(5, 58, 4))}
 COARSE = {"quick": (5, 21), "full": tuple(range(5, 58, 8))}
 BLURS = {"quick": (0.5, 2.0), "full": (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)}
@@ -31,7 +31,7 @@ BALL_SETS = {
 
 
 def corner_conditions(effort, cases):
-    """A condition for each seed of the cases of Table 3.8, by name."""
+    """Return a condition for each seed of the cases of Table 3.8, by name."""
     return [
         {
             "case": case,
@@ -49,7 +49,7 @@ def corner_conditions(effort, cases):
 
 
 def line_conditions(effort, pitches, views):
-    """A condition for each seed, pitch of the grid and view of the room."""
+    """Return a condition for each seed, pitch of the grid and view of the room."""
     return [
         {
             "rig": f"d200-fisheye{SMALL[effort]}",
@@ -66,6 +66,6 @@ def line_conditions(effort, pitches, views):
 
 
 def ball_conditions(effort):
-    """A condition for each seed of the mirror ball."""
+    """Return a condition for each seed of the mirror ball."""
     rig = f"mirror-ball{SMALL[effort]}"
     return [{"rig": rig, "seed": seed, "drawn": seed == 1} for seed in SEEDS[effort]]

@@ -1,4 +1,4 @@
-"""Table 3.8: corners of one board by four methods, in pictures without distortion."""
+"""Table 3.8: corners of one board by four methods, in undistorted images."""
 
 from functools import cache
 
@@ -29,19 +29,19 @@ from raxel.multiview.perspective_view import perspective_view, resample, source_
 from raxel.sets import load_set
 from repro.run.rendered import rendered_set
 
-# In pictures of 16 bits the rounding to 8 by the camera is what noise there is.
+# In 16-bit images the camera's rounding to 8 bits is the only noise.
 NOISE = {8: {}, 16: {"noise": 257 / np.sqrt(12)}}
 
 
 def corner_trial(condition, rng):
-    """Residuals of every corner by every method and setting, at one pose.
+    """Return residuals of every corner by every method and setting, at one pose.
 
-    condition: rig, boards (the rig whose pictures calibrate the camera), seed, pose
-    (its number), bits (of the undistorted pictures), windows: full widths, px; blurs:
-    SD, px. Returns the mean of the residuals (px) by method, window and blur,
-    infinite where a corner was not found; and with the best setting of each method the
-    corners and their residuals, once as they are and once (`true_lens`) as though the
-    true lens had taken the distortion out.
+    condition: rig, boards (the rig whose images calibrate the camera), seed, pose
+    (its number), bits (of the undistorted images), windows: full widths, px; blurs:
+    SD, px. Returns the mean residual (px) by method, window and blur, infinite
+    where a corner was not found. For the best setting of each method, also returns
+    the corners and their residuals, and (`true_lens`) the residuals after
+    undistortion with the true lens.
     """
     camera = calibrated(condition["boards"], condition["seed"])
     sources = source_pixels(camera, perspective_view(camera))
@@ -78,16 +78,16 @@ def corner_trial(condition, rng):
 
 
 def starts(corners, metric):
-    """Whole pixels (n, 2) from which corners are localised, as a detector gives them.
+    """Return whole pixels (n, 2) from which corners are localised, as from a detector.
 
-    Where the active grid knows no corner, the others say where it is.
+    Corners that the active grid lacks are predicted from the others.
     """
     known = np.isfinite(corners[:, :1])
     return np.rint(np.where(known, corners, mapped(corners, metric)))
 
 
 def mapped(corners, metric):
-    """The metric grid (n, 2) by the homography to the corners that were found."""
+    """Return the metric grid (n, 2) by the homography to the corners found."""
     found = np.isfinite(corners[:, 0])
     H = refine_homography(
         homography_dlt(metric[found], corners[found]), metric[found], corners[found]
@@ -96,13 +96,13 @@ def mapped(corners, metric):
 
 
 def in_bits(picture, bits):
-    """A picture of 8 bits as it is, or in 16, which resampling rounds less."""
+    """Return an 8-bit image as it is, or in 16 bits to reduce rounding."""
     return picture if bits == 8 else picture.astype(np.uint16) * 257
 
 
 @cache
 def calibrated(rig, seed):
-    """The camera that Zhang's method finds in a rig's pictures of a board."""
+    """Return the camera that Zhang's method gives from a rig's chessboard images."""
     boards = load_set(rendered_set(rig, seed))
     found = detect_boards(boards, DEFAULT_DETECTOR, boards.views, lambda line: None)
     views = board_views(boards, found)
@@ -110,16 +110,16 @@ def calibrated(rig, seed):
 
 
 def through(camera, truth, corners):
-    """Corners (n, 2) undistorted with one camera, as another would have done it."""
+    """Return corners (n, 2) undistorted with one camera, as by another."""
     as_taken = camera.project(perspective_view(camera).directions(corners)).pixels
     rays = truth.rays(as_taken).directions
     return rays[:, :2] / rays[:, 2:] @ truth.K[:2, :2].T + truth.K[:2, 2]
 
 
 def sweep(picture, start, windows, blurs):
-    """{method: corners (settings..., n, 2)} at every setting, NaN where not found.
+    """Return {method: corners (settings..., n, 2)} at every setting, NaN if not found.
 
-    A window that leaves the picture at any corner finds none.
+    A window that leaves the image at any corner finds none.
     """
     if picture.dtype == np.uint16:
         picture = (picture / 257).astype(np.float32)
@@ -146,31 +146,31 @@ def sweep(picture, start, windows, blurs):
     return {
         "derivative": in_windows(derivative),
         "OpenCV": in_windows(lambda window: opencv(window // 2)),
-        # As many half windows, which a full one of twice as many px holds.
+        # The same numbers as half-windows.
         "OpenCV half": np.array([opencv(window) for window in windows]),
         "saddle point": np.array([saddle(blur) for blur in blurs]),
     }
 
 
 def kept(corners, good):
-    """Corners (n, 2), NaN where they are not good."""
+    """Return corners (n, 2), NaN where they are not valid."""
     return np.where(good[:, None], corners, np.nan)
 
 
 def inside(corners, shape, half):
-    """Which corners (n, 2) have a window of this half width inside the picture."""
+    """Return which corners (n, 2) have a window of this half-width inside the image."""
     size = np.array(shape[::-1])
     return ((corners >= half) & (corners <= size - 1 - half)).all(axis=1)
 
 
 def largest_window(corners, shape):
-    """Full width (px) of the largest window that fits about all corners."""
+    """Return the full width (px) of the largest window that fits around all corners."""
     room = min(corners.min(), (np.array(shape[::-1]) - 1 - corners).min())
     return 2 * int(room) + 1
 
 
 def residual_of(corners, metric):
-    """Residual vectors (px) after the homography from the metric grid (n, 2)."""
+    """Return residual vectors (px) after the homography from the metric grid (n, 2)."""
     found = np.isfinite(corners[:, 0])
     vectors = corners - mapped(corners, metric)
     size = np.linalg.norm(vectors[found], axis=1)
@@ -184,9 +184,10 @@ def residual_of(corners, metric):
 
 
 def best_of(settings, metric):
-    """Mean of the residuals at each setting, and the best one's residuals.
+    """Return the mean residual at each setting, and the residuals of the best one.
 
-    settings: corners (..., n, 2). The mean is infinite where a setting loses a corner.
+    settings: corners (..., n, 2). The mean is infinite where a setting loses a
+    corner.
     """
     shape = settings.shape[:-2]
     flat = settings.reshape(-1, *settings.shape[-2:])
@@ -202,6 +203,6 @@ def best_of(settings, metric):
 
 
 def square_px(corners, metric):
-    """Median side (px) of a square of the board."""
+    """Return the median side (px) of a square of the board."""
     lattice = corners.reshape(-1, int(np.sqrt(len(metric))), 2)
     return float(np.nanmedian(np.linalg.norm(np.diff(lattice, axis=1), axis=2)))

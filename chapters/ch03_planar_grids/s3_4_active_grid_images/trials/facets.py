@@ -1,4 +1,4 @@
-"""Fig. 3.18: a chessboard in a ball of flat mirrors, put together by an active grid."""
+"""Fig. 3.18: a chessboard in a ball of flat mirrors, reassembled by an active grid."""
 
 import numpy as np
 
@@ -13,20 +13,20 @@ from raxel.geometry.homography import apply_homography, homography_dlt
 from raxel.multiview.plane_view import remap_to_plane
 
 MM_PER_PX = 0.3
-# Of the window about a corner that is localised, mm: so far every pixel must be seen.
+# Half-width (mm) of the window of a localised corner: all its pixels must be visible.
 HALF_MM = 2.4
-# Of a square: nearer counts as right.
+# Share of a square: smaller errors count as correct.
 NEAR = 0.1
-LEAST_PIXELS = 100  # of a facet that shows the monitor
+MIN_PIXELS = 100  # of a facet that shows the monitor
 
 
 def facet_trial(condition, rng):
-    """The monitor's chessboard put together from facets, and by a static grid alone.
+    """Reassemble the monitor's chessboard from facets; compare with a static grid.
 
-    condition: rig, seed; drawn: whether the pictures are kept. Returns, in squares, how
-    far each corner of the remapped chessboard that can be localised is from its true
-    place; and facet by facet the share of pixels whose place a static grid gives to
-    NEAR squares, by corners of the same facet, or of all facets taken together.
+    condition: rig, seed; drawn: whether the images are kept. Returns the error
+    (squares) of each corner of the remapped chessboard that can be localised. Also
+    returns, by facet, the share of pixels whose position a static grid gives to
+    NEAR squares, from corners of the same facet or of all facets together.
     """
     image_set, view = capture_of(condition["rig"], condition["seed"])
     blur = max(rig_of(condition["rig"]).optics.blur_sd_px)
@@ -42,8 +42,8 @@ def facet_trial(condition, rng):
     truth = np.load(image_set.folder / f"truth/{view.label}.npz")["points_mm"]
     facet, lit = facets_of(camera), np.isfinite(truth[..., 0])
     shown, count = np.unique(facet[lit], return_counts=True)
-    of_facets = [(facet == k) & lit for k in shown[count >= LEAST_PIXELS]]
-    everywhere = corners_seen(truth, metric, lit)
+    of_facets = [(facet == k) & lit for k in shown[count >= MIN_PIXELS]]
+    everywhere = visible_corners(truth, metric, lit)
 
     def right(corners, mine):
         return share_right(corners, metric, truth, mine, NEAR * square)
@@ -59,7 +59,7 @@ def facet_trial(condition, rng):
         "metric": metric,
         "facets": len(of_facets),
         "within": np.array(
-            [right(corners_seen(truth, metric, mine), mine) for mine in of_facets]
+            [right(visible_corners(truth, metric, mine), mine) for mine in of_facets]
         ),
         "across": np.array([right(everywhere, mine) for mine in of_facets]),
         "detector_found": bool(find_board(picture, board.columns, board.rows).found),
@@ -70,17 +70,17 @@ def facet_trial(condition, rng):
 
 
 def facets_of(camera):
-    """The facet (H, W) that each pixel's centre shows, -1 for none."""
+    """Return the facet (H, W) that each pixel's centre sees, -1 for none."""
     v, u = np.mgrid[: camera.height, : camera.width]
     pixels = np.column_stack([u.ravel(), v.ravel()]).astype(float)
     return camera.facet_of(pixels).reshape(u.shape)
 
 
 def corner_errors(laid, seen, metric):
-    """How far (mm) corners localised in the remapped picture are from their places.
+    """Return errors (mm) of corners localised in the remapped image.
 
-    Where the window about the place is not wholly seen, or OpenCV leaves the corner
-    where it was put, NaN.
+    NaN where the window around the position is not fully visible, or OpenCV does
+    not move the corner.
     """
     half = round(HALF_MM / MM_PER_PX)
     places = metric / MM_PER_PX - 0.5
@@ -93,10 +93,10 @@ def corner_errors(laid, seen, metric):
     return off
 
 
-def corners_seen(truth, metric, where):
-    """Pixels (n, 2) that show the corners of a board, NaN for those that none shows.
+def visible_corners(truth, metric, where):
+    """Return pixels (n, 2) that see the corners of a board, NaN where none does.
 
-    truth: (H, W, 2) mm, what pixels see; where: which of them to search.
+    truth: (H, W, 2) mm, positions that pixels see; where: mask of pixels to search.
     """
     v, u = np.nonzero(where & np.isfinite(truth[..., 0]))
     out = np.full((len(metric), 2), np.nan)
@@ -113,11 +113,11 @@ def corners_seen(truth, metric, where):
 
 
 def share_right(corners, metric, truth, mine, near):
-    """Share of the pixels of a facet whose place a static grid gives to `near` mm.
+    """Return the share of pixels whose position a static grid gives to `near` mm.
 
-    corners: pixels (n, 2) of the corners, as a detector without fault would give them,
-    in order; NaN for those that are not seen. Each pixel takes the homography of a
-    square of the board around it whose four corners are all seen.
+    corners: pixels (n, 2) of the corners in order, as from a perfect detector; NaN
+    if not visible. Each pixel uses the homography of a surrounding square of the
+    board whose four corners are all visible.
     """
     side = int(np.sqrt(len(metric)))
     v, u = np.nonzero(mine)
@@ -137,7 +137,7 @@ def share_right(corners, metric, truth, mine, near):
 
 
 def in_quadrilateral(points, corners):
-    """Which points (n, 2) a convex quadrilateral (4, 2) holds; none if it is none."""
+    """Return which points (n, 2) a quadrilateral (4, 2) holds; none if not convex."""
     sides = np.roll(corners, -1, axis=0) - corners
     turns = sides[:, 0] * np.roll(sides, -1, axis=0)[:, 1]
     turns = turns - sides[:, 1] * np.roll(sides, -1, axis=0)[:, 0]

@@ -23,7 +23,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.metric_search imp
 from raxel.features.active_grid import decode
 from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
 
-# What is averaged: nothing; the sines; the sines, and then locations, as in 3.2.2.
+# Averaging: none; sinusoids; sinusoids and then locations, as in 3.2.2.
 AS_TEXT = "7 x 7 and 3 x 3"
 FILTERS = {
     "none": {"smooth": False, "neighbours": False},
@@ -34,7 +34,7 @@ SEARCHES = {"four nearest pixels": at_four_pixels, "local fit": by_local_fit}
 
 
 def filter_conditions(effort):
-    """A condition for each distance and seed."""
+    """Return a condition for each distance and seed."""
     return [
         {name: one[name] for name in ("case", "seed", "rig", "boards", "pose")}
         for one in corner_conditions(effort, ("near", "far"))
@@ -42,10 +42,9 @@ def filter_conditions(effort):
 
 
 def filter_trial(condition, rng):
-    """Mean residual (px) of the active grid's corners with each filter, at one pose.
+    """Return the mean residual (px) of the active grid's corners with each filter.
 
-    Pictures are undistorted as in Table 3.8; `true_lens`, as though the true lens had
-    taken the distortion out.
+    Images are undistorted as in Table 3.8; `true_lens`: as by the true lens.
     """
     camera = calibrated(condition["boards"], condition["seed"])
     sources = source_pixels(camera, perspective_view(camera))

@@ -1,4 +1,4 @@
-"""Where a place of the active grid lies in the picture: the decoded data searched."""
+"""Search of decoded data for the image of a screen position."""
 
 from itertools import combinations
 
@@ -6,17 +6,18 @@ import numpy as np
 
 from raxel.features.active_grid.lookup import nearest_pixels
 
-NEAREST = 12  # pixels of which four are chosen
-LEAST_SINE = 0.05  # of the angles of a triangle that counts as one
-HALF = 3  # of the window of the local fit, px
+NEAREST = 12  # candidate pixels, of which four are chosen
+MIN_SINE = 0.05  # of the angles of a valid triangle
+HALF = 3  # half-width of the window of the local fit, px
 
 
 def at_four_pixels(grid, places):
-    """Pixels (n, 2) that see places (n, 2) mm, by the four nearest ones (3.3.4).
+    """Return pixels (n, 2) that see positions (n, 2) mm, by four near pixels (3.3.4).
 
-    The homography that takes the locations of four pixels, no three of them in a row,
-    to these pixels is asked for the place. They are the first such four when pixels
-    are ordered by how far from the place their locations are. NaN where none are near.
+    The homography from the locations of four pixels, no three of them collinear, to
+    these pixels maps the position. They are the first such four when pixels are
+    ordered by the distance of their locations from the position. NaN where no pixel
+    is near.
     """
     out = np.full((len(places), 2), np.nan)
     for n, (place, window) in enumerate(windows_about(grid, places)):
@@ -34,10 +35,10 @@ def at_four_pixels(grid, places):
 
 
 def by_local_fit(grid, places):
-    """Pixels (n, 2) that see places (n, 2) mm, by all decoded ones of a window.
+    """Return pixels (n, 2) that see positions (n, 2) mm, by all pixels of a window.
 
-    Locations are fitted as a polynomial of second degree in the pixels, weighted with
-    their sigma, and that is inverted by Newton's method. NaN where none are near.
+    Locations are fitted by a quadratic polynomial of the pixels, weighted with
+    their sigma. Newton's method inverts it. NaN where no pixel is near.
     """
     out = np.full((len(places), 2), np.nan)
     for n, (place, window) in enumerate(windows_about(grid, places)):
@@ -59,16 +60,16 @@ def by_local_fit(grid, places):
 
 
 def terms(p):
-    """The six terms of second degree of positions (n, 2)."""
+    """Return the six terms of degree up to two of positions (n, 2)."""
     x, y = p.T
     return np.column_stack([np.ones(len(p)), x, y, x * x, x * y, y * y])
 
 
 def windows_about(grid, places):
-    """(place, (pixels (m, 2), locations (m, 2), sigma (m,)) or None) of each place.
+    """Yield (place, (pixels (m, 2), locations (m, 2), sigma (m,)) or None) by place.
 
-    The window is about the decoded pixel whose location is nearest to the place. None
-    where that one is farther away than two pixels look apart.
+    The window is around the decoded pixel whose location is nearest to the place.
+    None where the distance exceeds the step of two pixels.
     """
     location = np.where(grid.mask[..., None], grid.location, np.nan)
     step = np.nanmedian(np.linalg.norm(np.diff(location, axis=1), axis=2))
@@ -94,7 +95,7 @@ def windows_about(grid, places):
 
 
 def first_four(pixels):
-    """The first four of pixels (n, 2), in their order, no three of them in a row."""
+    """Return the first four of pixels (n, 2), in their order, no three collinear."""
     for last in range(3, len(pixels)):
         for others in combinations(range(last), 3):
             four = (*others, last)
@@ -104,14 +105,14 @@ def first_four(pixels):
 
 
 def is_triangle(points):
-    """Whether three points (3, 2) are clearly not in a row."""
+    """Return whether three points (3, 2) are clearly not collinear."""
     a, b = points[1] - points[0], points[2] - points[0]
     area = abs(a[0] * b[1] - a[1] * b[0])
-    return area > LEAST_SINE * np.linalg.norm(a) * np.linalg.norm(b)
+    return area > MIN_SINE * np.linalg.norm(a) * np.linalg.norm(b)
 
 
 def through_four(source, target):
-    """The homography (3, 3) that takes four points (4, 2) to four others."""
+    """Return the homography (3, 3) that maps four points (4, 2) to four others."""
     rows = [
         row
         for (x, y), (u, v) in zip(source, target, strict=True)

@@ -1,8 +1,8 @@
-"""Table 3.8 at the camera's own pixels, which see the raster of the monitor.
+"""Table 3.8 at the camera's own pixels, which resolve the raster of the monitor.
 
-The laboratory draws a monitor as a continuous picture. Here each of its pixels has a
-bright opening and a dark frame, and only patches about the corners are rendered: the
-whole picture would have 10 million pixels.
+The simulator renders a monitor as a continuous image. Here each of its pixels has a
+bright opening and a dark frame. Only patches around the corners are rendered: the whole
+image would have 10 million pixels.
 """
 
 from dataclasses import dataclass, replace
@@ -25,25 +25,25 @@ from raxel.sets import chessboard_picture, pattern_picture, patterns_of
 
 RIG = "d200-lens"
 NATIVE_RIGS = ("data/rigs/d200-lens.yaml",)
-BINNED = 3  # pixels of the camera each way that the rig takes as one
+BINNED = 3  # pixels of the camera per rig pixel, each way
 # Bright share of a monitor's pixel, each way: 64 % of its area.
 APERTURE = 0.8
-# Of a full well: the raster's peaks are brighter than its mean, and must not clip.
+# Share of a full well: the raster's peaks exceed its mean and must not clip.
 WHITE_WELLS = 0.75
 FINENESS = 3  # samples each way for a pixel, before the blur
-# Full widths and SDs, px of the camera; corners along a row that are left out between.
+# Full widths and SDs, px of the camera; step between the corners used along a row.
 WINDOWS = {"quick": (5, 21), "full": (5, 9, 13, 17, 21, 25, 33, 41, 49, 57, 73, 89)}
 BLURS = {"quick": (2.0,), "full": (0.5, 1.0, 2.0, 3.0, 4.0, 6.0)}
 STRIDE = {"quick": 7, "full": 1}
 SEEDS = (1, 2, 3)
 NO_RASTER = "no raster"
-HALF_DECODED = 20  # of a patch that is decoded, px
+HALF_DECODED = 20  # half-width of a decoded patch, px
 
 
 def native_conditions(effort):
-    """A condition for each seed, named as those of Table 3.8 are.
+    """Return a condition for each seed, named as those of Table 3.8.
 
-    And one without the raster, to tell what it does.
+    One more condition has no raster, to isolate its effect.
     """
     seeds = SEEDS[:1] if effort == "quick" else SEEDS
     return [
@@ -61,10 +61,10 @@ def native_conditions(effort):
 
 @dataclass(frozen=True)
 class NativeCamera:
-    """The rig's camera with its own pixels and no distortion, before its monitor.
+    """The rig's camera with its own pixels and no distortion, in front of its monitor.
 
-    K: (3, 3) px; T_camera_target: (4, 4) mm; blur_sd_px, size: as the rig has them,
-    in the camera's pixels.
+    K: (3, 3) px; T_camera_target: (4, 4) mm; blur_sd_px, size: as in the rig, in
+    the camera's pixels.
     """
 
     rig: object
@@ -77,7 +77,7 @@ class NativeCamera:
 
     @property
     def K(self):
-        """The rig's, in pixels of which BINNED have its pixel's middle as theirs."""
+        """The rig's, in pixels of which BINNED share the centre of its pixel."""
         finer = np.diag([BINNED, BINNED, 1.0])
         finer[:2, 2] = (BINNED - 1) / 2
         return finer @ self.rig.camera.K
@@ -89,7 +89,7 @@ class NativeCamera:
 
     @property
     def sensor(self):
-        """The rig's for one pixel, exposed a little less."""
+        """The rig's for one pixel, with slightly less exposure."""
         well = self.rig.sensor.full_well_e / BINNED**2
         read = self.rig.sensor.read_noise_e / BINNED
         return replace(
@@ -101,19 +101,19 @@ class NativeCamera:
 
     @property
     def middle(self):
-        """The middle (u, v) of the picture."""
+        """The centre (u, v) of the image."""
         return (np.array(self.size) - 1) / 2
 
     def vignetting(self, u, v):
-        """Share of the light that pixels at (u, v) keep: cos^4 at the exit pupil."""
+        """Return the share of light at pixels (u, v): cos^4 at the exit pupil."""
         pupil = BINNED * self.rig.optics.exit_pupil_px
         square = (u - self.middle[0]) ** 2 + (v - self.middle[1]) ** 2
         return 1 / (1 + square / pupil**2) ** 2
 
     def blur_sd(self, pixel):
-        """SD (px) of the point spread at a pixel (2,).
+        """Return the SD (px) of the point spread at a pixel (2,).
 
-        The rig's blur in its larger pixels is what the lens has on these.
+        The rig's blur in its larger pixels is used as the lens's blur on these.
         """
         away = pixel - self.middle
         share = 4 * away @ away / np.sum(np.square(self.size))
@@ -122,10 +122,11 @@ class NativeCamera:
 
 
 def opened(place, width):
-    """Mean brightness of the raster over samples, 1 on average, along one axis.
+    """Return the mean brightness of the raster over samples along one axis.
 
-    place: (...) of their middles, width: of a sample, both in pixels of the monitor. A
-    sample is narrower than the dark frame, so that it sees one opening at most.
+    place: (...) of their centres, width: of a sample, both in pixels of the
+    monitor. A sample is narrower than the dark frame, so it covers one opening at
+    most.
     """
 
     def until(x):
@@ -136,10 +137,10 @@ def opened(place, width):
 
 
 def rastered(shown, place):
-    """Light (n, ...) of the monitor at samples, each pixel in its dark frame.
+    """Return light (n, ...) of the monitor at samples, each pixel in its dark frame.
 
-    shown: (n, height, width), light of the monitor's pixels; place: (rows, columns, 2)
-    of the samples' middles, in pixels of the monitor.
+    shown: (n, height, width), light of the monitor's pixels; place: (rows, columns,
+    2) of the samples' centres, in pixels of the monitor.
     """
     x, y = place[..., 0], place[..., 1]
     column, row = np.floor(place).astype(int).transpose(2, 0, 1)
@@ -148,7 +149,7 @@ def rastered(shown, place):
 
 
 def without_raster(shown, place):
-    """The same of pixels that shine all over: means over the samples."""
+    """Return the same for pixels without dark frames: means over the samples."""
     border = np.rint(place).astype(int)
     beyond = np.clip((place - border) / sample_widths(place) + 0.5, 0, 1)
     (column, row), (right, low) = border.transpose(2, 0, 1), beyond.transpose(2, 0, 1)
@@ -160,17 +161,17 @@ def without_raster(shown, place):
 
 
 def sample_widths(place):
-    """Width and height (2,) of samples at places (rows, columns, 2)."""
+    """Return width and height (2,) of samples at positions (rows, columns, 2)."""
     across = np.diff(place[..., 0], axis=1).mean()
     down = np.diff(place[..., 1], axis=0).mean()
     return np.array([across, down])
 
 
 def light_of_patch(camera, shown, pixel, half, drawn=rastered):
-    """Light (n, side, side) on the sensor about a pixel, of n pictures on the monitor.
+    """Return light (n, side, side) on the sensor around a pixel, of n monitor images.
 
-    shown: (n, height, width) uint8, what the monitor is sent; pixel: (2,) whole;
-    drawn: what its pixels look like.
+    shown: (n, height, width) uint8, input of the monitor; pixel: (2,) whole; drawn:
+    appearance of its pixels.
     """
     from scipy.ndimage import gaussian_filter
 
@@ -195,12 +196,11 @@ def light_of_patch(camera, shown, pixel, half, drawn=rastered):
 
 
 def native_trial(condition, rng):
-    """Residuals of corners by every method and setting, as `corner_trial` has them.
+    """Return residuals of corners by every method and setting, like `corner_trial`.
 
-    condition: case (NO_RASTER: the chessboard alone, on a monitor without one), stride
-    (of the corners along rows and columns that are taken), windows, blurs. Pixels are
-    the camera's; the lens has no distortion, so that the errors are the localisers'
-    own.
+    condition: case (NO_RASTER: the chessboard alone, on a monitor without raster),
+    stride (of the corners used along rows and columns), windows, blurs. Pixels are
+    the camera's. The lens has no distortion, so the errors are the localisers' own.
     """
     rig = rig_of(RIG)
     camera = NativeCamera(rig, rig.draw_poses(rng, 1)[0])
@@ -224,9 +224,9 @@ def native_trial(condition, rng):
 
 
 def localised_in_patches(camera, start, condition, rng):
-    """{method: corners (settings..., n, 2) px} of the chessboard, by `sweep`.
+    """Return {method: corners (settings..., n, 2) px} of the chessboard, by `sweep`.
 
-    The patches lie side by side in one picture, each with its start in its middle.
+    The patches are tiled in one image, each with its start in its centre.
     """
     windows, blurs = condition["windows"], condition["blurs"]
     half = max(windows) // 2 + int(np.ceil(3 * max(blurs)))
@@ -243,13 +243,13 @@ def localised_in_patches(camera, start, condition, rng):
     row, column = np.divmod(np.arange(len(start)), across)
     middle = np.column_stack([column, row]) * side + half
     found = sweep(taken, middle.astype(float), windows, blurs)
-    # Half windows of so many px reach into the next patch.
+    # Half-windows of this size reach into the next patch.
     del found["OpenCV half"]
     return {name: corners + (start - middle) for name, corners in found.items()}
 
 
 def decoded_in_patches(camera, start, metric, rng):
-    """{search: corners (1, n, 2) px} in the decoded data of each patch."""
+    """Return {search: corners (1, n, 2) px} in the decoded data of each patch."""
     rig = camera.rig
     patterns = patterns_of(rig.patterns)
     size = rig.target.monitor_px

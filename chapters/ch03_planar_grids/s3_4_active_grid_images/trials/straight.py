@@ -1,4 +1,4 @@
-"""Fig. 3.17: a room through a fisheye, laid out on an active grid's plane."""
+"""Fig. 3.17: a room through a fisheye, remapped to an active grid's plane."""
 
 import json
 from functools import cache
@@ -15,21 +15,21 @@ from raxel.lab import room
 from raxel.multiview.plane_view import remap_to_plane
 from repro.run.columns import columns
 
-# The camera stands in the middle of the room, level, and looks so far to the right.
+# Heading to the right; the camera is level in the middle of the room.
 HEADING_DEG = {"long wall": 90.0, "corner": 45.0}
 COLOURED = "long wall"
 MM_PER_PX = 0.25
-# Along an edge a point is looked for so far, to both sides.
+# Step along an edge, search range to both sides, and its resolution.
 STEP_PX, SEARCH_PX, FINE_PX = 4.0, 4.0, 0.25
 HALF_EDGE_PX, WIDTH = 1.5, 9
-LEAST_SLOPE = 3.0  # grey levels a px
-LEAST_POINTS, LEAST_LENGTH_PX = 20, 100.0
+MIN_SLOPE = 3.0  # grey levels per px
+MIN_POINTS, MIN_LENGTH_PX = 20, 100.0
 HIDDEN_MM = 5.0
 ALONG_EDGE = 801  # points, about a px apart on the longest
-# Off a cubic curve by more robust standard deviations, a point is of another edge.
-MOST_SD, LEAST_SD_PX = 4.0, 0.05
+# Points farther from the cubic curve (in robust SDs) belong to another edge.
+MAX_SDS, MIN_SD_PX = 4.0, 0.05
 DOWN = np.array([0.0, 1.0, 0.0])
-# Arrays of a trial, one entry for each edge that is measured.
+# Arrays of a trial, one entry per measured edge.
 OF_EDGE = (
     "edge",
     "place",
@@ -44,20 +44,20 @@ OF_EDGE = (
 
 
 def T_world_camera(view):
-    """The camera's pose in the room, (4, 4) mm."""
+    """Return the camera's pose in the room, (4, 4) mm."""
     turn = np.array([0.0, np.radians(HEADING_DEG[view]), 0.0])
     return pose(rotation_from_vector(turn), np.zeros(3))
 
 
 @cache
 def furnished():
-    """The room, whose textures take a while to lay out."""
+    """Return the room, whose textures take a while to render."""
     return room()
 
 
 @cache
 def room_light(rig, view):
-    """Light of the room on the sensor, (H, W, 3) of the view that is coloured."""
+    """Return the light of the room on the sensor, (H, W, 3) for the coloured view."""
     laboratory = rig_of(rig).laboratory()
     return laboratory.irradiance(
         furnished(), T_world_camera(view), colour=view == COLOURED
@@ -65,14 +65,14 @@ def room_light(rig, view):
 
 
 def straight_trial(condition, rng):
-    """Bends of the room's edges before and after, and where verticals meet.
+    """Return deviations and inclinations of the room's edges before and after.
 
     condition: rig, seed, pose (its number), view of the room; drawn: whether the
-    pictures are kept. Returns by edge: how far its points lie from
-    their best line as a share of its length, before and after, found in the
-    pictures and projected from truth; of verticals the angle to the picture's columns,
-    and the one that the grid's pose predicts; where the edge lies (px) in the remapped
-    picture.
+    images are kept. Returns by edge the deviation from its best line as a share of
+    its length, before and after, from detected points and from points projected
+    from truth. Also returns the angle of verticals to the image columns, the angle
+    predicted from the grid's pose, and the edge's position (px) in the remapped
+    image.
     """
     rig = rig_of(condition["rig"])
     image_set, view = capture_of(condition["rig"], condition["seed"], condition["pose"])
@@ -91,7 +91,7 @@ def straight_trial(condition, rng):
     rows = []
     for k, (edge, path) in enumerate(zip(room_edges(), paths, strict=True)):
         pixels, places, at, on = edge_in_both(grid, path, pictures)
-        if len(places) < LEAST_POINTS or length(places) < LEAST_LENGTH_PX:
+        if len(places) < MIN_POINTS or length(places) < MIN_LENGTH_PX:
             continue
         bends = map(bend, (at, pixels, on, places))
         angles = lean(on), predicted_lean(truth, places)
@@ -107,15 +107,15 @@ def straight_trial(condition, rng):
 
 
 def edge_in_both(grid, path, pictures):
-    """Points of an edge as taken and as remapped: projected there, and found there.
+    """Return points of an edge before and after remapping, projected and detected.
 
-    path: pixels (n, 2) that show it; pictures: as taken and remapped. Returns (m, 2)
-    px each: projected as taken, projected as remapped, found in either; none of an
-    edge of which too little is decoded.
+    path: pixels (n, 2) that see it; pictures: before and after. Returns (m, 2) px
+    each: projected before, projected after, detected before and after; empty if too
+    little of the edge is decoded.
     """
     places = location_at(grid, path)
     known = np.isfinite(places[:, 0])
-    if known.sum() < LEAST_POINTS:
+    if known.sum() < MIN_POINTS:
         return (np.empty((0, 2)),) * 4
     both = path[known], places[known] / MM_PER_PX - 0.5
     found = [edge_points(*pair) for pair in zip(pictures, both, strict=True)]
@@ -124,31 +124,31 @@ def edge_in_both(grid, path, pictures):
 
 
 def true_pose(image_set, view):
-    """T_camera_grid of a view from the truth of its set."""
+    """Return T_camera_grid of a view from the truth of its set."""
     poses = json.loads((image_set.folder / "truth/poses.json").read_text("utf-8"))
     return np.array(poses["T_camera_target"][view.label])
 
 
 def room_edges():
-    """The room's straight edges that are longer than half a metre, (n, 2, 3) mm."""
+    """Return the room's straight edges longer than half a metre, (n, 2, 3) mm."""
     edges = furnished().straight_edges
     return edges[np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1) > 500]
 
 
 def is_vertical(edge):
-    """Whether an edge (2, 3) is upright."""
+    """Return whether an edge (2, 3) is vertical."""
     return bool(np.abs(edge[1] - edge[0])[[0, 2]].max() < 1e-6)
 
 
 @cache
 def visible_paths(rig, view):
-    """Of each of the room's edges the pixels (n, 2) that show it, a few px apart."""
+    """Return for each edge of the room the pixels (n, 2) that see it."""
     camera = rig_of(rig).camera
     return [visible_pixels(camera, edge, view) for edge in room_edges()]
 
 
 def visible_pixels(camera, edge, view):
-    """Pixels (n, 2), a few px apart, of the points of an edge that nothing hides."""
+    """Return pixels (n, 2), a few px apart, of the visible points of an edge."""
     T = T_world_camera(view)
     share = np.linspace(0, 1, ALONG_EDGE)[:, None]
     points = edge[0] + share * (edge[1] - edge[0])
@@ -164,7 +164,7 @@ def visible_pixels(camera, edge, view):
 
 
 def not_hidden(eye, points):
-    """Which points (n, 3) of the room's walls nothing stands before."""
+    """Return which points (n, 3) of the room's walls are not occluded."""
     lines = points - eye
     far = np.linalg.norm(lines, axis=1)
     nearest = np.min(
@@ -178,7 +178,7 @@ def not_hidden(eye, points):
 
 
 def location_at(grid, pixels):
-    """Places (n, 2) mm that pixels between pixel centres see; NaN where unknown."""
+    """Return positions (n, 2) mm seen by subpixel points; NaN where unknown."""
     first = np.floor(pixels).astype(int)
     height, width = grid.mask.shape
     inside = ((first >= 0) & (first + 1 < [width, height])).all(axis=1)
@@ -192,14 +192,14 @@ def location_at(grid, pixels):
 
 
 def grey(picture):
-    """A picture in grey, float."""
+    """Return an image in grey, float."""
     if picture.ndim == 2:
         return picture.astype(float)
     return picture @ np.array([0.299, 0.587, 0.114])
 
 
 def edge_points(picture, path):
-    """Points (n, 2) of the steepest grey values across a path (n, 2); NaN for none."""
+    """Return points (n, 2) of the steepest intensity across a path (n, 2), or NaN."""
     from scipy.ndimage import map_coordinates, uniform_filter1d
 
     ahead = np.gradient(path, axis=0)
@@ -215,21 +215,21 @@ def edge_points(picture, path):
     smooth = uniform_filter1d(slopes, WIDTH, axis=1)
     k = smooth.argmax(axis=1)
     at = (offsets[1:] + offsets[:-1]) / 2
-    # The middle of the steep part: between pixels bilinear slopes are steps.
+    # Centre of the steep part: slopes of bilinear interpolation are steps.
     place = at[k]
     for _ in range(5):
         inside = HALF_EDGE_PX - np.abs(at - place[:, None])
         weight = np.clip(inside / FINE_PX + 0.5, 0, 1) * slopes
         place = weight @ at / np.maximum(weight.sum(axis=1), 1e-9)
     inner = np.abs(at[k]) <= SEARCH_PX - HALF_EDGE_PX
-    steep = inner & (smooth[np.arange(len(k)), k] > LEAST_SLOPE)
+    steep = inner & (smooth[np.arange(len(k)), k] > MIN_SLOPE)
     return path + np.where(steep, place, np.nan)[:, None] * across
 
 
 def smooth_run(points):
-    """Which points (n, 2) in a row lie near a cubic curve through them all."""
+    """Return which points (n, 2) of a sequence are near a cubic curve through them."""
     found = np.isfinite(points[:, 0])
-    if found.sum() < LEAST_POINTS:
+    if found.sum() < MIN_POINTS:
         return np.zeros(len(points), bool)
     centre, along = best_line(points[found])
     s = (points - centre) @ along
@@ -240,45 +240,45 @@ def smooth_run(points):
         left = np.abs(off - rows @ fit)
         robust_sd = 1.4826 * np.median(left[found])
         with np.errstate(invalid="ignore"):
-            found = left <= MOST_SD * max(robust_sd, LEAST_SD_PX)
+            found = left <= MAX_SDS * max(robust_sd, MIN_SD_PX)
     return found
 
 
 def length(points):
-    """Distance between the ends of points (n, 2) in a row."""
+    """Return the distance between the ends of a sequence of points (n, 2)."""
     return float(np.linalg.norm(points[-1] - points[0]))
 
 
 def best_line(points):
-    """A point and the direction of the best line (total least squares)."""
+    """Return a point and the direction of the best line (total least squares)."""
     centre = points.mean(axis=0)
     return centre, np.linalg.svd(points - centre)[2][0]
 
 
 def bend(points):
-    """Largest distance of points (n, 2) from their line, as a share of its length."""
+    """Return the largest distance of points (n, 2) from their line, over its length."""
     centre, along = best_line(points)
     away = np.abs((points - centre) @ [-along[1], along[0]])
     return float(away.max() / length(points))
 
 
 def lean(points):
-    """Angle (deg) from the columns of a picture to the best line of points (n, 2)."""
+    """Return the angle (deg) of the best line of points (n, 2) to image columns."""
     return angle_from_columns(best_line(points)[1])
 
 
 def angle_from_columns(along):
-    """Angle (deg), -90 to 90, of a direction (2,): above 0 leans right going down."""
+    """Return the angle (deg) of a direction (2,): positive if right going down."""
     x, y = along if along[1] > 0 else -along
     return float(np.degrees(np.arctan2(x, y)))
 
 
 def predicted_lean(T_camera_grid, places):
-    """Lean (deg), in the grid's plane, of the vertical through the middle of `places`.
+    """Return the angle (deg) to the columns of the vertical through `places`.
 
-    The camera stands level. Every vertical's line in the plane passes the point where
-    the vertical through the centre of the camera meets it; at right angles to the
-    plane's pitch this point is infinitely far.
+    The camera is level. In the grid's plane all verticals pass through one point:
+    where the vertical through the centre of the camera meets the plane. Without
+    pitch, that point is infinitely far.
     """
     T_grid_camera = inverse_pose(T_camera_grid)
     eye, down = T_grid_camera[:3, 3], T_grid_camera[:3, :3] @ DOWN
@@ -289,13 +289,13 @@ def predicted_lean(T_camera_grid, places):
 
 
 def pitch_of(T_camera_grid):
-    """Angle (deg) of the grid's normal above the camera's axis."""
+    """Return the angle (deg) of the grid's normal above the camera's axis."""
     x, y, z = T_camera_grid[:3, 2]
     return float(np.degrees(np.arctan2(-y, np.hypot(x, z))))
 
 
 def half_angle(camera, mask):
-    """Largest angle (deg) from the axis that is decoded."""
+    """Return the largest decoded angle (deg) from the axis."""
     v, u = np.nonzero(mask)
     rays = camera.rays(np.column_stack([u, v]).astype(float)).directions
     return float(np.degrees(np.arccos(rays[:, 2]).max()))
