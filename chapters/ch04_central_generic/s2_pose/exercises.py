@@ -7,7 +7,6 @@ from raxel.calibration.pose.grid_pose import synthetic_plane_normal
 ANGLES_DEG = (10.0, 20.0, 60.0)  # three rays in one plane, from the z axis
 OUTLIERS = 0.1  # share of wrong pairs
 SAMPLES = (3, 4)
-PAIRS = 20_000
 
 
 def normal_task():

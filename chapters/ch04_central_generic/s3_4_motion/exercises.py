@@ -3,7 +3,6 @@
 import numpy as np
 
 SHIFT_MM, AWAY_MM = 20.0, 300.0
-STEPS, STEP_ERROR_DEG = 11, 0.1
 
 
 def freedom_task():
