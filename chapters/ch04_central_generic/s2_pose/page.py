@@ -159,11 +159,10 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# **Simulation.** The camera of 4.1.5 has a field of view of 100° and its centre 600
-# mm above the base grid. A further grid is shifted by up to 150 mm and rotated by up
-# to 30°. 999 pixels see both grids. Each gets its ray from a noisy point of the base
-# grid, and a noisy point of the further one. All estimators use the same points and
-# RANSAC threshold.
+# **Simulation.** The camera of 4.1.5 is 600 mm above the base grid. A further grid is
+# shifted by up to 150 mm and rotated by up to 30°. Each of 999 pixels gets its ray
+# from a noisy point of the base grid, and a noisy point of the further one. All
+# estimators use the same points and RANSAC threshold.
 
 # %%
 TRIALS = {"quick": 5, "full": 50}
@@ -236,23 +235,22 @@ def noise_sweep(effort):
 # primary interpretation. CGSP then wins at no noise level. Without refinement it wins
 # at every level, as in Fig. 4.4: all points beat three.
 #
-# **Three points.** The triples are well separated here, which can only help. Close
-# triples are about ten times worse. The solver used here is in closed form and keeps
-# double roots. A solver without them loses more solutions.
+# **Three points.** RANSAC draws well-separated triples here. Close triples are about
+# ten times worse. The closed-form solver keeps double roots. A solver without them
+# loses more solutions.
 #
 # **Size of the errors.** The errors here are far smaller than in Table 4.1. Noise of
 # the laser scan dominates what remains with RANSAC. The simulator has a flat monitor,
-# no motion and a nearly perfect calibration, and the thesis does not state how the
-# scan is aligned. The ranking of the best two estimators depends on the noise level
-# and is undecided.
+# no motion and a nearly perfect calibration. The thesis does not state how the scan
+# is aligned. The ranking of the best two estimators depends on the noise level.
 #
 # **Threshold and statistic.** A length threshold rejects correct points that are far
 # away. An angle does not, and RANSAC then changes nothing without outliers. Medians
 # are compared here. The thesis plots means.
 #
-# **Better rays.** Let $v$ be the variance of a point and $v / n$ that of a ray from
-# $n$ grids. The pose error then grows with $\sqrt{1 + 1/n}$ compared with exact rays:
-# by 1.41 for one grid, 1.15 for three.
+# **Better rays.** Rays from $n$ grids have $1/n$ of the variance of a point. The pose
+# error is then $\sqrt{1 + 1/n}$ times that of exact rays: 1.41 for one grid, 1.15 for
+# three.
 
 # %% [markdown]
 # ## Summary

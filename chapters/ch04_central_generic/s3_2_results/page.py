@@ -1,11 +1,11 @@
 # %% [markdown]
 # # 4.3.2a Ray-point errors and centrality of two cameras
 #
-# **Question.** Does CGSP calibrate a nearly central camera more accurately
-# than the standard generic method? Given are a mirror camera with a misaligned
-# bracket and a fisheye with an entrance-pupil shift, each with three decoded
-# active grids. Asked are the distances of grid points from their rays, before and
-# after bundle adjustment, and of the rays from one centre.
+# **Question.** Does CGSP calibrate a nearly central camera more accurately than the
+# standard generic method? Given are a mirror camera with a misaligned bracket and a
+# fisheye with an entrance-pupil shift, each with three decoded active grids. Asked
+# are the distances of grid points from their rays, before and after bundle
+# adjustment, and of the rays from one centre.
 
 # %%
 from functools import partial
@@ -67,15 +67,14 @@ from repro.run.outcomes import Plan
 # 1. **CGSP leads, but not tenfold.** On the mirror camera the standard method as
 #    printed has {glue:text}`s4_4_ratio_omni:.2f` times CGSP's mean ray-point error,
 #    and {glue:text}`lab.omni.as_printed.ratio:.1f` times at the low-noise level.
-# 2. **The lead comes from numerical conditioning.** The well-conditioned
-#    standard method matches CGSP: the ratios are
-#    {glue:text}`omni.well_conditioned.ratio:.3f` and
-#    {glue:text}`fish.well_conditioned.ratio:.3f`. Only its centre of the mirror
+# 2. **The lead comes from numerical conditioning.** The well-conditioned standard
+#    method matches CGSP: the ratios are {glue:text}`omni.well_conditioned.ratio:.3f`
+#    and {glue:text}`fish.well_conditioned.ratio:.3f`. Only its centre of the mirror
 #    camera is less accurate (Table 4.3).
 # 3. **Bundle adjustment makes the errors equal.** As printed, the standard method
 #    ends at CGSP's error on both cameras, although its centre is not adjusted.
-# 4. **Small misalignment hardly matters.** A bracket offset of 1 mm raises
-#    CGSP's error by about a tenth at the low-noise level.
+# 4. **Small misalignment hardly matters.** A bracket offset of 1 mm raises CGSP's
+#    error by about a tenth at the low-noise level.
 
 # %% [markdown]
 # | quantity | thesis | here |
@@ -93,18 +92,18 @@ from repro.run.outcomes import Plan
 #
 # - *Mirror camera*: omnidirectional (catadioptric) camera of the thesis.
 # - *Standard method*: central generic calibration of 2.4.1. *As printed* uses the
-#   thesis's formulas, *well conditioned* solves the same equations with balanced
-#   scales.
+#   thesis's formulas, *well conditioned* solves the same equations by least squares
+#   in normalised coordinates.
 # - *CGSP*: Central Generic Synthetic Pinhole calibration (4.1.2).
 # - *Ray-point error*: distance from a grid point to its ray.
-# - *Adjustment* (BA): bundle adjustment of the grid poses, with the centre fixed.
+# - *Adjustment* (BA): bundle adjustment of the grid poses, centre fixed.
 # - *Low-noise level*: the simulator's own decoding errors.
 # - *Thesis-matched level*: those errors times {glue:text}`factor:.2f`, so that CGSP's
 #   mean error on the mirror camera is the printed 0.19 mm. It applies unless stated.
-# - *Rendered run*: from rendered images to calibration. *Redrawn run*: new grid
-#   poses, with decoding errors drawn from a model of the rendered ones.
-# - *Crossing*: where the line fitted to a ray's three points meets the plane
-#   through the centre. *Hull*: convex hull of the crossings.
+# - *Rendered run*: rendered images, decoded and calibrated. *Redrawn run*: new grid
+#   poses and decoding errors drawn from a model of the rendered ones.
+# - *Crossing*: where the line fitted to a ray's three points meets the plane through
+#   the centre. *Hull*: convex hull of the crossings.
 # - *Caustic*: envelope of the rays of a non-central lens.
 
 # %% [markdown]
@@ -112,35 +111,34 @@ from repro.run.outcomes import Plan
 #
 # - Fisheye parameters agree within 2.19 % between the methods. The depth of the
 #   mirror camera's centre does not (Table 4.2).
-# - On the mirror camera CGSP's errors are about ten times smaller, before
-#   and after adjustment. On the fisheye the gap is smaller (Table 4.3).
-# - CGSP's errors are similar on both cameras, so the misalignment is not
-#   significant. They agree with the simulation of 4.1.
-# - On the mirror camera the crossings scatter less, and are closer to Gaussian,
-#   with CGSP. On the fisheye the methods are similar, but only CGSP's centre is in
-#   the hull (Fig. 4.6). The caustic bounds the scatter from below.
+# - On the mirror camera CGSP's errors are about ten times smaller, before and after
+#   adjustment. On the fisheye the gap is smaller (Table 4.3).
+# - CGSP's errors are similar on both cameras, so the misalignment is not significant.
+#   They agree with the simulation of 4.1.
+# - On the mirror camera the crossings scatter less, and are closer to Gaussian, with
+#   CGSP. On the fisheye the methods are similar, but only CGSP's centre is in the
+#   hull (Fig. 4.6). The caustic bounds the scatter from below.
 # - The scatter is smallest on the plane most nearly perpendicular to the rays.
 
 # %% [markdown]
 # ## Model
 #
-# Ray $i$ meets grid $j$ in $\mathbf P_{ij} = T_j \mathbf Q_{ij}$, with decoded
-# point $\mathbf Q_{ij}$ and estimated pose $T_j$. The ray direction
-# $\mathbf r_i$ points from the estimated centre $\mathbf C$ to the mean of its
-# points. The ray-point error (4.18) is
+# Ray $i$ meets grid $j$ in $\mathbf P_{ij} = T_j \mathbf Q_{ij}$, with decoded point
+# $\mathbf Q_{ij}$ and estimated pose $T_j$. The ray direction $\mathbf r_i$ points
+# from the estimated centre $\mathbf C$ to the mean of its points. The ray-point error
+# (4.18) is
 #
 # $$d_{ij} = \left\| (\mathbf r_i \cdot \mathbf p_{ij})\,\mathbf r_i -
 # \mathbf p_{ij} \right\|, \qquad \mathbf p_{ij} = \mathbf P_{ij} - \mathbf C.$$
 #
-# The adjustment of 4.1.4 varies $T_2$ and $T_3$ to minimise it and recomputes
-# the directions after each round.
+# The adjustment of 4.1.4 varies $T_2$ and $T_3$ to minimise it and recomputes the
+# directions after each round.
 #
-# For centrality, each ray is refitted to its three points without passing
-# through $\mathbf C$. The crossings $\mathbf x$ are taken on the plane through
-# $\mathbf C$ most nearly perpendicular to the lines (4.24). Their
-# covariance $S$ measures isotropy. Mardia's kurtosis, the mean of
-# $(\mathbf x^\top S^{-1} \mathbf x)^2$ about the mean, is 8 for a Gaussian in two
-# dimensions.
+# For centrality, each ray is refitted to its three points without passing through
+# $\mathbf C$. The crossings $\mathbf x$ are taken on the plane through $\mathbf C$
+# most nearly perpendicular to the lines (4.24). Their covariance $S$ measures
+# isotropy. Mardia's kurtosis, the mean of $(\mathbf x^\top S^{-1} \mathbf x)^2$ about
+# the mean, is 8 for a Gaussian in two dimensions.
 
 # %% tags=["active-ipynb"]
 # show_code(crossings, facing_plane, scatter_of)
@@ -148,23 +146,22 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# The rigs of [section 4.3.1](s3_1_setup.ipynb) are rendered and decoded. All
-# methods get the same rays: at most 20 000 that meet all three grids (4.1.2),
-# without those that RANSAC rejects. There are also {glue:text}`redrawn` redrawn runs
-# per camera. They draw a bias that depends on fringe phase and viewing angle, and
-# spatially correlated noise. Both are measured on the rendered runs.
+# The rigs of [4.3.1](s3_1_setup.ipynb) are rendered and decoded. All methods get the
+# same rays: at most 20 000 that meet all three grids (4.1.2), without those that
+# RANSAC rejects. In addition, {glue:text}`redrawn` redrawn runs per camera have a
+# bias that depends on fringe phase and viewing angle, and spatially correlated noise.
+# Both are measured on the rendered runs.
 #
-# **Noise level.** At the low-noise level CGSP leaves a fifth of the error printed
-# in Table 4.3, and verdicts may depend on the level. One factor for both
-# cameras therefore multiplies the decoding errors. It is solved from that printed
-# number by CGSP alone, with separate random numbers, before any claim is tested. The
-# cell is marked *set*. [Section 4.2](s2_pose.ipynb) and the next pages use the same
-# factor.
+# **Noise level.** At the low-noise level CGSP leaves a fifth of the error printed in
+# Table 4.3, and verdicts may depend on the level. One factor for both cameras
+# therefore multiplies the decoding errors. It is solved from that printed number by
+# CGSP alone, with separate random numbers, before any claim is tested. That number is
+# marked *set*. [Section 4.2](s2_pose.ipynb) and the next pages use the same factor.
 #
-# **Interpretations.** The primary one keeps the errors as decoded, correlated
-# over the decoder's filter. The second makes them white by random signs,
-# with its own factor. The third is the low-noise level. A verdict is undecided
-# if its estimate changes side between half and twice the factor.
+# **Interpretations.** The primary one keeps the errors as decoded, correlated over
+# the decoder's filter. The second makes them white by random signs, with its own
+# factor. The third is the low-noise level. A verdict is undecided if its estimate
+# changes side between half and twice the factor.
 
 
 # %%
@@ -244,43 +241,40 @@ def caustic(effort):
 # ## Discussion
 #
 # **Size of the lead.** The standard method as printed works in mm and divides by
-# single coefficients. This magnifies model errors: the bracket offset and
-# the pupil shift. On the mirror camera the effect is largest at the low-noise level,
-# because point noise affects all methods equally. On the fisheye the
-# ratio grows with noise, which destabilises the printed formulas. The thesis does
-# not explain its 3.22 mm.
+# single coefficients. This magnifies model errors: the bracket offset and the pupil
+# shift. On the mirror camera the effect is largest at the low-noise level, because
+# point noise affects all methods equally. On the fisheye the ratio grows with noise,
+# which destabilises the printed formulas. The thesis does not explain its 3.22 mm.
 #
 # **Agreement with 4.1.5.** In the simulation, unadjusted CGSP beats the adjusted
 # standard method. The mirror camera agrees, by a small margin. The fisheye does not,
 # because its pupil shift increases the error and CGSP's poses are not adjusted.
 #
-# **Scatter.** A ray's points are a few centimetres apart, and its line is
-# extrapolated by ten. Where two grids cross, the points nearly coincide
-# and the line is undetermined. Such rays dominate the RMS and the kurtosis, widen
-# the hull and favour a tilted plane. The thesis excludes none. A second
-# interpretation keeps only rays with well-separated points.
+# **Scatter.** Where two grids cross, a ray's points nearly coincide and its line is
+# undetermined. Such rays dominate the RMS and the kurtosis, widen the hull and favour
+# a tilted plane. The thesis excludes none. A second interpretation keeps only rays
+# with well-separated points.
 #
-# **Non-centrality.** Centrality alone would not reveal the bracket
-# offset: the true rays pass close to one point, compared with the extrapolated
-# errors. Without noise the fisheye's crossings scatter more than the caustic,
-# because the estimated poses absorb part of the pupil shift.
+# **Non-centrality.** Centrality alone would not reveal the bracket offset: the true
+# rays pass close to one point, compared with the extrapolated errors. Without noise
+# the fisheye's crossings scatter more than the caustic, because the estimated poses
+# absorb part of the pupil shift.
 #
-# **Outliers.** RANSAC rejects {glue:text}`omni.left_out:.1f` % of the mirror
-# camera's rays. Its threshold follows the noise, so it rejects more at the
-# low-noise level. Hardly any of these rays is decoded wrongly.
+# **Outliers.** RANSAC rejects {glue:text}`omni.left_out:.1f` % of the mirror camera's
+# rays. Its threshold follows the noise, so it rejects more at the low-noise level.
+# Hardly any of these rays is decoded wrongly.
 #
 # **Limits.** Mirror shape, bracket offset and pupil shift are choices (4.3.1).
-# Redrawn runs have fewer rays than rendered ones. The table of the comparison
-# below gives medians with the range of the runs, Table 4.3 with 95 % intervals of
-# the median.
+# Redrawn runs have fewer rays than rendered ones. Table 4.3 gives 95 % intervals of
+# the median, the comparison below the range of the runs.
 
 # %% [markdown]
 # ## Summary
 #
 # CGSP's ray-point errors are smaller than those of the standard method as printed,
-# but far from ten times smaller, and good conditioning removes the difference.
-# Bundle adjustment makes the methods equal on both cameras without moving the
-# centre. The published gap on the mirror camera remains unexplained.
+# but far from ten times smaller, and good conditioning removes the difference. Bundle
+# adjustment makes the methods equal on both cameras without moving the centre. The
+# published gap on the mirror camera remains unexplained.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -291,12 +285,12 @@ def caustic(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then replace
-# `None` by an answer and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` by
+# an answer and run that cell again.
 #
-# **1.** A ray meets three grids at 40, 60 and 80 mm from the centre. Each
-# point has a lateral error with a standard deviation of 0.04 mm. What is the
-# standard deviation (mm) of the fitted line at the centre?
+# **1.** A ray meets three grids at 40, 60 and 80 mm from the centre. Each point has a
+# lateral error with a standard deviation of 0.04 mm. What is the standard deviation
+# (mm) of the fitted line at the centre?
 
 # %% tags=["active-ipynb"]
 # check(None, **lever_task())

@@ -2,9 +2,9 @@
 # # 4.3.2b Distortion correction with both calibrations
 #
 # **Question.** Does CGSP remove distortion from images better than the standard
-# generic method? The mirror camera and the fisheye of 4.3.1 are calibrated by
-# both. Asked are the residuals of corrected chessboards, and the straightness of
-# corrected edges in a room.
+# generic method? The mirror camera and the fisheye of 4.3.1 are calibrated by both.
+# Asked are the residuals of corrected chessboards, and the straightness of corrected
+# edges in a room.
 
 # %%
 from chapters.ch04_central_generic.s3_3_correction.exercises import (
@@ -41,20 +41,20 @@ from repro.page.reader import (
 # %% [markdown]
 # **Findings.**
 #
-# 1. **At the thesis-matched level the methods are equal.** What remains is
-#    the noise of the individual rays. The thesis's residuals are about ten times
-#    larger, and its text does not explain them.
-# 2. **At the low-noise level CGSP is better on the mirror camera.** The mean
-#    residual is {glue:text}`lab.omni.printed.mean:.3f` mm with the standard method as
-#    printed and {glue:text}`lab.omni.cgsp.mean:.3f` mm with CGSP. Well conditioned, the
+# 1. **At the thesis-matched level the methods are equal.** What remains is the noise
+#    of the individual rays. The thesis's residuals are about ten times larger, and
+#    its text does not explain them.
+# 2. **At the low-noise level CGSP is better on the mirror camera.** The mean residual
+#    is {glue:text}`lab.omni.printed.mean:.3f` mm with the standard method as printed
+#    and {glue:text}`lab.omni.cgsp.mean:.3f` mm with CGSP. Well conditioned, the
 #    standard method matches CGSP.
 # 3. **At the low-noise level CGSP is worse on the fisheye.** It leaves
 #    {glue:text}`lab.fish.cgsp.mean:.3f` mm, the standard method
 #    {glue:text}`lab.fish.printed.mean:.3f` mm. Only the standard method adjusts the
 #    grid poses.
 # 4. **Straight edges remain straight in the mirror.** The worst deviates by
-#    {glue:text}`omni.cgsp.worst:.2f` % of its length with CGSP. On the fisheye
-#    it deviates by {glue:text}`fish.cgsp.worst:.1f` %, and the standard method is no
+#    {glue:text}`omni.cgsp.worst:.2f` % of its length with CGSP. On the fisheye it
+#    deviates by {glue:text}`fish.cgsp.worst:.1f` %, and the standard method is no
 #    better.
 
 # %% [markdown]
@@ -77,7 +77,7 @@ from repro.page.reader import (
 # - *Mirror camera*: omnidirectional (catadioptric) camera of the thesis.
 # - *Standard method*: central generic calibration of 2.4.1, with adjusted grid poses.
 #   *As printed* uses the thesis's formulas, *well conditioned* solves the same
-#   equations with balanced scales.
+#   equations by least squares in normalised coordinates.
 # - *CGSP*: Central Generic Synthetic Pinhole calibration (4.1.2), unadjusted.
 # - *Low-noise level*: the simulator's own decoding errors. *Thesis-matched level*:
 #   those errors times the factor of [4.3.2a](s3_2_results.ipynb). It applies unless
@@ -91,19 +91,18 @@ from repro.page.reader import (
 # ## What the thesis claims
 #
 # - With the mirror camera both methods map vertical edges to straight lines. The
-#   standard method leaves aberrations at seams, and a smaller vertical
-#   field of view because of its centre depth (Fig. 4.7).
+#   standard method leaves aberrations at seams, and a smaller vertical field of view
+#   because of its centre depth (Fig. 4.7).
 # - Chessboard residuals are half as large with CGSP on the mirror camera, without
 #   radial bias, and nearly equal on the fisheye (Table 4.4, Fig. 4.9).
-# - Fisheye residuals grow to the left and right, where rays are oblique to the
-#   plane.
+# - Fisheye residuals grow to the left and right, where rays are oblique to the plane.
 
 # %% [markdown]
 # ## Model
 #
 # **Calibration.** Both methods use the same decoded grids. Three grids form the
-# linear stage. The standard method adjusts their poses, CGSP does not. Further
-# grids are posed from the rays known so far (4.3.1).
+# linear stage. The standard method adjusts their poses, CGSP does not. Further grids
+# are posed from the rays known so far (4.3.1).
 
 # %% tags=["active-ipynb"]
 # show_code(by_protocol, calibrate_central)
@@ -119,8 +118,8 @@ from repro.page.reader import (
 # %% [markdown]
 # **Edges of a room.** The true image of each straight edge of a virtual room is
 # known. Its pixels are mapped to rays. The rays are intersected with a vertical
-# cylinder (mirror, vertical edges) or with a perpendicular plane (fisheye). The largest
-# distance from the fitted line is divided by the length of the edge.
+# cylinder (mirror, vertical edges) or with a perpendicular plane (fisheye). The
+# largest distance from the fitted line is divided by the length of the edge.
 
 # %% tags=["active-ipynb"]
 # show_code(straightness)
@@ -128,11 +127,10 @@ from repro.page.reader import (
 # %% [markdown]
 # ## Experiment
 #
-# Monitors and chessboards are rendered with the rigs of
-# [4.3.1](s3_1_setup.ipynb), decoded and detected without knowledge of the truth. The
-# residuals come from these rendered runs at both noise levels. The edges come from
-# repeated calibrations with redrawn decoding errors, drawn as measured in the
-# rendered runs.
+# Monitors and chessboards are rendered with the rigs of [4.3.1](s3_1_setup.ipynb),
+# decoded and detected without knowledge of the truth. The residuals come from these
+# rendered runs at both noise levels. The edges come from repeated calibrations with
+# redrawn decoding errors, drawn as measured in the rendered runs.
 
 # %% [markdown]
 # ## Corrected images
@@ -150,13 +148,13 @@ from repro.page.reader import (
 # centre and better poses do not show. At the low-noise level they do: the thesis's
 # advantage of CGSP on the mirror camera appears, and conditioning alone explains it.
 #
-# **Seams.** At the low-noise level the residuals of the standard method as printed are
-# larger at seams, as the thesis observes. The wrong poses cause them. At the
+# **Seams.** At the low-noise level the residuals of the standard method as printed
+# are larger at seams, as the thesis observes. The wrong poses cause them. At the
 # thesis-matched level the noise of the rays hides them.
 #
-# **Field of view.** The calibrated vertical field of view of the mirror camera differs
-# by less than half a degree between the methods. Equal centre depths
-# do not remove the difference.
+# **Field of view.** The calibrated vertical field of view of the mirror camera
+# differs by less than half a degree between the methods. Equal centre depths do not
+# remove the difference.
 #
 # **Oblique rays.** Residuals of the fisheye are not correlated with the angle between
 # ray and plane normal.
@@ -183,8 +181,8 @@ from repro.page.reader import (
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then replace
-# `None` by an answer and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` by
+# an answer and run that cell again.
 #
 # **1.** A plane is intersected with rays. By what factor does it stretch a short
 # radial step 40° from its normal, compared with its centre?

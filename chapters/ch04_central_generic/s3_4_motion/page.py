@@ -64,13 +64,13 @@ from repro.run.outcomes import Plan, crossed
 #    deviate from their mean by {glue:text}`translation_cgsp:.2f` mm with CGSP and
 #    {glue:text}`translation_printed:.2f` mm with the standard method as printed.
 # 2. **Rotation: no advantage.** The total rotation has an error of
-#    {glue:text}`rotation_cgsp:.2f`° with CGSP and {glue:text}`rotation_printed:.2f`° as
-#    printed. Both claims are undecided.
-# 3. **At the low-noise level CGSP is clearly better than as printed.** The translation
-#    deviates by {glue:text}`lab_translation_cgsp:.2f` mm and
+#    {glue:text}`rotation_cgsp:.2f`° with CGSP and {glue:text}`rotation_printed:.2f`°
+#    as printed. Both claims are undecided.
+# 3. **At the low-noise level CGSP is clearly better than as printed.** The
+#    translation deviates by {glue:text}`lab_translation_cgsp:.2f` mm and
 #    {glue:text}`lab_translation_printed:.2f` mm. The rotation shows a similar factor.
-# 4. **The advantage comes from conditioning.** The well-conditioned standard method is
-#    as accurate as CGSP in both motions and at both levels.
+# 4. **The advantage comes from conditioning.** The well-conditioned standard method
+#    is as accurate as CGSP in both motions and at both levels.
 
 # %% [markdown]
 # | question | thesis | here |
@@ -86,8 +86,8 @@ from repro.run.outcomes import Plan, crossed
 #
 # - *Mirror camera*: omnidirectional (catadioptric) camera of the thesis.
 # - *Standard method*: central generic calibration of 2.4.1. *As printed* uses the
-#   thesis's formulas, *well conditioned* solves the same equations with balanced
-#   scales.
+#   thesis's formulas, *well conditioned* solves the same equations by least squares
+#   in normalised coordinates.
 # - *CGSP*: Central Generic Synthetic Pinhole calibration (4.1.2).
 # - *Low-noise level*: the simulator's own decoding errors. *Thesis-matched level*:
 #   those errors times the factor of [4.3.2a](s3_2_results.ipynb).
@@ -120,8 +120,8 @@ from repro.run.outcomes import Plan, crossed
 # It is linear in the nine entries of $E$. Eight or more points determine $E$ up to
 # scale. $E$ gives four motions, and the correct one has the points in front along
 # their rays. No image plane is needed, so a field of view above 180° is no special
-# case. Rays do not determine the length of $\mathbf{t}$. Each step therefore
-# gets the known length.
+# case. Rays do not determine the length of $\mathbf{t}$. Each step therefore gets the
+# known length.
 
 # %% tags=["active-ipynb"]
 # show_code(motions)
@@ -139,15 +139,15 @@ from repro.run.outcomes import Plan, crossed
 # interpretation uses the detector without clicks, which rejects none.
 
 # %% [markdown]
-# **Calibrations.** Three active grids determine the centre and their poses. Three more
-# are posed from the known rays: by three points and refinement for the standard method,
-# by the linear pose for CGSP ([section 4.2](s2_pose.ipynb)). As in the thesis, only
-# the standard method adjusts its poses. All calibrations of a run use the same decoded
-# points, with errors as measured in rendered grids.
+# **Calibrations.** Three active grids determine the centre and their poses. Three
+# more are posed from the known rays: by three points and refinement for the standard
+# method, by the linear pose for CGSP ([section 4.2](s2_pose.ipynb)). As in the
+# thesis, only the standard method adjusts its poses. All calibrations of a run use
+# the same decoded points, with errors as measured in rendered grids.
 #
-# **Runs.** Medians refer to redrawn runs. The claims require 50. A
-# redrawn run adds two errors to each corner: the error common to all rendered runs, and
-# a residual from the same board and image.
+# **Runs.** Medians refer to redrawn runs. The claims require 50. A redrawn run adds
+# two errors to each corner: the error common to all rendered runs, and a residual
+# from the same board and image.
 
 # %%
 SEEDS = {"quick": 3, "full": 100}
@@ -275,8 +275,9 @@ def redrawn_seeds(effort, results):
 #
 # **Conditioning.** As printed, a ratio of two noisy numbers sets a common scale
 # ([2.5.1](../ch02_general_camera_model/s5_1_synthetic_data.ipynb)), and the centre is
-# several times less accurate. Balanced scales repair this. At the thesis-matched level
-# the noise of single rays is so large that a better centre hardly improves the motion.
+# several times less accurate. The well-conditioned form repairs this. At the
+# thesis-matched level the noise of single rays is so large that a better centre
+# hardly improves the motion.
 #
 # **Small sensitivity.** Motion depends on differences of directions. A wrong centre
 # bends all rays smoothly, which affects both views similarly. The points span a few
@@ -294,10 +295,11 @@ def redrawn_seeds(effort, results):
 # %% [markdown]
 # ## Summary
 #
-# The published advantage of CGSP in motion reconstruction appears only at the low-noise
-# level, and only against the standard method as printed. With good conditioning the
-# standard method recovers both motions as accurately. At the thesis-matched level the
-# noise of single rays dominates, and both claims are undecided.
+# The published advantage of CGSP in motion reconstruction appears only at the
+# low-noise level, and only against the standard method as printed. With good
+# conditioning the standard method recovers both motions as accurately. At the
+# thesis-matched level the noise of single rays dominates, and both claims are
+# undecided.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -308,8 +310,8 @@ def redrawn_seeds(effort, results):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then replace
-# `None` by an answer and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` by
+# an answer and run that cell again.
 #
 # **1.** How many parameters of a motion can be determined from matched rays?
 
@@ -317,8 +319,8 @@ def redrawn_seeds(effort, results):
 # check(None, **freedom_task())
 
 # %% [markdown]
-# **2.** A point 300 mm in front of the camera moves by 20 mm perpendicular to the line
-# of sight. By how many degrees does its ray rotate?
+# **2.** A point 300 mm in front of the camera moves by 20 mm perpendicular to the
+# line of sight. By how many degrees does its ray rotate?
 
 # %% tags=["active-ipynb"]
 # check(None, **parallax_task())
