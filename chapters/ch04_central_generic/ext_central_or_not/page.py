@@ -95,13 +95,13 @@ from repro.run.outcomes import Plan, crossed
 
 # %%
 def trial(condition, rng):
-    """One scene of one camera."""
+    """Return the test on one scene of one camera."""
     return one_camera(condition["camera"], condition["noise_mm"], rng)
 
 
 @experiment("ext_centrality_runs", artefact="ext_centrality", inputs=MIRROR_RIGS)
 def runs(effort):
-    """All cameras at both noises."""
+    """Plan all cameras at both noise levels."""
     conditions = crossed(camera=CAMERAS, noise_mm=NOISES_MM)
     return Plan(trial, conditions, TRIALS[effort], CHOSEN)
 

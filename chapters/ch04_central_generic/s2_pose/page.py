@@ -169,7 +169,7 @@ TRIALS = {"quick": 5, "full": 50}
 
 
 def noise_trial(condition, rng):
-    """Errors of every estimator in one scene of condition's noise."""
+    """Return errors of every estimator in one scene at the condition's noise."""
     camera = radial_lens()
     noise, domain = condition["noise"], condition["domain"]
     scene = draw_scene(camera, noise, rng, grids=2, domain=domain)
@@ -189,7 +189,7 @@ def noise_trial(condition, rng):
 
 @experiment("fig_4_4_noise", artefact="fig_4_4", shards={"full": 2})
 def noise_sweep(effort):
-    """Pose errors against the noise, in px and mm, on two kinds of rays."""
+    """Plan pose errors against noise, in px and mm, for two kinds of rays."""
     levels = LEVELS if effort == "full" else LEVELS[::2]
     conditions = [
         {"noise": noise, "domain": domain, "rays": rays, "unit": unit}

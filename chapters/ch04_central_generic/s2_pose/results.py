@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
-from chapters.ch04_central_generic.s2_pose.trials.kodak import PUT_IN
+from chapters.ch04_central_generic.s2_pose.trials.kodak import ADDED_OUTLIERS
 from chapters.ch04_central_generic.s2_pose.trials.simulated import DRAWS, RAYS
 from chapters.shared.bench_noise import BENCH, OPTIONS
 from repro.judge.statistics import median_ratio
@@ -14,7 +14,7 @@ from repro.page.reader import value
 from repro.run.readings import Case
 
 # Bounds of the claims about Table 4.1.
-NEEDED, IN_ORDER, FAIRLY_WELL = 1.5, 1.0, 2.0
+MIN_RANSAC_GAIN, MIN_ORDER_RATIO, MAX_STANDARD_RATIO = 1.5, 1.0, 2.0
 PRIMARY = {"domain": "px", "rays": RAYS[0], "unit": "length"}
 MEASURES = ("rotation_deg", "translation_percent")
 TABLE_MEASURES = ("rotation_deg", "translation_mm")
@@ -23,7 +23,7 @@ IN_WORDS = {
     "translation_percent": "translation",
     "translation_mm": "translation",
 }
-SHOWN_PX = 0.5
+QUOTED_NOISE_PX = 0.5
 ANY_TRIPLES = "any three points"  # of `APART`
 
 
@@ -33,7 +33,7 @@ def trials_of(result, estimator, measure, noise, **condition):
     return result.column(f"{estimator}.{measure}", noise=noise, **condition)
 
 
-def table_trials(result, estimator, measure, outliers=PUT_IN, noise=BENCH):
+def table_trials(result, estimator, measure, outliers=ADDED_OUTLIERS, noise=BENCH):
     """Return errors (n,) of the scenes or runs of Table 4.1, nan where it failed."""
     return result.select().column(f"errors.{noise}.{outliers}.{estimator}.{measure}")
 
@@ -95,7 +95,10 @@ def finite_of_four(result, plane):
 def name_values(open_results):
     """Name the numbers that the text quotes: medians over trials."""
     rotations = partial(
-        trials_of, open_results("fig_4_4_noise"), measure="rotation_deg", noise=SHOWN_PX
+        trials_of,
+        open_results("fig_4_4_noise"),
+        measure="rotation_deg",
+        noise=QUOTED_NOISE_PX,
     )
     for name in ("three_points", "cgsp_ransac", "angular"):
         value(f"{name}_deg", np.median(rotations(name)))

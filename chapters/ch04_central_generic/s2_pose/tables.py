@@ -7,8 +7,8 @@ import numpy as np
 from chapters.ch04_central_generic.s2_pose.results import TABLE_MEASURES, table_trials
 from chapters.ch04_central_generic.s2_pose.trials.estimators import ESTIMATORS, NAMES
 from chapters.ch04_central_generic.s2_pose.trials.kodak import (
+    ADDED_OUTLIERS,
     OUTLIERS,
-    PUT_IN,
     TABULATED,
 )
 from repro.run.columns import columns
@@ -39,9 +39,9 @@ def table_4_1(results):
     return Table(
         columns(("Error", *estimators), rows),
         "Errors of the relative pose of two active grids, decoded from rendered images "
-        f"at the thesis-matched level, with {PUT_IN} of outliers added: medians over "
-        f"{len(result.conditions)} runs, against a laser scan. The standard pose is "
-        "refined on its inliers.",
+        f"at the thesis-matched level, with {ADDED_OUTLIERS} of outliers added: "
+        f"medians over {len(result.conditions)} runs, against a laser scan. The "
+        "standard pose is refined on its inliers.",
         printed=printed,
     )
 

@@ -143,13 +143,13 @@ from repro.run.outcomes import Plan
     "sec_4_3_1_field", artefact="sec_4_3_1", shards={"full": 2}, rendered=GRID_SETS
 )
 def calibrated_field(effort):
-    """Shares of the field that are decoded."""
+    """Plan the decoded shares of the field."""
     return Plan(field_trial, grid_conditions(effort), 1, {})
 
 
 @experiment("sec_4_3_1_turned", artefact="sec_4_3_1", rendered=TURNED_SETS)
 def turned_over(effort):
-    """Cameras turned over between the grids."""
+    """Plan cameras inverted between the grids."""
     return Plan(turned_trial, turned_conditions(effort), 1, {})
 
 

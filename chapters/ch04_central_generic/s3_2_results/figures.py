@@ -111,7 +111,7 @@ def ext_bench_factor(results, published):
     axes.axhline(printed, color=INK, lw=1.0, ls="--", label="printed")
     axes.set(
         xscale="log", yscale="log",
-        xlabel="Factor of the decoding errors", ylabel="Mean ray-point error (mm)",
+        xlabel="Factor of the decoding errors (×)", ylabel="Mean ray-point error (mm)",
     )  # fmt: skip
     axes.set_xticks(MULTIPLIED, [f"{m:g}" for m in MULTIPLIED])
     axes.set_yticks(TICKS_MM, [f"{mm:g}" for mm in TICKS_MM])

@@ -169,7 +169,7 @@ from repro.run.outcomes import Plan
     "table_4_3_rendered", artefact="table_4_3", shards={"full": 2}, rendered=GRID_SETS
 )
 def rendered_seeds(effort):
-    """From pictures to tables, both cameras."""
+    """Plan rendered runs of both cameras, from images to tables."""
     settings = {
         "most_rays": MOST_RAYS,
         "grids": LINEAR_GRIDS,
@@ -180,7 +180,7 @@ def rendered_seeds(effort):
 
 @experiment("table_4_3_errors", artefact="table_4_3", rendered=GRID_SETS)
 def decoding_errors(effort):
-    """Decoding errors of the rendered sets."""
+    """Plan the decoding errors of the rendered sets."""
     return Plan(errors_trial, errors_conditions(effort), 1, {})
 
 
@@ -192,7 +192,7 @@ def decoding_errors(effort):
     needs=("table_4_3_errors",),
 )
 def redrawn_seeds(effort, results):
-    """Grids set up anew, with the decoding errors of the rendered sets."""
+    """Plan new grid poses with the decoding errors of the rendered sets."""
     trial = partial(redrawn_trial, errors=DecodingErrors.by_rig(results[ERRORS]))
     return Plan(trial, redrawn_conditions(effort), TRIALS[effort], {})
 
@@ -204,7 +204,7 @@ def redrawn_seeds(effort, results):
     needs=("table_4_3_errors",),
 )
 def bench_factor(effort, results):
-    """CGSP alone, with the laboratory's decoding errors multiplied."""
+    """Plan CGSP alone, with multiplied decoding errors."""
     trial = partial(cgsp_trial, errors=DecodingErrors.by_rig(results[ERRORS]))
     return Plan(trial, cgsp_conditions(effort), FACTOR_SEEDS[effort], {})
 
@@ -212,13 +212,13 @@ def bench_factor(effort, results):
 # %%
 @experiment("exp_c4_small_misalign", artefact="table_4_3", rendered=BRACKET_SETS)
 def brackets(effort):
-    """The mirror with brackets more and less off, at reduced size."""
+    """Plan the mirror camera with several bracket offsets, at reduced size."""
     return Plan(bracket_trial, bracket_conditions(effort), 1, {})
 
 
 @experiment("exp_c4_caustic_floor", artefact="fig_4_6", inputs=GRID_RIGS)
 def caustic(effort):
-    """The fisheye without noise, grids set up anew in each trial."""
+    """Plan the fisheye without noise, with new grid poses in each trial."""
     return Plan(caustic_trial, caustic_conditions(effort), TRIALS[effort], {})
 
 

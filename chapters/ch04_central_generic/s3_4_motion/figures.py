@@ -3,9 +3,9 @@
 import numpy as np
 
 from chapters.ch04_central_generic.s3_4_motion.results import (
-    DRAWN,
     METHODS,
     NAMES,
+    QUOTED_DETECTOR,
     SCALE,
     trials_of,
 )
@@ -27,7 +27,9 @@ EXACT = 1e-9
 
 def drawn_arrays(result, motion, method, name):
     """Return one array of the first rendered run, corners by CELECT."""
-    return result.arrays(f"{BENCH}.{motion}.{DRAWN}.{method}.{name}", seed=0)[0]
+    return result.arrays(f"{BENCH}.{motion}.{QUOTED_DETECTOR}.{method}.{name}", seed=0)[
+        0
+    ]
 
 
 def path_of(shifts, across):
@@ -72,7 +74,9 @@ def fig_4_10(results):
         rows += [("a", method, *place) for place in path]
         rows += [("b", method, *pair) for pair in zip(stage, off, strict=True)]
         lateral = shifts[method] - shifts[method].mean(axis=0)
-        judged = trials_of(result, "translation", "deviation_mm", method, DRAWN)[0]
+        judged = trials_of(
+            result, "translation", "deviation_mm", method, QUOTED_DETECTOR
+        )[0]
         gaps.append(abs(np.sqrt(np.mean(np.sum(lateral**2, axis=1))) - judged))
     for panel in (left, right):
         panel.axhline(0, color=INK, lw=0.8)

@@ -154,10 +154,10 @@ SEEDS = {"quick": 3, "full": 100}
 
 
 def motion_trial(condition, rng, corners, decoding):
-    """Both motions from the rays of every calibration at every noise, one seed.
+    """Return both motions from the rays of each calibration at each noise level.
 
-    The corners are those of the rendered pictures of the condition's seed, or
-    redrawn. All calibrations see the same grids, with the same errors.
+    The corners are those of the condition's rendered images, or redrawn. All
+    calibrations use the same grids, with the same errors.
     """
     grids = drawn_grids(decoding, rng)
     shown = {
@@ -195,7 +195,7 @@ def motion_trial(condition, rng, corners, decoding):
 
 
 def corner_pixels(motion, seed, corners, rng):
-    """{detector: corners (pictures, N, 2) px} of the target in one motion."""
+    """Return {detector: corners (images, N, 2) px} of the target in one motion."""
     poses = target_poses(motion, corners.setup(motion, seed, rng))
     camera = rig_named(RIG).camera
     pixels = np.stack([np.concatenate(true_pixels(camera, T)) for T in poses])
@@ -206,7 +206,7 @@ def corner_pixels(motion, seed, corners, rng):
 
 
 def centres_off(found, grids):
-    """{method: distance (mm) of its centre from the true one}, where it has one."""
+    """Return {method: distance (mm) of its centre from the true one}."""
     true = viewpoint(rig_named(RIG).camera)
     centre = transform(inverse_pose(grids.T_camera_grid[0]), true[None])[0]
     return {
@@ -217,7 +217,7 @@ def centres_off(found, grids):
 
 
 def attempted(grids, rng, methods):
-    """{method: its calibration, or the code of the error that left none}."""
+    """Return {method: its calibration, or the code of its error}."""
     found = {}
     for method in methods:
         try:
@@ -228,7 +228,7 @@ def attempted(grids, rng, methods):
 
 
 def viewpoint(camera):
-    """The point (3,) that the camera's rays pass most nearly, its frame."""
+    """Return the point (3,) nearest to the camera's rays, camera frame."""
     u, v = np.meshgrid(
         np.arange(0.0, camera.width, 40), np.arange(0.0, camera.height, 40)
     )
@@ -240,14 +240,14 @@ def viewpoint(camera):
 
 
 def trial_of(results, effort):
-    """The trial with what the pictures have shown."""
+    """Return the trial with the errors measured in the images."""
     corners, decoding = measured(results, effort)
     return partial(motion_trial, corners=corners, decoding=decoding)
 
 
 @experiment("fig_4_10_rendered", artefact="fig_4_10", inputs=RIG_FILES, needs=MEASURED)
 def rendered_seeds(effort, results):
-    """Motions from the corners of the rendered pictures."""
+    """Plan motions from the corners of the rendered images."""
     seeds = crossed(seed=range(RENDERED[effort]))
     return Plan(trial_of(results, effort), seeds, 1, SETTINGS | CALIBRATION)
 
@@ -260,7 +260,7 @@ def rendered_seeds(effort, results):
     needs=MEASURED,
 )
 def redrawn_seeds(effort, results):
-    """Motions of further seeds, with redrawn corners."""
+    """Plan motions of further runs, with redrawn corners."""
     return Plan(trial_of(results, effort), [{}], SEEDS[effort], SETTINGS | CALIBRATION)
 
 

@@ -16,7 +16,7 @@ NAMES = dict(zip(METHODS, LINEAR_NAMES.values(), strict=True))
 MEASURES = {"translation": "deviation_mm", "rotation": "off_deg"}
 MIN_GAIN = 1.05  # of the medians, required by the rule for wins
 SCALE = 4  # of the deviations in the drawing
-DRAWN = "CELECT"
+QUOTED_DETECTOR = "CELECT"
 
 
 READINGS = {
@@ -48,7 +48,9 @@ def name_values(open_results):
     runs = open_results("fig_4_10_seeds")
 
     def median(motion, method, noise=BENCH):
-        trials = trials_of(runs, motion, MEASURES[motion], method, DRAWN, noise)
+        trials = trials_of(
+            runs, motion, MEASURES[motion], method, QUOTED_DETECTOR, noise
+        )
         return np.median(with_worst(trials))
 
     for method, short in (("as printed", "printed"), ("CGSP", "cgsp")):
