@@ -1,9 +1,9 @@
-"""What the exercises of this page compare an answer with."""
+"""Expected answers of the exercise on the test of centrality."""
 
 
 def unknowns_task():
-    """Lines have two unknowns more than rays from one point, but the centre's three
-    are then free."""
+    """A line has two unknowns more than a ray from one point, and the three unknowns
+    of the centre are saved."""
     return {
         "expected": lambda: 2 * 500 - 3,
         "hint": "count what a line needs beyond a direction, and what the "

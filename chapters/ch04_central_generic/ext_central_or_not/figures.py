@@ -1,4 +1,4 @@
-"""Measured against true distance, and how often the test gives the alarm."""
+"""Measured against true distance, and detection rates of the test."""
 
 import numpy as np
 from matplotlib.ticker import FixedFormatter
@@ -19,10 +19,10 @@ from repro.run.outcomes import Drawing
 
 @figure("ext_centrality", needs=("ext_centrality_runs",), evidence="synthetic")
 def central_or_not(results):
-    """Distances with their bounds on the left, shares of alarms on the right."""
+    """Draw distances with bounds on the left, detection rates on the right."""
     result = results[RUNS]
     drawn, (left, right) = new_figure(1, 2, height_in=3.6)
-    rows, told = np.arange(len(CAMERAS))[::-1], []
+    rows, records = np.arange(len(CAMERAS))[::-1], []
     for index, noise in enumerate(NOISES_MM):
         look = series(index) | {"linestyle": "", "capsize": 3}
         label = f"noise {noise:g} mm"
@@ -46,11 +46,11 @@ def central_or_not(results):
             xerr=np.abs([share - least, most - share]),
             **look,
         )
-        told += [
+        records += [
             (camera, noise, *found[i], share[i], least[i], most[i])
             for i, camera in enumerate(CAMERAS)
         ]
-    reach = [0, 1.1 * max(row[2] for row in told)]
+    reach = [0, 1.1 * max(row[2] for row in records)]
     left.plot(reach, reach, color="0.5", linewidth=0.8, marker="", label="equal")
     left.set(xlabel="True RMS distance (mm)", ylabel="Measured RMS distance (mm)")
     left.legend()
@@ -58,14 +58,14 @@ def central_or_not(results):
     right.yaxis.set_major_formatter(
         FixedFormatter([NAMES[camera] for camera in CAMERAS])
     )
-    right.set(xlabel="Called non-central at 1 % (%)", xlim=(-3, 103))
+    right.set(xlabel="Alarms at the 1 % level (%)", xlim=(-3, 103))
     names = ["camera", "noise_mm", "true_mm", "found_mm", "least_mm", "most_mm"]
     names += ["alarms_percent", "alarms_low", "alarms_high"]
     return Drawing(
         drawn,
-        columns(tuple(names), told),
-        "Left: RMS distance of the rays from one point as the test measures "
-        "it, against the true one; medians over trials, and bars between the "
-        "medians of the two 95 % bounds. Right: share of trials in which the "
-        "test calls the camera non-central at 1 %, with 95 % intervals.",
+        columns(tuple(names), records),
+        "Left: measured against true RMS distance of the rays from one point, medians "
+        "over trials, with bars between the medians of the two 95 % bounds. Right: "
+        "share of trials in which the test rejects centrality at 1 %, with 95 % "
+        "intervals.",
     )

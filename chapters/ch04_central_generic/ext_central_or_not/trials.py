@@ -1,4 +1,4 @@
-"""Cameras that are central and others that nearly are, and what the test finds."""
+"""Central and nearly central cameras, and the results of the test."""
 
 import numpy as np
 
@@ -52,7 +52,7 @@ CHOSEN = {
 
 
 def draw_geometry(name, rng):
-    """Camera, T_camera_grid (3, 4, 4), pixels (RAYS, 2) and the side of the centre."""
+    """Return camera, T_camera_grid (3, 4, 4), pixels (RAYS, 2), side of the centre."""
     if name in MIRRORS:
         rig = rig_named(MIRRORS[name])
         poses = rig.draw_poses(rng, GRIDS)
@@ -74,7 +74,7 @@ def draw_geometry(name, rng):
 
 
 def _on_monitors(rig, poses, rng):
-    """Pixels (RAYS, 2), evenly over the picture, that see every monitor."""
+    """Return pixels (RAYS, 2), uniform over the image, that see every monitor."""
     size = rig.camera.width, rig.camera.height
     pixels = rng.uniform(-0.5, np.array(size) - 0.5, (60 * RAYS, 2))
     points, seen = met(rig.camera, pixels, poses)
@@ -87,7 +87,7 @@ def _on_monitors(rig, poses, rng):
 
 
 def met(camera, pixels, poses):
-    """Points (n, N, 2) of grids that pixels (N, 2) see, and which are seen (n, N)."""
+    """Return points (n, N, 2) of grids at pixels (N, 2), and their validity (n, N)."""
     rays = camera.rays(pixels)
     hits = [intersect_rays_plane(rays.origins, rays.directions, T) for T in poses]
     points = np.stack([hit.points for hit in hits])
@@ -95,7 +95,7 @@ def met(camera, pixels, poses):
 
 
 def miss(rays, T_base, centre, origins, directions):
-    """RMS distance (mm) of found lines from the true ones, next to the camera.
+    """Return the RMS distance (mm) of estimated from true lines, near the camera.
 
     It is measured at the point of each true ray that is nearest to the true centre.
     """
@@ -107,7 +107,7 @@ def miss(rays, T_base, centre, origins, directions):
 
 
 def one_camera(name, noise_mm, rng):
-    """The test on one scene, the truth beside it, and what free lines recover."""
+    """Return the test on one scene, its truth, and the errors of free lines."""
     camera, poses, pixels, side = draw_geometry(name, rng)
     points, _ = met(camera, pixels, poses)
     points += noise_mm * rng.standard_normal(points.shape)

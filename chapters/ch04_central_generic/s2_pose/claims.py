@@ -1,15 +1,15 @@
-"""The claims of section 4.2, tested as the ledger words them, and its numbers."""
+"""The claims of section 4.2, tested as the registry words them, and its numbers."""
 
 from itertools import product
 
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.results import (
-    FAIRLY_WELL,
-    IN_ORDER,
     IN_WORDS,
+    MAX_STANDARD_RATIO,
     MEASURES,
-    NEEDED,
+    MIN_ORDER_RATIO,
+    MIN_RANSAC_GAIN,
     TABLE_MEASURES,
     Scenes,
     finite_of_four,
@@ -272,7 +272,7 @@ def judge_linear_always(results, options):
     )
 
 
-# Option of the ledger -> what the standard pose solves.
+# Option of the registry -> what the standard pose solves.
 SOLVED = {"refined": "refined.systems", "as it comes out": "three_points.polynomials"}
 MORE_THAN = 2
 
@@ -308,7 +308,7 @@ def judge_fast(results, options):
 SCENES = ("table_4_1_redrawn",)
 NOISE = ("decoding_noise",)
 NOISE_AND_POSE = ("decoding_noise", "standard_pose")
-# What the ledger's ids call estimators and measures.
+# Estimators and measures in the ids of the registry.
 PRINTED_NAMES = {"std_ransac": "standard", "cgsp": "cgsp", "cgsp_ransac": "cgsp_ransac"}
 PRINTED_MEASURES = {"rot": ("rotation_deg", "deg"), "trans": ("translation_mm", "mm")}
 
@@ -323,7 +323,7 @@ def judge_ransac_needed(results, options):
     def reading_at(noise):
         turn, shift = found = ratios_at(noise)
         return Reading.of(
-            all_of([r.above(np.nextafter(NEEDED, 0)) for r in found]),
+            all_of([r.above(np.nextafter(MIN_RANSAC_GAIN, 0)) for r in found]),
             min(found, key=lambda r: r.value),
             "x",
             "without over with RANSAC, the smaller of rotation "
@@ -332,7 +332,7 @@ def judge_ransac_needed(results, options):
         )
 
     def needed(noise):
-        return all(found.value >= NEEDED for found in ratios_at(noise))
+        return all(found.value >= MIN_RANSAC_GAIN for found in ratios_at(noise))
 
     return over_the_sweep(Scenes(results, options), reading_at, needed)
 
@@ -348,14 +348,14 @@ def judge_order(results, options):
         found = ratios_at(noise)
         (measure, step), least = min(found.items(), key=lambda item: item[1].value)
         return Reading.of(
-            all_of([r.above(IN_ORDER) for r in found.values()]),
+            all_of([r.above(MIN_ORDER_RATIO) for r in found.values()]),
             least,
             "x",
             f"the smallest ratio of neighbours: {step}, {IN_WORDS[measure]}",
         )
 
     def in_order(noise):
-        return all(found.value > IN_ORDER for found in ratios_at(noise).values())
+        return all(found.value > MIN_ORDER_RATIO for found in ratios_at(noise).values())
 
     return over_the_sweep(Scenes(results, options), reading_at, in_order)
 
@@ -373,14 +373,14 @@ def judge_fairly_well(results, options):
     def reading_at(noise):
         found = ratio_at(noise)
         return Reading.of(
-            found.below(np.nextafter(FAIRLY_WELL, 3)),
+            found.below(np.nextafter(MAX_STANDARD_RATIO, 3)),
             found,
             "x",
             "standard over CGSP, both with RANSAC, translation",
         )
 
     def well(noise):
-        return ratio_at(noise).value <= FAIRLY_WELL
+        return ratio_at(noise).value <= MAX_STANDARD_RATIO
 
     return over_the_sweep(Scenes(results, options), reading_at, well)
 

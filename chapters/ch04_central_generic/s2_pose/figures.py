@@ -35,17 +35,17 @@ LABELS = {
 
 
 class DrawnPose:
-    """The drawn case, as it was computed."""
+    """The computed case of Fig. 4.3."""
 
     def __init__(self, result):
         for name in ("there", "rays", "normal", "image", "true", "found"):
             setattr(self, name, result.arrays(name)[0])
 
     def gaps(self):
-        """How far the drawn case is from what it shows, relative.
+        """Return relative errors of the drawn case.
 
-        Of image points from their ray and plane, of their homography, and
-        of the pose that follows.
+        Distance of image points from ray and plane, residual of their homography,
+        and error of the pose that follows.
         """
         sight = self.image - CENTRE_MM
         across = np.linalg.norm(np.cross(sight, self.rays), axis=1)
@@ -61,14 +61,14 @@ class DrawnPose:
 
 
 def sheet_of(T, margin_mm):
-    """Corners (2, 2, 3) of a grid's sheet at a pose."""
+    """Return corners (2, 2, 3) of a grid's sheet at a pose."""
     x, y = (PITCH_MM * (n - 1) / 2 + margin_mm for n in (COLUMNS, ROWS))
     flat = np.array([[[-x, -y, 0], [x, -y, 0]], [[-x, y, 0], [x, y, 0]]])
     return transform(T, flat.reshape(-1, 3)).reshape(2, 2, 3)
 
 
 def plane_sheet(case):
-    """Corners (2, 2, 3) of a piece of the synthetic plane."""
+    """Return corners (2, 2, 3) of a piece of the synthetic plane."""
     middle = CENTRE_MM + PLANE_MM * case.normal
     across = np.cross(case.normal, [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
@@ -81,7 +81,7 @@ def plane_sheet(case):
 
 
 def parts_of(case):
-    """What is drawn: camera, rays, two grids, the plane between."""
+    """Return what is drawn: camera, rays, two grids and the plane between."""
     centre = np.broadcast_to(CENTRE_MM, case.there.shape)
     base = on_plane(lattice())
     origin = case.true[None, :3, 3]
@@ -106,14 +106,14 @@ def parts_of(case):
 
 @figure("fig_4_3", needs=("fig_4_3_case",), evidence="analytic", scene=True)
 def fig_4_3(results):
-    """The further grid's image on the synthetic plane, in space."""
+    """Draw the further grid's image on the synthetic plane, in 3-D."""
     case = DrawnPose(results["fig_4_3_case"])
     scene = framed(
         parts_of(case),
         SIGHT,
         up=UP,
-        note="Rays of the camera's centre meet the further grid. Where "
-        "they pass the synthetic plane, they draw a pinhole's image of it.",
+        note="Rays from the camera centre intersect the further grid. Their "
+        "intersections with the synthetic plane are a pinhole image of it.",
     )
     ray, bent, off = case.gaps()
     rows = [
@@ -122,10 +122,10 @@ def fig_4_3(results):
     return Drawing(
         scene_figure(scene, height_in=4.6),
         columns(("points", "x_mm", "y_mm", "z_mm"), rows),
-        "CGSP's linear pose, drawn from a computed case: the rays that see "
-        "a further grid (orange) are cut by a plane of our choice (green), "
-        "on which they leave a pinhole's image of the grid. The pose T "
-        "takes the base grid (blue) to the further one.",
+        "CGSP's linear pose estimation in a computed case. The rays that see a "
+        "further grid (orange) intersect a chosen synthetic plane (green) in a "
+        "pinhole image of the grid. The pose T maps the base grid (blue) to the "
+        "further one.",
         Check(
             max(ray, bent, off) < EXACT,
             "image points lie on their rays and on the plane, are a "
@@ -138,7 +138,7 @@ def fig_4_3(results):
 
 @figure("fig_4_4", needs=("fig_4_4_noise",), evidence="synthetic")
 def fig_4_4(results):
-    """Errors of rotation and translation against the noise."""
+    """Draw errors of rotation and translation against the noise."""
     result = results["fig_4_4_noise"]
     levels = result.levels("noise")
     drawn, axes = new_figure(1, 2, height_in=3.9)
@@ -166,8 +166,8 @@ def fig_4_4(results):
     return Drawing(
         drawn,
         columns(("measure", "estimator", "noise_px", "median", "low", "high"), rows),
-        "Errors of a further grid's pose against the noise: medians over "
-        "trials with 95 % intervals. The standard method's pose is shown as "
-        "three points give it and refined on all inliers, as 4.2.2 says it "
-        "was; the last curve, angles refined, is not in the thesis.",
+        "Rotation and translation errors of a further grid's pose against image "
+        "noise: medians over trials with 95 % intervals. The standard pose is plotted "
+        "from three points alone and refined on all inliers (4.2.2). Angular "
+        "refinement is not in the thesis.",
     )

@@ -1,10 +1,9 @@
-"""What the exercises of section 4.3.1 compare an answer with."""
+"""Expected answers of the exercises of section 4.3.1."""
 
 import numpy as np
 
 FOCAL_PX, SHIFT_PX = 367.4, 9.0
 AXES_MM = (29.3, 15.3)
-WIDTH_MM, DISTANCE_MM = 376.9, 116.0
 
 
 def shift_task():
@@ -13,8 +12,10 @@ def shift_task():
         "expected": lambda: float(np.degrees(SHIFT_PX / FOCAL_PX)),
         "hint": "r = f theta, with r and f in px",
         "slips": {
-            "In degrees, please.": lambda: SHIFT_PX / FOCAL_PX,
-            "The shift over the focal length, not the other way round.": lambda: float(
+            "The answer is in degrees, this is in radians.": lambda: (
+                SHIFT_PX / FOCAL_PX
+            ),
+            "Divide the shift by the focal length, not vice versa.": lambda: float(
                 np.degrees(FOCAL_PX / SHIFT_PX)
             ),
         },
@@ -22,10 +23,10 @@ def shift_task():
 
 
 def foci_task():
-    """The foci of z^2 / a^2 - r^2 / b^2 = 1 lie sqrt(a^2 + b^2) from its centre."""
+    """The foci of z^2 / a^2 - r^2 / b^2 = 1 are sqrt(a^2 + b^2) from its centre."""
     return {
         "expected": lambda: 2 * float(np.hypot(*AXES_MM)),
-        "hint": "for a hyperbola the squares of the half axes add up",
+        "hint": "for a hyperbola the squares of the half axes are added",
         "slips": {
             "That is from the centre to one focus.": lambda: float(np.hypot(*AXES_MM)),
             "For an ellipse they subtract; here they add.": lambda: float(
@@ -33,7 +34,3 @@ def foci_task():
             ),
         },
     }
-
-
-def _half_deg():
-    return float(np.degrees(np.arctan(WIDTH_MM / 2 / DISTANCE_MM)))

@@ -14,7 +14,7 @@ from repro.run.outcomes import Check, Drawing
 
 SEED = 0
 GRIDS = tuple(series(k)["color"] for k in (0, 1, 2))
-# The mirror above its camera, as in the room, and both before the grids.
+# The mirror above its camera, as in the room, and both in front of the grids.
 SIGHT, UP = (0.8, -0.5, -0.4), (0.0, 0.0, 1.0)
 # Of the camera's pyramid and axes, and of the rays at the edge of the field of view.
 BODY_MM, AXIS_MM, FIELD_MM = 25.0, 50.0, 110.0
@@ -22,7 +22,7 @@ BODY_MM, AXIS_MM, FIELD_MM = 25.0, 50.0, 110.0
 
 @figure("fig_4_5", needs=(), evidence="analytic", scene=True)
 def fig_4_5(results):
-    """The camera below its mirror, and the three grids of the linear stage."""
+    """Draw the camera below its mirror, and the three grids of the linear stage."""
     rig = rig_named("onevr-d70")
     poses = drawn_poses(rig, SEED)[:LINEAR_GRIDS]
     corner, size = rig.extent
@@ -36,19 +36,18 @@ def fig_4_5(results):
     return Drawing(
         scene_figure(scene, height_in=4.6),
         data,
-        "The omnidirectional camera of the rig onevr-d70 in its own frame: the z "
-        "axis leads from a D70-like camera ahead to the mirror (in the room: up). "
-        "Sheets 1 to 3: the one monitor in the places of the three grids of the "
-        "linear stage, one after the other, so that they may cross. Light blue: the "
-        "edge of the field of view. The bracket between camera and mirror is not "
-        "drawn; it holds the mirror 1 mm off its place.",
+        "The omnidirectional camera (rig onevr-d70) and three grids in the camera "
+        "frame: the z axis points from the camera to the mirror (in the room: up). "
+        "Sheets 1 to 3: successive positions of one monitor for the linear stage, "
+        "which may therefore cross. Light blue: edge of the field of view. The "
+        "bracket, which misaligns the mirror by 1 mm, is not drawn.",
         Check(seen == len(poses), f"{seen} of {len(poses)} grids are in view"),
         scene,
     )
 
 
 def setup_parts(camera, poses, corner, size):
-    """Camera, mirror and numbered sheets of the monitor in the camera's frame.
+    """Return camera, mirror and numbered monitor sheets in the camera frame.
 
     poses: T_camera_grid (n, 4, 4); corner, size: (2,) of the monitor in its plane, mm.
     """

@@ -1,11 +1,10 @@
 # %% [markdown]
-# # 4.3.1 Experimental setup: a mirror and a fisheye before a monitor
+# # 4.3.1 Experimental setup with a mirror camera and a fisheye
 #
-# **Question.** The thesis compares its methods on two real cameras: a D70
-# below a OneVR mirror, held by a bracket, and a CoolPix with a fisheye
-# converter. What stands in for them here, how much of their fields is
-# calibrated, and what happens if the lens moves on the camera while the grids
-# are photographed?
+# **Question.** The methods of chapter 4 are compared on two cameras: a mirror camera
+# with a bracket and a fisheye. Simulated rigs replace the thesis's cameras. Asked are
+# the calibrated part of each field of view, and the effect of a lens shift between
+# grids.
 
 # %%
 from chapters.ch04_central_generic.s3_1_setup.exercises import foci_task, shift_task
@@ -19,7 +18,14 @@ from chapters.ch04_central_generic.s3_1_setup.trials import (
 )
 from chapters.shared.central_sets import GRID_SETS, grid_conditions
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
+from repro.page.reader import (
+    compared,
+    open_results,
+    show,
+    show_code,
+    show_table,
+    values,
+)
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 
@@ -27,36 +33,64 @@ from repro.run.outcomes import Plan
 # show("fig_4_5")
 
 # %% tags=["active-ipynb", "remove-input"]
+# values()
 # name_values(open_results)
 
 # %% [markdown]
 # **Findings.**
 #
-# - Six grids calibrate {glue:text}`omni.horizontal_deg:.0f`° of the mirror's
-#   horizon and {glue:text}`omni.vertical_deg:.0f`° of elevation.
-# - Ten grids calibrate {glue:text}`fish.share:.0f` % of the fisheye's
-#   picture; of its solid angle it is {glue:text}`fish.solid:.0f` %.
-# - A lens that moves by {glue:text}`omni.shift_2_px:.1f` px between the first
-#   grid and the others takes CGSP's centre on the mirror from
-#   {glue:text}`omni.upright.cgsp.centre_off_mm:.2f` to
-#   {glue:text}`omni.turned.cgsp.centre_off_mm:.2f` mm off.
-# - On the fisheye {glue:text}`fish.shift_2_px:.1f` px take it from
-#   {glue:text}`fish.upright.cgsp.centre_off_mm:.2f` to
-#   {glue:text}`fish.turned.cgsp.centre_off_mm:.2f` mm.
-# - The ray-point error tells less of it: on the mirror it goes from
-#   {glue:text}`omni.upright.cgsp.ray_mean_mm:.3f` to
-#   {glue:text}`omni.turned.cgsp.ray_mean_mm:.3f` mm.
+# 1. **The calibrated fields match the thesis by construction.** They are
+#    {glue:text}`s4_3_1_omni_h:.0f`° by {glue:text}`s4_3_1_omni_v:.0f`° on the mirror
+#    camera and {glue:text}`s4_3_1_fish:.0f` % of the fisheye image.
+# 2. **A lens shift of a few pixels displaces the centre.** On the mirror camera it
+#    raises CGSP's centre error from {glue:text}`omni.upright.cgsp.centre_off_mm:.2f`
+#    to {glue:text}`omni.turned.cgsp.centre_off_mm:.2f` mm.
+# 3. **The fisheye reacts similarly.** The centre error grows from
+#    {glue:text}`fish.upright.cgsp.centre_off_mm:.2f` to
+#    {glue:text}`fish.turned.cgsp.centre_off_mm:.2f` mm.
+# 4. **The ray-point error shows less of it.** On the mirror camera it grows from
+#    {glue:text}`omni.upright.cgsp.ray_mean_mm:.3f` to
+#    {glue:text}`omni.turned.cgsp.ray_mean_mm:.3f` mm.
+
+# %% [markdown]
+# | quantity | thesis | here |
+# |---|---|---|
+# | horizontal field, mirror camera (deg) | 207 | {glue:text}`s4_3_1_omni_h:.0f` (set) |
+# | vertical field, mirror camera (deg) | 82 | {glue:text}`s4_3_1_omni_v:.0f` (set) |
+# | calibrated share, fisheye (%) | 94 | {glue:text}`s4_3_1_fish:.0f` (set) |
+# | lens shift, D70 (px of 3008) | over 5 | {glue:text}`s4_3_1_d70_shift:.1f` (set) |
+# | lens shift, CoolPix (px of 1600) | over 9 | {glue:text}`s4_3_1_cp_shift:.1f` (set) |
+# | effect of the lens shift | avoided | centre error several times larger |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Rig*: simulated camera, monitor and grid poses. *Run*: one set of rendered
+#   images, with its own small pose changes.
+# - *Mirror camera*: omnidirectional (catadioptric) camera, a Nikon D70 below a
+#   hyperboloidal OneVR mirror. *Fisheye*: Nikon CoolPix 4500 with an FC-E8 converter.
+# - *Bracket offset*: misalignment of the mirror relative to the single-viewpoint
+#   position.
+# - *Lens shift*: image shift because the lens moves on an inverted camera. *Upright*,
+#   *inverted*: orientation of the camera for grids 2 and 3.
+# - *CGSP*: Central Generic Synthetic Pinhole calibration (4.1.2).
+# - *Ray-point error*: distance from a grid point to its ray. *Centre error*: distance
+#   of the estimated centre from the point nearest to the true rays.
+# - *Low-noise level*: the simulator's own decoding errors. All results here refer to
+#   it.
+# - *Set*: a rig parameter is chosen so that the printed value results.
+# - $a, b, c$: half axes and focal distance of the hyperboloid. $e_0$: scale of the
+#   fisheye's entrance-pupil shift.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# Section 4.3.1 describes, and claims little. Three grids enter the linear
-# stage. Three more extend the mirror's calibrated field to 207° by 82°, seven
-# more the fisheye's to 94 % of 183°. With the camera turned over, the lens of
-# the D70 moved by more than 5 px of 3008, that of the CoolPix by more than
-# 9 px of 1600, so the cameras were moved as little as possible. The mirror
-# could not be aligned for certain: the D70 does not focus near enough for the
-# mirror to sit on its lens, and a bracket holds it instead.
+# Section 4.3.1 describes a setup and claims little. Three grids enter the linear
+# stage. Three more extend the calibrated field of the mirror camera to about 207° by
+# 82°. Seven more extend that of the fisheye to about 94 % of 183°. Inverting the
+# camera shifts the lens of the D70 by more than 5 px of 3008, that of the CoolPix by
+# more than 9 px of 1600. Camera movement is therefore kept to a minimum. The mirror
+# is held by a bracket, and accurate alignment is not guaranteed.
 
 # %% [markdown]
 # ## Model
@@ -65,50 +99,43 @@ from repro.run.outcomes import Plan
 #
 # $$\frac{z^2}{a^2} - \frac{r^2}{b^2} = 1, \qquad c = \sqrt{a^2 + b^2},$$
 #
-# with $r$ the distance from its axis. Rays to one focus, at $z = c$, leave
-# towards the other, at $z = -c$. A camera whose pupil is there sees all the
-# world from one point. The bracket holds the mirror
-# {glue:text}`bracket_mm:.1f` mm from that place and a little tilted, so the
-# rays pass near one point only.
+# with $r$ the distance from its axis. Rays towards the focus at $z = c$ are reflected
+# to the focus at $z = -c$. A camera with its pupil there has a single viewpoint. The
+# bracket offset and a small tilt make the camera only approximately central.
 #
-# **The fisheye's** entrance pupil comes forward for rays from the side: the
-# ray at angle $\theta$ starts at
+# **The fisheye's** entrance pupil moves forward for oblique rays. The ray at angle
+# $\theta$ starts on the axis at
 #
-# $$z_0(\theta) = e_0 \left( \frac{\theta}{\sin\theta} - 1 \right)$$
+# $$z_0(\theta) = e_0 \left( \frac{\theta}{\sin\theta} - 1 \right) .$$
 #
-# on the axis, with $e_0 = 7$ mm. Its rays touch a caustic.
-#
-# **A lens that moves** by $\mathbf s$ px shows at pixel $\mathbf p$ what was
-# at $\mathbf p - \mathbf s$. If that happens between two grids, the points of
-# one pixel belong to two rays.
+# **A lens shift** by $\mathbf s$ px shows at pixel $\mathbf p$ what was at
+# $\mathbf p - \mathbf s$. Between two grids, it assigns the points of one pixel to
+# two different rays.
 
 # %% [markdown]
 # ## Experiment
 #
-# What is known of the thesis's cameras, and what is chosen:
+# Known and chosen parameters of the rigs:
 #
-# | | value | from |
+# | parameter | value | source |
 # |---|---|---|
-# | pictures | 3008 × 2000 and 1600 × 1200 px | 4.3.1 |
-# | base grid | its distance and where the camera stands before it | Table 4.2 |
-# | grids 2 and 3 | how far turned and moved; the directions are drawn | Table 4.2 |
+# | images | 3008 × 2000 and 1600 × 1200 px | 4.3.1 |
+# | base grid | distance and position of the camera | Table 4.2 |
+# | grids 2 and 3 | rotation and translation, random directions | Table 4.2 |
 # | further grids | to 207° by 82°, and 94 % | 4.3.1 |
 # | mirror | $a = 29.3$, $b = 15.3$ mm, 75 mm wide | choice, as in 3.3.2 |
-# | bracket | 1.0 mm and 0.39° off | choice: a ruler and an outline |
-# | fisheye's law | equidistance, 1.65 mm | data sheet |
-# | pupil | $e_0 = 7$ mm | choice, by the size of the glass |
-# | monitor | 19 inch, 1280 × 1024 px, gamma 2.2, darker from the side | 3.3.3, choice |
-# | patterns | 12 of Gray code, 8 of sines | 3.2.2 |
+# | bracket | offset 1.0 mm and 0.39° | choice: ruler and mirror outline |
+# | fisheye projection | equidistance, 1.65 mm | data sheet |
+# | entrance pupil | $e_0 = 7$ mm | choice, from the lens size |
+# | monitor | 19 inch, 1280 × 1024 px, gamma 2.2, darker off-axis | 3.3.3, choice |
+# | patterns | 12 Gray-code, 8 sinusoidal | 3.2.2 |
 #
-# Each number has its reason in the rig's file. All were chosen before a
-# calibration was run with them; the further grids were moved until they
-# showed as much of the field as 4.3.1 says. Each of {glue:text}`seeds` seeds
-# sets the monitor up anew, by hand: 2 mm and 1° (SD).
+# The rig files give a reason for each number. All numbers precede every calibration,
+# and the further grids are placed to give the printed fields. Each run varies the
+# poses by 2 mm and 1° (standard deviation).
 #
-# For the lens, both cameras are photographed again, at reduced size, with the
-# camera turned over for the second and third grid: the image moves by 5.5 px
-# of 3008, or by 9.5 px of 1600. The decoder then measures the shift: how far
-# has each pixel's point moved, in steps from pixel to pixel?
+# For the lens shift, both cameras are rendered again at reduced size, inverted for
+# grids 2 and 3. The shift is measured from the displacement of the decoded points.
 
 
 # %%
@@ -116,13 +143,13 @@ from repro.run.outcomes import Plan
     "sec_4_3_1_field", artefact="sec_4_3_1", shards={"full": 2}, rendered=GRID_SETS
 )
 def calibrated_field(effort):
-    """Shares of the field that are decoded."""
+    """Plan the decoded shares of the field."""
     return Plan(field_trial, grid_conditions(effort), 1, {})
 
 
 @experiment("sec_4_3_1_turned", artefact="sec_4_3_1", rendered=TURNED_SETS)
 def turned_over(effort):
-    """Cameras turned over between the grids."""
+    """Plan cameras inverted between the grids."""
     return Plan(turned_trial, turned_conditions(effort), 1, {})
 
 
@@ -130,32 +157,35 @@ def turned_over(effort):
 # show_code(field_trial, shift_between)
 
 # %% [markdown]
-# The first three grids share rays in the middle, and each further grid
-# overlaps with what is calibrated before it. The horizon counts between
-# $-1.5$° and $1.5$° of elevation, the vertical as far to either side of the
-# base grid's direction.
+# The first three grids share rays in the centre, and each further grid overlaps with
+# the area calibrated before. The horizontal field is measured within ±1.5° of
+# elevation, the vertical field within ±1.5° of the direction of the base grid.
 #
-# ## A lens that moves
+# ## Lens shift
 
 # %% tags=["active-ipynb"]
 # show_table("ext_lens_shift", digits=3)
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# **The shift** is put into the rig and measured back, so its size is no
-# finding; what it does is one. The poses of the grids give way: a shift of
-# the whole image looks much like a small turn of a grid. So the rays still
-# fit their points, and the error hides in the centre and the poses. The
-# thesis did well to keep the cameras still.
+# **Lens shift.** Its size is an input. Its effect is the result: the poses absorb the
+# shift, which resembles a small rotation of a grid. The rays still fit their points,
+# and the error appears in the centre and the poses. Keeping the cameras still, as the
+# thesis does, is therefore necessary.
 #
-# **The rigs** are not the thesis's cameras. The maker of the mirror states no
-# figure, so 3.3.2's choice is taken again; the real misalignment is unknown.
-# Both decide how far the rays are from central. The sweep of the bracket on
-# the [next page](s3_2_results.ipynb) says what another amount would do.
+# **Limits.** The rigs are not the thesis's cameras. The mirror shape and the real
+# misalignment are unknown, and both determine how central the camera is.
+# [4.3.2a](s3_2_results.ipynb) varies the bracket offset. The camera body occludes
+# only the centre of the mirror, and the room is dark except for the monitor.
+
+# %% [markdown]
+# ## Summary
 #
-# **The camera's own body** hides nothing in these pictures but the middle of
-# the mirror, and the room is dark but for the monitor.
+# Simulated rigs reproduce the published fields of view and lens shifts of both
+# cameras, because their parameters are set to do so. A lens shift between grids
+# multiplies the error of the estimated centre. The ray-point error, which the thesis
+# uses to judge a calibration, grows less.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -166,17 +196,17 @@ def turned_over(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` by
+# an answer and run that cell again.
 #
-# **1.** The fisheye has a focal length of 367.4 px, and $r = f\theta$. By how
-# many degrees does a shift of 9 px turn the rays near the axis?
+# **1.** The fisheye has a focal length of 367.4 px, and $r = f\theta$. By how many
+# degrees does a shift of 9 px rotate the rays near the axis?
 
 # %% tags=["active-ipynb"]
 # check(None, **shift_task())
 
 # %% [markdown]
-# **2.** How far (mm) are the two foci of the mirror apart?
+# **2.** What is the distance (mm) between the two foci of the mirror?
 
 # %% tags=["active-ipynb"]
 # check(None, **foci_task())

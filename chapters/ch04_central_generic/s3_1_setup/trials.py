@@ -1,4 +1,4 @@
-"""What of the field is calibrated, and what a lens that moves does (4.3.1)."""
+"""Calibrated part of the field, and the effect of a lens shift (4.3.1)."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from chapters.shared.central_sets import (
 from chapters.shared.three_grids import calibrated
 from repro.run.rendered import rendered_set
 
-BAND_DEG = 1.5  # to either side of the horizon, and of the middle
+BAND_DEG = 1.5  # half width about the horizon, and about the middle
 BINNED = 4  # px of the camera that make one of the small rigs
 REACH_PX = 3
 # Literals, which the workflow reads without running them.
@@ -36,11 +36,11 @@ TURNED_SETS = {
 
 
 def field_trial(condition, rng):
-    """Which share of a camera's field a rendered set calibrates.
+    """Return the share of a camera's field that a rendered set calibrates.
 
     In degrees for the mirror: how much of the horizon, and of the vertical plane
     through the middle of the base grid. In shares for the fisheye: of its pixels, and
-    of its solid angle. A pixel counts if one grid or more was decoded there.
+    of its solid angle. A pixel counts if at least one grid is decoded there.
     """
     folder = rendered_set(condition["rig"], condition["seed"])
     camera = true_camera(folder)
@@ -57,7 +57,7 @@ def field_trial(condition, rng):
 
 
 def _shares(camera, rays, seen):
-    """Shares of the pixels that have a ray, and of the solid angle they see."""
+    """Return shares of the pixels that have a ray, and of their solid angle."""
     good = rays.valid
     solid = _solid_angle(camera, rays)
     return {
@@ -77,7 +77,7 @@ def _solid_angle(camera, rays):
 
 
 def _angles(rays, seen, towards):
-    """Degrees of azimuth at the horizon and of elevation ahead that are seen."""
+    """Return calibrated degrees of azimuth at the horizon and of elevation ahead."""
     x, y, z = rays.directions.T
     azimuth = np.degrees(np.arctan2(y, x) - np.arctan2(towards[1], towards[0]))
     azimuth = (azimuth + 180) % 360 - 180
@@ -93,10 +93,10 @@ def _angles(rays, seen, towards):
 
 
 def turned_trial(condition, rng):
-    """A camera that was turned over for grids 2 and 3, against one that was not.
+    """Return calibrations of a camera inverted for grids 2 and 3, and upright.
 
-    Both sets have the same poses. The shift of the lens is measured as a decoder sees
-    it: by how much each pixel's point has moved, in px of the whole camera.
+    Both sets have the same poses. The lens shift is measured from the displacement of
+    each pixel's decoded point, in px of the full-size camera.
     """
     rig, seed = condition["rig"], condition["seed"]
     upright = rendered_set(f"{rig}-small", seed)
@@ -120,9 +120,9 @@ def turned_trial(condition, rng):
 
 
 def shift_between(points, moved):
-    """How far (2,), px, the image has moved: median over pixels.
+    """Return the image shift (2,), px: median over pixels.
 
-    points, moved: (H, W, 2), where pixels look before and after, NaN for nowhere.
+    points, moved: (H, W, 2), points of the pixels before and after, or NaN.
     """
     r = REACH_PX
     inner = np.s_[r:-r, r:-r]
@@ -136,7 +136,7 @@ def shift_between(points, moved):
 
 
 def turned_conditions(effort):
-    """A condition for each camera and seed."""
+    """Return a condition for each camera and run."""
     return [
         {"camera": camera, "rig": RIGS[camera], "seed": seed}
         for camera in (OMNI, FISH)

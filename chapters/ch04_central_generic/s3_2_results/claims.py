@@ -1,7 +1,7 @@
 """The claims of section 4.3.2 and of its discussion.
 
-Most are judged seed by seed: a predicate takes the `Seeds` of a reading and returns
-whether it is true (seeds,), what was measured (seeds,), its unit, and words.
+Most are judged run by run: a predicate takes the `Seeds` of an interpretation and
+returns whether it is true (runs,), the measured value (runs,), its unit, and a reason.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Fig. 4.6, and the factor of the bench's noise."""
+"""Fig. 4.6, and the factor of the thesis-matched level."""
 
 from itertools import product
 
@@ -16,13 +16,13 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
 PANELS = ("as_printed", "cgsp")
-SHOWN = 0.98  # least share of the points inside a panel
+MIN_SHARE = 0.98  # of the points inside a panel
 TICKS = 5
 
 
 @figure("fig_4_6", needs=("table_4_3_rendered",), evidence="rendered")
 def fig_4_6(results):
-    """Two cameras by two methods, of the first rendered set each."""
+    """Draw two cameras by two methods, each from the first rendered run."""
     result = results[RENDERED]
     drawn, axes = new_figure(2, 2, height_in=7.2, sharex="row", sharey="row")
     rows = []
@@ -30,8 +30,8 @@ def fig_4_6(results):
     for panel, (camera, method) in zip(axes.flat, panels, strict=True):
         x, y, apart = crossings(result, camera, method)
         for good, colour, label in (
-            (apart < 1, "#e69f00", "points close together"),
-            (apart > 0, "#0072b2", "points apart"),
+            (apart < 1, "#e69f00", "close points"),
+            (apart > 0, "#0072b2", "separated points"),
         ):
             panel.plot(
                 x[good], y[good], ".", color=colour, ms=2, alpha=0.5, label=label
@@ -56,25 +56,26 @@ def fig_4_6(results):
     return Drawing(
         drawn,
         columns(("camera", "method", "x_mm", "y_mm", "apart"), rows),
-        "Where the lines that fit best to the three points of each ray cross the "
-        "plane across them through the estimated centre (red cross), as the linear "
-        "stages come out, before any adjustment, at the bench's noise. Orange: rays "
-        "whose three points lie within a tenth of their distance, where grids cross; "
-        "their lines hardly have a direction. Both panels of a camera have one scale, "
-        f"and hold at least {100 * SHOWN:.0f} % of the points; the share outside is "
-        "written in each. About 3000 rays are drawn.",
+        "Crossings of the rays with the plane through the estimated centre (red "
+        "cross): each ray is the line fitted to its three points, and the plane is the "
+        "one most nearly perpendicular to the rays. Linear stage without adjustment, "
+        "thesis-matched level. Orange: rays whose three points span less than a tenth "
+        "of their distance, near grid crossings, so that the line is nearly "
+        "undetermined. Both panels of a camera have one scale and contain at least "
+        f"{100 * MIN_SHARE:.0f} % of the points; the share outside is stated. About "
+        "3000 rays are drawn.",
     )
 
 
 def crossings(result, camera, method):
-    """x, y (N,) mm on the plane through the centre, and 1 where points are apart."""
+    """Return x, y (N,) mm on the plane, and 1 where a ray's points are separated."""
     return result.select(camera=camera).arrays(f"{BENCH}.{method}.crossing")[0].T
 
 
 def shown_reach(result, camera):
-    """Half the side of a camera's panels, mm: SHOWN of its widest scatter and more."""
+    """Return half the side of a camera's panels, mm, to hold MIN_SHARE of each."""
     return 1.15 * max(
-        np.quantile(np.maximum(abs(x), abs(y)), SHOWN)
+        np.quantile(np.maximum(abs(x), abs(y)), MIN_SHARE)
         for x, y, _ in (crossings(result, camera, method) for method in PANELS)
     )
 
@@ -82,7 +83,7 @@ def shown_reach(result, camera):
 SOLVED_FROM = ("t4_3_omni_cgsp_mean_pre",)
 NEAR = 0.01
 TICKS_MM = (0.02, 0.05, 0.1, 0.2)
-WORDS = {"bench": "alike over 7 x 7 pixels", "white": "white"}
+WORDS = {"bench": "correlated over 7 x 7 pixels", "white": "white"}
 
 
 @figure(
@@ -92,10 +93,10 @@ WORDS = {"bench": "alike over 7 x 7 pixels", "white": "white"}
     published=SOLVED_FROM,
 )
 def ext_bench_factor(results, published):
-    """CGSP's ray-point error against the factor, and where it is the printed one."""
+    """Draw CGSP's ray-point error against the factor, and the factor solved."""
     result, printed = results["bench_factor"], published[SOLVED_FROM[0]]
     drawn, axes = new_figure(1, 1, height_in=3.2)
-    rows, said, gaps = [], [], []
+    rows, solutions, gaps = [], [], []
     for index, (noise, words) in enumerate(WORDS.items()):
         means = np.array(result.arrays("mean_mm", noise=noise))
         medians = np.median(means, axis=0)
@@ -105,12 +106,12 @@ def ext_bench_factor(results, published):
         axes.plot(chosen, reached, "+", color=INK, ms=13, mew=2)
         rows += [(words, *row) for row in zip(MULTIPLIED, medians, strict=True)]
         gaps.append(abs(reached / printed - 1))
-        where = "nowhere" if factor is None else f"at {factor:.3g}"
-        said.append(f"{words} {where}, {chosen:g} is taken")
+        solution = "no solution" if factor is None else f"{factor:.3g}"
+        solutions.append(f"{words}, {solution} ({chosen:g} is used)")
     axes.axhline(printed, color=INK, lw=1.0, ls="--", label="printed")
     axes.set(
         xscale="log", yscale="log",
-        xlabel="Factor of the decoding errors (1)", ylabel="Mean ray-point error (mm)",
+        xlabel="Factor of the decoding errors (×)", ylabel="Mean ray-point error (mm)",
     )  # fmt: skip
     axes.set_xticks(MULTIPLIED, [f"{m:g}" for m in MULTIPLIED])
     axes.set_yticks(TICKS_MM, [f"{mm:g}" for mm in TICKS_MM])
@@ -124,10 +125,10 @@ def ext_bench_factor(results, published):
     return Drawing(
         drawn,
         columns(("errors", "factor", "mean_mm"), rows),
-        "The mean distance of points from their rays that CGSP leaves on the mirror, "
-        "before adjustment, when the laboratory's decoding errors are multiplied: "
-        f"median over {result.trials_per_condition} seeds. It is the printed "
-        f"{printed:g} mm at a factor: {'; '.join(said)} (crosses). The factor was "
-        "solved at full size.",
+        "Mean ray-point error of CGSP on the mirror camera, before adjustment, against "
+        "the factor that multiplies the simulator's decoding errors: median over "
+        f"{result.trials_per_condition} runs. The factors that give the printed "
+        f"{printed:g} mm (crosses): {'; '.join(solutions)}. They are solved at full "
+        "size.",
         check if result.trials_per_condition > 3 else None,
     )

@@ -1,10 +1,8 @@
-"""Section 4.3.2: its seeds in one reading, and the numbers of the prose."""
-
-from itertools import product
+"""Section 4.3.2: the runs in one interpretation, and the numbers of the text."""
 
 import numpy as np
 
-from chapters.shared.bench_noise import BENCH, FACTOR, OPTIONS, SWEPT, WHITE_FACTOR
+from chapters.shared.bench_noise import BENCH, FACTOR, OPTIONS, SWEPT
 from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.methods import STANDARD_METHODS
 from repro.page.reader import value
@@ -29,9 +27,9 @@ UNITS = dict.fromkeys(PARAMETERS, "mm") | {"r2": "deg", "r3": "deg"}
 
 
 class Seeds(Case):
-    """What every seed gives in one reading, at the noise that trials call so.
+    """Values of all runs in one interpretation, at one noise level of the trials.
 
-    Those of the sweep of the factor are redrawn alone; else the rendered ones come
+    The sweep of the factor has redrawn runs only. Otherwise the rendered runs come
     first. A method that failed has nan.
     """
 
@@ -40,12 +38,12 @@ class Seeds(Case):
         self.results, self.noise = results, noise
 
     def rendered(self, camera, key):
-        """A value of every rendered set of a camera, (seeds,)."""
+        """Return a value of each rendered run of a camera, (runs,)."""
         trials = self.results[RENDERED].select(camera=camera)
         return trials.column(f"{self.noise}.{key}")
 
     def of(self, camera, key):
-        """A value of every seed of a camera, (seeds,)."""
+        """Return a value of each run of a camera, (runs,)."""
         name = f"{self.noise}.{key}"
         redrawn = self.results[REDRAWN].column(name, camera=camera)
         if self.noise in SWEPT.values():
@@ -53,90 +51,40 @@ class Seeds(Case):
         return np.concatenate([self.rendered(camera, key), redrawn])
 
     def both(self, camera, key):
-        """A value of the standard method and of CGSP, (2, seeds)."""
+        """Return a value of the standard method and of CGSP, (2, runs)."""
         methods = self["standard_method"], "cgsp"
         return np.array([self.of(camera, f"{method}.{key}") for method in methods])
 
     def ratio(self, camera, key):
-        """The standard method over CGSP, (seeds,)."""
+        """Return the ratio of the standard method to CGSP, (runs,)."""
         return np.divide(*self.both(camera, key))
 
     def scatter(self, camera, key):
-        """A measure of the scatter of both methods, (2, seeds)."""
+        """Return a measure of the scatter of both methods, (2, runs)."""
         return self.both(camera, f"{self['scatter_rays']}.{key}")
 
     def disagreement(self, camera, parameters=PARAMETERS):
-        """Largest difference of CGSP from the standard method, %, (seeds,)."""
+        """Return the largest difference of CGSP from the standard, %, (runs,)."""
         pairs = [self.both(camera, name) for name in parameters]
         return np.max([100 * np.abs(b / a - 1) for a, b in pairs], axis=0)
 
 
-# Before and after adjustment.
-
-# Pairs of ray-point errors (`error_pairs`) of which the first may be smaller.
-
-
-NOISES = {"": "bench", "lab.": "laboratory"}
-RATIOS = (
-    ("as_printed.ratio", "as printed", "ray"),
-    ("as_printed.ba_ratio", "as printed", "ba"),
-    ("well_conditioned.ratio", "well conditioned", "ray"),
-)
-
-
 def name_values(open_results):
-    """Name the numbers of the prose."""
+    """Name the numbers that the text quotes."""
     results = {name: open_results(name) for name in (RENDERED, REDRAWN)}
-    brackets, caustic = open_results(BRACKETS), open_results(CAUSTIC)
-    errors = open_results(ERRORS).select()
-    bench = Seeds(results)
-    apart = bench.of(OMNI, "cgsp.share_apart")
+
+    def ratio(camera, method, noise=BENCH):
+        seeds = Seeds(results, {"standard_method": method}, noise)
+        return np.nanmedian(seeds.ratio(camera, "ray_mean_mm"))
+
+    rejected = Seeds(results).rendered(OMNI, "left_out")
     found = {
-        **_of_noises(results),
-        **{
-            f"{prefix}{short}.left_out": 100
-            * np.median(Seeds(results, noise=noise).rendered(camera, "left_out"))
-            for prefix, noise in NOISES.items()
-            for short, camera in CAMERAS.items()
-        },
-        "omni.true_scatter_mm": np.median(bench.rendered(OMNI, "true_scatter_mm")),
-        **{
-            f"inside.{method}": int(np.nansum(bench.of(FISH, f"{method}.all.inside")))
-            for method in ("as_printed", "cgsp")
-        },
-        "inside.seeds": len(apart),
-        "omni.left_close": 100 * (1 - np.nanmedian(apart)),
-        "rendered": len(bench.rendered(OMNI, "rays")),
+        "omni.well_conditioned.ratio": ratio(OMNI, "well conditioned"),
+        "fish.well_conditioned.ratio": ratio(FISH, "well conditioned"),
+        "lab.omni.as_printed.ratio": ratio(OMNI, "as printed", "laboratory"),
+        "omni.left_out": 100 * np.median(rejected),
         "redrawn": results[REDRAWN].trials_per_condition,
-        **{
-            f"bracket.{offset}": np.median(
-                brackets.select(offset_mm=offset).column("cgsp.ray_mean_mm")
-            )
-            for offset in (0, 1)
-        },
-        **{
-            f"caustic.{key}": np.median(caustic.column(key))
-            for key in ("scatter_mm", "caustic_mm")
-        },
-        "omni.errors.bias_mm_rms": errors.column("bias_mm_rms")[0],
         "factor": FACTOR,
-        "factor.white": WHITE_FACTOR,
     }
     for name, number in found.items():
         value(name, number)
-
-
-def _of_noises(results):
-    """Ratios of ray-point errors, and errors of centres, at both noises."""
-    found = {}
-    for (prefix, noise), (short, camera) in product(NOISES.items(), CAMERAS.items()):
-        for name, option, stage in RATIOS:
-            seeds = Seeds(results, {"standard_method": option}, noise)
-            ratio = seeds.ratio(camera, f"{stage}_mean_mm")
-            found[f"{prefix}{short}.{name}"] = np.nanmedian(ratio)
-        for method, key in product(
-            ("as_printed", "well_conditioned", "cgsp"), ("centre_off_mm", "ray_mean_mm")
-        ):
-            errors = Seeds(results, noise=noise).of(camera, f"{method}.{key}")
-            found[f"{prefix}{short}.{method}.{key}"] = np.nanmedian(errors)
-    return found

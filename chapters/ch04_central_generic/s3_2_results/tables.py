@@ -26,21 +26,21 @@ WORDS = {
     "t3": "translation of grid 3 (mm)",
 }
 SOLVED = (
-    "the factor of the bench's noise was solved from this number: it is near the "
-    "printed one by construction"
+    "the factor of the thesis-matched level is solved from this number: it is near "
+    "the printed one by construction"
 )
 POSES_OF_THE_RIG = (
-    "the grids of the rig stand as Table 4.2 has them: this is near the printed "
+    "the grid poses of the rig are those of Table 4.2: this is near the printed "
     "value by construction"
 )
-# What the ledger's ids call methods and stages.
+# Names of methods and stages in the ids of the registry.
 PRINTED_METHODS = {"std": "as_printed", "cgsp": "cgsp"}
 PRINTED_STAGES = {"pre": "ray", "ba": "ba"}
 
 
 @table("table_4_2", needs=("table_4_3_rendered",), evidence="rendered")
 def table_4_2(results):
-    """Centre and poses by every method, and the true ones, of the first set."""
+    """Tabulate centre and poses by each method, and the true ones, of the first set."""
     seeds = Seeds(results)
     rows = [
         (
@@ -62,10 +62,10 @@ def table_4_2(results):
     }
     return Table(
         columns(("Camera", "Parameter", *LINEAR_NAMES.values(), "true"), rows),
-        "Centre of the camera in the frame of the base grid, and how far grids 2 "
-        "and 3 are turned and moved against it, of the first rendered set of each "
-        "camera, at the bench's noise. *True* is the point nearest to all rays: "
-        "neither camera has one point through which they all pass.",
+        "Camera centre in the frame of the base grid, and rotation and translation "
+        "magnitudes of grids 2 and 3 relative to it: first rendered run of each "
+        "camera, thesis-matched level. *True* is the point nearest to all rays, since "
+        "neither camera is exactly central.",
         printed=printed,
     )
 
@@ -75,13 +75,13 @@ HEADS = {
     "ray_sd_mm": "SD (mm)",
     "ba_mean_mm": "Mean after BA (mm)",
     "ba_sd_mm": "SD after BA (mm)",
-    "centre_off_mm": "Centre off (mm)",
+    "centre_off_mm": "Centre error (mm)",
 }
 
 
 @table("table_4_3", needs=SEEDS_OF_BOTH, evidence="rendered")
 def table_4_3(results):
-    """Ray-point errors before and after adjustment, at the bench's noise."""
+    """Tabulate ray-point errors before and after adjustment, thesis-matched level."""
     known = {which: method for method, which in PRINTED_METHODS.items()}
     printed = {
         HEADS[f"{key}_{statistic}_mm"]: [
@@ -104,20 +104,19 @@ def table_4_3(results):
     ]
     return Table(
         columns(("Camera", "Method", *HEADS.values()), rows),
-        "Distances of the points on the three grids from their rays: mean and "
-        "standard deviation over all rays of the linear stage, as it comes out and "
-        "after the thesis's bundle adjustment (BA), which keeps the centre. *Centre "
-        "off*: from the point nearest to the true rays, before adjustment. Medians "
-        "over rendered and redrawn seeds with 95 % intervals, with decoding errors "
-        "as large as the bench's. CGSP's mean on the omnidirectional camera was set "
-        "by their factor.",
+        "Ray-point errors: mean and standard deviation over all rays of the linear "
+        "stage, before and after the thesis's bundle adjustment (BA), which keeps the "
+        "centre. *Centre error*: distance from the point nearest to the true rays, "
+        "before adjustment. Medians over rendered and redrawn runs with 95 % "
+        "intervals, thesis-matched level. CGSP's mean on the omnidirectional camera "
+        "is set by the factor of that level.",
         printed=printed,
     )
 
 
 @numbers("table_4_2", needs=SEEDS_OF_BOTH, evidence="rendered")
 def numbers_of_table_4_2(results):
-    """Centre and pose magnitudes of the rendered sets, the standard as printed."""
+    """Return centre and pose magnitudes of the rendered runs, standard as printed."""
     seeds = Seeds(results)
     found = {
         f"t4_2_{short}_{name}_{method}": Value.of_seeds(
@@ -135,7 +134,7 @@ def numbers_of_table_4_2(results):
 
 @numbers("table_4_3", needs=SEEDS_OF_BOTH, evidence="rendered")
 def numbers_of_table_4_3(results):
-    """Ray-point errors over all seeds, the standard as printed."""
+    """Return ray-point errors over all runs, standard as printed."""
     seeds = Seeds(results)
     errors = {
         f"t4_3_{short}_{method}_{statistic}_{stage}": Value.of_seeds(

@@ -1,8 +1,8 @@
-"""Section 4.3.2: grids set up anew, calibrations from them, and their limits.
+"""Section 4.3.2: new grid poses, calibrations from them, and their limits.
 
-Each seed is calibrated with the laboratory's decoding errors, and with errors as large
-as the bench's. The factor of the bench is solved from runs of CGSP alone, with the one
-printed number that it may see (settings.yaml, decoding_noise).
+Each run is calibrated at the low-noise and at the thesis-matched level. The factor of
+the latter is solved from runs of CGSP alone and one printed number (settings.yaml,
+decoding_noise).
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ STEPS = {"quick": 4, "full": 9}
 
 
 class DrawnGrids(NamedTuple):
-    """Three grids, and where the rays of a lattice of pixels meet them.
+    """Three grids, and the points where the rays of a pixel lattice meet them.
 
-    true, decoded: (3, N, 2) mm, NaN beside a grid; pixels: (N, 2); T_camera_grid:
+    true, decoded: (3, N, 2) mm, NaN outside a grid; pixels: (N, 2); T_camera_grid:
     (3, 4, 4).
     """
 
@@ -64,7 +64,7 @@ def _rays_of(rig, step):
 
 
 def drawn_grids(rig, step, rng, errors=None):
-    """The DrawnGrids of a rig; decoded with `DecodingErrors`, or as they are."""
+    """Return the DrawnGrids of a rig, with `DecodingErrors` or exact."""
     camera, rays, shape = _rays_of(rig, step)
     setup = rig_named(rig)
     poses = setup.draw_poses(rng, LINEAR_GRIDS)
@@ -80,13 +80,13 @@ def drawn_grids(rig, step, rng, errors=None):
 
 
 TRIALS = {"quick": 3, "full": 50}
-DRAWN = 3000  # points of a scatter that are drawn
-# The sweep of the factor is run for the primary readings.
+N_DRAWN = 3000  # points of a scatter in Fig. 4.6
+# The sweep of the factor is run for the primary interpretations.
 SWEPT_METHODS = ("as_printed", "cgsp")
 
 
 def rendered_trial(condition, rng):
-    """A rendered set decoded and calibrated by every method, and its true numbers."""
+    """Decode and calibrate a rendered set by each method, and add the true values."""
     folder = rendered_set(condition["rig"], condition["seed"])
     decoded, true_points = first_points_and_truth(folder)
     width = true_camera(folder).width
@@ -99,13 +99,13 @@ def rendered_trial(condition, rng):
         for method in found.values():
             crossing = method.pop("crossing", None)
             if crossing is not None and name == BENCH:
-                method["crossing"] = crossing[:: max(1, len(crossing) // DRAWN)]
+                method["crossing"] = crossing[:: max(1, len(crossing) // N_DRAWN)]
         out[name] = found | _of_rays(rays, true)
     return out
 
 
 def _of_rays(rays, true):
-    """How many rays there were, and what is true of them."""
+    """Return the numbers of rays and their true parameters."""
     return {
         "true": parameters(true.centre, true.T_base_grid),
         "true_scatter_mm": true.scatter_mm,
@@ -116,7 +116,7 @@ def _of_rays(rays, true):
 
 
 def errors_trial(condition, rng):
-    """The DecodingErrors of all rendered sets of a rig, as arrays."""
+    """Return the DecodingErrors of all rendered sets of a rig, as arrays."""
     folders = [rendered_set(condition["rig"], seed) for seed in condition["seeds"]]
     rays, shape = lattice_rays(true_camera(folders[0]), 1)
     found = measured_errors(
@@ -135,15 +135,15 @@ def errors_trial(condition, rng):
 
 
 def errors_conditions(effort):
-    """A condition for each rig whose errors are measured."""
+    """Return a condition for each rig whose errors are measured."""
     rigs = [rig + SMALL[effort] for rig in RIGS.values()]
     return [{"rig": rig, "seeds": list(SEEDS[effort])} for rig in rigs]
 
 
 def redrawn_trial(condition, rng, errors):
-    """Grids set up anew, decoding errors drawn again; as `rendered_trial`.
+    """Calibrate new grid poses with redrawn decoding errors, as `rendered_trial`.
 
-    The errors are drawn once, and made larger for the bench.
+    The errors are drawn once, and scaled for the thesis-matched level.
     """
     rig = condition["rig"]
     grids = drawn_grids(rig, condition["step"], rng, errors[rig])
@@ -155,13 +155,13 @@ def redrawn_trial(condition, rng, errors):
         true = true_grids(rig_named(rig).camera, grids.T_camera_grid, chosen)
         found = calibrated(rays.points, true, methods=tuple(methods))
         for method in found.values():
-            method.pop("crossing", None)  # only rendered sets are drawn
+            method.pop("crossing", None)  # Fig. 4.6 shows rendered sets only
         out[name] = found | _of_rays(rays, true)
     return out
 
 
 def redrawn_conditions(effort):
-    """A condition for each camera."""
+    """Return a condition for each camera."""
     return [
         {"camera": camera, "rig": rig + SMALL[effort], "step": STEPS[effort]}
         for camera, rig in RIGS.items()
@@ -173,9 +173,9 @@ MULTIPLIED = (1.0, 2.0, 4.0, 8.0)
 
 
 def cgsp_trial(condition, rng, errors):
-    """Mean ray-point error (mm) of CGSP as it comes out.
+    """Return the mean ray-point error (mm) of unadjusted CGSP.
 
-    mean_mm: for each of MULTIPLIED; chosen_mm: for the factor that was solved.
+    mean_mm: for each of MULTIPLIED; chosen_mm: for the solved factor.
     """
     rig, noise = condition["rig"], NOISES[condition["noise"]]
     grids = drawn_grids(rig, condition["step"], rng, errors[rig])
@@ -191,7 +191,7 @@ def cgsp_trial(condition, rng, errors):
 
 
 def mean_error(points, rng):
-    """Mean ray-point error of points (3, N, 2); NaN where CGSP gives nothing."""
+    """Return the mean ray-point error of points (3, N, 2); NaN if CGSP fails."""
     try:
         rays = shared_rays(points, 1, rng)
         found = linear_cgsp(rays.points, side=-1)
@@ -204,15 +204,15 @@ def mean_error(points, rng):
 
 
 def cgsp_conditions(effort):
-    """The mirror camera, with errors as they come and with those of other pixels."""
+    """Return conditions of the mirror camera, with errors as decoded and white."""
     rig, step = RIGS[OMNI] + SMALL[effort], STEPS[effort]
     return [{"rig": rig, "step": step, "noise": noise} for noise in ("bench", "white")]
 
 
 def solved(result, target_mm, noise):
-    """The factor at which the median over seeds is target_mm, None where none is.
+    """Return the factor at which the median over runs is target_mm, or None.
 
-    Between the factors that were run, medians go as powers of the factor.
+    Between the factors that are run, medians are interpolated as powers.
     """
     means = np.array(result.arrays("mean_mm", noise=noise))
     medians = np.nanmedian(means, axis=0)
@@ -245,7 +245,7 @@ BRACKET_SETS = {
 
 
 def bracket_trial(condition, rng):
-    """CGSP's ray-point errors on rendered sets of one misalignment."""
+    """Return CGSP's ray-point errors on a rendered set of one misalignment."""
     folder = rendered_set(condition["rig"], condition["seed"])
     rays = shared_rays(first_points(folder), true_camera(folder).width, rng)
     true = true_grids_of_set(folder, rays.pixels)
@@ -258,7 +258,7 @@ def bracket_trial(condition, rng):
 
 
 def bracket_conditions(effort):
-    """A condition for every misalignment and seed."""
+    """Return a condition for each misalignment and run."""
     return [
         {"offset_mm": offset, "rig": BRACKETS[offset], "seed": seed}
         for offset in OFFSETS_MM[effort]
@@ -267,10 +267,10 @@ def bracket_conditions(effort):
 
 
 def caustic_trial(condition, rng):
-    """Noise-free rays of the fisheye: their scatter after CGSP, and the caustic's own.
+    """Return the scatter of noise-free fisheye rays after CGSP, and the caustic's.
 
-    The caustic's spread is where the true rays cross the plane across them through
-    the point nearest to all, RMS from there.
+    The caustic's spread is the RMS distance, from the point nearest to all true rays,
+    of their crossings with the most nearly perpendicular plane through it.
     """
     rig, step = condition["rig"], condition["step"]
     grids = drawn_grids(rig, step, rng)
@@ -290,5 +290,5 @@ def caustic_trial(condition, rng):
 
 
 def caustic_conditions(effort):
-    """The fisheye; without noise nothing but the poses is drawn."""
+    """Return the fisheye's condition; without noise only the poses are random."""
     return [{"rig": RIGS["fisheye"] + SMALL[effort], "step": STEPS[effort]}]

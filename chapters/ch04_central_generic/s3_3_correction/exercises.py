@@ -1,4 +1,4 @@
-"""What the exercises of this page compare an answer with."""
+"""Expected answers of the exercises on distortion correction."""
 
 import numpy as np
 
@@ -7,14 +7,12 @@ PANORAMA_PX, PANORAMA_DEG = 720, 200.0
 
 
 def stretch_task():
-    """A plane at distance 1 is met at tan(angle); its derivative is 1 / cos^2."""
+    """A ray meets a plane at distance 1 at tan(angle); the derivative is 1 / cos^2."""
     return {
         "expected": lambda: 1 / np.cos(np.radians(AT_DEG)) ** 2,
         "hint": "how does the tangent grow with the angle?",
         "slips": {
-            "That is the stretch across the radius.": lambda: (
-                1 / np.cos(np.radians(AT_DEG))
-            ),
+            "That is the tangential stretch.": lambda: 1 / np.cos(np.radians(AT_DEG)),
             "The plane stretches, it does not shrink.": lambda: (
                 np.cos(np.radians(AT_DEG)) ** 2
             ),
@@ -23,12 +21,14 @@ def stretch_task():
 
 
 def radius_task():
-    """The columns of a cylinder's picture are radius times angle."""
+    """The width of an unwrapped image is radius times angle."""
     return {
         "expected": lambda: PANORAMA_PX / np.radians(PANORAMA_DEG),
-        "hint": "the arc that the picture shows is as long as it is wide",
+        "hint": "the visible arc is as long as the image is wide",
         "slips": {
             "Angles in radians, not degrees.": lambda: PANORAMA_PX / PANORAMA_DEG,
-            "It does not go all the way round.": lambda: PANORAMA_PX / (2 * np.pi),
+            "The image does not show the full circle.": lambda: (
+                PANORAMA_PX / (2 * np.pi)
+            ),
         },
     }

@@ -1,4 +1,4 @@
-"""Figs 4.7 to 4.9: a room corrected, and residuals of a chessboard."""
+"""Figs 4.7 to 4.9: a corrected room, and residuals of a chessboard."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Drawing
 
 KEY_MM = 0.2  # of the arrow that shows the scale
-MOST_GREY = 30.0  # where the colours of a difference end
+MAX_GREY = 30.0  # limit of the colours of a difference
 PANELS = (
     ("(a) omnidirectional, standard", OMNI, "printed"),
     ("(b) omnidirectional, CGSP", OMNI, "cgsp"),
@@ -21,13 +21,13 @@ PANELS = (
     ("(d) fisheye, CGSP", FISH, "cgsp"),
 )
 METHODS = {"printed": "standard, as printed", "cgsp": "CGSP"}
-ROWS = (("frame", "as taken"), ("printed", "standard"), ("cgsp", "CGSP"))
+ROWS = (("frame", "original"), ("printed", "standard"), ("cgsp", "CGSP"))
 FRAMES = 2
 LETTERS = ("ab", "cd", "ef", "gh")  # row by row
 
 
-def _pictures(results, camera, height_in):
-    """Frames as taken, standard, CGSP, and CGSP less standard: four rows of two."""
+def _images(results, camera, height_in):
+    """Draw original frames, standard, CGSP and their difference: four rows of two."""
     result = results["fig_4_7_pictures"]
     drawn, axes = new_figure(len(ROWS) + 1, FRAMES, height_in=height_in)
     rows = []
@@ -49,7 +49,7 @@ def _pictures(results, camera, height_in):
         )
         if printed and cgsp:
             off = difference(printed[0], cgsp[0])
-            shown = panel.imshow(off, cmap="RdBu", vmin=-MOST_GREY, vmax=MOST_GREY)
+            shown = panel.imshow(off, cmap="RdBu", vmin=-MAX_GREY, vmax=MAX_GREY)
             rms = float(np.sqrt(np.nanmean(off**2)))
             panel.set_title(f"({letter}) CGSP − standard, RMS {rms:.1f}")
             rows.append((letter, None, rms))
@@ -62,45 +62,43 @@ def _pictures(results, camera, height_in):
 
 
 def difference(printed, cgsp):
-    """CGSP less standard (H, W), grey levels; NaN where either has no ray (black)."""
+    """Return CGSP minus standard (H, W), grey levels; NaN where either has no ray."""
     both = (printed > 0) & (cgsp > 0)
     return np.where(both, cgsp.astype(float) - printed, np.nan)
 
 
 @figure("fig_4_7", needs=("fig_4_7_pictures",), evidence="rendered")
 def fig_4_7(results):
-    """The mirror's picture of a room, unwrapped by both calibrations."""
-    drawn, data = _pictures(results, OMNI, height_in=7.6)
+    """Draw the mirror camera's image of a room, unwrapped by both calibrations."""
+    drawn, data = _images(results, OMNI, height_in=7.6)
     return Drawing(
         drawn,
         data,
-        "A room in the mirror of the omnidirectional camera, and its "
-        "calibrated part unwrapped on an upright cylinder about the camera's "
-        "centre, with the standard method as printed and adjusted, and with "
-        "CGSP, both at the bench's noise. Black: pixels without a ray. Last row: the "
-        "grey levels of CGSP's picture less those of the standard one's, where both "
-        "have a ray.",
+        "Images of a room by the omnidirectional camera: original, and the calibrated "
+        "part unwrapped on a vertical cylinder about the camera centre, by the "
+        "standard method as printed and adjusted, and by CGSP, at the thesis-matched "
+        "level. Black: pixels without a ray. Last row: grey levels of CGSP minus "
+        "standard, where both have a ray.",
     )
 
 
 @figure("fig_4_8", needs=("fig_4_7_pictures",), evidence="rendered")
 def fig_4_8(results):
-    """The fisheye's picture of a room, made that of a pinhole."""
-    drawn, data = _pictures(results, FISH, height_in=9.0)
+    """Draw the fisheye's image of a room, corrected to a pinhole view."""
+    drawn, data = _images(results, FISH, height_in=9.0)
     return Drawing(
         drawn,
         data,
-        "A room through the fisheye, and its middle 100° as a pinhole would "
-        "show them, with the standard method as printed and adjusted, and "
-        "with CGSP, both at the bench's noise. Black: pixels without a ray. Last "
-        "row: the grey levels of "
-        "CGSP's picture less those of the standard one's.",
+        "Images of a room by the fisheye: original, and the central 100° corrected to "
+        "a pinhole view, by the standard method as printed and adjusted, and by CGSP, "
+        "at the thesis-matched level. Black: pixels without a ray. Last row: grey "
+        "levels of CGSP minus standard.",
     )
 
 
 @figure("fig_4_9", needs=("fig_4_9_boards",), evidence="rendered")
 def fig_4_9(results):
-    """Residual vectors of one board by camera and method."""
+    """Draw residual vectors of one board by camera and method."""
     result = results[BOARDS]
     drawn, axes = new_figure(2, 2, height_in=5.4, sharex=True, sharey=True)
     rows = []
@@ -129,9 +127,9 @@ def fig_4_9(results):
     return Drawing(
         drawn,
         columns(("camera", "method", "x_mm", "y_mm", "dx_mm", "dy_mm"), rows),
-        "Residuals of one chessboard after its view was corrected at the bench's "
-        "noise and carried "
-        f"onto the metric grid, {MAGNIFIED} times as long as they are (in the "
-        "thesis, 15 times); the arrow at the lower left is the key. Each panel "
-        "shows the board that most calibrated rays see, of the first seed.",
+        "Residual vectors of one chessboard after distortion correction and a "
+        f"homography to the metric grid, enlarged {MAGNIFIED} times (in the thesis, 15 "
+        "times), at the thesis-matched level. The arrow at the lower left is the "
+        "scale. Each panel shows the board of the first run with most calibrated "
+        "rays.",
     )

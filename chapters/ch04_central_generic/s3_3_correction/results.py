@@ -1,4 +1,4 @@
-"""What the correction experiments left in one reading, and the prose."""
+"""Results of section 4.3.2b in one interpretation, and the numbers of the text."""
 
 import numpy as np
 
@@ -19,59 +19,38 @@ READINGS = {
 
 
 class Corrected(Case):
-    """Trials of one experiment in one reading, at the noise that trials call so."""
+    """Trials of one experiment in one interpretation, at one noise level."""
 
     def __init__(self, result, options=None, noise=BENCH):
         super().__init__(READINGS, options)
         self.result, self.noise = result, noise
 
     def of(self, camera, name):
-        """A value of every trial of a camera, (trials,)."""
+        """Return a value of each trial of a camera, (trials,)."""
         return self.result.select(camera=camera).column(f"{self.noise}.{name}")
 
     def both(self, camera, name):
-        """A value of the standard method and of CGSP, (2, trials)."""
+        """Return a value of the standard method and of CGSP, (2, trials)."""
         methods = self["standard_method"], "cgsp"
         return np.array([self.of(camera, f"{m}.{name}") for m in methods])
 
     def ratio(self, camera, name):
-        """Standard over CGSP, (trials,); a failed standard run counts as the worst."""
+        """Return standard over CGSP, (trials,); a failed standard run is the worst."""
         standard, cgsp = self.both(camera, name)
         return with_worst(standard) / cgsp
 
 
 def name_values(open_results):
-    """Name the numbers of the prose: medians of the trials that have a value."""
+    """Name the numbers that the text quotes: medians of the trials with a value."""
     boards, lines = open_results(BOARDS), open_results(LINES)
-    wanted = [
-        *(
-            (f"{short}.{method}.{name}", result, camera, f"{method}.{key}")
-            for short, camera in (("omni", OMNI), ("fish", FISH))
-            for method in NAMES
-            for name, result, key in (
-                ("mean", boards, "mean_mm"),
-                ("worst", lines, "worst_share"),
-            )
-        ),
-        *(
-            (f"{name}.{method}", result, camera, f"{method}.{key}")
-            for name, result, camera, key in (
-                ("seam", boards, OMNI, "seam_ratio"),
-                ("skew", boards, FISH, "skew_spearman"),
-                ("vertical", lines, OMNI, "vertical_deg"),
-            )
-            for method in ("printed", "cgsp")
-        ),
-    ]
-    found = {
-        "omni.boards": int(boards.select(camera=OMNI).column("boards_found").sum()),
-        "fish.boards": int(boards.select(camera=FISH).column("boards_found").sum()),
-        "trials": lines.trials_per_condition,
-    }
-    for name, result, camera, key in wanted:
-        percent = 100 if name.endswith(".worst") else 1
-        for prefix, noise in (("", BENCH), ("lab.", "laboratory")):
-            trials = Corrected(result, noise=noise).of(camera, key)
-            found[prefix + name] = percent * np.nanmedian(trials)
-    for name, number in found.items():
-        value(name, number)
+
+    def median(result, noise, camera, name):
+        return np.nanmedian(Corrected(result, noise=noise).of(camera, name))
+
+    cameras = {"omni": OMNI, "fish": FISH}
+    for short, camera in cameras.items():
+        for method in ("printed", "cgsp"):
+            mean = median(boards, "laboratory", camera, f"{method}.mean_mm")
+            value(f"lab.{short}.{method}.mean", mean)
+        worst = median(lines, BENCH, camera, "cgsp.worst_share")
+        value(f"{short}.cgsp.worst", 100 * worst)

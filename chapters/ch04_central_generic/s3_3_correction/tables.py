@@ -1,4 +1,4 @@
-"""Table 4.4, beside what the thesis printed."""
+"""Table 4.4."""
 
 from itertools import product
 
@@ -14,21 +14,21 @@ from chapters.shared.central_sets import FISH, OMNI
 from repro.run.experiment import table
 from repro.run.outcomes import Measured, Table
 
-NOISES = {"bench": BENCH, "laboratory": "laboratory"}
+NOISES = {"thesis-matched": BENCH, "low-noise": "laboratory"}
 COLUMNS = {
     "Omnidirectional, mean (mm)": (OMNI, "mean"),
     "Omnidirectional, SD (mm)": (OMNI, "sd"),
     "Fisheye, mean (mm)": (FISH, "mean"),
     "Fisheye, SD (mm)": (FISH, "sd"),
 }
-# What the ledger's ids call cameras, and the methods that the thesis has.
+# Cameras, and methods of the thesis, in the ids of the registry.
 PRINTED_CAMERAS = {OMNI: "omni", FISH: "fish"}
 PRINTED_METHODS = {"printed": "std", "cgsp": "cgsp"}
 
 
 @table("table_4_4", needs=("fig_4_9_boards",), evidence="rendered")
 def table_4_4(results):
-    """Residual statistics of both cameras by method."""
+    """Tabulate residual statistics of both cameras by method."""
     rows = list(product(NOISES.items(), NAMES))
     cells = {
         title: [
@@ -48,15 +48,14 @@ def table_4_4(results):
     }
     return Table(
         {
-            "Noise": [words for (words, _), _ in rows],
+            "Noise level": [words for (words, _), _ in rows],
             "Method": [NAMES[m] for _, m in rows],
             **cells,
         },
-        "Residuals of chessboards after correction: median of the rendered "
-        "seeds, with the smallest and the largest. A board is cut with the "
-        "plane across its rays and carried onto the metric grid by a "
-        "homography. The grids that calibrated were decoded with errors as large as "
-        "the bench's, or with the laboratory's own.",
+        "Residuals of chessboards after distortion correction: median, smallest and "
+        "largest value of the rendered runs. The rays are intersected with the plane "
+        "most nearly perpendicular to them, and a homography maps the points to the "
+        "metric grid. The noise level is that of the decoded calibration grids.",
         printed=printed,
     )
 

@@ -1,4 +1,4 @@
-"""The claims about Fig. 4.10, tested as the ledger words them, and its settings."""
+"""The claims about Fig. 4.10, tested as the registry words them, and its settings."""
 
 from chapters.ch04_central_generic.s3_4_motion.results import (
     MIN_GAIN,

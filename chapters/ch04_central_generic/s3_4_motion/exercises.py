@@ -1,28 +1,27 @@
-"""What the exercises of the page on motion compare an answer with."""
+"""Expected answers of the exercises on motion."""
 
 import numpy as np
 
 SHIFT_MM, AWAY_MM = 20.0, 300.0
-STEPS, STEP_ERROR_DEG = 11, 0.1
 
 
 def freedom_task():
-    """Three numbers of the rotation, and two of the direction of t: its length does
-    not show."""
+    """Three parameters of the rotation, and two of the direction of t: rays do not
+    determine its length."""
     return {
         "expected": lambda: 5,
-        "hint": "how long is t, as far as the rays tell?",
+        "hint": "do the rays determine the length of t?",
         "slips": {
-            "The length of t does not show in rays.": lambda: 6,
-            "That is the number of entries but for their scale.": lambda: 8,
+            "Rays do not determine the length of t.": lambda: 6,
+            "That is the number of entries of E up to scale.": lambda: 8,
         },
     }
 
 
 def parallax_task():
-    """The shift is across the line of sight: its tangent is 20 over 300."""
+    """The motion is perpendicular to the line of sight: the tangent is 20 / 300."""
     return {
         "expected": lambda: np.degrees(np.arctan(SHIFT_MM / AWAY_MM)),
-        "hint": "draw the triangle of camera and both places of the point",
+        "hint": "draw the triangle of the camera and both positions of the point",
         "slips": {"That is in radians.": lambda: np.arctan(SHIFT_MM / AWAY_MM)},
     }

@@ -1,11 +1,11 @@
-"""Fig. 4.10: the motion of the stage, found again from rays."""
+"""Fig. 4.10: the motion of the stage, reconstructed from rays."""
 
 import numpy as np
 
 from chapters.ch04_central_generic.s3_4_motion.results import (
-    DRAWN,
     METHODS,
     NAMES,
+    QUOTED_DETECTOR,
     SCALE,
     trials_of,
 )
@@ -26,14 +26,16 @@ EXACT = 1e-9
 
 
 def drawn_arrays(result, motion, method, name):
-    """One array of the first rendered seed, by CELECT."""
-    return result.arrays(f"{BENCH}.{motion}.{DRAWN}.{method}.{name}", seed=0)[0]
+    """Return one array of the first rendered run, corners by CELECT."""
+    return result.arrays(f"{BENCH}.{motion}.{QUOTED_DETECTOR}.{method}.{name}", seed=0)[
+        0
+    ]
 
 
 def path_of(shifts, across):
-    """Places (steps + 1, 2) after each step, mm: along the mean, and aside.
+    """Return positions (steps + 1, 2) after each step, mm: along the mean, lateral.
 
-    Along the mean step its differences are drawn SCALE times; aside all is as found.
+    Deviations along the mean step are enlarged SCALE times; lateral ones are not.
     """
     mean = shifts.mean(axis=0)
     ahead = mean / np.linalg.norm(mean)
@@ -43,7 +45,7 @@ def path_of(shifts, across):
 
 
 def widest(every):
-    """The unit vector at right angles to the motion with most deviation."""
+    """Return the unit vector perpendicular to the motion with most deviation."""
     off = np.concatenate([s - s.mean(axis=0) for s in every])
     mean = np.mean([s.mean(axis=0) for s in every], axis=0)
     ahead = mean / np.linalg.norm(mean)
@@ -53,7 +55,7 @@ def widest(every):
 
 @figure("fig_4_10", needs=("fig_4_10_rendered",), evidence="rendered")
 def fig_4_10(results):
-    """(a) the translation, deviations times four; (b) the rotation."""
+    """Draw (a) the translation, deviations enlarged; (b) the rotation."""
     result = results["fig_4_10_rendered"]
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
     shifts = {
@@ -71,32 +73,33 @@ def fig_4_10(results):
         right.plot(stage, off, **look_of(NAMES[method]))
         rows += [("a", method, *place) for place in path]
         rows += [("b", method, *pair) for pair in zip(stage, off, strict=True)]
-        beside = shifts[method] - shifts[method].mean(axis=0)
-        judged = trials_of(result, "translation", "deviation_mm", method, DRAWN)[0]
-        gaps.append(abs(np.sqrt(np.mean(np.sum(beside**2, axis=1))) - judged))
+        lateral = shifts[method] - shifts[method].mean(axis=0)
+        judged = trials_of(
+            result, "translation", "deviation_mm", method, QUOTED_DETECTOR
+        )[0]
+        gaps.append(abs(np.sqrt(np.mean(np.sum(lateral**2, axis=1))) - judged))
     for panel in (left, right):
         panel.axhline(0, color=INK, lw=0.8)
     left.set(
         xlabel=f"Along the mean step, deviations × {SCALE} (mm)",
-        ylabel="Aside of the mean step (mm)",
+        ylabel="Lateral deviation (mm)",
         title="(a)",
     )
     left.set_xticks(STEP_MM * np.arange(STEPS["translation"] + 1))
     right.set(
-        xlabel="Turn of the stage (deg)",
-        ylabel="Turn found less that of the stage (deg)",
+        xlabel="Rotation of the stage (deg)",
+        ylabel="Error of the rotation (deg)",
         title="(b)",
     )
     drawn.legend(loc="outside lower center", ncols=3)
     return Drawing(
         drawn,
         columns(("panel", "method", "x", "y"), rows),
-        "Motion of the stage found from the rays of three calibrations at the "
-        "bench's noise, of one seed of rendered pictures, corners by CELECT: (a) the "
-        f"translation in steps of {STEP_MM:g} mm: how far it goes aside, in mm as "
-        "found, and along the mean step, where its deviations are drawn "
-        f"{SCALE} times as long; (b) the rotation, as its difference from "
-        "that of the stage, after each step of 10°.",
+        "Motion of the stage reconstructed from the rays of three calibrations, one "
+        "rendered run at the thesis-matched level, corners by CELECT: (a) translation "
+        f"in steps of {STEP_MM:g} mm, lateral position against position along the mean "
+        f"step, where deviations are enlarged {SCALE} times; (b) error of the "
+        "accumulated rotation after each step of 10°.",
         Check(
             bool(max(gaps) < EXACT),
             "the drawn steps have the deviations that the claims judge, to "

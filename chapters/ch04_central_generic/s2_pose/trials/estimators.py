@@ -24,16 +24,16 @@ NAMES = {
     "cgsp_ransac": "CGSP + RANSAC",
     "angular": "CGSP + RANSAC, angles refined",
 }
-# The standard method's pose by the reading `standard_pose`.
+# The standard method's pose by the question `standard_pose`.
 STANDARD = {"refined": "standard", "as it comes out": "three_points"}
 
 
 def all_estimates(directions, points, rng, threshold, metric="ray-point"):
-    """{estimator: pose (4, 4), or the code of the error that left none}.
+    """Return {estimator: pose (4, 4), or the code of its error}.
 
     directions: (N, 3) rays of one origin; points: (N, 2); threshold: of both
-    kinds of RANSAC, mm for metric "ray-point", radians for "angle". What is
-    refined goes on from what is not.
+    kinds of RANSAC, mm for metric "ray-point", radians for "angle". Refined
+    estimators start from the unrefined ones.
     """
     given = directions, points
     ransac = *given, rng, threshold
@@ -64,9 +64,9 @@ def all_estimates(directions, points, rng, threshold, metric="ray-point"):
 
 
 def by_distances(directions, points, found, threshold, metric):
-    """A pose with the ray-point distances (4.18) of its inliers minimised.
+    """Return a pose with the ray-point distances (4.18) of its inliers minimised.
 
-    Until the inliers no longer change, as the linear re-estimation goes on.
+    Repeats until the inliers no longer change, as the linear re-estimation does.
     """
     T, right = found.T_camera_grid, found.inliers
     for _ in range(ROUNDS):
@@ -80,20 +80,20 @@ def by_distances(directions, points, found, threshold, metric):
 
 
 def by_angles(directions, points, found):
-    """A pose with the angles to its inliers minimised."""
+    """Return a pose with the angles to its inliers minimised."""
     right = found.inliers
     return refine_pose_angular(directions[right], points[right], found.T_camera_grid)
 
 
 def scored(found, true):
-    """Errors of a pose, or the reason why there is none."""
+    """Return errors of a pose, or the reason why there is none."""
     if isinstance(found, str):
         return {"failed": found}
     return errors_of(found, true)
 
 
 def errors_of(found, true):
-    """Angle of R_true^-1 R (deg), and length of the difference of shifts (mm)."""
+    """Return the angle of R_true^-1 R (deg) and the translation error (mm)."""
     turn = angle_between_rotations(true[:3, :3], found[:3, :3])
     return {
         "rotation_deg": np.degrees(turn),

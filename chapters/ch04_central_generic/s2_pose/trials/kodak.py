@@ -1,4 +1,4 @@
-"""Table 4.1: two poses of an active grid before a calibrated perspective camera."""
+"""Table 4.1: two poses of an active grid and a calibrated perspective camera."""
 
 from functools import partial
 
@@ -45,12 +45,12 @@ KODAK_SETS = {
 KODAK_RIGS = ("data/rigs/kodak-megaplus.yaml", "data/rigs/kodak-megaplus-small.yaml")
 SCENES = {"quick": 4, "full": 60}
 PAIRS = 20_000
-PUT_IN = "0.3 %"
-TABULATED = ("bench", "laboratory")  # noises
-OUTLIERS = {"as decoded": 0.0, PUT_IN: 0.003}
+ADDED_OUTLIERS = "0.3 %"
+TABULATED = ("bench", "laboratory")  # noise levels
+OUTLIERS = {"as decoded": 0.0, ADDED_OUTLIERS: 0.003}
 THRESHOLD_MM = 1.0
 SCANNED_MM, SCAN_SD_MM = 40.0, 0.1
-STEP = 5  # px between neighbours of the lattice that scenes are redrawn on
+STEP = 5  # px between neighbours of the lattice of redrawn scenes
 PERIODS = 8, 8  # of the sines, across the monitor
 SETTINGS = {
     "pairs_per_pose": PAIRS,
@@ -61,7 +61,7 @@ SETTINGS = {
 
 
 def with_outliers(points, share, size_mm, rng):
-    """Points (N, 2) of which a share lies anywhere on the monitor."""
+    """Return points (N, 2), a share of them moved anywhere on the monitor."""
     count = round(share * len(points))
     wrong = rng.choice(len(points), count, replace=False)
     points = points.copy()
@@ -70,7 +70,7 @@ def with_outliers(points, share, size_mm, rng):
 
 
 def scanned(T, size_mm, rng):
-    """The pose of a monitor at T that a laser scanner measures."""
+    """Return the pose of a monitor at T as measured by a laser scanner."""
     x, y = (np.arange(SCANNED_MM / 2, s, SCANNED_MM) for s in size_mm)
     flat = on_plane(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
     noise = SCAN_SD_MM * rng.standard_normal(flat.shape)
@@ -78,22 +78,22 @@ def scanned(T, size_mm, rng):
 
 
 def errors_at_noises(camera, decoded, true_points, true, step, size_mm, rng):
-    """{noise: `relative_errors`} with the laboratory's errors and the bench's.
+    """Return {noise: `relative_errors`} at all noise levels.
 
-    decoded, true_points: (2, h, w, 2) mm, of every step-th pixel each way; true: (2, 4,
-    4) T_camera_grid. What only claims read has their outliers alone.
+    decoded, true_points: (2, h, w, 2) mm, of every step-th pixel in both directions;
+    true: (2, 4, 4) T_camera_grid. Levels used only by claims have their outliers alone.
     """
     out = {}
     for name, noise in (NOISES | SWEPT_NOISES).items():
         seen = noise.points(decoded, true_points, rng)
         pairs = [chosen_pairs(camera, location, step, rng) for location in seen]
-        outliers = OUTLIERS if name in TABULATED else [PUT_IN]
+        outliers = OUTLIERS if name in TABULATED else [ADDED_OUTLIERS]
         out[name] = relative_errors(pairs, true, size_mm, rng, outliers)
     return out
 
 
 def relative_errors(pairs, true, size_mm, rng, outliers=tuple(OUTLIERS)):
-    """Errors of the second pose relative to the first, by every estimator.
+    """Return errors of the second pose relative to the first, by every estimator.
 
     pairs: ((rays (N, 3), points (N, 2)), ...) of both poses; true: (2, 4, 4);
     outliers: which of OUTLIERS.
@@ -116,20 +116,20 @@ def relative_errors(pairs, true, size_mm, rng, outliers=tuple(OUTLIERS)):
 
 
 def relative(first, second, truth):
-    """Errors of a pair of poses, or the reason why one is missing."""
+    """Return errors of a pair of poses, or the reason why one is missing."""
     missing = [pose for pose in (first, second) if isinstance(pose, str)]
     return scored(missing[0] if missing else inverse_pose(first) @ second, truth)
 
 
 def calibrated_camera(rig, seed):
-    """Zhang's calibration from the rendered boards of one seed."""
+    """Return Zhang's calibration from the rendered boards of one run."""
     boards = load_set(rendered_set(rig, seed))
     found = detect_boards(boards, say=lambda line: None)
     return calibrate_zhang(board_views(boards, found), boards.width, boards.height)
 
 
 def rendered_trial(condition, rng):
-    """One seed from pictures to errors, and what its decoding was like."""
+    """Return the errors of a rendered run, and statistics of its decoding."""
     calibration = calibrated_camera(condition["boards"], condition["seed"])
     camera = calibration.camera
     folder = rendered_set(condition["grid"], condition["seed"])
@@ -159,9 +159,9 @@ def rendered_trial(condition, rng):
 
 
 def chosen_pairs(camera, location, step, rng):
-    """(rays (N, 3), points (N, 2)) of up to PAIRS pixels that have a point.
+    """Return (rays (N, 3), points (N, 2)) of up to PAIRS pixels that have a point.
 
-    location: (h, w, 2), of every step-th pixel each way (`lattice_rays`).
+    location: (h, w, 2), of every step-th pixel in both directions (`lattice_rays`).
     """
     v, u = np.nonzero(np.isfinite(location).all(axis=2))
     keep = rng.permutation(len(u))[:PAIRS]
@@ -172,7 +172,7 @@ def chosen_pairs(camera, location, step, rng):
 
 @experiment("table_4_1_rendered", artefact="table_4_1", rendered=KODAK_SETS)
 def rendered_seeds(effort):
-    """Seeds that go from pictures to numbers."""
+    """Plan rendered runs, from images to errors."""
     conditions = crossed(
         grid=[GRID[effort]], boards=[BOARDS[effort]], seed=SEEDS[effort]
     )
@@ -180,7 +180,7 @@ def rendered_seeds(effort):
 
 
 def redrawn_trial(condition, rng, rig_name, seeds):
-    """A scene with the camera and the decoding errors of a rendered seed."""
+    """Return the errors of a scene with the decoding errors of a rendered run."""
     rig = rig_named(rig_name)
     camera, errors = seeds[rng.integers(len(seeds))]
     size_mm = np.array(rig.target.monitor_mm)
@@ -193,7 +193,7 @@ def redrawn_trial(condition, rng, rig_name, seeds):
 
 
 def measured_seeds(results, effort):
-    """(calibrated camera, decoding errors) of every rendered seed."""
+    """Return (calibrated camera, decoding errors) of every rendered run."""
     rendered = results["table_4_1_rendered"]
     rig = rig_named(GRID[effort])
     seeds = []
@@ -213,7 +213,7 @@ def measured_seeds(results, effort):
     needs=("table_4_1_rendered",),
 )
 def redrawn_seeds(effort, results):
-    """Scenes with the decoding errors of the rendered ones."""
+    """Plan scenes with the decoding errors of the rendered ones."""
     trial = partial(
         redrawn_trial, rig_name=GRID[effort], seeds=measured_seeds(results, effort)
     )

@@ -1,7 +1,7 @@
-"""Section 4.2.2's simulation: a further grid before rays that are known.
+"""The simulation of section 4.2.2: a further grid and known rays.
 
-Planes at a tilt to that of (4.24), samples of three points and four, the systems that a
-pose takes, and the case of Fig. 4.3.
+Planes tilted against that of (4.24), samples of three and four points, the number of
+systems that a pose solves, and the case of Fig. 4.3.
 """
 
 from contextlib import ExitStack, contextmanager
@@ -52,28 +52,28 @@ TRIALS = {"quick": 5, "full": 100}
 
 
 def normalised(vectors):
-    """Vectors (..., 3) at length one."""
+    """Return vectors (..., 3) of unit length."""
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def moved(T, shift):
-    """A pose (4, 4) seen from an origin elsewhere: its shift grows."""
+    """Return a pose (4, 4) in a frame with another origin."""
     return pose(T[:3, :3], T[:3, 3] + shift)
 
 
-# How RANSAC compares a ray and a point, by the reading `pose_threshold`.
+# How RANSAC compares a ray and a point, by the question `pose_threshold`.
 METRICS = {"length": "ray-point", "angle": "angle"}
 
 
 def threshold(camera, noise, domain, unit):
-    """RANSAC's threshold: a ray-point distance 600 mm away, or its angle."""
+    """Return RANSAC's threshold: a ray-point distance at 600 mm, or its angle."""
     away = np.linalg.norm(CENTRE_MM)
     length = WIDE * noise * (away / camera.K[0, 0] if domain == "px" else 1)
     return length if unit == "length" else length / away
 
 
 def rays_and_points(scene, rays):
-    """Rays (N, 3) that were calibrated before, and their points on a grid.
+    """Return rays (N, 3) calibrated before, and their points on a grid.
 
     Frame: the base grid's axes, from the camera's centre.
     """
@@ -83,7 +83,7 @@ def rays_and_points(scene, rays):
 
 
 def points_on_grid(T_camera_grid, half_mm, camera, noise, rng):
-    """Rays (N, 3) of noisy pixels and the points (N, 2) that they see."""
+    """Return rays (N, 3) of noisy pixels and the points (N, 2) that they see."""
     points = np.empty((0, 2))
     while len(points) < POINTS:
         drawn = rng.uniform(-half_mm, half_mm, (2 * POINTS, 2))
@@ -98,7 +98,7 @@ def points_on_grid(T_camera_grid, half_mm, camera, noise, rng):
 
 
 def size_trial(condition, rng):
-    """Errors on a grid of one size and distance, and on the smaller, farther."""
+    """Return errors on a grid, and on one half as large at twice the distance."""
     camera = radial_lens()
     T = draw_poses(rng, 2)[1]
     out = {}
@@ -119,7 +119,7 @@ def size_trial(condition, rng):
 
 @experiment("exp_c4_real_larger", artefact="fig_4_4")
 def real_larger(effort):
-    """The same grids, and half as large at twice the distance."""
+    """Plan grids as simulated, and half as large at twice the distance."""
     settings = {"sizes": SIZES, "noise_px": SIZE_NOISE, "points": POINTS}
     return Plan(size_trial, [{}], TRIALS[effort], settings)
 
@@ -130,16 +130,16 @@ PLANE_TRIALS = {"quick": 5, "full": 100}
 
 
 def tilted(normal, rng):
-    """Normals (tilts, 3), turned from one about an axis at random."""
+    """Return normals (tilts, 3), rotated from one about a random axis."""
     axis = normalised(np.cross(normal, rng.standard_normal(3)))
     return rotation_from_vector(np.radians(TILTS_DEG)[:, None] * axis) @ normal
 
 
 def plane_trial(condition, rng):
-    """Errors of the linear pose on planes of every tilt, one scene.
+    """Return errors of the linear pose on planes of every tilt, one scene.
 
     `common`: with the rays that all planes see; `own`: with those that each
-    one sees.
+    plane sees.
     """
     scene = draw_scene(radial_lens(), condition["noise"], rng, grids=2)
     directions, points = rays_and_points(scene, "measured on the base grid")
@@ -158,7 +158,7 @@ def plane_trial(condition, rng):
 
 @experiments({"exp_c4_plane_orientation": "fig_4_3", "exp_c4_plane_free": "fig_4_3"})
 def plane_orientation(effort, identifier):
-    """Pose errors on planes tilted against the one of (4.24), and without noise."""
+    """Plan pose errors on planes tilted against that of (4.24)."""
     noise = 0.0 if identifier == "exp_c4_plane_free" else NOISE_PX
     settings = SETTINGS | {"tilts_deg": TILTS_DEG}
     return Plan(plane_trial, [{"noise": noise}], PLANE_TRIALS[effort], settings)
@@ -176,14 +176,14 @@ APART = {
 
 
 def draw_triples(pixels, kind, rng):
-    """Indices (DRAWS, 3) of points whose pixels are so far apart."""
+    """Return indices (DRAWS, 3) of points with pixel distances of one kind."""
     low, high = (share * SIZE_PX for share in APART[kind])
     found = np.empty((0, 3), int)
     while len(found) < DRAWS:
         first = rng.integers(0, len(pixels), 200)
         gap = np.linalg.norm(pixels[first, None] - pixels, axis=2)
         near = (gap >= low) & (gap <= high) & (gap > 0)
-        # Two more of those that are as far from the first as is asked for.
+        # Two more at the required distance from the first.
         chance = np.where(near, rng.random(gap.shape), -1.0)
         others = np.argsort(-chance, axis=1)[:, :2]
         picks = np.column_stack([first, others])
@@ -195,14 +195,14 @@ def draw_triples(pixels, kind, rng):
 
 
 def further_grid(rng):
-    """Rays, points, true pose and pixels of one noisy scene."""
+    """Return rays, points, true pose and pixels of one noisy scene."""
     scene = draw_scene(radial_lens(), NOISE_PX, rng, grids=2)
     rays, points = rays_and_points(scene, "measured on the base grid")
     return rays, points, moved(scene.T_base_grid[1], -CENTRE_MM), scene.pixels
 
 
 def count_trial(condition, rng):
-    """How many triples of every kind have no pose, in one scene."""
+    """Return the number of triples of every kind without a pose, one scene."""
     rays, points, _, pixels = further_grid(rng)
     out = {}
     for kind in APART:
@@ -213,10 +213,10 @@ def count_trial(condition, rng):
 
 
 def error_trial(condition, rng):
-    """Errors of the poses of triples of every kind, medians in one scene.
+    """Return errors of the poses of triples of every kind, medians in one scene.
 
-    Of a triple's solutions the least of either error; triples without a
-    solution count as the worst.
+    Either error is the smallest of a triple's solutions; triples without a solution
+    count as the worst.
     """
     rays, points, true, pixels = further_grid(rng)
     out = {}
@@ -232,10 +232,10 @@ def error_trial(condition, rng):
 
 
 def four_trial(condition, rng):
-    """Samples of four points of one scene: how many give a finite pose.
+    """Return how many samples of four points of one scene give a finite pose.
 
-    On the plane of (4.24), and on one that all four rays meet; with the
-    medians of the latter's errors.
+    For the plane of (4.24) and for one that all four rays meet, with the medians of
+    the latter's errors.
     """
     rays, points, true, _ = further_grid(rng)
     planes = {"of_4_24": synthetic_plane_normal, "facing": facing_plane_normal}
@@ -267,19 +267,19 @@ SETTINGS_HERE = SETTINGS | {
 
 @experiment("exp_c4_3pt_sensitive", artefact="sec_4_2")
 def sensitive(effort):
-    """Errors of three points near to each other, and far apart."""
+    """Plan errors of three points close together and far apart."""
     return Plan(error_trial, [{}], SCENES[effort], SETTINGS_HERE)
 
 
 @experiment("exp_c4_3pt_no_solution", artefact="sec_4_2")
 def no_solution(effort):
-    """How often three noisy points have no pose at all."""
+    """Plan how often three noisy points have no pose."""
     return Plan(count_trial, [{}], SCENES[effort], SETTINGS_HERE)
 
 
 @experiment("exp_c4_linear_always", artefact="sec_4_2")
 def linear_always(effort):
-    """How often four noisy points have a linear pose."""
+    """Plan how often four noisy points have a linear pose."""
     return Plan(four_trial, [{}], SCENES[effort], SETTINGS_HERE)
 
 
@@ -290,7 +290,7 @@ METRIC = "ray-point"
 
 @contextmanager
 def counted():
-    """A list that gets (solver, shape) of all that numpy solves in this context.
+    """Yield a list that collects (solver, shape) of all systems that numpy solves.
 
     The shape is that of the matrices: (rows, columns), or (stack, rows, columns).
     """
@@ -312,7 +312,7 @@ def counted():
 
 
 def solves_trial(condition, rng):
-    """What the linear pose and the standard one solve in one noisy scene.
+    """Return the systems that the linear and the standard pose solve in one scene.
 
     linear.calls: all calls of solvers; linear.systems: those on a matrix with a row for
     each point. three_points.polynomials: of RANSAC's samples. refined.systems: steps of
@@ -344,7 +344,7 @@ def solves_trial(condition, rng):
 
 @experiment("exp_c4_pose_linear_fast", artefact="sec_4_2")
 def pose_solves(effort):
-    """Systems that the linear pose and the standard one solve, few points and many."""
+    """Plan the systems that both poses solve, with few and many points."""
     conditions = [{"points": count} for count in COUNTED_POINTS]
     return Plan(
         solves_trial, conditions, SCENES[effort], SETTINGS | {"noise_px": NOISE_PX}
@@ -358,14 +358,14 @@ PLANE_MM = 260.0  # from the centre to the synthetic plane
 
 
 def lattice():
-    """Points (N, 2) of the drawn grid, its middle at the origin."""
+    """Return points (N, 2) of the drawn grid, centred at the origin."""
     x = PITCH_MM * (np.arange(COLUMNS) - (COLUMNS - 1) / 2)
     y = PITCH_MM * (np.arange(ROWS) - (ROWS - 1) / 2)
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
 
 def case_trial(condition, rng):
-    """Points, rays, synthetic plane and image of one case, and its pose."""
+    """Return points, rays, synthetic plane, image and pose of one case."""
     true = pose(rotation_from_vector(np.radians(TURN_DEG)), SHIFT_MM)
     points = lattice()
     there = transform(true, on_plane(points))
@@ -385,5 +385,5 @@ def case_trial(condition, rng):
 
 @experiment("fig_4_3_case", artefact="fig_4_3")
 def drawn_case(effort):
-    """One grid, its image on the synthetic plane, and the pose from it."""
+    """Plan one grid, its image on the synthetic plane, and its pose."""
     return Plan(case_trial, [{}], 1, {"shift_mm": SHIFT_MM, "turn_deg": TURN_DEG})

@@ -28,16 +28,17 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan
 from repro.run.rendered import rendered_set
 
-FEWEST = 12  # corners with a ray
+MIN_CORNERS = 12  # corners with a ray
 COLUMNS_OF_SEAM = 2
 QUINTILES = 5
 FIELDS = ("x_mm", "y_mm", "dx_mm", "dy_mm", "angle_deg", "radial_mm", "seam")
 
 
 def cut_across(directions):
-    """Where rays (N, 3) meet the plane across them, (N, 2), and angles (N,) to it.
+    """Return crossings (N, 2) of rays with their perpendicular plane, and angles (N,).
 
-    The plane at distance 1 whose normal is that of (4.24). NaN behind it.
+    directions: (N, 3). The plane is at distance 1, with the normal of (4.24). NaN
+    behind it.
     """
     normal = synthetic_plane_normal(directions)
     across = np.linalg.svd(normal[None])[2][1:]
@@ -49,15 +50,15 @@ def cut_across(directions):
 
 
 def corner_residuals(found, lattice, view, scale):
-    """Rows FIELDS of a board's corners that have a ray, or None.
+    """Return rows FIELDS of a board's corners that have a ray, or None.
 
-    view: BoardView, mm; scale: of its picture's pixels to the calibration's.
-    The homography goes from the corrected view to the metric grid, so that
-    residuals are mm on the board.
+    view: BoardView, mm; scale: from its image's pixels to the calibration's.
+    The homography maps the corrected view to the metric grid, so that residuals
+    are in mm on the board.
     """
     places = lattice.places((view.pixels + 0.5) * scale - 0.5)
     rays = found.camera.rays(places)
-    if np.count_nonzero(rays.valid) < FEWEST:
+    if np.count_nonzero(rays.valid) < MIN_CORNERS:
         return None
     metric = np.asarray(view.points, float)
     image, angle = cut_across(rays.directions[rays.valid])
@@ -72,7 +73,7 @@ def corner_residuals(found, lattice, view, scale):
 
 
 def beside_seam(sources, places, view):
-    """Corners (N,) within two columns of one that other grids calibrated."""
+    """Return corners (N,) within two columns of one calibrated by other grids."""
     height, width = sources.shape
     u, v = np.round(places).astype(int).T
     bits = sources[np.clip(v, 0, height - 1), np.clip(u, 0, width - 1)]
@@ -86,7 +87,7 @@ def beside_seam(sources, places, view):
 
 
 def statistics(rows):
-    """Mean and SD of residual lengths, and what the claims ask of the fields."""
+    """Return mean and SD of residual lengths, and the measures of the claims."""
     lengths = np.hypot(rows[:, 2], rows[:, 3])
     seam = rows[:, 6] > 0
     out = {
@@ -103,7 +104,7 @@ def statistics(rows):
 
 
 def radial_bias(rows, lengths):
-    """Largest mean radial residual of a quintile of radius, over the RMS."""
+    """Return the largest mean radial residual of a radius quintile, over the RMS."""
     radius = np.hypot(*(rows[:, :2] - rows[:, :2].mean(axis=0)).T)
     order = np.argsort(radius)
     means = [part.mean() for part in np.array_split(rows[order, 5], QUINTILES)]
@@ -111,12 +112,12 @@ def radial_bias(rows, lengths):
 
 
 def spearman(a, b):
-    """Rank correlation; ties are rare in measured numbers."""
+    """Return the rank correlation; ties are rare in measured numbers."""
     return float(np.corrcoef(*(np.argsort(np.argsort(v)) for v in (a, b)))[0, 1])
 
 
 def seed_trial(condition, rng):
-    """One rendered seed end to end: residuals of every board, by method."""
+    """Return residuals of all boards of a rendered run, by method."""
     rig, seed = condition["rig"], condition["seed"]
     grids = rendered_set(rig, seed)
     boards = load_set(rendered_set(boards_of(rig), seed))
@@ -136,7 +137,7 @@ def seed_trial(condition, rng):
 
 
 def by_method(calibrations, lattice, views, scale):
-    """Residuals of all boards by each method that gave a calibration."""
+    """Return residuals of all boards by each method with a calibration."""
     out = {}
     for method, found in calibrations.items():
         if isinstance(found, str):
@@ -154,17 +155,17 @@ def by_method(calibrations, lattice, views, scale):
 
 
 def boards_of(rig):
-    """The rig that photographs the boards of a rig that photographs grids."""
+    """Return the rig that renders the boards for a rig that renders grids."""
     small = SMALL["quick"]
     return rig.removesuffix(small) + "-boards" + small * rig.endswith(small)
 
 
 def largest(fields):
-    """The board with the most corners that have a ray: what Fig. 4.9 draws."""
+    """Return the board with most corners that have a ray, for Fig. 4.9."""
     return max(fields, key=len)
 
 
-# Of the vectors of Fig. 4.9; at the thesis's 15 times nothing would be seen.
+# Of the vectors of Fig. 4.9; at the thesis's factor of 15 they would be invisible.
 MAGNIFIED = 40
 LINES = {"quick": 2, "full": 50}
 LINES_STEP = {"quick": 4, "full": 12}
@@ -172,7 +173,7 @@ LINES_STEP = {"quick": 4, "full": 12}
 
 @experiment("fig_4_9_boards", artefact="fig_4_9", rendered=ALL_SETS, shards={"full": 2})
 def boards(effort):
-    """Every rendered seed of both cameras: chessboards, corrected."""
+    """Plan corrected chessboards of the rendered runs of both cameras."""
     cases = [case | {"step": STEP[effort]} for case in grid_conditions(effort)]
     return Plan(seed_trial, cases, 1, {"step_px": STEP[effort], "magnified": MAGNIFIED})
 
@@ -181,7 +182,7 @@ def boards(effort):
     "fig_4_7_pictures", artefact="fig_4_7", rendered=GRID_SETS, shards={"full": 2}
 )
 def pictures(effort):
-    """Two frames of a room by each camera, as taken and corrected."""
+    """Plan two frames of a room by each camera, original and corrected."""
     cases = [
         {"camera": camera, "rig": name + SMALL[effort], "step": STEP[effort]}
         for camera, name in RIGS.items()
@@ -197,7 +198,7 @@ def pictures(effort):
     needs=("table_4_3_errors",),
 )
 def lines(effort, results):
-    """Redrawn calibrations of both cameras: edges, and the field of view."""
+    """Plan redrawn calibrations of both cameras: edges and field of view."""
     step = LINES_STEP[effort]
     cases = [
         {

@@ -1,8 +1,8 @@
 """Both generic methods on the same decoded grids, and their rays on a lattice (4.3.1).
 
 The standard method adjusts the poses of three grids (centre kept) and places further
-grids by three points and a refinement; CGSP leaves its linear stage as it is, and
-places further grids linearly. Outliers are looked for once, and both get the same
+grids by three points and a refinement. CGSP does not adjust its linear stage, and
+places further grids linearly. Outliers are detected once, and both get the same
 points.
 """
 
@@ -30,18 +30,18 @@ from repro.run.rendered import rendered_set
 
 LINEAR = 3  # grids of the linear stage
 # weight: of the linear stage's points in the rays, against those of further grids;
-# most: points that a further grid is placed by.
+# most: points used for the pose of a further grid.
 PROTOCOL = {"weight": 10.0, "most": 2000}
 ADJUSTED = 2000  # rays that the poses are adjusted on
-# The linear stages by what these trials call them.
-SWEPT_METHODS = ("printed", "cgsp")  # along the sweep of the bench's noise
+# Linear stages by their names in these trials.
+SWEPT_METHODS = ("printed", "cgsp")  # along the sweep of the noise level
 METHODS = {"printed": "as_printed", "conditioned": "well_conditioned", "cgsp": "cgsp"}
 
 
 def without_outliers(points, rng):
-    """points (n, N, 2) with NaN where three grids of the linear stage disagree.
+    """Return points (n, N, 2) with NaN where the grids of the linear stage disagree.
 
-    A grid's points that no homography relates to the base's are wrong ones.
+    Points of a grid that fit no homography to the base grid are outliers.
     """
     first = points[:LINEAR]
     found = linear_cgsp(first, robust="ransac", rng=rng)
@@ -52,9 +52,9 @@ def without_outliers(points, rng):
 
 
 def by_protocol(points, method, rng):
-    """The CentralCalibration of one of METHODS from points (n, N, 2).
+    """Return the CentralCalibration of one of METHODS from points (n, N, 2).
 
-    Raises CalibrationError where the linear stage gives nothing. As printed, it needs
+    Raises CalibrationError where the linear stage fails. As printed, it needs
     rays that see all three grids.
     """
     first = points[:LINEAR]
@@ -93,9 +93,9 @@ ALL_SETS = {
 
 
 class Lattice(NamedTuple):
-    """Every step-th pixel each way of an image, the first at ``step // 2``.
+    """Every step-th pixel of an image in both directions, from ``step // 2``.
 
-    shape: (h, w); pixels: (N, 2), those of its nodes that any grid was seen from.
+    shape: (h, w); pixels: (N, 2), the nodes that see at least one grid.
     """
 
     step: int
@@ -103,11 +103,11 @@ class Lattice(NamedTuple):
     pixels: np.ndarray
 
     def places(self, pixels):
-        """Places (N, 2) on the lattice, its nodes at whole numbers."""
+        """Return lattice positions (N, 2), with nodes at whole numbers."""
         return (np.asarray(pixels, float) - self.step // 2) / self.step
 
     def table(self, values):
-        """Values (N, ...) of the nodes as an array (h, w, ...), NaN elsewhere."""
+        """Return node values (N, ...) as an array (h, w, ...), NaN elsewhere."""
         u, v = self.places(self.pixels).astype(int).T
         table = np.full((*self.shape, *np.shape(values)[1:]), np.nan)
         table[v, u] = values
@@ -115,7 +115,7 @@ class Lattice(NamedTuple):
 
 
 class LatticeRays(NamedTuple):
-    """A method's rays on a lattice, and which grids they came from.
+    """A method's rays on a lattice, and the grids they come from.
 
     camera: GeneralCamera over the lattice's nodes, in the true camera's axes;
     calibration: CentralCalibration; sources (h, w): a bit for every grid used.
@@ -127,7 +127,7 @@ class LatticeRays(NamedTuple):
 
 
 def decoded_points(folder, step, rng, noises=NOISES):
-    """(Lattice, {noise: points (n, N, 2)}) of a rendered set, decoded as anybody's.
+    """Return (Lattice, {noise: points (n, N, 2)}) of a rendered and decoded set.
 
     noises: {name: DecodingNoise}.
     """
@@ -142,15 +142,16 @@ def decoded_points(folder, step, rng, noises=NOISES):
 
 @lru_cache(maxsize=4)
 def true_lattices(rig, seed, step, size_mm):
-    """`true_lattice` of every grid of a rendered set."""
+    """Return `true_lattice` of every grid of a rendered set."""
     folder = rendered_set(rig, seed)
     rays = lattice_rays(true_camera(folder), step)
     return [true_lattice(*rays, T, size_mm) for T in true_poses(folder).values()]
 
 
 def redrawn_points(rig, seed, step, rng, errors, noises, size_mm=(376.9, 301.5)):
-    """As `decoded_points`, of the poses of a rendered set with DecodingErrors drawn
-    again. They are drawn once, and made larger for the bench.
+    """Return the same as `decoded_points`, with redrawn DecodingErrors.
+
+    The errors are drawn once, and scaled for the thesis-matched level.
     """
     decoded, true = [], []
     for points, cosine in true_lattices(rig, seed, step, size_mm):
@@ -160,7 +161,7 @@ def redrawn_points(rig, seed, step, rng, errors, noises, size_mm=(376.9, 301.5))
 
 
 def _at_noises(decoded, true, step, rng, noises):
-    """(Lattice, {noise: points (n, N, 2)}) of tables (n, h, w, 2) of a lattice."""
+    """Return (Lattice, {noise: points (n, N, 2)}) of lattice tables (n, h, w, 2)."""
     shape = decoded[0].shape[:2]
     decoded, true = (
         np.reshape(tables, (len(tables), -1, 2)).astype(float)
@@ -177,10 +178,10 @@ def _at_noises(decoded, true, step, rng, noises):
 
 
 def calibrated(folder, lattice, points, rng, methods=tuple(METHODS)):
-    """{method: LatticeRays, or the code of the error that left none}.
+    """Return {method: LatticeRays, or the code of its error}.
 
-    The rays are turned from the base grid's axes to the camera's, by the true
-    pose of the base grid: only what is shown and where is up hang on it.
+    The true pose of the base grid rotates the rays to the camera's axes. Only the
+    drawn view and the vertical depend on it.
     """
     R_camera_base = next(iter(true_poses(folder).values()))[:3, :3]
     out = {}
@@ -194,7 +195,7 @@ def calibrated(folder, lattice, points, rng, methods=tuple(METHODS)):
 
 
 def on_lattice(lattice, points, found, R_camera_base):
-    """The LatticeRays of a CentralCalibration."""
+    """Return the LatticeRays of a CentralCalibration."""
     table = lattice.table(found.directions @ R_camera_base.T)
     mask = np.isfinite(table[..., 0])
     bits = np.isfinite(points[found.used][..., 0]).T @ (1 << np.array(found.used))

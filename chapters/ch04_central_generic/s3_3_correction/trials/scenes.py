@@ -1,4 +1,4 @@
-"""A room before both cameras: its pictures corrected, its edges made straight."""
+"""A room in front of both cameras: corrected images and straight edges."""
 
 from functools import cache, lru_cache
 
@@ -23,8 +23,8 @@ from raxel.multiview.perspective_view import resample
 from repro.run.rendered import rendered_set
 
 ON_EDGE = 60
-FEWEST = 8  # points of an edge with a ray
-LEAST_SHARE = 0.3  # of an edge's points
+MIN_EDGE_POINTS = 8  # points of an edge with a ray
+MIN_EDGE_SHARE = 0.3  # of an edge's points
 VIEWS = 2  # frames, as in Figs 4.7 and 4.8
 TURNS_DEG = (0.0, 35.0)
 PANORAMA_PX, VIEW_PX = (720, 240), (480, 400)
@@ -34,14 +34,14 @@ LOOKS_UP = np.array([[-1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]])
 
 
 def middle_direction(folder):
-    """Unit direction (3,), camera frame, to the middle of the base grid."""
+    """Return the unit direction (3,), camera frame, to the centre of the base grid."""
     T = next(iter(true_poses(folder).values()))
     middle = T[:3, :3] @ [188.0, 150.0, 0.0] + T[:3, 3]
     return middle / np.linalg.norm(middle)
 
 
 def T_world_camera(camera_name, folder, turn_deg):
-    """The camera in the middle of the room, its grids straight ahead."""
+    """Return the pose of the camera in the middle of the room, its grids ahead."""
     up = LOOKS_UP if camera_name == OMNI else np.eye(3)
     ahead = up @ middle_direction(folder)
     azimuth = np.arctan2(ahead[0], ahead[2]) + np.radians(turn_deg)
@@ -52,7 +52,7 @@ def T_world_camera(camera_name, folder, turn_deg):
 
 @cache
 def edges(upright):
-    """Points (edges, ON_EDGE, 3), world, on the room's straight edges."""
+    """Return points (edges, ON_EDGE, 3), world, on the room's straight edges."""
     ends = room().straight_edges
     run = np.abs(ends[:, 1] - ends[:, 0])
     if upright:
@@ -63,8 +63,8 @@ def edges(upright):
 
 
 @lru_cache(maxsize=8)
-def seen_edges(camera_name, folder):
-    """True pixels (edges, ON_EDGE, 2) of the edges, NaN where unseen."""
+def visible_edges(camera_name, folder):
+    """Return true pixels (edges, ON_EDGE, 2) of the edges, NaN where invisible."""
     T = inverse_pose(T_world_camera(camera_name, folder, 0.0))
     points = edges(camera_name == OMNI)
     seen = true_camera(folder).project(transform(T, points.reshape(-1, 3)))
@@ -73,22 +73,24 @@ def seen_edges(camera_name, folder):
 
 
 def straightness(found, lattice, pixels, camera_name, folder):
-    """Largest and median deviation of edges from lines, as shares of their length.
+    """Return largest and median deviation of edges from lines, over their length.
 
-    An edge's pixels are turned into rays, and those into places on the
-    cylinder or the plane: the largest distance from the best line, over the
-    distance of the edge's ends.
+    An edge's pixels are mapped to rays, and the rays to points on the cylinder or
+    the plane. The deviation is the largest distance from the best line, over the
+    distance between the edge's ends.
     """
     place = cylinder if camera_name == OMNI else flat
     down = downwards(camera_name, folder)
     shares = []
     for edge in pixels:
         rays = found.camera.rays(lattice.places(edge))
-        if np.count_nonzero(rays.valid) < max(FEWEST, LEAST_SHARE * ON_EDGE):
+        if np.count_nonzero(rays.valid) < max(
+            MIN_EDGE_POINTS, MIN_EDGE_SHARE * ON_EDGE
+        ):
             continue
         points = place(rays.directions[rays.valid], down)
         points = points[np.isfinite(points[:, 0])]
-        if len(points) >= FEWEST:
+        if len(points) >= MIN_EDGE_POINTS:
             shares.append(off_line(points))
     return {
         "edges": len(shares),
@@ -98,19 +100,19 @@ def straightness(found, lattice, pixels, camera_name, folder):
 
 
 def downwards(camera_name, folder):
-    """Unit direction (3,) in the camera frame that is down in the room."""
+    """Return the unit direction (3,), camera frame, that is down in the room."""
     return T_world_camera(camera_name, folder, 0.0)[:3, :3].T @ [0.0, 1.0, 0.0]
 
 
 def level_axes(down, folder_ahead):
-    """R (3, 3): rows x to the right, y down, z ahead, in the camera frame."""
+    """Return R (3, 3): rows x to the right, y down, z ahead, in the camera frame."""
     z = folder_ahead - (folder_ahead @ down) * down
     z /= np.linalg.norm(z)
     return np.stack([np.cross(down, z), down, z])
 
 
 def cylinder(directions, down):
-    """Azimuth and height (N, 2) on a unit cylinder whose axis is vertical."""
+    """Return azimuth and height (N, 2) on a vertical unit cylinder."""
     x = np.cross(down, [0.3, 0.5, 0.7])
     x /= np.linalg.norm(x)
     z = np.cross(x, down)
@@ -120,7 +122,7 @@ def cylinder(directions, down):
 
 
 def flat(directions, down):
-    """Places (N, 2) on the plane across the mean direction; NaN behind it."""
+    """Return points (N, 2) on the plane normal to the mean direction; NaN behind."""
     normal = directions.mean(axis=0)
     normal /= np.linalg.norm(normal)
     across = np.linalg.svd(normal[None])[2][1:]
@@ -131,14 +133,14 @@ def flat(directions, down):
 
 
 def off_line(points):
-    """Largest distance of points (N, 2) from their best line, over its length."""
+    """Return the largest distance of points (N, 2) from their line, over its length."""
     centred = points - points.mean(axis=0)
     along, across = (centred @ np.linalg.svd(centred)[2].T).T
     return float(np.abs(across).max() / np.ptp(along))
 
 
 def vertical_deg(camera, down):
-    """Difference in elevation (deg) of the lowest and highest calibrated rays."""
+    """Return the elevation range (deg) of the calibrated rays."""
     v, u = np.nonzero(camera.mask)
     nodes = np.column_stack([u, v]).astype(float)
     heights = camera.rays(nodes).directions @ -down
@@ -146,7 +148,7 @@ def vertical_deg(camera, down):
 
 
 def equal_depth(calibration, points, depth, lattice, R_camera_base):
-    """A calibration with its centre moved to another depth, rays joined anew."""
+    """Return a calibration with another centre depth and recomputed rays."""
     centre = np.append(calibration.centre[:2], depth)
     used = calibration.used
     seen = np.isfinite(points[used][..., 0])
@@ -156,7 +158,7 @@ def equal_depth(calibration, points, depth, lattice, R_camera_base):
 
 
 def lines_trial(condition, rng, errors):
-    """One redrawn calibration: straight edges, and the vertical field of view.
+    """Return straight edges and vertical field of view of a redrawn calibration.
 
     errors: {rig: DecodingErrors}.
     """
@@ -175,8 +177,8 @@ def lines_trial(condition, rng, errors):
 
 
 def edges_and_field(calibrations, points, lattice, name, folder):
-    """What every method makes of the edges, and how far up and down it sees."""
-    pixels, down = seen_edges(name, folder), downwards(name, folder)
+    """Return each method's edge deviations and vertical field of view."""
+    pixels, down = visible_edges(name, folder), downwards(name, folder)
     out = {}
     for method, one in calibrations.items():
         if isinstance(one, str):
@@ -199,7 +201,7 @@ def edges_and_field(calibrations, points, lattice, name, folder):
 
 
 def pictures_trial(condition, rng):
-    """Two frames of the room as taken, and corrected by two calibrations."""
+    """Return two frames of the room, original and corrected by two calibrations."""
     name, rig = condition["camera"], condition["rig"]
     folder = rendered_set(rig, 0)
     bench = {BENCH: NOISES[BENCH]}
@@ -219,7 +221,7 @@ def pictures_trial(condition, rng):
 
 
 def shrunk(picture, width):
-    """The picture at about this width, neighbours averaged, uint8."""
+    """Return the image at about this width, neighbours averaged, uint8."""
     factor = max(1, picture.shape[1] // width)
     h, w = (n // factor * factor for n in picture.shape[:2])
     blocks = picture[:h, :w].reshape(h // factor, factor, w // factor, factor)
@@ -227,7 +229,7 @@ def shrunk(picture, width):
 
 
 def corrected(picture, found, lattice, name, folder):
-    """The picture on a cylinder or a plane through calibrated rays, uint8."""
+    """Return the image on a cylinder or plane through calibrated rays, uint8."""
     R_camera_view = level_axes(downwards(name, folder), middle_direction(folder)).T
     directions = view_directions(name) @ R_camera_view.T
     seen = found.camera.project(directions.reshape(-1, 3))
@@ -238,7 +240,7 @@ def corrected(picture, found, lattice, name, folder):
 
 
 def view_directions(name):
-    """Directions (h, w, 3) of the corrected picture's pixels: x right, z ahead."""
+    """Return directions (h, w, 3) of the corrected image's pixels: x right, z ahead."""
     if name == OMNI:
         (w, h), half = PANORAMA_PX, np.radians(PANORAMA_DEG) / 2
         radius = w / (2 * half)

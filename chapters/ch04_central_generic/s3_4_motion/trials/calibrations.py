@@ -1,8 +1,8 @@
-"""Calibrations of the mirror camera whose decoding errors are drawn again.
+"""Calibrations of the mirror camera with redrawn decoding errors.
 
-Each pixel of a lattice meets up to six grids. The first three give the centre and
-their poses, by the standard method or by CGSP; the others are posed from the rays
-that are known by then.
+Each pixel of a lattice sees up to six grids. The first three determine the centre and
+their poses, by the standard method or by CGSP. The others are posed from the rays
+known so far.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ LATTICE_PX = 16
 LINEAR_GRIDS = 3
 THRESHOLD_MM = 1.0  # of RANSAC, ray-point distance
 METHODS = ("as printed", "well conditioned", "CGSP")
-SWEPT_METHODS = ("as printed", "CGSP")  # along the sweep of the bench's noise
+SWEPT_METHODS = ("as printed", "CGSP")  # along the sweep of the noise level
 
 
 class SeenGrids(NamedTuple):
-    """What pixels see of the six grids of a seed.
+    """Points of the six grids of a run that pixels see.
 
-    T_camera_grid: (6, 4, 4), true; true, points: (6, N, 2) mm, where pixels of a
-    lattice look and what is decoded there, NaN beside a grid.
+    T_camera_grid: (6, 4, 4), true; true, points: (6, N, 2) mm, true and decoded points
+    of lattice pixels, NaN outside a grid.
     """
 
     T_camera_grid: np.ndarray
@@ -46,16 +46,16 @@ class SeenGrids(NamedTuple):
 
     @property
     def seen(self):
-        """(6, N), whether a pixel sees a grid."""
+        """Return (6, N), whether a pixel sees a grid."""
         return np.isfinite(self.points).all(axis=2)
 
     def at(self, noise, rng):
-        """The same with decoding errors of a `DecodingNoise`."""
+        """Return the same with decoding errors of a `DecodingNoise`."""
         return self._replace(points=noise.points(self.points, self.true, rng))
 
 
 def drawn_grids(errors, rng):
-    """The SeenGrids set up by hand before the camera, with DecodingErrors."""
+    """Return the SeenGrids of random poses in front of the camera, DecodingErrors."""
     rig = rig_named(RIG)
     size_mm = np.array(rig.target.monitor_mm)
     rays, shape = lattice_rays(rig.camera, LATTICE_PX)
@@ -71,7 +71,7 @@ def drawn_grids(errors, rng):
 
 
 def calibrated(method, grids, rng):
-    """The CentralCalibration by one of METHODS; CalibrationError where a grid fails."""
+    """Return the CentralCalibration by one of METHODS; CalibrationError if it fails."""
     if method == "CGSP":
         first, seen = grids.points[:LINEAR_GRIDS], grids.seen[:LINEAR_GRIDS]
         start = linear_cgsp(first, seen, robust="ransac", rng=rng)
@@ -87,7 +87,7 @@ def calibrated(method, grids, rng):
 
 
 def standard_start(method, grids):
-    """The adjusted linear stage; as printed it needs rays that meet all grids."""
+    """Return the adjusted linear stage; as printed it needs rays of all grids."""
     points, seen = grids.points[:LINEAR_GRIDS], grids.seen[:LINEAR_GRIDS]
     if method == "well conditioned":
         return relaxed_start(points, linear_well_conditioned(points, seen))
@@ -96,7 +96,7 @@ def standard_start(method, grids):
 
 
 def grids_at_pixels(pixels, T_camera_grid, errors, rng):
-    """The SeenGrids of pixels (M, 2) that may lie anywhere, with DecodingErrors."""
+    """Return the SeenGrids of any pixels (M, 2), with DecodingErrors."""
     rig = rig_named(RIG)
     size_mm = np.array(rig.target.monitor_mm)
     rays = rig.camera.rays(pixels)
@@ -111,10 +111,10 @@ def grids_at_pixels(pixels, T_camera_grid, errors, rng):
 
 
 def table_rays(grids, found):
-    """Unit rays (M, 3), base frame, of a table at the pixels of SeenGrids.
+    """Return unit rays (M, 3), base frame, of a table at the pixels of SeenGrids.
 
-    Each is the join of the centre and the centroid of the points that its pixel
-    sees, on the grids as they were calibrated; NaN where it sees none.
+    Each ray joins the centre and the centroid of the points that its pixel sees on the
+    calibrated grids; NaN where it sees none.
     """
     seen = grids.seen
     out = np.full((seen.shape[1], 3), np.nan)

@@ -1,4 +1,4 @@
-"""Corners of both boards in rendered pictures, and drawn again for further seeds."""
+"""Corners of both boards in rendered images, and redrawn for further runs."""
 
 from functools import partial
 
@@ -32,13 +32,13 @@ from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
 DETECTORS = ("CELECT", "without clicks")
-SWEPT_DETECTOR = "CELECT"  # along the sweep of the bench's noise
+SWEPT_DETECTOR = "CELECT"  # along the sweep of the noise level
 
 
 def by_celect(picture, board, lattice, rng):
-    """Corners (N, 2) from four clicks on the board, None where it refuses.
+    """Return corners (N, 2) from four clicks on the board, None if rejected.
 
-    lattice: true corners (rows, columns, 2), which a person who clicks sees.
+    lattice: true corners (rows, columns, 2), which the user clicks.
     """
     clicks = outer(clockwise(lattice))
     clicks = clicks + CLICK_SD_PX * rng.standard_normal(clicks.shape)
@@ -50,22 +50,22 @@ def by_celect(picture, board, lattice, rng):
 
 
 def by_hand(picture, board, lattice, rng):
-    """Corners (N, 2) that a person clicks one by one, then refined."""
+    """Return corners (N, 2) clicked one by one, then refined."""
     clicks = lattice.reshape(-1, 2)
     clicks = clicks + CLICK_SD_PX * rng.standard_normal(clicks.shape)
     return refine(picture, clicks, board.columns, board.rows)
 
 
 def without_clicks(picture, board, lattice):
-    """Corners (N, 2) by the detector of whole boards, None where it refuses."""
+    """Return corners (N, 2) by the detector of whole boards, None if rejected."""
     found = returned(CLICKLESS, picture, board.columns, board.rows)
     return None if found is None else in_order(found, lattice)
 
 
 def in_order(found, lattice):
-    """Corners (N, 2) in the order of the board, which is told by hand.
+    """Return corners (N, 2) in the order of the board, which is given by hand.
 
-    A picture in a mirror leaves open which way round a board is seen.
+    A mirror image does not determine the orientation of a board.
     """
     found = np.asarray(found).reshape(lattice.shape)
     ways = [found[::r, ::c] for r in (1, -1) for c in (1, -1)]
@@ -73,11 +73,11 @@ def in_order(found, lattice):
     return ways[int(np.argmin(gaps))].reshape(-1, 2)
 
 
-def seen_boards(poses, rng):
-    """Errors and refusals of the detectors on the target in poses (n, 4, 4).
+def detected_boards(poses, rng):
+    """Return errors and rejections of the detectors on the target in poses (n, 4, 4).
 
-    errors: {detector: a list for each board of (n, N, 2) px}; what a detector
-    refuses is clicked by hand. refused: {detector: (n, boards) bool}.
+    errors: {detector: a list for each board of (n, N, 2) px}; boards that a detector
+    rejects are clicked by hand. refused: {detector: (n, boards) bool}.
     """
     camera = rig_named(RIG).camera
     errors = {
@@ -104,16 +104,16 @@ def seen_boards(poses, rng):
 
 DECODED = {"quick": "onevr-d70-small", "full": "onevr-d70"}
 RENDERED = {"quick": 1, "full": 3}
-# In quick builds every so many pictures stand for those between them.
+# Quick builds render every n-th image, which represents those up to the next.
 EVERY = {"quick": 5, "full": 1}
 MEASURED = "table_4_3_errors", "fig_4_10_corners"
 
 
 def corner_trial(condition, rng, every):
-    """Corner errors and refusals of one seed, in pictures of one motion."""
+    """Return corner errors and rejections of one run, in images of one motion."""
     setup = drawn_setup(rng)
     poses = target_poses(condition["motion"], setup)[::every]
-    errors, refused = seen_boards(poses, rng)
+    errors, refused = detected_boards(poses, rng)
     return {
         "turn": setup.turn,
         "shift": setup.shift,
@@ -129,17 +129,17 @@ def corner_trial(condition, rng, every):
     "fig_4_10_corners", artefact="fig_4_10", shards={"full": 2}, inputs=RIG_FILES
 )
 def corners(effort):
-    """Corners of the target in rendered pictures, by both detectors."""
+    """Plan corners of the target in rendered images, by both detectors."""
     trial = partial(corner_trial, every=EVERY[effort])
     return Plan(trial, crossed(motion=STEPS), RENDERED[effort], SETTINGS)
 
 
 class MeasuredCorners:
-    """Corner errors of the rendered seeds, to be drawn again.
+    """Corner errors of the rendered runs, to be redrawn.
 
-    An error has a part that all seeds share, which is that of the place, and
-    a part of its own; a redrawn corner has the first, and the second of any
-    corner of its board and picture.
+    An error has a part common to all runs, which depends on the position, and a
+    residual. A redrawn corner has the first, and the residual of any corner of its
+    board and image.
     """
 
     def __init__(self, result, every):
@@ -155,11 +155,11 @@ class MeasuredCorners:
                 ]
 
     def setup(self, motion, seed, rng):
-        """How the target stands in a rendered seed, or in another (None)."""
+        """Return the Setup of the target in a rendered run, or a new one (None)."""
         return drawn_setup(rng) if seed is None else self.setups[motion][seed]
 
     def of_seed(self, motion, name, seed, rng):
-        """Errors (pictures, corners, 2) px, both boards, of a rendered seed,
+        """Return errors (images, corners, 2) px, both boards, of a rendered run,
         or redrawn (None)."""
         if seed is None:
             return self._redrawn(motion, name, rng)
@@ -184,12 +184,12 @@ class MeasuredCorners:
         return np.concatenate(boards, axis=1)
 
     def _all(self, errors, motion):
-        """Pictures that were not rendered have the errors of the last that was."""
+        """Return errors of all images, if not rendered those of the last rendered."""
         return errors[np.arange(STEPS[motion] + 1) // self.every]
 
 
 def measured(results, effort):
-    """(MeasuredCorners, DecodingErrors) of the pictures."""
+    """Return (MeasuredCorners, DecodingErrors) of the rendered images."""
     decoded = DecodingErrors.by_rig(results["table_4_3_errors"])[DECODED[effort]]
     return MeasuredCorners(results["fig_4_10_corners"], EVERY[effort]), decoded
 

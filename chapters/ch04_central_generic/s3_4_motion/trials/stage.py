@@ -1,8 +1,8 @@
-"""Two orthogonal chessboards on a stage before the mirror camera of 4.3.1.
+"""Two orthogonal chessboards on a stage in front of the mirror camera of 4.3.1.
 
 The target's frame has its z axis along the fold of the boards, upwards; both boards
-face the quadrant of positive x and y. The stage turns about a vertical axis in that
-quadrant, and shifts across the line of sight.
+face the quadrant of positive x and y. The stage rotates about a vertical axis in that
+quadrant, and translates perpendicular to the line of sight.
 """
 
 from __future__ import annotations
@@ -55,20 +55,20 @@ SETTINGS = {
 
 
 class Setup(NamedTuple):
-    """A target set up by hand: turn (3, 3) and shift (3,) of it on the stage."""
+    """Position of the target on the stage: turn (3, 3) and shift (3,)."""
 
     turn: np.ndarray
     shift: np.ndarray
 
 
 def drawn_setup(rng):
-    """How the target stands on the stage in one seed."""
+    """Return a random Setup of the target on the stage."""
     turn = np.radians(TURN_SD_DEG) * rng.standard_normal(3)
     return Setup(rotation_from_vector(turn), SHIFT_SD_MM * rng.standard_normal(3))
 
 
 def target_poses(motion, setup):
-    """T_camera_target (steps + 1, 4, 4) of a "translation" or "rotation"."""
+    """Return T_camera_target (steps + 1, 4, 4) of a "translation" or "rotation"."""
     along = np.arange(STEPS[motion] + 1) - STEPS[motion] / 2
     turning = motion == "rotation"
     angles = FACING_DEG + (STEP_DEG * along if turning else 0 * along)
@@ -84,7 +84,7 @@ def target_poses(motion, setup):
 
 
 def board_poses():
-    """T_target_board (2, 4, 4): the boards' frames in the target's."""
+    """Return T_target_board (2, 4, 4): the boards' frames in the target's."""
     poses = []
     for board, right, towards in (
         (BOARDS[0], [-1.0, 0, 0], [0, 1.0, 0]),
@@ -104,7 +104,7 @@ def board_poses():
 
 
 def corners_of(T_camera_target):
-    """True corners of both boards, in the camera's frame: a list of (N, 3)."""
+    """Return true corners of both boards, in the camera frame: a list of (N, 3)."""
     return [
         transform(T_camera_target @ T, on_plane(board.points()))
         for board, T in zip(BOARDS, board_poses(), strict=True)
@@ -112,12 +112,12 @@ def corners_of(T_camera_target):
 
 
 def true_pixels(camera, T_camera_target):
-    """Where the camera sees them: a list of (N, 2) px."""
+    """Return the true pixels of both boards' corners: a list of (N, 2) px."""
     return [camera.project(corners).pixels for corners in corners_of(T_camera_target)]
 
 
 def photograph(T_camera_target, rng):
-    """(picture (h, w) of the part with the target, its first pixel (2,))."""
+    """Return (image (h, w) of the part with the target, its first pixel (2,))."""
     rig = rig_named(RIG)
     parts, outlines = [], []
     for board, T in zip(BOARDS, board_poses(), strict=True):
@@ -133,7 +133,7 @@ def photograph(T_camera_target, rng):
 
 
 def window_of(camera, points):
-    """The `Crop` of the picture that holds points (N, 3) of the camera's frame."""
+    """Return the `Crop` of the image that holds points (N, 3) of the camera frame."""
     seen = camera.project(points).pixels
     full = np.array([camera.width, camera.height])
     low = np.floor(np.nanmin(seen, axis=0)) - MARGIN_PX
@@ -143,10 +143,10 @@ def window_of(camera, points):
 
 
 def motions(rays):
-    """T_2_1 (steps, 4, 4) from each picture to the next, and the lost points.
+    """Return T_2_1 (steps, 4, 4) from each image to the next.
 
-    rays: (pictures, N, 3), NaN for corners without a ray. Raises
-    CalibrationError where the rays of a pair leave its motion open.
+    rays: (images, N, 3), NaN for corners without a ray. Raises CalibrationError where
+    the rays of a pair do not determine its motion.
     """
     found = []
     for first, second in pairwise(rays):
@@ -156,10 +156,10 @@ def motions(rays):
 
 
 def translation_errors(steps):
-    """Deviation of steps from their mean, mm; each as long as the stage's step.
+    """Return deviations of steps from their mean, mm, each scaled to the stage's step.
 
     steps: T_2_1 (5, 4, 4). `deviation_mm`: root mean square length of the
-    differences from the mean step; `turn_deg`: largest rotation found, of none.
+    differences from the mean step; `turn_deg`: largest estimated rotation (true: 0).
     """
     shifts = STEP_MM * steps[:, :3, 3]
     off = shifts - shifts.mean(axis=0)
@@ -172,7 +172,7 @@ def translation_errors(steps):
 
 
 def rotation_errors(steps):
-    """Angle of all steps together, and how far it is from the stage's, degrees."""
+    """Return the total angle of all steps, and its error, degrees."""
     whole, turned = np.eye(3), []
     for T in steps:
         whole = T[:3, :3] @ whole
@@ -188,7 +188,7 @@ ERRORS = {"translation": translation_errors, "rotation": rotation_errors}
 
 
 def scored(motion, rays):
-    """Errors of a "translation" or "rotation", or why there are none."""
+    """Return errors of a "translation" or "rotation", or the code of the failure."""
     try:
         return ERRORS[motion](motions(rays))
     except CalibrationError as error:
