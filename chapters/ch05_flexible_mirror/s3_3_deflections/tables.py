@@ -219,7 +219,7 @@ def rendered_table(results):
         "Measures of runs from rendered images (median and range), next to the same "
         "measures with redrawn errors (medians over many runs with 95 % intervals). "
         "*As published*: distances along viewing rays, fixed clamp position. "
-        "*raxel calibrate*: as many knots as the corners determine, all stages at once. "
+        "*raxel calibrate*: as many knots as the corners support, all stages at once. "
         "Rays are compared where the spline is defined; if it does not reach the load, "
         "there is no deflection. Back-projection is onto a board at 400 mm, whose "
         "corners are exact in the runs from images.",
