@@ -1,4 +1,4 @@
-"""Claims about the vectors of Fig. 5.13: what causes them, what keeps them short."""
+"""Claims about the vectors of Fig. 5.13: causes and countermeasures."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 from repro.run.readings import Case
 
-LEAST_REMOVED = 50.0
+MIN_REMOVED = 50.0
 
 
 @claim(
@@ -86,7 +86,7 @@ def judge_conditioning(results, options):
 
 
 def _middle(seen, name, steps):
-    """Median over seeds of a measure's mean over some steps, of those that have it."""
+    """Median over runs of a measure's mean over some steps, of those that have it."""
     found = seen.of_steps(name)[np.subtract(steps, 1)].mean(axis=0)
     known = found[np.isfinite(found)]
     return float(np.median(known)) if len(known) else np.nan
@@ -139,7 +139,7 @@ def judge_high_order(results):
     rise, removed = relief.rise(), relief.removed()
     other = relief.rise("residual_mm"), relief.removed("residual_mm")
     return Reading.of(
-        all_of([rise.above(1.0), removed.above(np.nextafter(LEAST_REMOVED, 0))]),
+        all_of([rise.above(1.0), removed.above(np.nextafter(MIN_REMOVED, 0))]),
         removed,
         "%",
         f"of the rise by relief; with few functions it is {rise.value:.2f} times the "
