@@ -7,7 +7,7 @@ from chapters.ch05_flexible_mirror.s1_model.results import (
     OFF_ANCHOR,
     SMALL,
     compared_beams,
-    least_rank,
+    rank_range,
     slope_over,
 )
 from chapters.ch05_flexible_mirror.s1_model.trials.edges import VALUES
@@ -104,7 +104,7 @@ def judge_min_pairs(results):
     found = results["exp_c5_min_pairs"]
     full = int(found.column("size", pairs=MIN_PAIRS)[0]) - 1
     counts = found.levels("pairs")
-    ranks = {n: least_rank(found, "spread", n) for n in counts}
+    ranks = {n: rank_range(found, "spread", n) for n in counts}
     holds = all(
         low == high == full if n >= MIN_PAIRS else high < full
         for n, (low, high) in ranks.items()

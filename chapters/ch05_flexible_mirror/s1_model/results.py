@@ -36,7 +36,7 @@ def slope_over(result, key, name):
     return float(np.polyfit(np.log(levels), np.log(found), 1)[0]), found
 
 
-def least_rank(result, kind, pairs):
+def rank_range(result, kind, pairs):
     """Smallest and largest rank over the trials of a number of pairs."""
     ranks = result.column(kind, pairs=pairs)
     return int(ranks.min()), int(ranks.max())

@@ -54,7 +54,7 @@ def _ranks(y):
     return 1 - 6 * np.sum(off**2, axis=-1) / (n * (n**2 - 1))
 
 
-def _said(found):
+def _in_words(found):
     return f"{found.value:.3g} ({found.low:.3g} to {found.high:.3g})"
 
 
@@ -118,8 +118,8 @@ def judge_noise_final_more(results, options):
     return Reading.of(
         ratio.above(np.nextafter(MIN_GROWTH, 0)),
         ratio,
-        reason=f"growth of the final error {_said(final)}, of the linear one "
-        f"{_said(linear)}",
+        reason=f"growth of the final error {_in_words(final)}, of the linear one "
+        f"{_in_words(linear)}",
     )
 
 
@@ -174,7 +174,7 @@ def judge_depth_decreases(results, options):
         rank,
         reason="rank correlation of depth and final error up to 3000 mm; the linear "
         f"error falls least from {at[0]:g} to {at[1]:g} mm, by a factor of "
-        f"{_said(ratio)}",
+        f"{_in_words(ratio)}",
     )
 
 
@@ -227,7 +227,7 @@ def judge_curv_final_largest(results, options):
         all_of([one.above(1.0) for one in most.values()]),
         most[at],
         reason=f"largest final error over curvature over that over {at}; over "
-        + ", ".join(f"{name} {_said(one)}" for name, one in most.items()),
+        + ", ".join(f"{name} {_in_words(one)}" for name, one in most.items()),
     )
 
 

@@ -13,7 +13,7 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.exercises import (
     underestimate_task,
 )
 from chapters.ch05_flexible_mirror.s3_1_simulated.results import name_values
-from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import beam, seen_bent
+from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import beam, view_of_bent
 from chapters.ch05_flexible_mirror.s3_1_simulated.trials.sweeps import (
     SETTINGS,
     TRIALS,
@@ -162,7 +162,7 @@ def sweeps(effort):
 
 
 # %% tags=["active-ipynb"]
-# show_code(seen_bent)
+# show_code(view_of_bent)
 
 # %% [markdown]
 # ## Bias of the linear estimate

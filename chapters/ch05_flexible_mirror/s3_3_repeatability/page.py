@@ -154,7 +154,7 @@ FEWER = {"quick": 1, "full": 20}
 PLACED = {"quick": 1, "full": 15}
 STARTED = {"quick": 1, "full": 12}
 CONDITIONED = {"quick": 1, "full": 36}
-HARDLY_ANY = {"quick": 1, "full": 6}
+CONDITIONED_SWEPT = {"quick": 1, "full": 6}
 FILMS = {
     "quick": [{"steps": 1, "peak_mm": 0.5}],
     "full": [{"steps": 16, "peak_mm": 15.0}],
@@ -241,7 +241,7 @@ def conditioned(effort, results):
 )
 def conditioned_swept(effort, results):
     """The same, from half to twice each of the bench's numbers."""
-    return bench_plan(results, conditioning_trial, SWEPT, HARDLY_ANY[effort])
+    return bench_plan(results, conditioning_trial, SWEPT, CONDITIONED_SWEPT[effort])
 
 
 @experiment(

@@ -36,7 +36,7 @@ def fig_5_3(results):
     platter, poses = rig.platter(), rig.monitor_poses()
     plane = platter_plane(platter.T_camera_board, platter.thickness_mm)
     virtual = [reflected_pose(T, plane) for T in poses]
-    seen = seen_points(rig, platter, virtual[0])
+    seen = points_in_platter(rig, platter, virtual[0])
     parts = setup_parts(rig, platter, poses, virtual[0], seen)
     scene = framed(parts, SIGHT, aspect=1.2, note=NOTE)
     drawn, (space, photograph) = new_figure(1, 2, height_in=4.0)
@@ -77,7 +77,7 @@ def fig_5_3(results):
     )
 
 
-def seen_points(rig, platter, T_virtual):
+def points_in_platter(rig, platter, T_virtual):
     """Points (SEEN, 2), mm, on the monitor that the camera sees in the platter."""
     corner, size = rig.monitor.extent
     shares = np.stack(np.meshgrid(*2 * [np.linspace(0, 1, 61)]), axis=-1).reshape(-1, 2)

@@ -18,7 +18,7 @@ NAMES = {
     "true": "true\nsurface",
 }
 LOOKS = {"before": "mirror as it was", "linear": "linear estimate"}
-LEAST = 1e-8
+MIN_SHOWN = 1e-8
 SPREAD = 0.28
 
 
@@ -34,7 +34,7 @@ def ext_linear_start(results):
             off = np.sort(of_bench.off(start, "cost_mm2"))
             share = np.arange(1, len(off) + 1) / len(off)
             right.plot(
-                100 * np.maximum(off, LEAST), share, linestyle=line, marker="",
+                100 * np.maximum(off, MIN_SHOWN), share, linestyle=line, marker="",
                 color=series(list(NAMES).index(start))["color"],
                 label=f"{name}, {SAID[bench]}",
             )  # fmt: skip

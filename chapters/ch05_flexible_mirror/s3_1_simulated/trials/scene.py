@@ -81,7 +81,7 @@ def pixels_of(points):
     return points[:, 0] / points[:, 1]
 
 
-def seen_flat(rig, points):
+def view_of_flat(rig, points):
     """x (N,) on the unbent mirror where points (N, 2) are seen in it.
 
     Their mirror images lie as far behind it; the viewing ray to each cuts the mirror.
@@ -91,13 +91,13 @@ def seen_flat(rig, points):
     return (share[:, None] * behind - rig.foot) @ ALONG
 
 
-def seen_bent(rig, points, tip):
+def view_of_bent(rig, points, tip):
     """x (N,) on the bent mirror where points (N, 2) are seen in it; nan where not.
 
     The path from camera over mirror to point is shortest there (Fermat): Newton's steps
     on the derivative of its length, from where the point was seen before.
     """
-    x = np.clip(seen_flat(rig, points), 0, LENGTH_MM)
+    x = np.clip(view_of_flat(rig, points), 0, LENGTH_MM)
     for _ in range(NEWTON_STEPS):
         on, tangent = bent(rig, x, tip)
         pull, stiff = 0.0, 0.0

@@ -25,8 +25,8 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import (
     lay_row,
     pixels_of,
     rig_of,
-    seen_bent,
-    seen_flat,
+    view_of_bent,
+    view_of_flat,
     visible,
 )
 from raxel.calibration.mirror.curves import (
@@ -111,7 +111,10 @@ def look(condition, depth, tip, drawn):
         np.repeat(v, condition["rows"], axis=0) for v in lay_row(rig, depth, *row, size)
     )
     u, on = [], []
-    for x, bend in ((seen_flat(rig, points), 0.0), (seen_bent(rig, points, tip), tip)):
+    for x, bend in (
+        (view_of_flat(rig, points), 0.0),
+        (view_of_bent(rig, points, tip), tip),
+    ):
         on.append(bent(rig, x, bend)[0])
         u.append(np.where(visible(x), pixels_of(on[-1]), np.nan))
     return RowViews(rig, *u, on[-1], noise, points, places, tip)

@@ -73,7 +73,7 @@ def judge_conditioning(results, options):
 
     def found_at(bench):
         seen = causes.LoopSights(results, options, bench)
-        better, least, unit, said = causes.better_seen(seen)
+        better, least, unit, said = causes.better_conditioned(seen)
         said += "; medians out and back: " + "; ".join(
             f"{words} {_middle(seen, name, THERE):.2g} and "
             f"{_middle(seen, name, BACK):.2g}, larger in "

@@ -38,7 +38,7 @@ class LoopSights(BenchRuns):
         return back / out
 
 
-def better_seen(seen):
+def better_conditioned(seen):
     """Whether steps back cover more and are better conditioned, run by run, as
     `counterpart` uses it."""
     least = np.min([seen.back_over_out(name) for name in MEASURES], axis=0)

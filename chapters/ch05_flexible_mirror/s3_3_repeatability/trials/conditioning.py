@@ -27,12 +27,12 @@ def conditioning_trial(condition, rng, errors, benches):
     out, stay = boards_of_loop(rig, rng)
     of_rig, boards = errors[condition["geometry"]], [*out, *(stay,) * OUT]
     return {
-        name: seen_in_steps(rig, bench, of_rig.on(bench), boards, seed)
+        name: visible_in_steps(rig, bench, of_rig.on(bench), boards, seed)
         for name, bench in benches.items()
     }
 
 
-def seen_in_steps(rig, bench, errors, boards, seed):
+def visible_in_steps(rig, bench, errors, boards, seed):
     """{step: {covered, reciprocal}} of a loop; `refused` says where it ended, if early.
 
     covered: share of the sheet within the convex hull of the common corners, where they

@@ -19,7 +19,7 @@ from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 
 STARTS = 6
-MOST = 0.5  # of the deflection, that a start is bent more or less
+MAX_BEND = 0.5  # of the deflection, that a start is bent more or less
 # Stages before and after: the first step of Table 5.5, and the way back at a stroke.
 STEPS = {"5": (0, 1), "15": (3, 0)}
 STEPS_MM = {
@@ -55,10 +55,10 @@ def both_steps(rig, bench, errors, seed):
 
 def shares(rng):
     """How much more each start is bent at the three columns of coefficients across the
-    mirror, (STARTS, 3) shares of the deflection, none beyond MOST."""
-    even = np.linspace(-MOST, MOST, STARTS)[:, None]
-    twist = rng.uniform(-MOST, MOST, (STARTS, 1)) * [-1, 0, 1]
-    return np.clip(even + twist, -MOST, MOST)
+    mirror, (STARTS, 3) shares of the deflection, none beyond MAX_BEND."""
+    even = np.linspace(-MAX_BEND, MAX_BEND, STARTS)[:, None]
+    twist = rng.uniform(-MAX_BEND, MAX_BEND, (STARTS, 1)) * [-1, 0, 1]
+    return np.clip(even + twist, -MAX_BEND, MAX_BEND)
 
 
 def from_starts(rig, pair, first, stage, pixels, further_mm):
