@@ -184,7 +184,7 @@ def judge_edges(results, options):
     picked, refined = (
         found.column(f"{known}.{name}_mm") for name in ("picked", "refined")
     )
-    # A stage that is refused has an error without bound.
+    # A rejected stage has an infinite error.
     ratio = median_interval(with_worst(picked) / refined)
     refused = int(np.count_nonzero(np.isnan(picked)))
     return Reading.of(

@@ -162,19 +162,19 @@ def beams(effort):
 
 @experiment("exp_c5_depth_ambiguity", artefact="fig_5_2")
 def depths(effort):
-    """What directions leave open."""
+    """Ambiguity of ray directions."""
     return Plan(depth_trial, [{}], DRAWS[effort])
 
 
 @experiment("exp_c5_shape_ambiguity", artefact="fig_5_2")
 def shapes(effort):
-    """Mirrors through several places that show the same points."""
+    """Mirrors at several distances that show the same points."""
     return Plan(shapes_trial, [{}], 1)
 
 
 @experiment("exp_c5_fix_removes", artefact="sec_5_1_3")
 def fixed(effort):
-    """One fixed point: is anything open, and is the truth found?"""
+    """One fixed point: remaining ambiguity, and recovery of the truth."""
     return Plan(fixed_trial, [{}], DRAWS[effort])
 
 
@@ -187,7 +187,7 @@ def fixed(effort):
     ),
 )
 def picked_edges(effort):
-    """Fixed points picked by hand, as they are and refined to a line."""
+    """Fixed points picked by hand, unchanged and refined to a line."""
     settings = {"pick_sd_px": PICK_SD_PX, "on_edge_sd_px": ON_EDGE_SD_PX}
     return Plan(edge_trial, [{}], {"quick": 3, "full": 50}[effort], settings)
 
@@ -218,7 +218,7 @@ def far(effort):
 
 @experiment("exp_c5_aberr_depth", artefact="fig_5_6")
 def defects(effort):
-    """A defect of fixed slope, seen at rising depths."""
+    """A defect of fixed slope, at rising depths."""
     return Plan(defect_trial, crossed(depth=DEFECT_DEPTHS_MM), 1)
 
 

@@ -243,7 +243,7 @@ FEWER = {"quick": 1, "full": 20}
     needs=("sec_5_3_3_errors",),
 )
 def starts(effort, results):
-    """Three starts on both benches."""
+    """Three starts at all error levels."""
     return bench_plan(results, on_each(by_code(one_deflection)), BENCHES, SEEDS[effort])
 
 
@@ -254,7 +254,7 @@ def starts(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def starts_swept(effort, results):
-    """The same at half and twice each of the bench's numbers."""
+    """The same at half and twice each of the primary level's numbers."""
     return bench_plan(
         results, on_each(by_code(one_deflection)), SWEEP[effort], FEWER[effort]
     )
@@ -277,7 +277,7 @@ def knots(effort, results):
 
 @experiment("fig_5_3_platter", artefact="fig_5_3", inputs=SMALL_A)
 def pictured(effort):
-    """One picture of the platter."""
+    """One image of the platter."""
     return Plan(platter_trial, [{}], 1)
 
 
@@ -285,7 +285,7 @@ def pictured(effort):
     "fig_5_4_run", artefact="fig_5_4", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def watched(effort, results):
-    """One run, with the stages of the code counted."""
+    """One run, with the stages of the code logged."""
     errors = MirrorErrors.read(results["sec_5_3_3_errors"], "A")
     trial = partial(watched_trial, errors=errors)
     return Plan(trial, [{"seed": 0}], 1, first=UNSEEN)
@@ -293,7 +293,7 @@ def watched(effort, results):
 
 @experiment("exp_c5_static_grid_bias", artefact="sec_5_2_1", inputs=GEOMETRY_A)
 def static_grids(effort):
-    """The mirror's first surface, from each pixel's point and from squares."""
+    """The mirror's first surface, from exact points and from squares."""
     conditions = crossed(geometry=["A"], aberration_um=[0.0, UNEVEN_UM])
     mirrors = {"quick": 2, "full": 50}[effort]
     return Plan(static_trial, conditions, mirrors, {"pitch_mm": PITCH_MM})

@@ -82,9 +82,8 @@ def _monotonic(case, result, sweep, rising):
 def judge_slope_small(results):
     """The steepest slope of all calibrated mirrors, and that of the default.
 
-    Slope is that of the metric curve; the sweep's end was put at the printed 0.036
-    (E-5.13), so that the verdict says no more than that the text uses the beam's
-    formula.
+    Slope is that of the metric curve; the sweep's end was set to the printed 0.036
+    (E-5.13), so the verdict shows only that the text uses the beam's formula.
     """
     case, result = CurveCase(), results[RESULT]
     most = max(

@@ -166,7 +166,7 @@ from repro.run.outcomes import Plan, crossed
     ),
 )
 def picture_errors(effort):
-    """Errors of corners and decoded points in rendered pictures."""
+    """Errors of corners and decoded points in rendered images."""
     conditions = crossed(geometry=GEOMETRIES, small=[SMALL[effort]])
     return Plan(errors_trial, conditions, RENDERED[effort], {})
 
@@ -206,7 +206,7 @@ def picture_errors(effort):
     needs=("sec_5_3_3_errors",),
 )
 def bench(effort, results):
-    """How factor and amplitude act on the two numbers that they are solved from."""
+    """Effect of factor and amplitude on the two numbers that they are solved from."""
     return _solving(results, first_trial, {}, FIRST, SEEDS[effort])
 
 
@@ -218,7 +218,7 @@ def bench(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def second(effort, results):
-    """The same of the second level, with a platter that is off its place."""
+    """The same for the second level, with a displaced platter."""
     return _solving(results, second_trial, {"level": SECOND}, SECOND, SEEDS[effort])
 
 
@@ -248,14 +248,14 @@ def pictures(effort):
 
 @experiment("fig_5_10_fans", artefact="fig_5_10", inputs=ALL_THREE)
 def fans(effort):
-    """How wide the fan of rays is, on smooth mirrors and on uneven ones."""
+    """Angle of the fan of rays, on smooth mirrors and on uneven ones."""
     seeds = {"quick": 3, "full": 100}[effort]
     return Plan(fan_trial, crossed(geometry=["A", "B", "C"]), seeds, {}, UNSEEN)
 
 
 @experiment("fig_5_10_moved", artefact="fig_5_10", inputs=GEOMETRY_A)
 def moved(effort):
-    """How far corners move in the picture."""
+    """Displacement of corners in the image."""
     seeds = {"quick": 3, "full": 20}[effort]
     settings = {"deflections_mm": DEFLECTIONS_MM}
     return Plan(displacement_trial, crossed(geometry=["A"]), seeds, settings)
@@ -278,7 +278,7 @@ def moved(effort):
     inputs=BOTH,
 )
 def trust_runs(effort):
-    """Three stages, calibrated all together."""
+    """Three stages, calibrated together."""
     surfaces = {"geometry": ("A", "B"), "aberration_um": (0.0, 10.0)}
     seeds = {"quick": 1, "full": 20}[effort]
     return Plan(trust_trial, crossed(**surfaces), seeds)

@@ -157,7 +157,7 @@ FEWER = {"quick": 1, "full": 20}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, at all levels."""
+    """Rig A, at all error levels."""
     return bench_plan(results, on_each(by_code(three_stages)), BENCHES, SEEDS[effort])
 
 
@@ -169,7 +169,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice the primary level's numbers."""
+    """Rig A, from half to twice the primary level's numbers."""
     return bench_plan(
         results, on_each(by_code(three_stages)), SWEEP[effort], FEWER[effort]
     )
@@ -182,7 +182,7 @@ def swept(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def other(effort, results):
-    """Geometry B, at all levels."""
+    """Rig B, at all error levels."""
     return bench_plan(
         results, on_each(by_code(three_stages)), BENCHES, FEWER[effort], "B"
     )
@@ -195,7 +195,7 @@ def other(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def longer(effort, results):
-    """Geometry C, at the primary level."""
+    """Rig C, at the primary level."""
     level = {LEVEL: BENCHES[LEVEL]}
     return bench_plan(
         results, on_each(by_code(three_stages)), level, FEWER[effort], "C"
@@ -210,7 +210,7 @@ RUNS_FROM_IMAGES = (
     {"geometry": "B", "bench": "bench", "run": 0},
     {"geometry": "B", "bench": "laboratory", "run": 0},
 )
-# At quick size one step in small pictures, and fewer of them.
+# At quick size one step in small images, and fewer of them.
 SIZES = {"quick": RunSizes(1, 3, 5, True), "full": RunSizes(3, 8, 36, False)}
 
 
@@ -228,7 +228,7 @@ SIZES = {"quick": RunSizes(1, 3, 5, True), "full": RunSizes(3, 8, 36, False)}
     ),
 )
 def rendered(effort):
-    """Pictures of every kind, rendered, read and calibrated."""
+    """Images of every kind, rendered, decoded and calibrated."""
     runs = RUNS_FROM_IMAGES if effort == "full" else RUNS_FROM_IMAGES[:1]
     sizes = SIZES[effort]
     settings = sizes._asdict() | {k: bench._asdict() for k, bench in BENCHES.items()}
@@ -243,7 +243,7 @@ def rendered(effort):
     needs=("sec_5_3_3_errors",),
 )
 def tips(effort, results):
-    """How far the mirror went at the load and among the corners, at all levels."""
+    """Movement at the load and among the corners, at all error levels."""
     return bench_plan(results, on_each(by_code(one_push)), BENCHES, SEEDS[effort])
 
 

@@ -171,7 +171,7 @@ ABLATED = {"quick": 1, "full": 24}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, on both benches."""
+    """Rig A, at all error levels."""
     return bench_plan(results, on_each(by_code(loop)), BENCHES, SEEDS[effort])
 
 
@@ -183,7 +183,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers."""
+    """Rig A, from half to twice each of the primary level's numbers."""
     return bench_plan(results, on_each(by_code(loop)), SWEEP[effort], FEWER[effort])
 
 
@@ -194,7 +194,7 @@ def swept(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def other(effort, results):
-    """Geometry B, on both benches."""
+    """Rig B, at all error levels."""
     return bench_plan(results, on_each(by_code(loop)), BENCHES, FEWER[effort], "B")
 
 
@@ -205,7 +205,7 @@ def other(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def placed(effort, results):
-    """The first step, with the board elsewhere and all else the same."""
+    """The first step, with other poses of the board and all else the same."""
     return bench_plan(
         results,
         on_each(by_code(in_all_places)),
@@ -216,7 +216,7 @@ def placed(effort, results):
 
 @experiment("exp_c5_feature_loss", artefact="fig_5_13", inputs=GEOMETRY_A)
 def lost(effort):
-    """Corners that both pictures show, over the deflection, back and out."""
+    """Corners that both images show, over the deflection, back and out."""
     seeds = {"quick": 3, "full": 100}[effort]
     settings = {"deflections_mm": DEFLECTIONS_MM}
     return Plan(losses_trial, [{"geometry": "A"}], seeds, settings)
@@ -229,7 +229,7 @@ def lost(effort):
     needs=("sec_5_3_3_errors",),
 )
 def conditioned(effort, results):
-    """Covered mirror and condition of each step of the loop, on both benches."""
+    """Covered mirror and condition of each step of the loop, at all error levels."""
     return bench_plan(results, conditioning_trial, BENCHES, CONDITIONED[effort])
 
 
@@ -240,7 +240,7 @@ def conditioned(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def conditioned_swept(effort, results):
-    """The same, from half to twice each of the bench's numbers."""
+    """The same, from half to twice each of the primary level's numbers."""
     return bench_plan(results, conditioning_trial, SWEPT, CONDITIONED_SWEPT[effort])
 
 
@@ -278,7 +278,7 @@ def started(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def relief(effort, results):
-    """Stage 0 before a smooth mirror and before one with relief."""
+    """Stage 0 with a smooth mirror and with one with relief."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(relief_trial, errors=errors)
     seeds = {"quick": 1, "full": 16}[effort]
@@ -288,7 +288,7 @@ def relief(effort, results):
 
 @experiment("ext_mirror_film_pictures", artefact="ext_mirror_film", inputs=SMALL_A)
 def film_pictures(effort):
-    """A film there and back, every picture rendered, its corners found and tracked."""
+    """A film out and back: images rendered, corners detected and tracked."""
     return Plan(film_trial, FILMS[effort], 1)
 
 

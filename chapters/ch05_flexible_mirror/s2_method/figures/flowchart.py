@@ -10,7 +10,7 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
-# Stage -> column, row, and what stands in its box above the function's name.
+# Stage -> column, row, and the text in its box above the function's name.
 BOXES = {
     "viewer": (0, 0, "Camera alone:\n{boards} boards seen directly"),
     "platter": (0, 1, "Monitor's {positions} positions\nin the platter (5.26, 5.27)"),

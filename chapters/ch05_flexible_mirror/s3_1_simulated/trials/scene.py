@@ -12,7 +12,7 @@ from raxel.calibration.mirror.curves import dot, reflected, viewing_rays
 
 FOCAL_MM, LENGTH_MM, ANGLE_DEG = 26.0, 420.0, 67.5
 IMAGE_PX = (516, 656)
-# Width of the sensor over the pixels of the picture's longer side; of the MegaPlus 1.4i
+# Width of the sensor over the pixels of the image's longer side; of the MegaPlus 1.4i
 # two of its pixels of 6.8 um, for half of its 1317 x 1035.
 PITCH_MM = {
     "megaplus": 2 * 0.0068,
@@ -49,7 +49,7 @@ class PlaneRig(NamedTuple):
 
 
 def rig_of(pitch):
-    """The rig in which the unbent mirror fills nine tenths of the picture, centred."""
+    """The rig in which the unbent mirror fills nine tenths of the image, centred."""
     pixel = PITCH_MM[pitch] / FOCAL_MM
     edge = FILLED * max(IMAGE_PX) * pixel / 2
     depth = LENGTH_MM * (ALONG[0] - edge * ALONG[1]) / (2 * edge)

@@ -28,7 +28,7 @@ from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 from repro.run.readings import Case
 
-# Questions of the ledger.
+# Questions of the registry.
 OPEN = ("mirror_bench", "swinging_ends")
 LEVELS = ("mirror_bench",)
 

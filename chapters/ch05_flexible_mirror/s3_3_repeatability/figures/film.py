@@ -155,7 +155,7 @@ def _alone(draw, frames, k):
 def draw_picture(axes, frames, k):
     """Draw the camera's image with the corners of frame k."""
     axes.imshow(frames.picture[k], cmap="gray", vmin=0, vmax=255)
-    # Pixel centres at whole numbers, in the kept picture as in the camera's.
+    # Pixel centres at whole numbers, in the stored image as in the camera's.
     places = KEPT * (frames.corners[k] + 0.5) - 0.5
     axes.plot(*places.T, "o", mfc="none", mec=CORNER, ms=4, mew=1.0)
     axes.set_axis_off()

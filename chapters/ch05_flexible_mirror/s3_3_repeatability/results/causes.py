@@ -89,8 +89,8 @@ def p_larger(differences):
 
 
 def decision_of(differences):
-    """(decision, Estimate of the median, p): larger, where p and the median's interval
-    say so."""
+    """(decision, Estimate of the median, p): larger, if p and the median's interval
+    support it."""
     middle, p = median_interval(differences), p_larger(differences)
     decision = middle.above(0.0)
     return (UNDECIDED if decision == HOLDS and p >= MAX_P else decision), middle, p

@@ -12,7 +12,7 @@ class Frames(NamedTuple):
     """A row for each of n frames.
 
     true_mm, found_mm, angle_deg (n,); used (n,) corners; picture (n, h, w) uint8;
-    corners (n, N, 2) px of the whole picture; mirror, directions (n, a, b, 3); profile
+    corners (n, N, 2) px of the whole image; mirror, directions (n, a, b, 3); profile
     (n, b, 2) mm; T_camera_board (4, 4).
     """
 

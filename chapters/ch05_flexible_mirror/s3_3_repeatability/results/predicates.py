@@ -80,7 +80,7 @@ def growth(runs, name="back_mm", seeds=slice(None)):
 
 
 def ratio(after, before):
-    """Ratio of the medians of two measures of the same seeds, Estimate."""
+    """Ratio of the medians of two measures of the same runs, Estimate."""
     return bootstrap(
         lambda a, b: median(a) / median(b),
         with_worst(after),

@@ -23,7 +23,7 @@ def below_at_the_edge(runs):
 def edge_ratios(runs, place):
     """Mean error at the edge next to the clamp over the mean of all corners, (seeds,).
 
-    The edge: in each row of the board the seen corner nearest to the clamp.
+    The edge: in each row of the board the visible corner nearest to the clamp.
     """
     found = np.full(runs.seeds, np.nan)
     board, reached, errors = vectors_at(runs, place)

@@ -21,7 +21,7 @@ BEFORE, AFTER = 0, 1
 
 
 def in_all_places(rig, bench, errors, seed):
-    """{pitch: deflections (PLACES,) mm}, NaN where one was refused, and how many."""
+    """{pitch: deflections (PLACES,) mm}, NaN where rejected, and their number."""
     rng = np.random.default_rng(seed)
     ends = STAGES_MM[BEFORE], STAGES_MM[AFTER]
     cameras = [

@@ -28,7 +28,7 @@ STEPS_MM = {
 
 
 def both_steps(rig, bench, errors, seed):
-    """{step: what its starts and their ends are}; `refused` where there is no stage."""
+    """{step: its starts and their ends}; `refused` where there is no stage."""
     rng = np.random.default_rng(seed)
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     out = {}
@@ -62,7 +62,7 @@ def shares(rng):
 
 
 def from_starts(rig, pair, first, stage, pixels, further_mm):
-    """SD, mm, of the deflections that the starts end at; NaN where one was refused.
+    """SD, mm, of the deflections at the ends; NaN where one was rejected.
 
     pair: true cameras before and after; pixels: (N, 2) of the board after.
     """
@@ -94,7 +94,7 @@ def from_starts(rig, pair, first, stage, pixels, further_mm):
 def bending(rig, true, grid, clamp):
     """Change (Kf, Kg) of the distances that lifts the free edge by 1 mm along the load.
 
-    It rises with the square of the way from the clamp, in the picture.
+    It rises with the square of the distance from the clamp, in the image.
     """
     u = grid.knots_u
     degree = grid.degree[0]
