@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s3_3_deflections import claims
-from chapters.ch05_flexible_mirror.s3_3_deflections.results import geometry, prose, runs
+from chapters.ch05_flexible_mirror.s3_3_deflections.results import geometry, runs
 from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
     edge_excess,
 )
@@ -161,15 +161,6 @@ def test_a_seed_ends_at_a_swinging_end_where_the_reading_rejects_it():
         assert np.isnan(found.linear()).any(axis=1).tolist() == linear
     for one in readings_of(claims.judge_deflections, results):
         assert ("rejected" in one.reading.values()) == (one.verdict == "undecided")
-
-
-def test_completed_seeds_with_a_swinging_end_are_counted_apart_from_rejected_ones():
-    columns = of_bench(LEVEL, 3, {})
-    columns[f"{LEVEL}.refused"] = [None, "no-feature-at-end", None]
-    columns[f"{LEVEL}.stage2.swing_deg"] = [6.0, 6.0, 1.0]
-    columns[f"{LEVEL}.stage3.swing_deg"] = [1.0, None, 1.0]
-    found = runs.Runs({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
-    assert (prose.swings(found), prose.refusals(found)) == (1, 1)
 
 
 def test_seeds_that_were_rejected_do_not_count_and_are_told():

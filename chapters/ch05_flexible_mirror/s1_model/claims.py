@@ -3,11 +3,11 @@
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s1_model.results import (
-    LEAST_PAIRS,
+    MIN_PAIRS,
     OFF_ANCHOR,
     SMALL,
     compared_beams,
-    least_rank,
+    rank_range,
     slope_over,
 )
 from chapters.ch05_flexible_mirror.s1_model.trials.edges import VALUES
@@ -19,7 +19,7 @@ from repro.judge.statistics import median_interval, with_worst
 from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 
-LARGEST_BEAM = 0.02
+MAX_BEAM = 0.02
 EXACT, EXACT_MM = 1e-9, 1e-6
 SAME_POINT_MM, ANOTHER_SHAPE_MM = 1e-4, 0.1
 WORSE = 1e3
@@ -35,13 +35,13 @@ INVERSE, PROPORTIONAL = (-1.1, -0.9), (0.95, 1.05)
     readings=("beam_compared",),
 )
 def judge_beam_cubic(results, options):
-    """Elastica and cubic up to a squared slope of 0.036: within 2 % of the tip's."""
+    """Test that elastica and cubic agree within 2 % up to a squared slope of 0.036."""
     levels, found = compared_beams(results["exp_c5_beam_cubic"], options)
     most = float(found[levels <= SMALL].max())
-    beyond = levels[found >= LARGEST_BEAM]
+    beyond = levels[found >= MAX_BEAM]
     remark = f"2 % are reached at {beyond[0]:g}" if len(beyond) else "2 % not reached"
     return Reading.of(
-        most < LARGEST_BEAM,
+        most < MAX_BEAM,
         100 * most,
         "%",
         f"largest difference over the deflection of the tip, at a squared slope of "
@@ -52,7 +52,7 @@ def judge_beam_cubic(results, options):
 
 @claim("c5_depth_ambiguity", needs=("exp_c5_depth_ambiguity",), evidence="analytic")
 def judge_depth_ambiguity(results):
-    """One direction is left open by the rays, and the true mirror is it."""
+    """Test that the rays leave one direction undetermined, the true mirror."""
     found = results["exp_c5_depth_ambiguity"]
     open_ones, off = found.column("open"), float(found.column("off").max())
     return Reading.of(
@@ -67,7 +67,7 @@ def judge_depth_ambiguity(results):
 
 @claim("c5_shape_ambiguity", needs=("exp_c5_shape_ambiguity",), evidence="analytic")
 def judge_shape_ambiguity(results):
-    """Curves anchored elsewhere show the same points, and are no scaled copies."""
+    """Test that curves with another anchor show the same points and other shapes."""
     found = results["exp_c5_shape_ambiguity"]
     offset = max(found.column(f"anchor_{n}.offset_mm")[0] for n in range(len(ANCHORS)))
     apart = min(found.column(f"anchor_{n}.beyond_scale_mm")[0] for n in OFF_ANCHOR)
@@ -82,7 +82,7 @@ def judge_shape_ambiguity(results):
 
 @claim("c5_fix_removes", needs=("exp_c5_fix_removes",), evidence="analytic")
 def judge_fix_removes(results):
-    """With one fixed point nothing is open, and both stages find the truth."""
+    """Test that with one fixed point both stages recover the true mirror."""
     found = results["exp_c5_fix_removes"]
     linear, refined = (
         float(found.column(name).max()) for name in ("linear_mm", "refined_mm")
@@ -100,30 +100,30 @@ def judge_fix_removes(results):
 
 @claim("c5_min_pairs", needs=("exp_c5_min_pairs",), evidence="analytic")
 def judge_min_pairs(results):
-    """Full rank but one from ten well spread pairs on, not from nine, never more."""
+    """Test that ten well spread pairs, not nine, have full rank less one."""
     found = results["exp_c5_min_pairs"]
-    full = int(found.column("size", pairs=LEAST_PAIRS)[0]) - 1
+    full = int(found.column("size", pairs=MIN_PAIRS)[0]) - 1
     counts = found.levels("pairs")
-    ranks = {n: least_rank(found, "spread", n) for n in counts}
+    ranks = {n: rank_range(found, "spread", n) for n in counts}
     holds = all(
-        low == high == full if n >= LEAST_PAIRS else high < full
+        low == high == full if n >= MIN_PAIRS else high < full
         for n, (low, high) in ranks.items()
     )
-    random = float(np.median(found.column("random", pairs=LEAST_PAIRS)))
+    random = float(np.median(found.column("random", pairs=MIN_PAIRS)))
     return Reading.of(
         holds,
         float(min(n for n, (low, _) in ranks.items() if low == full)),
         "count",
         f"least number of well spread pairs with rank {full} in all of "
         f"{found.trials_per_condition} mirrors; {max(counts)} pairs have rank "
-        f"{ranks[max(counts)][1]}; {LEAST_PAIRS} at random have rank {random:g} "
+        f"{ranks[max(counts)][1]}; {MIN_PAIRS} at random have rank {random:g} "
         "(median)",
     )
 
 
 @claim("c5_end_knots", needs=("exp_c5_end_knots",), evidence="analytic")
 def judge_end_knots(results):
-    """Without an end interval's features rank falls, or the condition is 1e3 worse."""
+    """Test that without features in an end interval the rank or condition degrades."""
     found = results["exp_c5_end_knots"]
     ranks, lost = [], []
     for condition in found.conditions:
@@ -147,7 +147,7 @@ def judge_end_knots(results):
 
 @claim("c5_lin_ok_far", needs=("exp_c5_lin_ok_far",), evidence="analytic")
 def judge_far(results):
-    """Angle between scene rays before and after, over depth: slope -1 far away."""
+    """Test that the rotation of scene rays falls as one over a large depth."""
     slope, found = slope_over(results["exp_c5_lin_ok_far"], "depth", "angle_deg")
     return Reading.of(
         INVERSE[0] <= slope <= INVERSE[1],
@@ -160,7 +160,7 @@ def judge_far(results):
 
 @claim("c5_aberr_depth", needs=("exp_c5_aberr_depth",), evidence="analytic")
 def judge_aberration(results):
-    """A fixed turn of the mirror: what is seen moves in proportion to its depth."""
+    """Test that a fixed rotation of the mirror displaces points by their depth."""
     slope, found = slope_over(results["exp_c5_aberr_depth"], "depth", "moved_mm")
     return Reading.of(
         PROPORTIONAL[0] <= slope <= PROPORTIONAL[1],
@@ -178,13 +178,13 @@ def judge_aberration(results):
     readings=("clamp_value",),
 )
 def judge_edges(results, options):
-    """Picks 1 px off raise the error of the deflection to 3 times the refined one."""
+    """Test that picks with 1 px error triple the deflection error of refined ones."""
     found = results["exp_c5_edge_refine"]
     known = VALUES[options["clamp_value"]]
     picked, refined = (
         found.column(f"{known}.{name}_mm") for name in ("picked", "refined")
     )
-    # A stage that is refused has an error without bound.
+    # A rejected stage has an infinite error.
     ratio = median_interval(with_worst(picked) / refined)
     refused = int(np.count_nonzero(np.isnan(picked)))
     return Reading.of(
@@ -199,7 +199,7 @@ def judge_edges(results, options):
 
 @claim("c5_noncentral", needs=(), evidence="analytic")
 def judge_centre(results):
-    """The scene rays of a bent mirror pass their best common point at over 0.1 mm."""
+    """Test that scene rays of a bent mirror miss a common point by over 0.1 mm."""
     rig = mirror_rig("A")
     flat, off = (
         centrality(camera.rays(lattice(camera, CENTRE_PX)))

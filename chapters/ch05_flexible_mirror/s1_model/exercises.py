@@ -1,4 +1,4 @@
-"""What the exercises of section 5.1 compare an answer with."""
+"""Expected answers of the exercises of section 5.1."""
 
 import numpy as np
 
@@ -10,26 +10,26 @@ DEPTH_MM = 3000.0
 
 
 def pairs_task():
-    """Each pair gives two equations, and the scale stays open: K - 1 are needed."""
+    """Each pair gives two equations, without the scale: K - 1 are needed."""
     count = SHAPE[0] * SHAPE[1]
     return {
         "expected": lambda: -(-(count - 1) // 2),
-        "hint": "two equations for each pair, and one unknown that no pair tells",
+        "hint": "two equations for each pair, and one unknown that no pair determines",
         "slips": {
-            "The scale is open whatever the pairs, so that one equation less is "
-            "needed; and a pair cannot be halved.": lambda: count / 2 + 1,
+            "No pair determines the scale, so one equation less is needed; and a "
+            "pair cannot be halved.": lambda: count / 2 + 1,
             "A pair gives two equations, one for each tangent.": lambda: count - 1,
         },
     }
 
 
 def defect_task():
-    """A mirror that is turned by an angle turns the scene ray by twice as much."""
+    """A rotation of the mirror rotates the scene ray by twice the angle."""
     return {
         "expected": moved_mm,
-        "hint": "how much does the scene ray turn when the mirror turns?",
+        "hint": "by which angle does the scene ray rotate when the mirror rotates?",
         "slips": {
-            "The scene ray turns twice as much as the mirror.": lambda: (
+            "The scene ray rotates by twice the angle of the mirror.": lambda: (
                 DEPTH_MM * DEFECT_RAD
             )
         },
@@ -37,7 +37,7 @@ def defect_task():
 
 
 def moved_mm():
-    """Displacement at the depth, found by reflecting at the mirror and a turned one."""
+    """Displacement at the depth, from reflection at the mirror and a rotated one."""
     u = np.array([0.0])
     V, tangents = viewing_rays(u)[0], curve(0.0).tangents(u)
     c, s = np.cos(DEFECT_RAD), np.sin(DEFECT_RAD)
@@ -53,11 +53,9 @@ def double_task():
     vector of the equations is the mirror up to its size."""
     return {
         "expected": lambda: 2.0 * curve(16.7).distances([0.0])[0],
-        "hint": "only directions enter the equations: what do they know of lengths?",
+        "hint": "only directions enter the equations: do they determine lengths?",
         "slips": {
-            "The rays are the same for both, so nothing but the size differs; all "
-            "distances have the factor, the others too.": lambda: curve(16.7).distances(
-                [0.0]
-            )[0]
+            "Both have the same rays, so only the scale differs; all distances have "
+            "the same factor.": lambda: curve(16.7).distances([0.0])[0]
         },
     }

@@ -1,4 +1,4 @@
-"""Figs 5.1 and 5.2, drawn with computed mirrors, and where a beam is no cubic."""
+"""Figs 5.1 and 5.2, drawn with computed mirrors, and the error of the cubic beam."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from repro.run.outcomes import Check, Drawing
 FAINT = {"color": "#7a828c", "linewidth": 0.8, "marker": ""}
 SHOWN = (2, 20, 38)
 EXACT = 1e-4
-WORDS = {0.9: "10 % nearer", 1.0: "where it is", 1.1: "10 % farther"}
+WORDS = {0.9: "10 % nearer", 1.0: "true", 1.1: "10 % farther"}
 
 # Fig. 5.1: rows and columns of corners that are drawn, and the sight from above.
 SHOWN_CORNERS = (slice(2, None, 4), slice(3, None, 4))
@@ -29,7 +29,7 @@ SIGHT, UP = (-0.25, -0.9, -0.45), (0.0, 0.0, 1.0)
 
 @figure("fig_5_1", needs=(), evidence="analytic", scene=True)
 def fig_5_1(results):
-    """Viewing rays to a bent mirror, and scene rays on to the points that they see."""
+    """Viewing rays to a bent mirror, and scene rays to the points that they see."""
     rig = mirror_rig("A")
     camera = rig.camera(BENT_MM)
     T = rig.board_pose(np.random.default_rng(0), DYNAMIC_MM, (BENT_MM,))
@@ -59,18 +59,17 @@ def fig_5_1(results):
     return Drawing(
         scene_figure(scene, height_in=4.2),
         traced,
-        "A flexible mirror camera, traced on the rig of geometry A with its mirror "
-        "pushed by 15 mm. Viewing rays run from the camera to the mirror, scene rays "
-        "from there to the points that are seen. They start at the mirror, not in one "
-        "point.",
-        Check(bool(off < EXACT), f"scene rays pass their points by {off:.0e} mm"),
+        "Viewing rays and scene rays of a flexible mirror camera, rig A with its "
+        "mirror pushed by 15 mm. Viewing rays go from the camera to the mirror, scene "
+        "rays from there to the visible points. Scene rays have no common point.",
+        Check(bool(off < EXACT), f"scene rays miss their points by {off:.0e} mm"),
         scene,
     )
 
 
 @figure("fig_5_2", needs=("exp_c5_shape_ambiguity",), evidence="analytic")
 def fig_5_2(results):
-    """Mirrors that the rays, or the scene points, do not tell apart."""
+    """Mirrors that have the same rays, or the same scene points."""
     trial = results["exp_c5_shape_ambiguity"].select()
     points = trial.arrays("points")[0]
     curves = [trial.arrays(f"anchor_{n}.curve")[0] for n in range(len(ANCHORS))]
@@ -101,14 +100,13 @@ def fig_5_2(results):
     return Drawing(
         drawn,
         columns(("ambiguity", "anchor", "x_mm", "z_mm"), rows),
-        "Mirrors that cannot be told apart, computed for a beam bent by 16.7 mm. (a) "
-        "Viewing and scene rays are known: a mirror and its scaled copies have the "
-        "same directions. (b) Viewing rays and scene points are known: another mirror "
-        "through another place shows the same points on the same viewing rays, and has "
-        "another shape. The camera is at (0, 0).",
+        "Ambiguous mirrors, computed for a beam bent by 16.7 mm; the camera is at (0, "
+        "0). (a) Known viewing and scene rays: a mirror and its scaled copies have the "
+        "same directions. (b) Known viewing rays and scene points: a mirror at another "
+        "distance shows the same points on the same viewing rays, with another shape.",
         Check(
             bool(offset < EXACT),
-            f"scene points lie within {offset:.0e} mm of the scene rays in (b)",
+            f"scene points are within {offset:.0e} mm of the scene rays in (b)",
         ),
     )
 
@@ -124,13 +122,13 @@ def ext_beam_cubic(results):
         rows += [(option, *row) for row in zip(levels, 100 * found, strict=True)]
     axes.axhline(2, color=INK, linestyle=":", marker="", label="2 %")
     axes.axvline(SMALL, color=INK, linestyle="--", marker="", label="0.036")
-    axes.set(xscale="log", yscale="log", xlabel="Largest squared slope (1)")
-    axes.set_ylabel("Difference / deflection of the tip (%)")
+    axes.set(xscale="log", yscale="log", xlabel="Largest squared slope")
+    axes.set_ylabel("Difference (% of tip deflection)")
     legend_below(drawn, axes, ncols=4)
     return Drawing(
         drawn,
         columns(("compared", "slope2", "difference_percent"), rows),
         "Largest difference of the beam's cubic (5.1) from the elastica, which is "
-        "right for deflections of any size, against the cubic's largest squared slope. "
-        "Dashed: the largest one that the thesis states.",
+        "exact for any deflection, against the cubic's largest squared slope. Dashed: "
+        "the largest squared slope that the thesis states.",
     )

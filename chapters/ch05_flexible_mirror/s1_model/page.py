@@ -1,11 +1,10 @@
 # %% [markdown]
-# # 5.1 A camera before a mirror that bends: what its rays say about its shape
+# # 5.1 The flexible mirror camera model
 #
-# **Question.** A camera looks into a mirror that bends. The general model of
-# chapter 2 would have to measure the ray of every pixel anew after each
-# bending. The thesis describes the mirror's shape instead, by few numbers.
-# Which shapes can a bent mirror have, what do the directions of rays say
-# about them, and what do they leave open?
+# **Question.** A general camera model would have to measure the ray of each pixel anew
+# whenever a mirror bends. The thesis models the shape of the mirror instead, with few
+# coefficients. Given viewing rays and scene rays, or scene points, which shapes agree
+# with them, and what removes the ambiguity?
 
 # %%
 from chapters.ch05_flexible_mirror.s1_model.exercises import (
@@ -51,39 +50,55 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # **Findings.**
 #
-# - Directions alone give a mirror up to its size. Scene points in place of
-#   scene directions leave a family of mirrors, one for every distance of its
-#   first point, and they are no copies of each other: 10 % nearer or farther,
-#   the shape differs by {glue:text}`shapes.off:.1f` mm (RMS) after the best
-#   scaling. No residual tells: the points lie on the scene rays of each.
-# - One fixed point takes away both. Without noise a spline mirror is then
-#   found to {glue:text}`fixed.linear:.0e` mm by the linear equations.
-# - For the 21 coefficients of the thesis {glue:text}`pairs` pairs of rays are
-#   enough if they are well spread. At random so few give a rank of
-#   {glue:text}`pairs.random:g` in place of {glue:text}`pairs.full` (median).
-# - A beam's cubic is {glue:text}`beam.usual:.2f` % off the exact curve at the
-#   thesis's usual deflection, and {glue:text}`beam.end:.1f` % at the steepest
-#   slope that it states.
+# 1. **Ray directions determine the mirror up to scale.** A mirror and its scaled copies
+#    have the same directions.
+# 2. **Scene points leave a family of shapes.** A mirror that is 10 % nearer or farther
+#    differs by {glue:text}`shapes.off:.1f` mm (RMS) after the best scaling. Residuals
+#    do not show the difference.
+# 3. **One fixed point removes both ambiguities.** Without noise the linear equations
+#    then find a spline mirror exactly.
+# 4. **Ten pairs of rays suffice for 21 coefficients if well spread.** Ten random pairs
+#    have a median rank of {glue:text}`pairs.random:g` in place of 20.
+
+# %% [markdown]
+# | quantity | thesis | here |
+# |---|---|---|
+# | pairs of rays for 21 coefficients | about half as many | 10, well spread |
+# | cubic beam, usual deflection | accurate | error {glue:text}`beam.usual:.2f` % |
+# | cubic beam, steepest stated slope | accurate | error {glue:text}`beam.end:.1f` % |
+# | deflection error, points as picked | large | {glue:text}`edge.pick.picked:.3f` mm |
+# | deflection error, points on a line | small | {glue:text}`edge.pick.refined:.3f` mm |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Viewing ray* $V_l$: unit vector from the camera's centre to the mirror point $S$.
+#   *Scene ray* $V_r$: unit vector from there to the scene. $N$: unit normal.
+# - $u$, $v$: image coordinates. $D(u,v)$: distance of the mirror along the viewing ray.
+# - $f_i$, $g_j$: quadratic B-splines. $c_{ij}$: coefficients. *Knot interval*: piece
+#   between two knots.
+# - *Fixed point*: point of the mirror whose position is known, here at the clamp.
+# - *Elastica*: exact shape of a thin bent sheet. *Squared slope*: its largest
+#   $(dv/dx)^2$.
+# - *Rank*: number of independent equations. The full model has 21 coefficients and
+#   needs 20.
+# - *Rig A*: the primary simulated set-up ([5.3.3a](s3_3_calibration.ipynb)).
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - A thin plate, clamped at one edge and bent a little, is a cubic (5.1).
-# - The shape follows from viewing and scene rays by linear equations, up to
-#   scale. About half as many pairs of rays as coefficients are enough, and
-#   features are needed in the first and last knot intervals.
-# - Two ambiguities arise, of depth and of shape (Fig. 5.2). A fixed point, such
-#   as the clamp, removes both.
-# - The directions in which distant points are seen do not change with the
-#   mirror's shape (5.28). Defects of the mirror do more harm the farther away
-#   the scene is (5.3.2).
+# - A thin plate, clamped at one edge and bent slightly, is a cubic (5.1).
+# - The shape follows from viewing and scene rays by linear equations, up to scale.
+#   About half as many pairs as coefficients suffice. The first and last knot intervals
+#   need features.
+# - Two ambiguities arise, of depth and of shape (Fig. 5.2). A fixed point removes both.
+# - Directions to distant points do not change with the mirror's shape (5.28). Mirror
+#   defects have more effect at larger depths (5.3.2).
 
 # %% [markdown]
 # ## Model
 #
-# A *viewing ray* $V_l$, a unit vector, leaves the camera's centre and meets the
-# mirror at $S$. There it is reflected and goes on as *scene ray* $V_r$. With
-# the unit normal $N$ the law of reflection is
+# The law of reflection is
 #
 # $$ V_r = V_l - 2\,(V_l\cdot N)\,N, \qquad
 # N = \frac{V_l - V_r}{\lVert V_l - V_r\rVert}. \tag{5.8} $$
@@ -92,43 +107,37 @@ from repro.run.outcomes import Plan, crossed
 # show("fig_5_1")
 
 # %% [markdown]
-# The *full model* gives the distance of the mirror along each viewing ray, as
-# a spline of the image coordinates $u$ and $v$:
+# The *full model* is a spline of the distance:
 #
 # $$ S(u, v) = D(u, v)\,V_l(u, v), \qquad
 # D(u,v) = \sum_{i=1}^{K_f}\sum_{j=1}^{K_g} c_{ij}\,f_i(u)\,g_j(v), \tag{5.3, 5.4} $$
 #
-# with $K_f$ basis functions $f_i$ along $u$ and $K_g$ functions $g_j$ along
-# $v$. They are quadratic B-splines here, as in the thesis, and the numbers
-# $c_{ij}$ are all that has to be found: 21 of them for 7 x 3 functions. The
-# normal is at right angles to both tangents, $\partial S/\partial u \cdot N =
-# \partial S/\partial v \cdot N = 0$ (5.9, 5.10). Every pair of rays gives one
-# equation of each kind, linear in $c_{ij}$ {cite}`halstead1996`. Two prints
-# need mending: a transpose is missing in (5.16), and (5.25) stacks the
-# coefficients in another order (E-5.04, E-5.05).
+# with $K_f$ × $K_g$ = 7 × 3 = 21 coefficients to be estimated. The normal is orthogonal
+# to both tangents, $\partial S/\partial u \cdot N = \partial S/\partial v \cdot N = 0$
+# (5.9, 5.10). Each pair of rays gives one equation of each kind, linear in $c_{ij}$
+# {cite}`halstead1996`. Two misprints are corrected: a missing transpose in (5.16), and
+# the order of coefficients in (5.25) (E-5.04, E-5.05).
 
 # %% tags=["active-ipynb"]
 # show_code(orthogonality_rows)
 
 # %% [markdown]
-# **What is left open.** The equations have no right side: with $D$ every
-# multiple of it is a solution. That is the ambiguity of depth, panel (a).
+# **Ambiguity of depth**, panel (a). The equations are homogeneous, so every multiple of
+# a solution $D$ is a solution.
 #
-# The other one is of the situation after bending, where the scene points are
-# known and not the scene rays. Take a viewing ray and any place on it. The
-# way from there to the scene point is the scene ray, and both rays together
-# give the normal. So the slope of the mirror follows from its distance: a
-# differential equation of first order, which has one solution for every
-# distance at its start, panel (b).
+# **Ambiguity of shape**, panel (b). After a deflection the scene points are known and
+# not the scene rays. Each position on a viewing ray gives a scene ray to the scene
+# point, and both rays give the normal. So the slope of the mirror follows from its
+# distance. This is a differential equation of first order, with one solution for each
+# initial distance.
 
 # %% tags=["active-ipynb"]
 # show_code(anchored)
 
 # %% [markdown]
-# **What closes it.** At the clamp the mirror does not move. If its distance
-# there is known, coefficients are written as one solution of that equation and
-# a combination of those directions that leave it as it is (5.21). All that
-# remains is an ordinary least-squares problem.
+# **Constraint.** The mirror does not move at the clamp. With the known distance there,
+# the coefficients are one particular solution plus a combination of directions that do
+# not change it (5.21). An ordinary least-squares problem remains.
 
 # %% tags=["active-ipynb"]
 # show_code(shape_with_clamp)
@@ -136,9 +145,10 @@ from repro.run.outcomes import Plan, crossed
 # %% [markdown]
 # ## Experiment
 #
-# Each statement has an experiment of its own, without noise: mirrors that are
-# splines exactly, and a beam in the plane of its bending. 20 mirrors are drawn
-# where anything is drawn.
+# Each statement has its own experiment without noise. The mirrors are exact splines, 20
+# random ones where anything is drawn, or a beam in its plane of bending. The exception
+# is the test of fixed points, which are picked with an error of 1 px on rig A.
+
 
 # %%
 DRAWS = {"quick": 3, "full": 20}
@@ -152,19 +162,19 @@ def beams(effort):
 
 @experiment("exp_c5_depth_ambiguity", artefact="fig_5_2")
 def depths(effort):
-    """What directions leave open."""
+    """Ambiguity of ray directions."""
     return Plan(depth_trial, [{}], DRAWS[effort])
 
 
 @experiment("exp_c5_shape_ambiguity", artefact="fig_5_2")
 def shapes(effort):
-    """Mirrors through several places that show the same points."""
+    """Mirrors at several distances that show the same points."""
     return Plan(shapes_trial, [{}], 1)
 
 
 @experiment("exp_c5_fix_removes", artefact="sec_5_1_3")
 def fixed(effort):
-    """One fixed point: is anything open, and is the truth found?"""
+    """One fixed point: remaining ambiguity, and recovery of the truth."""
     return Plan(fixed_trial, [{}], DRAWS[effort])
 
 
@@ -177,7 +187,7 @@ def fixed(effort):
     ),
 )
 def picked_edges(effort):
-    """Fixed points picked by hand, as they are and refined to a line."""
+    """Fixed points picked by hand, unchanged and refined to a line."""
     settings = {"pick_sd_px": PICK_SD_PX, "on_edge_sd_px": ON_EDGE_SD_PX}
     return Plan(edge_trial, [{}], {"quick": 3, "full": 50}[effort], settings)
 
@@ -208,61 +218,56 @@ def far(effort):
 
 @experiment("exp_c5_aberr_depth", artefact="fig_5_6")
 def defects(effort):
-    """A defect of fixed slope, seen at rising depths."""
+    """A defect of fixed slope, at rising depths."""
     return Plan(defect_trial, crossed(depth=DEFECT_DEPTHS_MM), 1)
 
 
 # %% [markdown]
-# ## How far a cubic is right
+# ## Validity of the cubic beam
 
 # %% tags=["active-ipynb"]
 # show("ext_beam_cubic")
 
 # %% [markdown]
-# The beam's formula takes the bending moment at $x$ for the curvature times the
-# stiffness, and the curvature for $d^2v/dx^2$. The second holds for small
-# slopes only. The *elastica* keeps the curvature as it is, and the length of
-# the sheet. Compared at the same deflection, the two stay within 2 % up to
-# a squared slope of {glue:text}`beam.largest:g` in this list, the largest that
-# the thesis's simulations have. By the same force they are closer still.
+# The beam formula replaces the curvature by $d^2v/dx^2$, which holds for small slopes
+# only. The elastica keeps the exact curvature and the length of the sheet. At equal
+# force the two shapes are even closer than at equal deflection.
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# **Counting pairs.** Each pair has two equations and the scale stays open, so
-# that $\lceil (K_f K_g - 1)/2\rceil$ pairs can be enough, 10 for 21
-# coefficients, not 10.5 (E-5.07). But each function is zero over most of the
-# mirror, and a pair says nothing about functions that are zero where it is. So
-# it counts where the pairs lie, and with real features far more of them are
-# needed.
+# **Number of pairs.** Each pair has two equations and the scale stays undetermined. So
+# $\lceil (K_f K_g - 1)/2\rceil$ pairs can suffice: 10 for 21 coefficients, not 10.5
+# (E-5.07). But each spline function is zero over most of the mirror, so the positions
+# of the pairs matter. Real features are not optimally spread, and many more are needed.
 #
-# **Ends.** The first and the last function along each axis live in one
-# interval alone. Without features there nothing says what they do, and the
-# rank falls. Inside, a neighbour's functions reach over an empty interval.
+# **Ends.** The first and last functions along each axis extend over one interval alone.
+# Without features there the rank falls. An empty inner interval is covered by functions
+# of its neighbours.
 #
-# **Picked points.** The fixed points are picked by hand, and the thesis moves
-# them onto a line, since small errors there would do much harm. On the rig of
-# geometry A, with picks 1 px off, the deflection is wrong by
-# {glue:text}`edge.pick.picked:.3f` mm as picked and by
-# {glue:text}`edge.pick.refined:.3f` mm refined (medians), where the value that is
-# kept is read at the pick (5.19): a point beside the clamp hardly moves. Where
-# the value belongs to the true point and the pick puts it elsewhere, the
-# refined line leaves {glue:text}`edge.point.refined:.3f` mm, and of the picks as
-# they are {glue:text}`edge.refused:.0f` % are refused: features and clamp do not
-# fit each other.
+# **Picked points.** The thesis moves hand-picked fixed points onto a line, because
+# small errors would have large effects. With the method's own convention, which reads
+# the fixed distance at the pick (5.19), the refinement makes little difference: a point
+# next to the clamp hardly moves. If the distance belongs to the true point and the pick
+# is elsewhere, features and clamp contradict each other, and picks without refinement
+# can be rejected.
 #
-# **Far scenes.** The angle by which a scene ray turns falls as one over the
-# depth (log-log slope {glue:text}`far.slope:.3f` from 10 to
-# {glue:text}`far.most:g` camera distances). Nearer by, the camera's own
-# distance counts; see [5.3.1](s3_1_simulated.ipynb). A defect of 1 mrad turns
-# the scene ray by 2 mrad at any depth: {glue:text}`defect.250:.1f` mm at
-# 250 mm, {glue:text}`defect.5000:.0f` mm at the 5 m of the thesis's Fig. 5.6.
-# That sets how far away a grid may be.
+# **Distant scenes.** The rotation of a scene ray falls as one over the depth at large
+# depths. At small depths the camera's own distance matters
+# ([5.3.1](s3_1_simulated.ipynb)). A defect of 1 mrad rotates the scene ray by 2 mrad at
+# any depth, so the displacement is proportional to the depth. This limits the distance
+# of a board.
 #
-# **Limits.** No noise here, and mirrors from the spline's own space: what is
-# shown is what the equations can tell at best. A physical mirror is none of
-# these splines; how much that costs is the subject of the sections on
-# experiments.
+# **Limits.** Without noise and with exact splines, these results are the best case.
+# Later sections test physical shapes and noise.
+
+# %% [markdown]
+# ## Summary
+#
+# Rays or scene points alone do not determine a mirror's shape, but one fixed point
+# does. The linear equations then need few pairs of rays, provided that they cover each
+# knot interval at the ends. A refinement of the fixed points is not essential under the
+# method's own convention.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -283,15 +288,15 @@ def defects(effort):
 # check(None, **pairs_task())
 
 # %% [markdown]
-# **2.** A defect turns the mirror by 1 mrad. How many mm off is what one sees
-# there, on a wall 3 m from the mirror?
+# **2.** A defect rotates the mirror locally by 1 mrad. By how many mm is the visible
+# point displaced, on a wall 3 m from the mirror?
 
 # %% tags=["active-ipynb"]
 # check(None, **defect_task())
 
 # %% [markdown]
 # **3.** Two mirrors have the same viewing and scene rays. One is
-# `curve(16.7).distances([0.0])` mm away at the middle of the picture; the
+# `curve(16.7).distances([0.0])` mm away at the middle of the image; the
 # other is twice as far away at the clamp. How far away is it at the middle,
 # in mm? (`from chapters.ch05_flexible_mirror.s1_model.trials.plane import
 # curve`)

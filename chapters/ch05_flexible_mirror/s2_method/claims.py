@@ -1,4 +1,4 @@
-"""The claims of section 5.2 that hang on runs."""
+"""The claims of section 5.2 that depend on runs."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 from repro.run.readings import Case
 
-LEAST_SHARE = 0.95
+MIN_SHARE = 0.95
 
 
 @claim("c5_linear_enough", needs=BOTH, evidence="rendered", readings=("mirror_bench",))
@@ -43,7 +43,7 @@ def judge_linear_enough(results, options):
         found = starts(bench)
         share = proportion(found.same()[seeds].astype(float))
         return Reading.of(
-            share.above(np.nextafter(LEAST_SHARE, 0)),
+            share.above(np.nextafter(MIN_SHARE, 0)),
             share.times(100),
             "%",
             f"of {np.count_nonzero(seeds)} deflections with cost and deflection of the "
@@ -56,7 +56,7 @@ def judge_linear_enough(results, options):
         Case(READINGS, options),
         lambda bench: starts(bench).completed,
         reading_of,
-        lambda bench, seeds: np.mean(starts(bench).same()[seeds]) >= LEAST_SHARE,
+        lambda bench, seeds: np.mean(starts(bench).same()[seeds]) >= MIN_SHARE,
     )
 
 
@@ -66,9 +66,9 @@ def judge_static_grids(results):
 
     Fixed before the run: a mirror that is not deflected, uneven as at the first level;
     the surface as published, from (5.15), (5.16) and the scale; a square as its four
-    corners have it (3.2). *Larger* is a ratio of the medians whose interval lies above
-    one. The refined surface, and that of an even mirror, are told. Six draws had been
-    seen while the trial was written.
+    corners give it (3.2). *Larger* is a ratio of the medians whose interval is above
+    one. The refined surface, and that of a smooth mirror, are reported. Six draws had
+    been seen while the trial was written.
     """
     grid, pixel = (surfaces(results, UNEVEN_UM, n) for n in ("grid", "pixel"))
     ratio = ratio_of("median", grid, pixel, paired=True)
@@ -93,16 +93,15 @@ def judge_static_grids(results):
 
 @claim("c5_multistep_favoured", needs=("table_5_5_runs",), evidence="synthetic")
 def judge_step_sizes(results):
-    """Three steps of 5 mm against one of 15 mm, on the same pictures of one board.
+    """Three steps of 5 mm against one of 15 mm, on the same images of one board.
 
-    Fixed before this judge was first run: the laboratory's errors, as for any claim
-    about simulated data, and the way back to stage 0, on which both ways begin with one
-    camera and end with one picture. Features: the mean of the three steps; a step that
-    was rejected has none. Back-projection: on a board 400 mm away, in the pose that
-    each camera finds. Both have to be better, a ratio of the medians with its interval
-    above one and p < 0.01 after Holm's correction. The runs are those of Table 5.5.
-    They had been seen, back-projection (`c5_single_worse_bp`) and the numbers of
-    features.
+    Fixed before this judge was first run: the low-noise level, as for any claim about
+    simulated data, and the steps back to stage 0, where both start from one camera and
+    end with one image. Features: the mean of the three steps; a rejected step has none.
+    Back-projection: on a board 400 mm away, in the fitted pose. Both have to be better,
+    a ratio of the medians with its interval above one and p < 0.01 after Holm's
+    correction. The runs are those of Table 5.5, whose back-projection
+    (`c5_single_worse_bp`) and numbers of features had been seen.
     """
     decisions, (common, back) = _better_in_steps(results, "laboratory")
     _, on_bench = _better_in_steps(results, LEVEL)
@@ -118,11 +117,11 @@ def judge_step_sizes(results):
 
 @claim("c5_knot_tradeoff", needs=("exp_c5_knot_tradeoff",), evidence="rendered")
 def judge_knot_tradeoff(results):
-    """The largest step that is borne, and the error without noise, as knots are added.
+    """The largest tolerated step, and the error without noise, as knots are added.
 
     Fixed before: the step never grows from one number of knots to the next and is
     smaller in the end; the median error of the shape without noise falls every time. A
-    refused seed is not below one degree, and has the worst error.
+    rejected run is not below one degree, and has the worst error.
     """
     knots = Knots.of(results)
     steps = np.array([knots.largest_step(shape) for shape in SHAPES])

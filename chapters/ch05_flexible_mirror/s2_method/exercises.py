@@ -1,4 +1,4 @@
-"""What the exercises of section 5.2 compare an answer with."""
+"""Expected answers of the exercises of section 5.2."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ ANGLE, MIRROR_MM, SCENE_MM = np.radians(30), 380.0, 260.0
 
 
 def shift_task():
-    """The image moves by twice what the plane moves: taking the thickness off along the
-    normal brings the plane nearer to the camera by it."""
+    """The image moves by twice the shift of the plane, which the thickness shifts along
+    its normal."""
     return {
         "expected": moved_mm,
         "hint": "how far does a mirror image move when its mirror moves by 1 mm?",
@@ -33,14 +33,14 @@ def moved_mm():
 
 
 def determinant_task():
-    """A reflection turns hands: one eigenvalue of I - 2 n n^T is -1, two are 1."""
+    """A reflection changes handedness: the eigenvalues of I - 2 n n^T are -1, 1, 1."""
     n = np.array([0.6, 0.0, -0.8])
     return {
         "expected": lambda: float(np.linalg.det(reflection([*n, 100.0])[:3, :3])),
         "hint": "what does I - 2 n n^T do with n, and with vectors at right angles to "
         "it?",
         "slips": {
-            "That is a rotation's. Along n the sign changes, across it nothing does.": (
+            "That is for a rotation. Here the sign changes along n, and only there.": (
                 lambda: 1.0
             )
         },
@@ -48,12 +48,14 @@ def determinant_task():
 
 
 def start_task():
-    """Z / (Z + D): the linear estimate keeps the scene ray and sees the viewing ray's
-    turn alone."""
+    """Z / (Z + D): the linear estimate keeps the scene ray and sees the rotation of the
+    viewing ray only."""
     return {
         "expected": lambda: 5.0 * SCENE_MM / (SCENE_MM + MIRROR_MM),
         "hint": "5.3.1: linear over true deflection is Z / (Z + D)",
         "slips": {
-            "That is what it misses.": lambda: 5.0 * MIRROR_MM / (SCENE_MM + MIRROR_MM)
+            "That is the missing part.": lambda: (
+                5.0 * MIRROR_MM / (SCENE_MM + MIRROR_MM)
+            )
         },
     }

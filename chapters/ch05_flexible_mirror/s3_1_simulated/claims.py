@@ -1,4 +1,4 @@
-"""The claims about Fig. 5.5, each tested in every reading of the text."""
+"""The claims about Fig. 5.5, each tested in every interpretation of the text."""
 
 import numpy as np
 
@@ -36,9 +36,9 @@ OF_TIP = (
     "bend_sense",
     "grid_size",
 )
-LARGEST_SLOPE2, LEAST_GROWTH, LEAST_R2 = 0.04, 3.0, 0.97
+MAX_SLOPE2, MIN_GROWTH, MIN_R2 = 0.04, 3.0, 0.97
 PROPORTIONAL, INVERSE = (0.85, 1.15), (-1.3, -0.7)
-LARGEST_RANK, UNCHANGED = -0.7, (0.9, 1.1)
+MAX_RANK, UNCHANGED = -0.7, (0.9, 1.1)
 
 
 def _slopes(x):
@@ -54,7 +54,7 @@ def _ranks(y):
     return 1 - 6 * np.sum(off**2, axis=-1) / (n * (n**2 - 1))
 
 
-def _said(found):
+def _in_words(found):
     return f"{found.value:.3g} ({found.low:.3g} to {found.high:.3g})"
 
 
@@ -80,11 +80,10 @@ def _monotonic(case, result, sweep, rising):
 
 @claim("c5_slope_small", needs=SWEPT, evidence="analytic")
 def judge_slope_small(results):
-    """The steepest place of all mirrors that were calibrated, and the default's.
+    """The steepest slope of all calibrated mirrors, and that of the default.
 
-    Slope is that of the metric curve; the sweep's end was put at the printed 0.036
-    (E-5.13), so that the verdict says no more than that the text uses the beam's
-    formula.
+    Slope is that of the metric curve; the sweep's end was set to the printed 0.036
+    (E-5.13), so the verdict shows only that the text uses the beam's formula.
     """
     case, result = CurveCase(), results[RESULT]
     most = max(
@@ -94,7 +93,7 @@ def judge_slope_small(results):
     )
     usual = np.max(case.column(result, "noise", DEFAULT["noise"], "slope2"))
     return Reading.of(
-        most <= LARGEST_SLOPE2,
+        most <= MAX_SLOPE2,
         float(most),
         reason=f"at {SWEEPS['bend'][-1]:g} mm, the end of the sweep, which was put "
         f"where the printed 0.036 is reached; at {DEFAULT['bend']:g} mm {usual:.4f}",
@@ -116,10 +115,10 @@ def judge_noise_final_more(results, options):
         for pair in (ends[:2], ends[2:])
     )
     return Reading.of(
-        ratio.above(np.nextafter(LEAST_GROWTH, 0)),
+        ratio.above(np.nextafter(MIN_GROWTH, 0)),
         ratio,
-        reason=f"growth of the final error {_said(final)}, of the linear one "
-        f"{_said(linear)}",
+        reason=f"growth of the final error {_in_words(final)}, of the linear one "
+        f"{_in_words(linear)}",
     )
 
 
@@ -134,7 +133,7 @@ def judge_noise_final_linear(results, options):
         np.array(NOISY), np.array([one.value for one in found]), 1 / spread**2
     )
     slope = over_levels(case.statistic, trials, _slopes(NOISY))
-    decision = slope.within(*PROPORTIONAL) if line.r2 >= LEAST_R2 else FAILS
+    decision = slope.within(*PROPORTIONAL) if line.r2 >= MIN_R2 else FAILS
     return Reading.of(
         decision, slope, reason=f"log-log slope; R² of the weighted line {line.r2:.4f}"
     )
@@ -170,11 +169,11 @@ def judge_depth_decreases(results, options):
     final = case.along(result, "depth", "final", NEAR)
     rank = over_levels(case.statistic, final, _ranks)
     return Reading.of(
-        all_of([falls, rank.below(LARGEST_RANK + 1e-9)]),
+        all_of([falls, rank.below(MAX_RANK + 1e-9)]),
         rank,
         reason="rank correlation of depth and final error up to 3000 mm; the linear "
         f"error falls least from {at[0]:g} to {at[1]:g} mm, by a factor of "
-        f"{_said(ratio)}",
+        f"{_in_words(ratio)}",
     )
 
 
@@ -198,7 +197,7 @@ def judge_depth_saturates(results, options):
 
 @claim("c5_curv_linear_rises", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_curv_linear_rises(results, options):
-    """The linear error rises from each curvature to the next."""
+    """Test that the linear error rises from each curvature to the next."""
     case = CurveCase(options)
     rises, ratio, at = _monotonic(case, results[RESULT], "bend", rising=True)
     return Reading.of(
@@ -227,7 +226,7 @@ def judge_curv_final_largest(results, options):
         all_of([one.above(1.0) for one in most.values()]),
         most[at],
         reason=f"largest final error over curvature over that over {at}; over "
-        + ", ".join(f"{name} {_said(one)}" for name, one in most.items()),
+        + ", ".join(f"{name} {_in_words(one)}" for name, one in most.items()),
     )
 
 
@@ -251,7 +250,7 @@ def judge_bias_inverse_depth(results, options):
 
 @numbers("fig_5_5", needs=SWEPT, evidence="synthetic")
 def numbers_fig_5_5(results):
-    """The settings that the text states, as they were run, and its two results."""
+    """Settings that the text states, as run, and its two results."""
     result, case = results[RESULT], CurveCase()
     ran = result.settings
     steepest = float(np.max(case.column(result, "bend", SWEEPS["bend"][-1], "slope2")))

@@ -1,4 +1,4 @@
-"""What the exercises of section 5.3.1 compare an answer with."""
+"""Expected answers of the exercises of section 5.3.1."""
 
 import numpy as np
 
@@ -11,20 +11,20 @@ TURN_DEG = 2.0
 
 
 def turned_ray_task():
-    """A mirror that turns by an angle turns the reflected ray by twice as much."""
+    """A rotation of the mirror rotates the reflected ray by twice the angle."""
     return {
         "expected": ray_turn_deg,
-        "hint": "the normal turns with the mirror, and lies halfway between the rays",
+        "hint": "the normal rotates with the mirror, and bisects the rays",
         "slips": {
-            "So far the normal turns; the viewing ray stays, so all of the change is "
-            "the scene ray's.": lambda: TURN_DEG,
-            "It turns more, not less.": lambda: TURN_DEG / 2,
+            "That is the rotation of the normal; the viewing ray stays, so the scene "
+            "ray has all of the change.": lambda: TURN_DEG,
+            "It rotates more, not less.": lambda: TURN_DEG / 2,
         },
     }
 
 
 def ray_turn_deg():
-    """Turn of the scene ray, found by reflecting at both mirrors."""
+    """Rotation of the scene ray, by reflection at both mirrors."""
     V = np.array([[0.0, 1.0]])
     angles = []
     for turn in (0.0, np.radians(TURN_DEG)):
@@ -42,9 +42,8 @@ def underestimate_task():
         "hint": "the farther the grid, the better the assumption; the camera's own "
         "distance sets the scale",
         "slips": {
-            "That is what it leaves out.": lambda: TIP_MM * (1 - share),
-            "The camera's distance over the sum is the share that is missing, of a "
-            "ratio of the two: D / Z is not it.": lambda: (
+            "That is the part that it misses.": lambda: TIP_MM * (1 - share),
+            "The missing share is D / (Z + D), not D / Z.": lambda: (
                 TIP_MM * (1 - DISTANCE_MM / DEPTH_MM)
             ),
         },

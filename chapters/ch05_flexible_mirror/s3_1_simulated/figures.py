@@ -1,4 +1,4 @@
-"""Fig. 5.5 and what explains it: the bias of the linear stage."""
+"""Fig. 5.5 and the bias of the linear stage."""
 
 from chapters.ch05_flexible_mirror.s3_1_simulated.results import (
     PRIMARY,
@@ -26,7 +26,7 @@ DEPTH_TICKS, SHARE_TICKS = (500, 1000, 2000, 4000, 8000), (0.05, 0.1, 0.2, 0.5, 
 FORMULA = {"color": INK, "linestyle": ":", "marker": ""}
 HEIGHT = CurveCase({"reduced_curve": "height over the clamped line"})
 FINAL = (
-    ("final, cubic of the picture", PRIMARY, series(1)),
+    ("final, cubic of the image coordinate", PRIMARY, series(1)),
     ("final, cubic of the length", HEIGHT, series(2)),
 )
 PITCHES = {
@@ -40,7 +40,7 @@ UNITS = {"noise": "px", "depth": "mm", "bend": "1/m"}
 
 @figure("fig_5_5", needs=("fig_5_5_sweeps",), evidence="synthetic")
 def fig_5_5(results):
-    """Mean errors over noise, depth, curvature: the linear stage, and the final one."""
+    """Mean errors over noise, depth and curvature of the linear and final stages."""
     result, rows = results[RESULT], []
     drawn, axes = new_figure(3, 2, height_in=7.8, sharex="row")
     for (left, right), (sweep, levels) in zip(axes, SWEEPS.items(), strict=True):
@@ -72,10 +72,10 @@ def fig_5_5(results):
         columns(("sweep", "unit", "estimate", "level", "mean_mm", "low", "high"), rows),
         "Mean error of the estimated mirror surface against image noise, scene depth "
         "and curvature, of the linear estimate (left) and of the final one (right; "
-        "other scale). The final estimate is shown for both readings of the reduced "
-        "model's cubic. Means of the trials with 95 % intervals; dotted: what the "
-        "assumption of an infinite scene costs, 3/8 of the tip's deflection times "
-        "D/(Z+D).",
+        "other scale). The final estimate is shown for both interpretations of the "
+        "reduced model's cubic. Means of the trials with 95 % intervals; dotted: "
+        "error by the assumption of an infinite scene, 3/8 of the tip's deflection "
+        "times D/(Z+D).",
     )
 
 
@@ -103,7 +103,7 @@ def _legend_of(drawn, pair):
 
 @figure("ext_fig_5_5_bias", needs=("fig_5_5_sweeps",), evidence="synthetic")
 def ext_fig_5_5_bias(results):
-    """Deflection that the linear stage leaves out, over depth, beside D / (Z + D)."""
+    """Deflection that the linear stage misses, over depth, with D / (Z + D)."""
     result, rows = results[RESULT], []
     drawn, axes = new_figure(height_in=3.9)
     depths = SWEEPS["depth"]
@@ -120,13 +120,13 @@ def ext_fig_5_5_bias(results):
     axes.set(yscale="log", xlabel=AXES["depth"])
     axes.minorticks_off()
     axes.set_yticks(SHARE_TICKS, [f"{tick:g}" for tick in SHARE_TICKS])
-    axes.set_ylabel("Share of the deflection left out (1)")
+    axes.set_ylabel("Missing share of the deflection")
     legend_below(drawn, axes, ncols=2)
     return Drawing(
         drawn,
         columns(("sensor", "depth_mm", "mean_share", "low", "high"), rows),
-        "Share of the tip's deflection that the linear estimate leaves out, against "
-        "scene depth, for three sensors behind the same lens, and so three distances "
-        "D of the camera from the mirror. Means with 95 % intervals; both axes are "
-        "logarithmic.",
+        "Share of the tip's deflection that the linear estimate misses, against scene "
+        "depth, for four sensors with the same lens, and so four distances D from the "
+        "camera to the mirror. Means with 95 % intervals; dotted: D/(Z+D); both axes "
+        "are logarithmic.",
     )

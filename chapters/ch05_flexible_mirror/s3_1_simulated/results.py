@@ -1,4 +1,4 @@
-"""Which trials Fig. 5.5 and its claims read, and the numbers that the page quotes."""
+"""Trials that Fig. 5.5 and its claims use, and the numbers that the page quotes."""
 
 import numpy as np
 
@@ -42,7 +42,7 @@ MEAN_OF_BEAM = 3 / 8
 
 
 class CurveCase(Case):
-    """One reading of 5.3.1, with the primary option of what is not asked."""
+    """One interpretation of 5.3.1, with the primary option of all other questions."""
 
     def __init__(self, options=None):
         super().__init__(READINGS, options)
@@ -54,11 +54,11 @@ class CurveCase(Case):
 
     @property
     def method(self):
-        """What the trials call the method of this reading."""
+        """Name of this interpretation's method in the trials."""
         return "known" if self["row_before"] else self["reduced_curve"]
 
     def column(self, result, sweep, level, name):
-        """A value (trials,) of this reading's set-up at a level; nan where failed."""
+        """A value (trials,) of this set-up at a level; nan where failed."""
         number = SWEEPS[sweep].index(level)
         where = {"pitch": self["pixel_pitch"], "rows": self["corner_rows"],
                  "sense": self["bend_sense"], "grid": self["grid_size"]}  # fmt: skip
@@ -70,12 +70,12 @@ class CurveCase(Case):
         return self._filled(self.column(result, sweep, level, name))
 
     def missing(self, result, level):
-        """Share (trials,) of the tip's deflection that the linear stage leaves out."""
+        """Share (trials,) of the tip's deflection that the linear stage misses."""
         name = f"{self.method}.linear.tip_ratio"
         return self._filled(1 - self.column(result, "depth", level, name))
 
     def _filled(self, trials):
-        """A failure is infinite in a median, and as the worst trial in a mean."""
+        """Set a failure to infinity for a median, to the worst trial for a mean."""
         if self.statistic == "median" or np.isnan(trials).all():
             return with_worst(trials)
         return with_worst(trials, np.nanmax(trials))
@@ -117,7 +117,7 @@ def linear_by_formula(depth, tip, pitch=BASE["pitch"]):
 
 
 def missing_by_formula(depth, pitch=BASE["pitch"]):
-    """D / (Z + D), the share of the deflection that the linear stage leaves out."""
+    """D / (Z + D), the share of the deflection that the linear stage misses."""
     distance = rig_of(pitch).distance_mm
     return distance / (depth + distance)
 
@@ -128,7 +128,7 @@ def curvature(tip):
 
 
 def name_values(open_results):
-    """Name the numbers of the prose, in the primary reading."""
+    """Name the numbers of the prose, in the primary interpretation."""
     result = open_results(RESULT)
     for name, number in quoted(result).items():
         value(name, number)
@@ -136,49 +136,15 @@ def name_values(open_results):
 
 def quoted(result):
     """Name -> number, of what the prose quotes."""
-    height = CurveCase({"reduced_curve": "height over the clamped line"})
-    at_corners = CurveCase({"surface_error": "along the rays at the corners"})
-
-    def mean(sweep, level, stage, case=PRIMARY):
-        return float(np.mean(case.errors(result, sweep, level, stage)))
-
-    def median(sweep, level, name, case=PRIMARY):
-        return float(np.nanmedian(case.column(result, sweep, level, name)))
-
-    rig = rig_of(BASE["pitch"])
-    ratio = {
-        f"ratio.{level:g}": 1 - float(np.mean(PRIMARY.missing(result, level)))
-        for level in (400.0, 1650.0, 8000.0)
-    }
-    final_on_curve = {
-        f"{name}.{kind}.{level:g}": mean(sweep, level, "final", case)
-        for kind, case in (("distance", PRIMARY), ("height", height))
-        for name, sweep, levels in (
-            ("noise", "noise", SWEEPS["noise"]),
-            ("bend", "bend", (5.0, 53.0)),
-            ("depth", "depth", (400.0, 3000.0, 8000.0)),
-        )
-        for level in levels
-    }
-    restarts = [
-        PRIMARY.column(result, sweep, level, "distance.restart_mm")
-        for sweep, levels in SWEEPS.items()
-        for level in levels
-    ]
+    default = DEFAULT["depth"]
     return {
-        "camera.distance": rig.distance_mm,
-        "camera.pixel_mrad": 1000 * rig.pixel,
-        "linear": mean("noise", 1.0, "linear"),
-        "linear.formula": linear_by_formula(DEFAULT["depth"], DEFAULT["bend"]),
-        "linear.growth": mean("noise", 3.0, "linear") / mean("noise", 0.5, "linear"),
-        "final.growth": mean("noise", 3.0, "final") / mean("noise", 0.5, "final"),
-        "linear.53": mean("bend", 53.0, "linear"),
-        "reach.53": 100 * median("bend", 53.0, "distance.reach"),
-        "corners.53": mean("bend", 53.0, "final", at_corners),
-        "restart.most": float(np.nanmax(restarts)),
-        "slope2": median("noise", 1.0, "slope2"),
-        "slope2.most": median("bend", 53.0, "slope2"),
-        **{f"formula.{z}": 1 - missing_by_formula(z) for z in (400, 1650, 8000)},
-        **ratio,
-        **final_on_curve,
+        "camera.distance": rig_of(BASE["pitch"]).distance_mm,
+        f"ratio.{default:g}": 1 - float(np.mean(PRIMARY.missing(result, default))),
+        f"formula.{default:g}": 1 - missing_by_formula(default),
+        **{
+            f"noise.distance.{level:g}": float(
+                np.mean(PRIMARY.errors(result, "noise", level, "final"))
+            )
+            for level in (0.0, 1.0, 3.0)
+        },
     }

@@ -27,7 +27,7 @@ FUNCTIONS, POINTS, UNITY = 21, 10_000, 1e-12
     readings=("mirror_bench", "mirror_geometry"),
 )
 def judge_field_of_view(results, options):
-    """The fan of rays at stage 3 is 1.6 to 2.4 times as wide as at stage 0."""
+    """Test that the fan of rays at stage 3 is 1.6 to 2.4 times that at stage 0."""
     case = Case(READINGS, options)
 
     def reading_at(level):
@@ -46,7 +46,7 @@ def judge_field_of_view(results, options):
 
 @claim("c5_displacement", needs=("fig_5_10_moved",), evidence="synthetic")
 def judge_displacement(results):
-    """The mean way of the features rises with every deflection."""
+    """Test that the mean displacement of the features rises with every deflection."""
     moved = moved_px(results[MOVED], "A")
     least = np.diff(moved, axis=1).min()
     return Reading.of(
@@ -61,7 +61,7 @@ def judge_displacement(results):
 
 @claim("c5_basis21", needs=(), evidence="analytic")
 def judge_basis(results):
-    """7 x 3 quadratic functions are 21, and sum to one everywhere."""
+    """Test that 7 x 3 quadratic functions are 21, and sum to one everywhere."""
     grid = spline_grid(np.array([[0.0, 0.0], [5.0, 1.0]]), PUBLISHED.shape)
     points = np.random.default_rng(0).uniform([0, 0], [5, 1], (POINTS, 2))
     off = np.abs(grid.rows(points)[0].sum(axis=1) - 1).max()
@@ -89,6 +89,6 @@ def numbers_fig_5_9(results):
 
 @numbers("fig_5_10", needs=("fig_5_10_fans",), evidence="synthetic")
 def numbers_fig_5_10(results):
-    """How much wider the fan of rays gets."""
+    """Growth of the fan of rays."""
     ratios = fan_ratios(results[FANS], "A", "laboratory")
     return {"fig5_10_fov": Value.median(ratios, unit="ratio")}

@@ -1,4 +1,4 @@
-"""What the exercises of the primary calibration compare an answer with."""
+"""Expected answers of the exercises on the primary calibration."""
 
 import numpy as np
 
@@ -12,10 +12,10 @@ def slope_task():
     """The beam's slope at the load is 3/2 of the deflection over the length (5.1)."""
     return {
         "expected": turn_deg,
-        "hint": "the slope at the load is 3 v / (2 m); a scene ray turns twice as far "
-        "as the mirror.",
+        "hint": "the slope at the load is 3 v / (2 m); a scene ray rotates by twice "
+        "the mirror's angle.",
         "slips": {
-            "So far the mirror itself turns.": lambda: turn_deg() / 2,
+            "That is the rotation of the mirror itself.": lambda: turn_deg() / 2,
             "That is the mean slope; at the load it is larger.": lambda: (
                 turn_deg() / 1.5
             ),
@@ -24,16 +24,16 @@ def slope_task():
 
 
 def turn_deg():
-    """Turn (degrees) of the ray at the load at the last stage, twice the slope's."""
+    """Rotation (degrees) of the ray at the load at the last stage, twice the slope."""
     return float(2 * np.degrees(np.arctan(1.5 * STAGES_MM[-1] / LENGTH_MM)))
 
 
 def fan_task():
-    """At the clamp nothing turns; at the load the ray turns by twice the slope."""
+    """At the clamp nothing rotates; at the load the ray rotates by twice the slope."""
     return {
         "expected": fan_deg,
-        "hint": "one end of the fan stays where it is, the other turns as in exercise "
-        "1. On which side does a convex mirror send it?",
+        "hint": "one end of the fan stays fixed, the other rotates as in exercise 1. "
+        "To which side does a convex mirror send it?",
         "slips": {"A convex mirror spreads the fan.": lambda: _flat_deg() - turn_deg()},
     }
 
@@ -58,10 +58,10 @@ def unknowns_task():
     along, across = PUBLISHED.shape
     return {
         "expected": lambda: int(np.ceil((along * across - 1) / 2)),
-        "hint": "the directions leave the size open: one unknown less.",
+        "hint": "the directions do not determine the scale: one unknown less.",
         "slips": {
             "Each pair gives two equations.": lambda: along * across - 1,
-            "That would fix the size as well, which directions cannot.": lambda: int(
+            "That would fix the scale as well, which directions cannot.": lambda: int(
                 np.ceil(along * across / 2)
             ),
         },

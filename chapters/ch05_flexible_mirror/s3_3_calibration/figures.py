@@ -1,4 +1,4 @@
-"""Figs 5.8 to 5.10, how the bench was solved, and predicted beside true errors."""
+"""Figs 5.8 to 5.10, the solution of the error levels, and predicted errors."""
 
 import numpy as np
 
@@ -34,8 +34,8 @@ from repro.run.outcomes import Check, Drawing
 # Printed numbers that the levels are solved from, factor first: at the first level of
 # the primary stage and of stage 1, at the second both of stage 0.
 SOLVED_FROM = ("s5_3_3_pos_mean", "t5_4_s1_res_mean", "t5_3_s0_mean", "t5_4_s0_bp_mean")
-NEAR = 0.01  # of the printed number: so near the medians have to be
-# From above, the mirror beyond the camera.
+NEAR = 0.01  # largest difference of the medians from the printed number, relative
+# View from above, with the mirror behind the camera.
 SIGHT, UP = (-0.15, -0.95, -0.35), (0.0, 0.0, 1.0)
 BODY_MM, PUSH_MM = 60.0, 60.0
 ACROSS, LEVELS = 241, (0.3, 0.5, 0.7)
@@ -53,14 +53,14 @@ ERRORS = {
     published=SOLVED_FROM,
 )
 def ext_mirror_bench(results, published):
-    """Each of the measures against the number that it settles."""
+    """Each measure against the parameter that it determines."""
     drawn, panels = new_figure(2, 2, height_in=6.0)
     along = {
-        "factor": (FACTORS, "Factor of the decoding errors (1)"),
+        "factor": (FACTORS, "Factor of the decoding errors"),
         "aberration_um": (AMPLITUDES_UM, "Unevenness, RMS (µm)"),
     }
     ways = (
-        (FIRST, "miss_mm", "factor", "Mirror points from their rays (mm)"),
+        (FIRST, "miss_mm", "factor", "Distance of mirror points (mm)"),
         (FIRST, "residual_mm", "aberration_um", "Residual of stage 1 (mm)"),
         (SECOND, "angle_deg", "factor", "Angle to measured rays, stage 0 (°)"),
         (SECOND, "back_mm", "aberration_um", "Back-projection, stage 0 (mm)"),
@@ -78,18 +78,18 @@ def ext_mirror_bench(results, published):
         plot_interval(
             panel, np.array(levels), middle, low, high, look=series(k), label=label
         )
-        panel.plot(chosen, reached, "+", color=INK, ms=13, mew=2, label="taken")
+        panel.plot(chosen, reached, "+", color=INK, ms=13, mew=2, label="chosen")
         panel.set(
             xlabel=along[number][1], ylabel=measured, title="abcd"[k], ylim=(0, None)
         )
         panel.legend()
         rows += [(name, *row) for row in zip(levels, low, middle, high, strict=True)]
-        # The first level's numbers are older than the errors that are measured today.
+        # The first level was solved with an earlier set of measured errors.
         if level == SECOND:
             gaps.append(abs(reached / printed - 1))
         where = solved(values, levels, printed)
         where = "nowhere" if where is None else f"at {where:.3g}"
-        said.append(f"({'abcd'[k]}) {printed:g} {where}, {chosen:g} is taken")
+        said.append(f"({'abcd'[k]}) {printed:g} {where}, {chosen:g} is chosen")
     check = Check(
         max(gaps) <= NEAR,
         "with the second level's numbers the medians are within "
@@ -99,15 +99,14 @@ def ext_mirror_bench(results, published):
     return Drawing(
         drawn,
         columns(("measure", "level", "low", "median", "high"), rows),
-        "How the solved error levels were found. First level: (a) the mean distance of "
-        "mirror points from their two rays in the primary stage, when the "
-        "laboratory's decoding errors are multiplied, and (b) with that factor the "
-        "mean residual after the first deflection, when the mirror is uneven by four "
-        "waves. Second level, with the platter a little off its place: (c) the mean "
-        "angle to the rays that the primary's own grids give, with the unevenness "
-        "taken, and (d) the mean back-projection error at stage 0, with the factor "
-        f"taken. Geometry A, the method as published, {seeds} seeds. The printed "
-        f"numbers are reached: {'; '.join(said)}.",
+        "Measures against the parameters of the solved error levels. First level: (a) "
+        "mean distance of mirror points from their two rays, against the factor of the "
+        "low-noise level's decoding errors; (b) with that factor, mean residual after "
+        "the first deflection, against the unevenness. Second level, with a displaced "
+        "platter: (c) mean angle to the rays measured with the grids of the primary "
+        "calibration, with the chosen unevenness; (d) mean back-projection error at "
+        f"stage 0, with the chosen factor. Rig A, published method, {seeds} runs. The "
+        f"printed numbers are reached: {'; '.join(said)}.",
         check if seeds > 3 else None,
     )
 
@@ -140,10 +139,11 @@ def fig_5_8(results):
     return Drawing(
         scene_figure(scene, height_in=4.6),
         {"corners_seen_at_stage": [0], "count": [int(seen.sum())]},
-        "The laboratory's rig for the full model, geometry A, in the camera's frame: "
-        "the camera, the mirror clamped at its right edge at stages 0 and 3, the load "
-        "that bends it, the board of the dynamic stages, and the monitor in the two "
-        "positions of the primary stage. Monitor and board are never there at once.",
+        "Simulated rig A for the full model, in the camera's frame: the camera, the "
+        "mirror at stages 0 and 3 with its clamped edge at the right, the load that "
+        "bends it, the board of the dynamic calibration, and the monitor in the two "
+        "positions of the primary calibration. Monitor and board are not present "
+        "together.",
         Check(bool(seen.sum() >= 90), f"{seen.sum()} corners of the board are seen"),
         scene,
     )
@@ -151,7 +151,7 @@ def fig_5_8(results):
 
 @figure("fig_5_9", needs=(), evidence="analytic")
 def fig_5_9(results):
-    """The 21 tensor products of quadratic B-splines, each as a hill of its own."""
+    """The 21 tensor products of quadratic B-splines, as contour lines."""
     along, across = PUBLISHED.shape
     grid = spline_grid(np.array([[0.0, 0.0], [along - 2, across - 2]]), (along, across))
     u, v = np.meshgrid(
@@ -169,8 +169,8 @@ def fig_5_9(results):
         for place in breaks:
             line(place, color="#c8ccd2", lw=0.6, zorder=0)
     axes.set(
-        xlabel="u, from one end of the picture to the other (knot intervals)",
-        ylabel="v (knot interval)", aspect="equal", yticks=[0, 1],
+        xlabel="u along the mirror's image (knot intervals)",
+        ylabel="v (knot intervals)", aspect="equal", yticks=[0, 1],
         xlim=(-0.15, along - 1.85), ylim=(-0.12, across - 1.88),
     )  # fmt: skip
     whole = rows.sum(axis=1)
@@ -178,9 +178,9 @@ def fig_5_9(results):
         drawn,
         {"u": u.ravel().tolist(), "v": v.ravel().tolist(), "sum": whole.tolist()},
         f"The {grid.size} blending functions of the full model, products of {along} "
-        f"functions along the mirror and {across} across, all of degree 2. Lines of "
-        "equal height, 0.3, 0.5 and 0.7; grey: knots. At the ends of the box a "
-        "function reaches 1, so that the mirror's edge belongs to few coefficients.",
+        f"functions along the mirror and {across} across, all of degree 2. Contours "
+        "at 0.3, 0.5 and 0.7; grey: knots. At the ends one function reaches 1, so "
+        "that few coefficients determine the mirror's edge.",
         Check(
             bool(np.allclose(whole, 1, atol=1e-12)),
             "all functions together are 1 everywhere",
@@ -201,10 +201,10 @@ def fig_5_10(results):
     return Drawing(
         drawn,
         {"stage": stages, "fan_deg": [float(fans[k]) for k in stages]},
-        "A bookcase in the mirror at the stages of deflection, geometry A, in the part "
-        "of the picture that the mirror fills. The clamped edge is at the right; the "
-        "free edge shows more and more of the room. The CSV has the angle between the "
-        "outermost rays of the mirror's middle line.",
+        "Image of a bookcase in the mirror at the stages of deflection, rig A, "
+        "cropped to the mirror. The clamped edge is at the right; the free edge shows "
+        "more and more of the room. The CSV has the angle between the outermost rays "
+        "of the mirror's middle line.",
     )
 
 
@@ -241,8 +241,8 @@ def trust_figure(results):
             rows,
         ),
         "Predicted and true ray error over three deflections, all stages adjusted "
-        "together: RMS over the whole mirror, medians over "
-        f"{result.trials_per_condition} seeds with 95 % intervals. The misfit term is "
-        "what the residuals exceed the corners' noise by, and what no spline can "
+        "together, on rigs A and B: RMS over the whole mirror, medians over "
+        f"{result.trials_per_condition} runs with 95 % intervals. The misfit term is "
+        "the part of the residuals beyond the corner noise, which no spline can "
         "follow.",
     )

@@ -1,4 +1,4 @@
-"""The printed numbers of 5.3.3 beside the three error levels."""
+"""The printed numbers of 5.3.3 compared with the three error levels."""
 
 from chapters.ch05_flexible_mirror.s3_3_calibration.results import (
     CELLS,
@@ -23,7 +23,7 @@ PRINTED = (
     "t5_4_s2_bp_mean", "t5_4_s2_bp_sd", "t5_4_s2_res_mean", "t5_4_s2_res_sd",
     "t5_4_s3_bp_mean", "t5_4_s3_bp_sd", "t5_4_s3_res_mean", "t5_4_s3_res_sd",
 )  # fmt: skip
-# What the levels were solved from: near by construction.
+# Numbers that the levels are solved from: near the printed ones by construction.
 SET = {
     "first solved level": ("s5_3_3_pos_mean", "t5_4_s1_res_mean"),
     "second solved level": ("t5_3_s0_mean", "t5_4_s0_bp_mean"),
@@ -37,7 +37,7 @@ SET = {
     published=PRINTED,
 )
 def levels_table(results, published):
-    """Median and range of each measure at each level, and where the range holds the
+    """Median and range of each measure at each level, and where the range contains the
     printed number."""
     result = results[RUNS]
     inside = {level: within(result, name, published) for level, name in LEVELS.items()}
@@ -57,11 +57,11 @@ def levels_table(results, published):
     )
     heads = [level[0].upper() + level[1:] for level in LEVELS]
     return Table(
-        columns(("Measure", *heads, "Printed number in the range at"), rows),
-        "The numbers of 5.3.3 and of Tables 5.2 to 5.4 beside the three error levels: "
-        f"median and range of {RANGE_OF} seeds, geometry A. Of the {len(CELLS)} "
-        f"printed numbers so many lie in the range: {counts}. The levels' form was "
-        "chosen after all of them had been seen: the counts describe the choice, they "
-        "are no test of it.",
+        columns(("Measure", *heads, "Range contains the printed number at"), rows),
+        "The measured numbers of 5.3.3 and of Tables 5.2 to 5.4 at the three error "
+        f"levels: median and range of {RANGE_OF} runs, rig A. Number of the "
+        f"{len(CELLS)} printed values inside the range: {counts}. The form of the "
+        "levels was chosen after all of them were known, so these counts do not test "
+        "it.",
         printed={heads[0]: list(CELLS)},
     )

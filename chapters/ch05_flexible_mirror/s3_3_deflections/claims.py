@@ -1,4 +1,4 @@
-"""The claims about three deflections, tested as the ledger words them."""
+"""The claims about three deflections, tested as the registry words them."""
 
 from dataclasses import replace
 
@@ -38,14 +38,14 @@ from repro.run.experiment import claim
 from repro.run.outcomes import DECISIONS, NOT_COMPARABLE, Reading
 from repro.run.readings import Case
 
-# Questions of the ledger.
+# Questions of the registry.
 OPEN = ("mirror_bench", "swinging_ends", "mirror_geometry")
 ANGLES = ("mirror_bench", "swinging_ends", "mirror_geometry", "primary_grids")
 BOTH_RIGS = ("table_5_1_runs", "table_5_1_other")
-LEAST_BELOW, MOST_RATIO = 0.95, 0.9
-MOST_GROWTH = 1.1
+MIN_BELOW, MAX_RATIO = 0.95, 0.9
+MAX_GROWTH = 1.1
 TIMES = 2.0  # the SD among the corners
-MOST_OFF_TWICE = 0.05  # of twice the curvature
+MAX_OFF_TWICE = 0.05  # of twice the curvature
 
 
 @claim(
@@ -75,11 +75,11 @@ def judge_deflections(results, options):
 
 @claim("c5_linear_err_range", needs=BOTH_RIGS, evidence="rendered")
 def judge_linear_range(results):
-    """How far linear estimates lie below the final ones is the distances' doing.
+    """Difference of linear and final estimates, which the distances determine.
 
-    The share is 1 - Z/(Z+D), with the board Z from the mirror and the camera D. The
-    thesis states Z in two ways and D not at all, so that what comes out is what was
-    chosen.
+    The share is 1 - Z/(Z+D), with the distances Z of the board and D of the camera. The
+    thesis gives two values of Z and none of D, so that the result follows from the
+    choice.
     """
     said = []
     for geometry in "AB":
@@ -123,15 +123,15 @@ def judge_edges(results, options):
 def judge_underestimate(results, options):
     """Too small in 95 % of the linear stages and below 0.9 on the mean, at every stage.
 
-    All linear stages count, those of stages that were rejected after it too.
+    All linear stages count, also those of stages that were rejected later.
     """
 
     def ratios_at(bench):
         return predicates.linear_ratios(Runs(results, options, bench))
 
     def decided(ratios):
-        below = [proportion((r < 1).astype(float)).above(LEAST_BELOW) for r in ratios]
-        return all_of(below + [_mean(r).below(MOST_RATIO) for r in ratios])
+        below = [proportion((r < 1).astype(float)).above(MIN_BELOW) for r in ratios]
+        return all_of(below + [_mean(r).below(MAX_RATIO) for r in ratios])
 
     def reading_at(bench):
         every = ratios_at(bench)
@@ -154,7 +154,7 @@ def judge_underestimate(results, options):
     def side_at(bench):
         ratios = [r[np.isfinite(r)] for r in ratios_at(bench)]
         return all(
-            len(r) and np.mean(r < 1) >= LEAST_BELOW and np.mean(r) < MOST_RATIO
+            len(r) and np.mean(r < 1) >= MIN_BELOW and np.mean(r) < MAX_RATIO
             for r in ratios
         )
 
@@ -162,7 +162,7 @@ def judge_underestimate(results, options):
 
 
 def _mean(trials):
-    """Estimate of the mean of trials (n,), a failed one as bad as the worst."""
+    """Estimate of the mean of trials (n,); a failed one counts as the worst."""
     if np.isnan(trials).all():
         return bootstrap(OVER_TRIALS["mean"], with_worst(trials))
     return bootstrap(OVER_TRIALS["mean"], with_worst(trials, np.nanmax(trials)))
@@ -192,7 +192,7 @@ def judge_constant(results, options):
             f"{words} {one.value:.2f} ({one.low:.2f} to {one.high:.2f})"
             for words, one in found.items()
         )
-        within = [one.below(np.nextafter(MOST_GROWTH, 2)) for one in found.values()]
+        within = [one.below(np.nextafter(MAX_GROWTH, 2)) for one in found.values()]
         return Reading.of(
             all_of(within), found[most], reason=f"stage 3 over stage 1: {said}"
         )
@@ -202,7 +202,7 @@ def judge_constant(results, options):
         lambda bench: np.isfinite(Runs(results, options, bench).of(LAST, "back_mm")),
         reading_of,
         lambda bench, seeds: all(
-            one.value <= MOST_GROWTH for one in ratios(bench, seeds).values()
+            one.value <= MAX_GROWTH for one in ratios(bench, seeds).values()
         ),
     )
 
@@ -216,12 +216,11 @@ def judge_constant(results, options):
 def judge_tip(results, options):
     """SD of the deflection's error at the load over that among the corners.
 
-    Fixed before the run: the first push of 5 mm, over seeds. At either place the error
-    is that of how far the mirror went, found less true, so that where the primary stage
-    has put the whole mirror drops out; the same with where the mirror is after the push
-    is told. Among the corners: a lattice of places in the convex hull of the corners
-    that both pictures show, all seeds and places together. Seeds that were rejected
-    have no value.
+    Fixed before the run: the first push of 5 mm, over all runs. The error is that of
+    the movement, estimated minus true, so that the position of the whole mirror after
+    the primary stage drops out. The ratio for the position after the push is reported.
+    Among the corners: a lattice of points in the convex hull of the corners that both
+    images show, all runs and points together. Rejected runs have no value.
     """
 
     def reading_at(bench):
@@ -252,10 +251,11 @@ def judge_tip(results, options):
 def judge_curvature(results):
     """Turn of the scene ray for a shift of its reflection point, at stage 3.
 
-    Fixed: geometry A, an even mirror and one as uneven as the bench's; the viewing
-    ray's direction is kept, so that the turn is the mirror's alone; places on the
-    middle line that are curved by a tenth of the most or more. What the turn is with
-    each place's own viewing ray is told. Both had been seen when this was fixed.
+    Fixed: geometry A, a smooth mirror and one as uneven as at the primary level; the
+    direction of the viewing ray is kept, so that the mirror alone rotates the ray;
+    points on the middle line with a tenth of the largest curvature or more. The
+    rotation with each point's own viewing ray is reported. Both had been known when
+    this was fixed.
     """
     turns = [
         ray_turns(mirror_rig("A").camera(STAGES_MM[-1], uneven, 0))
@@ -264,7 +264,7 @@ def judge_curvature(results):
     off = max(np.abs(t.over_twice(t.mirror) - 1).max() for t in turns)
     whole = turns[0].over_twice(turns[0].whole)
     return Reading.of(
-        bool(off <= MOST_OFF_TWICE),
+        bool(off <= MAX_OFF_TWICE),
         float(100 * off),
         "%",
         f"largest difference from twice the curvature at "

@@ -1,4 +1,4 @@
-"""What the exercises of the page on three deflections compare an answer with."""
+"""Expected answers of the exercises on three deflections."""
 
 import numpy as np
 
@@ -19,10 +19,10 @@ def linear_task():
         "expected": lambda: STEP_MM * by_formula(),
         "hint": "Z is the board's distance from the mirror, D the camera's",
         "slips": {
-            "That is what the linear stage leaves out.": lambda: (
+            "That is the part that the linear stage misses.": lambda: (
                 STEP_MM * (1 - by_formula())
             ),
-            "Both distances are in the sum below.": lambda: (
+            "The denominator is the sum of both distances.": lambda: (
                 STEP_MM * DYNAMIC_MM / camera_mm()
             ),
         },
@@ -37,7 +37,7 @@ def depth_task():
         "hint": "solve Z/(Z+D) = 0.6 for Z",
         "slips": {
             "That would be the camera's share.": lambda: depth_for(1 - SHARE),
-            "The sum of both distances is below, not D alone.": lambda: (
+            "The denominator is the sum of both distances, not D alone.": lambda: (
                 SHARE * camera_mm()
             ),
         },
@@ -46,15 +46,13 @@ def depth_task():
 
 
 def ray_task():
-    """A ray that is turned misses by its length times the angle."""
+    """A rotated ray misses by its length times the angle."""
     return {
         "expected": lambda: BACK_PROJECTION_MM * np.tan(np.radians(ANGLE_DEG)),
-        "hint": "an angle in radians times the way from mirror to board",
+        "hint": "the angle in radians times the distance from mirror to board",
         "slips": {
-            "Degrees have to be turned into radians.": lambda: (
-                BACK_PROJECTION_MM * ANGLE_DEG
-            ),
-            "The mirror is off by half of that angle; the ray is off by all of it.": (
+            "Convert degrees to radians.": lambda: BACK_PROJECTION_MM * ANGLE_DEG,
+            "Half of that angle is the mirror's error; the ray has all of it.": (
                 lambda: BACK_PROJECTION_MM * np.tan(np.radians(ANGLE_DEG / 2))
             ),
         },

@@ -1,4 +1,4 @@
-"""Tables 5.1 to 5.4 on both benches, their numbers, and those that 5.3.3 states."""
+"""Tables 5.1 to 5.4 at all error levels, their numbers, and those of the text."""
 
 from dataclasses import replace
 
@@ -35,8 +35,8 @@ EXACT = (
     "stages resolve"
 )
 MEDIANS = (
-    "Medians over the seeds that came so far, with 95 % intervals; how many did, is in "
-    "the column of seeds."
+    "Medians over the runs completed up to that stage, with 95 % intervals; the column "
+    "Runs has their number."
 )
 
 
@@ -51,7 +51,7 @@ RENDERED_MEASURES = {
 
 
 def stages_of(runs, measures, stages):
-    """Rows of a table: stage, seeds, and a cell for every measure that stage has.
+    """Rows of a table: stage, number of runs, and a cell for each measure.
 
     measures: names of trials, or functions (runs, stage) -> (seeds,).
     """
@@ -72,7 +72,7 @@ def stages_of(runs, measures, stages):
 
 
 def on_all(results, heads, stages, geometry="A"):
-    """Columns of a table: those of `heads` {title: measure} at each level."""
+    """Columns of a table: those of `heads` {title: measure} at each error level."""
     rows = [
         (SAID[name], *row)
         for name in BENCHES
@@ -80,11 +80,11 @@ def on_all(results, heads, stages, geometry="A"):
             Runs(results, bench=name, geometry=geometry), heads.values(), stages
         )
     ]
-    return columns(("Error level", "Stage", "Seeds", *heads), rows)
+    return columns(("Error level", "Stage", "Runs", *heads), rows)
 
 
 def printed(stages, prefix, end):
-    """Ids for each row of `on_all`: those of the primary level, none of the others.
+    """Ids for each row of `on_all`: those of the primary level, None elsewhere.
 
     prefix, end: of the ids, as in t5_1_s1_linear.
     """
@@ -99,13 +99,13 @@ def table_5_1(results):
         "Actual (mm)": lambda runs, stage: np.array([STEP_MM]),
         "Linear (mm)": "linear_mm",
         "Final (mm)": "deflection_mm",
-        "Off since stage 0 (mm)": bent_off,
+        "Error since stage 0 (mm)": error_since_start,
     }
     return Table(
         on_all(results, heads, DEFLECTED),
-        "Deflections of the mirror at the load, actual and by the linear and the final "
-        "estimate of each stage, and by how much the sum of the final ones is off. "
-        f"Geometry A. {MEDIANS}",
+        "Deflection of the mirror at the load at each stage: actual, linear estimate "
+        "and final estimate, and error of the sum of the final estimates. "
+        f"Rig A. {MEDIANS}",
         printed={
             title: printed(DEFLECTED, prefix="t5_1", end=end)
             for title, end in zip(heads, ("actual", "linear", "final"), strict=False)
@@ -113,30 +113,30 @@ def table_5_1(results):
     )
 
 
-def bent_off(runs, stage):
-    """By how much all deflections up to a stage are off, mm (seeds,)."""
+def error_since_start(runs, stage):
+    """Error of the sum of deflections up to a stage, mm (seeds,)."""
     found = runs.at("deflection_mm", DEFLECTED[:stage])
     return found.sum(axis=0) - stage * STEP_MM
 
 
 @table("table_5_2", needs=NEEDS, evidence="rendered")
 def table_5_2(results):
-    """The monitor's travel as its reflections in the platter have it."""
+    """Travel of the monitor, from its reflections in the platter."""
     heads = {"Translation (mm)": "shift_mm", "Rotation (°)": "turn_deg"}
     return Table(
         on_all(results, heads, STAGES),
-        "How far the monitor was found to have travelled between its two places, and "
-        f"how far turned, from its reflection in the platter. {MEDIANS} It travels "
-        f"{SHIFT_MM:g} mm, and vibrates by 0.1 mm and 0.05° along each axis.",
+        "Translation and rotation of the monitor between its two positions, estimated "
+        f"from its reflection in the platter. {MEDIANS} The true travel is "
+        f"{SHIFT_MM:g} mm, with vibrations of 0.1 mm and 0.05° along each axis.",
         printed={
-            "Translation (mm)": beside_stage_0("t"),
-            "Rotation (°)": beside_stage_0("r"),
+            "Translation (mm)": ids_with_stage_0("t"),
+            "Rotation (°)": ids_with_stage_0("r"),
         },
     )
 
 
-def beside_stage_0(end):
-    """Ids of Table 5.2, whose stage 0 stands in the text."""
+def ids_with_stage_0(end):
+    """Ids of Table 5.2, with stage 0 from the text."""
     of_table = [f"t5_2_s{stage}_{end}" for stage in DEFLECTED]
     return beside([f"s5_3_3_ag_{end}", *of_table], len(STAGES) * len(BENCHES))
 
@@ -153,9 +153,9 @@ def table_5_3(results):
     }
     return Table(
         on_all(results, heads, STAGES),
-        "How far rays turn from stage 0 at most, and the angles between the calibrated "
-        "rays and those that an active grid in two places gives, as the thesis has "
-        f"them; to the right those to the true rays. Geometry A. {MEDIANS}",
+        "Largest rotation of a ray since stage 0, and angles from the calibrated rays "
+        "to those measured with an active grid in two positions, as in the thesis. The "
+        f"right columns have the angles to the true rays. Rig A. {MEDIANS}",
         printed={
             title: printed(STAGES, prefix="t5_3", end=end)
             for title, end in zip(heads, ("disp", "mean", "sd"), strict=False)
@@ -165,7 +165,7 @@ def table_5_3(results):
 
 @table("table_5_4", needs=NEEDS, evidence="rendered")
 def table_5_4(results):
-    """Back-projection and residuals, and what they do not show."""
+    """Back-projection errors and residuals, and the errors that they do not show."""
     heads = {
         "Back-projection (mm)": "back_mm",
         "SD (mm)": "back_sd_mm",
@@ -183,11 +183,12 @@ def table_5_4(results):
         ids[title][0] = None
     return Table(
         on_all(results, heads, STAGES),
-        "Back-projection errors on a board at 400 mm, whose pose the calibrated camera "
-        "finds itself, and residuals of the refinement; to the right what these hide: "
-        "the back-projection onto the board's true pose, and the angle to the true "
-        f"rays. Geometry A. {MEDIANS} The back-projection of stage 0 was set by the "
-        "second level, the residual of stage 1 by the first.",
+        "Back-projection errors on a board at 400 mm in the pose fitted by the "
+        "calibrated camera, and residuals of the refinement. The right columns have "
+        "what these hide: the back-projection error in the board's true pose, and the "
+        f"angle to the true rays. Rig A. {MEDIANS} The second solved level is solved "
+        "from the back-projection error of stage 0, the first from the residual of "
+        "stage 1.",
         printed=ids,
     )
 
@@ -198,7 +199,7 @@ def table_5_4(results):
     evidence="rendered",
 )
 def rendered_table(results):
-    """Runs from images beside those with redrawn errors, stage by stage."""
+    """Runs from images compared with those with redrawn errors, stage by stage."""
     result, rows = results[RENDERED], []
     places = dict.fromkeys((c["geometry"], c["bench"]) for c in result.conditions)
     for geometry, bench in places:
@@ -215,19 +216,19 @@ def rendered_table(results):
     heads = [head for name in RENDERED_MEASURES for head in (name, f"{name}, redrawn")]
     return Table(
         columns(("Rig", "Error level", "Method", "Stage", *heads), rows),
-        "Runs from rendered images, end to end (median and range), beside the same "
-        "measures with redrawn errors (medians over many seeds with 95 % intervals). "
-        "*As published*: distances along viewing rays, the clamp's position held. "
-        "*raxel calibrate*: as many knots as the corners carry, all stages together. "
-        "Rays are compared as far as the spline reaches; where it does not reach the "
-        "load there is no deflection. Back-projection onto a board "
-        "at 400 mm, whose corners are exact in the runs from images.",
+        "Measures of runs from rendered images (median and range), next to the same "
+        "measures with redrawn errors (medians over many runs with 95 % intervals). "
+        "*As published*: distances along viewing rays, fixed clamp position. "
+        "*raxel calibrate*: as many knots as the corners support, all stages at once. "
+        "Rays are compared where the spline is defined; if it does not reach the load, "
+        "there is no deflection. Back-projection is onto a board at 400 mm, whose "
+        "corners are exact in the runs from images.",
     )
 
 
 @table("ext_deflections_swept", needs=JUDGED, evidence="rendered")
 def ext_deflections_swept(results):
-    """Shares of the seeds in which claims are true, from bench to bench."""
+    """Shares of the runs in which claims are true, at each error level."""
     benches = [*BENCHES, *SWEPT]
     rows = [
         (
@@ -244,21 +245,20 @@ def ext_deflections_swept(results):
         columns(("Error level", *(f"{claim} (%)" for claim in claims)), rows),
         "Share of the completed runs in which each claim is true: at the three error "
         "levels, and with one or both of the second level's numbers halved or doubled. "
-        "A claim whose share is on another side of 90 % at one of these ends is left "
-        "undecided.",
+        "A claim whose share crosses 90 % at one of these ends is undecided.",
     )
 
 
 def _share(holds, found):
-    """Share of the completed seeds in which a claim is true, %; None without any."""
+    """Share of the completed runs in which a claim is true, %; None without any."""
     done = ~np.isnan(found)
     return 100 * float(np.mean(holds[done])) if done.any() else None
 
 
 def of_runs(runs, found, unit, put_in=""):
-    """The Value of a measure (seeds,) of `Runs`, and how many seeds have none."""
+    """The Value of a measure (seeds,) of `Runs`, with the number of rejected runs."""
     lost = np.count_nonzero(~np.isfinite(found))
-    reason = f"{lost} of {runs.seeds} seeds were rejected before" if lost else ""
+    reason = f"{lost} of {runs.seeds} runs were rejected before" if lost else ""
     return Value.of_seeds(found, unit, reason, put_in)
 
 
@@ -277,7 +277,7 @@ def _with(prefix, values):
 
 @numbers("table_5_1", needs=NEEDS, evidence="rendered")
 def numbers_of_table_5_1(results):
-    """Deflections found, and the largest error of the three."""
+    """Estimated deflections, and the largest error of the three."""
     runs = Runs(results)
     measures = {"linear": ("linear_mm", "mm"), "final": ("deflection_mm", "mm")}
     most = np.abs(deflection_errors(runs)).max(axis=0)
@@ -290,7 +290,7 @@ def numbers_of_table_5_1(results):
 
 @numbers("table_5_2", needs=NEEDS, evidence="rendered")
 def numbers_of_table_5_2(results):
-    """How far apart, and how turned, the monitor's places were found."""
+    """Estimated translation and rotation of the monitor."""
     measures = {"t": ("shift_mm", "mm"), "r": ("turn_deg", "deg")}
     return _with("t5_2_", _by_stage(Runs(results), measures, DEFLECTED))
 
@@ -318,7 +318,7 @@ def pixels_compared(runs):
 
 @numbers("table_5_4", needs=NEEDS, evidence="rendered")
 def numbers_of_table_5_4(results):
-    """Back-projection errors, own pose, and residuals."""
+    """Back-projection errors in the fitted pose, and residuals."""
     runs = Runs(results)
     back = {"bp_mean": ("back_mm", "mm"), "bp_sd": ("back_sd_mm", "mm")}
     left = {"res_mean": ("residual_mm", "mm"), "res_sd": ("residual_sd_mm", "mm")}
@@ -340,14 +340,14 @@ def numbers_of_table_5_4(results):
 
 @numbers("fig_5_12", needs=NEEDS, evidence="rendered")
 def numbers_of_fig_5_12(results):
-    """How many times the vectors are drawn."""
+    """Scales of the drawn vectors."""
     before, after = SCALES
     return {"t5_4_sc_a": Value(before, unit="x"), "t5_4_sc_b": Value(after, unit="x")}
 
 
 @numbers("sec_5_3_3", needs=NEEDS, evidence="rendered")
 def numbers_of_the_text(results):
-    """What the text states of the primary stage."""
+    """Numbers of the primary stage in the text."""
     runs = Runs(results)
     viewer = mirror_rig("A").viewer
     return {

@@ -1,4 +1,4 @@
-"""What the exercises of the page on repeated deflections compare an answer with."""
+"""Expected answers of the exercises on repeated deflections."""
 
 import numpy as np
 
@@ -13,8 +13,8 @@ def drift_task():
         "expected": lambda: STEP_SD_MM * np.sqrt(STEPS),
         "hint": "variances of independent errors add",
         "slips": {
-            "That would be errors that are all alike.": lambda: STEPS * STEP_SD_MM,
-            "Their mean would be that; here they add.": lambda: (
+            "That holds for equal errors.": lambda: STEPS * STEP_SD_MM,
+            "That is the SD of their mean; here they add.": lambda: (
                 STEP_SD_MM / np.sqrt(STEPS)
             ),
         },
@@ -22,27 +22,27 @@ def drift_task():
 
 
 def turned_rays_task():
-    """All rays turned together miss a board in its true place by distance times angle,
-    and one in a pose that is fitted to them by nothing of that."""
+    """Rays rotated together miss a board in its true pose by distance times angle, and
+    do not miss it in a pose that is fitted to them."""
     return {
         "expected": lambda: DISTANCE_MM * np.radians(TURN_DEG),
         "hint": "a small angle in radians is arc over radius",
         "slips": {
             "The angle has to be in radians.": lambda: DISTANCE_MM * TURN_DEG,
-            "That is how far off a pose found from the rays themselves would be seen "
-            "to be: it takes the turn along.": lambda: 0.0,
+            "That holds for a pose fitted to the rays themselves, which absorbs the "
+            "rotation.": lambda: 0.0,
         },
     }
 
 
 def tip_task():
-    """A mirror that turns by an angle turns its rays by twice as much."""
+    """A rotation of the mirror rotates its rays by twice the angle."""
     angle = MOVED_MM / LEVER_MM
     return {
         "expected": lambda: float(np.degrees(2 * angle)),
-        "hint": "first the turn of the mirror, then what a reflected ray makes of it",
+        "hint": "first the rotation of the mirror, then that of the reflected ray",
         "slips": {
-            "So far the mirror turns; the ray turns more.": lambda: float(
+            "That is the mirror's rotation; the ray rotates more.": lambda: float(
                 np.degrees(angle)
             ),
             "The exercise asks for degrees.": lambda: 2 * angle,

@@ -1,4 +1,4 @@
-"""Table 5.5 with its numbers and those of Fig. 5.13, and what stands beside them."""
+"""Table 5.5 with its numbers and those of Fig. 5.13, and the sensitivity table."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from repro.run.experiment import numbers, table
 from repro.run.outcomes import Measured, Table, Value
 
 SET = "the steps of the rig are these: put in, not found"
-# What the ledger's ids call the places of the loop -> what the trials do.
+# Names of states of the loop in the registry's ids -> names in the results.
 PLACES = {"stage0_primary": "start", "stage3": "step3", "stage0_after6": "step6"}
 COLUMNS = {
     "linear": "linear_mm",
@@ -31,20 +31,20 @@ COLUMNS = {
 
 
 def _median(found, unit):
-    """Median of the seeds that have a value, and how many have none, as a Value."""
+    """Median of the runs that have a value, with the number of others, as a Value."""
     known = found[np.isfinite(found)]
     lost = len(found) - len(known)
-    reason = f"{lost} of {len(found)} seeds were rejected before" if lost else ""
+    reason = f"{lost} of {len(found)} runs were rejected before" if lost else ""
     return Value.median(known if len(known) else found, unit, reason)
 
 
 def middle(found):
-    """Median of the seeds that have a value, nan without any."""
+    """Median of the runs that have a value, nan without any."""
     return median_and_range(found).value
 
 
 def _percent_more(after, before):
-    """Increase of the medians over completed seeds, %, as a Value."""
+    """Increase of the medians over completed runs, %, as a Value."""
     done = np.isfinite(after + before)
     if not done.any():
         return Value(np.nan, unit="%")
@@ -55,7 +55,7 @@ def _percent_more(after, before):
 
 @numbers("table_5_5", needs=("table_5_5_runs",), evidence="rendered")
 def numbers_table_5_5(results):
-    """The cells of the table, and what the text makes of them: medians over seeds."""
+    """Cells of the table, and the text's numbers: medians over runs."""
     runs = LoopRuns(results)
     cells = {
         f"t5_5_step{step}_{column}": _median(runs.of(f"step{step}", name), "mm")
@@ -94,7 +94,7 @@ def numbers_table_5_5(results):
 
 @numbers("fig_5_13", needs=("table_5_5_runs",), evidence="rendered")
 def numbers_fig_5_13(results):
-    """Back-projection errors in the board's own pose: medians over seeds."""
+    """Back-projection errors in the fitted pose: medians over runs."""
     runs = LoopRuns(results)
     found = {
         f"s5_rep_bp_{name}_{statistic}": _median(runs.of(place, column), "mm")
@@ -112,7 +112,7 @@ def numbers_fig_5_13(results):
 
 @table("table_5_5", needs=("table_5_5_runs",), evidence="rendered")
 def table_5_5(results):
-    """Steps by stage: deflections, residuals, and what says how right they are."""
+    """Steps by stage: deflections, residuals, and errors against the truth."""
     runs = LoopRuns(results)
     off = predicates.height_errors(runs)
     rows = []
@@ -134,19 +134,19 @@ def table_5_5(results):
         "Final estimate (mm)",
         "Residual, mean (mm)",
         "Residual, SD (mm)",
-        "Height at the load off the true one (mm)",
-        "Rays off the true ones (°)",
+        "Error of the height at the load (mm)",
+        "Angle to true rays (°)",
         "Back-projection, true pose (mm)",
     )
     printed = dict(zip(names[1:6], ("actual", *COLUMNS), strict=True))
     return Table(
         columns(names, rows),
-        "Three steps of 5 mm out and three back, second solved level: medians over the "
-        f"{runs.completed.sum()} of {runs.seeds} seeds that were completed, with 95 % "
-        "intervals. The three columns on the right need "
-        "the truth, which the thesis had not: the height from stage 0 as found, all "
-        "steps added, without sign; mean angle of the rays from the true ones; and "
-        "what a board at 400 mm is missed by in the place where it is.",
+        "Deflections and errors of three steps of 5 mm out and three back, second "
+        f"solved level: medians over the {runs.completed.sum()} of {runs.seeds} "
+        "completed runs, with 95 % intervals. The three columns on the right require "
+        "the truth, which the thesis did not have: absolute error of the height, as "
+        "the sum of all steps; mean angle of the rays to the true ones; and "
+        "back-projection error on a board at 400 mm in its true pose.",
         printed={
             name: [f"t5_5_step{step}_{column}" for step in STEPS]
             for name, column in printed.items()
@@ -155,7 +155,7 @@ def table_5_5(results):
 
 
 def judged_by(runs):
-    """What the claims are judged by, of completed runs, and how many these are."""
+    """Quantities that the claims test, of completed runs, and the number of these."""
     done = runs.completed
     start, third, end = (runs.of(p, "back_mm")[done] for p in PLACES.values())
     own = [
@@ -180,7 +180,7 @@ def judged_by(runs):
 
 @table("ext_table_5_5_sweep", needs=JUDGED, evidence="rendered")
 def sweep_table(results):
-    """What the claims are judged by, at all levels and over the sweep."""
+    """Quantities that the claims test, at all levels and over the sweep."""
     rows = []
     for bench in (*BENCHES, *SWEPT):
         runs = LoopRuns(results, bench=bench)
@@ -189,26 +189,26 @@ def sweep_table(results):
         columns(
             (
                 "Error level",
-                "Equivalent steps apart (%)",
-                "Loop open by (mm)",
-                "Single step off (%)",
-                "Back-projection, single over staged (1)",
-                "Growth a step (%)",
-                "After six steps over before (1)",
-                "After six steps over after three (1)",
+                "Difference of equivalent steps (%)",
+                "Loop error (mm)",
+                "Single step against three (%)",
+                "Back-projection, single over staged",
+                "Growth per step (%)",
+                "After six steps over before",
+                "After six steps over after three",
                 "Completed",
-                "Seeds",
+                "Runs",
             ),
             rows,
         ),
-        "Medians, and ratios of medians, of the completed runs, that the claims are "
-        "judged by, on geometry A: at the error levels and at the ends of the sweep. A "
-        "verdict that changes side between half and twice the second level's numbers "
-        "is left open.",
+        "Quantities that the claims test, on rig A, at the error levels and at the "
+        "ends of the sweep: medians, and ratios of medians, of the completed runs. A "
+        "claim whose estimate changes side between half and twice the second level's "
+        "numbers is undecided.",
     )
 
 
 def _cell(found):
-    """Median of the seeds that have a value, with its interval; None without any."""
+    """Median of the runs that have a value, with its interval; None without any."""
     known = found[np.isfinite(found)]
     return Measured.median_or_none(known) if len(known) else None

@@ -1,4 +1,4 @@
-"""Fixed points that are picked in the picture, as they are and refined to a line."""
+"""Fixed points picked in the image, unchanged and refined to a line."""
 
 import numpy as np
 
@@ -17,16 +17,16 @@ from raxel.geometry.spline_grid import spline_grid
 PICK_SD_PX, ON_EDGE_SD_PX, CORNER_SD_PX = 1.0, 0.1, 0.2
 # px between the pixels that the first shape is fitted to.
 FITTED_PX = 48
-# Where the value that is held comes from, as the ledger's options of clamp_value.
+# Origin of the fixed value: the registry's options of clamp_value.
 VALUES = {"at the pick": "pick", "of the fixed point": "point"}
 
 
 def edge_trial(condition, rng):
-    """Error of the deflection found, mm, after 5 mm, with picks and with a line; NaN
-    where the stage is refused.
+    """Error of the estimated deflection, mm, after 5 mm, with picks and with a line;
+    NaN where the stage is rejected.
 
-    The first shape is the spline nearest to the true one, so that nothing but corners
-    and fixed points is off.
+    The first shape is the spline nearest to the true one, so that only corners and
+    fixed points have errors.
     """
     rig = mirror_rig("A")
     first, second = (rig.camera(mm) for mm in STAGES_MM[:2])
@@ -54,7 +54,7 @@ def edge_trial(condition, rng):
 
 
 def travelled(rig, before, true, pictures, held):
-    """Height at the load that a stage finds, mm; NaN where it is refused."""
+    """Estimated height at the load, mm; NaN where the stage is rejected."""
     try:
         found = update_mirror(
             before,
@@ -70,8 +70,8 @@ def travelled(rig, before, true, pictures, held):
 
 
 def nearest_spline(rig, true, picks):
-    """The published spline that is nearest to a true mirror, over all its picture and
-    the pixels (N, 2) that are picked along its clamp."""
+    """The published spline nearest to a true mirror, over its whole image and the
+    pixels (N, 2) picked along its clamp."""
     edges = np.concatenate([outline(true), picks])
     grid = spline_grid(normalised(rig.viewer, edges), PUBLISHED.shape)
     points = true.rays(lattice(true, FITTED_PX)).origins

@@ -1,4 +1,4 @@
-"""Section 5.1: what can be said of a bent mirror in the plane of its bending."""
+"""Section 5.1: a bent mirror in the plane of its bending."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -120,9 +120,9 @@ def far_trial(condition, rng):
 
 
 def defect_trial(condition, rng):
-    """How far a defect that turns the mirror by 1 mrad moves what is seen, mm.
+    """Displacement, mm, of the visible point by a defect of 1 mrad of the mirror.
 
-    On a plane at right angles to the scene ray, ``depth`` mm from the mirror.
+    On a plane orthogonal to the scene ray, ``depth`` mm from the mirror.
     """
     bent = curve(TIP_MM)
     u = np.linspace(*SPAN, 15)

@@ -1,4 +1,4 @@
-"""Section 5.1: mirrors that are splines exactly, and what directions say about them."""
+"""Section 5.1: mirrors that are exact splines, and what directions determine."""
 
 import numpy as np
 
@@ -25,10 +25,10 @@ ENDS = {"u": 0, "v": 1}
 
 
 def draw_mirror(rng, shape=SHAPE):
-    """A SplineGrid over the picture and coefficients (K,): a bent and twisted plane.
+    """A SplineGrid over the image and coefficients (K,): a bent and twisted plane.
 
-    The plane is turned about the clamped edge, which runs along y, and bent by a beam's
-    cubic with a tip that differs along the edge. The spline next to that is the mirror.
+    The plane is rotated about the clamped edge, along y, and bent by a beam's cubic
+    with a tip that differs along the edge. The nearest spline is the mirror.
     """
     grid = spline_grid(CORNERS, shape)
     tilt = np.radians(rng.uniform(*TILT_DEG))
@@ -42,7 +42,7 @@ def draw_mirror(rng, shape=SHAPE):
 
 
 def draw_pixels(rng, count):
-    """Normalised image coordinates (count, 2), uniform over the mirror's picture."""
+    """Normalised image coordinates (count, 2), uniform over the mirror's image."""
     return rng.uniform(*CORNERS, (count, 2))
 
 

@@ -1,4 +1,4 @@
-"""Fig. 5.3: how a monitor that the camera does not see gets its place."""
+"""Fig. 5.3: pose of a monitor that the camera sees in a reference mirror."""
 
 import numpy as np
 
@@ -36,7 +36,7 @@ def fig_5_3(results):
     platter, poses = rig.platter(), rig.monitor_poses()
     plane = platter_plane(platter.T_camera_board, platter.thickness_mm)
     virtual = [reflected_pose(T, plane) for T in poses]
-    seen = seen_points(rig, platter, virtual[0])
+    seen = points_in_platter(rig, platter, virtual[0])
     parts = setup_parts(rig, platter, poses, virtual[0], seen)
     scene = framed(parts, SIGHT, aspect=1.2, note=NOTE)
     drawn, (space, photograph) = new_figure(1, 2, height_in=4.0)
@@ -62,22 +62,22 @@ def fig_5_3(results):
     return Drawing(
         drawn,
         columns(("what", "x_mm", "y_mm", "z_mm"), rows),
-        "How the monitor's place is found. (a) Geometry A of the rig in the camera's "
-        "frame: a hard disk's platter on a chessboard stands between camera and "
-        "flexible mirror. The camera sees the monitor's mirror image (orange) in it "
-        "and the board beside it. Reflected in the plane of the platter, the image's "
-        "pose is the monitor's (blue; green: its second position). (b) Rendered "
-        "picture of the platter on its board; it reflects a sine pattern.",
+        "Set-up for the pose of the monitor. (a) Rig A in the camera's frame: a hard "
+        "disk's platter on a chessboard is between camera and flexible mirror. The "
+        "camera sees the board and, in the platter, the monitor's mirror image "
+        "(orange). Reflected in the plane of the platter, the image's pose is the "
+        "monitor's (blue; green: second position). (b) Rendered image of the platter "
+        "on its board, reflecting a sinusoidal pattern.",
         Check(
             bool(off < EXACT_PX),
-            "straight lines from the camera to the mirror image meet the picture where "
+            "straight lines from the camera to the mirror image meet the image where "
             f"rays traced over the platter do, to {off:.0e} px",
         ),
         scene,
     )
 
 
-def seen_points(rig, platter, T_virtual):
+def points_in_platter(rig, platter, T_virtual):
     """Points (SEEN, 2), mm, on the monitor that the camera sees in the platter."""
     corner, size = rig.monitor.extent
     shares = np.stack(np.meshgrid(*2 * [np.linspace(0, 1, 61)]), axis=-1).reshape(-1, 2)
@@ -88,7 +88,7 @@ def seen_points(rig, platter, T_virtual):
 
 
 def setup_parts(rig, platter, poses, T_virtual, seen):
-    """All that stands in the camera's frame; seen: (n, 2) mm of the near monitor."""
+    """Objects in the camera's frame; seen: (n, 2) mm of the near monitor."""
     image, there = (transform(T, on_plane(seen)) for T in (T_virtual, poses[0]))
     met, _ = _over_the_platter(platter, image)
     parts = [
@@ -147,7 +147,7 @@ def _over_the_platter(platter, points):
 
 
 def _off_by_tracing(rig, platter, T, T_virtual, seen):
-    """px between the image seen straight on and the one traced over the platter."""
+    """Distance (px) between the direct image and the one traced over the platter."""
     straight = rig.viewer.project(transform(T_virtual, on_plane(seen))).pixels
     traced = platter_camera(rig, platter).project(transform(T, on_plane(seen))).pixels
     return float(np.abs(straight - traced).max())

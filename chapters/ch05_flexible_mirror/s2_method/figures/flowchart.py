@@ -10,7 +10,7 @@ from repro.run.columns import columns
 from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
-# Stage -> column, row, and what stands in its box above the function's name.
+# Stage -> column, row, and the text in its box above the function's name.
 BOXES = {
     "viewer": (0, 0, "Camera alone:\n{boards} boards seen directly"),
     "platter": (0, 1, "Monitor's {positions} positions\nin the platter (5.26, 5.27)"),
@@ -20,14 +20,14 @@ BOXES = {
     "shape": (1, 4, "Normals: spline up to\nscale (5.15, 5.16)"),
     "scale": (1, 3, "Scale, from the\nmirror points"),
     "first": (1, 2, "Refinement:\n{primary_steps} steps"),
-    "held": (1, 1, "Depth along the clamp:\nheld from now on (5.19)"),
-    "bend": (1, 0, "Bend; a board that stays\nis seen before and after"),
-    "pose": (2, 0, "Board's pose, by the\nmirror of before (2.26)"),
-    "order": (2, 1, "Pictures in order?"),
+    "held": (1, 1, "Depth along the clamp:\nfixed from now on (5.19)"),
+    "bend": (1, 0, "Bend; one fixed board\nis seen before and after"),
+    "pose": (2, 0, "Board's pose, with the\nprevious mirror (2.26)"),
+    "order": (2, 1, "Images in order?"),
     "knots": (2, 2, "Knots anew; corners in\ntheir end intervals?"),
     "linear": (2, 3, "Linear: $V_r' \\approx V_r$,\nclamp (5.28, 5.22)"),
     "refine": (2, 4, "Ray-point vectors (5.29):\n{steps} steps"),
-    "open": (2, 5, "Rays at all knots\ncertain?"),
+    "open": (2, 5, "Rays at all knots\ndetermined?"),
 }
 HANDS = "a person"
 CAN_REFUSE = ("order", "knots", "open")
@@ -43,7 +43,7 @@ X_STEP, Y_STEP, WIDTH, HEIGHT = 4.0, 1.6, 3.15, 1.15
 
 @figure("fig_5_4", needs=("fig_5_4_run",), evidence="rendered")
 def fig_5_4(results):
-    """The stages of the code, with how often a run went each way."""
+    """Draw the stages of the code, with the count of each transition in a run."""
     ran = Ran.of(results[RUN])
     said = ran.amounts()
     drawn, axes = new_figure(height_in=6.0)
@@ -63,13 +63,13 @@ def fig_5_4(results):
     return Drawing(
         drawn,
         columns(("from", "to", "times"), rows),
-        "SPFC2 as it runs: its stages with the functions of the code, and how often "
-        "one run of three deflections on geometry A, at the bench's noise, went each "
-        "way. Primary calibration down the left column and up the middle one; dynamic "
-        "calibration down the right one, once for each bending.",
+        "Flowchart of SPFC2: its stages with the functions of the code, and the count "
+        "of each transition in one run of three deflections on rig A. Primary "
+        "calibration goes down the left column and up the middle one; dynamic "
+        "calibration goes down the right one, once for each deflection.",
         Check(
             not undrawn,
-            "every way that the run took is drawn"
+            "every transition of the run is drawn"
             if not undrawn
             else f"not drawn: {', '.join(undrawn)}",
         ),
@@ -113,7 +113,7 @@ def _draw_way(axes, start, end, times):
 
 
 def _draw_again(axes, times):
-    """From the last stage back to the next bending, along the right edge."""
+    """Draw the arrow from the last stage to the next deflection, at the right edge."""
     (x, y), (bend, top) = _place("open"), _place("bend")
     colour, right, above = series(1)["color"], x + WIDTH / 2 + 2.2, top + 1.05
     line = [(x + WIDTH / 2, y), (right, y), (right, above), (bend, above)]
@@ -125,7 +125,7 @@ def _draw_again(axes, times):
 
 
 def _draw_ends(axes, ran):
-    """Where a stage can be refused, and where a run ends."""
+    """Draw where a stage can be rejected, and where a run ends."""
     colour = series(2)["color"]
     for stage in CAN_REFUSE:
         x, y = _place(stage)

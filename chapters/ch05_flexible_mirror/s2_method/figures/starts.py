@@ -18,7 +18,7 @@ NAMES = {
     "true": "true\nsurface",
 }
 LOOKS = {"before": "mirror as it was", "linear": "linear estimate"}
-LEAST = 1e-8
+MIN_SHOWN = 1e-8
 SPREAD = 0.28
 
 
@@ -34,23 +34,23 @@ def ext_linear_start(results):
             off = np.sort(of_bench.off(start, "cost_mm2"))
             share = np.arange(1, len(off) + 1) / len(off)
             right.plot(
-                100 * np.maximum(off, LEAST), share, linestyle=line, marker="",
+                100 * np.maximum(off, MIN_SHOWN), share, linestyle=line, marker="",
                 color=series(list(NAMES).index(start))["color"],
                 label=f"{name}, {SAID[bench]}",
             )  # fmt: skip
     right.axvline(100 * SAME, color=INK, linestyle=":", marker="", label="1 %")
     right.set(xscale="log", xlabel="Difference of the final costs (%)")
-    right.set_ylabel("Share of the deflections (1)")
+    right.set_ylabel("Share of the runs")
     legend_below(drawn, right, ncols=2)
     return Drawing(
         drawn,
         columns(("seed", "start", "start_mm", "end_mm", "cost_mm2", "steps"), rows),
-        "The linear estimate is a start, and hardly more: refined from it, from the "
-        "true surface and from the mirror as it was, a deflection comes out alike. "
-        "Left: deflection at the start (hollow) and after the refinement (filled), a "
-        "line for each seed, at the second level; dotted: the true 5 mm. Right: by "
-        "how much the final sum of squared distances differs from that of the run "
-        "from the true surface.",
+        "Refinement from three starts: the linear estimate, the true surface, and the "
+        "mirror before the deflection. Left: deflection at the start (hollow) and "
+        "after the refinement (filled), one line for each run, at the second solved "
+        "level; dotted: the true 5 mm. Right: cumulative share of the runs over the "
+        "relative difference of the final cost from that of the start at the true "
+        "surface.",
     )
 
 

@@ -1,7 +1,7 @@
-"""More knots: how large a step they bear, and how near they come to the mirror (5.2.2).
+"""More knots: the largest tolerated step and the error of the shape (5.2.2).
 
-A mirror that was flat is bent once, by steps of several sizes. The same pictures are
-calibrated with several numbers of knots, the primary stage with the same number.
+A flat mirror is bent once, by steps of several sizes. The same images are calibrated
+with several numbers of knots, the primary stage with the same number.
 """
 
 from typing import NamedTuple
@@ -38,9 +38,9 @@ COMPARED_PX = 168  # px between the pixels whose rays are compared
 
 
 class StepsSeen(NamedTuple):
-    """What all numbers of knots are calibrated from.
+    """Inputs of the calibrations with all numbers of knots.
 
-    viewer; pixels, points, poses: of the monitor, as `primary_from_points` takes them;
+    viewer; pixels, points, poses: of the monitor, as for `primary_from_points`;
     line: the clamp's; pictures: {step, mm: pixels (2, N, 2) before and after}.
     """
 
@@ -54,7 +54,7 @@ class StepsSeen(NamedTuple):
 
 def knots_trial(condition, rng, errors):
     """For each number of knots the mean ray error after each step, with noise, and the
-    shape's error after one step without; nothing where it is refused."""
+    shape's error after one step without; nothing where it is rejected."""
     rig = mirror_rig(condition["geometry"])
     errors = errors[condition["geometry"]]
     errors = errors._replace(corner=rng.normal(0, CORNER_PX, errors.corner.shape))
@@ -65,7 +65,7 @@ def knots_trial(condition, rng, errors):
 
 
 def with_noise(rig, cameras, boards, errors, rng):
-    """What is seen with the errors of pictures."""
+    """Observations with the errors of images."""
     viewer, true = calibrated_viewer(rig, errors, rng), rig.monitor_poses(rng)
     poses = poses_in_platter(rig, viewer, true, errors, rng)
     flat = cameras[0.0]
@@ -95,7 +95,7 @@ def without(rig, cameras, boards):
 
 
 def of_shape(rig, noisy, exact, shape, cameras):
-    """Both measures of one number of knots, NaN where it is refused."""
+    """Both measures of one number of knots, NaN where it is rejected."""
     angles = np.full(len(STEPS_MM), np.nan)
     for number, (mm, found) in enumerate(bent(rig, noisy, shape, cameras)):
         if found is not None:
@@ -110,8 +110,8 @@ def of_shape(rig, noisy, exact, shape, cameras):
 
 
 def bent(rig, seen, shape, cameras):
-    """(step, mm, and the SplineMirrorCamera after it) for each step that is pictured;
-    None where a calibration refused."""
+    """(step, mm, and the SplineMirrorCamera after it) for each imaged step; None
+    where a calibration was rejected."""
     method, board = PUBLISHED._replace(shape=shape), rig.board.points()
     try:
         first = primary_from_points(

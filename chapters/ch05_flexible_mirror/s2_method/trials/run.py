@@ -40,7 +40,7 @@ REFUSED = "refused"
 
 
 class Watch:
-    """While it is entered: `order`, the stages as they begin, the innermost left out.
+    """While it is entered: `order`, the stages as they begin, without the innermost.
 
     stages: name -> function, "module.name". What a stage calls of the others is a part
     of it and does not count.
@@ -72,9 +72,9 @@ class Watch:
 
 
 def watched_trial(condition, rng, errors):
-    """The ways of one run of three deflections on the bench, and what it had and found.
+    """Transitions of one run of three deflections, with its inputs and results.
 
-    A stage that is refused ends the run, with a way of its own.
+    A rejected stage ends the run, with its own transition.
     """
     rig, bench = mirror_rig("A"), BENCHES[LEVEL]
     errors = errors.on(bench)

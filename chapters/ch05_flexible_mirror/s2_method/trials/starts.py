@@ -29,9 +29,9 @@ STEP_MM = STAGES_MM[:2]
 
 
 def one_deflection(rig, bench, errors, seed):
-    """What each start ends in: cost (mm^2), deflection (mm), steps taken.
+    """End of each start: cost (mm^2), deflection (mm), number of steps.
 
-    `refused` says why a seed or a start has no value.
+    `refused` is the code of a run or a start without a value.
     """
     rng = np.random.default_rng(seed)
     uneven = {"aberration_um": bench.aberration_um, "seed": seed}

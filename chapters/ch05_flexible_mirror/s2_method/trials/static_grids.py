@@ -1,7 +1,7 @@
 """Primary calibration from chessboards in place of a monitor, both without noise.
 
-The same pixels see the same two planes. What each sees is known exactly, as an active
-grid tells it, or is interpolated between the corners of a chessboard (5.2.1).
+The same pixels see the same two planes. The point that each sees is exact, as from an
+active grid, or interpolated between the corners of a chessboard (5.2.1).
 """
 
 import numpy as np
@@ -65,7 +65,7 @@ def chessboard(camera, T_camera_board, seen):
 
 
 def between_corners(board, pixels):
-    """Points (N, 2) mm that pixels (N, 2) see between a board's corners, NaN beside."""
+    """Points (N, 2) mm that pixels (N, 2) see between board corners, NaN elsewhere."""
     points, inside = interpolated_view(board, INTERPOLATION)[0].locate(pixels)
     return np.where(inside[:, None], points, np.nan)
 

@@ -12,7 +12,7 @@ from raxel.calibration.mirror.curves import dot, reflected, viewing_rays
 
 FOCAL_MM, LENGTH_MM, ANGLE_DEG = 26.0, 420.0, 67.5
 IMAGE_PX = (516, 656)
-# Width of the sensor over the pixels of the picture's longer side; of the MegaPlus 1.4i
+# Width of the sensor over the pixels of the image's longer side; of the MegaPlus 1.4i
 # two of its pixels of 6.8 um, for half of its 1317 x 1035.
 PITCH_MM = {
     "megaplus": 2 * 0.0068,
@@ -49,7 +49,7 @@ class PlaneRig(NamedTuple):
 
 
 def rig_of(pitch):
-    """The rig in which the unbent mirror fills nine tenths of the picture, centred."""
+    """The rig in which the unbent mirror fills nine tenths of the image, centred."""
     pixel = PITCH_MM[pitch] / FOCAL_MM
     edge = FILLED * max(IMAGE_PX) * pixel / 2
     depth = LENGTH_MM * (ALONG[0] - edge * ALONG[1]) / (2 * edge)
@@ -81,7 +81,7 @@ def pixels_of(points):
     return points[:, 0] / points[:, 1]
 
 
-def seen_flat(rig, points):
+def view_of_flat(rig, points):
     """x (N,) on the unbent mirror where points (N, 2) are seen in it.
 
     Their mirror images lie as far behind it; the viewing ray to each cuts the mirror.
@@ -91,13 +91,13 @@ def seen_flat(rig, points):
     return (share[:, None] * behind - rig.foot) @ ALONG
 
 
-def seen_bent(rig, points, tip):
+def view_of_bent(rig, points, tip):
     """x (N,) on the bent mirror where points (N, 2) are seen in it; nan where not.
 
     The path from camera over mirror to point is shortest there (Fermat): Newton's steps
     on the derivative of its length, from where the point was seen before.
     """
-    x = np.clip(seen_flat(rig, points), 0, LENGTH_MM)
+    x = np.clip(view_of_flat(rig, points), 0, LENGTH_MM)
     for _ in range(NEWTON_STEPS):
         on, tangent = bent(rig, x, tip)
         pull, stiff = 0.0, 0.0

@@ -25,8 +25,8 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import (
     lay_row,
     pixels_of,
     rig_of,
-    seen_bent,
-    seen_flat,
+    view_of_bent,
+    view_of_flat,
     visible,
 )
 from raxel.calibration.mirror.curves import (
@@ -111,23 +111,26 @@ def look(condition, depth, tip, drawn):
         np.repeat(v, condition["rows"], axis=0) for v in lay_row(rig, depth, *row, size)
     )
     u, on = [], []
-    for x, bend in ((seen_flat(rig, points), 0.0), (seen_bent(rig, points, tip), tip)):
+    for x, bend in (
+        (view_of_flat(rig, points), 0.0),
+        (view_of_bent(rig, points, tip), tip),
+    ):
         on.append(bent(rig, x, bend)[0])
         u.append(np.where(visible(x), pixels_of(on[-1]), np.nan))
     return RowViews(rig, *u, on[-1], noise, points, places, tip)
 
 
 def draw(condition, rng):
-    """A grid and the noise of two pictures: the same at every level of a sweep."""
+    """A grid and the noise of two images: the same at every level of a sweep."""
     count = CORNERS * condition["rows"]
     return draw_row(rng), rng.standard_normal((2, count))
 
 
 def located(views, noise_px):
-    """Directions and places of the corners from the noisy picture before bending.
+    """Directions and positions of the corners from the noisy image before bending.
 
-    The mirror is known there: it is flat. The row is placed on the rays of all corners
-    seen. Returns V_r and points, (N, 2) each, rows of nan where a corner was not seen.
+    The mirror is flat and known. The row is fitted to the rays of all visible corners.
+    Returns V_r and points, (N, 2) each, rows of nan where a corner was not visible.
     """
     rig = views.rig
     u = views.before + noise_px * rig.pixel * views.noise[0]
@@ -157,7 +160,7 @@ def before_bending(rig, kind, tip):
 def calibrate(views, noise_px, kind="distance", known=False):
     """Calibration of one bent mirror from a row of corners; kind: of the curve.
 
-    known: the row's place is known, and no noise in the picture before.
+    known: the row's position is known, without noise in the image before.
     """
     V_r, points = located(views, 0.0 if known else noise_px)
     u = after_bending(views, noise_px)
@@ -167,12 +170,12 @@ def calibrate(views, noise_px, kind="distance", known=False):
 
 
 def after_bending(views, noise_px):
-    """Noisy u (N,) of the corners in the picture after bending."""
+    """Noisy u (N,) of the corners in the image after bending."""
     return views.after + noise_px * views.rig.pixel * views.noise[1]
 
 
 def in_both(views):
-    """Which corners (N,) both pictures show."""
+    """Whether both images show each corner (N,)."""
     return np.isfinite(views.before) & np.isfinite(views.after)
 
 

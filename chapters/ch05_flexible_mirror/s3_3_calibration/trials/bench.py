@@ -35,7 +35,7 @@ class WithoutPlatter(MirrorErrors):
     """Errors as the first level was solved with: none of the platter is drawn."""
 
     def mounted(self, platter, rng, positions):
-        """The `Platter` at each of the monitor's positions: where its board says."""
+        """The `Platter` at each of the monitor's positions, as given by its board."""
         return [platter] * positions
 
 
@@ -109,8 +109,8 @@ def stage_0(level, errors, seed):
 
 
 def solved(values, levels, target):
-    """The level at which the median over seeds of values (seeds, levels) is the target,
-    between levels in a straight line; None where no level reaches it."""
+    """The level at which the median over runs of values (seeds, levels) is the target,
+    interpolated linearly between levels; None where no level reaches it."""
     medians = np.nanmedian(values, axis=0)
     if not medians[0] <= target <= medians[-1]:
         return None

@@ -1,4 +1,4 @@
-"""Errors of corners and decoded points in rendered pictures of both geometries."""
+"""Errors of corners and decoded points in rendered images of rigs A and B."""
 
 import numpy as np
 

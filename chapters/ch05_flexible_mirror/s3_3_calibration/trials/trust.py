@@ -1,6 +1,6 @@
-"""Predicted beside true ray errors of three deflections, calibrated all together.
+"""Predicted and true ray errors of three deflections, calibrated together.
 
-No picture is rendered: corners and decoded points have Gaussian errors.
+No image is rendered: corners and decoded points have Gaussian errors.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ from raxel.errors import CalibrationError
 
 STEPS = len(STAGES_MM) - 1
 # Inverse depth, the clamp's slope too, and a prior. Its SD, mm, has the least ray error
-# at stage 3 among 1, 0.3, 0.1, 0.03, 0.01 and none, on eight seeds of either geometry,
+# at stage 3 among 1, 0.3, 0.1, 0.03, 0.01 and none, on eight runs of either geometry,
 # smooth and uneven by 10 µm, that no other run has.
 AIMED = MirrorMethod("inverse depth", slope=True, prior_sd=0.1)
 COMPARED_PX = 96  # px between the pixels whose rays are compared

@@ -54,7 +54,7 @@ def fan_deg(camera):
 
 
 def displacement_trial(condition, rng):
-    """Mean way of the board's corners in the picture, px, for DEFLECTIONS_MM."""
+    """Mean displacement of the board's corners in the image, px, for DEFLECTIONS_MM."""
     rig = mirror_rig(condition["geometry"])
     T = rig.board_pose(rng, deflections=(0.0, *DEFLECTIONS_MM))
     before, seen = rig.corners(rig.camera(0.0), T)

@@ -1,4 +1,4 @@
-"""Figs. 5.11 and 5.12: angles over the picture, and vectors on the board."""
+"""Figs. 5.11 and 5.12: angles over the image, and vectors on the board."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ EXACT = 1e-9
 
 @figure("fig_5_11", needs=RUNS_OF_A, evidence="rendered")
 def fig_5_11(results):
-    """Angles to the true rays over the picture, at stages 0 to 3 of one seed."""
+    """Angles to the true rays over the image, at stages 0 to 3 of one run."""
     runs = Runs(results)
     drawn, axes = new_figure(2, 2, height_in=4.8, sharex=True, sharey=True)
     of = {
@@ -43,24 +43,23 @@ def fig_5_11(results):
         panel.set_aspect("equal")
         rows += [(stage, *p, a) for p, a in zip(pixels, off, strict=True)]
     for panel in axes[:, 0]:
-        panel.set_ylabel("v (px)")
+        panel.set_ylabel("Image v (px)")
     for panel in axes[1]:
-        panel.set_xlabel("u (px)")
-    drawn.colorbar(mesh, ax=axes, label="Angle (deg)", shrink=0.8)
+        panel.set_xlabel("Image u (px)")
+    drawn.colorbar(mesh, ax=axes, label="Angle to the true ray (deg)", shrink=0.8)
     means = [float(np.nanmean(off)) for off in of["off_deg"]]
     said = ", ".join(f"{mean:.3f}" for mean in means)
     return Drawing(
         drawn,
         columns(("stage", "u_px", "v_px", "angle_deg"), rows),
-        "Angles between calibrated and true rays over the picture, at each stage of "
-        "deflection: the first seed that came through all of them, geometry A at the "
-        "second solved level. The clamped edge is at the right. Means of this seed: "
-        f"{said}°.",
+        "Angles between calibrated and true rays over the image, at each stage of "
+        "deflection: the first completed run, rig A at the second solved level. The "
+        f"clamped edge is at the right. Means of this run: {said}°.",
     )
 
 
 def in_lattice(pixels, values):
-    """Columns (n,) and rows (m,) of a lattice, values (m, n), nan beside the mirror."""
+    """Columns (n,) and rows (m,) of a lattice, values (m, n), nan off the mirror."""
     u, v = (np.unique(pixels[:, k]) for k in (0, 1))
     u, v = (np.arange(at[0], at[-1] + 1, COMPARED_PX) for at in (u, v))
     found = np.full((len(v), len(u)), np.nan)
@@ -92,16 +91,16 @@ def fig_5_12(results):
         gaps.append(abs(mean - runs.of(LAST, of)[seed]))
         panel.set_title(f"({letter}) × {scale}, mean {mean:.2f} mm")
         panel.set_aspect("equal")
-        panel.set_xlabel("x on the board (mm)")
+        panel.set_xlabel("Board x (mm)")
         rows += [(name, *p, *e) for p, e in zip(points, errors, strict=True)]
-    axes[0].set_ylabel("y on the board (mm)")
+    axes[0].set_ylabel("Board y (mm)")
     return Drawing(
         drawn,
         columns(("calibration", "x_mm", "y_mm", "error_x_mm", "error_y_mm"), rows),
         "Back-projection errors on a board at 400 mm with the mirror at stage 3: (a) "
-        "by the calibration of stage 2, vectors drawn five times as long; (b) after "
-        "dynamic calibration, thirty times. The board's pose is found by each "
-        "calibration itself. The seed of Fig. 5.11.",
+        "with the calibration of stage 2, vectors scaled by 5; (b) after dynamic "
+        "calibration, vectors scaled by 30. Each calibration fits the board's pose. "
+        "The run of Fig. 5.11.",
         Check(
             bool(max(gaps) < EXACT),
             f"the vectors have the means that are judged, to {max(gaps):.0e} mm",

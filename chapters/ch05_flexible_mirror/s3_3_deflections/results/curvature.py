@@ -1,4 +1,4 @@
-"""How far a scene ray turns if its reflection point is a little elsewhere."""
+"""Rotation of a scene ray when its reflection point is shifted slightly."""
 
 from typing import NamedTuple
 
@@ -7,8 +7,8 @@ import numpy as np
 from chapters.shared.mirror_scores import angles_between
 from raxel.geometry import inverse_pose
 
-COUNT, APART_MM = 60, 0.01
-# Of the largest: where the mirror bends less, 5 % of twice that are no measure.
+COUNT, SPACING_MM = 60, 0.01
+# Of the largest: where the mirror bends less, 5 % of twice that is not meaningful.
 CURVED = 0.1
 
 
@@ -16,8 +16,8 @@ class RayTurns(NamedTuple):
     """Along the middle line of a mirror, from clamp to load.
 
     x (n,) mm from the clamp; curvature (n,) 1/mm, along that line; mirror (n,) and
-    whole (n,), radians per mm of that line: by how much the scene ray turns while its
-    viewing ray is kept, and with the viewing ray of each place.
+    whole (n,), radians per mm of that line: rotation of the scene ray with a constant
+    viewing ray, and with the viewing ray of each point.
     """
 
     x: np.ndarray
@@ -27,17 +27,17 @@ class RayTurns(NamedTuple):
 
     @property
     def curved(self):
-        """Where (n,) the mirror is curved by a tenth of the most or more."""
+        """Where (n,) the curvature is at least a tenth of the largest."""
         size = np.abs(self.curvature)
         return size >= CURVED * size.max()
 
     def over_twice(self, turn):
-        """A turn over twice the curvature, at the places that are curved."""
+        """A rotation over twice the curvature, at the points that are curved."""
         return (turn / (2 * np.abs(self.curvature)))[self.curved]
 
 
 def ray_turns(camera):
-    """The RayTurns of a FlexibleMirrorCamera, by reflection at places APART_MM away."""
+    """RayTurns of a FlexibleMirrorCamera, by reflection at points SPACING_MM away."""
     mirror = camera.mirror
     eye = inverse_pose(camera.T_viewer_mirror)[:3, 3]
     x = mirror.profile.places[0] * np.linspace(0.01, 0.99, COUNT)
@@ -57,7 +57,7 @@ def ray_turns(camera):
 
     here, _ = seen(x)
     (low, low_normals), (high, high_normals) = (
-        seen(x + step) for step in (-APART_MM, APART_MM)
+        seen(x + step) for step in (-SPACING_MM, SPACING_MM)
     )
     way = np.linalg.norm(high - low, axis=1)
     kept = scene(here, low_normals), scene(here, high_normals)

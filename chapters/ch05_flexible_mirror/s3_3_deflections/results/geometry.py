@@ -1,4 +1,4 @@
-"""Distances of a rig, and the share of a deflection that the linear stage can find."""
+"""Distances of a rig, and the share of a deflection that the linear stage finds."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from raxel.geometry import transform
 
 
 def camera_mm(geometry="A"):
-    """Distance from the viewer to the middle of the mirror at stage 0, mm."""
+    """Distance from the camera to the middle of the mirror at stage 0, mm."""
     camera = mirror_rig(geometry).camera(0.0)
     half = camera.mirror.end / 2
     height = camera.mirror.height(np.array([half]), np.zeros(1))[0][0]
@@ -16,10 +16,10 @@ def camera_mm(geometry="A"):
 
 
 def by_formula(geometry="A", depth_mm=DYNAMIC_MM):
-    """Z / (Z + D): linear over true deflection, by 5.3.1's reckoning."""
+    """Z / (Z + D): linear over true deflection, as derived in 5.3.1."""
     return depth_mm / (depth_mm + camera_mm(geometry))
 
 
 def depth_for(share, geometry="A"):
-    """The depth Z, mm, at which Z / (Z + D) is so much."""
+    """The depth Z, mm, at which Z / (Z + D) has this value."""
     return camera_mm(geometry) * share / (1 - share)

@@ -1,8 +1,8 @@
-"""What the claims of three deflections say of one seed, and what is measured there.
+"""Predicates of the claims about three deflections, run by run.
 
-Each takes the `Runs` at an error level and gives whether it is true (seeds,), what was
-measured (seeds,), its unit, and words. A seed that was rejected before the last stage
-that a claim asks for has no value.
+Each takes the `Runs` at an error level and returns whether the claim is true (seeds,),
+the measured value (seeds,), its unit, and words. A run that was rejected before the
+last stage that the claim uses has no value.
 """
 
 import numpy as np
@@ -17,38 +17,38 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
     strip_means,
 )
 
-MOST_SHIFT_MM, MOST_TURN_DEG = 1.5, 0.4
-MOST_OFF = 10.0  # %, of a deflection
-MOST_ANGLE, MOST_LEFT = 1.5, 0.25
+MAX_SHIFT_ERROR_MM, MAX_TURN_DEG = 1.5, 0.4
+MAX_ERROR = 10.0  # %, of a deflection
+MAX_ANGLE_RATIO, MAX_REST = 1.5, 0.25
 SIGNIFICANT = 0.01
 TOP = 0.9  # quantile of the errors above which they are largest
 
 
 def middle(values):
-    """Median of the seeds that have a value, as words: "nothing" without any."""
+    """Median of the runs that have a value, as words: "nothing" without any."""
     known = values[np.isfinite(values)]
     return f"{np.median(known):.3g}" if len(known) else "nothing"
 
 
 def by_stage(values):
-    """Medians (stages,) of those that have a value, as words."""
+    """Medians (stages,) of the runs that have a value, as words."""
     return ", ".join(middle(of_stage) for of_stage in values)
 
 
 def travel(runs, name):
-    """How the monitor was found to have travelled (stages, seeds)."""
+    """Estimated travel of the monitor (stages, seeds)."""
     return np.array([runs.raw(f"stage{stage}.{name}") for stage in STAGES])
 
 
 def pose_reflection(runs):
-    """The monitor's two places are 100 mm apart and not turned, at all four stages.
+    """Test that the monitor travels 100 mm without rotation, at all four stages.
 
-    Their poses hold nothing of the flexible mirror: also rejected seeds have them.
+    Its poses do not depend on the flexible mirror: rejected runs have them too.
     """
     off = np.abs(travel(runs, "shift_mm") - SHIFT_MM)
     turn = travel(runs, "turn_deg")
     return (
-        np.all((off <= MOST_SHIFT_MM) & (turn <= MOST_TURN_DEG), axis=0),
+        np.all((off <= MAX_SHIFT_ERROR_MM) & (turn <= MAX_TURN_DEG), axis=0),
         off.max(axis=0),
         "mm",
         "largest error of the shift at stages 0 to 3; largest turn "
@@ -62,10 +62,10 @@ def deflection_errors(runs):
 
 
 def deflections_found(runs):
-    """Every final deflection is within 10 % of what the mirror was moved by."""
+    """Test that every final deflection is within 10 % of the actual one."""
     off = deflection_errors(runs)
     return (
-        np.all(np.abs(off) <= MOST_OFF, axis=0),
+        np.all(np.abs(off) <= MAX_ERROR, axis=0),
         np.abs(off).max(axis=0),
         "%",
         f"largest error of the three stages; by stage {by_stage(off)} %",
@@ -73,16 +73,16 @@ def deflections_found(runs):
 
 
 def below_final(runs):
-    """By how much the linear estimates lie below the final ones, % (3, seeds)."""
+    """Difference of linear estimates from the final ones, % of these (3, seeds)."""
     return 100 * (1 - runs.at("linear_mm") / runs.at("deflection_mm"))
 
 
 def angles_not_worse(runs):
-    """Rays differ from measured ones hardly more at stage 3 than at stage 0."""
+    """Test that angles to measured rays hardly grow from stage 0 to stage 3."""
     measured = runs.of(LAST, "measured_deg") / runs.of(0, runs["primary_grids"])
     true = runs.of(LAST, "angle_deg") / runs.of(0, "angle_deg")
     return (
-        measured <= MOST_ANGLE,
+        measured <= MAX_ANGLE_RATIO,
         measured,
         "",
         f"stage 3 over stage 0, to measured rays; to the true rays {middle(true)}",
@@ -101,7 +101,7 @@ def angles_by_place(runs):
 
 
 def angles_spatial(runs):
-    """Smallest along the clamped edge, largest along the free ones, at each stage."""
+    """Test that angles are smallest at the clamp and largest at the free edges."""
     clamped, whole, free = angles_by_place(runs)
     ordered = (clamped < whole) & (whole < free)
     shares = ", ".join(f"{100 * share:.0f}" for share in ordered.mean(axis=1))
@@ -115,11 +115,11 @@ def angles_spatial(runs):
 
 
 def dynamic_removes(runs):
-    """A quarter at most of the error of stage 3 is left by its calibration."""
+    """Test that calibration leaves at most a quarter of the error of stage 3."""
     left = runs.at("back_mm") / runs.at("stale_mm")
     true = runs.of(LAST, "back_true_mm") / runs.of(LAST, "stale_mm")
     return (
-        left[-1] <= MOST_LEFT,
+        left[-1] <= MAX_REST,
         left[-1],
         "",
         f"error after over before, at stage 3; stages 1 to 3 {by_stage(left)}; with "
@@ -128,10 +128,11 @@ def dynamic_removes(runs):
 
 
 def edge_excess(own, sheet):
-    """How much more often the largest tenth of errors lies at free edges, and p.
+    """Excess of the largest tenth of errors at free edges, and its p-value.
 
-    own: (N, 2) mm; sheet: (N, 2) places. The share of free edges in that tenth over the
-    share among the others, and p of a chi-squared test; p is 1 where nothing differs.
+    own: (N, 2) mm; sheet: (N, 2) positions. The share of free edges in that tenth over
+    the share among the others, and p of a chi-squared test; p is 1 where nothing
+    differs.
     """
     size = np.linalg.norm(own, axis=1)
     known = np.isfinite(size)
@@ -151,7 +152,7 @@ def edge_excess(own, sheet):
 
 
 def edge_residuals(runs):
-    """The largest tenth of the errors of stage 3 lies at free edges more often."""
+    """Test that the largest tenth of errors of stage 3 is at free edges more often."""
     excess, p = runs.each(LAST, ("own", "seen_at"), edge_excess, 2)
     return (
         (excess > 1) & (p < SIGNIFICANT),
@@ -167,7 +168,7 @@ def linear_ratios(runs):
     return runs.linear() / STEP_MM
 
 
-# Claims that are judged seed by seed.
+# Claims that are judged run by run.
 BY_SEED = {
     "c5_deflection_8pct": deflections_found,
     "c5_angles_not_worse": angles_not_worse,

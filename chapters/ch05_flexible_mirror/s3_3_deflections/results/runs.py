@@ -38,7 +38,7 @@ class Runs(BenchRuns):
         return self.at_place(f"stage{stage}", name)
 
     def linear(self):
-        """What the linear stages found, mm (stages, seeds): of rejected stages too."""
+        """Linear estimates, mm (stages, seeds), also of rejected stages."""
         places = ["stage0", *self.SWINGS]
         return np.array(
             [
@@ -52,14 +52,14 @@ class Runs(BenchRuns):
         return np.array([self.of(stage, name) for stage in stages])
 
     def refused(self):
-        """The code of what ended each seed (seeds,) early, whatever swings, None where
-        nothing did."""
+        """Code of the rejection of each run (seeds,), None for completed ones; swinging
+        ends do not count."""
         return self.result.texts(f"{self.bench}.refused")
 
     def each(self, stage, names, measure, count):
-        """What measure(*arrays of these names) gives, `count` numbers, at one stage.
+        """Return measure(*arrays of these names), `count` numbers, at one stage.
 
-        Returns (count, seeds), nan where a seed was rejected.
+        Shape (count, seeds), nan where a run was rejected.
         """
         every = [
             self.result.arrays(f"{self.bench}.stage{stage}.{name}") for name in names
@@ -67,12 +67,12 @@ class Runs(BenchRuns):
         rows = [measure(*arrays) for arrays in zip(*every, strict=True)]
         known = np.isfinite(self.raw(f"stage{stage}.angle_deg"))
         found = np.full((count, self.seeds), np.nan)
-        # Where all seeds were rejected there is no row.
+        # Where all runs were rejected there is no row.
         found[:, known] = np.reshape(rows, (-1, count)).T
         return np.where(self.goes_on(f"stage{stage}"), found, np.nan)
 
     def drawn(self, stage, name, which=0):
-        """An array of one stage of one of the seeds that were not refused."""
+        """An array of one stage of one of the completed runs."""
         whole = self.at("angle_deg", STAGES)
         seed = np.flatnonzero(np.isfinite(whole).all(axis=0))[which]
         before = np.isfinite(self.raw(f"stage{stage}.angle_deg"))[:seed].sum()
@@ -80,8 +80,8 @@ class Runs(BenchRuns):
 
 
 def of_strips(sheet):
-    """Whether places (N, 2) of the sheet lie in the clamped edge's strip, and whether
-    in one of the three free ones and not in that: (N,), (N,) bool."""
+    """Whether points (N, 2) of the sheet are in the strip of the clamped edge, and
+    whether in one of the three free strips only: (N,), (N,) bool."""
     along, across = np.transpose(sheet)
     clamped = along < STRIP
     beside = np.abs(across - 0.5) > 0.5 - STRIP
@@ -89,7 +89,7 @@ def of_strips(sheet):
 
 
 def strip_means(off, sheet):
-    """Means of angles (N,) at places (N, 2): clamped strip, all, free strips."""
+    """Means of angles (N,) at points (N, 2): clamped strip, all, free strips."""
     known = np.isfinite(off)
     clamped, free = of_strips(sheet)
     return [np.mean(off[known & which]) for which in (clamped, known, free)]

@@ -1,4 +1,4 @@
-"""How much the deflection scatters at the load and among the corners."""
+"""Scatter of the deflection at the load and among the corners."""
 
 from typing import NamedTuple
 
@@ -10,39 +10,39 @@ from repro.judge.statistics import bootstrap
 
 
 class Tips(NamedTuple):
-    """One push on one bench, of the seeds that were not refused."""
+    """One push at one error level, of the completed runs."""
 
     result: object
     bench: str
 
     @classmethod
     def on(cls, results, bench):
-        """That of a bench, or of an end of a sweep, by its name."""
+        """Return the push at a level, or at an end of the sweep, by its name."""
         return cls(results[TIPS_SWEPT if bench in SWEPT else TIPS], bench)
 
     def of(self, name):
-        """A value (seeds,) of those that have one."""
+        """A value (seeds,) of the runs that have one."""
         found = self.result.column(f"{self.bench}.{name}")
         return found[np.isfinite(found)]
 
     @property
     def completed(self):
-        """How many seeds have a value."""
+        """Number of runs with a value."""
         return len(self.of("tip_mm"))
 
     @property
     def refused(self):
-        """How many seeds have none."""
+        """Number of runs without a value."""
         return self.result.trials_per_condition - self.completed
 
     def moments(self, of_surface=False):
         """Errors at the load, and means and mean squares of those among the corners,
-        (seeds,) each; of how far the mirror went, or of where it is after."""
+        (seeds,) each; of the movement, or of the position after it."""
         prefix = "surface." if of_surface else ""
         return [self.of(prefix + n) for n in ("tip_mm", "mean_mm", "square_mm2")]
 
     def ratio(self, of_surface=False):
-        """SD at the load over that among the corners, Estimate; a draw is of seeds."""
+        """SD at the load over that among the corners, Estimate; runs are resampled."""
         return bootstrap(
             lambda tip, mean, square: tip_sd(tip) / among_sd(mean, square),
             *self.moments(of_surface),
@@ -51,11 +51,11 @@ class Tips(NamedTuple):
 
 
 def tip_sd(tip):
-    """SD over seeds (..., seeds)."""
+    """SD over runs (..., seeds)."""
     return np.std(tip, axis=-1)
 
 
 def among_sd(mean, square):
-    """SD over places and seeds together, from each seed's mean and mean square."""
+    """SD over points and runs together, from each run's mean and mean square."""
     whole = np.mean(square, axis=-1) - np.mean(mean, axis=-1) ** 2
     return np.sqrt(whole)

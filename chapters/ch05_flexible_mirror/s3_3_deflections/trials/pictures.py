@@ -1,9 +1,9 @@
-"""Pictures of a flexible mirror's calibration, rendered, and what is read out of them.
+"""Rendered images of a flexible mirror's calibration, and what is detected in them.
 
-All that a calibration gets is found in pictures: boards by the detector, of which the
-mirror shows a part; the monitor by decoding; the mirror's outline by its light. Only
-the clamp's points are picked by a person, with a stated error. The truth decides what
-is rendered, and makes the bench's noise; nothing that is read knows of it.
+All inputs of a calibration come from images: partly visible boards by the detector, the
+monitor by decoding, the mirror's outline by its brightness. Only the clamp's points are
+picked by hand, with a given error. The truth is used for rendering and for the noise of
+the error level; detection does not use it.
 """
 
 from dataclasses import replace
@@ -57,8 +57,8 @@ LIT, OUTLINE_STEP = 0.15, 40
 
 
 class MirrorRun(NamedTuple):
-    """A rig at a bench. cameras: the true ones of its stages; places: (2, 4, 4), true
-    poses of the monitor; boards: (k, 4, 4), of the board at each step."""
+    """A rig at an error level. cameras: the true ones of its stages; places: (2, 4, 4),
+    true poses of the monitor; boards: (k, 4, 4), of the board at each step."""
 
     rig: object
     bench: object
@@ -68,9 +68,9 @@ class MirrorRun(NamedTuple):
 
 
 class RunSizes(NamedTuple):
-    """steps: of deflection; boards: pictures that the viewer is calibrated from; bands:
-    of the mirror and of the platter that show the monitor; small: with the small
-    pictures of the rigs."""
+    """steps: of deflection; boards: images that calibrate the viewer; bands: of the
+    mirror and of the platter that show the monitor; small: with the small images of
+    the rigs."""
 
     steps: int
     boards: int
@@ -98,8 +98,8 @@ def drawn_scene(rig, bench, steps, rng):
 
 
 def read_pictures(scene, sizes, rng):
-    """ReadPictures of a MirrorRun with RunSizes. Raises CalibrationError where a
-    picture shows no board."""
+    """ReadPictures of a MirrorRun with RunSizes. Raises CalibrationError where an
+    image shows no board."""
     rig, camera = scene.rig, scene.cameras[0]
     viewer = calibrated_viewer(rig, sizes.boards, rng)
     grids = [
@@ -129,7 +129,7 @@ def calibrated_viewer(rig, boards, rng):
 
 
 def viewer_picture(rig, rng):
-    """(picture, its `Crop`) of VIEWER_BOARD, whole, somewhere in the picture."""
+    """(image, its `Crop`) of VIEWER_BOARD, wholly visible, at a random position."""
     viewer, board = rig.viewer, VIEWER_BOARD
     taken = replace(rig.rig, camera=viewer, target=board, border_mm=board.pitch_mm)
     size, full = board.pitch_mm * (board.columns + 1), [viewer.width, viewer.height]
@@ -152,7 +152,7 @@ def viewer_picture(rig, rng):
 
 
 def whole_board(picture, window, board, name):
-    """BoardView of a board that a window of the picture shows whole."""
+    """BoardView of a board that is wholly visible in a window of the image."""
     found = find_board(picture, board.columns, board.rows)
     if not found.found:
         raise CalibrationError(f"{name}: {found.reason}", code="no-board")
@@ -162,11 +162,11 @@ def whole_board(picture, window, board, name):
 
 
 def decoded(scene, camera, window, count, place, rng):
-    """DenseView of the monitor in a place, by a camera that sees it in a mirror.
+    """DenseView of the monitor in a position, by a camera that sees it in a mirror.
 
-    So many bands of the window are rendered and decoded one after another. The bench's
-    noise: errors and standard deviations times its factor, where a pixel's own ray
-    meets the monitor; what was decoded elsewhere is left as it is.
+    `count` bands of the window are rendered and decoded one after another. Noise of the
+    error level: errors and standard deviations times its factor, where a pixel's own
+    ray meets the monitor; other decoded points stay unchanged.
     """
     rig, T, factor = scene.rig, scene.places[place], scene.bench.factor
     location = np.full((camera.height, camera.width, 2), np.nan, np.float32)
@@ -200,8 +200,8 @@ def thinned(view, rows, step):
 
 
 def platter_pictures(scene, viewer, platter, bands, rng):
-    """PlatterPictures of the monitor in its places. The platter stays, so its board is
-    photographed once."""
+    """PlatterPictures of the monitor in its positions. The platter is fixed, so one
+    image shows its board."""
     rig = scene.rig
     taken = replace(rig.rig, camera=rig.viewer, target=platter.board)
     outline = transform(platter.T_camera_board, on_plane(outline_of(*taken.extent)))
@@ -218,7 +218,7 @@ def platter_pictures(scene, viewer, platter, bands, rng):
 
 
 class PartOfRig(NamedTuple):
-    """A part of a rig's picture, as `platter_picture` takes it."""
+    """A part of a rig's image, as `platter_picture` uses it."""
 
     rig: object
 
@@ -247,7 +247,7 @@ def step_views(scene, k, picks, rng):
 
 
 def lit_outline(picture):
-    """Pixels (M, 2) around what is lit in a picture (h, w): the mirror's edges."""
+    """Pixels (M, 2) around the bright part of an image (h, w): the mirror's edges."""
     soft = cv2.GaussianBlur(picture, (0, 0), 2.0)
     lit = (soft > LIT * np.quantile(soft, 0.99)).astype(np.uint8)
     around = cv2.findContours(lit, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]

@@ -1,6 +1,6 @@
-"""A run from pictures to rays: what is read is calibrated in two ways and scored.
+"""A run from images to rays: calibration in two ways, and its errors.
 
-As published, and as `raxel calibrate` takes a reader's own pictures. Both get the same
+As published, and as `raxel calibrate` does with a user's own images. Both have the same
 views.
 """
 
@@ -31,8 +31,8 @@ FALSE_PX = 2.0  # a corner farther than this from all true ones is false
 
 
 def rendered_trial(condition, rng, sizes):
-    """Every measure of one run; `refused`, of the run or of a way, is the code of what
-    ended it, if early.
+    """All measures of one run; `refused`, of the run or of a way, is the code of its
+    rejection.
 
     sizes: RunSizes.
     """

@@ -1,7 +1,7 @@
 """Three deflections of 5 mm, each calibrated from the one before (Tables 5.1 to 5.4).
 
-A board stands before the mirror, in another place for each deflection. After each, an
-active grid is decoded in two positions for reference, and a board at 400 mm is seen for
+A board is in front of the mirror, in another pose for each deflection. After each, an
+active grid is decoded in two positions for reference, and a board at 400 mm is used for
 back-projection.
 """
 
@@ -31,10 +31,10 @@ from raxel.geometry import inverse_pose, transform
 
 
 def three_stages(rig, bench, errors, seed):
-    """Primary stage and three deflections; `refused` says where it ended, if early.
+    """Primary stage and three deflections; `refused` is the code of a rejection.
 
-    A stage that is rejected keeps what its linear stage found, if there is one. The
-    monitor's travel is found at all stages, since no mirror's shape is in it.
+    A rejected stage keeps its linear estimate, if there is one. The monitor's travel is
+    estimated at all stages, since it does not depend on the mirror's shape.
     """
     rng = np.random.default_rng(seed)
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
@@ -76,8 +76,8 @@ def three_stages(rig, bench, errors, seed):
 
 
 def linear_alone(rig, given, height, true):
-    """How far the linear stage of a rejected deflection says that the mirror went, mm;
-    nothing where there is none. given: as `deflected` takes it."""
+    """Linear estimate of a rejected deflection, mm; nothing where there is none. given:
+    as for `deflected`."""
     try:
         linear = linearly_deflected(*given)
     except CalibrationError:
@@ -86,7 +86,7 @@ def linear_alone(rig, given, height, true):
 
 
 def of_deflection(rig, stage, height, true):
-    """How far the mirror was found to be bent, and what the refinement left."""
+    """Estimated deflection of the mirror, and residuals of the refinement."""
     residuals = stage.residuals[np.isfinite(stage.residuals)]
     final = load_height(rig, stage.camera, true)
     return {
@@ -102,16 +102,16 @@ def of_deflection(rig, stage, height, true):
 
 
 class StageScene(NamedTuple):
-    """The true cameras of stages 0 to 3 of a rig, and the errors of its pictures."""
+    """The true cameras of stages 0 to 3 of a rig, and the errors of its images."""
 
     rig: object
     cameras: list
     errors: object
 
     def scored(self, k, camera, rng, stale=None):
-        """How far a calibrated camera of stage k is off.
+        """Errors of a calibrated camera of stage k.
 
-        stale: the camera before the deflection, on the same picture.
+        stale: the camera before the deflection, on the same image.
         """
         true = self.cameras[k]
         pixels = lattice(true, COMPARED_PX)
@@ -151,8 +151,8 @@ class StageScene(NamedTuple):
 
 
 def sheet_places(true, pixels):
-    """Where on the sheet pixels (N, 2) look: shares (N, 2) of its length from the clamp
-    and of its width, 0 to 1."""
+    """Points of the sheet that pixels (N, 2) see: shares (N, 2) of its length from the
+    clamp and of its width, 0 to 1."""
     points = transform(inverse_pose(true.T_viewer_mirror), true.rays(pixels).origins)
     half = true.mirror.half_width
     return np.column_stack(

@@ -1,4 +1,4 @@
-"""Where on the mirror is a deflection found worst: where it is pushed, or inside?
+"""Scatter of an estimated deflection at the load and among the corners.
 
 One push, calibrated as for Table 5.1. How far the mirror was found to go is held
 against how far it went: at the load, and at places that lie among the corners.
@@ -19,10 +19,10 @@ NEWTON_STEPS, ARRIVED_MM = 20, 1e-9
 
 
 def one_push(rig, bench, errors, seed):
-    """Errors of how far the mirror went, mm: `tip_mm` at the load, and of places in the
-    convex hull of the common corners the mean and the mean square; the same of where
-    the mirror is after the push, `surface`. `beyond_mm`: from the last corner to the
-    load. `refused`: the code of what left a seed without a value.
+    """Errors of the mirror's movement, mm: `tip_mm` at the load, and mean and mean
+    square of points in the convex hull of the common corners; the same for the position
+    after the push, `surface`. `beyond_mm`: from the last corner to the load. `refused`:
+    the code of the rejection of a run without a value.
     """
     rng = np.random.default_rng(seed)
     cameras = [rig.camera(mm, bench.aberration_um, seed) for mm in STEP_MM]
@@ -71,7 +71,7 @@ def spread(prefix, tip, among):
 
 
 def sheet_mm(true, pixels):
-    """Where on the sheet pixels (N, 2) look, (N, 2) mm in the mirror's frame."""
+    """Points of the sheet that pixels (N, 2) see, (N, 2) mm in the mirror's frame."""
     points = transform(inverse_pose(true.T_viewer_mirror), true.rays(pixels).origins)
     return points[:, :2]
 

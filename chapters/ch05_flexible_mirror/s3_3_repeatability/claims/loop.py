@@ -1,4 +1,4 @@
-"""The claims about repeated deflections, tested as the ledger words them."""
+"""The claims about repeated deflections, tested as the registry words them."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 from repro.run.readings import Case
 
-# Questions of the ledger.
+# Questions of the registry.
 OPEN = ("mirror_bench", "swinging_ends")
 LEVELS = ("mirror_bench",)
 
@@ -39,19 +39,19 @@ def _case(options):
 
 @claim("c5_convex_concave", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_equivalent_steps(results, options):
-    """Each step out and the one that undoes it, within 6 %."""
+    """Test that equivalent steps agree within 6 %."""
     return LoopRuns.judged_by_seed(results, options, predicates.steps_agree)
 
 
 @claim("c5_hysteresis", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_loop(results, options):
-    """The sums of steps out and back, within 0.3 mm."""
+    """Test that the sums of steps out and back agree within 0.3 mm."""
     return LoopRuns.judged_by_seed(results, options, predicates.loop_closes)
 
 
 @claim("c5_single_equals_staged", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_single_step(results, options):
-    """The single step within 1 % of the three: the median over seeds."""
+    """Test that the single step is within 1 % of the three: the median over runs."""
 
     def differences(bench):
         return predicates.single_difference(LoopRuns(results, options, bench))
@@ -61,14 +61,14 @@ def judge_single_step(results, options):
 
     def reading_of(bench, seeds):
         found = middle(bench, seeds)
-        decision = found.below(np.nextafter(predicates.MOST_DIFFERENT, 2))
+        decision = found.below(np.nextafter(predicates.MAX_DIFFERENT, 2))
         return Reading.of(decision, found, "%", "difference without sign")
 
     return over_completed(
         _case(options),
         lambda bench: np.isfinite(differences(bench)),
         reading_of,
-        lambda bench, seeds: middle(bench, seeds).value <= predicates.MOST_DIFFERENT,
+        lambda bench, seeds: middle(bench, seeds).value <= predicates.MAX_DIFFERENT,
     )
 
 
@@ -125,7 +125,7 @@ def _judged_wins(results, options, places, words, least=None):
 
 
 def _completed(results, options):
-    """bench -> which seeds (seeds,) came through all six steps."""
+    """bench -> which runs (seeds,) completed all six steps."""
     return lambda bench: LoopRuns(results, options, bench).completed
 
 
@@ -139,7 +139,7 @@ def judge_accumulation(results, options):
     def reading_of(bench, seeds):
         found, true = (growth(bench, seeds, n) for n in ("back_mm", "back_true_mm"))
         return Reading.of(
-            found.below(np.nextafter(predicates.MOST_GROWTH, 9)),
+            found.below(np.nextafter(predicates.MAX_GROWTH, 9)),
             found,
             "%",
             f"rise of the medians for each of {len(STEPS)} steps, of the line's first "
@@ -151,7 +151,7 @@ def judge_accumulation(results, options):
         _case(options),
         _completed(results, options),
         reading_of,
-        lambda bench, seeds: growth(bench, seeds).value <= predicates.MOST_GROWTH,
+        lambda bench, seeds: growth(bench, seeds).value <= predicates.MAX_GROWTH,
     )
 
 
@@ -167,7 +167,7 @@ def judge_concave_steps(results, options):
     def reading_of(bench, seeds):
         found, true = (ratio(bench, seeds, n) for n in ("back_mm", "back_true_mm"))
         return Reading.of(
-            found.below(np.nextafter(predicates.MOST_WORSE, 2)),
+            found.below(np.nextafter(predicates.MAX_WORSE, 2)),
             found,
             "x",
             "after six steps over after three; on the board's true pose "
@@ -178,12 +178,12 @@ def judge_concave_steps(results, options):
         _case(options),
         _completed(results, options),
         reading_of,
-        lambda bench, seeds: ratio(bench, seeds).value <= predicates.MOST_WORSE,
+        lambda bench, seeds: ratio(bench, seeds).value <= predicates.MAX_WORSE,
     )
 
 
 def _refused_places(result, bench):
-    """How many calibrations were rejected, in words."""
+    """Number of rejected calibrations, in words."""
     lost = {
         pitch: int(np.nansum(result.column(f"{bench}.refused_{pitch}")))
         for pitch in ("coarse", "dense")
@@ -199,20 +199,20 @@ def _refused_places(result, bench):
     readings=LEVELS,
 )
 def judge_placement(results, options):
-    """SD of the first step's deflection between places of the board alone."""
+    """SD of the first step's deflection between poses of the board alone."""
     result = results[PLACED]
 
     def reading_at(bench):
         found = predicates.pooled_sd(result, bench)
         return Reading.of(
-            found.above(np.nextafter(predicates.LEAST_SD_MM, 0)),
+            found.above(np.nextafter(predicates.MIN_SD_MM, 0)),
             found,
             "mm",
             f"SD between places, all else held; {_refused_places(result, bench)}",
         )
 
     def on_side(bench):
-        return predicates.pooled_sd(result, bench).value >= predicates.LEAST_SD_MM
+        return predicates.pooled_sd(result, bench).value >= predicates.MIN_SD_MM
 
     return over_the_sweep(_case(options), reading_at, on_side)
 
@@ -221,20 +221,20 @@ def judge_placement(results, options):
     "c5_dense_grid", needs=("exp_c5_dense_grid",), evidence="rendered", readings=LEVELS
 )
 def judge_dense_grid(results, options):
-    """Half the pitch takes a fifth of the SD between places."""
+    """Test that half the pitch removes a fifth of the SD between board poses."""
     result = results[PLACED]
 
     def reading_at(bench):
         found = predicates.reduction(result, bench)
         return Reading.of(
-            found.above(np.nextafter(predicates.LEAST_REDUCTION, 0)),
+            found.above(np.nextafter(predicates.MIN_REDUCTION, 0)),
             found,
             "%",
             f"less SD between places; {_refused_places(result, bench)}",
         )
 
     def on_side(bench):
-        return predicates.reduction(result, bench).value >= predicates.LEAST_REDUCTION
+        return predicates.reduction(result, bench).value >= predicates.MIN_REDUCTION
 
     return over_the_sweep(_case(options), reading_at, on_side)
 
@@ -246,7 +246,7 @@ def judge_dense_grid(results, options):
     readings=LEVELS,
 )
 def judge_starts(results, options):
-    """SD of what perturbed starts end at, 1 % of the deflection in both steps."""
+    """SD of the results of perturbed starts, 1 % of the deflection in both steps."""
     result = results[STARTED]
 
     def of_starts(bench):
@@ -260,7 +260,7 @@ def judge_starts(results, options):
 
     def reading_of(bench, seeds):
         found = middles(bench, seeds)
-        bound = np.nextafter(predicates.MOST_SD, 2)
+        bound = np.nextafter(predicates.MAX_SD, 2)
         said = ", ".join(f"{step} mm {one.value:.2g} %" for step, one in found.items())
         return Reading.of(
             all_of([one.below(bound) for one in found.values()]),
@@ -274,7 +274,7 @@ def judge_starts(results, options):
         lambda bench: np.isfinite([*of_starts(bench).values()]).all(axis=0),
         reading_of,
         lambda bench, seeds: all(
-            one.value <= predicates.MOST_SD for one in middles(bench, seeds).values()
+            one.value <= predicates.MAX_SD for one in middles(bench, seeds).values()
         ),
     )
 

@@ -1,4 +1,4 @@
-"""Claims about the vectors of Fig. 5.13: what causes them, what keeps them short."""
+"""Claims about the vectors of Fig. 5.13: causes and countermeasures."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from repro.run.experiment import claim
 from repro.run.outcomes import Reading
 from repro.run.readings import Case
 
-LEAST_REMOVED = 50.0
+MIN_REMOVED = 50.0
 
 
 @claim(
@@ -36,9 +36,9 @@ LEAST_REMOVED = 50.0
 def judge_fixed_edge(results, options):
     """Mean error at the board's edge next to the clamp, below that of all corners.
 
-    Judged seed by seed: below in all four panels. Fixed before: the edge is, in each
-    row of the board, the seen corner nearest to the clamp; errors are those of the
-    figure, in the pose that the calibration finds.
+    Judged run by run: below in all four panels. Fixed before: the edge is, in each
+    row of the board, the visible corner nearest to the clamp; errors are those of
+    the figure, in the fitted pose.
     """
     case = Case(READINGS, options)
 
@@ -65,7 +65,7 @@ def judge_fixed_edge(results, options):
 def judge_conditioning(results, options):
     """Covered mirror and reciprocal condition number, larger for the steps back.
 
-    Judged seed by seed, on means over the three steps each way; both must be larger.
+    Judged run by run, on means over the three steps each way; both must be larger.
     Fixed before: the covered share is that of the convex hull of the common corners on
     the sheet after the step; the matrix is the linear stage's, equilibrated, in the
     clamp's subspace.
@@ -73,7 +73,7 @@ def judge_conditioning(results, options):
 
     def found_at(bench):
         seen = causes.LoopSights(results, options, bench)
-        better, least, unit, said = causes.better_seen(seen)
+        better, least, unit, said = causes.better_conditioned(seen)
         said += "; medians out and back: " + "; ".join(
             f"{words} {_middle(seen, name, THERE):.2g} and "
             f"{_middle(seen, name, BACK):.2g}, larger in "
@@ -86,7 +86,7 @@ def judge_conditioning(results, options):
 
 
 def _middle(seen, name, steps):
-    """Median over seeds of a measure's mean over some steps, of those that have it."""
+    """Median over runs of a measure's mean over some steps, of those that have it."""
     found = seen.of_steps(name)[np.subtract(steps, 1)].mean(axis=0)
     known = found[np.isfinite(found)]
     return float(np.median(known)) if len(known) else np.nan
@@ -97,7 +97,7 @@ def judge_metric(results):
     """Growth of the back-projection error over six steps, without the metric and with.
 
     The rate is the slope of the line through the means of the six steps, in the pose
-    that the calibration finds, as `c5_no_accumulation` takes it, and of each seed that
+    that the calibration finds, as `c5_no_accumulation` uses it, and of each run that
     both arms complete.
     """
     result = results[causes.METRIC]
@@ -131,15 +131,15 @@ def judge_high_order(results):
     """Relief raises the residual at stage 0, and more functions take half of that away.
 
     Fixed before: the residual is that of Fig. 5.13(a), the mean back-projection error
-    on a board at 400 mm in the pose that the calibration finds; relief is the bench's;
-    what is taken away is told of the rise over a smooth mirror, which keeps its own
-    residual with either number of functions.
+    on a board at 400 mm in the pose that the calibration finds; relief is that of the
+    first solved level; the removed share is that of the rise over a smooth mirror,
+    which keeps its own residual with either number of functions.
     """
     relief = ReliefRuns.of(results)
     rise, removed = relief.rise(), relief.removed()
     other = relief.rise("residual_mm"), relief.removed("residual_mm")
     return Reading.of(
-        all_of([rise.above(1.0), removed.above(np.nextafter(LEAST_REMOVED, 0))]),
+        all_of([rise.above(1.0), removed.above(np.nextafter(MIN_REMOVED, 0))]),
         removed,
         "%",
         f"of the rise by relief; with few functions it is {rise.value:.2f} times the "

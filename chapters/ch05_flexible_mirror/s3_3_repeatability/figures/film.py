@@ -19,17 +19,17 @@ from repro.run.outcomes import Drawing, Film, Panel
 
 TRUE, FOUND, CORNER = INK, series(1)["color"], "#00b3ff"
 LATER = {"color": "#c8ccd2", "lw": 1.2, "marker": ""}
-# Of the film's own pictures: inches and dots per inch; pixels of the one in space.
+# Images of the film: inches and dots per inch; pixels of the scene in space.
 FRAME_IN, FRAME_DPI, SPACE_PX = (4.2, 3.0), 92, (480, 344)
 SILVER, SIGHT_COLOUR, RAY, EDGE = "#9fb4c7", "#aeb6c0", "#0072b2", "#d55e00"
-# From above, behind the mirror: the board shows its face, the mirror its bend.
+# View from above, behind the mirror.
 SIGHT, UP, BODY_MM, ASPECT = (-0.55, 0.75, -0.4), (0.0, -1.0, 0.0), 45.0, 1.4
-# Places across and along the sheet whose rays are drawn.
+# Points across and along the sheet whose rays are drawn.
 ACROSS, ALONG = (0, 4, 8), (1, 11, 21, 31)
 
 
 class FilmView:
-    """Scenes of a film's frames, all seen from one place."""
+    """Scenes of a film's frames, all from one viewpoint."""
 
     def __init__(self, rig, frames):
         self._rig, self._frames = rig, frames
@@ -81,7 +81,7 @@ def _rim(points):
 @figure("ext_mirror_film", needs=("ext_mirror_film_pictures",), evidence="rendered",
         scene=True)  # fmt: skip
 def film_figure(results):
-    """All that the film shows: its middle as a still, and all of it to be played."""
+    """A still of the film at its largest deflection, and the film."""
     rig, frames = mirror_rig("A", small=True), Frames.of(results[FILM])
     view = FilmView(rig, frames)
     still = frames.peak
@@ -115,12 +115,12 @@ def film_of(frames, view):
     """The Film of all frames."""
     count = range(len(frames.true_mm))
     ways = (
-        (draw_picture, "What the camera sees", "A board in the mirror, its corners "
+        (draw_picture, "Camera image", "A board in the mirror, its corners "
          "marked where they were tracked."),
         (draw_profile, "Profile of the mirror", "Height of the mirror's middle line "
-         "over the flat sheet, true and found."),
-        (draw_error, "Error of the deflection", "Found minus true deflection over the "
-         "film, up to the frame that is shown."),
+         "over the flat sheet, true and estimated."),
+        (draw_error, "Error of the deflection", "Estimated minus true deflection over "
+         "the film, up to the frame that is shown."),
     )  # fmt: skip
     panels = [
         Panel("In space", "Camera, bending mirror, rays and board; an orange outline "
@@ -132,9 +132,9 @@ def film_of(frames, view):
         for draw, title, says in ways
     ]
     labels = [
-        f"Frame {k + 1} of {len(count)}: deflection {frames.true_mm[k]:.2f} mm, found "
-        f"{_plain(frames.found_mm[k])} mm; {int(frames.used[k])} corners, rays off by "
-        f"{frames.angle_deg[k]:.3f} degrees"
+        f"Frame {k + 1} of {len(count)}: deflection {frames.true_mm[k]:.2f} mm, "
+        f"estimated {_plain(frames.found_mm[k])} mm; {int(frames.used[k])} corners, "
+        f"ray error {frames.angle_deg[k]:.3f} degrees"
         for k in count
     ]
     return Film(panels, labels)
@@ -153,33 +153,33 @@ def _alone(draw, frames, k):
 
 
 def draw_picture(axes, frames, k):
-    """The camera's picture with the corners of frame k."""
+    """Draw the camera's image with the corners of frame k."""
     axes.imshow(frames.picture[k], cmap="gray", vmin=0, vmax=255)
-    # Pixel centres at whole numbers, in the kept picture as in the camera's.
+    # Pixel centres at whole numbers, in the stored image as in the camera's.
     places = KEPT * (frames.corners[k] + 0.5) - 0.5
     axes.plot(*places.T, "o", mfc="none", mec=CORNER, ms=4, mew=1.0)
     axes.set_axis_off()
 
 
 def draw_profile(axes, frames, k):
-    """Height of the middle line, true and found, in frame k."""
+    """Draw the height of the middle line, true and estimated, in frame k."""
     sheet = mirror_rig("A", small=True).camera(float(frames.true_mm[k])).mirror
     flat = np.linspace(0, sheet.end, 81)
     axes.plot(
         flat, sheet.height(flat, 0 * flat)[0], color=TRUE, marker="", label="true"
     )
-    axes.plot(*frames.profile[k].T, ".", color=FOUND, ms=5, label="found")
+    axes.plot(*frames.profile[k].T, ".", color=FOUND, ms=5, label="estimated")
     top = 1.15 * np.nanmax(frames.profile[..., 1])
     axes.set(xlim=(0, 1.03 * sheet.end), ylim=(-0.05 * top, top))
-    axes.set(xlabel="Along the flat sheet (mm)", ylabel="Height (mm)")
+    axes.set(xlabel="Position along the flat sheet (mm)", ylabel="Height (mm)")
     axes.legend(loc="upper left")
 
 
 def draw_error(axes, frames, k):
-    """Error of the deflection up to frame k; what is to come is pale."""
+    """Draw the error of the deflection up to frame k; later frames are pale."""
     time = np.arange(len(frames.true_mm)) + 1
     axes.axhline(0, color=TRUE, lw=0.8, marker="")
     axes.plot(time, frames.error_um, **LATER)
     axes.plot(time[: k + 1], frames.error_um[: k + 1], ".-", color=FOUND, lw=1.4)
     axes.plot(time[k], frames.error_um[k], "o", color=FOUND, ms=7)
-    axes.set(xlabel="Frame (1)", ylabel="Found less true (µm)")
+    axes.set(xlabel="Frame", ylabel="Deflection error (µm)")

@@ -41,16 +41,15 @@ def fig_5_13(results):
     low, high = np.min(ends, axis=0) - MARGIN_MM, np.max(ends, axis=0) + MARGIN_MM
     axes[0, 0].set(xlim=(low[0], high[0]), ylim=(high[1], low[1]))
     for panel in axes[-1]:
-        panel.set_xlabel("Board, x (mm)")
+        panel.set_xlabel("Board x (mm)")
     for panel in axes[:, 0]:
-        panel.set_ylabel("Board, y (mm)")
+        panel.set_ylabel("Board y (mm)")
     return Drawing(
         drawn,
         columns(("panel", "x_mm", "y_mm", "off_x_mm", "off_y_mm"), rows),
-        "Back-projection errors on a board at 400 mm, in the pose that the calibrated "
-        f"camera itself finds, times {SCALE}, of one seed, second "
-        "level: the first that "
-        "was rejected nowhere. Mean lengths above the panels.",
+        "Back-projection errors on a board at 400 mm in the pose fitted by the "
+        f"calibrated camera, scaled by {SCALE}: the first completed run at the second "
+        "solved level. Mean lengths above the panels.",
         Check(
             bool(max(gaps) < ROUNDING),
             f"the drawn vectors have the mean lengths of the trial, to {max(gaps):.0e} "

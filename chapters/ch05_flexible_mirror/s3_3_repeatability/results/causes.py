@@ -1,4 +1,4 @@
-"""Why errors grow or do not: what steps have to see, and the board's known metric."""
+"""Causes of error growth: what the steps see, and the board's known metric."""
 
 import numpy as np
 from scipy.stats import wilcoxon
@@ -15,11 +15,11 @@ from repro.judge.statistics import HOLDS, UNDECIDED, median_interval, with_worst
 CONDITIONED = ("exp_c5_concave_conditioning", "exp_c5_concave_conditioning_swept")
 METRIC = "exp_c5_metric_fit_helps"
 MEASURES = ("covered", "reciprocal")
-LARGEST_P = 0.05
+MAX_P = 0.05
 
 
 class LoopSights(BenchRuns):
-    """What the steps of a loop see, at one error level."""
+    """Measures of what the steps of a loop see, at one error level."""
 
     EXPERIMENTS = CONDITIONED
     SWINGS = tuple(f"step{step}" for step in STEPS)
@@ -38,9 +38,9 @@ class LoopSights(BenchRuns):
         return back / out
 
 
-def better_seen(seen):
-    """Whether steps back cover more and are conditioned better, seed by seed, as
-    `counterpart` takes it."""
+def better_conditioned(seen):
+    """Whether steps back cover more and are better conditioned, run by run, as
+    `counterpart` uses it."""
     least = np.min([seen.back_over_out(name) for name in MEASURES], axis=0)
     with np.errstate(invalid="ignore"):
         return least > 1, least, "x", "steps back over steps out, the lesser of both"
@@ -67,7 +67,7 @@ def without_less_metric(result, name="back_mm"):
 
 
 def while_both_go_on(result, name="back_mm"):
-    """The same over the steps that both arms reach, of seeds with two or more."""
+    """The same over the steps that both arms reach, of runs with two or more."""
     metric, without = (errors_of(result, arm, name) for arm in ARMS)
     reached = np.isfinite(metric + without).sum(axis=0)
     return np.array(
@@ -89,13 +89,13 @@ def p_larger(differences):
 
 
 def decision_of(differences):
-    """(decision, Estimate of the median, p): larger, where p and the median's interval
-    say so."""
+    """(decision, Estimate of the median, p): larger, if p and the median's interval
+    support it."""
     middle, p = median_interval(differences), p_larger(differences)
     decision = middle.above(0.0)
-    return (UNDECIDED if decision == HOLDS and p >= LARGEST_P else decision), middle, p
+    return (UNDECIDED if decision == HOLDS and p >= MAX_P else decision), middle, p
 
 
 def refused(result, arm):
-    """How many seeds of an arm ended before the sixth step."""
+    """Number of runs of an arm that ended before the sixth step."""
     return sum(text is not None for text in result.texts(f"{arm}.refused"))

@@ -1,20 +1,18 @@
-"""The film of the bending mirror, as its rendered run left it."""
+"""Frames of the film of the bending mirror, from its rendered run."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.film import update_seconds
-
 FILM = "ext_mirror_film_pictures"
-UM, MS = 1000.0, 1000.0
+UM = 1000.0
 
 
 class Frames(NamedTuple):
     """A row for each of n frames.
 
     true_mm, found_mm, angle_deg (n,); used (n,) corners; picture (n, h, w) uint8;
-    corners (n, N, 2) px of the whole picture; mirror, directions (n, a, b, 3); profile
+    corners (n, N, 2) px of the whole image; mirror, directions (n, a, b, 3); profile
     (n, b, 2) mm; T_camera_board (4, 4).
     """
 
@@ -31,7 +29,7 @@ class Frames(NamedTuple):
 
     @classmethod
     def of(cls, result):
-        """Those of the film's only trial."""
+        """Return the frames of the film's only trial."""
         return cls(**{name: result.arrays(name)[0] for name in cls._fields})
 
     @property
@@ -43,13 +41,3 @@ class Frames(NamedTuple):
     def peak(self):
         """Number of the frame with the largest deflection."""
         return int(np.argmax(self.true_mm))
-
-
-def quoted_of_film(frames):
-    """Name -> what prose quotes of the film."""
-    return {
-        "film.frames": len(frames.true_mm),
-        "film.peak_um": float(np.abs(frames.error_um).max()),
-        "film.loop_um": float(abs(frames.error_um[-1])),
-        "film.update_ms": MS * update_seconds(),
-    }

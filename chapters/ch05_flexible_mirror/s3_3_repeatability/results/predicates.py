@@ -1,4 +1,4 @@
-"""What is measured in each seed that went there and back, and the claims' bounds."""
+"""Quantities of each run out and back, and the bounds of the claims."""
 
 import numpy as np
 
@@ -12,16 +12,16 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import LOOP
 from chapters.shared.mirror_rigs import STAGES_MM
 from repro.judge.statistics import OVER_TRIALS, bootstrap, with_worst
 
-MOST_APART, MOST_OPEN_MM = 6.0, 0.3
-MOST_DIFFERENT, MOST_GROWTH = 1.0, 5.0
-MOST_WORSE = 1.2
-LEAST_SD_MM, LEAST_REDUCTION = 0.05, 20.0
-MOST_SD = 1.0
+MAX_APART, MAX_OPEN_MM = 6.0, 0.3
+MAX_DIFFERENT, MAX_GROWTH = 1.0, 5.0
+MAX_WORSE = 1.2
+MIN_SD_MM, MIN_REDUCTION = 0.05, 20.0
+MAX_SD = 1.0
 median = OVER_TRIALS["median"]
 
 
 def disagreement(runs):
-    """Largest difference of a step out from the one that undoes it, %, (seeds,)."""
+    """Largest difference of equivalent steps, %, (seeds,)."""
     found = []
     for pair in EQUIVALENT:
         both = runs.at("deflection_mm", pair)
@@ -36,15 +36,15 @@ def loop_error(runs):
 
 
 def single_difference(runs):
-    """The single step against the three back, %, (seeds,), without sign."""
+    """Difference of the single step from the three back, %, (seeds,), without sign."""
     staged = runs.at("deflection_mm", BACK).sum(axis=0)
     return 100 * np.abs(runs.of("single", "deflection_mm") / staged - 1)
 
 
 def height_errors(runs):
-    """How far the load's height is off after each step, mm, (steps, seeds), signed.
+    """Error of the load's height after each step, mm, (steps, seeds), signed.
 
-    The height is that of stage 0 as found, with all steps added.
+    The height is the estimate of stage 0 with all steps added.
     """
     signs = np.where(np.isin(STEPS, THERE), 1.0, -1.0)[:, None]
     found = np.cumsum(signs * runs.at("deflection_mm"), axis=0)
@@ -53,15 +53,15 @@ def height_errors(runs):
 
 
 def steps_agree(runs):
-    """Steps and those that undo them within 6 %."""
+    """Test that equivalent steps agree within 6 %."""
     apart = disagreement(runs)
-    return (apart <= MOST_APART, apart, "%", "largest difference of equivalent steps")
+    return (apart <= MAX_APART, apart, "%", "largest difference of equivalent steps")
 
 
 def loop_closes(runs):
-    """The sums of both ways within 0.3 mm."""
+    """Test that the sums out and back agree within 0.3 mm."""
     off = loop_error(runs)
-    return (off <= MOST_OPEN_MM, off, "mm", "sum of the steps out less that back")
+    return (off <= MAX_OPEN_MM, off, "mm", "sum of the steps out less that back")
 
 
 def growth(runs, name="back_mm", seeds=slice(None)):
@@ -80,7 +80,7 @@ def growth(runs, name="back_mm", seeds=slice(None)):
 
 
 def ratio(after, before):
-    """Ratio of the medians of two measures of the same seeds, Estimate."""
+    """Ratio of the medians of two measures of the same runs, Estimate."""
     return bootstrap(
         lambda a, b: median(a) / median(b),
         with_worst(after),
@@ -90,7 +90,7 @@ def ratio(after, before):
 
 
 def in_places(result, bench, pitch):
-    """Deflections (seeds, places) mm of one pitch, nan where refused."""
+    """Deflections (seeds, places) mm of one pitch, nan where rejected."""
     return np.array(result.arrays(f"{bench}.{pitch}"))
 
 
@@ -108,13 +108,13 @@ def between_places(*found):
 
 
 def pooled_sd(result, bench, pitch="coarse"):
-    """SD between places over all seeds, mm, Estimate; a draw is one of seeds."""
+    """SD between places over all runs, mm, Estimate; runs are resampled."""
     (spread,) = between_places(in_places(result, bench, pitch))
     return bootstrap(_rms, spread[np.isfinite(spread)])
 
 
 def reduction(result, bench):
-    """By how much half the pitch lowers the SD between places, %, Estimate."""
+    """Reduction of the SD between places by half the pitch, %, Estimate."""
     coarse, dense = between_places(
         *(in_places(result, bench, pitch) for pitch in ("coarse", "dense"))
     )
@@ -132,6 +132,6 @@ def _rms(spread):
 
 
 def of_starts(result, bench, step, step_mm):
-    """SD (seeds,) of what perturbed starts end at, % of the deflection; nan where a
-    start was rejected, or the whole stage."""
+    """SD (seeds,) of the results of perturbed starts, % of the deflection; nan where a
+    start or the whole stage was rejected."""
     return 100 * result.column(f"{bench}.{step}.sd_mm") / step_mm

@@ -1,4 +1,4 @@
-"""What relief leaves at stage 0, and what of it more functions take away."""
+"""Effect of relief at stage 0, and how much of it more functions remove."""
 
 from typing import NamedTuple
 
@@ -13,17 +13,17 @@ median = OVER_TRIALS["median"]
 
 
 class ReliefRuns(NamedTuple):
-    """The trials before a smooth mirror and before one with relief."""
+    """Trials with a smooth mirror and with one with relief."""
 
     trials: object
 
     @classmethod
     def of(cls, results):
-        """From the Results, by name."""
+        """Return the trials from the Results, by name."""
         return cls(results[RELIEF].select(geometry="A"))
 
     def values(self, mirror, shape, name):
-        """A measure (seeds,), infinite where refused."""
+        """A measure (seeds,), infinite where rejected."""
         return with_worst(self.trials.column(f"{mirror}.{shape_name(shape)}.{name}"))
 
     def rise(self, name="back_mm"):
@@ -32,7 +32,7 @@ class ReliefRuns(NamedTuple):
         return bootstrap(lambda a, b: median(a) / median(b), *pair, paired=True)
 
     def removed(self, name="back_mm"):
-        """How much of the rise the most functions take away, percent, Estimate."""
+        """Share of the rise that the most functions remove, percent, Estimate."""
         four = (
             self.values(mirror, shape, name)
             for shape in (FEW, MANY)

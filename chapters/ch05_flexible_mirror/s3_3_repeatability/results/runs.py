@@ -1,4 +1,4 @@
-"""The runs there and back: which result, which error level, which step."""
+"""The runs out and back: result, error level and step."""
 
 from typing import ClassVar
 
@@ -14,7 +14,7 @@ JUDGED = ("table_5_5_runs", "table_5_5_swept")
 PLACED, STARTED = "exp_c5_dense_grid", "exp_c5_not_sensitive_init"
 STEPS = tuple(range(1, len(LOOP)))
 THERE, BACK = STEPS[:OUT], STEPS[OUT:]
-# Steps out, each with the one that undoes it.
+# Steps out, each with the step back that reverses it.
 EQUIVALENT = tuple(zip(THERE, reversed(BACK), strict=True))
 STEP_MM = STAGES_MM[1] - STAGES_MM[0]
 WHOLE_MM = STAGES_MM[-1] - STAGES_MM[0]
@@ -28,14 +28,14 @@ PANELS = {
 
 
 class LoopRuns(BenchRuns):
-    """The way there and back, and the single step back."""
+    """The loop out and back, and the single step back."""
 
     EXPERIMENTS = (RUNS, SWEPT_RUNS)
     ELSEWHERE: ClassVar = {"B": OTHER}
     SWINGS = tuple(f"step{step}" for step in STEPS)
 
     def goes_on(self, place):
-        """As of any runs; the single step is one of its own, from the third on."""
+        """Extends that of all runs; the single step starts after the third step."""
         if place != "single":
             return super().goes_on(place)
         on = super().goes_on(f"step{THERE[-1]}")
@@ -48,7 +48,7 @@ class LoopRuns(BenchRuns):
 
     @property
     def completed(self):
-        """Which seeds (seeds,) came through all six steps."""
+        """Which runs (seeds,) completed all six steps."""
         return np.isfinite(self.of(f"step{STEPS[-1]}", "back_mm"))
 
     def at(self, name, steps=STEPS):
@@ -56,14 +56,12 @@ class LoopRuns(BenchRuns):
         return np.array([self.of(f"step{step}", name) for step in steps])
 
     def refused(self):
-        """How many seeds ended before the sixth step, and how many have no single
-        step."""
+        """Numbers of runs without the sixth step, and without the single step."""
         ends = self.of(f"step{STEPS[-1]}", "back_mm"), self.of("single", "back_mm")
         return tuple(int(np.isnan(end).sum()) for end in ends)
 
     def drawn(self, place):
-        """The board's corners and their errors (N, 2), mm, in the first seed that was
-        rejected nowhere."""
+        """Board corners and their errors (N, 2), mm, in the first completed run."""
         whole = np.isfinite(self.of("single", "back_mm"))
         seed = int(np.flatnonzero(whole)[0])
         before = np.isfinite(self.raw(f"{place}.back_mm"))[:seed].sum()

@@ -12,8 +12,8 @@ SAME_ROW_MM = 1e-6
 
 
 def below_at_the_edge(runs):
-    """Whether the error is below the mean next to the clamp in all panels, seed by
-    seed, as `counterpart` takes it: a seed without a panel is none of these."""
+    """Whether the error is below the mean next to the clamp in all panels, run by run,
+    as `counterpart` uses it: a run without a panel does not count."""
     ratios = np.array([edge_ratios(runs, place) for place in PANELS])
     worst = ratios.max(axis=0)
     with np.errstate(invalid="ignore"):
@@ -23,7 +23,7 @@ def below_at_the_edge(runs):
 def edge_ratios(runs, place):
     """Mean error at the edge next to the clamp over the mean of all corners, (seeds,).
 
-    The edge: in each row of the board the seen corner nearest to the clamp.
+    The edge: in each row of the board the visible corner nearest to the clamp.
     """
     found = np.full(runs.seeds, np.nan)
     board, reached, errors = vectors_at(runs, place)
@@ -35,8 +35,8 @@ def edge_ratios(runs, place):
 
 
 def vectors_at(runs, place):
-    """The board's corners (N, 2) mm, the seeds (n,) that got so far, and their errors,
-    n times (N, 2) mm, NaN where a corner was not seen."""
+    """The board's corners (N, 2) mm, the runs (n,) that reached this place, and their
+    errors, n times (N, 2) mm, NaN where a corner was not visible."""
     reached = np.flatnonzero(np.isfinite(runs.raw(f"{place}.back_mm")))
     board = runs.result.arrays(f"{runs.bench}.board_mm")[0]
     errors = runs.result.arrays(f"{runs.bench}.{place}.own")

@@ -1,7 +1,7 @@
-"""What each step of the loop has to see: covered mirror, condition of the data matrix.
+"""Covered mirror and condition of the data matrix at each step of the loop.
 
-The loop is that of Table 5.5: boards elsewhere at each step out, one that stays on the
-way back. The boards are the same on every bench.
+The loop is that of Table 5.5: a board in another pose at each step out, one fixed board
+on the way back. The boards are the same at each error level.
 """
 
 import numpy as np
@@ -22,18 +22,18 @@ from raxel.geometry import inverse_pose, transform
 
 
 def conditioning_trial(condition, rng, errors, benches):
-    """Both measures of every step, on each of some benches."""
+    """Both measures of every step, at each of some error levels."""
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     out, stay = boards_of_loop(rig, rng)
     of_rig, boards = errors[condition["geometry"]], [*out, *(stay,) * OUT]
     return {
-        name: seen_in_steps(rig, bench, of_rig.on(bench), boards, seed)
+        name: visible_in_steps(rig, bench, of_rig.on(bench), boards, seed)
         for name, bench in benches.items()
     }
 
 
-def seen_in_steps(rig, bench, errors, boards, seed):
-    """{step: {covered, reciprocal}} of a loop; `refused` says where it ended, if early.
+def visible_in_steps(rig, bench, errors, boards, seed):
+    """{step: {covered, reciprocal}} of a loop; `refused` is the code of a rejection.
 
     covered: share of the sheet within the convex hull of the common corners, where they
     are seen after the step; reciprocal: smallest over largest singular value of the

@@ -1,8 +1,8 @@
-"""A film of a mirror that bends and is let back, and a calibration that follows it.
+"""A film of a mirror that bends and returns, and a calibration that follows it.
 
-The rig is A with a quarter of the pixels each way, so that all its pictures can be
+The rig is A with a quarter of the pixels in each direction, so that all images can be
 rendered. Camera and first shape are calibrated as in 5.3.3, with Gaussian errors. The
-board is held once and stays.
+board is fixed.
 """
 
 from typing import NamedTuple
@@ -41,12 +41,12 @@ ERRORS = GaussianErrors(CORNER_PX / COARSER, DECODED_MM)
 METHOD = MirrorSettings(noise_px=CORNER_PX / COARSER, prior_sd=0.1)
 # Places along and across the sheet at which a found shape is kept to be drawn.
 ALONG, ACROSS = 33, 9
-KEPT = 0.5  # pictures are kept at half the size
+KEPT = 0.5  # images are stored at half the size
 TIMED_MM = 0.5
 
 
 class FilmedMirror(NamedTuple):
-    """rig: MirrorRig; deflections (n,) mm; cameras: the true ones, a picture each;
+    """rig: MirrorRig; deflections (n,) mm; cameras: the true ones, an image each;
     T_camera_board (4, 4); first: SplineMirrorCamera of the first shape; clamp:
     FixedLine."""
 
@@ -59,10 +59,10 @@ class FilmedMirror(NamedTuple):
 
 
 def film_trial(condition, rng):
-    """Every picture rendered, its corners found from those before, its shape tracked.
+    """Render each image, detect its corners from those before, and track the shape.
 
-    In the first picture corners are looked for where they truly are, as if picked by
-    hand; in all others where optical flow takes those of the picture before.
+    In the first image corners are searched for at their true positions, as if picked by
+    hand; in all others where optical flow predicts them.
     """
     film = drawn_film(**condition, rng=rng)
     rig, board = film.rig, film.rig.board
@@ -90,7 +90,7 @@ def film_trial(condition, rng):
 def drawn_film(steps, peak_mm, rng):
     """The FilmedMirror of a load that goes out to `peak_mm` in so many steps, and back.
 
-    It starts, turns and stops gently, as a crank does.
+    It starts, reverses and stops smoothly, like a crank.
     """
     rig = mirror_rig("A", small=True)
     deflections = peak_mm * np.sin(np.pi / 2 * np.linspace(0, 2, 2 * steps + 1)) ** 2
@@ -104,7 +104,7 @@ def drawn_film(steps, peak_mm, rng):
 def first_shape(rig, camera, rng):
     """(SplineMirrorCamera, FixedLine) of the mirror before the film.
 
-    Its knots span the mirror's outline: flat, it fills more of the picture than bent.
+    Its knots span the mirror's outline: flat, it fills more of the image than bent.
     """
     viewer = calibrated_viewer(rig, ERRORS, rng)
     monitor = rig.monitor_poses(rng)
@@ -124,8 +124,8 @@ def first_shape(rig, camera, rng):
 
 
 def tracker_of(film, pixels):
-    """A MirrorTracker whose board is posed by the first shape, from the first picture's
-    corners (N, 2)."""
+    """A MirrorTracker whose board's pose comes from the first shape and the first
+    image's corners (N, 2)."""
     points = film.rig.board.points()
     pose = pose_from_non_central_rays(film.first.rays(pixels), points)
     placed = transform(pose.T_camera_grid, on_plane(points))
@@ -133,7 +133,7 @@ def tracker_of(film, pixels):
 
 
 def frame(film, k, tracker, picture, corners, followed):
-    """What is kept of picture k: its scores, and what is to be drawn."""
+    """Stored values of image k: its errors, and what is drawn."""
     camera, found = film.cameras[k], tracker.camera_now()
     off = ray_angles(found, camera, lattice(camera, COMPARED_PX))
     return {
@@ -149,7 +149,7 @@ def frame(film, k, tracker, picture, corners, followed):
 
 
 def whole_picture(rig, taken):
-    """The camera's whole picture of a MirroredBoard; beside the mirror it is dark."""
+    """The camera's whole image of a MirroredBoard; outside the mirror it is dark."""
     whole = np.zeros((rig.viewer.height, rig.viewer.width), np.uint8)
     (height, width), window = taken.picture.shape, taken.window
     whole[window.v : window.v + height, window.u : window.u + width] = taken.picture

@@ -1,4 +1,4 @@
-"""How many corners a deflection leaves in both pictures."""
+"""Number of corners that both images of a deflection show."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ DEFLECTIONS_MM = (2.5, 5.0, 7.5, 10.0, 12.5, 15.0)
 
 
 def losses_trial(condition, rng):
-    """Corners (deflections,) that are seen before and after, of a board held by hand
-    where the mirror shows it before the deflection: `back` and `out`."""
+    """Corners (deflections,) that are visible before and after, of a board in a random
+    pose that the mirror shows before the deflection: `back` and `out`."""
     rig = mirror_rig(condition["geometry"])
     ways = {
         "back": (STAGES_MM[-1], [STAGES_MM[-1] - mm for mm in DEFLECTIONS_MM]),

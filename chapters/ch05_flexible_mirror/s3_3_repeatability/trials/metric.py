@@ -1,10 +1,10 @@
 """The loop with the board's known metric, and without it (5.3.3).
 
 The pose of the board comes from the camera before each step. With the metric its
-corners are put where a board in that pose has them. Without it each corner stays where
-the camera's own ray meets the board's plane: then the camera's errors go on to the next
-shape whole, in place of what of them a rigid board can follow. Nothing else differs:
-pictures, clamp, linear stage and refinement are the same.
+corners are those of a board in that pose. Without it each corner is where the camera's
+own ray meets the board's plane: then the next shape inherits all errors of the camera,
+not only those that a rigid board can follow. Nothing else differs: images, clamp,
+linear stage and refinement are the same.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ ARMS = ("metric", "without")
 
 
 def metric_trial(condition, rng, errors):
-    """Errors after each of six steps, with the metric and without, on the bench."""
+    """Errors after each of six steps, with the metric and without."""
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     bench = BENCHES[LEVEL]
     errors = errors[condition["geometry"]].on(bench)
@@ -51,7 +51,7 @@ def metric_trial(condition, rng, errors):
 
 
 def steps_of(rig, cameras, first, pictures, scored, arm):
-    """{step: errors} of one arm; `refused` says where it ended, if early."""
+    """{step: errors} of one arm; `refused` is the code of a rejection."""
     camera, board, found = first.camera, rig.board.points(), {}
     for number, (before, after) in enumerate(pictures, 1):
         stage, true = LOOP[number], cameras[LOOP[number]]
@@ -74,7 +74,7 @@ def steps_of(rig, cameras, first, pictures, scored, arm):
 
 
 def scene_points(camera, pixels, board, arm):
-    """Corners (N, 3), viewer's frame, mm, as a camera finds them, NaN where not seen.
+    """Corners (N, 3), viewer's frame, mm, estimated by a camera, NaN if not visible.
 
     pixels: (N, 2) before the step; board: (N, 2) mm; arm: one of ARMS.
     """

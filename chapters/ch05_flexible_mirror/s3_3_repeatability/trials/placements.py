@@ -21,7 +21,7 @@ BEFORE, AFTER = 0, 1
 
 
 def in_all_places(rig, bench, errors, seed):
-    """{pitch: deflections (PLACES,) mm}, NaN where one was refused, and how many."""
+    """{pitch: deflections (PLACES,) mm}, NaN where rejected, and their number."""
     rng = np.random.default_rng(seed)
     ends = STAGES_MM[BEFORE], STAGES_MM[AFTER]
     cameras = [
@@ -35,7 +35,7 @@ def in_all_places(rig, bench, errors, seed):
 
     def deflection(T, points, kept):
         pictures = [
-            seen_points(camera, T, points) + shift[kept]
+            visible_points(camera, T, points) + shift[kept]
             for camera, shift in zip(cameras, off, strict=True)
         ]
         try:
@@ -64,7 +64,7 @@ def boards_of_pitches(board):
     return {"coarse": (points[coarse], coarse), "dense": (points, slice(None))}
 
 
-def seen_points(camera, T_camera_board, points):
+def visible_points(camera, T_camera_board, points):
     """Pixels (N, 2) of points (N, 2) mm of a board, exact; NaN where not seen."""
     pixels, valid = camera.project(transform(T_camera_board, on_plane(points)))
     return np.where((valid & camera.in_image(pixels))[:, None], pixels, np.nan)

@@ -1,6 +1,6 @@
-"""Relief that a spline is too coarse for: what it leaves at stage 0, and more knots.
+"""Errors of relief that a spline cannot represent, at stage 0, and more knots.
 
-The same viewer, monitor, platter and errors before a smooth mirror and before one with
+The same viewer, monitor, platter and errors with a smooth mirror and with one with
 relief; the primary stage alone, with several numbers of knots.
 """
 
@@ -25,7 +25,7 @@ from raxel.calibration.mirror.primary import primary_from_points
 from raxel.errors import CalibrationError
 
 FEW, MANY = (7, 3), (14, 9)  # basis functions along u and v
-# Four waves of 45 to 110 mm: the bench's relief, and none.
+# Four waves of 45 to 110 mm: relief of the first solved level, and none.
 RELIEFS_UM = {"smooth": 0.0, "relief": ABERRATION_UM}
 COMPARED_PX = 168
 

@@ -1,7 +1,7 @@
 """Three deflections out and three back, and one step all the way back (Table 5.5).
 
-Out, the board stands elsewhere at each deflection. On the way back it stays in one
-place, so that the same pictures also calibrate from stage 3 to stage 0 at once.
+On the way out, the board has another pose at each deflection. On the way back it is
+fixed, so that the same images also calibrate from stage 3 to stage 0 in one step.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ OUT = 3  # steps of the loop that go out
 
 
 def loop(rig, bench, errors, seed):
-    """Six steps and the single one; `refused` says where it ended, if early."""
+    """Six steps and the single one; `refused` is the code of a rejection."""
     rng = np.random.default_rng(seed)
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)

@@ -19,7 +19,7 @@ from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 
 STARTS = 6
-MOST = 0.5  # of the deflection, that a start is bent more or less
+MAX_BEND = 0.5  # of the deflection, that a start is bent more or less
 # Stages before and after: the first step of Table 5.5, and the way back at a stroke.
 STEPS = {"5": (0, 1), "15": (3, 0)}
 STEPS_MM = {
@@ -28,7 +28,7 @@ STEPS_MM = {
 
 
 def both_steps(rig, bench, errors, seed):
-    """{step: what its starts and their ends are}; `refused` where there is no stage."""
+    """{step: its starts and their ends}; `refused` where there is no stage."""
     rng = np.random.default_rng(seed)
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     out = {}
@@ -55,14 +55,14 @@ def both_steps(rig, bench, errors, seed):
 
 def shares(rng):
     """How much more each start is bent at the three columns of coefficients across the
-    mirror, (STARTS, 3) shares of the deflection, none beyond MOST."""
-    even = np.linspace(-MOST, MOST, STARTS)[:, None]
-    twist = rng.uniform(-MOST, MOST, (STARTS, 1)) * [-1, 0, 1]
-    return np.clip(even + twist, -MOST, MOST)
+    mirror, (STARTS, 3) shares of the deflection, none beyond MAX_BEND."""
+    even = np.linspace(-MAX_BEND, MAX_BEND, STARTS)[:, None]
+    twist = rng.uniform(-MAX_BEND, MAX_BEND, (STARTS, 1)) * [-1, 0, 1]
+    return np.clip(even + twist, -MAX_BEND, MAX_BEND)
 
 
 def from_starts(rig, pair, first, stage, pixels, further_mm):
-    """SD, mm, of the deflections that the starts end at; NaN where one was refused.
+    """SD, mm, of the deflections at the ends; NaN where one was rejected.
 
     pair: true cameras before and after; pixels: (N, 2) of the board after.
     """
@@ -94,7 +94,7 @@ def from_starts(rig, pair, first, stage, pixels, further_mm):
 def bending(rig, true, grid, clamp):
     """Change (Kf, Kg) of the distances that lifts the free edge by 1 mm along the load.
 
-    It rises with the square of the way from the clamp, in the picture.
+    It rises with the square of the distance from the clamp, in the image.
     """
     u = grid.knots_u
     degree = grid.degree[0]
