@@ -7,7 +7,6 @@ from chapters.shared.mirror_rigs import STAGES_MM
 from chapters.shared.mirror_sweep import BenchRuns
 
 RUNS, SWEPT_RUNS = "table_5_9_runs", "table_5_9_swept"
-KNOWN = "exp_c5_known_scene"
 STAGES = (1, 2, 3)
 STEP_MM = STAGES_MM[1]
 # As 5.4 tells: features across the middle, and nearer ones at the end that bends.
