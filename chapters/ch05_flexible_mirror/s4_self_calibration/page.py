@@ -41,17 +41,20 @@ from repro.run.outcomes import Plan
 # 2. **The rays become unusable.** After the third push the mean ray error is
 #    {glue:text}`lab.told.deg.3`° at the low-noise level, with boards
 #    {glue:text}`lab.board.deg.3`°.
-# 3. **Stereo between bent states fails because of the calibration.** Far depths are wrong
-#    by {glue:text}`found.deflected` % with calibrated mirrors. With the true mirror and
-#    the same noise they are wrong by {glue:text}`true.deflected` %.
+# 3. **Stereo between bent states fails because of the calibration.** Far depths are
+#    wrong by {glue:text}`found.deflected` % with calibrated mirrors. With the true
+#    mirror and the same noise they are wrong by {glue:text}`true.deflected` %.
 
 # %% [markdown]
+# Medians over the runs at the low-noise level:
+#
 # | question or quantity | thesis | here |
 # |---|---|---|
-# | deflection found, stages 1 to 3 (mm) | 3.98, 3.48, 3.08 | {glue:text}`lab.told.1` to {glue:text}`lab.told.3` (low-noise level) |
-# | stages 1 and 2, against the linear estimate from a board | better | better (low-noise level) |
+# | deflection, stage 1 (mm) | 3.98 | {glue:text}`lab.told.1` |
+# | deflection, stage 3 (mm) | 3.08 | {glue:text}`lab.told.3` |
+# | stages 1 and 2, against linear estimates from a board | better | better |
 # | stage 3, against the same | as poor | as poor, by coincidence |
-# | order of centroids from four stages | correct | one draw: wall and object are almost equally far |
+# | order of centroids from four stages | correct | not reliable |
 # | known static scene | no accumulation | no accumulation |
 
 # %% [markdown]
@@ -64,9 +67,10 @@ from repro.run.outcomes import Plan
 # - *Ray error*: mean angle between calibrated and true scene rays.
 # - *Sag*: false displacement of the mirror's sides relative to its middle, at the load;
 #   the thesis's vertical curvature.
-# - $V_r$: direction of a scene ray. $Z$, $D$: distances from mirror to scene and camera.
-# - *Second solved error level* (primary): noise and mirror waves solved from two printed
-#   numbers of stage 0 ([5.3.3](s3_3_calibration.ipynb)).
+# - $V_r$: direction of a scene ray. $Z$, $D$: distances from mirror to scene and
+#   camera.
+# - *Second solved error level* (primary): noise and mirror waves solved from two
+#   printed numbers of stage 0 ([5.3.3](s3_3_calibration.ipynb)).
 # - *First solved error level*: larger, solved from two other printed numbers.
 # - *Low-noise level*: errors of rendered images, and a smooth mirror.
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
@@ -87,11 +91,11 @@ from repro.run.outcomes import Plan
 # ## Model
 #
 # A feature is seen along a known ray of direction $V_r$ before the push, and at another
-# pixel after it. If it is infinitely far away, its new ray has the same direction (5.28).
-# The normal bisects this direction and the reversed viewing ray. The shape follows
-# linearly from the normals. At a finite depth only about $Z/(Z+D)$ of the deflection is
-# found. Residuals do not reveal this: a smaller deflection and a farther scene fit
-# equally well.
+# pixel after it. If it is infinitely far away, its new ray has the same direction
+# (5.28). The normal bisects this direction and the reversed viewing ray. The shape
+# follows linearly from the normals. At a finite depth only about $Z/(Z+D)$ of the
+# deflection is found. Residuals do not reveal this: a smaller deflection and a farther
+# scene fit equally well.
 
 # %% tags=["active-ipynb"]
 # show_code(linear_update)
@@ -99,12 +103,12 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# The scene is a wall at 5 m, a plane at 3.98 m and an object at 4.95 m, as in Fig. 5.26.
-# Features are spread evenly, or nine in ten lie in the middle fifth of the mirror's
-# height. Near features, at 1.2 m, may appear where only the bent mirror looks. Table 5.9
-# has clustered and near features, as the thesis describes. Over 5 mm no far feature
-# remains in the last knot interval, so each push is self-calibrated in two steps. All else
-# is as in [three deflections](s3_3_deflections.ipynb).
+# The scene is a wall at 5 m, a plane at 3.98 m and an object at 4.95 m, as in Fig.
+# 5.26. Features are spread evenly, or nine in ten lie in the middle fifth of the
+# mirror's height. Near features, at 1.2 m, may appear where only the bent mirror looks.
+# Table 5.9 has clustered and near features, as the thesis describes. Over 5 mm no far
+# feature remains in the last knot interval, so each push is self-calibrated in two
+# steps. All else is as in [three deflections](s3_3_deflections.ipynb).
 
 # %%
 SEEDS = {"quick": 1, "full": 20}
@@ -171,35 +175,38 @@ def known(effort):
 # %% [markdown]
 # ## Discussion
 #
-# **Sources of the error.** The finite depth explains a part. The rest accumulates, because
-# each step starts from the rays of the step before. At the second level, whose mirror has
-# waves, wrong coefficients at the free end grow from step to step. Runs are rejected
-# there, and some shapes no longer reach the load ([Table 5.9](#table_5_9) counts those
-# that do). No residual shows this.
+# **Sources of the error.** The finite depth explains a part. The rest accumulates,
+# because each step starts from the rays of the step before. At the second level, whose
+# mirror has waves, wrong coefficients at the free end grow from step to step. Runs are
+# rejected there, and some shapes no longer reach the load ([Table 5.9](#table_5_9)
+# counts those that do). No residual shows this.
 #
-# **What holds of 5.4.** In most low-noise runs the estimate gets worse from push to push.
-# Its agreement with a board's linear estimate at stage 3 is a coincidence: boards improve
-# from push to push. Clustered features cause sag at the low-noise level, evenly spread
-# ones much less ([features](#ext_self_features)). A run where self-calibration is rejected
-# and boards are not supports the claim that the method is of no use. Where boards are
-# rejected as well, the run does not count.
+# **What holds of 5.4.** In most low-noise runs the estimate gets worse from push to
+# push. Its agreement with a board's linear estimate at stage 3 is a coincidence: boards
+# improve from push to push. Clustered features cause sag at the low-noise level, evenly
+# spread ones much less ([features](#ext_self_features)). A run where self-calibration
+# is rejected and boards are not supports the claim that the method is of no use. Where
+# boards are rejected as well, the run does not count.
 #
 # **Stereo.** The thesis assumes a baseline of several millimetres. But after a push a
 # feature is seen at another point of the mirror, much farther away than the push. So a
-# fixed baseline of 100 mm improves depths by less than the lengths suggest. Depth at the
-# clamp itself is not tested.
+# fixed baseline of 100 mm improves depths by less than the lengths suggest. Depth at
+# the clamp itself is not tested.
 #
-# **Limits.** Features have the errors of corners and no wrong matches. The mirror's edges
-# are known exactly. The thesis states neither where near features are nor how features
-# cluster.
+# **Scene from four states.** The order of the centroids in the thesis is one draw: wall
+# and object are almost equally far away.
+#
+# **Limits.** Features have the errors of corners and no wrong matches. The mirror's
+# edges are known exactly. The thesis states neither where near features are nor how
+# features cluster.
 
 # %% [markdown]
 # ## Summary
 #
-# Linear self-calibration fails after one small push, as the thesis concludes. The causes
-# are the finite depth and errors that accumulate without a trace in the residuals. Stereo
-# between bent states is limited by the calibration, and a known static scene avoids the
-# accumulation.
+# Linear self-calibration fails after one small push, as the thesis concludes. The
+# causes are the finite depth and errors that accumulate without a trace in the
+# residuals. Stereo between bent states is limited by the calibration, and a known
+# static scene avoids the accumulation.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -210,11 +217,12 @@ def known(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` with an
-# answer and run that cell again. The tolerance is 2 % for exercise 1, 3 % for exercise 2.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` with
+# an answer and run that cell again. The tolerance is 2 % for exercise 1, 3 % for
+# exercise 2.
 #
-# **1.** The camera is 400 mm from the mirror, the scene 4 m. How many mm of a push of
-# 5 mm does the linear stage find?
+# **1.** The camera is 400 mm from the mirror, the scene 4 m. How many mm of a push of 5
+# mm does the linear stage find?
 
 # %% tags=["active-ipynb"]
 # check(None, **bias_task())
