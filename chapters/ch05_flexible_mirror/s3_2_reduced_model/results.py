@@ -2,15 +2,11 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.run import (
-    OTHER_WAYS,
-    PUBLISHED_WAY,
-)
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.run import PUBLISHED_WAY
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.sensitivity import (
     INJECTED_MM,
-    KINDS,
 )
-from chapters.shared.mirror_bench import BENCHES, LEVEL
+from chapters.shared.mirror_bench import LEVEL
 from chapters.shared.mirror_bench import SWEPT as ENDS
 from chapters.shared.mirror_sweep import READINGS as BENCH_READINGS
 from repro.judge.statistics import trend, with_worst
@@ -85,51 +81,15 @@ def final_over_injected(result, kind):
 
 
 def name_values(open_results):
-    """Name the numbers of the prose: medians over the seeds."""
+    """Name the numbers of the prose: medians over the runs at the primary level."""
     result = open_results(RUNS)
-    quoted = {
-        f"{bench}.{name}": number
-        for bench in BENCHES
-        for name, number in of_bench(result, bench).items()
-    }
-    quoted |= of_frames(result) | of_ways(result)
-    for kind in KINDS:
-        slope = final_over_injected(open_results(SENSITIVITY), kind)
-        quoted[f"sensitivity.{kind}"] = slope.value
-    for name, number in quoted.items():
-        value(name, number)
-
-
-def of_bench(result, bench):
-    """Name -> median over the seeds, as published; and how many were rejected."""
-    whose = f"{bench}.{PUBLISHED_WAY}"
-    names = [f"{stage}.camera_mm" for stage in ("before", "linear", "final")]
-    names += ["linear.deflection_mm", "final.deflection_mm", "before.alone_mm",
-              "final.angle_deg", "residual_mm", "back.own_mm"]  # fmt: skip
-    final = result.column(f"{whose}.final.camera_mm")
-    return {name: _middle(result.column(f"{whose}.{name}")) for name in names} | {
-        "refused": int(np.count_nonzero(np.isnan(final)))
-    }
-
-
-def of_frames(result):
-    """Name -> linear over final error in each frame, on the bench."""
-    return {
-        f"ratio.{frame}": _middle(
-            result.column(f"{LEVEL}.{PUBLISHED_WAY}.linear.{frame}")
-            / result.column(f"{LEVEL}.{PUBLISHED_WAY}.final.{frame}")
+    whose = f"{LEVEL}.{PUBLISHED_WAY}"
+    before = result.column(f"{whose}.before.camera_mm")
+    value(f"{LEVEL}.before.camera_mm", float(np.nanmedian(before)))
+    for frame in FRAMES["scan_frame"].values():
+        linear, final = (
+            result.column(f"{whose}.{stage}.{frame}") for stage in ("linear", "final")
         )
-        for frame in FRAMES["scan_frame"].values()
-    }
-
-
-def of_ways(result):
-    """Name -> final error, mm, of every other way to calibrate, on the bench."""
-    return {
-        f"{way}.final": _middle(result.column(f"{LEVEL}.{way}.final.camera_mm"))
-        for way in OTHER_WAYS
-    }
-
-
-def _middle(found):
-    return float(np.nanmedian(found))
+        value(f"ratio.{frame}", float(np.nanmedian(linear / final)))
+    slope = final_over_injected(open_results(SENSITIVITY), "all")
+    value("sensitivity.all", slope.value)

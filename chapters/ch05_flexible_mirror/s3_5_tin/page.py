@@ -218,8 +218,8 @@ def pictures(effort, results):
 # would not prove a correct calibration either.
 #
 # **Rendered images.** SIFT finds as many matches as the thesis has. Few are wrong, and
-# none of these remains in most runs. The published calibration is again worse than the
-# true mirror.
+# the tests on rays and faces exclude most of those. The published calibration is again
+# worse than the true mirror.
 #
 # **Limits.** Many runs of the published calibration are rejected
 # ([Table](#ext_tin_ways)). The face of each match is known from the simulation, as a
