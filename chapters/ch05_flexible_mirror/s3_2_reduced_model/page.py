@@ -61,7 +61,7 @@ FEWER = {"quick": 1, "full": 20}
 # %% [markdown]
 # | question or quantity | thesis | here |
 # |---|---|---|
-# | error of the final curve (mm) | 0.13 | {glue:text}`fig5_7_err:.2f` (camera's frame) |
+# | final error (mm) | 0.13 | {glue:text}`fig5_7_err:.2f` (camera's frame) |
 # | final error like the primary error | yes | yes |
 # | linear estimate at 280 mm, against the final one | poor | depends on the frame |
 # | cause of the primary error | higher orders, defects | mostly displacement |
@@ -82,7 +82,7 @@ FEWER = {"quick": 1, "full": 20}
 #   coordinate along them.
 # - *Second solved error level* (primary, used unless stated): noise and mirror waves
 #   solved from two printed numbers of stage 0, the flat mirror
-#   ([5.3.3](s3_3_calibration.ipynb)).
+#   ([5.3.3a](s3_3_calibration.ipynb)).
 # - *First solved error level*: larger, solved from two other printed numbers.
 # - *Low-noise level*: errors of rendered images, and a smooth mirror.
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.

@@ -79,7 +79,7 @@ from repro.run.outcomes import Plan
 # - *Ray error*: mean angle between calibrated and true scene rays.
 # - $S$, $V$: start on the mirror and direction of a scene ray.
 # - *Second solved error level* (primary, used unless stated): noise and mirror waves
-#   solved from two printed numbers of stage 0 ([5.3.3](s3_3_calibration.ipynb)).
+#   solved from two printed numbers of stage 0 ([5.3.3a](s3_3_calibration.ipynb)).
 # - *First solved error level*: larger, solved from two other printed numbers.
 # - *Low-noise level*: errors of rendered images, and a smooth mirror.
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.

@@ -83,7 +83,7 @@ from repro.run.outcomes import Plan
 #   coordinates. $R$, $t$: rotation and translation. $\mathcal{E}$: generalised
 #   essential matrix.
 # - *Second solved error level* (primary, used unless stated): noise and mirror waves
-#   solved from two printed numbers of stage 0 ([5.3.3](s3_3_calibration.ipynb)).
+#   solved from two printed numbers of stage 0 ([5.3.3a](s3_3_calibration.ipynb)).
 # - *First solved error level*: larger, solved from two other printed numbers.
 # - *Low-noise level*: errors of rendered images, and a smooth mirror.
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm. *C*: with one of

@@ -74,7 +74,7 @@ from repro.run.outcomes import Plan
 #   outliers excluded; the smallest of three faces.
 # - *Second solved error level* (primary, used unless stated): noise and mirror waves
 #   solved from two printed numbers of stage 0, the flat mirror
-#   ([5.3.3](s3_3_calibration.ipynb)).
+#   ([5.3.3a](s3_3_calibration.ipynb)).
 # - *First solved error level*: larger, solved from two other printed numbers.
 # - *Low-noise level*: errors of rendered images, and a smooth mirror.
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.

@@ -70,7 +70,7 @@ from repro.run.outcomes import Plan
 # - $V_r$: direction of a scene ray. $Z$, $D$: distances from mirror to scene and
 #   camera.
 # - *Second solved error level* (primary): noise and mirror waves solved from two
-#   printed numbers of stage 0 ([5.3.3](s3_3_calibration.ipynb)).
+#   printed numbers of stage 0 ([5.3.3a](s3_3_calibration.ipynb)).
 # - *First solved error level*: larger, solved from two other printed numbers.
 # - *Low-noise level*: errors of rendered images, and a smooth mirror.
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
