@@ -154,7 +154,7 @@ FEWER = {"quick": 1, "full": 20}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A on both benches, calibrated in every way that is a reading."""
+    """Geometry A at all levels, calibrated in every interpretation."""
     return _plan(results, BENCHES, SEEDS[effort], run.OTHER_WAYS)
 
 
@@ -162,7 +162,7 @@ def runs(effort, results):
     "fig_5_7_swept", artefact="fig_5_7", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers."""
+    """Geometry A, from half to twice each of the primary level's numbers."""
     return _plan(results, SWEPT, FEWER[effort])
 
 
@@ -177,7 +177,7 @@ def _plan(results, benches, seeds, ways=()):
     "fig_5_7_curves", artefact="fig_5_7", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def curves(effort, results):
-    """The curves of one seed on the bench, for a drawing."""
+    """The curves of one run at the primary level, for a figure."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(run.curves_trial, errors=errors)
     return Plan(trial, [{"geometry": "A"}], 1, run.SETTINGS, UNSEEN)
@@ -185,7 +185,7 @@ def curves(effort, results):
 
 @experiment("exp_c5_primary_sensitivity", artefact="fig_5_7", inputs=GEOMETRY_A)
 def sensitivity(effort):
-    """Errors of a known size put into the curve before, and what becomes of them."""
+    """Errors of known size added to the primary curve, and the final errors."""
     seeds = {"quick": 2, "full": 30}[effort]
     settings = run.SETTINGS | {"injected_mm": INJECTED_MM}
     return Plan(
@@ -195,7 +195,7 @@ def sensitivity(effort):
 
 @experiment("fig_5_6_pictures", artefact="fig_5_6", inputs=SMALL_A)
 def pictures(effort):
-    """Fig. 5.6: a chessboard 5 m away, in an even mirror and in an uneven one."""
+    """Fig. 5.6: a chessboard 5 m away, in a smooth mirror and in an uneven one."""
     return Plan(picture.picture_trial, [{"geometry": "A"}], 1, picture.SETTINGS)
 
 

@@ -1,4 +1,4 @@
-"""Which trials Fig. 5.7 and its claims read, and the numbers that the page quotes."""
+"""Trials of Fig. 5.7 and its claims, and the numbers quoted on the page."""
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from repro.run.readings import Case
 
 RUNS, SWEPT = "fig_5_7_runs", "fig_5_7_swept"
 SENSITIVITY = "exp_c5_primary_sensitivity"
-# The options of each question, as trials call them; each but the primary one is a way
-# of its own to calibrate.
+# Options of each question, as trials call them; each except the primary one is a
+# calibration of its own.
 WAYS = {
     "reduced_curve": {
         "distance along the viewing rays": PUBLISHED_WAY,
@@ -39,18 +39,18 @@ READINGS = BENCH_READINGS | WAYS | FRAMES
 
 
 class ReducedCase(Case):
-    """One reading of 5.3.2, with the primary option of what is not asked."""
+    """One interpretation of 5.3.2, with primary options where none is given."""
 
     def __init__(self, options=None):
         super().__init__(READINGS, options)
 
     @property
     def way(self):
-        """What the trials call the way to calibrate; at most one option differs."""
+        """The trials' name of the calibration; at most one option differs."""
         return next((self[q] for q in WAYS if self[q] != PUBLISHED_WAY), PUBLISHED_WAY)
 
     def errors(self, results, bench, stage):
-        """Mean distances (seeds,) of a curve from the scan, mm; nan where refused.
+        """Mean distances (seeds,) of a curve from the scan, mm; nan where rejected.
 
         stage: "before", "linear" or "final".
         """
@@ -62,18 +62,17 @@ PRIMARY = ReducedCase()
 
 
 def finals(result, kind):
-    """Final errors (seeds, levels) mm with errors of a kind put in before; nan where
-    refused."""
+    """Final errors (seeds, levels) mm with added errors; nan where rejected."""
     return np.array(result.arrays("final_mm", kind=kind))
 
 
 def medians_by_kind(result, kind):
-    """Median final error of each level, mm; a refused seed is the worst."""
+    """Median final error of each level, mm; a rejected run counts as the worst."""
     return np.median(with_worst(finals(result, kind)), axis=0)
 
 
 def final_over_injected(result, kind):
-    """Slope of the median final error over the error put in, Estimate."""
+    """Slope of the median final error over the added error, Estimate."""
     levels = list(finals(result, kind).T)
     return trend(
         np.array(INJECTED_MM), levels, lambda x, y: float(np.polyfit(x, y, 1)[0])

@@ -140,7 +140,7 @@ from repro.run.outcomes import Plan
 # %%
 SEEDS = {"quick": 1, "full": 36}
 ENDS = {"quick": 1, "full": 10}
-# At quick size one bench stands for all, with a single deflection or none, pictures are
+# At quick size one level represents all, with a single deflection or none, images are
 # small, and the true mirror corrects them.
 MEASURED = {"quick": dict.fromkeys(BENCHES, BENCHES[LEVEL]), "full": BENCHES}
 RUN = {"quick": CircleScope(1, true=False), "full": CircleScope()}
@@ -157,7 +157,7 @@ BOTH_A = (
 
 @experiment("table_5_6_edges", artefact="table_5_6", inputs=BOTH_A)
 def edges(effort):
-    """How far the circle's line is off in rendered pictures."""
+    """Errors of the circle's line in rendered images."""
     trial = partial(edges_trial, small=effort == "quick")
     return Plan(trial, [{"geometry": "A"}], 1)
 
@@ -170,7 +170,7 @@ def edges(effort):
     needs=("sec_5_3_3_errors", "table_5_6_edges"),
 )
 def runs(effort, results):
-    """Geometry A, on both benches."""
+    """Geometry A, at all error levels."""
     return _plan(results, MEASURED[effort], SEEDS[effort], RUN[effort])
 
 
@@ -181,7 +181,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors", "table_5_6_edges"),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers."""
+    """Geometry A, from half to twice each of the primary level's numbers."""
     return _plan(results, SWEEP[effort], ENDS[effort], END[effort])
 
 

@@ -18,8 +18,8 @@ from chapters.ch05_flexible_mirror.s3_5_motion.results.prose import name_values
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import pairwise
 from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import (
     SETTINGS,
+    length_bounds,
     motion_trial,
-    told,
 )
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
@@ -126,7 +126,7 @@ from repro.run.outcomes import Plan
 # bounds its variance for every unbiased method.
 
 # %% tags=["active-ipynb"]
-# show_code(told)
+# show_code(length_bounds)
 
 # %% [markdown]
 # ## Experiment
@@ -187,7 +187,7 @@ def longer(effort, results):
 
 
 def _first(name, effort):
-    """All benches of a kind, at quick the one of a name."""
+    """All levels of a kind, at quick size the one of a name."""
     every = SWEPT if name in SWEPT else BENCHES
     return every if effort == "full" else {name: every[name]}
 

@@ -124,7 +124,7 @@ from repro.run.outcomes import Plan
 # mirror is calibrated with drawn errors, scaled to these pixels.
 
 # %%
-# At quick size a few ways on some of the benches.
+# At quick size some mirrors at some of the levels.
 SEEDS = {"quick": 1, "full": 40}
 FEWER = {"quick": 1, "full": 12}
 PICTURED_WAYS = {"quick": ("true",), "full": EVERY_WAY}
@@ -156,7 +156,7 @@ def runs(effort, results):
 )
 def swept(effort, results):
     """Geometry A, from half to twice the primary level's numbers."""
-    # What is judged is the published way.
+    # The published calibration is judged.
     benches = SWEPT if effort == "full" else SOME["swept"]
     return _plan(results, benches, FEWER[effort], ("published",))
 
@@ -176,7 +176,7 @@ def _plan(results, benches, seeds, ways):
     needs=("sec_5_3_3_errors",),
 )
 def pictures(effort, results):
-    """Two rendered pictures of the tin, matched, at two levels."""
+    """Two rendered images of the tin, matched, at two levels."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     benches = SOME["pictures"]
     if effort == "full":

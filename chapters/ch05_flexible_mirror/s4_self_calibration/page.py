@@ -125,7 +125,7 @@ PUSHES = {"quick": 1, "full": 3}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, on both benches."""
+    """Geometry A, at all error levels."""
     return _plan(results, BENCHES, SEEDS[effort], PUSHES[effort])
 
 
@@ -136,7 +136,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers."""
+    """Geometry A, from half to twice each of the primary level's numbers."""
     benches = SWEPT if effort == "full" else {}
     return _plan(results, benches, SWEPT_SEEDS[effort], PUSHES[effort])
 
@@ -150,7 +150,7 @@ def _plan(results, benches, seeds, pushes):
 
 @experiment("exp_c5_known_scene", artefact="sec_5_5", inputs=GEOMETRY_A)
 def known(effort):
-    """Eight steps before a scene that is known, and before boards."""
+    """Eight steps with a known scene, and with boards."""
     return Plan(known_trial, [{"geometry": "A"}], {"quick": 1, "full": 40}[effort])
 
 
