@@ -90,10 +90,9 @@ from repro.run.outcomes import Plan
 # - A planar scene can be corrected exactly once its pose is known (Fig. 5.18).
 # - Bending makes the best conic fit worse (Figs. 5.14a to 5.17a).
 # - Corrected circles have the measured radius at all stages (Table 5.6).
-# - Residuals do not accumulate and have nothing systematic in common (Figs. 5.14b to
-#   5.17b).
-# - The calibration is evaluated twice, by the pose and by the circle. A random plane
-#   would evaluate it once.
+# - Residuals neither accumulate nor have a common pattern (Figs. 5.14b to 5.17b).
+# - The pose and the circle both evaluate the calibration. A random plane would evaluate
+#   it once.
 # - A scene of low relief can be corrected as a plane (Fig. 5.19).
 
 # %% [markdown]
@@ -104,12 +103,11 @@ from repro.run.outcomes import Plan
 # for any camera with correct rays, central or not.
 #
 # **Pose.** The same camera estimates the board's pose from its corners. Errors of the
-# rays that a motion of the board can compensate vanish into the pose. Neither residuals
-# nor the radius show them.
+# rays that a motion of the board can compensate vanish into the pose.
 #
 # **Circle.** Centre and radius minimise the squared distances from the points. The
-# radius is a mean over the whole circle: errors that push one side out and the other in
-# leave it unchanged.
+# radius is a mean over the circle: errors that push one side out and the other in leave
+# it unchanged.
 
 # %% tags=["active-ipynb"]
 # show_code(scored)
@@ -247,9 +245,9 @@ def face_picture(effort, results):
 # ## Discussion
 #
 # **Radius.** Without noise, with the true mirror and the true pose, it is exact to
-# rounding. The estimated pose compensates errors of the rays: with the true pose of the
-# board the radius error is larger. The better camera of the low-noise level cannot be
-# recognised from its circle.
+# rounding. With the true pose of the board instead of the estimated one, the radius
+# error of the calibrated mirror is larger. The better camera of the low-noise level
+# cannot be recognised from its circle.
 #
 # **Residuals.** They are small with the true mirror, so errors of corners and edges do
 # not cause them. They come from waves that the spline cannot represent. These waves

@@ -86,16 +86,15 @@ from repro.run.outcomes import Plan
 #   solved from two printed numbers of stage 0 ([5.3.3a](s3_3_calibration.ipynb)).
 # - *First solved error level*: larger, solved from two other printed numbers.
 # - *Low-noise level*: errors of rendered images, and a smooth mirror.
-# - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm. *C*: with one of
-#   212 mm.
+# - *Geometry A*, *C*: assumed rigs, with mirrors of 160 and 212 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
 #
 # - A bent mirror's rays have no common centre, so motion follows from the generalised
 #   essential matrix, (5.30).
-# - Steps estimated pair by pair and added up agree with the truth when their mean is
-#   scaled to 25 mm (Table 5.7, Fig. 5.20).
+# - Steps added up pair by pair agree with the truth after their mean is scaled to 25 mm
+#   (Table 5.7, Fig. 5.20).
 # - Rays that do not meet contain the scale. It becomes unreliable as the mirror becomes
 #   flat.
 # - The cylinder's radius compares well with 62.98 mm. All points but one are within 3
@@ -216,16 +215,14 @@ def _plan(results, benches, seeds, alone, geometry="A"):
 #
 # **Why the steps fail.** At the second level the first estimated rotation is about the
 # angle under which the step is seen: the translation is taken for a rotation. A nearer
-# cylinder is easier. The thesis does not state its distance, the field of view or how
-# the marks were chosen.
+# cylinder is easier. The thesis states neither its distance nor the field of view.
 #
-# **What can be observed.** Rotation, direction and the shape up to scale. Two images
-# hardly determine a length, and adding up pairs does not help: each pair is
-# undetermined on its own. So a mean step near 31.34 mm means nothing: it varies widely
-# between runs. More bending does not help, waves of the mirror do. Six images of the
-# same marks constrain one length in many ways. But that requires accurate rays: the
-# residuals of the published calibration are several times the noise, and another length
-# fits them best.
+# **What can be observed.** Rotation, direction and the shape up to scale. Adding up
+# pairs does not help, since the length of each pair is undetermined on its own. So a
+# mean step near 31.34 mm means nothing: it varies widely between runs. More bending
+# does not help, waves of the mirror do. Six images of the same marks constrain one
+# length in many ways. But that requires accurate rays: the residuals of the published
+# calibration are several times the noise, and another length fits them best.
 #
 # **Scatter of the scale.** At the low-noise level it rather rises with bending. The
 # scale of a flat mirror follows from the calibration's error, which is similar in all
@@ -236,8 +233,8 @@ def _plan(results, benches, seeds, alone, geometry="A"):
 # determine a length.
 #
 # **Limits.** Claims are judged on completed runs. At the second level some runs have no
-# motion or no cylinder. Where the true mirror fails a claim as well, the geometry
-# decides, and the claim is not comparable. The sweep has fewer runs.
+# motion or no cylinder. Where the true mirror fails a claim as well, the claim is not
+# comparable.
 
 # %% [markdown]
 # ## Summary

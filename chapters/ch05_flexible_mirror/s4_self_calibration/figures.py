@@ -5,7 +5,7 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     OBJECTS,
     STAGES,
-    TOLD,
+    THESIS_SCENE,
     Courses,
     first_seed,
 )
@@ -35,7 +35,7 @@ def fig_5_24(results):
     rig, rows = mirror_rig("A"), []
     for panel, bench in zip(panels, CONTRASTED, strict=True):
         runs = Courses(results, bench=bench)
-        came = np.isfinite(runs.of(TOLD, "angle_deg"))
+        came = np.isfinite(runs.of(THESIS_SCENE, "angle_deg"))
         # A quick build has one push.
         pushed = [row for row in came if row.any()]
         seed = first_seed(*pushed) if pushed else None
@@ -47,7 +47,9 @@ def fig_5_24(results):
             # Where all runs were rejected the legend still names the stage.
             curve = np.full(len(ALONG_MM), np.nan)
             if seed is not None and came[k][seed]:
-                curve = runs.of_seed(f"{TOLD}.stage{stage}.profile_mm", seed, came[k])
+                curve = runs.of_seed(
+                    f"{THESIS_SCENE}.stage{stage}.profile_mm", seed, came[k]
+                )
                 rows += [
                     (SAID[bench], stage, *row)
                     for row in zip(ALONG_MM, true, curve, strict=True)

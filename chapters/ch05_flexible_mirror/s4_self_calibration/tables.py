@@ -6,7 +6,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     OBJECTS,
     STAGES,
     STEP_MM,
-    TOLD,
+    THESIS_SCENE,
     Courses,
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import SCENES
@@ -42,7 +42,7 @@ OF_FEATURES = [name for name in HEADS if name != "back_mm"]
 def _rows(runs, way, bench, names=tuple(HEADS)):
     of = {name: runs.of(way, name) for name in names}
     # Features as in 5.4 have a table of their own.
-    features = () if way == TOLD else (FEATURES[way],)
+    features = () if way == THESIS_SCENE else (FEATURES[way],)
     return [
         (
             SAID[bench],
@@ -67,7 +67,7 @@ def table_5_9(results):
     rows = [
         row
         for bench in BENCHES
-        for row in _rows(Courses(results, bench=bench), TOLD, bench)
+        for row in _rows(Courses(results, bench=bench), THESIS_SCENE, bench)
     ]
     return Table(
         columns(_heads(), rows),
@@ -95,7 +95,7 @@ def ext_self_features(results):
         row
         for bench in BENCHES
         for way in SCENES
-        if way != TOLD
+        if way != THESIS_SCENE
         for row in _rows(Courses(results, bench=bench), way, bench, OF_FEATURES)
     ]
     return Table(
@@ -118,7 +118,7 @@ def _value(runs, found, unit):
 def numbers_of_table_5_9(results):
     """Deflections found."""
     runs = Courses(results)
-    found = runs.of(TOLD, "deflection_mm")
+    found = runs.of(THESIS_SCENE, "deflection_mm")
     return {
         f"t5_9_s{k}_actual": Value(STEP_MM, unit="mm", put_in=PUSHED) for k in STAGES
     } | {f"t5_9_s{k}_est": _value(runs, found[k - 1], "mm") for k in STAGES}

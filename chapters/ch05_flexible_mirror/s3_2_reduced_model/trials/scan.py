@@ -36,7 +36,7 @@ class Scan(NamedTuple):
         return np.einsum("ij,ij->i", found - self.points, self.normals)
 
     def moved(self, centre):
-        """Changes (N, 3) of `off` by two shifts and a rotation of a curve about a centre.
+        """Changes (N, 3) of `off` by two shifts and a rotation about a centre.
 
         centre: (2,) mm; shifts in mm, the rotation in radians.
         """

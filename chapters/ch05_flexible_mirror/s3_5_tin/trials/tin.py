@@ -98,8 +98,8 @@ def middle_ray(camera):
 def two_places(camera, rng):
     """T_camera_tin (2, 4, 4) before and after the camera moves by SHIFT_MM.
 
-    The camera moves horizontally, perpendicular to the mirror's middle ray; the tin is on
-    that ray half way. Errors of placing by hand are drawn from `rng`.
+    The camera moves horizontally, perpendicular to the mirror's middle ray; the tin is
+    on that ray half way. Errors of placing by hand are drawn from `rng`.
     """
     origin, z = middle_ray(camera)
     x = np.cross([0, 1, 0], z)

@@ -10,7 +10,7 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     OBJECTS,
     STEP_MM,
-    TOLD,
+    THESIS_SCENE,
 )
 
 LINEAR_TOL = 0.1
@@ -32,7 +32,7 @@ def _by_stage(values):
 
 def better_early(runs):
     """Estimates of stages 1 and 2 are nearer to 5 mm than the linear ones of boards."""
-    own, near = runs.of(TOLD, "deflection_mm"), runs.of("board", "linear_mm")
+    own, near = runs.of(THESIS_SCENE, "deflection_mm"), runs.of("board", "linear_mm")
     off, was = np.abs(own - STEP_MM), np.abs(near - STEP_MM)
     even = np.abs(runs.of("even", "deflection_mm") - STEP_MM) < was
     return (
@@ -47,7 +47,10 @@ def better_early(runs):
 
 def degrades(runs):
     """Smaller from stage to stage, the last within 10 % of the near linear estimate."""
-    own, near = runs.of(TOLD, "deflection_mm"), runs.of("board", "linear_mm")[-1]
+    own, near = (
+        runs.of(THESIS_SCENE, "deflection_mm"),
+        runs.of("board", "linear_mm")[-1],
+    )
     falls = np.all(np.diff(own, axis=0) < 0, axis=0)
     ratio = own[-1] / near
     return (
@@ -79,7 +82,7 @@ def inflexion(runs):
     """An inflexion at stages 2 and 3 with near features, and at neither without."""
     near = runs.inflected("near").all(axis=0)
     without = runs.inflected("even").any(axis=0)
-    told = runs.inflected(TOLD).all(axis=0)
+    told = runs.inflected(THESIS_SCENE).all(axis=0)
     came = np.isfinite(runs.of("even", "deflection_mm")).all(axis=0)
     both = came & np.isfinite(runs.of("near", "deflection_mm")).all(axis=0)
     return (
@@ -177,7 +180,7 @@ def impractical(runs):
     A self-calibration that is rejected where boards are not supports the claim. Where
     boards are rejected as well, there is nothing to compare with.
     """
-    own, board = runs.of(TOLD, "back_mm"), runs.of("board", "back_mm")
+    own, board = runs.of(THESIS_SCENE, "back_mm"), runs.of("board", "back_mm")
     even, over = runs.of("even", "back_mm"), own[-1] / board[-1]
     rejected = np.isnan(own[-1]) & np.isfinite(board[-1])
     grows = (own[-1] >= MIN_GROWTH * own[0]) & (over >= MIN_REFINED_RATIO)

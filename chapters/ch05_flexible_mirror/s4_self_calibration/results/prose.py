@@ -7,7 +7,7 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     RUNS,
-    TOLD,
+    THESIS_SCENE,
     Courses,
 )
 from chapters.shared.mirror_bench import LABORATORY, LEVEL
@@ -27,10 +27,10 @@ def name_values(open_results):
     """Name the numbers of the prose."""
     results = {RUNS: open_results(RUNS)}
     low_noise = Courses(results, bench=LABORATORY)
-    found = low_noise.of(TOLD, "deflection_mm")
+    found = low_noise.of(THESIS_SCENE, "deflection_mm")
     value("lab.told.1", median_words(found[0]))
     value("lab.told.3", median_words(found[-1]))
-    for way, digits in ((TOLD, 1), ("board", 3)):
+    for way, digits in ((THESIS_SCENE, 1), ("board", 3)):
         angle = low_noise.of(way, "angle_deg")[-1]
         value(f"lab.{way}.deg.3", median_words(angle, digits))
     runs = Courses(results, bench=LEVEL)

@@ -10,7 +10,7 @@ RUNS, SWEPT_RUNS = "table_5_9_runs", "table_5_9_swept"
 STAGES = (1, 2, 3)
 STEP_MM = STAGES_MM[1]
 # As 5.4 describes: features across the middle, and near ones at the free end.
-TOLD = next(iter(SCENES))
+THESIS_SCENE = next(iter(SCENES))
 OBJECTS = ("plane", "object", "wall")
 
 
