@@ -192,7 +192,7 @@ def ext_motion_scale(results):
     return Drawing(
         drawn,
         columns(("over", "rays", "x", "median", "low", "high"), rows),
-        "Standard deviation with which rays of the true mirror determine a length, in % "
+        "Standard deviation with which rays of the true mirror determine a length, % "
         "of the length; medians over runs with 95 % intervals. Left: one step of "
         f"{STEP_MM:g} mm at each deflection; a flat mirror at the low-noise level "
         "determines none. Right: at 15 mm, from the first position to later ones with "
