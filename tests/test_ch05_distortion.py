@@ -148,10 +148,10 @@ def test_tables_and_numbers_stand_without_a_seed_that_came_through():
     results = whole_results(lost=SEEDS)
     table = tables.table_5_6(results).columns
     last = [s == runs.LAST for s in table["Stage"]].index(True)
-    assert (table["Seeds"][last], table["Radius (mm)"][last]) == (0, None)
+    assert (table["Runs"][last], table["Radius (mm)"][last]) == (0, None)
     numbers = tables.numbers_of_table_5_6(results)
     assert numbers["t5_6_s3_radius"].value == "nothing"
-    assert "40 of 40 seeds" in numbers["t5_6_s3_radius"].reason
+    assert "40 of 40 runs" in numbers["t5_6_s3_radius"].reason
     assert numbers["t5_6_s0_radius"].value == pytest.approx(87.0, abs=0.01)
     blind = figures.ext_circle_blind(whole_results(lost=LOST)).data
     assert set(blind["mirror"]) == {"true mirror", "stage by stage"}

@@ -6,7 +6,7 @@ import pytest
 from chapters.ch05_flexible_mirror.s3_5_motion import claims
 from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates, runs
 from chapters.ch05_flexible_mirror.s3_5_motion.trials import motion, scene
-from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import told
+from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import length_bounds
 from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.geometry import transform
@@ -58,7 +58,7 @@ def test_a_lost_mark_misses_and_a_flat_scene_has_no_cylinder(bent):
 
 def test_a_longer_way_determines_a_length_better(bent):
     seen = scene.moved_cylinder(bent, np.random.default_rng(6))
-    found = told(bent, seen)
+    found = length_bounds(bent, seen)
     one, five = found["told1"], found["told5"]
     assert five["length_percent"] < one["length_percent"] / 2
 
@@ -154,7 +154,7 @@ def test_a_scale_has_to_settle_with_the_deflection_and_to_be_right():
     for wrong in (off, made(stage0__mean_mm=25.0, stage1__mean_mm=25.0)):
         assert predicates.scale_tells(wrong, ALL).verdict == "differs"
     lost = predicates.log_scales(made(stage0__mean_mm=None))
-    assert np.all(lost[0] == np.log(predicates.MOST_TIMES))
+    assert np.all(lost[0] == np.log(predicates.MAX_FACTOR))
 
 
 FAR = {"published__open__step5__off_mm": 8.1}

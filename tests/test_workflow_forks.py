@@ -23,7 +23,7 @@ import os, subprocess, sys, time
 
 def main(words):
     if words[0] == "say":
-        print(os.getcwd(), os.environ["TOLD"], *words[1:])
+        print(os.getcwd(), os.environ["THESIS_SCENE"], *words[1:])
         print("aside", file=sys.stderr)
         return 0
     if words[0] == "sleep":
@@ -64,7 +64,7 @@ def ask(request, folder):
         | PINNED
         | {
             "PYTHONPATH": os.pathsep.join([str(ROOT / "lib"), str(folder)]),
-            "TOLD": "a = b",
+            "THESIS_SCENE": "a = b",
             "RAXEL_TIMES": str(folder / "times"),
         }
     )
@@ -211,7 +211,7 @@ def test_jobs_end_with_the_build_and_leave_no_process_and_no_part(tmp_path, how)
 def test_no_job_begins_once_the_build_was_interrupted(folder):
     with warm_jobs() as end:
         end()
-        environment = os.environ | {"PYTHONPATH": str(folder), "TOLD": ""}
+        environment = os.environ | {"PYTHONPATH": str(folder), "THESIS_SCENE": ""}
         asked = [sys.executable, "-I", "-S", str(ASK), "kind/label", "sample", "say"]
         job = subprocess.run(asked, env=environment, capture_output=True, check=False)
     assert (job.returncode, job.stdout) == (1, b"")

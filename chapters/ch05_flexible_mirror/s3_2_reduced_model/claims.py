@@ -1,4 +1,4 @@
-"""The claims about Fig. 5.7, tested as the ledger words them, and its numbers."""
+"""Claims about Fig. 5.7, tested as registered, and its numbers."""
 
 import numpy as np
 
@@ -23,8 +23,8 @@ QUESTIONS = (
     "reduced_corners",
     "scan_frame",
 )
-POOR, SIMILAR = 3.0, (0.5, 2.0)
-LEAST_SLOPE = 0.5
+MIN_POOR, SIMILAR = 3.0, (0.5, 2.0)
+MIN_SLOPE = 0.5
 
 
 @claim("c5_red_final_good", needs=SEEDS, evidence="rendered", readings=QUESTIONS)
@@ -38,7 +38,7 @@ def judge_final_good(results, options):
         )
         reason = f"linear over final error; {_medians(linear=linear, final=final)}"
         # nan compares as false, and counts as rejected.
-        return linear >= POOR * final, linear / final, "x", reason
+        return linear >= MIN_POOR * final, linear / final, "x", reason
 
     return counterpart_over_the_sweep(case, found_at)
 
@@ -81,7 +81,7 @@ def judge_primary_sensitivity(results):
         for kind in ("shift", "tilt", "bend")
     )
     return Reading.of(
-        slope.above(np.nextafter(LEAST_SLOPE, 0)),
+        slope.above(np.nextafter(MIN_SLOPE, 0)),
         slope,
         "1",
         f"mm of final error for each mm; medians {ends} mm without and with most; "
@@ -97,7 +97,7 @@ def _medians(**found):
 
 @numbers("fig_5_7", needs=("fig_5_7_runs",), evidence="rendered")
 def numbers_fig_5_7(results):
-    """The settings that the text states, as they were run, and the mean error."""
+    """Settings stated in the text, as they were run, and the mean error."""
     settings = results[RUNS].settings
     final = PRIMARY.errors(results, LEVEL, "final")
     return {
@@ -111,6 +111,6 @@ def numbers_fig_5_7(results):
 
 @numbers("fig_5_6", needs=("fig_5_6_pictures",), evidence="rendered")
 def numbers_fig_5_6(results):
-    """How far away the chessboard is, as it was rendered."""
+    """Distance of the chessboard, as it was rendered."""
     depth = results["fig_5_6_pictures"].settings["depth_mm"]
     return {"s5_3_2_depth_ab": Value(depth, unit="mm")}

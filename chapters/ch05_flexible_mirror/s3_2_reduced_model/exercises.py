@@ -1,4 +1,4 @@
-"""What the exercises of section 5.3.2 compare an answer with."""
+"""Answers to the exercises of section 5.3.2."""
 
 import numpy as np
 
@@ -8,13 +8,13 @@ PUSH_MM, LOAD_MM, LENGTH_MM = 7.98, 150.0, 160.0
 
 
 def aside_task():
-    """A slope of the mirror turns the ray by twice as much, at any depth."""
+    """A slope of the mirror rotates the ray by twice as much, at any depth."""
     return {
         "expected": lambda: 2 * SLOPE_MRAD * DEPTH_M,
-        "hint": "a mirror that turns by an angle turns its ray by another one; mrad "
+        "hint": "a rotation of the mirror rotates its ray by another angle; mrad "
         "times m are mm",
         "slips": {
-            "So far the normal turns; the ray turns by more.": lambda: (
+            "That is the rotation of the normal. The ray rotates by more.": lambda: (
                 SLOPE_MRAD * DEPTH_M
             )
         },
@@ -22,11 +22,11 @@ def aside_task():
 
 
 def aligned_task():
-    """What one shift cannot take away: offsets less their middle."""
+    """What one shift cannot remove: offsets minus their mean."""
     off = np.array(OFFSETS_MM)
     return {
         "expected": lambda: float(np.mean(np.abs(off - off.mean()))),
-        "hint": "take the mean away first, and then the mean of the absolute rest",
+        "hint": "subtract the mean first, then take the mean of the absolute values",
         "slips": {
             "That is without any alignment.": lambda: float(np.mean(np.abs(off)))
         },

@@ -1,4 +1,4 @@
-"""Fig. 5.6, Fig. 5.7, and how far the curves of all seeds lie from the scan."""
+"""Fig. 5.6, Fig. 5.7, and errors of the curves of all runs."""
 
 import numpy as np
 from matplotlib.ticker import FixedFormatter
@@ -24,11 +24,11 @@ SHARES = (5, 50, 95)
 
 @figure("fig_5_6", needs=("fig_5_6_pictures",), evidence="rendered")
 def fig_5_6(results):
-    """The chessboard in an even mirror, and in an uneven one."""
+    """The chessboard in a smooth mirror, and in an uneven one."""
     result = results["fig_5_6_pictures"]
     trial = result.select()
     drawn, panels = new_figure(1, 2, height_in=3.2)
-    names = {"even": "even mirror", "uneven": "the mirror of the second level"}
+    names = {"even": "smooth mirror", "uneven": "mirror of the second level"}
     for panel, (name, title) in zip(panels, names.items(), strict=True):
         panel.imshow(trial.arrays(name)[0], cmap="gray", vmin=0, vmax=255)
         panel.set(title=title, xticks=[], yticks=[])
@@ -38,22 +38,21 @@ def fig_5_6(results):
     return Drawing(
         drawn,
         columns(
-            ("depth_mm", "mean_moved_mm"),
+            ("depth_mm", "mean_displacement_mm"),
             list(zip(map(float, depths), moved, strict=True)),
         ),
         f"A chessboard with squares of {settings['board'][2]:g} mm, "
-        f"{settings['depth_mm'] / 1000:g} m before the unbent mirror of geometry A. "
-        f"Left: an even mirror. Right: one that is {settings['aberration_um']:g} µm "
-        "(RMS) uneven, as at the second level, and bent as much at "
-        "its free edges. What a "
-        f"pixel sees is moved there by {moved[-1]:.0f} mm on average; a board at "
-        f"280 mm would be moved by {moved[0]:.2f} mm.",
+        f"{settings['depth_mm'] / 1000:g} m from the unbent mirror of geometry A. "
+        f"Left: smooth mirror. Right: unevenness of {settings['aberration_um']:g} µm "
+        "(RMS), as at the second level, and as much strain at its free edges. It "
+        f"displaces the points that pixels see by {moved[-1]:.0f} mm on average; at "
+        f"280 mm it would be {moved[0]:.2f} mm.",
     )
 
 
 @figure("fig_5_7", needs=("fig_5_7_curves",), evidence="rendered")
 def fig_5_7(results):
-    """Scan and curves of one seed, before and after; and what lies between them."""
+    """Scan and curves of one run, before and after, and their differences."""
     result = results["fig_5_7_curves"]
     trial, settings = result.select(), result.settings
     shapes = {
@@ -76,23 +75,23 @@ def fig_5_7(results):
             right.plot(x, off, label=label, **every)
         rows += [(name, *row) for row in zip(x, height, off, strict=True)]
     right.axhline(0, color=INK, lw=1.0)
-    left.set(xlabel="Position along mirror (mm)", ylabel="Mirror position (mm)")
-    right.set(xlabel="Position along mirror (mm)", ylabel="Off the true mirror (mm)")
+    left.set(xlabel="Position along mirror (mm)", ylabel="Height of the mirror (mm)")
+    right.set(xlabel="Position along mirror (mm)", ylabel="Error of the height (mm)")
     legend_below(drawn, left, ncols=2)
     return Drawing(
         drawn,
-        columns(("curve", "along_mm", "height_mm", "off_mm"), rows),
-        "Left: the mirror before and after it was pushed by "
-        f"{settings['deflection_mm']:g} mm near its free edge, and what the reduced "
-        f"model finds from a board at {settings['depth_mm']:g} mm; heights over the "
-        "flat sheet, in the camera's frame. Right: how far the primary calibration "
-        "and the final estimate lie from the true mirror. One seed, second level.",
+        columns(("curve", "along_mm", "height_mm", "error_mm"), rows),
+        "Left: the mirror before and after a push of "
+        f"{settings['deflection_mm']:g} mm near its free edge, true and estimated with "
+        f"the reduced model from a board at {settings['depth_mm']:g} mm; heights above "
+        "the flat sheet, in the camera's frame. Right: errors of the primary "
+        "calibration and of the final estimate. One run, second level.",
     )
 
 
 @figure("ext_reduced_errors", needs=("fig_5_7_runs",), evidence="rendered")
 def ext_reduced_errors(results):
-    """Mean distances from the scan of all seeds, in each frame, at two levels."""
+    """Mean distances from the scan of all runs, in each frame, at two levels."""
     result = results[RUNS]
     drawn, panels = new_figure(1, 2, height_in=3.6, sharey=True)
     frames = FRAMES["scan_frame"]
@@ -131,8 +130,8 @@ def ext_reduced_errors(results):
     return Drawing(
         drawn,
         columns(("level", "curve", "frame", "low_mm", "median_mm", "high_mm"), rows),
-        "Mean distance of the curves from the true mirror, in the camera's frame and "
-        "after the true mirror was moved to fit: by one motion that suits the curve "
-        f"before bending, or each time anew. Geometry A, {result.trials_per_condition} "
-        "seeds: medians, and bars from 5 to 95 %.",
+        "Mean distance of the curves from the true mirror: in the camera's frame, "
+        "after one alignment to the curve before bending, and after an alignment of "
+        f"each. Geometry A, {result.trials_per_condition} runs: medians, and bars from "
+        "5 to 95 %.",
     )

@@ -1,10 +1,10 @@
 # %% [markdown]
 # # 5.3.2 Real experiments with the reduced model
 #
-# **Question.** A mirror of inexpensive plastic is bent by some 8 mm. A curve
-# with four coefficients is to follow it, found from one board seen before and
-# after. How near does it come to what a laser scanner finds, and what keeps it
-# from coming nearer: the last step, or the first?
+# **Question.** The reduced model describes a bent mirror by a curve with four
+# coefficients, found from one board before and after bending. Given are an inexpensive
+# plastic mirror, bent by 7.98 mm, and a laser scan of it. How accurate is the curve,
+# and what limits it: the primary calibration or the update?
 
 # %%
 from functools import partial
@@ -29,7 +29,7 @@ from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
 from chapters.shared.mirror_plans import UNSEEN
 from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
+from repro.page.reader import compared, open_results, show, show_code, values
 from repro.run.experiment import experiment
 from repro.run.outcomes import Plan, crossed
 
@@ -41,87 +41,102 @@ FEWER = {"quick": 1, "full": 20}
 
 # %% tags=["active-ipynb", "remove-input"]
 # name_values(open_results)
+# values()
 
 # %% [markdown]
-# **Findings.** (Geometry A; medians over the seeds.)
+# **Findings.**
 #
-# - At the second level the linear estimate finds
-#   {glue:text}`second.linear.deflection_mm:.2f` mm of 7.98 mm, the final one
-#   {glue:text}`second.final.deflection_mm:.2f` mm.
-# - In the camera's frame the primary curve is
-#   {glue:text}`second.before.camera_mm:.2f` mm off, the linear estimate
-#   {glue:text}`second.linear.camera_mm:.2f` mm and the final one
-#   {glue:text}`second.final.camera_mm:.2f` mm. Most of that is a common error of
-#   position, caused by the estimated poses of the monitor.
-# - Whether the linear estimate is poor compared with the final one depends on the frame
-#   of the scan, which the thesis does not state. The ratio of the errors is
-#   {glue:text}`ratio.camera_mm:.1f` in the camera's frame, and
-#   {glue:text}`ratio.shared_mm:.0f` or {glue:text}`ratio.alone_mm:.0f` with the scans
-#   aligned.
-# - An error of the primary surface persists in full:
-#   {glue:text}`sensitivity.all:.1f` mm for each mm put in.
+# 1. **The final error is about the primary error.** In the camera's frame the primary
+#    curve has an error of {glue:text}`second.before.camera_mm:.2f` mm, the final one
+#    {glue:text}`fig5_7_err:.2f` mm.
+# 2. **Most of this error is a displacement.** The estimated poses of the monitor cause
+#    it. Alignment with the scan removes it.
+# 3. **The frame of the scan decides how poor the linear estimate is.** Its error
+#    relative to the final one is {glue:text}`ratio.camera_mm:.1f` in the camera's
+#    frame. With aligned scans it is {glue:text}`ratio.shared_mm:.0f` or
+#    {glue:text}`ratio.alone_mm:.0f`.
+# 4. **An error of the primary curve persists in full.** Each millimetre added to it
+#    causes {glue:text}`sensitivity.all:.1f` mm of final error.
+
+# %% [markdown]
+# | question or quantity | thesis | here |
+# |---|---|---|
+# | final error (mm) | 0.13 | {glue:text}`fig5_7_err:.2f` (camera's frame) |
+# | final error like the primary error | yes | yes |
+# | linear estimate at 280 mm, against the final one | poor | depends on the frame |
+# | cause of the primary error | higher orders, defects | mostly displacement |
+# | dynamic calibration sensitive to the primary one | very | persists in full |
+# | effect of mirror defects | grows with depth | proportional to depth |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Primary curve*: mirror before bending, from a monitor in two positions. *Linear*,
+#   *final estimate*: mirror after bending, before and after refinement.
+# - *Board*: chessboard at 280 mm, imaged before and after bending.
+# - *Scan*: here the middle line of the true mirror. *Error*: mean distance from it,
+#   perpendicular to the scan.
+# - *Camera's frame*, *aligned before bending*, *each aligned*: no alignment of the
+#   scan; one rigid motion that fits the curve before bending; one for each curve.
+# - *Rulings*: straight lines of a surface that bends in one direction. $v$: image
+#   coordinate along them.
+# - *Second solved error level* (primary, used unless stated): noise and mirror waves
+#   solved from two printed numbers of stage 0, the flat mirror
+#   ([5.3.3a](s3_3_calibration.ipynb)).
+# - *First solved error level*: larger, solved from two other printed numbers.
+# - *Low-noise level*: errors of rendered images, and a smooth mirror.
+# - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# A plastic mirror on aluminium was bent by a wire, by about 7.98 mm from a
-# nominally flat shape; a laser scanner measured the back of the substrate
-# before and after.
+# A plastic mirror on aluminium is bent by a wire. A laser scanner measures the back of
+# the substrate before and after.
 #
-# - The mirror is uneven. That moves what is seen the more, the farther away it
-#   is (Fig. 5.6, a chessboard 5 m away).
-# - The board was 280 mm away, and so the linear estimate "is relatively
-#   inaccurate, although the final estimate is still good".
-# - The primary calibration's error is "of similar magnitude" to that of the
-#   final estimate: dynamic calibration is very sensitive to the primary one,
-#   whose error is put down to what a cubic cannot follow and to defects.
+# - Defects of the mirror displace what is seen, more at larger depth (Fig. 5.6, a
+#   chessboard 5 m away).
+# - With the board at 280 mm the linear estimate "is relatively inaccurate, although the
+#   final estimate is still good".
+# - The primary error is "of similar magnitude" to the final one: dynamic calibration is
+#   very sensitive to it. The thesis attributes it to higher orders of the shape and to
+#   defects.
 # - The mean error between scan and estimate is 0.13 mm.
 
 # %% [markdown]
 # ## Model
 #
-# The reduced model and both of its steps are those of
-# [5.3.1](s3_1_simulated.ipynb). New is that the scene has three
-# dimensions, and that the mirror before bending is not known.
+# Model and both steps are those of [5.3.1](s3_1_simulated.ipynb). New are the third
+# dimension and an unknown mirror before bending.
 #
-# **Dropping v.** Turn the picture until the clamp's line is upright, and drop the
-# upright coordinate of everything. If the rulings of the mirror are parallel to the
-# picture's plane, nothing is lost: seen along the rulings, a reflection at the mirror
-# is one at its section. All corners that both pictures show then lie beside each other
-# on one curve. The mirrors here keep to it roughly: their rulings spread, their clamp
-# leans, and at the second level they are uneven.
+# **Dropping v.** The image is rotated until the clamp is vertical, and the vertical
+# coordinate is dropped. If the rulings are parallel to the image plane, nothing is
+# lost: seen along the rulings, reflection at the mirror is reflection at its section.
+# The mirrors here fulfil this roughly: rulings spread, the clamp leans, and waves occur
+# at the second level.
 #
-# **The curve before** comes from viewing and scene rays (5.2.1): their normals
-# give its shape by (5.15), up to scale, and the points where they meet give
-# the scale.
+# **Primary curve.** Viewing and scene rays (5.2.1) give normals, which determine the
+# shape by (5.15), up to scale. The points where the rays meet give the scale.
 
 # %% tags=["active-ipynb"]
 # show_code(distances_next_to)
 
 # %% [markdown]
-# **The board** is placed in space by the rays of that curve, moved along its
-# rulings, from all corners at once (2.26). Then it is dropped into the plane
-# as well.
+# **Board.** Its pose follows from the rays of the primary curve, extended along its
+# rulings, and all corners (2.26). Then it is projected into the plane as well.
 
 # %% [markdown]
 # ## Experiment
 #
-# The camera is not stated; geometry A of 5.3.3 takes its place. Corners and decoded
-# points have the errors that rendered pictures have; which corners the mirror shows is
-# known exactly. As in 5.3.3 there are three error levels: the laboratory as it is, and
-# two with decoding errors and an unevenness like the thesis's. Both numbers are taken
-# from there as they are. Every seed draws the boards, the monitor's places, the
-# platter's, the waves of the mirror and all errors.
+# The thesis does not state the camera, so geometry A of 5.3.3 replaces it. Corners and
+# decoded points have the errors of rendered images. Which corners the mirror shows is
+# known exactly. Every run draws boards, poses of monitor and reference mirror, waves
+# and all errors. How the scan came into the camera's frame is not stated: this is an
+# interpretation, as are the kind of cubic, the data of the primary curve and the
+# corners used.
 #
-# The true mirror's middle line stands in for the scan. Errors are mean
-# distances at right angles to it, from clamp to free edge. How the scan came
-# into the camera's frame is not stated: that is a reading, as are the kind of
-# the cubic, what the curve before is made from, and the corners taken.
-#
-# **An error put in.** Viewing rays, corners and clamp are exact, and the mirror is
-# even. To the curve before, a change along the mirror is added that has a known
-# mean size: a shift, a tilt, a bend, or these with one of third order, each drawn
-# from a normal distribution. Everything after that is as above.
+# **Added error.** Viewing rays, corners and clamp are exact, and the mirror is smooth.
+# A change of known mean size is added to the primary curve: a shift, a tilt, a bend, or
+# all of these with a third-order part.
 
 # %% tags=["active-ipynb"]
 # show_code(run.calibrated)
@@ -139,7 +154,7 @@ FEWER = {"quick": 1, "full": 20}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A on both benches, calibrated in every way that is a reading."""
+    """Geometry A at all levels, calibrated in every interpretation."""
     return _plan(results, BENCHES, SEEDS[effort], run.OTHER_WAYS)
 
 
@@ -147,7 +162,7 @@ def runs(effort, results):
     "fig_5_7_swept", artefact="fig_5_7", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers."""
+    """Geometry A, from half to twice each of the primary level's numbers."""
     return _plan(results, SWEPT, FEWER[effort])
 
 
@@ -162,7 +177,7 @@ def _plan(results, benches, seeds, ways=()):
     "fig_5_7_curves", artefact="fig_5_7", inputs=GEOMETRY_A, needs=("sec_5_3_3_errors",)
 )
 def curves(effort, results):
-    """The curves of one seed on the bench, for a drawing."""
+    """The curves of one run at the primary level, for a figure."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(run.curves_trial, errors=errors)
     return Plan(trial, [{"geometry": "A"}], 1, run.SETTINGS, UNSEEN)
@@ -170,7 +185,7 @@ def curves(effort, results):
 
 @experiment("exp_c5_primary_sensitivity", artefact="fig_5_7", inputs=GEOMETRY_A)
 def sensitivity(effort):
-    """Errors of a known size put into the curve before, and what becomes of them."""
+    """Errors of known size added to the primary curve, and the final errors."""
     seeds = {"quick": 2, "full": 30}[effort]
     settings = run.SETTINGS | {"injected_mm": INJECTED_MM}
     return Plan(
@@ -180,7 +195,7 @@ def sensitivity(effort):
 
 @experiment("fig_5_6_pictures", artefact="fig_5_6", inputs=SMALL_A)
 def pictures(effort):
-    """Fig. 5.6: a chessboard 5 m away, in an even mirror and in an uneven one."""
+    """Fig. 5.6: a chessboard 5 m away, in a smooth mirror and in an uneven one."""
     return Plan(picture.picture_trial, [{"geometry": "A"}], 1, picture.SETTINGS)
 
 
@@ -198,39 +213,36 @@ def pictures(effort):
 # show("ext_reduced_errors")
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# **What the residual hides.** At the second level the residual is
-# {glue:text}`second.residual_mm:.2f` mm and back-projection at 400 mm
-# {glue:text}`second.back.own_mm:.2f` mm. Neither shows that the mirror is displaced by
-# {glue:text}`second.final.camera_mm:.1f` mm: so small a shift sends almost the same
-# rays to the board. Rays are {glue:text}`second.final.angle_deg:.2f`° off, at the
-# low-noise level {glue:text}`laboratory.final.angle_deg:.2f`°.
+# **Displacement.** Neither the residual nor back-projection at 400 mm shows that the
+# mirror is displaced: so small a shift sends almost the same rays to the board.
 #
-# **How the final error follows the primary one.** The clamp is held where the primary
-# calibration put it, and the board where its rays put it. An error there persists, as
-# the thesis says. A shift of the primary curve comes through
-# {glue:text}`sensitivity.shift:.2f` times, a tilt {glue:text}`sensitivity.tilt:.2f`
-# times, a bend {glue:text}`sensitivity.bend:.1f` times. But the thesis attributes the
-# primary error to higher orders and defects, which are the smaller part here: after
-# alignment {glue:text}`second.before.alone_mm:.3f` mm of
-# {glue:text}`second.before.camera_mm:.2f` mm remain.
+# **Propagation.** The clamp stays where the primary calibration puts it, and so does
+# the board. An error there persists, as the thesis says. But the thesis attributes the
+# primary error to higher orders and defects. Here these are the smaller part: alignment
+# removes most of the error.
 #
-# **What the first curve is made from** matters. From the points alone, without the
-# normals, the final curve is {glue:text}`points.final:.2f` mm off at the second level:
-# a cubic through noisy points has wrong slopes at its ends. The cubic of the length
-# instead of that of the picture gives {glue:text}`height.final:.2f` mm, the middle
-# strip of corners {glue:text}`strip.final:.2f` mm.
+# **Primary curve.** From the points alone, without normals, the final curve is worse: a
+# cubic through noisy points has wrong slopes at its ends. The other kind of cubic and
+# the middle strip of corners are judged below.
 #
 # **Limits.** Double reflections and a substrate of varying thickness are not modelled,
-# and no corner is a wrong match. Seeds rejected: {glue:text}`second.refused:.0f` at the
-# second level, {glue:text}`laboratory.refused:.0f` at the low-noise level.
+# and no match is wrong. Claims are judged on completed runs.
+
+# %% [markdown]
+# ## Summary
+#
+# The final curve is as accurate as the primary one, as the thesis says, because errors
+# of the primary calibration persist. Most of the error is a displacement that residuals
+# and back-projection do not show, and not a defect of the shape. How poor the linear
+# estimate is depends on the frame of the scan, which the thesis does not state.
 
 # %% [markdown]
 # ## Compared with the published numbers
 #
-# The 0.13 mm are of one mirror, one scan and one alignment; beside them stands
-# the median over seeds in the camera's frame.
+# The 0.13 mm are of one mirror, one scan and one alignment. They are compared with the
+# median over runs in the camera's frame.
 
 # %% tags=["active-ipynb"]
 # compared()
@@ -238,19 +250,18 @@ def pictures(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` with
+# an answer and run that cell again.
 #
-# **1.** A defect has a slope of 1.5 mrad. By how many mm is a chessboard moved
-# there that is 5 m away?
+# **1.** A defect has a slope of 1.5 mrad. By how many mm does it displace a chessboard
+# that is 5 m away?
 
 # %% tags=["active-ipynb"]
 # check(None, **aside_task())
 
 # %% [markdown]
-# **2.** At five places a curve lies 1.0, 1.0, 1.0, 1.0 and 1.2 mm off a scan.
-# The scan may be shifted, by the mean of these. What is the mean distance
-# after that, in mm?
+# **2.** At five points a curve is 1.0, 1.0, 1.0, 1.0 and 1.2 mm away from a scan. The
+# scan may be shifted by the mean of these. What is the mean distance after that, in mm?
 
 # %% tags=["active-ipynb"]
 # check(None, **aligned_task())

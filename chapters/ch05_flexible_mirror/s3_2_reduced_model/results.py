@@ -1,16 +1,12 @@
-"""Which trials Fig. 5.7 and its claims read, and the numbers that the page quotes."""
+"""Trials of Fig. 5.7 and its claims, and the numbers quoted on the page."""
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.run import (
-    OTHER_WAYS,
-    PUBLISHED_WAY,
-)
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.run import PUBLISHED_WAY
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.sensitivity import (
     INJECTED_MM,
-    KINDS,
 )
-from chapters.shared.mirror_bench import BENCHES, LEVEL
+from chapters.shared.mirror_bench import LEVEL
 from chapters.shared.mirror_bench import SWEPT as ENDS
 from chapters.shared.mirror_sweep import READINGS as BENCH_READINGS
 from repro.judge.statistics import trend, with_worst
@@ -19,8 +15,8 @@ from repro.run.readings import Case
 
 RUNS, SWEPT = "fig_5_7_runs", "fig_5_7_swept"
 SENSITIVITY = "exp_c5_primary_sensitivity"
-# The options of each question, as trials call them; each but the primary one is a way
-# of its own to calibrate.
+# Options of each question, as trials call them; each except the primary one is a
+# calibration of its own.
 WAYS = {
     "reduced_curve": {
         "distance along the viewing rays": PUBLISHED_WAY,
@@ -43,18 +39,18 @@ READINGS = BENCH_READINGS | WAYS | FRAMES
 
 
 class ReducedCase(Case):
-    """One reading of 5.3.2, with the primary option of what is not asked."""
+    """One interpretation of 5.3.2, with primary options where none is given."""
 
     def __init__(self, options=None):
         super().__init__(READINGS, options)
 
     @property
     def way(self):
-        """What the trials call the way to calibrate; at most one option differs."""
+        """The trials' name of the calibration; at most one option differs."""
         return next((self[q] for q in WAYS if self[q] != PUBLISHED_WAY), PUBLISHED_WAY)
 
     def errors(self, results, bench, stage):
-        """Mean distances (seeds,) of a curve from the scan, mm; nan where refused.
+        """Mean distances (seeds,) of a curve from the scan, mm; nan where rejected.
 
         stage: "before", "linear" or "final".
         """
@@ -66,18 +62,17 @@ PRIMARY = ReducedCase()
 
 
 def finals(result, kind):
-    """Final errors (seeds, levels) mm with errors of a kind put in before; nan where
-    refused."""
+    """Final errors (seeds, levels) mm with added errors; nan where rejected."""
     return np.array(result.arrays("final_mm", kind=kind))
 
 
 def medians_by_kind(result, kind):
-    """Median final error of each level, mm; a refused seed is the worst."""
+    """Median final error of each level, mm; a rejected run counts as the worst."""
     return np.median(with_worst(finals(result, kind)), axis=0)
 
 
 def final_over_injected(result, kind):
-    """Slope of the median final error over the error put in, Estimate."""
+    """Slope of the median final error over the added error, Estimate."""
     levels = list(finals(result, kind).T)
     return trend(
         np.array(INJECTED_MM), levels, lambda x, y: float(np.polyfit(x, y, 1)[0])
@@ -85,51 +80,15 @@ def final_over_injected(result, kind):
 
 
 def name_values(open_results):
-    """Name the numbers of the prose: medians over the seeds."""
+    """Name the numbers of the prose: medians over the runs at the primary level."""
     result = open_results(RUNS)
-    quoted = {
-        f"{bench}.{name}": number
-        for bench in BENCHES
-        for name, number in of_bench(result, bench).items()
-    }
-    quoted |= of_frames(result) | of_ways(result)
-    for kind in KINDS:
-        slope = final_over_injected(open_results(SENSITIVITY), kind)
-        quoted[f"sensitivity.{kind}"] = slope.value
-    for name, number in quoted.items():
-        value(name, number)
-
-
-def of_bench(result, bench):
-    """Name -> median over the seeds, as published; and how many were rejected."""
-    whose = f"{bench}.{PUBLISHED_WAY}"
-    names = [f"{stage}.camera_mm" for stage in ("before", "linear", "final")]
-    names += ["linear.deflection_mm", "final.deflection_mm", "before.alone_mm",
-              "final.angle_deg", "residual_mm", "back.own_mm"]  # fmt: skip
-    final = result.column(f"{whose}.final.camera_mm")
-    return {name: _middle(result.column(f"{whose}.{name}")) for name in names} | {
-        "refused": int(np.count_nonzero(np.isnan(final)))
-    }
-
-
-def of_frames(result):
-    """Name -> linear over final error in each frame, on the bench."""
-    return {
-        f"ratio.{frame}": _middle(
-            result.column(f"{LEVEL}.{PUBLISHED_WAY}.linear.{frame}")
-            / result.column(f"{LEVEL}.{PUBLISHED_WAY}.final.{frame}")
+    whose = f"{LEVEL}.{PUBLISHED_WAY}"
+    before = result.column(f"{whose}.before.camera_mm")
+    value(f"{LEVEL}.before.camera_mm", float(np.nanmedian(before)))
+    for frame in FRAMES["scan_frame"].values():
+        linear, final = (
+            result.column(f"{whose}.{stage}.{frame}") for stage in ("linear", "final")
         )
-        for frame in FRAMES["scan_frame"].values()
-    }
-
-
-def of_ways(result):
-    """Name -> final error, mm, of every other way to calibrate, on the bench."""
-    return {
-        f"{way}.final": _middle(result.column(f"{LEVEL}.{way}.final.camera_mm"))
-        for way in OTHER_WAYS
-    }
-
-
-def _middle(found):
-    return float(np.nanmedian(found))
+        value(f"ratio.{frame}", float(np.nanmedian(linear / final)))
+    slope = final_over_injected(open_results(SENSITIVITY), "all")
+    value("sensitivity.all", slope.value)

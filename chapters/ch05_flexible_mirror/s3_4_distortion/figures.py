@@ -32,7 +32,7 @@ CORRECTED_BY = {"published": "the calibrated mirror", "true": "the true mirror"}
 
 
 def two_panels(results, stage):
-    """The circle at one stage: in the picture, and on the board after correction."""
+    """The circle at one stage: in the image, and on the board after correction."""
     runs = PictureRuns(results, bench=LEVEL)
     way, run = runs.drawn()
     picture = runs.picture(stage, run)
@@ -49,7 +49,7 @@ def two_panels(results, stage):
     u, v = np.meshgrid(np.arange(across), np.arange(rows))
     q = value(conic, np.column_stack([u.ravel(), v.ravel()]).astype(float))
     raw.contour(u, v, q.reshape(rows, across), [0.0], colors=RED, linewidths=0.9)
-    raw.set(xticks=[], yticks=[], title="(a) picture and best conic")
+    raw.set(xticks=[], yticks=[], title="(a) image and best conic")
     outward = points - centre
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     feet = points - left[:, None] * outward
@@ -63,7 +63,7 @@ def two_panels(results, stage):
     board.set_aspect("equal")
     board.invert_yaxis()
     board.set(xlabel="x on the board (mm)", ylabel="y on the board (mm)")
-    board.set_title(f"(b) corrected, vectors × {SCALE}")
+    board.set_title(f"(b) corrected, residuals × {SCALE}")
     ring = np.array([[*centre, radius]])
     gap = float(np.abs(circle_distances(ring, points)[0] - left).max())
     return Drawing(
@@ -75,16 +75,15 @@ def two_panels(results, stage):
                 for p, o, x, r in zip(line, off, points, left, strict=True)
             ],
         ),
-        f"The circle at stage {stage}: (a) the rendered picture of {across} x {rows} "
-        "px with the conic of least algebraic error, from which the circle is "
-        f"{np.abs(off).mean():.2f} px off in the mean; (b) after correction by "
-        f"{CORRECTED_BY[way]}, distances "
-        f"from the best circle, {SCALE} times as long as they are, "
-        f"{np.abs(left).mean():.2f} mm in the mean; its radius is "
-        f"{radius:.2f} mm. One run, geometry A, second solved level.",
+        f"The circle at stage {stage}: (a) rendered image of {across} x {rows} px with "
+        "the conic of least algebraic error, at a mean distance of "
+        f"{np.abs(off).mean():.2f} px; (b) after correction by {CORRECTED_BY[way]}, "
+        f"residuals from the best circle, magnified {SCALE} times. Their mean is "
+        f"{np.abs(left).mean():.2f} mm, the radius {radius:.2f} mm. One run, geometry "
+        "A, second solved level.",
         Check(
             gap < EXACT,
-            f"the vectors are the distances from the circle, to {gap:.0e} mm",
+            f"drawn residuals equal the distances from the circle, to {gap:.0e} mm",
         ),
     )
 
@@ -115,7 +114,7 @@ def fig_5_17(results):
 
 @figure("fig_5_18", needs=("fig_5_14_pictures",), evidence="rendered")
 def fig_5_18(results):
-    """The picture of stage 3 laid out on the board."""
+    """The image of stage 3, rectified to the board."""
     runs = PictureRuns(results, bench=LEVEL)
     way, run = runs.drawn()
     picture = runs.corrected(run)
@@ -126,19 +125,18 @@ def fig_5_18(results):
     return Drawing(
         drawn,
         columns(("rows", "columns", "mean_grey"), [(rows, across, picture.mean())]),
-        "The picture of Fig. 5.17 laid out on the board, in the pose that "
-        f"{CORRECTED_BY[way]} finds: squares are squares, and the circle is round. "
-        "What the mirror does not show is black.",
+        "The image of Fig. 5.17 rectified to the board, in the pose estimated with "
+        f"{CORRECTED_BY[way]}. Black: outside the mirror.",
     )
 
 
 @figure("fig_5_19", needs=("fig_5_19_picture",), evidence="rendered")
 def fig_5_19(results):
-    """The bust in the mirror, and as a pinhole would nearly see it."""
+    """The bust in the mirror, and corrected to a nearly perspective view."""
     result = results["fig_5_19_picture"]
     drawn, axes = new_figure(1, 2, height_in=3.8)
     for panel, name, title in zip(
-        axes, ("picture", "corrected"), ("(a) picture", "(b) corrected"), strict=True
+        axes, ("picture", "corrected"), ("(a) image", "(b) corrected"), strict=True
     ):
         (picture,) = result.arrays(name)
         panel.imshow(picture, cmap="gray")
@@ -149,16 +147,15 @@ def fig_5_19(results):
     return Drawing(
         drawn,
         columns(("ideal_u_px", "ideal_v_px"), [tuple(p) for p in ideal]),
-        "A bust in low relief, which stands in for the thesis's face, in a mirror that "
-        "is pushed by 12 mm: (a) as the camera has it, and (b) corrected by "
-        f"{CORRECTED_BY[way]} as if it were a plane. Crosses: where the view's own "
-        "pinhole would have seen the landmarks.",
+        "A bust in low relief, in place of the thesis's face, in a mirror pushed by "
+        f"12 mm: (a) camera image, (b) corrected by {CORRECTED_BY[way]} as a plane. "
+        "Crosses: landmarks in the desired pinhole view.",
     )
 
 
 @figure("ext_circle_blind", needs=("table_5_6_runs",), evidence="rendered")
 def ext_circle_blind(results):
-    """Radius errors and ray errors over the stages, beside each other."""
+    """Radius errors and ray errors over the stages."""
     drawn, panels = new_figure(1, 2, height_in=3.3)
     runs, rows = CircleRuns(results, bench=LEVEL), []
     for way in WAYS:
@@ -179,22 +176,22 @@ def ext_circle_blind(results):
                 panel, list(came), list(came.values()), whose, **look
             )
     for panel, words in zip(
-        panels, ("Radius error (%)", "Angle to the true rays (deg)"), strict=True
+        panels, ("Radius error (%)", "Mean ray error (°)"), strict=True
     ):
-        panel.set(xlabel="Stage (1)", ylabel=words, xticks=STAGES, ylim=(0, None))
+        panel.set(xlabel="Stage", ylabel=words, xticks=STAGES, ylim=(0, None))
     legend_below(drawn, panels[0], ncols=3)
     return Drawing(
         drawn,
         columns(("mirror", "measure", "stage", "value", "low", "high"), rows),
-        "Left the error of the circle's radius, right the mean angle between "
-        "calibrated and true rays over the mirror, by stage. Medians over the seeds "
-        "that came so far, with 95 % intervals; geometry A, second level. The true "
-        "mirror's rays are exact; its radius has the errors of corners and edges.",
+        "Error of the circle's radius (left), and mean angle between calibrated and "
+        "true rays over the mirror (right), by stage. Medians over the completed runs "
+        "with 95 % intervals; geometry A, second level. The rays of the true mirror "
+        "are exact; its radius has the errors of corners and edges.",
     )
 
 
 def angles_of(runs, way):
-    """Angles (stages, seeds) to the true rays; none for the true mirror."""
+    """Angles (stages, seeds) to the true rays; zero for the true mirror."""
     if way == "true":
         return np.zeros((len(STAGES), runs.seeds))
     return runs.at("angle_deg", way)

@@ -1,9 +1,10 @@
 # %% [markdown]
-# # 5.3.4 Distortion correction: a circle that is round again
+# # 5.3.4 Distortion correction of a planar target
 #
-# **Question.** A circle on a board is seen in a bent mirror, and is no circle there.
-# With the mirror calibrated, and the board's pose known from its corners, is it round
-# again, at every stage of bending? And what does a round circle say of the rays?
+# **Question.** Correcting the image of a circle on a board is a simple test of a
+# calibrated flexible mirror. Given are the calibrated rays at four stages of bending
+# and the board's corners, from which its pose is estimated. Is the corrected circle
+# round, with the right radius? What does this show about the rays?
 
 # %%
 from functools import partial
@@ -46,59 +47,75 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - The radius comes out: off by {glue:text}`radius.3` % at stage 3 (median), and by
-#   {glue:text}`radius.worst` % at most in a completed run. The thesis has 0.19 to
-#   1.15 %. {glue:text}`refused` of {glue:text}`seeds` runs are rejected.
-# - It shows little of the rays. These are {glue:text}`angle.0`° off at stage 0 and
-#   {glue:text}`angle.3`° at stage 3: the pose makes up for what is wrong with the rays
-#   ([radius and rays](#ext_circle_blind)).
-# - Distances from the best circle are {glue:text}`residual.0` mm at stage 0 and
-#   {glue:text}`residual.3` mm at stage 3. Around the circle they are alike at all
-#   stages, with a mean correlation of {glue:text}`alike`: the sheet carries its waves
-#   along, and the spline does not follow them.
-# - Of the distortion of a face in low relief a plane leaves {glue:text}`face.true` %
-#   with the true mirror, and {glue:text}`face` % with the calibrated one.
+# 1. **The radius is recovered.** Its median error is {glue:text}`radius.3` % at stage
+#    3. The thesis has 0.19 to 1.15 %. Some runs are rejected.
+# 2. **The radius shows little of the rays.** Their error is {glue:text}`angle.0`° at
+#    stage 0 and {glue:text}`angle.3`° at stage 3. The estimated pose absorbs errors of
+#    the rays ([radius and rays](#ext_circle_blind)).
+# 3. **The residuals share a pattern.** Around the circle they correlate between stages,
+#    on average by {glue:text}`alike`: the sheet carries its waves along, and the spline
+#    does not follow them.
+# 4. **Correcting a face is limited by the calibration.** A plane leaves
+#    {glue:text}`face.true` % of its distortion with the true mirror, and
+#    {glue:text}`face` % with the calibrated one.
+
+# %% [markdown]
+# | question or quantity | thesis | here |
+# |---|---|---|
+# | exact correction, plane's pose known | yes | yes, to rounding |
+# | circle departs from a conic, more with bending | yes | waves can hide the order |
+# | radius error, stage 3 (%) | 0.19 | {glue:text}`radius.3` |
+# | mean residual (mm) | 0.15 to 0.29 | [Table 5.6](#table_5_6) |
+# | error pattern common to the stages | none | correlation {glue:text}`alike` |
+# | distortion of a face that remains | the minority | {glue:text}`face` % |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Stage* 0: the flat mirror. Stages 1 to 3: after pushes of 5 mm.
+# - *Board*: chessboard with a circle of 87.21 mm radius over it.
+# - *Conic*: image of a circle under perspective alone, fitted by least squares.
+# - *Residual*: distance of a corrected point from the best-fit circle.
+# - *Ray error*: mean angle between calibrated and true scene rays.
+# - $S$, $V$: start on the mirror and direction of a scene ray.
+# - *Second solved error level* (primary, used unless stated): noise and mirror waves
+#   solved from two printed numbers of stage 0 ([5.3.3a](s3_3_calibration.ipynb)).
+# - *First solved error level*: larger, solved from two other printed numbers.
+# - *Low-noise level*: errors of rendered images, and a smooth mirror.
+# - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - A planar scene can be corrected exactly once the pose of its plane is known
-#   (Fig. 5.18).
-# - Perspective makes a conic of a circle. Other distortion makes the best conic fit
-#   worse, and the more so, the more the mirror is bent (Figs. 5.14a to 5.17a).
-# - Corrected circles have the measured radius of 87.21 mm at all stages, to 1.15 %
-#   at most (Table 5.6).
-# - What is left does not add up from stage to stage, and has nothing systematic in
-#   it that the stages share (Figs. 5.14b to 5.17b).
-# - The calibration is evaluated twice, by the pose and by the circle. A single
-#   evaluation on a random plane could be done as well.
-# - A scene of low relief can be corrected as if it were a plane, and most of the
-#   distortion is gone (Fig. 5.19).
+# - A planar scene can be corrected exactly once its pose is known (Fig. 5.18).
+# - Bending makes the best conic fit worse (Figs. 5.14a to 5.17a).
+# - Corrected circles have the measured radius at all stages (Table 5.6).
+# - Residuals neither accumulate nor have a common pattern (Figs. 5.14b to 5.17b).
+# - The pose and the circle both evaluate the calibration. A random plane would evaluate
+#   it once.
+# - A scene of low relief can be corrected as a plane (Fig. 5.19).
 
 # %% [markdown]
 # ## Model
 #
-# **Correction.** A pixel's scene ray starts at a point $S$ of the mirror and goes in
-# direction $V$. In the board's frame, its plane is $z = 0$, and the pixel sees the
-# place $S - (S_z / V_z)\,V$ of it. That is exact for any camera whose rays are
-# right, with a centre or without, and needs no model of the lens or the mirror but
-# its rays.
+# **Correction.** In the board's frame its plane is $z = 0$. A pixel whose scene ray
+# starts at $S$ with direction $V$ sees the point $S - (S_z / V_z)\,V$. This is exact
+# for any camera with correct rays, central or not.
 #
-# **Pose.** The board's pose is found from its corners by the same camera. Errors of
-# rays that a motion of the board can make up for vanish into the pose, and neither
-# residuals nor the radius show them.
+# **Pose.** The same camera estimates the board's pose from its corners. Errors of the
+# rays that a motion of the board can compensate vanish into the pose.
 #
-# **Circle.** Centre and radius are those of least squared distances from the points.
-# The radius is a mean over the whole circle: errors of rays that push one side out
-# and the other in leave it as it is.
+# **Circle.** Centre and radius minimise the squared distances from the points. The
+# radius is a mean over the circle: errors that push one side out and the other in leave
+# it unchanged.
 
 # %% tags=["active-ipynb"]
 # show_code(scored)
 
 # %% [markdown]
-# **A face.** Where the depth of a scene is not known, a plane is put there. What lies
-# before it or behind it is shifted by as much as its ray differs in direction from
-# the ray of the pinhole that is asked for. That part of the distortion stays.
+# **A face.** Where the depth of a scene is unknown, a plane takes its place. A point in
+# front of the plane or behind it is shifted in proportion to the angle between its ray
+# and the ray of the desired pinhole. That part of the distortion remains.
 
 # %% tags=["active-ipynb"]
 # show_code(left_by_plane)
@@ -106,29 +123,22 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# The mirror is calibrated as in [three deflections](s3_3_deflections.ipynb): a primary
-# stage and three pushes of 5 mm, the published method. At each stage the target, a
-# chessboard of 14 x 13 corners with the circle over it, is held at 400 mm where the
-# mirror then looks, with the same tilt at all stages. Corners under the circle's line
-# do not count. Corners have errors as in rendered pictures, and so has the circle's
-# line, which is the middle between its two edges; both were measured before. The circle
-# is measured at 90 places. All is run at the three error levels of
-# [5.3.3](s3_3_calibration.ipynb), with the same draws; the second one decides. Beside
-# the calibration stage by stage stands the true mirror. In a few runs at the second
-# level images a quarter as wide are rendered (Figs. 5.14 to 5.18), and corners and both
-# edges of the circle are measured there, each looked for next to where the true camera
-# has it.
+# The mirror is calibrated as in [three deflections](s3_3_deflections.ipynb), with the
+# published method. At each stage a board of 14 x 13 corners is held at 400 mm, where
+# the mirror then looks. Corners under the circle's line are excluded. The line is the
+# middle between its two edges, measured at 90 points. Corners and line have the errors
+# of rendered images. In a few runs images of 768 x 576 pixels are rendered and measured
+# (Figs. 5.14 to 5.18).
 #
-# For the face the mirror is pushed by 12 mm, in three steps of 4 mm: calibrated
-# after a single push, no corner at the clamp is seen both before and after. A bust
-# with a relief of 20 mm, 5 % of its depth, is held at 400 mm. The plane is put half
-# way into the relief, but for 5 mm and 2° of error along each axis.
-
+# For the face the mirror is pushed by 12 mm in three steps: after a single push no
+# corner at the clamp is visible both before and after. A bust with a relief of 20 mm, 5
+# % of its depth, is held at 400 mm. The plane is half way into the relief, with errors
+# of 5 mm and 2° along each axis.
 
 # %%
 SEEDS = {"quick": 1, "full": 36}
 ENDS = {"quick": 1, "full": 10}
-# At quick size one bench stands for all, with a single deflection or none, pictures are
+# At quick size one level represents all, with a single deflection or none, images are
 # small, and the true mirror corrects them.
 MEASURED = {"quick": dict.fromkeys(BENCHES, BENCHES[LEVEL]), "full": BENCHES}
 RUN = {"quick": CircleScope(1, true=False), "full": CircleScope()}
@@ -145,7 +155,7 @@ BOTH_A = (
 
 @experiment("table_5_6_edges", artefact="table_5_6", inputs=BOTH_A)
 def edges(effort):
-    """How far the circle's line is off in rendered pictures."""
+    """Errors of the circle's line in rendered images."""
     trial = partial(edges_trial, small=effort == "quick")
     return Plan(trial, [{"geometry": "A"}], 1)
 
@@ -158,7 +168,7 @@ def edges(effort):
     needs=("sec_5_3_3_errors", "table_5_6_edges"),
 )
 def runs(effort, results):
-    """Geometry A, on both benches."""
+    """Geometry A, at all error levels."""
     return _plan(results, MEASURED[effort], SEEDS[effort], RUN[effort])
 
 
@@ -169,7 +179,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors", "table_5_6_edges"),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers."""
+    """Geometry A, from half to twice each of the primary level's numbers."""
     return _plan(results, SWEEP[effort], ENDS[effort], END[effort])
 
 
@@ -232,59 +242,36 @@ def face_picture(effort, results):
 # show("fig_5_19")
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# **Exact, once the pose is known.** Without noise, with the true mirror and the true
-# pose, the radius is off by {glue:text}`exact` mm at most, for an even mirror and
-# an uneven one, at all four stages. That is geometry, and true of any camera.
+# **Radius.** Without noise, with the true mirror and the true pose, it is exact to
+# rounding. With the true pose of the board instead of the estimated one, the radius
+# error of the calibrated mirror is larger. The better camera of the low-noise level
+# cannot be recognised from its circle.
 #
-# **What the radius is blind to.** It is a mean around the circle, and the pose is found
-# by the same rays. With the board's true pose in place of the found one the radius is
-# off by {glue:text}`placed.3` % at stage 3 and not {glue:text}`radius.3` %. From stage
-# 1 to 3, seed by seed, rays get {glue:text}`angle.growth` times as wrong, and the
-# circle's residual {glue:text}`growth` times as large. At the low-noise level rays of
-# stage 3 are {glue:text}`lab.angle.3`° off, and the radius is {glue:text}`lab.radius.3`
-# % off: the better camera cannot be recognised from a circle.
+# **Residuals.** They are small with the true mirror, so errors of corners and edges do
+# not cause them. They come from waves that the spline cannot represent. These waves
+# were solved from another printed number.
 #
-# **Level of the residuals.** At the low-noise level they are
-# {glue:text}`lab.residual.0` mm at stage 0 and {glue:text}`lab.residual.3` mm at stage
-# 3. The thesis prints 0.15 to 0.29 mm. The second level, whose unevenness was solved
-# from another number, gives {glue:text}`residual.0` to {glue:text}`residual.3` mm. With
-# the true mirror they are {glue:text}`true.most` mm at most. Corners and edges are not
-# what is left.
+# **Conic.** At the low-noise level the distance from a conic grows with bending. At the
+# second level waves distort stage 0 as well and hide the order in some runs.
 #
-# **The circle and a conic.** In the picture, the farther the mirror is bent, the
-# farther is the circle from a conic: {glue:text}`lab.conic.0`,
-# {glue:text}`lab.conic.1`, {glue:text}`lab.conic.2` and {glue:text}`lab.conic.3` px at
-# the low-noise level. The waves of the second level alone make {glue:text}`conic.0` px
-# of stage 0, and hide the order of the stages in some seeds.
+# **Face.** An evenly bent mirror shows a small part of a scene nearly as a homography
+# does. Our measure is what no homography removes. To the eye most of the distortion is
+# gone (Fig. 5.19), but the eye also counts the homography.
 #
-# **What the verdicts rest on.** Claims are judged on completed runs. Runs are rejected
-# where no corner is left at an end of the mirror: {glue:text}`refused` at the second
-# level, {glue:text}`lab.refused` at the low-noise level, and {glue:text}`waved.refused`
-# of {glue:text}`ends.seeds` where the mirror is twice as uneven. The order of the
-# stages by distance from a conic depends on the unevenness: it holds in
-# {glue:text}`conic.share` % of the runs at the second level, with half the unevenness
-# in {glue:text}`evener.conic` %, with twice in {glue:text}`waved.conic` %.
+# **Limits.** Claims are judged on completed runs. Runs are rejected where no corner
+# remains at an end of the mirror. Evaluation on a random plane holds for central
+# cameras only; the thesis did not do it. At 400 mm a part of the circle can be outside
+# the image. The line is 4 mm wide, since the thesis states no width.
+
+# %% [markdown]
+# ## Summary
 #
-# **The single evaluation** of the thesis, points on a random plane and a conic, holds
-# for central cameras only. The thesis proposes the test in a sentence and did not do
-# it.
-#
-# **A face, and which distortion.** A mirror that is bent evenly shows a small part of a
-# scene nearly as a homography would: squeezed along one direction. What no homography
-# takes away is {glue:text}`face.raw` mm on the bust, root mean square. The calibrated
-# mirror leaves {glue:text}`face.corrected` mm of it at the second level, and
-# {glue:text}`lab.face.corrected` of {glue:text}`lab.face.raw` mm at the low-noise
-# level. {glue:text}`face.refused` and {glue:text}`lab.face.refused` runs have no camera
-# for the face, after a push of 12 mm in three steps. To the eye most of the distortion
-# is gone (Fig. 5.19), as the thesis has it: the eye counts the squeeze, too.
-#
-# **Limits.** At 400 mm nearly the whole circle is in the picture, but not always all
-# of it. The thesis's line and its width are not told; here it is 4 mm wide on white
-# paper. The pictures are of 768 x 576 pixels, the runs' corners those of the whole
-# camera. The numbers of seeds keep the time of the report: {glue:text}`seeds` at each
-# level, {glue:text}`ends.seeds` at each end.
+# A corrected circle has the right radius, as the thesis claims, but a correct radius
+# does not prove correct rays. The estimated pose absorbs errors of the rays, and a
+# pattern of residuals remains that the stages share. Correction as a plane is good for
+# a face only as far as the calibration is.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -295,21 +282,20 @@ def face_picture(effort, results):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an answer in
-# place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` with
+# an answer and run that cell again.
 #
-# **1.** All rays are turned by 0.2° the same way, about the mirror, which is 400 mm
-# from the board. The pose of the board is known from elsewhere, and the board faces
-# the mirror. By how many mm does the corrected circle move?
+# **1.** All rays are rotated by 0.2° in the same sense about the mirror, which is 400
+# mm from the board. The board's pose is known from elsewhere, and the board faces the
+# mirror. By how many mm does the corrected circle move?
 
 # %% tags=["active-ipynb"]
 # check(None, **shifted_task())
 
 # %% [markdown]
-# **2.** The tip of a nose stands 20 mm before the assumed plane. The mirror's ray to it
-# and the ray of the pinhole that the view stands for differ by 10° in direction, the
-# pinhole's at right angles to the plane. By how many mm, on the plane, is it shown
-# beside its place?
+# **2.** The tip of a nose is 20 mm in front of the assumed plane. The mirror's ray to
+# it and the ray of the desired pinhole differ by 10° in direction. The pinhole's ray is
+# perpendicular to the plane. By how many mm, on the plane, is the tip displaced?
 
 # %% tags=["active-ipynb"]
 # check(None, **relief_task())

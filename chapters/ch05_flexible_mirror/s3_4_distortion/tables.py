@@ -18,7 +18,7 @@ from repro.run.columns import columns
 from repro.run.experiment import numbers, table
 from repro.run.outcomes import Table, Value
 
-DRAWN = "the target is drawn with this radius"
+DRAWN = "the target has this radius"
 IN_MM = ("residual", "residual_sd", "radius")
 PRINTED = {
     "Residual (mm)": "mean",
@@ -47,13 +47,13 @@ def table_5_6(results):
             )
             for stage in STAGES
         ]
-    heads = ("Error level", "Stage", "Seeds", *PRINTED, "Rays (°)", "Pose (mm)")
+    heads = ("Error level", "Stage", "Runs", *PRINTED, "Ray error (°)", "Pose (mm)")
     return Table(
         columns(heads, rows),
         "Residuals and radius of the circle of 87.21 mm after correction, with the "
-        "pose of the board that the same camera finds; to the right what these do not "
-        "show: angles to the true rays over the whole mirror, and how far the middle "
-        f"of the board was found from where it is. Geometry A. {MEDIANS}",
+        "board's pose estimated with the same camera. Right: what these do not show, "
+        "the mean ray error over the mirror and the position error of the board's "
+        f"middle. Geometry A. {MEDIANS}",
         printed={
             head: beside([f"t5_6_s{stage}_{end}" for stage in STAGES], len(rows))
             for head, end in PRINTED.items()
@@ -81,7 +81,7 @@ def numbers_of_table_5_6(results):
 def value_of(trials, unit):
     """The Value of seeds (n,), and how many have none: in words if that is all."""
     lost = np.count_nonzero(~np.isfinite(trials))
-    reason = f"{lost} of {len(trials)} seeds were rejected before" if lost else ""
+    reason = f"{lost} of {len(trials)} runs were rejected before" if lost else ""
     if lost == len(trials):
         return Value("nothing", unit=unit, reason=reason)
     return Value.of_seeds(trials, unit, reason)
@@ -89,11 +89,11 @@ def value_of(trials, unit):
 
 @numbers("fig_5_14", needs=(), evidence="analytic")
 def numbers_of_fig_5_14(results):
-    """How many times the vectors are drawn."""
+    """Magnification of the residuals."""
     return {"fig5_14_scale": Value(SCALE, unit="x")}
 
 
 @numbers("fig_5_19", needs=(), evidence="analytic")
 def numbers_of_fig_5_19(results):
-    """How far the mirror is pushed for the face."""
+    """Deflection of the mirror for the face."""
     return {"fig5_19_defl": Value(DEFLECTION_MM, unit="mm")}

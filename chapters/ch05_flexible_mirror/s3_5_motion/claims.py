@@ -1,4 +1,4 @@
-"""The claims about motion and shape in 5.3.5, tested as the ledger words them."""
+"""Claims about motion and shape in 5.3.5, tested as registered."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ from repro.run.outcomes import NOT_COMPARABLE, Reading
 from repro.run.readings import Case
 
 BENCHES = ("mirror_bench",)
-LEAST_SPREAD_MM, MOST_PRODUCT_MM = 0.5, 1e-6
+MIN_SPREAD_MM, MAX_PRODUCT_MM = 0.5, 1e-6
 SCENE_SEED = 0
 
 
@@ -120,7 +120,7 @@ def judge_congruence(results):
         for k, L in enumerate(lines[1:], 1):
             products.append(np.abs(side_products(lines[0], L, scene.T[k])).max())
     return Reading.of(
-        bool(min(spreads) > LEAST_SPREAD_MM and max(products) < MOST_PRODUCT_MM),
+        bool(min(spreads) > MIN_SPREAD_MM and max(products) < MAX_PRODUCT_MM),
         float(min(spreads)),
         "mm",
         "RMS distance of the rays from one point, even mirror and uneven: "

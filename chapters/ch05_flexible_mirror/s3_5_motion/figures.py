@@ -1,4 +1,4 @@
-"""Figs 5.20 and 5.21, and what rays can tell of a length."""
+"""Figs 5.20 and 5.21, and the uncertainty of a length from rays."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from repro.run.experiment import figure
 from repro.run.outcomes import Check, Drawing
 
 PATHS = {
-    ("published", "open"): "calibrated, lengths told",
+    ("published", "open"): "calibrated, lengths open",
     ("published", "given"): "calibrated, lengths given",
     ("true", "given"): "true mirror, lengths given",
 }
@@ -36,7 +36,7 @@ SIGHT = (0.6, -0.3, -0.75)
 
 @figure("fig_5_20", needs=("table_5_7_runs",), evidence="rendered")
 def fig_5_20(results):
-    """The path of the cylinder, actual and found, of the middling seed."""
+    """Path of the cylinder, true and estimated, of the median run."""
     runs = MotionRuns(results)
     drawn_as = runs.drawn_camera()
     seed = runs.middling(runs.steps("off_mm", drawn_as)[-1])
@@ -58,30 +58,34 @@ def fig_5_20(results):
         for k, panel in enumerate(panels, 1):
             panel.plot(places[:, 0], places[:, k], label=words, **look)
         rows += [(words, step, *place) for step, place in enumerate(places)]
-    for panel, side in zip(panels, ("one way aside", "the other way"), strict=True):
-        panel.set(xlabel="Along the stage (mm)", ylabel=f"Off, {side} (mm)")
+    for panel, side in zip(
+        panels, ("first perpendicular", "second perpendicular"), strict=True
+    ):
+        panel.set(
+            xlabel="Position along the motion (mm)", ylabel=f"Offset, {side} (mm)"
+        )
     legend_below(drawn, panels[0], ncols=2)
     last = runs.array(f"{drawn_as}.{WAY}.path", seed)[-1]
     off = np.linalg.norm(last - true[-1])
     told = runs.steps("off_mm", drawn_as)[-1][seed]
     return Drawing(
         drawn,
-        columns(("path", "step", "along_mm", "aside_mm", "other_mm"), rows),
-        "Where the cylinder went and where pairs of pictures have it, added up, "
-        "second level: the seed whose last shift is off by the "
-        "median of those that have a "
-        "cylinder. The mean step "
-        f"is scaled to {STEP_MM:g} mm.",
+        columns(
+            ("path", "step", "along_mm", "first_offset_mm", "second_offset_mm"), rows
+        ),
+        "Path of the cylinder, true and added up from pairs of images, with the mean "
+        f"step scaled to {STEP_MM:g} mm. Second level, the run with the median final "
+        "error of those that have a cylinder.",
         Check(
             bool(abs(off - told) < ROUNDING),
-            f"the last shift as drawn is {off:.2f} mm off, as in the trial",
+            f"the drawn final error of {off:.2f} mm is that of the trial",
         ),
     )
 
 
 @figure("fig_5_21", needs=("table_5_7_runs",), evidence="rendered", scene=True)
 def fig_5_21(results):
-    """The points that were found and the cylinder through them."""
+    """Reconstructed points and the cylinder through them."""
     runs = MotionRuns(results)
     camera = runs.drawn_camera()
     scaled = runs.of("scaled_mm", camera)
@@ -98,15 +102,15 @@ def fig_5_21(results):
     circle = np.column_stack([np.cos(turn), np.sin(turn)])
     true = runs.of("scaled_mm", "true")[seed]
     for size, words, look in (
-        (radius, "as found", series(0)),
+        (radius, "estimated", series(0)),
         (true, "true mirror", look_of("true mirror")),
-        (RADIUS_MM, "as it is", {"color": INK, "ls": "-", "lw": 1.0}),
+        (RADIUS_MM, "truth", {"color": INK, "ls": "-", "lw": 1.0}),
     ):
         left.plot(*(size * circle).T, label=words, **look | {"marker": ""})
     for place in across:
         left.plot(*(place[:, None] + MARKER_MM * circle.T), color=series(1)["color"],
                   marker="", ls="-")  # fmt: skip
-    left.set(xlabel="Across the axis (mm)", ylabel="Across the axis (mm)")
+    left.set(xlabel="x across the axis (mm)", ylabel="y across the axis (mm)")
     left.set_aspect("equal")
     legend_below(drawn, left, ncols=3)
     ends = np.array([np.nanmin(height), np.nanmax(height)])
@@ -114,14 +118,13 @@ def fig_5_21(results):
     known = np.isfinite(points).all(axis=1)
     scene = framed(
         [
-            Surface(wall, series(0)["color"], 0.5, "cylinder as found"),
+            Surface(wall, series(0)["color"], 0.5, "estimated cylinder"),
             Points(points[known], series(1)["color"], "points", 12.0),
         ],
         SIGHT,
         up=tuple(-axis * np.sign(axis[1])),
         aspect=0.9,
-        note="Points that were found from six pictures, and the cylinder nearest "
-        "to them.",
+        note="Points reconstructed from six images, and the cylinder fitted to them.",
     )
     draw_scene(right, scene)
     off = np.abs(np.linalg.norm(across[known], axis=1) - radius)
@@ -132,10 +135,9 @@ def fig_5_21(results):
             ("across_x_mm", "across_y_mm", "along_mm"),
             np.column_stack([across, height]).tolist(),
         ),
-        f"Points found of the cylinder, as markers of {MARKER_MM:g} mm, and the "
-        "cylinder nearest to them, scaled by the mean step; second level, the seed "
-        "whose radius is off by the median of those with one. The circle of the true "
-        "mirror is drawn about the same axis.",
+        f"Reconstructed points as markers of {MARKER_MM:g} mm, and the cylinder fitted "
+        "to them, scaled by the mean step. Second level, the run with the median error "
+        "of the radius. The circle of the true mirror has the same axis.",
         Check(
             bool(abs(off.mean() - told) < 1e-6),
             f"mean distance from the cylinder as drawn {off.mean():.3f} mm, as in the "
@@ -147,7 +149,7 @@ def fig_5_21(results):
 
 @figure("ext_motion_scale", needs=("table_5_7_runs",), evidence="rendered")
 def ext_motion_scale(results):
-    """What a length is told to, over stages and over baselines."""
+    """Uncertainty of a length, by stage and by baseline."""
     drawn, (left, right) = new_figure(1, 2, height_in=3.6, sharey=True)
     rows = []
     for index, bench in enumerate(CONTRASTED):
@@ -165,7 +167,7 @@ def ext_motion_scale(results):
                 PLACES_MM[-1:],
                 six,
                 2 + index,
-                f"{SAID[bench]}, six pictures at once",
+                f"{SAID[bench]}, six images at once",
             ),
         ):
             some = [
@@ -190,9 +192,9 @@ def ext_motion_scale(results):
     return Drawing(
         drawn,
         columns(("over", "rays", "x", "median", "low", "high"), rows),
-        "To how much of itself a length can be told by rays of the true mirror, "
-        f"medians over seeds with 95 % intervals. Left: one step of {STEP_MM:g} mm at "
-        "the stages; a flat mirror at the low-noise level tells "
-        "none. Right: at stage 3, "
-        "from the first place to later ones by two pictures, and by all six at once.",
+        "Standard deviation with which rays of the true mirror determine a length, % "
+        "of the length; medians over runs with 95 % intervals. Left: one step of "
+        f"{STEP_MM:g} mm at each deflection; a flat mirror at the low-noise level "
+        "determines none. Right: at 15 mm, from the first position to later ones with "
+        "two images, and with all six at once.",
     )

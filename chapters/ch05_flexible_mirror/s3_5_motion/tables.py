@@ -15,13 +15,13 @@ from repro.run.experiment import numbers, table
 from repro.run.outcomes import Table, Value
 
 NEEDS = ("table_5_7_runs",)
-MOVED = "the cylinder is moved by this length"
-MADE = "the cylinder is made so"
+MOVED = "the cylinder is moved by this distance"
+MADE = "the cylinder has this size"
 
 
 @table("table_5_7", needs=NEEDS, evidence="rendered")
 def table_5_7(results):
-    """Shifts and turns added up, as the thesis has them."""
+    """Translations and rotations added up, as in the thesis."""
     runs = MotionRuns(results)
     lengths, turns, off = (
         runs.steps(name) for name in ("length_mm", "turn_deg", "off_mm")
@@ -37,7 +37,7 @@ def table_5_7(results):
         "Ground truth (mm)",
         "Translation (mm)",
         "Rotation (°)",
-        "Shift off (mm)",
+        "Position error (mm)",
         "Rotation, lengths given (°)",
         "Rotation, lengths given, true mirror (°)",
     )
@@ -47,19 +47,21 @@ def table_5_7(results):
     }
     return Table(
         columns(names, rows),
-        "Translations and rotations of the cylinder, found from each picture to the "
-        "next and added up, the mean step scaled to the true one; second level, mirror "
-        f"calibrated stage by stage. The true rotation is 0. {MEDIANS} To the right "
-        "what is left where each step's length is known.",
+        "Translations and rotations of the cylinder, estimated from each image to the "
+        "next and added up, with the mean step scaled to the true one. Second level, "
+        f"mirror calibrated stage by stage; the true rotation is 0. {MEDIANS} Right: "
+        "rotations with given step lengths.",
         printed=ids,
     )
 
 
 def of_runs(runs, found, unit):
-    """The Value of a measure (seeds,), and how many seeds have none; without any it is
-    as bad as can be."""
+    """Return the Value of a measure (seeds,), and how many runs have none.
+
+    Infinite where no run has one.
+    """
     lost = np.count_nonzero(~np.isfinite(found))
-    reason = f"{lost} of {runs.seeds} seeds have none" if lost else ""
+    reason = f"{lost} of {runs.seeds} runs have none" if lost else ""
     if lost == runs.seeds:
         return Value(np.inf, unit=unit, reason=reason)
     return Value.of_seeds(found, unit, reason)
@@ -67,7 +69,7 @@ def of_runs(runs, found, unit):
 
 @numbers("table_5_7", needs=NEEDS, evidence="rendered")
 def numbers_of_table_5_7(results):
-    """Shifts and turns after each step."""
+    """Translations and rotations after each step."""
     runs, found = MotionRuns(results), {}
     lengths, turns = (runs.steps(name) for name in ("length_mm", "turn_deg"))
     for k in EACH_STEP:
@@ -80,7 +82,7 @@ def numbers_of_table_5_7(results):
 
 @numbers("fig_5_20", needs=NEEDS, evidence="rendered")
 def numbers_of_fig_5_20(results):
-    """How far the last shift is off."""
+    """Error of the final position."""
     runs = MotionRuns(results)
     return {"s5_3_5_final": of_runs(runs, runs.steps("off_mm")[-1], "mm")}
 
@@ -104,5 +106,5 @@ def numbers_of_fig_5_21(results):
         "s5_3_5_fit_sd": of_runs(runs, runs.of("fit_sd_mm"), "mm"),
         "s5_3_5_npts": Value(MARKS, unit="count", put_in=MADE),
         "s5_3_5_miss": of_runs(runs, runs.of("missed"), "count (of 25)"),
-        "s5_3_5_marker": Value(MARKER_MM, unit="mm", put_in="this is what meets"),
+        "s5_3_5_marker": Value(MARKER_MM, unit="mm", put_in="radius of a marker"),
     }

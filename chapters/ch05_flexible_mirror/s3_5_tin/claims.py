@@ -1,4 +1,4 @@
-"""The claims about the tin, tested as the ledger words them."""
+"""Claims about the tin, tested as registered."""
 
 from chapters.ch05_flexible_mirror.s3_5_tin.results import predicates
 from chapters.ch05_flexible_mirror.s3_5_tin.results.runs import JUDGED, TinRuns

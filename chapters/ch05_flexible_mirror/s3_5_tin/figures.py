@@ -1,4 +1,4 @@
-"""The tin's textured model, and how far its points lie from their planes."""
+"""Textured model of the tin, and distances of its points from their planes."""
 
 import numpy as np
 from scipy.stats import norm
@@ -26,8 +26,10 @@ BINS = 25
 
 
 def tin_model(result, bench=LEVEL, way=PUBLISHED):
-    """(textured Surfaces and points, direction (3,) to look in) of the first seed's
-    tin of a way, None where it has none."""
+    """(textured Surfaces and points, viewing direction (3,)) of the first run's tin.
+
+    None where it has none.
+    """
     parts = []
     for name in FACES:
         sheets = result.arrays(f"{bench}.{way}.sheet.{name}")
@@ -35,7 +37,7 @@ def tin_model(result, bench=LEVEL, way=PUBLISHED):
             return None
         texture = result.arrays(f"{bench}.{way}.texture.{name}")[0]
         parts.append(Surface(sheets[0], texture=texture))
-    # It is looked at along the faces' normals, from outside.
+    # Viewed along the faces' normals, from outside.
     inside = np.mean([np.mean(part.points, axis=(0, 1)) for part in parts], axis=0)
     sight = -sum(_outward(part.points, inside) for part in parts)
     points = result.arrays(f"{bench}.{way}.at")[0]
@@ -52,7 +54,7 @@ def _outward(sheet, inside):
 
 @figure("fig_5_22", needs=("fig_5_22_pictures",), evidence="rendered", scene=True)
 def model_figure(results):
-    """What the mirror shows, and the model that was made of it."""
+    """Image of the tin in the mirror, and its model."""
     result = results[PICTURES]
     bench, way = next(
         (b, w)
@@ -78,11 +80,10 @@ def model_figure(results):
                 for k, name in enumerate(FACES)
             ],
         ),
-        "The tin in the bent mirror, rendered (a), and the model of it (b): planes "
-        "through matched features of each face, with the picture's own grey values. "
-        f"Geometry A, {SAID[bench]}, mirror: {WAYS[way]}. A mirror "
-        "shows it reversed; the "
-        "model is not.",
+        "The tin in the bent mirror, rendered (a), and its model (b): planes through "
+        "matched features of each face, with the grey values of the image. Geometry A, "
+        f"{SAID[bench]}, mirror: {WAYS[way]}. The mirror image is reversed, the model "
+        "is not.",
         scene=scene,
     )
 
@@ -122,14 +123,13 @@ def distances_figure(results):
         panel.set_title(f"{name.capitalize()} face")
         panel.set_xlabel("Signed distance (mm)")
         panel.axvline(0, color=INK, lw=0.6)
-    axes[0].set_ylabel("Points (1)")
+    axes[0].set_ylabel("Number of points")
     legend_below(drawn, axes[0], ncols=2)
     return Drawing(
         drawn,
         columns(("mirror", "face", "distance_mm", "count"), rows),
         "Signed distances of the tin's points from the plane of their face, positive "
-        "outside, and normal curves of the same spread (outliers left out): the first "
-        "seed of the second level that has both, by the true mirror "
-        "and by the one calibrated "
-        "as published.",
+        "outside, and normal curves of the same spread (outliers excluded), with the "
+        "true mirror and with the published calibration. First run of the second level "
+        "that has both.",
     )

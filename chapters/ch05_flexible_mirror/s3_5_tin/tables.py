@@ -1,4 +1,4 @@
-"""Table 5.8 at all levels, its numbers, and what they hang on."""
+"""Table 5.8 at all levels, its numbers, and what they depend on."""
 
 import numpy as np
 
@@ -20,13 +20,13 @@ from repro.run.experiment import numbers, table
 from repro.run.outcomes import Table, Value
 
 SET = "the tin's faces meet at the angles of the thesis's laser scan"
-MOVED = "the camera is moved by this length"
-MEDIANS = "Medians over the seeds that have a tin, with 95 % intervals."
+MOVED = "the camera is moved by this distance"
+MEDIANS = "Medians over the runs that have a tin, with 95 % intervals."
 
 
 @table("table_5_8", needs=("table_5_8_runs",), evidence="rendered")
 def table_5_8(results):
-    """Angles between the faces as found, and as they are."""
+    """Angles between the faces, estimated and true."""
     rows = []
     for bench in BENCHES:
         runs = TinRuns(results, bench=bench)
@@ -47,16 +47,15 @@ def table_5_8(results):
     heads = ("Error level", "Faces", *ids, "True mirror (°)")
     return Table(
         columns(heads, rows),
-        "Angles between the planes of the tin's faces: by the mirror calibrated stage "
-        "by stage as published, as they are, and by the true mirror. Geometry A. "
-        f"{MEDIANS}",
+        "Angles between the planes of the tin's faces: with the published calibration, "
+        f"reference, and with the true mirror. Geometry A. {MEDIANS}",
         printed=ids,
     )
 
 
 @table("ext_tin_ways", needs=("table_5_8_runs",), evidence="rendered")
 def ext_tin_ways(results):
-    """How far angles are off by each way, beside the rays and the planes."""
+    """Errors of angles, rays and planes, by mirror."""
     rows = []
     for bench, way in ((b, w) for b in BENCHES for w in WAYS):
         runs = TinRuns(results, bench=bench)
@@ -74,22 +73,22 @@ def ext_tin_ways(results):
     heads = (
         "Error level",
         "Mirror",
-        "Seeds",
-        "Mean to true rays (°)",
-        "Off the planes, RMS (mm)",
-        "Worst angle (°)",
+        "Runs",
+        "Mean ray error (°)",
+        "Distance from planes, RMS (mm)",
+        "Worst angle error (°)",
     )
     return Table(
         columns(heads, rows),
-        "Error of the rays, distance of points from their own planes, and error of the "
-        f"worst of the three angles, by mirror. Geometry A. {MEDIANS}",
+        "Errors of the rays, distances of points from their own planes, and error of "
+        f"the worst of the three angles, by mirror. Geometry A. {MEDIANS}",
     )
 
 
 def of_runs(runs, found, unit):
-    """The Value of a measure (seeds,), and how many seeds have none."""
+    """Return the Value of a measure (seeds,), and how many runs have none."""
     lost = np.count_nonzero(~np.isfinite(found))
-    reason = f"{lost} of {runs.seeds} seeds were rejected" if lost else ""
+    reason = f"{lost} of {runs.seeds} runs were rejected" if lost else ""
     return Value.of_seeds(found, unit, reason)
 
 
@@ -107,7 +106,7 @@ def numbers_of_table_5_8(results):
 
 @numbers("fig_5_22", needs=("fig_5_22_pictures",), evidence="rendered")
 def numbers_of_fig_5_22(results):
-    """How far the camera moves, and matches on the tin in pictures."""
+    """Translation of the camera, and matches on the tin in rendered images."""
     counts = results["fig_5_22_pictures"].column(MATCHED)
     return {
         "s5_3_5_tin_t": Value(SHIFT_MM, unit="mm", put_in=MOVED),

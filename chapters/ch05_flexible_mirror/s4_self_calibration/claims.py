@@ -1,4 +1,4 @@
-"""The claims about self-calibration, tested as the ledger words them.
+"""Claims about self-calibration, tested as registered.
 
 Fixed before the run: features cluster in the middle fifth of the mirror's height, and
 near ones, 1.2 m away, lie where the flat mirror shows nothing; pushes of 5 mm are
@@ -20,7 +20,7 @@ from repro.run.readings import Case
 BENCHES = ("mirror_bench",)
 JUDGED = ("table_5_9_runs", "table_5_9_swept")
 MAJORITY = 0.5
-MOST_SLOPE = 2.0  # % for a step
+MAX_SLOPE = 2.0  # % for a step
 
 
 @claim("c5_selfcal_better_early", needs=JUDGED, evidence="rendered", readings=BENCHES)
@@ -106,7 +106,7 @@ def judge_known(results):
     known, boards = slopes(result, "known"), slopes(result, "boards")
     mean = bootstrap(OVER_TRIALS["mean"], known)
     return Reading.of(
-        mean.below(np.nextafter(MOST_SLOPE, 3)),
+        mean.below(np.nextafter(MAX_SLOPE, 3)),
         mean,
         "%",
         f"for a step; with boards in found poses {np.mean(boards):.2g} %",

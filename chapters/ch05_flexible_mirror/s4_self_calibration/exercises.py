@@ -1,16 +1,16 @@
-"""What the exercises of the page on self-calibration compare an answer with."""
+"""Answers to the exercises of the page on self-calibration."""
 
 CAMERA_MM, PUSH_MM, DEPTH_MM = 400.0, 5.0, 4000.0
 PIXEL_DEG = 0.008  # of a scene ray, for a pixel
 
 
 def bias_task():
-    """Z / (Z + D) of a push."""
+    """Deflection found: Z / (Z + D) of a push."""
     return {
         "expected": lambda: PUSH_MM * DEPTH_MM / (DEPTH_MM + CAMERA_MM),
         "hint": "the linear stage finds Z / (Z + D) of it",
         "slips": {
-            "That is what is left out.": lambda: (
+            "That is the part that is not found.": lambda: (
                 PUSH_MM * CAMERA_MM / (DEPTH_MM + CAMERA_MM)
             )
         },
@@ -19,17 +19,15 @@ def bias_task():
 
 
 def depth_task():
-    """dZ = Z^2 / b times the angle."""
+    """Depth error: dZ = Z^2 / b times the angle."""
     return {
         "expected": lambda: DEPTH_MM**2 / PUSH_MM * 3.14159265 / 180 * PIXEL_DEG,
         "hint": "the angle between the two rays is b / Z; by how much does Z change?",
         "slips": {
-            "The distance counts squared.": lambda: (
+            "The depth enters squared.": lambda: (
                 DEPTH_MM / PUSH_MM * 3.14159265 / 180 * PIXEL_DEG
             ),
-            "Degrees have to be turned into radians.": lambda: (
-                DEPTH_MM**2 / PUSH_MM * PIXEL_DEG
-            ),
+            "Convert degrees to radians.": lambda: DEPTH_MM**2 / PUSH_MM * PIXEL_DEG,
         },
         "tolerance": 0.03,
     }

@@ -5,7 +5,7 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     OBJECTS,
     STAGES,
-    TOLD,
+    THESIS_SCENE,
     Courses,
     first_seed,
 )
@@ -24,19 +24,18 @@ SD_TICKS = (1, 2, 3, 5, 10, 20, 30, 50)
 
 
 def first_of(arrays, columns=2):
-    """The first of what seeds have; where none came so far, one without rows."""
+    """The first array; one without rows where no run has one."""
     return arrays[0] if arrays else np.empty((0, columns))
 
 
 @figure("fig_5_24", needs=NEEDS, evidence="rendered")
 def fig_5_24(results):
-    """Profiles along the middle line, found and true, of one "
-    "seed at each of two levels."""
+    """Profiles of the middle line, found and true, of a run at each of two levels."""
     drawn, panels = new_figure(1, 2, height_in=3.8, sharey=True)
     rig, rows = mirror_rig("A"), []
     for panel, bench in zip(panels, CONTRASTED, strict=True):
         runs = Courses(results, bench=bench)
-        came = np.isfinite(runs.of(TOLD, "angle_deg"))
+        came = np.isfinite(runs.of(THESIS_SCENE, "angle_deg"))
         # A quick build has one push.
         pushed = [row for row in came if row.any()]
         seed = first_seed(*pushed) if pushed else None
@@ -45,10 +44,12 @@ def fig_5_24(results):
             label = "true" if k == 0 else None
             panel.plot(ALONG_MM, true, color=INK, linestyle=":", marker="", label=label)
             look = series(k) | {"markevery": 4}
-            # Where all seeds were rejected the legend still names the stage.
+            # Where all runs were rejected the legend still names the stage.
             curve = np.full(len(ALONG_MM), np.nan)
             if seed is not None and came[k][seed]:
-                curve = runs.of_seed(f"{TOLD}.stage{stage}.profile_mm", seed, came[k])
+                curve = runs.of_seed(
+                    f"{THESIS_SCENE}.stage{stage}.profile_mm", seed, came[k]
+                )
                 rows += [
                     (SAID[bench], stage, *row)
                     for row in zip(ALONG_MM, true, curve, strict=True)
@@ -57,24 +58,24 @@ def fig_5_24(results):
         panel.set(
             title=SAID[bench], xlabel="Distance from the clamp (mm)", ylim=(-4, 18)
         )
-    panels[0].set_ylabel("Height over the flat sheet (mm)")
+    panels[0].set_ylabel("Height above the flat sheet (mm)")
     legend_below(drawn, panels[0], ncols=4)
     return Drawing(
         drawn,
         columns(("level", "stage", "along_mm", "true_mm", "found_mm"), rows),
-        "The mirror's middle line after each push of 5 mm, by linear self-calibration "
-        "from features across the middle and near ones at the end, and the true one. "
-        "The first seed that came to the last stage, at each of two levels.",
+        "Middle line of the mirror after each push of 5 mm: true, and by linear "
+        "self-calibration from features across the middle and near ones at the free "
+        "end. The first run that reaches the last stage, at each of two levels.",
     )
 
 
 @figure("fig_5_25", needs=NEEDS, evidence="rendered")
 def fig_5_25(results):
-    """A board by stereo between stages 0 and 1, and what noise makes of depths."""
+    """A board by stereo between stages 0 and 1, and depth noise along the mirror."""
     runs = Courses(results)
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
     met = first_of(runs.arrays("stereo.found.met"), 3)
-    # A seed whose board was rejected has no points that are found.
+    # A run that was rejected has a board, and no reconstructed points.
     came = np.flatnonzero(np.isfinite(runs.column("stereo.found.board")))
     boards = runs.arrays("stereo.board_points")
     board = first_of([boards[k] for k in came], 3)
@@ -89,22 +90,21 @@ def fig_5_25(results):
     right.set_yscale("log")
     right.set_yticks(SD_TICKS, map(str, SD_TICKS), minor=False)
     right.set_yticks([], minor=True)
-    right.set(xlabel="From the clamp, share of the length (1)")
-    right.set(ylabel="SD of a depth (mm for 1 px)", title="noise alone")
+    right.set(xlabel="Distance from the clamp (fraction of the length)")
+    right.set(ylabel="Depth SD (mm per px)", title="true mirror")
     rows = [("board", *p, *q) for p, q in zip(board, met, strict=True)]
     return Drawing(
         drawn,
         columns(("of", "x", "y", "z", "found_x", "found_y", "found_z"), rows),
-        "Stereo between stages 0 and 1, both calibrated from this kind of board. Left: "
-        "its corners as they are and as their rays meet, one seed, "
-        "second level. Right: "
-        "the standard deviation of depths at 260 mm with the true mirror, for noise of "
-        "1 px in both pictures: next to the clamp nothing is told.",
+        "Stereo between stages 0 and 1, both calibrated with boards. Left: corners of "
+        "a board, true and reconstructed, one run at the second level. Right: standard "
+        "deviation of depths at 260 mm with the true mirror, for noise of 1 px in both "
+        "images. Next to the clamp depth is undetermined.",
     )
 
 
 def scene_seed(runs):
-    """({mirror: which seeds (seeds,) have the scene}, the first that has both)."""
+    """({mirror: which runs (seeds,) have the scene}, the first that has both)."""
     name = f"{OBJECTS[0]}.spread_mm"
     came = {
         mirror: np.isfinite(runs.column(f"multi.{mirror}.{name}"))
@@ -131,23 +131,27 @@ def fig_5_26(results):
             panel.axhline(DEPTHS_MM[one], color=look["color"], linewidth=0.8, marker="")
             rows += [(cameras, one, *p) for p in plan[of == k]]
         title = "calibrated mirror" if cameras == "found" else "true mirror"
-        panel.set(title=title, xlabel="Aside (mm)", ylim=(0, 9000), xlim=(-1500, 1500))
+        panel.set(
+            title=title,
+            xlabel="Lateral position (mm)",
+            ylim=(0, 9000),
+            xlim=(-1500, 1500),
+        )
     panels[0].set_ylabel("Depth from the mirror (mm)")
     legend_below(drawn, panels[0], ncols=3)
     return Drawing(
         drawn,
-        columns(("mirror", "of", "aside_mm", "depth_mm"), rows),
-        "A scene seen from above, triangulated from pictures at all four stages, "
-        "features picked by hand to half a pixel; lines: where it is. The first seed "
-        "of the second level that boards calibrate at all stages; "
-        "points beyond the frame are "
-        "not drawn.",
+        columns(("mirror", "of", "lateral_mm", "depth_mm"), rows),
+        "Plan view of a scene triangulated from images at all four stages, with "
+        "features picked to half a pixel. Lines: true depths. The first run of the "
+        "second level that boards calibrate at all stages. Points outside the frame "
+        "are not drawn.",
     )
 
 
 @figure("fig_5_27", needs=NEEDS, evidence="rendered")
 def fig_5_27(results):
-    """Features that all four pictures show, in that of stage 2."""
+    """Features that all four images show, in that of stage 2."""
     runs = Courses(results)
     came, seed = scene_seed(runs)
     pixels = runs.of_seed("multi.pixels", seed, came["true"])
@@ -159,5 +163,5 @@ def fig_5_27(results):
     return Drawing(
         drawn,
         columns(("u_px", "v_px"), pixels),
-        "Features of the scene in the picture of stage 2, of the seed of Fig. 5.26.",
+        "Features of the scene in the image of stage 2, in the run of Fig. 5.26.",
     )

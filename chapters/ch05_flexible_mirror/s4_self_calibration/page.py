@@ -1,9 +1,10 @@
 # %% [markdown]
-# # 5.4 Self-calibration: can the target be left out?
+# # 5.4 Self-calibration without a target
 #
-# **Question.** A mirror is bent before a scene that nobody measured. Can the camera be
-# calibrated from the pictures before and after alone, and can a scene be told in three
-# dimensions by bending the mirror?
+# **Question.** Calibrating a flexible mirror from an unknown scene would save placing a
+# chessboard for each deflection. Given are a calibrated first state and images of a
+# distant scene before and after each push. How accurate is the camera that the linear
+# stage finds? Does bending reveal depth?
 
 # %%
 from functools import partial
@@ -34,44 +35,67 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # **Findings.**
 #
-# - Linear self-calibration is no calibration beyond one small push. At the low-noise
-#   level it finds {glue:text}`lab.told.1`, {glue:text}`lab.told.2` and
-#   {glue:text}`lab.told.3` mm of three pushes of 5 mm, much as
-#   [Table 5.9](#table_5_9) has it.
-# - After the third push its rays are {glue:text}`lab.told.deg.3`° off at the low-noise
-#   level, those of boards {glue:text}`lab.board.deg.3`°. At the second level
-#   {glue:text}`told.refused` of {glue:text}`seeds` runs are rejected.
-# - Stereo between bent states fails because of the calibration, not only because of the
-#   short baseline. With calibrated mirrors depths in the far scene are
-#   {glue:text}`found.deflected` % off, with the *true* mirror and the same noise
-#   {glue:text}`true.deflected` %.
-# - With a known static scene errors do not accumulate: over eight steps they change by
-#   {glue:text}`known.slope` % per step, with boards in estimated poses by
-#   {glue:text}`boards.slope` %.
+# 1. **Linear self-calibration fails beyond one small push.** At the low-noise level it
+#    finds {glue:text}`lab.told.1` mm of the first push of 5 mm and
+#    {glue:text}`lab.told.3` mm of the third.
+# 2. **The rays become unusable.** After the third push the mean ray error is
+#    {glue:text}`lab.told.deg.3`° at the low-noise level, with boards
+#    {glue:text}`lab.board.deg.3`°.
+# 3. **Stereo between bent states fails because of the calibration.** Far depths are
+#    wrong by {glue:text}`found.deflected` % with calibrated mirrors. With the true
+#    mirror and the same noise they are wrong by {glue:text}`true.deflected` %.
+
+# %% [markdown]
+# Medians over the runs at the low-noise level:
+#
+# | question or quantity | thesis | here |
+# |---|---|---|
+# | deflection, stage 1 (mm) | 3.98 | {glue:text}`lab.told.1` |
+# | deflection, stage 3 (mm) | 3.08 | {glue:text}`lab.told.3` |
+# | stages 1 and 2, against linear estimates from a board | better | better |
+# | stage 3, against the same | as poor | as poor, by coincidence |
+# | order of centroids from four stages | correct | not reliable |
+# | known static scene | no accumulation | no accumulation |
+
+# %% [markdown]
+# ## Terms
+#
+# - *Stage* 0: the flat mirror. Stages 1 to 3: after pushes of 5 mm at the *load*, the
+#   free end. The other end is the *clamp*.
+# - *Board*: chessboard of the published method, imaged before and after each push.
+# - *Linear stage*: shape from normals, with the scene assumed at infinity.
+# - *Ray error*: mean angle between calibrated and true scene rays.
+# - *Sag*: false displacement of the mirror's sides relative to its middle, at the load;
+#   the thesis's vertical curvature.
+# - $V_r$: direction of a scene ray. $Z$, $D$: distances from mirror to scene and
+#   camera.
+# - *Second solved error level* (primary): noise and mirror waves solved from two
+#   printed numbers of stage 0 ([5.3.3a](s3_3_calibration.ipynb)).
+# - *First solved error level*: larger, solved from two other printed numbers.
+# - *Low-noise level*: errors of rendered images, and a smooth mirror.
+# - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - From a distant scene the linear stage finds more of a deflection than from a near
+# - From a distant scene the linear stage finds more of the deflection than from a near
 #   board at stages 1 and 2, and as little at stage 3 (Table 5.9).
-# - Features that cluster bend the mirror upright, more at each stage, and new near
-#   ones give its profile an inflexion (Fig. 5.24).
-# - Stereo between deflected states is very inaccurate, most so at the clamp
-#   (Fig. 5.25). From four states a scene spreads by metres, but centroids are in
-#   order (Fig. 5.26).
-# - So linear self-calibration is of no use beyond one small push. With a known static
-#   scene no error accumulates (5.5).
+# - Clustered features cause sag that grows with the stages, over 20 mm at stage 3. Near
+#   features cause an inflexion (Fig. 5.24).
+# - Stereo between bent states is very inaccurate, most of all at the clamp (Fig. 5.25).
+#   From four states a scene spreads over metres, with centroids in order (Fig. 5.26).
+# - Linear self-calibration is of no use. With a known static scene errors do not
+#   accumulate (5.5).
 
 # %% [markdown]
 # ## Model
 #
-# A feature is seen along a known ray before, with direction $V_r$, and at another pixel
-# after. If it is infinitely far away, its new ray has the same direction (5.28), the
-# normal lies half way between that and the way back along the viewing ray, and the
-# shape follows linearly.
-# At a depth $Z$ only about $Z/(Z+D)$ of the deflection is found, with the viewer $D$
-# before the mirror. Residuals do not tell: a smaller deflection and a farther scene fit
-# alike.
+# A feature is seen along a known ray of direction $V_r$ before the push, and at another
+# pixel after it. If it is infinitely far away, its new ray has the same direction
+# (5.28). The normal bisects this direction and the reversed viewing ray. The shape
+# follows linearly from the normals. At a finite depth only about $Z/(Z+D)$ of the
+# deflection is found. Residuals do not reveal this: a smaller deflection and a farther
+# scene fit equally well.
 
 # %% tags=["active-ipynb"]
 # show_code(linear_update)
@@ -79,14 +103,12 @@ from repro.run.outcomes import Plan
 # %% [markdown]
 # ## Experiment
 #
-# A wall is 5 m before the mirror, a plane 3.98 m, an object 4.95 m, as in Fig. 5.26.
-# Features are drawn evenly, or nine in ten in the middle fifth of the mirror's height;
-# and near ones may lie, 1.2 m away, where only the bent mirror looks. *Sag* is how far
-# both sides of the mirror lie beyond its middle, at the load, more than they should.
-# Over 5 mm no far feature is left in the last knot interval: of
-# {glue:text}`seeds` seeds {glue:text}`whole` are refused in one step. So each push is
-# self-calibrated in two. Primary stage, benches and the published method are those of
-# [three deflections](s3_3_deflections.ipynb).
+# The scene is a wall at 5 m, a plane at 3.98 m and an object at 4.95 m, as in Fig.
+# 5.26. Features are spread evenly, or nine in ten lie in the middle fifth of the
+# mirror's height. Near features, at 1.2 m, may appear where only the bent mirror looks.
+# Table 5.9 has clustered and near features, as the thesis describes. Over 5 mm no far
+# feature remains in the last knot interval, so each push is self-calibrated in two
+# steps. All else is as in [three deflections](s3_3_deflections.ipynb).
 
 # %%
 SEEDS = {"quick": 1, "full": 20}
@@ -103,7 +125,7 @@ PUSHES = {"quick": 1, "full": 3}
     needs=("sec_5_3_3_errors",),
 )
 def runs(effort, results):
-    """Geometry A, on both benches."""
+    """Geometry A, at all error levels."""
     return _plan(results, BENCHES, SEEDS[effort], PUSHES[effort])
 
 
@@ -114,7 +136,7 @@ def runs(effort, results):
     needs=("sec_5_3_3_errors",),
 )
 def swept(effort, results):
-    """Geometry A, from half to twice each of the bench's numbers."""
+    """Geometry A, from half to twice each of the primary level's numbers."""
     benches = SWEPT if effort == "full" else {}
     return _plan(results, benches, SWEPT_SEEDS[effort], PUSHES[effort])
 
@@ -128,7 +150,7 @@ def _plan(results, benches, seeds, pushes):
 
 @experiment("exp_c5_known_scene", artefact="sec_5_5", inputs=GEOMETRY_A)
 def known(effort):
-    """Eight steps before a scene that is known, and before boards."""
+    """Eight steps with a known scene, and with boards."""
     return Plan(known_trial, [{"geometry": "A"}], {"quick": 1, "full": 40}[effort])
 
 
@@ -151,57 +173,40 @@ def known(effort):
 # show("fig_5_27")
 
 # %% [markdown]
-# ## Reading and limits
+# ## Discussion
 #
-# **Where the error comes from.** With features spread evenly and all far, the low-noise
-# level finds {glue:text}`lab.even.1`, {glue:text}`lab.even.2` and
-# {glue:text}`lab.even.3` mm; with boards the same seeds have {glue:text}`lab.board.1`,
-# {glue:text}`lab.board.2` and {glue:text}`lab.board.3` mm. The finite depth causes a
-# part of the difference, and each step starts from the rays of the last. At the second
-# level, whose mirror has waves, wrong coefficients at the end of the mirror grow from
-# step to step. With even features {glue:text}`even.refused` of {glue:text}`seeds` seeds
-# are rejected, and after the third push only {glue:text}`even.reach` have a shape that
-# still reaches the load. There are no residuals that could show this.
+# **Sources of the error.** The finite depth explains a part. The rest accumulates,
+# because each step starts from the rays of the step before. At the second level, whose
+# mirror has waves, wrong coefficients at the free end grow from step to step. Runs are
+# rejected there, and some shapes no longer reach the load ([Table 5.9](#table_5_9)
+# counts those that do). No residual shows this.
 #
-# **What survives of 5.4.** At the low-noise level the estimates of stages 1 and 2 are
-# nearer than a board's linear ones. Most of its runs get worse from push to push. That
-# the third push is as far off as a board's linear estimate is chance: the estimates of
-# boards get better from push to push while these get worse. Clustered features do bend
-# the mirror upright, by {glue:text}`lab.clustered.sag` mm at stage 3 at the low-noise
-# level, even ones by {glue:text}`lab.even.sag` mm ([features](#ext_self_features)). At
-# the second level {glue:text}`sides` of {glue:text}`seeds` runs have a shape whose
-# sides can be measured then. Near features give an inflexion at both stages in
-# {glue:text}`near.inflected` % of the runs, and without them it is there at both in
-# {glue:text}`even.inflected` % (low-noise level: {glue:text}`lab.near.inflected` and
-# {glue:text}`lab.even.inflected` %). A self-calibration that is rejected, where boards
-# are calibrated, supports the claim that the method is of no use beyond a push. Where
-# boards are rejected as well there is nothing to compare with.
+# **What holds of 5.4.** In most low-noise runs the estimate gets worse from push to
+# push. Its agreement with a board's linear estimate at stage 3 is a coincidence: boards
+# improve from push to push. Clustered features cause sag at the low-noise level, evenly
+# spread ones much less ([features](#ext_self_features)). A run where self-calibration
+# is rejected and boards are not supports the claim that the method is of no use. Where
+# boards are rejected as well, the run does not count.
 #
-# **The baseline between bent states.** 5.4 takes it for several millimetres. But after
-# a push a feature is seen at another place of the mirror: the two places are
-# {glue:text}`lab.apart` mm apart in the median, far more than the push. So stereo from
-# 100 mm, with depths {glue:text}`found.baseline` % off, is better by less than the
-# lengths suggest. At the clamp depth is not determined: the standard deviation of a
-# depth in the first of eight strips is {glue:text}`edge` times that in the last, and
-# with sixteen strips {glue:text}`finer` times. The thesis states no factor. That there
-# is no depth at all at the clamp itself is not tested.
+# **Stereo.** The thesis assumes a baseline of several millimetres. But after a push a
+# feature is seen at another point of the mirror, much farther away than the push. So a
+# fixed baseline of 100 mm improves depths by less than the lengths suggest. Depth at
+# the clamp itself is not tested.
 #
-# **Scenes from bent states.** The calibrated mirror puts the plane, the object and the
-# wall at {glue:text}`found.plane.ratio`, {glue:text}`found.object.ratio` and
-# {glue:text}`found.wall.ratio` of their depths, in the right order in
-# {glue:text}`ordered` % of the seeds, and spreads the wall over
-# {glue:text}`found.wall.spread` m. The true one has {glue:text}`true.plane.ratio`,
-# {glue:text}`true.object.ratio` and {glue:text}`true.wall.ratio`, with features picked
-# to half a pixel. The order of 5.4 is one draw: wall and object stand nearly as far
-# away as each other.
+# **Scene from four states.** The order of the centroids in the thesis is one draw: wall
+# and object are almost equally far away.
 #
-# **Limits.** Drawn features have the errors of corners, and no wrong matches. Where the
-# mirror's edges are in each picture is known exactly. The thesis does not state where
-# the near features lie and how features cluster. The ends of the sweep are run with
-# {glue:text}`swept.seeds` seeds each: enough to detect a verdict that changes, too few
-# for a share. Claims are held against {glue:text}`seeds` seeds of three pushes and
-# carry the mark of few seeds; that errors do not accumulate, against
-# {glue:text}`known.seeds` runs of eight steps.
+# **Limits.** Features have the errors of corners and no wrong matches. The mirror's
+# edges are known exactly. The thesis states neither where near features are nor how
+# features cluster.
+
+# %% [markdown]
+# ## Summary
+#
+# Linear self-calibration fails after one small push, as the thesis concludes. The
+# causes are the finite depth and errors that accumulate without a trace in the
+# residuals. Stereo between bent states is limited by the calibration, and a known
+# static scene avoids the accumulation.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -212,19 +217,19 @@ def known(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an answer in
-# place of `None`, and run that cell again. The answer to 1 may be 2 % off, that to 2
-# 3 %.
+# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` with
+# an answer and run that cell again. The tolerance is 2 % for exercise 1, 3 % for
+# exercise 2.
 #
-# **1.** The camera is 400 mm before the mirror, the scene 4 m. How many mm of a push of
-# 5 mm does the linear stage find?
+# **1.** The camera is 400 mm from the mirror, the scene 4 m. How many mm of a push of 5
+# mm does the linear stage find?
 
 # %% tags=["active-ipynb"]
 # check(None, **bias_task())
 
 # %% [markdown]
-# **2.** Two states are 5 mm apart, across the line of sight. A ray is off by a pixel,
-# 0.008°. By how many mm is the depth of a point at 4 m off?
+# **2.** Two states are 5 mm apart, across the line of sight. A ray has an error of one
+# pixel, 0.008°. What is the depth error of a point at 4 m, in mm?
 
 # %% tags=["active-ipynb"]
 # check(None, **depth_task())

@@ -6,7 +6,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     OBJECTS,
     STAGES,
     STEP_MM,
-    TOLD,
+    THESIS_SCENE,
     Courses,
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import SCENES
@@ -18,31 +18,31 @@ from repro.run.experiment import numbers, table
 from repro.run.outcomes import Table, Value
 
 NEEDS = ("table_5_9_runs",)
-REACH = "A shape that was found need not reach the load, and its sides still less."
+REACH = "Not every estimated shape reaches the load, and fewer have its sides."
 FEATURES = {
     "clustered": "clustered, all far",
     "near": "even, near at the end",
     "even": "even, all far",
 }
-PUSHED = "the simulated mirror is pushed by so much"
-PLACED = "the simulated scene stands there"
+PUSHED = "the simulated mirror is pushed by this distance"
+PLACED = "the simulated scene is at this depth"
 
 
 HEADS = {
     "deflection_mm": "Self-calibration (mm)",
     "sag_mm": "Sag (mm)",
-    "angle_deg": "To true rays (°)",
+    "angle_deg": "Ray error (°)",
     "back_mm": "Back-projection (mm)",
-    "back_true_mm": "true pose (mm)",
+    "back_true_mm": "Back-projection, true pose (mm)",
 }
-# Back-projection with the pose that is found is not asked of all features.
+# Back-projection with an estimated pose is measured for some features only.
 OF_FEATURES = [name for name in HEADS if name != "back_mm"]
 
 
 def _rows(runs, way, bench, names=tuple(HEADS)):
     of = {name: runs.of(way, name) for name in names}
-    # What 5.4 tells of stands in a table of its own.
-    features = () if way == TOLD else (FEATURES[way],)
+    # Features as in 5.4 have a table of their own.
+    features = () if way == THESIS_SCENE else (FEATURES[way],)
     return [
         (
             SAID[bench],
@@ -57,24 +57,24 @@ def _rows(runs, way, bench, names=tuple(HEADS)):
 
 
 def _heads(*features, names=tuple(HEADS)):
-    first = ("Error level", *features, "Stage", "Seeds", "Actual (mm)")
+    first = ("Error level", *features, "Stage", "Runs", "Actual (mm)")
     return (*first, *(HEADS[name] for name in names))
 
 
 @table("table_5_9", needs=NEEDS, evidence="rendered")
 def table_5_9(results):
-    """Deflections by linear self-calibration, as 5.4 tells it."""
+    """Deflections by linear self-calibration, features as in 5.4."""
     rows = [
         row
         for bench in BENCHES
-        for row in _rows(Courses(results, bench=bench), TOLD, bench)
+        for row in _rows(Courses(results, bench=bench), THESIS_SCENE, bench)
     ]
     return Table(
         columns(_heads(), rows),
-        "Deflections that self-calibration finds from a distant scene, its features "
-        "across the middle of the mirror and near ones at the end that bends; how far "
-        "both sides lie beyond the middle, at the load, and what 5.4 does not print: "
-        f"rays and back-projection. Geometry A. {MEDIANS} {REACH}",
+        "Deflections from a distant scene by linear self-calibration, with features "
+        "across the middle of the mirror and near ones at the free end; sag at the "
+        "load; and, not in the thesis, errors of rays and back-projection. Geometry A. "
+        f"{MEDIANS} {REACH}",
         printed={
             "Actual (mm)": _beside("actual", rows),
             "Self-calibration (mm)": beside(
@@ -90,24 +90,24 @@ def _beside(end, rows):
 
 @table("ext_self_features", needs=NEEDS, evidence="rendered")
 def ext_self_features(results):
-    """The same with features spread otherwise."""
+    """Deflections with other distributions of features."""
     rows = [
         row
         for bench in BENCHES
         for way in SCENES
-        if way != TOLD
+        if way != THESIS_SCENE
         for row in _rows(Courses(results, bench=bench), way, bench, OF_FEATURES)
     ]
     return Table(
         columns(_heads("Features", names=OF_FEATURES), rows),
-        "The same where features are spread otherwise: over the whole mirror, and "
-        f"without near ones. {MEDIANS} {REACH}",
+        "Deflections by linear self-calibration with other distributions of features: "
+        f"over the whole mirror, and without near ones. {MEDIANS} {REACH}",
     )
 
 
 def _value(runs, found, unit):
     lost = np.count_nonzero(~np.isfinite(found))
-    reason = f"{lost} of {runs.seeds} seeds have none: rejected, or out of reach"
+    reason = f"{lost} of {runs.seeds} runs have none: rejected, or load not reached"
     reason = reason if lost else ""
     if lost == runs.seeds:
         return Value(np.inf, unit=unit, reason=reason)
@@ -118,7 +118,7 @@ def _value(runs, found, unit):
 def numbers_of_table_5_9(results):
     """Deflections found."""
     runs = Courses(results)
-    found = runs.of(TOLD, "deflection_mm")
+    found = runs.of(THESIS_SCENE, "deflection_mm")
     return {
         f"t5_9_s{k}_actual": Value(STEP_MM, unit="mm", put_in=PUSHED) for k in STAGES
     } | {f"t5_9_s{k}_est": _value(runs, found[k - 1], "mm") for k in STAGES}

@@ -1,4 +1,4 @@
-"""A chessboard 5 m away in an even mirror and in an uneven one, rendered (Fig. 5.6)."""
+"""A chessboard 5 m away in a smooth and an uneven mirror, rendered (Fig. 5.6)."""
 
 from dataclasses import replace
 
@@ -11,10 +11,10 @@ from chapters.shared.mirror_runs import lattice
 from raxel.sets import Chessboard
 
 DEPTH_MM = 5000.0
-# Columns, rows and pitch, mm, of a board that is large enough to be seen at 5 m.
+# Columns, rows and pitch, mm, of a board large enough to be visible at 5 m.
 BOARD = 24, 24, 120.0
-# Free edges are bent by cutting as high as the mirror is uneven: the thesis names the
-# strain (5.3.3), and not its size.
+# Strain from cutting at the free edges is as high as the unevenness: the thesis
+# mentions it (5.3.3) without its size.
 STRAIN_UM = ABERRATION_UM
 # mm from the mirror at which rays are compared; px between them.
 DEPTHS_MM, STEP_PX = (280.0, 1000.0, DEPTH_MM), 16
@@ -27,10 +27,10 @@ SETTINGS = {
 
 
 def picture_trial(condition, rng):
-    """Two pictures (h, w) uint8 of one board, and how far the uneven mirror moves it.
+    """Two images (h, w) uint8 of one board, and its displacement in the uneven mirror.
 
-    moved.<depth>: mean mm by which what a pixel sees lies aside, at a depth. The camera
-    is the small one, the same lens before 768 x 576 pixels.
+    moved.<depth>: mean displacement, mm, of the point that a pixel sees at a depth. The
+    camera is the small one, the same lens with 768 x 576 pixels.
     """
     rig = mirror_rig(condition["geometry"], small=True)
     rig = replace(rig, rig=replace(rig.rig, target=Chessboard(*BOARD)))
@@ -46,7 +46,7 @@ def picture_trial(condition, rng):
 
 
 def aside(even, uneven, depth):
-    """Mean distance (mm) of rays of the one mirror from where those of the other are.
+    """Mean distance (mm) of the rays of one mirror from points on those of the other.
 
     depth: mm along the even mirror's rays.
     """

@@ -1,9 +1,9 @@
 """The plane of the reduced model, and the camera that its curve makes (5.3.2).
 
-The plane is at right angles to the clamp's line as the picture has it: coordinates are
-turned about the principal axis until that line is upright, and then the upright one is
-dropped. Of a mirror whose rulings are parallel to the picture's plane nothing is lost:
-reflection at it, seen along the rulings, is reflection at a curve. Points and
+The plane is perpendicular to the clamp's line in the image: coordinates are rotated
+about the principal axis until that line is vertical, and then the vertical one is
+dropped. Nothing is lost for a mirror whose rulings are parallel to the image plane:
+seen along the rulings, reflection at it is reflection at a curve. Points and
 directions of the plane are rows (x, z), in mm.
 """
 
@@ -17,9 +17,9 @@ from raxel.cameras import Rays
 
 
 class ReducedCamera(NamedTuple):
-    """A viewer before a mirror that is the same curve at every height.
+    """A camera that views a mirror with the same curve at every height.
 
-    angle: of the u axis in the picture, radians; curve: a DistanceCurve or HeightCurve.
+    angle: of the u axis in the image, radians; curve: a DistanceCurve or HeightCurve.
     """
 
     viewer: object
@@ -61,7 +61,7 @@ def in_plane(points, angle):
 def plane_normals(viewing, scene, angle):
     """Normals (N, 2), unit, between viewing and scene rays (N, 3), unit (5.8).
 
-    The part of both rays along the rulings is the same, so that it drops out.
+    The components of both rays along the rulings are equal and cancel.
     """
     normals = in_plane(viewing - scene, angle)
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
@@ -71,7 +71,7 @@ def distances_next_to(points, span, normals=None):
     """The DistanceCurve of mirror points (N, 2); span: u at clamp and free edge.
 
     normals: (N, 2), then the points give its scale alone, and the normals its shape
-    (5.15, 5.16), as published; without them it is next to the points in distance.
+    (5.15, 5.16), as published; without them it is fitted to the points' distances.
     """
     curve = DistanceCurve(np.zeros(4), span)
     u, distances = points[:, 0] / points[:, 1], np.linalg.norm(points, axis=1)
@@ -87,8 +87,8 @@ def distances_next_to(points, span, normals=None):
 def heights_next_to(points, clamp, free, normals):
     """The HeightCurve of points (N, 2) of a nearly flat mirror with normals (N, 2).
 
-    clamp, free: u of both ends, between which the line next to the points lies. The
-    normals give the slopes, and the points how far away it all is.
+    clamp, free: u of both ends of the line fitted to the points. The normals give the
+    slopes, and the points the distance.
     """
     middle = points.mean(axis=0)
     across = np.linalg.svd(points - middle, full_matrices=False)[2][1]

@@ -1,8 +1,8 @@
 """One deflection of a mirror, calibrated with the reduced model (Fig. 5.7).
 
-Corners and decoded points are where the true camera has them, with the errors of
-rendered pictures. The board is placed by the rays of the curve before, and its corners
-are then dropped into the plane.
+Corners and decoded points are projections by the true camera, with the errors of
+rendered images. The rays of the primary curve give the board's pose, and its corners
+are then projected into the plane.
 """
 
 from typing import NamedTuple
@@ -34,16 +34,16 @@ from raxel.geometry.planes import on_plane
 
 DEFLECTION_MM, DEPTH_MM = 7.98, 280.0
 DEFLECTIONS_MM = 0.0, DEFLECTION_MM
-# Fewest corners of the board that both pictures show: the farther away it is, the fewer
-# find room in the mirror.
-LEAST_CORNERS = 80
-STRIP = 1 / 3  # of the mirror's height in the picture: its middle strip
+# Minimum number of corners that both images show: fewer fit into the mirror at a larger
+# distance.
+MIN_N_CORNERS = 80
+STRIP = 1 / 3  # of the mirror's height in the image: its middle strip
 # px between the pixels whose rays are compared: about the thesis's 168 (Table 5.3).
 COMPARED_PX = 168
 
 
 class Way(NamedTuple):
-    """How one calibrates: the curve's kind, what shapes it first, which corners."""
+    """A calibration: kind of curve, data of the primary curve, corners used."""
 
     curve: str = "distance"
     start: str = "normals"
@@ -61,16 +61,16 @@ OTHER_WAYS = tuple(way for way in WAYS if way != PUBLISHED_WAY)
 SETTINGS = {
     "deflection_mm": DEFLECTION_MM,
     "depth_mm": DEPTH_MM,
-    "least_corners": LEAST_CORNERS,
+    "least_corners": MIN_N_CORNERS,
     "strip": STRIP,
     "ways": {name: way._asdict() for name, way in WAYS.items()},
 }
 
 
 class Bent(NamedTuple):
-    """One mirror before and after its deflection, as it was seen.
+    """One mirror before and after its deflection, and its images.
 
-    cameras: the two true ones; first: Primary of the one before; pictures: two arrays
+    cameras: the two true ones; first: Primary of the first one; pictures: two arrays
     (182, 2) px of the board's corners.
     """
 
@@ -81,7 +81,7 @@ class Bent(NamedTuple):
 
     @property
     def angle(self):
-        """Of the u axis in the picture, radians: at right angles to the clamp."""
+        """Angle of the u axis in the image, radians: perpendicular to the clamp."""
         return self.first.clamp.angle
 
     @property
@@ -112,10 +112,10 @@ class Bent(NamedTuple):
 
 
 def reduced_trial(condition, rng, errors, benches, ways):
-    """Every measure of one deflection, for each of some benches.
+    """Every measure of one deflection, at each of some error levels.
 
-    It is calibrated as published, and in the other `ways`, names of WAYS. Boards,
-    places of the monitor and errors are drawn alike for all benches.
+    Calibrated as published, and in the other `ways`, names of WAYS. Boards, poses of
+    the monitor and errors have the same draws at all levels.
     """
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     boards = board_poses(rig, rng)
@@ -136,11 +136,10 @@ def reduced_trial(condition, rng, errors, benches, ways):
 
 
 def curves_trial(condition, rng, errors):
-    """Arrays of one trial on the bench, for Fig. 5.7.
+    """Arrays of one trial at the primary level, for Fig. 5.7.
 
-    x: (101,) mm from the clamp; of the mirror before and after, and of the three
-    curves: heights (101,) mm over the line of the true flat sheet, along the way that
-    the load moves it.
+    x: (101,) mm from the clamp; heights (101,) mm of the mirror before and after, and
+    of the three curves, above the true flat sheet, in the direction of the load.
     """
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     these = errors[condition["geometry"]].on(BENCHES[LEVEL])
@@ -166,15 +165,15 @@ def curves_trial(condition, rng, errors):
 
 
 def board_poses(rig, rng):
-    """T_camera_board of the board of the calibration, and of one farther away."""
+    """T_camera_board of the calibration board, and of one farther away."""
     return [
-        rig.board_pose(rng, DEPTH_MM, DEFLECTIONS_MM, LEAST_CORNERS),
+        rig.board_pose(rng, DEPTH_MM, DEFLECTIONS_MM, MIN_N_CORNERS),
         rig.board_pose(rng, BACK_PROJECTION_MM, (DEFLECTION_MM,)),
     ]
 
 
 def looked_at(rig, bench, errors, seed, T_camera_board):
-    """The Bent of one seed: primary stage, and a board seen before and after."""
+    """The Bent of one run: primary stage, and a board imaged before and after."""
     rng = np.random.default_rng(seed)
     cameras = tuple(rig.camera(mm, bench.aberration_um, seed) for mm in DEFLECTIONS_MM)
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
@@ -185,7 +184,7 @@ def looked_at(rig, bench, errors, seed, T_camera_board):
 
 
 def before_bending(bent, way):
-    """The curve of the primary stage, from viewing and scene rays (5.2.1)."""
+    """The primary curve, from viewing and scene rays (5.2.1)."""
     found = bent.first.calibration
     known = found.mirror.valid
     points = in_plane(found.mirror.points[known], bent.angle)
@@ -198,7 +197,7 @@ def before_bending(bent, way):
 
 
 def calibrated(bent, way):
-    """The curve before, and the ReducedCalibration after the deflection."""
+    """The primary curve, and the ReducedCalibration after the deflection."""
     before = before_bending(bent, way)
     camera = bent.camera(before)
     first, second = bent.pictures
@@ -216,7 +215,7 @@ def calibrated(bent, way):
 
 
 def in_strip(bent, pixels):
-    """Which pixels (N,) lie in the middle strip of the bent mirror, clamp to edge."""
+    """Which pixels (N,) are in the middle strip of the bent mirror, clamp to edge."""
     upright = np.array([-np.sin(bent.angle), np.cos(bent.angle)])
     edges = outline(bent.cameras[1]) @ upright
     low, high = edges.min(), edges.max()
@@ -225,7 +224,7 @@ def in_strip(bent, pixels):
 
 
 def scored(bent, way, back=None):
-    """Errors of the curve before, and of the linear and the final one after.
+    """Errors of the primary curve, and of the linear and the final estimate.
 
     back: a board's pixels (182, 2) after the deflection; then rays and back-projection
     are scored too.
@@ -244,7 +243,7 @@ def scored(bent, way, back=None):
 
 
 def off_scans(bent, before, **after):
-    """Mean distances of the curve before, and of those after, from the scans.
+    """Mean distances of the primary curve, and of those after, from the scans.
 
     camera_mm: in the camera's frame; shared_mm: with both scans aligned to the curve
     before; alone_mm: with each scan aligned to its curve; deflection_mm: at the load.
@@ -268,7 +267,7 @@ def off_scans(bent, before, **after):
 
 
 def mean_angle(bent, curve):
-    """Mean angle between found and true rays after bending, degrees."""
+    """Mean angle between calibrated and true rays after bending, degrees."""
     true = bent.cameras[1]
     pixels = lattice(true, COMPARED_PX)
     return float(np.nanmean(ray_angles(bent.camera(curve), true, pixels)))

@@ -1,8 +1,8 @@
-"""The true mirror in place of the laser scan, and how far curves lie from it (5.3.2).
+"""The true mirror in place of the laser scan, and distances of curves from it (5.3.2).
 
-The scan is of the middle line, in the plane of the reduced model. It is compared where
-it is, in the camera's frame, and after rigid motions: a scanner does not know where the
-camera stands.
+The scan is the middle line, in the plane of the reduced model. It is compared in the
+camera's frame, and after rigid motions: the camera's pose relative to a scanner is
+unknown.
 """
 
 from typing import NamedTuple
@@ -13,14 +13,14 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.plane import in_pla
 from raxel.geometry import transform
 
 PLACES = 101
-# Of the largest effect of a motion: one that moves the scan along itself has less, and
-# is left out.
+# Fraction of the largest effect of a motion: motions of the scan along itself have less
+# and are excluded.
 ALONG_ITSELF = 0.05
 
 
 class Scan(NamedTuple):
     """x (N,) mm from the clamp, points (N, 2) mm, and normals (N, 2), unit, in the
-    direction of the deflection; at_load: which of the points is next to the load."""
+    direction of the deflection; at_load: index of the point closest to the load."""
 
     x: np.ndarray
     points: np.ndarray
@@ -28,17 +28,17 @@ class Scan(NamedTuple):
     at_load: int
 
     def off(self, curve):
-        """How far (N,) mm a curve lies off the scan, along the normals.
+        """Distances (N,) mm of a curve from the scan, along the normals.
 
-        Where the viewing rays of the scan's points meet the curve.
+        At the points where the viewing rays of the scan's points meet the curve.
         """
         found = curve.points(self.points[:, 0] / self.points[:, 1])
         return np.einsum("ij,ij->i", found - self.points, self.normals)
 
     def moved(self, centre):
-        """Changes (N, 3) of `off` by two shifts of a curve and a turn about a centre.
+        """Changes (N, 3) of `off` by two shifts and a rotation about a centre.
 
-        centre: (2,) mm; shifts in mm, the turn in radians.
+        centre: (2,) mm; shifts in mm, the rotation in radians.
         """
         from_centre = self.points - centre
         turn = self.normals[:, 1] * from_centre[:, 0]
@@ -61,10 +61,10 @@ def scan_of(rig, camera, angle):
 
 
 def aligned(scans, off):
-    """Offsets (N,) off two scans after the motion that suits the first best.
+    """Offsets (N,) from two scans after the motion that fits the first best.
 
-    scans: those before and after, by a scanner that does not move; off: the offsets of
-    a curve from each, as they are in the camera's frame.
+    scans: those before and after, by a static scanner; off: the offsets of a curve from
+    each, in the camera's frame.
     """
     centre = scans[0].points.mean(axis=0)
     motion = _motion(scans[0].moved(centre), off[0])
@@ -72,13 +72,13 @@ def aligned(scans, off):
 
 
 def alone(scan, off):
-    """Offsets (N,) off one scan after the motion that suits it best."""
+    """Offsets (N,) from one scan after the motion that fits it best."""
     change = scan.moved(scan.points.mean(axis=0))
     return off - change @ _motion(change, off)
 
 
 def _motion(change, off):
-    """Two shifts and a turn (3,) of least squares, none of them along the scan."""
-    # Both shifts alike, so that the least of all motions has no part along the scan.
+    """Least-squares shifts and rotation (3,), without motion along the scan."""
+    # Equal weight of both shifts: the smallest motion has no part along the scan.
     size = np.array([1.0, 1.0, np.sqrt(len(off)) / np.linalg.norm(change[:, 2])])
     return size * np.linalg.lstsq(change * size, off, rcond=ALONG_ITSELF)[0]

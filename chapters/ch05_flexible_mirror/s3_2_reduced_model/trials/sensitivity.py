@@ -1,8 +1,8 @@
-"""What an error of the primary surface does to the surface after a deflection (5.3.2).
+"""Effect of a primary error on the surface after a deflection (5.3.2).
 
-The curve before is the one next to the true mirror, moved by an error of known size;
-viewing rays, corners and clamp are exact. From there on it goes as in `run.calibrated`:
-the board is placed by the rays of the curve, the clamp is held where the curve has it.
+The primary curve is the best fit to the true mirror, changed by an error of known size;
+viewing rays, corners and clamp are exact. The rest is as in `run.calibrated`: the rays
+of the curve give the board's pose, and the clamp is fixed on the curve.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.plane import (
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.run import (
     DEFLECTIONS_MM,
     DEPTH_MM,
-    LEAST_CORNERS,
+    MIN_N_CORNERS,
 )
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.scan import scan_of
 from chapters.shared.mirror_rigs import mirror_rig
@@ -28,9 +28,9 @@ from raxel.errors import CalibrationError
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 
-# Mean distances of the moved curve from the one that is next to the mirror, mm.
+# Mean distances of the changed curve from the best fit, mm.
 INJECTED_MM = (0.0, 0.1, 0.2, 0.4, 0.8)
-# Legendre polynomials along the mirror that an error is made of, and their names.
+# Kinds of error: orders of Legendre polynomials along the mirror.
 KINDS = {"shift": (0,), "tilt": (1,), "bend": (2,), "all": (0, 1, 2, 3)}
 
 
@@ -39,11 +39,11 @@ def sensitivity_trial(condition, rng):
 
     kind: of the error, see KINDS; its parts are drawn from a normal distribution, and
     are the same at all levels. `final_mm`: mean distance of the final curve from the
-    true mirror; `before_mm`: that of the curve before; NaN where refused.
+    true mirror; `before_mm`: that of the primary curve; NaN where rejected.
     """
     rig = mirror_rig(condition["geometry"])
     cameras = [rig.camera(mm) for mm in DEFLECTIONS_MM]
-    T = rig.board_pose(rng, DEPTH_MM, DEFLECTIONS_MM, LEAST_CORNERS)
+    T = rig.board_pose(rng, DEPTH_MM, DEFLECTIONS_MM, MIN_N_CORNERS)
     orders = KINDS[condition["kind"]]
     parts = np.zeros(4)
     parts[list(orders)] = rng.standard_normal(len(orders))
@@ -79,15 +79,15 @@ def at(line):
 
 
 def moved(curve, scan, parts, size_mm):
-    """A DistanceCurve off by `size_mm` on the mean, at right angles to the scan.
+    """A DistanceCurve with a mean error of `size_mm`, perpendicular to the scan.
 
-    parts: (4,) of the Legendre polynomials from clamp to free edge that its distances
-    change by.
+    parts: (4,) Legendre coefficients, from clamp to free edge, of the change of its
+    distances.
     """
     powers = np.polynomial.legendre.leg2poly(parts)
     change = np.pad(powers, (0, 4 - len(powers)))
     off = scan.off(curve.replaced(curve.coefficients + change)) - scan.off(curve)
-    # Distances along viewing rays go with the coefficients, and so does this.
+    # Distances along viewing rays are linear in the coefficients, and so is the error.
     scale = size_mm / np.mean(np.abs(off))
     return curve.replaced(curve.coefficients + scale * change)
 

@@ -1,4 +1,4 @@
-"""What is exact without noise: a circle on a plane, and a conic by a flat mirror."""
+"""Noise-free checks: a circle on a plane, and its conic in a flat mirror."""
 
 from functools import cache
 
@@ -21,7 +21,7 @@ SEED = 0  # of the target's pose and of the mirror's waves
 
 @cache
 def exact_radii():
-    """Errors (8,) mm of the radius at stages 0 to 3, an even mirror and an uneven."""
+    """Errors (8,) mm of the radius at stages 0 to 3, smooth and uneven mirror."""
     rig = mirror_rig("A")
     return np.array(
         [
@@ -41,8 +41,7 @@ def _radius(rig, deflection, uneven):
 
 @cache
 def conic_of_flat_mirror():
-    """Largest distance, px, from a conic, by a flat mirror and a lens that does not
-    distort."""
+    """Largest distance, px, from a conic; flat mirror, lens without distortion."""
     rig = mirror_rig("A")
     camera = rig.camera(0.0)
     viewer = PerspectiveCamera(rig.viewer.K, [], rig.viewer.width, rig.viewer.height)

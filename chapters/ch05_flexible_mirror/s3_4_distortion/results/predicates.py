@@ -1,8 +1,8 @@
-"""What the claims of 5.3.4 say of one seed, and what is measured there.
+"""Claims of 5.3.4 for single runs.
 
-Each takes the `CircleRuns` of a bench and gives whether it is true (seeds,), what was
-measured (seeds,), its unit, and words. A seed that was rejected before the last stage
-has no value.
+Each function takes the `CircleRuns` at an error level. It returns whether the claim
+holds (seeds,), the measured value (seeds,), its unit, and words. A run that was
+rejected before the last stage has no value.
 """
 
 from itertools import combinations
@@ -12,14 +12,14 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import STAGES
 from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import RADIUS_MM
 
-MOST_RADIUS = 1.5  # %
-MOST_ALIKE = 0.3
-MOST_LEFT = 0.2
-FEWEST_SHARED = 20  # places that two profiles have in common
+MAX_RADIUS_ERROR = 1.5  # %
+MAX_CORRELATION = 0.3
+MAX_REMAINDER = 0.2
+MIN_N_SHARED = 20  # points that two profiles have in common
 
 
 def words_of(values):
-    """Median of the seeds that have a value, as words: "nothing" without any."""
+    """Median of the runs that have a value, as words; "nothing" without any."""
     known = values[np.isfinite(values)]
     return f"{np.median(known):.3g}" if len(known) else "nothing"
 
@@ -37,7 +37,7 @@ def radii_agree(runs):
     """The radius is within 1.5 % at every stage."""
     off = np.abs(radius_errors(runs))
     return (
-        np.all(off <= MOST_RADIUS, axis=0),
+        np.all(off <= MAX_RADIUS_ERROR, axis=0),
         off.max(axis=0),
         "%",
         f"largest error of the four stages; by stage {_by_stage(off)} %; rays are "
@@ -46,7 +46,7 @@ def radii_agree(runs):
 
 
 def conic_departs(runs):
-    """In the picture the circle is farther from a conic at each further stage."""
+    """The distance from a conic in the image grows from stage to stage."""
     off = runs.at("conic_px", "picture")
     return (
         np.all(np.diff(off, axis=0) > 0, axis=0),
@@ -74,18 +74,18 @@ def alike(runs):
 
 
 def correlation(first, second):
-    """Pearson's, of the places (N,) that both have; nan for too few."""
+    """Pearson correlation over the points (N,) that both have; nan for too few."""
     both = np.isfinite(first) & np.isfinite(second)
-    if np.count_nonzero(both) < FEWEST_SHARED:
+    if np.count_nonzero(both) < MIN_N_SHARED:
         return np.nan
     return float(np.corrcoef(first[both], second[both])[0, 1])
 
 
 def no_common_error(runs):
-    """Residuals around the circle are not alike at different stages."""
+    """Residuals around the circle do not correlate between stages."""
     found = alike(runs)
     return (
-        found < MOST_ALIKE,
+        found < MAX_CORRELATION,
         found,
         "",
         "mean correlation of the residuals around the circle, all pairs of stages",
@@ -93,15 +93,15 @@ def no_common_error(runs):
 
 
 def face_left(runs, camera="calibrated"):
-    """What is left (seeds,) of a face's distortion, over that of the picture."""
+    """Remaining distortion (seeds,) of a face over that of the image."""
     return runs.face("corrected_px", camera) / runs.face("raw_px", camera)
 
 
 def face_corrected(runs):
-    """A fifth at most of the distortion of a face is left."""
+    """At most a fifth of the distortion of a face remains."""
     found = face_left(runs)
     return (
-        found <= MOST_LEFT,
+        found <= MAX_REMAINDER,
         found,
         "",
         f"left over raw; with the true mirror {words_of(face_left(runs, 'true'))}",

@@ -1,8 +1,8 @@
-"""A face in low relief, corrected as if it were a plane (Fig. 5.19).
+"""A face in low relief, corrected as a plane (Fig. 5.19).
 
-A relief bust stands in for the face. The mirror is pushed by 12 mm, in three steps that
-are calibrated as in 5.3.3: after one step of 12 mm the clamped end has no corner left
-that was seen there before.
+A relief bust represents the face. The mirror is pushed by 12 mm, in three steps that
+are calibrated as in 5.3.3. After a single step of 12 mm no corner at the clamp is
+visible both before and after.
 """
 
 from functools import lru_cache
@@ -31,17 +31,18 @@ STEPS_MM = (0.0, 4.0, 8.0, 12.0)
 DEFLECTION_MM = STEPS_MM[-1]
 # Relief of 5 % of the depth.
 BUST = Bust(width=160.0, relief=0.05 * BACK_PROJECTION_MM)
-# How far off the plane is that is assumed, along each axis (standard deviations).
+# Errors of the assumed plane along each axis (standard deviations).
 PLANE_MM, PLANE_TURN = 5.0, np.radians(2)
-# Of a seed, what draws the errors of the push, and where bust and plane are.
+# Random streams of a seed: errors of the push, and poses of bust and plane.
 FACE_OF_SEED, BUST_OF_SEED = 9, 10
-PER_PX = 0.25  # mm on the plane for a px of the corrected picture
-FEWEST = 8  # landmarks that are seen
+PER_PX = 0.25  # mm on the plane per px of the corrected image
+MIN_N_LANDMARKS = 8  # visible landmarks
 
 
 def face_scores(rig, cameras, first, errors, seed):
-    """What a plane leaves of a face's distortion, by the calibrated camera and the true
-    one; `refused`: the code of the error that left none.
+    """Distortion of a face that a plane leaves, by the calibrated and the true camera.
+
+    `refused`: code of the error that ended the run.
 
     cameras: the true ones of the steps, that of stage 0 first; first: the `Primary`.
     """
@@ -72,8 +73,8 @@ def pushed_to_face(rig, cameras, first, errors, seed, rng):
 def placed_bust(rig, seed):
     """(T_camera_bust, T_camera_plane), each (4, 4) and read-only.
 
-    The bust is held like a board, its middle where a board's is; the plane is mid-way
-    in the relief, as well as a person puts it.
+    The bust is held like a board, with its middle where a board's is. The plane is half
+    way into the relief, with errors of placing by hand.
     """
     rng = np.random.default_rng([seed, BUST_OF_SEED])
     T = rig.board_pose(rng, BACK_PROJECTION_MM, (DEFLECTION_MM,))
@@ -88,12 +89,11 @@ def placed_bust(rig, seed):
 
 
 def left_by_plane(camera, true, T_bust, T_plane):
-    """Distortion of landmarks in the picture and in the view over the plane.
+    """Distortion of landmarks in the image and in the view over the plane.
 
-    camera: the one that corrects; true: that took the picture. Either picture is laid
-    on the one that the view's own pinhole would have taken of the face itself, by the
-    homography of least distances; raw_px and corrected_px: the root mean squares of
-    what is left, in that picture's px.
+    camera: the one that corrects; true: the one that took the image. Either image is
+    mapped to the view's own pinhole image of the face by the least-squares homography.
+    raw_px and corrected_px: RMS of the remainder, px of that image.
     """
     _, points = BUST.landmarks()
     points = transform(T_bust, points)
@@ -105,7 +105,7 @@ def left_by_plane(camera, true, T_bust, T_plane):
         camera, view, np.where(seen[:, None], pixels, np.nan), T_plane
     )
     seen &= np.isfinite(shown).all(axis=1)
-    if np.count_nonzero(seen) < FEWEST:
+    if np.count_nonzero(seen) < MIN_N_LANDMARKS:
         raise InputError(f"face: {np.count_nonzero(seen)} landmarks are seen")
     ideal = view_pixels(view, points[seen])
     return {
@@ -115,7 +115,7 @@ def left_by_plane(camera, true, T_bust, T_plane):
 
 
 def off_homography(picture, ideal):
-    """RMS, px of `ideal`, that the best homography from a picture leaves."""
+    """RMS, px of `ideal`, that the best homography from an image leaves."""
     H = refine_homography(homography_dlt(picture, ideal), picture, ideal)
     off = apply_homography(H, picture) - ideal
     return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))

@@ -1,8 +1,8 @@
-"""Pictures of the target and of the face in the mirror (Figs. 5.14 to 5.19).
+"""Images of the target and of the face in the mirror (Figs. 5.14 to 5.19).
 
-They are of 768 x 576 px, rendered through the laboratory; corners and both edges of
-the circle are found in them. The mirror is the bench's, and calibrated as published,
-with errors drawn as for the tables.
+They have 768 x 576 px and are rendered by the simulator. Corners and both edges of the
+circle are measured in them. The mirror is that of the primary level, calibrated as
+published with errors drawn as for the tables.
 """
 
 from dataclasses import replace
@@ -49,10 +49,12 @@ CORNER_WINDOW = 9
 
 
 class PictureSizes(NamedTuple):
-    """coarser: how many px of the small rig one of the pictures is wide; across_px: to
-    either side of an edge what is fitted; px_mm: mm for a px of corrected pictures;
-    calibrated: whether the mirror is the bench's and calibrated, or even, and the true
-    one corrects alone."""
+    """Sizes of the images.
+
+    coarser: width of a px in px of the small rig; across_px: fitted on either side of
+    an edge; px_mm: mm per px of corrected images; calibrated: whether the mirror is
+    that of the primary level and calibrated, or smooth with the true one correcting.
+    """
 
     coarser: int = 1
     across_px: float = 3.0
@@ -61,9 +63,12 @@ class PictureSizes(NamedTuple):
 
 
 class PictureScene(NamedTuple):
-    """rig, small: the MirrorRig that calibrates and the one that takes pictures;
-    uneven: of `MirrorRig.camera`; seed: whole number, of waves and poses; coarser: of
-    the camera's pixels, how many one of the pictures is wide."""
+    """Rigs and random draws of a run.
+
+    rig, small: the MirrorRig that calibrates and the one that takes images; uneven: of
+    `MirrorRig.camera`; seed: integer, of waves and poses; coarser: width of an image's
+    px in px of the camera.
+    """
 
     rig: MirrorRig
     small: MirrorRig
@@ -73,7 +78,7 @@ class PictureScene(NamedTuple):
 
 
 def scene_of(rng, sizes):
-    """The PictureScene of the bench."""
+    """The PictureScene at the primary level."""
     seed = int(rng.integers(2**32))
     height = BENCHES[LEVEL].aberration_um if sizes.calibrated else 0.0
     uneven = {"aberration_um": height, "seed": seed}
@@ -82,7 +87,7 @@ def scene_of(rng, sizes):
 
 
 def with_wider_pixels(rig, times):
-    """A MirrorRig whose camera has fewer pixels, so many times as wide."""
+    """A MirrorRig whose camera has fewer pixels, `times` as wide."""
     if times == 1:
         return rig
     camera = rig.rig.camera
@@ -92,7 +97,7 @@ def with_wider_pixels(rig, times):
 
 
 def coarser_viewer(viewer, times):
-    """A PerspectiveCamera whose pixels are so many times as wide."""
+    """A PerspectiveCamera whose pixels are `times` as wide."""
     K = viewer.K / times
     K[:2, 2] = (viewer.K[:2, 2] - (times - 1) / 2) / times
     K[2, 2] = 1
@@ -101,7 +106,7 @@ def coarser_viewer(viewer, times):
 
 
 def coarser(camera, times):
-    """A SplineMirrorCamera for pictures whose pixels are so many times as wide."""
+    """A SplineMirrorCamera for images whose pixels are `times` as wide."""
     return SplineMirrorCamera.on_grid(
         coarser_viewer(camera.viewer, times),
         camera.grid,
@@ -111,8 +116,11 @@ def coarser(camera, times):
 
 
 def ring_pictures_trial(condition, rng, errors, sizes):
-    """A run on the bench: the target rendered at each stage, found there, and corrected
-    by the true mirror and as published; `refused`: code of the error that ended it."""
+    """Render, measure and correct the target at each stage, at the primary level.
+
+    Corrected by the true mirror and as published; `refused`: code of the error that
+    ended the run.
+    """
     scene = scene_of(rng, sizes)
     cameras = [scene.small.camera(d, **scene.uneven) for d in STAGES_MM]
     seen = [
@@ -138,15 +146,15 @@ def ring_pictures_trial(condition, rng, errors, sizes):
     except InputError as refusal:
         out["refused"] = refusal.code
     out["published"] = {f"stage{k}": of_stage for k, of_stage in enumerate(published)}
-    # The last stage's picture, by the true mirror where no other came so far.
+    # The last stage's image, by the true mirror where no calibration reached it.
     corrects = found[-1] if len(found) == len(cameras) else cameras[-1]
     return {LEVEL: out | {"corrected": laid_out(scene, corrects, *seen[-1], sizes)}}
 
 
 def rendered_sight(scene, camera, deflection, sizes, rng):
-    """(RingSight, picture (h, w)) of the target at a stage, found in the picture.
+    """(RingSight, image (h, w)) of the target at a stage, measured in the image.
 
-    Its line is the middle of both edges in the picture, on the board within 0.03 mm of
+    Its line is the middle of both edges in the image, on the board within 0.03 mm of
     the circle.
     """
     rig, T = scene.small, held(scene.rig, deflection, scene.seed)
@@ -155,14 +163,14 @@ def rendered_sight(scene, camera, deflection, sizes, rng):
     picture[window.place] = photographed(rig, camera, T, rng, window)
     outlines = ring_outlines(rig, camera, T, PLACES)
     edges = ring_edges(rig, outlines, picture[window.place], window, sizes.across_px)
-    # Two unused numbers, so that later stages draw what they always drew.
+    # Two unused numbers keep the random draws of later stages.
     rng.random(2)
     corners = corners_in(rig, camera, T, picture)
     return RingSight(T, corners, edges.pixels.mean(axis=0)), picture
 
 
 def corners_in(rig, true, T_camera_board, picture):
-    """Pixels (N, 2) of the corners that the ring leaves, NaN where none was found."""
+    """Pixels (N, 2) of the corners clear of the ring, NaN where none was found."""
     near, seen = rig.corners(true, T_camera_board)
     rows = np.flatnonzero(seen & off_ring(rig.board))
     found = np.full(near.shape, np.nan)
@@ -172,7 +180,7 @@ def corners_in(rig, true, T_camera_board, picture):
 
 
 def as_published(scene, errors, rng, sizes):
-    """Yield the calibrated cameras of stages 0, 1, ..., for the small pictures."""
+    """Yield the calibrated cameras of stages 0, 1, ..., for the small images."""
     if not sizes.calibrated:
         return
     rig = scene.rig
@@ -189,7 +197,7 @@ def as_published(scene, errors, rng, sizes):
 
 
 def pictured(rig, camera, true, sight):
-    """What is scored of the circle in a picture, and what Figs. 5.14 to 5.17 show."""
+    """Scores of the circle in an image, and data of Figs. 5.14 to 5.17."""
     found = on_board(rig, camera, sight)
     return scored(rig, camera, true, sight) | {
         "line_px": sight.line[found.used],
@@ -200,7 +208,7 @@ def pictured(rig, camera, true, sight):
 
 
 def laid_out(scene, camera, sight, picture, sizes):
-    """A picture laid out on the board, in the pose that the camera finds."""
+    """An image rectified to the board, in the pose that the camera estimates."""
     board, pitch = scene.rig.board.points(), scene.rig.board.pitch_mm
     T = on_board(scene.rig, camera, sight).T_camera_board
     corner, size = board.min(axis=0) - pitch, np.ptp(board, axis=0) + 2 * pitch

@@ -1,8 +1,8 @@
-"""A circle on a board, its distortion taken out at four stages (Table 5.6).
+"""Distortion correction of a circle on a board at four stages (Table 5.6).
 
-The mirror is calibrated as in 5.3.3. At each stage the target is held at 400 mm; its
-pose comes from the corners, by the camera that is asked, and the circle's points are
-where rays meet the plane in that pose.
+The mirror is calibrated as in 5.3.3. At each stage the target is held at 400 mm. The
+tested camera estimates its pose from the corners. The circle's points are where rays
+meet the plane in that pose.
 """
 
 from typing import NamedTuple
@@ -36,14 +36,13 @@ from raxel.multiview.fits.circles import fit_circle
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances
 from raxel.multiview.plane_points import circle_outline, points_on_plane
 
-# Of a picture's width, between the pixels whose rays are compared: 168 px of 3072,
-# which are about as many rays as the thesis's 168 (Table 5.3).
+# Spacing of the pixels whose rays are compared, as a fraction of the image's width:
+# 168 px of 3072, about as many rays as the thesis's 168 (Table 5.3).
 COMPARED = 168 / 3072
 
 
 class CircleScope(NamedTuple):
-    """What is run: how many deflections, whether the face, and whether the true mirror
-    beside the published way."""
+    """Extent of a run: number of deflections, whether the face and the true mirror."""
 
     steps: int = len(STAGES_MM) - 1
     face: bool = True
@@ -51,7 +50,7 @@ class CircleScope(NamedTuple):
 
 
 class RingSight(NamedTuple):
-    """What is seen of the target at a stage.
+    """Image of the target at a stage.
 
     T_camera_board: (4, 4), true; corners: (182, 2) px with errors, NaN where hidden or
     under the ring; line: (PLACES, 2) px of the circle, with errors.
@@ -63,10 +62,10 @@ class RingSight(NamedTuple):
 
 
 def correction_trial(condition, rng, errors, line_px, benches, scope):
-    """Every measure of a seed, for each of some benches, drawn alike for all.
+    """Every measure of a run at each of some error levels, with the same draws.
 
-    errors: MirrorErrors, line_px: (n,) px, by geometry; scope: CircleScope. Benches
-    that are the same are run once.
+    errors: MirrorErrors, line_px: (n,) px, by geometry; scope: CircleScope. Equal
+    levels are run once.
     """
     geometry, seed = condition["geometry"], int(rng.integers(2**32))
     rig = mirror_rig(geometry)
@@ -80,7 +79,7 @@ def correction_trial(condition, rng, errors, line_px, benches, scope):
 
 
 def corrected(rig, bench, errors, line_px, seed, scope):
-    """Circle and face on one bench; `refused`: code of the error that ended it."""
+    """Circle and face at one level; `refused`: code of the error that ended it."""
     rng = np.random.default_rng(seed)
     uneven = {"aberration_um": bench.aberration_um, "seed": seed}
     stages = STAGES_MM[: scope.steps + 1]
@@ -115,7 +114,7 @@ def corrected(rig, bench, errors, line_px, seed, scope):
 
 
 def by_stage(rig, cameras, true, sights):
-    """{stage: what is scored of it}, of as many stages as there are cameras."""
+    """{stage: scores}, for as many stages as there are cameras."""
     return {
         f"stage{k}": scored(rig, camera, true[k], sights[k])
         for k, camera in enumerate(cameras)
@@ -135,9 +134,9 @@ def sight(rig, camera, k, errors, line_px, seed):
 
 
 class CircleOnBoard(NamedTuple):
-    """Where a camera has the circle, on the board in the pose that it finds.
+    """The corrected circle on the board, in the estimated pose.
 
-    T_camera_board: (4, 4), found; points: (PLACES, 2) mm, NaN where there is no ray;
+    T_camera_board: (4, 4), estimated; points: (PLACES, 2) mm, NaN without a ray;
     used: (PLACES,); fit: the best circle of the points used.
     """
 
@@ -148,7 +147,7 @@ class CircleOnBoard(NamedTuple):
 
 
 def on_board(rig, camera, sight):
-    """The CircleOnBoard of what was seen at a stage."""
+    """The CircleOnBoard of a RingSight."""
     corners = camera.rays(sight.corners)
     T = pose_from_non_central_rays(corners, rig.board.points()).T_camera_grid
     points = points_on_plane(camera, sight.line, T).points
@@ -161,7 +160,7 @@ def on_board(rig, camera, sight):
 
 
 def scored(rig, camera, true, sight):
-    """The circle as a camera has it, and how far that camera is off the true one."""
+    """Scores of the corrected circle, of the pose and of the rays."""
     found, points = on_board(rig, camera, sight), rig.board.points()
     used, circle = found.used, found.fit
     placed = points_on_plane(camera, sight.line, sight.T_camera_board).points
@@ -187,10 +186,10 @@ def scored(rig, camera, true, sight):
 
 
 def of_picture(true, sight):
-    """How far the circle is from a conic in the picture itself.
+    """Mean distance of the circle from a conic in the image.
 
-    The conic of least algebraic error, as 5.3.4 draws it, and distances from it; also
-    in a picture from which the lens's distortion was taken out, by the true viewer.
+    The conic of least algebraic error, as in 5.3.4, and distances from it; also in an
+    image without the lens's distortion, by the true viewer.
     """
     out = {}
     seen = sight.line[np.isfinite(sight.line).all(axis=1)]

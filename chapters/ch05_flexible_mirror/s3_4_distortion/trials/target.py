@@ -1,7 +1,7 @@
-"""The target of 5.3.4, a chessboard with a circle over it, and what is seen of it.
+"""The target of 5.3.4, a chessboard with a circle over it, and its image.
 
-The circle is drawn as a dark line; the middle between its two edges is measured. How
-far that is off, is read once out of rendered pictures (`edges_trial`) and drawn again.
+The circle is a dark line; the middle between its two edges is measured. Its errors are
+measured once in rendered images (`edges_trial`) and drawn again from there.
 """
 
 from dataclasses import replace
@@ -18,13 +18,13 @@ from raxel.lab.windowed import bands, mirror_window, windowed
 from raxel.multiview.plane_points import circle_outline, points_on_plane
 
 RADIUS_MM = 87.21
-# Places along the circle, the same for all pictures; and where errors are measured.
+# Points along the circle, the same in all images; and where errors are measured.
 PLACES, DENSE = 90, 360
-# Of a seed, what draws the boards of the steps.
+# Random stream of a seed: boards of the steps.
 STEPS_OF_SEED = 8
-# Corners nearer than this to the ring's paper have it in their window.
+# Corners closer than this to the ring's paper have it in their window.
 CLEAR_MM = 2.0
-# Bands of a picture that are rendered, and to either side of an edge what is fitted.
+# Rendered bands of an image, and what is fitted on either side of an edge.
 BANDS, BAND_PX, ACROSS_PX = 4, 48, 6.0
 
 
@@ -34,7 +34,7 @@ def ring_on(board):
 
 
 def off_ring(board):
-    """Which corners (N,) of a board the ring leaves whole."""
+    """Which corners (N,) of a board are clear of the ring."""
     ring = ring_on(board)
     apart = np.linalg.norm(board.points() - ring.centre, axis=1)
     reach = ring.line / 2 + ring.margin + CLEAR_MM
@@ -43,10 +43,10 @@ def off_ring(board):
 
 @lru_cache(maxsize=64)
 def held(rig, deflection, seed):
-    """T_camera_board (4, 4) of the target before the mirror at a stage, read-only.
+    """T_camera_board (4, 4) of the target in front of the mirror, read-only.
 
-    Held anew at each stage, where the mirror then looks; of the same seed with the same
-    tilt, turn and shift from there, on whatever bench.
+    Held anew at each stage, where the mirror then looks. Tilt, rotation and shift from
+    there depend on the seed alone, and not on the error level.
     """
     rng = np.random.default_rng(seed)
     T = rig.board_pose(rng, BACK_PROJECTION_MM, (deflection,))
@@ -58,7 +58,7 @@ def held(rig, deflection, seed):
 def boards(rig, deflections, seed):
     """T_camera_board (4, 4) of the board of each step of a calibration, read-only.
 
-    deflections: of the stages, mm. As `held`, drawn once for all benches of a seed.
+    deflections: of the stages, mm. As `held`, drawn once for all levels of a seed.
     """
     rng = np.random.default_rng([seed, STEPS_OF_SEED])
     found = np.array(
@@ -69,7 +69,7 @@ def boards(rig, deflections, seed):
 
 
 def photographed(rig, camera, T_camera_board, rng, window):
-    """The picture (h, w) of the target in a window of a camera's picture."""
+    """Image (h, w) of the target in a window of a camera's image."""
     taken = windowed(replace(rig.rig, camera=camera), window)
     light = taken.light.draw(rng, taken.extent)
     scene = ringed_board_scene(
@@ -92,8 +92,10 @@ class RingEdges(NamedTuple):
 
 
 def ring_outlines(rig, camera, T_camera_board, count):
-    """Where the true camera has the line's inner and outer edge: pixels, normals and
-    scale of each, as `circle_outline`."""
+    """True image of the line's inner and outer edge.
+
+    Pixels, normals and scale of each, as `circle_outline`.
+    """
     ring = ring_on(rig.board)
     return [
         circle_outline(camera, T_camera_board, ring.centre, radius, count)
@@ -102,7 +104,7 @@ def ring_outlines(rig, camera, T_camera_board, count):
 
 
 def ring_edges(rig, outlines, picture, window, across_px):
-    """RingEdges in a window's picture, looked for at the `ring_outlines`."""
+    """RingEdges in a window's image, searched for at the `ring_outlines`."""
     light = (picture / picture.max()) ** rig.rig.sensor.gamma
     first = np.array([window.u, window.v], float)
     found = [
@@ -114,7 +116,7 @@ def ring_edges(rig, outlines, picture, window, across_px):
 
 
 def middle_of_line(camera, edges, T_camera_plane):
-    """Points (N, 2) mm of a plane mid-way between a line's two edges, NaN if unseen."""
+    """Points (N, 2) mm of a plane half way between a line's edges, NaN if hidden."""
     seen = [points_on_plane(camera, p, T_camera_plane).points for p in edges.pixels]
     return np.mean(seen, axis=0)
 
@@ -125,9 +127,9 @@ def line_errors(result, geometry):
 
 
 def edges_trial(condition, rng, small=False):
-    """By how many px the middle of the line is off in rendered pictures, outwards.
+    """Errors of the line's middle in rendered images, px, outwards.
 
-    small: in a part of a picture of the small rig, for quick builds.
+    small: in a part of an image of the small rig, for quick builds.
     """
     rig, off = mirror_rig(condition["geometry"], small), []
     centre = ring_on(rig.board).centre

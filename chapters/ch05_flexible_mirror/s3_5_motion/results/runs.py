@@ -1,4 +1,4 @@
-"""The runs of a cylinder that moves: which result, bench, camera, way and step."""
+"""Runs of the moving cylinder: result, error level, camera, method and step."""
 
 from typing import ClassVar
 
@@ -10,8 +10,7 @@ from chapters.shared.mirror_sweep import BenchRuns
 
 RUNS, SWEPT_RUNS, LONGER = "table_5_7_runs", "table_5_7_swept", "table_5_7_longer"
 JUDGED = ("table_5_7_runs", "table_5_7_swept")
-# What the thesis reports: its own calibration, stage by stage, and steps whose lengths
-# the rays tell.
+# As in the thesis: calibration stage by stage, and step lengths estimated from rays.
 CAMERA, WAY = "published", "open"
 CAMERAS = ("true", "published")
 EACH_STEP = range(1, STEPS + 1)
@@ -30,7 +29,7 @@ class MotionRuns(BenchRuns):
         return self.result.column(f"{self.bench}.{name}")
 
     def of(self, name, camera=CAMERA, way=WAY):
-        """A value (seeds,) of a camera and a way."""
+        """A value (seeds,) of a camera and a method."""
         return self.column(f"{camera}.{way}.{name}")
 
     def steps(self, name, camera=CAMERA, way=WAY):
@@ -38,12 +37,12 @@ class MotionRuns(BenchRuns):
         return np.array([self.of(f"step{k}.{name}", camera, way) for k in EACH_STEP])
 
     def scales(self, stage):
-        """Mean step found over the true one, (seeds,), at a stage."""
+        """Mean estimated step over the true one, (seeds,), at a stage."""
         own = f"stage{stage}.mean_mm" if stage < LAST else f"{CAMERA}.{WAY}.mean_mm"
         return self.column(own) / STEP_MM
 
     def refused(self):
-        """Code of the error of each seed (seeds,) without a motion, None with one."""
+        """Code of the error of each run (seeds,) without a motion, None with one."""
         calibration = self.result.texts(f"{self.bench}.refused")
         motion = self.result.texts(f"{self.bench}.{CAMERA}.refused")
         return [a or b for a, b in zip(calibration, motion, strict=True)]
@@ -54,14 +53,13 @@ class MotionRuns(BenchRuns):
         return CAMERA if has.any() else "true"
 
     def middling(self, off):
-        """Of the seeds with a cylinder, that whose measure off (seeds,) is the median,
-        or next to it."""
+        """Index of the run with a cylinder whose measure off (seeds,) is the median."""
         has = np.isfinite(self.of("radius_mm", self.drawn_camera()))
         order = np.argsort(np.where(has, off, np.nan))
         return int(order[(np.count_nonzero(has) - 1) // 2])
 
     def array(self, name, seed):
-        """An array of one seed, None where it has none."""
+        """An array of one run, None where it has none."""
         has = self._has(name)
         if not has[seed]:
             return None
@@ -69,7 +67,7 @@ class MotionRuns(BenchRuns):
         return every[np.count_nonzero(has[:seed])]
 
     def _has(self, name):
-        """Which seeds (seeds,) have an array; those with the number beside it do."""
+        """Which runs (seeds,) have an array: those with its number."""
         beside = {"path": "mean_mm", "points": "radius_mm", "cylinder": "radius_mm"}
         owner, last = name.rsplit(".", 1)
         if owner == "marks":

@@ -10,7 +10,7 @@ LAST = len(STAGES_MM) - 1
 
 
 def calibrated(rig, true, errors, seed):
-    """(cameras of the stages that were reached, code of what ended it before or "").
+    """(cameras of the stages that were reached, code of the error that ended it or "").
 
     true: the true cameras; seed: draws the errors.
     """

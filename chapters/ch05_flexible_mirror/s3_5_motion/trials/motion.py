@@ -1,10 +1,10 @@
-"""Motion of a cylinder from pairs of pictures, and its shape (Table 5.7).
+"""Motion of a cylinder from pairs of images, and its shape (Table 5.7).
 
-The camera stands still and the cylinder moves, which is a motion of the camera the
-other way. T_k (4, 4) takes what is seen in the first picture to where it is in picture
-k; a shift is that of the point next to all rays, about which rays know a turn best. The
-lengths of the steps are open, and found from the rays, or each is given; beside them
-all six pictures in one bundle, lengths open. Frame: the viewer's; mm, degrees.
+The camera is static and the cylinder moves, which is the inverse motion of the camera.
+T_k (4, 4) takes points of the first image to where they are in image k. A translation
+is that of the point closest to all rays, about which rays determine a rotation best.
+Step lengths are open and estimated from the rays, or each is given. All six images are
+also adjusted in one bundle with open lengths. Frame: the viewer's; mm, degrees.
 """
 
 from itertools import pairwise as pairwise_of
@@ -32,32 +32,36 @@ from raxel.multiview.ray_points import RayView
 from raxel.multiview.triangulation import triangulate
 
 # Rays of a calibrated camera miss by more than noise: the start is from the first of
-# these numbers of standard deviations within which most pairs agree. All are right.
-THRESHOLDS, MOST_AGREE, DRAWS = (10.5, 31.5), 0.8, 64
-MOST_STEPS = 20  # of a fit: lengths that run away would go on
-MOST_AHEAD = 0.5  # share of points before the mirror, as all of them are
-FEWEST = 17  # pairs, for the linear solution
+# these multiples of the standard deviation within which most pairs agree. All matches
+# are correct.
+THRESHOLDS, MIN_AGREEMENT, DRAWS = (10.5, 31.5), 0.8, 64
+MAX_STEPS = 20  # of a fit: diverging lengths would go on
+MIN_IN_FRONT = 0.5  # share of points in front of the mirror, as all of them are
+MIN_N_PAIRS = 17  # for the linear solution
 MARKER_MM = 3.0
 BASELINES = range(1, STEPS + 1)
 
 
 class SeenMarks(NamedTuple):
-    """What a camera has of the marks: used (25,), those it has rays of in all places;
-    rays: NoisyRays of each place; centre (3,), the point next to all of them."""
+    """Rays of the marks.
+
+    used (25,): marks with rays in all positions; rays: NoisyRays of each position;
+    centre (3,): the point closest to all of them.
+    """
 
     used: np.ndarray
     rays: list
     centre: np.ndarray
 
     def shift(self, T):
-        """How far the centre goes (3,) by a motion (4, 4)."""
+        """Translation (3,) of the centre by a motion (4, 4)."""
         return T[:3, :3] @ self.centre + T[:3, 3] - self.centre
 
 
 def seen_by(camera, pixels, noise_px=NOISE_PX):
     """SeenMarks of pixels (6, 25, 2). Raises CalibrationError for too few marks."""
     used = np.all([shown(camera, x) for x in pixels], axis=0)
-    if used.sum() < FEWEST:
+    if used.sum() < MIN_N_PAIRS:
         raise CalibrationError(
             f"cylinder: the camera has rays of {used.sum()} marks in all places"
         )
@@ -70,10 +74,10 @@ def seen_by(camera, pixels, noise_px=NOISE_PX):
 
 
 def motion_and_shape(camera, scene, pixels, rng, alone=False, noise_px=NOISE_PX):
-    """What a camera makes of the moved cylinder, as a trial keeps it.
+    """Motion and shape of the cylinder by a camera, as a trial keeps them.
 
     alone: whether lengths are open only; otherwise they are given as well, and all six
-    pictures are adjusted together.
+    images are adjusted together.
     """
     try:
         seen = seen_by(camera, pixels, noise_px)
@@ -93,31 +97,31 @@ def motion_and_shape(camera, scene, pixels, rng, alone=False, noise_px=NOISE_PX)
 def pairwise(rays, rng, length=None, near=None):
     """T_2_1 (4, 4) of each place and the next, from rays.
 
-    length: mm, where known. Each pair is searched from samples; near: a start of each
-    pair beside that. Without one, the step before is a start where the search ends with
-    most points behind the mirror, or nowhere, as stages go on evenly. Ends with points
-    before the mirror come first, then the nearest fit.
+    length: mm, where known. Each pair is searched from samples; near: an additional
+    start of each pair. Without one, the step before is a start where the search ends
+    with most points behind the mirror, or fails, as the motion is even. Solutions with
+    points in front of the mirror come first, then the best fit.
     """
     found = []
     for k, pair in enumerate(pairwise_of(rays)):
         ends = [_of_all(pair, T, length) for T in _from_samples(*pair, rng, length)]
         if near is not None:
             ends += [_of_all(pair, near[k], length)]
-        if found and not any(end.ahead >= MOST_AHEAD for end in ends):
+        if found and not any(end.ahead >= MIN_IN_FRONT for end in ends):
             ends += [_of_all(pair, found[-1], length)]
         if not ends:
             raise CalibrationError("motion: no two rays of most pairs meet")
-        best = min(ends, key=lambda end: (end.ahead < MOST_AHEAD, end.rms))
+        best = min(ends, key=lambda end: (end.ahead < MIN_IN_FRONT, end.rms))
         found.append(best.T_2_1)
     return found
 
 
 def _of_all(pair, start, length):
-    return refine_generalised_pose(*pair, start, length=length, most=MOST_STEPS)
+    return refine_generalised_pose(*pair, start, length=length, most=MAX_STEPS)
 
 
 def _from_samples(rays_1, rays_2, rng, length):
-    """[T_2_1 (4, 4)] from samples, [] where no motion suits most of the pairs."""
+    """[T_2_1 (4, 4)] from samples, [] where no motion fits most of the pairs."""
     for threshold in THRESHOLDS:
         try:
             found = generalised_pose_ransac(
@@ -125,13 +129,13 @@ def _from_samples(rays_1, rays_2, rng, length):
             )
         except CalibrationError:
             continue
-        if np.mean(found.inliers) >= MOST_AGREE:
+        if np.mean(found.inliers) >= MIN_AGREEMENT:
             return [found.T_2_1]
     return []
 
 
 def chained(pairs):
-    """T (6, 4, 4) from the first place on, of those from each to the next."""
+    """T (6, 4, 4) from the first position, of those from each to the next."""
     T = [np.eye(4)]
     for step in pairs:
         T.append(step @ T[-1])
@@ -139,10 +143,10 @@ def chained(pairs):
 
 
 def of_pairs(seen, scene, pairs):
-    """Steps found one by one, added up, and the cylinder under them.
+    """Steps estimated one by one and added up, and the cylinder under them.
 
-    Lengths are multiplied so that the mean step is the true one, as in Table 5.7; of
-    the cylinder, both radii are kept, and distances are of the scaled one.
+    Lengths are scaled so that the mean step is the true one, as in Table 5.7. Both
+    radii of the cylinder are kept; distances are from the scaled one.
     """
     lengths = [np.linalg.norm(seen.shift(T)) for T in pairs]
     scale = STEP_MM / np.mean(lengths)
@@ -160,8 +164,10 @@ def of_pairs(seen, scene, pairs):
 
 
 def shape_of(seen, T, scale):
-    """The cylinder through the marks under motions (6, 4, 4) of the places; nothing but
-    `no_shape` where none can be laid."""
+    """The cylinder through the marks under motions (6, 4, 4).
+
+    Only `no_shape` where none can be fitted.
+    """
     views = [RayView(one) for one in seen.rays]
     return cylinder_through(triangulate(views, T).points, scale)
 
@@ -192,7 +198,7 @@ def scaled_cylinder(fit, scale):
 
 
 def together(seen, start):
-    """Six views in one bundle: length of the whole shift, and its SD in percent."""
+    """Six views in one bundle: length of the whole translation, and its SD, percent."""
     try:
         bundle = bundle_rays([RayView(one) for one in seen.rays], start)
     except CalibrationError as refusal:

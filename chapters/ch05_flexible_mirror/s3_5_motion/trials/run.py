@@ -1,9 +1,9 @@
-"""A mirror that is calibrated, and a cylinder that moves before it.
+"""A calibrated mirror, and a cylinder that moves in front of it.
 
-Two cameras see the same pictures of stage 3: the true one, and that of the published
-method, stage by stage. What is off by the true one is the geometry's, the rest the
-calibration's. At the stages before, the scale alone is looked at, beside what the rays
-determine of it.
+Two cameras use the same images of stage 3: the true one, and that of the published
+method, stage by stage. Errors of the true one come from the geometry, the rest from the
+calibration. At earlier stages only the scale is estimated, and what the rays determine
+of it.
 """
 
 import numpy as np
@@ -42,8 +42,10 @@ COMPARED_PX = 96
 
 
 def motion_trial(condition, rng, errors, benches, alone=False):
-    """Both cameras on each of some benches, drawn alike; alone: the published one, with
-    open lengths at stage 3."""
+    """Run both cameras at each of some error levels, with the same draws.
+
+    alone: only the published one, with open lengths at stage 3.
+    """
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
     return {
@@ -53,7 +55,7 @@ def motion_trial(condition, rng, errors, benches, alone=False):
 
 
 def one_bench(rig, bench, errors, seed, alone):
-    """The calibration of a bench, and what each camera makes of the cylinder."""
+    """Calibrate at one level, and estimate the cylinder's motion with each camera."""
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     found, refusal = calibrated(rig, cameras, errors, seed)
     out = {"refused": refusal} if refusal else {}
@@ -63,7 +65,7 @@ def one_bench(rig, bench, errors, seed, alone):
         scene = moved_cylinder(cameras[stage], rng)
         pixels = scene.pixels + NOISE_PX * rng.standard_normal(scene.pixels.shape)
         if not alone:
-            out[f"stage{stage}"] = told(cameras[stage], scene)
+            out[f"stage{stage}"] = length_bounds(cameras[stage], scene)
             if stage < min(LAST, len(found)):
                 out[f"stage{stage}"] |= steps_found(found[stage], pixels, rng)
     if not alone:
@@ -78,9 +80,12 @@ def one_bench(rig, bench, errors, seed, alone):
     return out
 
 
-def told(camera, scene):
-    """How well exact rays with this noise determine the length of one step and of more,
-    whatever the method, percent. Rays through one point determine no length."""
+def length_bounds(camera, scene):
+    """Smallest standard deviation of the length of one step and of more, percent.
+
+    From the Fisher information of exact rays with this noise, for any unbiased method.
+    Rays through one point determine no length.
+    """
     seen = seen_by(camera, scene.pixels)
     out = {}
     for k in BASELINES:
@@ -91,7 +96,7 @@ def told(camera, scene):
 
 
 def steps_found(camera, pixels, rng):
-    """Mean length of the steps, as pairs of pictures have them."""
+    """Mean length of the steps from pairs of images."""
     try:
         seen = seen_by(camera, pixels)
         lengths = [np.linalg.norm(seen.shift(T)) for T in pairwise(seen.rays, rng)]

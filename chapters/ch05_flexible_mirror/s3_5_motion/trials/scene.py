@@ -1,7 +1,8 @@
-"""A cylinder that a stage moves before the bent mirror, and marks on it (5.3.5).
+"""A cylinder with marks that a stage moves in front of the bent mirror (5.3.5).
 
-The cylinder stands upright in what the mirror shows and is moved sideways. Chosen by
-one question alone: are its marks in view in all six places? Frame: the viewer's; mm.
+The cylinder is upright in the field of the mirror and moves sideways. Its position is
+chosen by one criterion: all marks are in view in all six positions. Frame: that of the
+viewer; mm.
 """
 
 from typing import NamedTuple
@@ -12,19 +13,22 @@ from raxel.geometry.poses import pose, rotation_from_vector, transform
 
 RADIUS_MM, MARKS = 62.98, 25
 STEP_MM, STEPS = 25.0, 5
-# From the mirror to the axis; half the marked height; how far around marks are put,
-# on the side towards the mirror.
+# Distance from mirror to axis; half the marked height; angular range of the marks, on
+# the side towards the mirror.
 AWAY_MM, HALF_MM, AROUND = 450.0, 75.0, np.radians(65)
 TILT = np.radians(5)  # of the axis and of the stage, standard deviation
 NOISE_PX = 0.2
 RIM_PX = 8.0
-TRIED, MOST_TRIES = 90, 50
+TRIED, MAX_N_TRIES = 90, 50
 TURNS = np.arange(6) * np.pi / 3
 
 
 class PlacedCylinder(NamedTuple):
-    """axes (3, 3): in columns, the cylinder's axis second and away from the mirror
-    last; middle (3,): of the axis in the first place; along (3,): the stage's way."""
+    """Pose and motion of the cylinder.
+
+    axes (3, 3): in columns, the cylinder's axis second and the direction away from the
+    mirror last; middle (3,): of the axis at first; along (3,): direction of motion.
+    """
 
     axes: np.ndarray
     middle: np.ndarray
@@ -36,23 +40,27 @@ class PlacedCylinder(NamedTuple):
         return self.axes[:, 1]
 
     def points(self, turn, height):
-        """Points (N, 3) of the mantle: turned by so much from what faces the mirror,
-        radians, and so high, mm."""
+        """Points (N, 3) of the surface.
+
+        turn: angle from the side that faces the mirror, radians; height: mm.
+        """
         local = np.column_stack(
             [RADIUS_MM * np.sin(turn), height, -RADIUS_MM * np.cos(turn)]
         )
         return self.middle + local @ self.axes.T
 
     def motions(self):
-        """T (6, 4, 4): what takes the cylinder to where it is after 0 to 5 steps."""
+        """T (6, 4, 4): motions of the cylinder after 0 to 5 steps."""
         steps = STEP_MM * np.arange(STEPS + 1)[:, None] * self.along
         return np.array([pose(np.eye(3), step) for step in steps])
 
 
 class MovedCylinder(NamedTuple):
-    """points (25, 3): marks in the first place; T (6, 4, 4): what takes them to where
-    they are after 0 to 5 steps; pixels (6, 25, 2): where the true camera has them;
-    axis (3,): unit vector along the cylinder."""
+    """Marks, motions and image points of the cylinder.
+
+    points (25, 3): marks at first; T (6, 4, 4): their motions after 0 to 5 steps;
+    pixels (6, 25, 2): true image points; axis (3,): unit vector along the cylinder.
+    """
 
     points: np.ndarray
     T: np.ndarray
@@ -61,8 +69,8 @@ class MovedCylinder(NamedTuple):
 
 
 def moved_cylinder(camera, rng):
-    """The MovedCylinder before a true camera. RuntimeError where none is seen."""
-    for _ in range(MOST_TRIES):
+    """The MovedCylinder seen by a true camera. RuntimeError where none is visible."""
+    for _ in range(MAX_N_TRIES):
         placed = placed_cylinder(camera, rng)
         turn = rng.uniform(-AROUND, AROUND, TRIED)
         points = placed.points(turn, rng.uniform(-HALF_MM, HALF_MM, TRIED))
@@ -75,7 +83,10 @@ def moved_cylinder(camera, rng):
 
 
 def seen_in_all(camera, points, T):
-    """(pixels (V, N, 2), seen (N,)) of points under motions (V, 4, 4); seen: in all."""
+    """(pixels (V, N, 2), seen (N,)) of points under motions (V, 4, 4).
+
+    seen: visible in all.
+    """
     found = [camera.project(transform(one, points)) for one in T]
     seen = np.all([f.valid & shown(camera, f.pixels) for f in found], axis=0)
     return np.array([f.pixels for f in found]), seen
@@ -91,8 +102,7 @@ def shown(camera, pixels):
 
 
 def placed_cylinder(camera, rng):
-    """The PlacedCylinder before the middle of what a true camera sees in its mirror,
-    half way of its five steps."""
+    """The PlacedCylinder, in the middle of a camera's field after half its steps."""
     size = np.array([camera.width, camera.height])
     rays = camera.rays(size * rng.uniform(0.05, 0.95, (TRIED, 2)))
     o, d = np.nanmean(rays.origins, axis=0), np.nanmean(rays.directions, axis=0)

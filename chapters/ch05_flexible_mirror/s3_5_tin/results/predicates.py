@@ -1,19 +1,19 @@
-"""What the claims about the tin say of one seed, and what is measured there.
+"""Claims about the tin for single runs.
 
-Each takes the `TinRuns` of a bench and gives whether it is true (seeds,), what was
-measured (seeds,), its unit, and words. A seed that was rejected has no value.
+Each function takes the `TinRuns` at an error level. It returns whether the claim holds
+(seeds,), the measured value (seeds,), its unit, and words. A rejected run has no value.
 """
 
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import OUTLYING
 
-MOST_OFF_DEG = 2.5
-LEAST_NORMAL = 0.99
+MAX_ERROR_DEG = 2.5
+MIN_NORMALITY = 0.99
 
 
 def middle(values):
-    """Median of the seeds that have a value, as words: "nothing" without any."""
+    """Median of the runs that have a value, as words; "nothing" without any."""
     known = values[np.isfinite(values)]
     return f"{np.median(known):.3g}" if len(known) else "nothing"
 
@@ -24,7 +24,7 @@ def angles_found(runs):
     most = np.abs(off).max(axis=0)
     below = np.mean(np.all(off < 0, axis=0))
     return (
-        most <= MOST_OFF_DEG,
+        most <= MAX_ERROR_DEG,
         most,
         "deg",
         "largest difference of the three; by the true mirror "
@@ -34,13 +34,13 @@ def angles_found(runs):
 
 
 def distances_normal(runs):
-    """The least of the three faces' correlations with a normal law."""
+    """The smallest of the three faces' correlations with a normal law."""
     least, whole, true = (
         runs.normality(*of).min(axis=0)
         for of in (("published",), ("published", "qq_all"), ("true",))
     )
     return (
-        least >= LEAST_NORMAL,
+        least >= MIN_NORMALITY,
         least,
         "",
         f"least of the three faces, without those beyond {OUTLYING:g} robust "

@@ -1,4 +1,4 @@
-"""The runs of the tin at corner level: which result, which bench, which way."""
+"""Runs of the tin with drawn matches: result, error level and mirror."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ RUNS, SWEPT_RUNS = "table_5_8_runs", "table_5_8_swept"
 JUDGED = ("table_5_8_runs", "table_5_8_swept")
 PICTURES = "fig_5_22_pictures"
 MATCHED = f"{LEVEL}.on_tin"
-# The thesis's own way is the first calibrated one.
+# The true mirror, and the calibration of the thesis.
 WAYS = {"true": "true mirror", "published": "as published"}
 PUBLISHED = "published"
 
@@ -21,7 +21,7 @@ class TinRuns(BenchRuns):
     EXPERIMENTS = (RUNS, SWEPT_RUNS)
 
     def of(self, name, way=PUBLISHED):
-        """A value (seeds,) of a way, nan where a seed was rejected."""
+        """A value (seeds,) of a mirror, nan where a run was rejected."""
         return self.result.column(f"{self.bench}.{way}.{name}")
 
     def angles(self, way=PUBLISHED):
@@ -37,5 +37,5 @@ class TinRuns(BenchRuns):
         return np.array([self.of(f"{name}.{face}", way) for face in FACES])
 
     def refused(self, way=PUBLISHED):
-        """Code of the error of each seed (seeds,) without a tin, None with one."""
+        """Code of the error of each run (seeds,) without a tin, None with one."""
         return self.result.texts(f"{self.bench}.{way}.refused")

@@ -9,14 +9,17 @@ from chapters.shared.mirror_runs import PUBLISHED, deflected, primary, seen_boar
 from raxel.errors import CalibrationError
 
 LAST = len(STAGES_MM) - 1
-# How the last stage is known, the second as in the thesis.
+# Mirrors of the last stage, the second as in the thesis.
 EVERY_WAY = ("true", "published")
 SETTINGS = {"stages_mm": list(STAGES_MM), "grid_mm": DYNAMIC_MM}
 
 
 class BentMirror(NamedTuple):
-    """rig: MirrorRig; cameras: the true ones of all stages; errors: of its pictures;
-    pictures: pixels (182, 2) of the board of step k, before and after it."""
+    """A bent mirror and its images.
+
+    rig: MirrorRig; cameras: the true ones of all stages; errors: of its images;
+    pictures: pixels (182, 2) of the board of step k, before and after it.
+    """
 
     rig: object
     cameras: list
@@ -36,7 +39,7 @@ def boards_by_hand(rig, rng):
 
 
 def bent_mirror(rig, bench, errors, T_camera_boards, rng):
-    """The BentMirror of a bench, calibrated with boards that are held so."""
+    """The BentMirror at an error level, with boards in these poses."""
     seed = int(rng.integers(2**32))
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     pictures = []

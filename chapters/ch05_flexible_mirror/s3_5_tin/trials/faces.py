@@ -12,18 +12,21 @@ from raxel.multiview.noisy_rays import rays_of_pixels
 from raxel.multiview.ray_points import RayView
 from raxel.multiview.triangulation import triangulate
 
-# A point whose distance from its plane is beyond so many robust deviations is an
-# outlier of Fig. 5.23; a normal law has one in two thousand there.
+# A point farther from its plane than this, in robust deviations, is an outlier of
+# Fig. 5.23; a normal law has one in two thousand there.
 OUTLYING = 3.5
-STEP_PX = 1.0  # around a pixel there must be rays, to know how its noise turns them
-FEWEST = 12  # points of a face
+STEP_PX = 1.0  # rays around a pixel are needed, to propagate its noise
+MIN_N_POINTS = 12  # of a face
 
 
 class FoundTin(NamedTuple):
-    """points (n, 3) mm, first picture's camera; face (n,): of which, 0 to 2; planes:
+    """A reconstructed tin.
+
+    points (n, 3) mm, frame of the first image's camera; face (n,): 0 to 2; planes:
     PlaneFit of each face; distances (n,) mm from their planes, positive outside;
-    angles (3,) degrees, inside the tin, of PAIRS; used (N,) bool: which
-    pairs of rays became points."""
+    angles (3,) degrees, inside the tin, of PAIRS; used (N,) bool: which pairs of rays
+    became points.
+    """
 
     points: np.ndarray
     face: np.ndarray
@@ -33,7 +36,7 @@ class FoundTin(NamedTuple):
     used: np.ndarray = None
 
     def scores(self):
-        """What a trial keeps of it."""
+        """Scores that a trial keeps."""
         off = self.angles - ANGLES_DEG
         each = [self.distances[self.face == k] for k in range(3)]
         return {
@@ -57,7 +60,7 @@ def with_rays(camera, pixels):
 
 
 def ray_pairs(camera, pixels, sd_px):
-    """(NoisyRays of both pictures (n,), which (N,) of the pairs have rays).
+    """(NoisyRays of both images (n,), which (N,) of the pairs have rays).
 
     pixels: (2, N, 2).
     """
@@ -68,8 +71,8 @@ def ray_pairs(camera, pixels, sd_px):
 def tin_of(rays, face, T_second_first):
     """FoundTin of pairs of rays whose faces (n,) are known, by the camera's motion.
 
-    Points are those nearest to both rays (5.3.5). Raises InputError where a face is
-    left with too few.
+    Points are those nearest to both rays (5.3.5). Raises InputError for a face
+    with too few.
     """
     poses = np.stack([np.eye(4), T_second_first])
     found = triangulate([RayView(r) for r in rays], poses, linear=True)
@@ -80,10 +83,10 @@ def tin_of(rays, face, T_second_first):
 def tin_through(points, face):
     """FoundTin of points (n, 3) on known faces (n,)."""
     count = np.bincount(face, minlength=3)
-    if count.min() < FEWEST:
+    if count.min() < MIN_N_POINTS:
         few = FACES[int(count.argmin())]
         raise InputError(
-            f"tin: {count.min()} points on the {few} face; {FEWEST} are needed"
+            f"tin: {count.min()} points on the {few} face; {MIN_N_POINTS} are needed"
         )
     planes = [fit_plane(points[face == k]) for k in range(3)]
     middles = np.array([plane.T_frame_plane[:3, 3] for plane in planes])
@@ -107,15 +110,15 @@ def angle_inside(first, second):
 
 
 def usual(distances, within=OUTLYING):
-    """Which distances (n,) are no outliers, (n,) bool."""
+    """Which distances (n,) are not outliers, (n,) bool."""
     off = np.abs(distances - np.median(distances))
     return off <= within * 1.4826 * np.median(off)
 
 
 def normality(distances, within=OUTLYING):
-    """Correlation of distances (n,) with what a normal law has of each rank.
+    """Correlation of distances (n,) with normal quantiles of their ranks.
 
-    Outliers are left out, but for `within` infinity.
+    Outliers are excluded, except for `within` infinity.
     """
     d = np.sort(distances[usual(distances, within)])
     ranks = norm.ppf((np.arange(len(d)) + 0.5) / len(d))

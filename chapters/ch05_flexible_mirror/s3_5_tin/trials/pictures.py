@@ -1,8 +1,8 @@
-"""The tin photographed in the bent mirror, its features matched, and its model.
+"""Rendered images of the tin in the bent mirror, its matched features, and its model.
 
-Two pictures are rendered through the laboratory. Features are found and matched by
-SIFT; matches whose rays miss each other are left out. On which face a match lies is
-said by the truth, as a person would say it by looking; so is that it lies on the tin.
+Two images are rendered by the simulator. Features are detected and matched by SIFT;
+matches whose rays miss each other are excluded. The face of a match is known from the
+simulation, as a person knows it from the image, and so is whether it is on the tin.
 """
 
 from dataclasses import replace
@@ -38,23 +38,24 @@ from raxel.geometry.planes import on_plane
 from raxel.lab.windowed import window_around, windowed
 from raxel.multiview.ray_gaps import gaps, matched_rays
 
-# A match is off by so many px along an axis, as found in pictures of other seeds; rays
-# of right matches miss each other by no more than so many standard deviations, what the
-# calibration is off by included.
-FEATURE_PX, MOST_GAP = 0.3, 12.0
-# And robust deviations by which a point may stand out of its face.
+# Error of a match along an axis, px, as measured in images of other seeds; largest gap
+# between the rays of correct matches, standard deviations, calibration errors included.
+FEATURE_PX, MAX_GAP = 0.3, 12.0
+# Largest distance of a point from its face, robust deviations.
 FAR = 6.0
-# Places across and down each face that are projected into the picture, and by how much
-# finer its texture is: in between, pixels are interpolated.
+# Points across and down each face that are projected into the image, and the factor by
+# which its texture is finer: pixels between them are interpolated.
 COARSE, FINER = 24, 8
 
 
 class TinPictures(NamedTuple):
-    """pictures: two (h, w) uint8; first: (2, 2) the pixel of the camera's whole picture
-    that is the first of each; T_camera_tin: (2, 4, 4), true; matches: FeatureMatches,
-    pixels of the whole picture; face (n,): 0 to 2, -1 beside the tin; off (n, 2): px by
-    which a match's second end is beside where the first one's place truly is, NaN
-    beside."""
+    """Two images of the tin and their matches.
+
+    pictures: two (h, w) uint8; first: (2, 2), first pixel of each in the camera's whole
+    image; T_camera_tin: (2, 4, 4), true; matches: FeatureMatches, pixels of the whole
+    image; face (n,): 0 to 2, -1 outside the tin; off (n, 2): px, error of a match's
+    second end given the true point of its first end, NaN outside the tin.
+    """
 
     pictures: list
     first: np.ndarray
@@ -102,14 +103,14 @@ def truth_of(camera, T_camera_tin, pixels):
 
 
 def pictures_trial(condition, rng, errors, benches, ways):
-    """The tin from small pictures on each of some benches, by each way.
+    """Reconstruct the tin from small images at each of some levels, with each mirror.
 
     condition: "geometry", and "margin_px" that is rendered around the tin.
     """
     rig = mirror_rig(condition["geometry"], small=True)
     seed, boards = int(rng.integers(2**32)), boards_by_hand(rig, rng)
     of_rig = errors[condition["geometry"]]
-    # Errors in px are those of pictures with four times the pixels each way.
+    # Errors in px are those of images with four times the pixels in each direction.
     of_rig = of_rig._replace(corner=of_rig.corner / 4, plate=of_rig.plate / 4)
     out = {}
     for name, bench in benches.items():
@@ -133,8 +134,10 @@ def pictures_trial(condition, rng, errors, benches, ways):
 
 
 def of_matches(taken):
-    """How good matches are: of all those on the tin, and of the right ones among them
-    (within 3 px), along an axis and for one end of two."""
+    """Counts and errors of the matches on the tin.
+
+    Errors of the correct ones (within 3 px), along an axis and for one end of two.
+    """
     off = taken.off[taken.face >= 0]
     right = np.linalg.norm(off, axis=1) < 3
     return {
@@ -148,16 +151,16 @@ def of_matches(taken):
 
 
 def model(camera, taken):
-    """Scores of the tin that a camera finds, and its textured faces."""
+    """Scores of the tin that a camera reconstructs, and its textured faces."""
     pixels, face = taken.matches.pixels, taken.face
     on = face >= 0
     rays, known = ray_pairs(camera, pixels[:, on], FEATURE_PX)
     face, off = face[on][known], taken.off[on][known]
     T = motion_of(taken.T_camera_tin)
     pairs = matched_rays(*rays)
-    right = np.abs(gaps(*pairs.about_centre(T), pairs)) < MOST_GAP
+    right = np.abs(gaps(*pairs.about_centre(T), pairs)) < MAX_GAP
     found = tin_of([r.of(right) for r in rays], face[right], T)
-    # A wrong match whose rays meet all the same stands far out of its face.
+    # A wrong match whose rays meet nevertheless is far from its face.
     near = np.zeros(len(found.points), bool)
     for k in range(3):
         near[found.face == k] = usual(found.distances[found.face == k], FAR)
@@ -183,8 +186,8 @@ def textured(camera, taken, found, k):
     """(sheet (2, 2, 3) mm, texture (h, w) uint8) of face k.
 
     The parallelogram on its plane that its points fill, from the corner where all three
-    planes meet, along the edges where it meets the two others; each place of it has
-    the grey that the calibrated camera sees there.
+    planes meet, along the edges where it meets the two others. Each point has the grey
+    value that the calibrated camera sees there.
     """
     normals = np.array([plane.normal for plane in found.planes])
     through = np.array([plane.T_frame_plane[:3, 3] for plane in found.planes])

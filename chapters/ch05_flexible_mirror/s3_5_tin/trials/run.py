@@ -1,7 +1,7 @@
-"""The tin at corner level: calibrated as published, and with the true mirror.
+"""The tin with drawn matches: published calibration and true mirror.
 
-Matches are where the true camera has them, with Gaussian noise; no feature is looked
-for. All ways see the same boards and the same matches.
+Matches are projections by the true camera with Gaussian noise; no feature is detected.
+Both mirrors have the same boards and the same matches.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ from chapters.shared.mirror_scores import ray_angles
 from raxel.errors import InputError
 from raxel.geometry import pose, transform
 
-# Matches that the thesis has, and px by which each end of one is off along an axis.
+# Number of matches in the thesis, and noise of each end along an axis, px.
 MATCHES, MATCH_PX = 460, 0.2
 # px between the pixels whose rays are compared.
 COMPARED_PX = 96
@@ -41,7 +41,7 @@ SETTINGS = STAGES | {
 
 
 def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY):
-    """Every measure of one seed, for some benches and ways, drawn alike for all.
+    """Every measure of one run, for some levels and mirrors, with the same draws.
 
     errors: {geometry: MirrorErrors}; benches: {name: Bench}.
     """
@@ -56,7 +56,7 @@ def tin_trial(condition, rng, errors, benches, ways=EVERY_WAY):
 
 
 def of_bench(bent, seed, ways, rng):
-    """{way: scores} of a BentMirror; `refused`: code of the error of a way without."""
+    """{mirror: scores} of a BentMirror; `refused`: code of the error that ended one."""
     T = two_places(bent.true, rng)
     points, face = tin_points(rng, MATCHES)
     pixels = np.stack([bent.true.project(transform(one, points)).pixels for one in T])
@@ -77,14 +77,13 @@ def of_bench(bent, seed, ways, rng):
 
 
 def motion_of(T_camera_tin):
-    """T_second_first (4, 4) of a camera in whose frame a tin moves so: known, from the
-    stage that carries the camera."""
+    """T_second_first (4, 4) of the camera, known from the stage that carries it."""
     shift = T_camera_tin[1][:3, 3] - T_camera_tin[0][:3, 3]
     return pose(np.eye(3), shift)
 
 
 def scored(camera, pixels, face, T_second_first):
-    """Scores of the tin found from matches (2, N, 2), by a known motion."""
+    """Scores of the tin reconstructed from matches (2, N, 2), with a known motion."""
     rays, known = ray_pairs(camera, pixels, MATCH_PX)
     found = tin_of(rays, face[known], T_second_first)
     return found.scores() | {"distances": found.distances, "face": found.face}

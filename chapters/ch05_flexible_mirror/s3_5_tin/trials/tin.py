@@ -1,11 +1,11 @@
-"""A tin in the mirror: a box of three printed faces, seen from two places 100 mm apart.
+"""A tin in the mirror: a box of three printed faces, seen from two positions.
 
-Its faces meet at the angles that the thesis's laser scan has of its own tin (Table
-5.8), so that the reference is the same. The corner at which all three meet looks at
-the mirror. What the camera moves by, the tin moves by in its frame, the other way.
+The positions are 100 mm apart. Its faces meet at the angles of the thesis's laser scan
+(Table 5.8), so that the reference is the same. The corner where all three meet points
+to the mirror. In the camera's frame the tin moves by the inverse motion.
 
 Frame of the tin: origin at that corner; axes nearly along the outward normals of top,
-left and right face; mm. Left and right are as from the mirror, top is up.
+left and right face; mm. Left and right as from the mirror, top is up.
 """
 
 from functools import lru_cache
@@ -20,24 +20,27 @@ from raxel.lab import ImageTexture, Rectangle, TexturedScene
 
 FACES = ("top", "left", "right")
 PAIRS = {"top_left": (0, 1), "top_right": (0, 2), "left_right": (1, 2)}
-# Degrees, inside the tin, of PAIRS: what the laser scan has in Table 5.8.
+# Degrees, inside the tin, of PAIRS: laser scan of Table 5.8.
 ANGLES_DEG = np.array([90.28, 89.15, 89.17])
 # Width of the right face, of the left face, and height, mm.
 RIGHT_MM, LEFT_MM, HEIGHT_MM = 70.0, 70.0, 90.0
-# Between the two pictures (5.3.5).
+# Between the two images (5.3.5).
 SHIFT_MM = 100.0
-# From the mirror to the tin's middle; how far it leans towards the mirror to show its
-# top; and how far off it stands by hand, mm and radians.
+# Distance from the mirror to the tin's middle; its tilt towards the mirror, to show the
+# top; errors of placing by hand, mm and radians.
 DISTANCE_MM, LEAN = 300.0, np.radians(30.0)
 BY_HAND_MM, BY_HAND = 5.0, np.radians(3.0)
-# Of the print: mm a pixel, sizes of its blots (mm), grey levels, and the room behind.
+# Print: mm per pixel, sizes of its blots (mm), grey levels, and the room behind.
 PRINT_MM, BLOTS_MM, INK, PAPER, ROOM = 0.2, (0.8, 1.6, 3.2, 6.4), 0.06, 0.85, 0.3
 WORDS = ("CAFE", "RAXEL", "MOKKA")
 
 
 class TinFace(NamedTuple):
-    """T_tin_face (4, 4): x to the right and y down on the face, z into the tin; low,
-    high: (2,) mm, corners of the rectangle that is printed."""
+    """One face: pose and printed rectangle.
+
+    T_tin_face (4, 4): x to the right and y down on the face, z into the tin; low, high:
+    (2,) mm, corners of the rectangle.
+    """
 
     T_tin_face: np.ndarray
     low: np.ndarray
@@ -50,7 +53,7 @@ class TinFace(NamedTuple):
         return transform(self.T_tin_face, on_plane(grid))
 
     def points(self, rng, count):
-        """Points (count, 3) anywhere on the face, the tin's frame."""
+        """Random points (count, 3) on the face, the tin's frame."""
         return transform(
             self.T_tin_face, on_plane(rng.uniform(self.low, self.high, (count, 2)))
         )
@@ -83,7 +86,7 @@ def _face(normal, across, low, high):
 
 
 def middle_ray(camera):
-    """Origin on the mirror's middle and direction, (3,) and (3,), of what it shows."""
+    """Origin (3,) and direction (3,) of the scene ray at the mirror's middle."""
     mirror = camera.mirror
     x = np.array([mirror.end / 2])
     z = mirror.height(x, 0 * x)[0]
@@ -95,8 +98,8 @@ def middle_ray(camera):
 def two_places(camera, rng):
     """T_camera_tin (2, 4, 4) before and after the camera moves by SHIFT_MM.
 
-    The camera moves level and across what the mirror's middle shows; the tin passes
-    the middle half way. Where it stands is off by hand, drawn from `rng`.
+    The camera moves horizontally, perpendicular to the mirror's middle ray; the tin is
+    on that ray half way. Errors of placing by hand are drawn from `rng`.
     """
     origin, z = middle_ray(camera)
     x = np.cross([0, 1, 0], z)
@@ -114,7 +117,7 @@ def two_places(camera, rng):
 
 
 def tin_points(rng, count):
-    """(points (count, 3), which face (count,)) anywhere on the tin, by area."""
+    """(points (count, 3), face (count,)) at random on the tin, by area."""
     size = [np.prod(face.high - face.low) for face in faces()]
     which = np.sort(rng.choice(3, count, p=np.array(size) / sum(size)))
     points = [
@@ -125,7 +128,7 @@ def tin_points(rng, count):
 
 
 def tin_scene(T_camera_tin):
-    """The TexturedScene of the tin before an even wall."""
+    """The TexturedScene of the tin in front of a uniform wall."""
     parts = []
     for face, texture in zip(faces(), prints(), strict=True):
         # A texture begins at uv = (0, 0): the rectangle's own corner.

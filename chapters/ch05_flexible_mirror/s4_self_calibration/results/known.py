@@ -1,4 +1,4 @@
-"""Errors over many steps of a mirror that goes to and fro."""
+"""Errors over many steps of a mirror that moves back and forth."""
 
 import numpy as np
 
@@ -6,14 +6,15 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.trials.known import STEPS
 
 
 def errors_of(result, way):
-    """Mean ray angles (STEPS, seeds), degrees; nan from a refused step on."""
+    """Mean ray angles (STEPS, seeds), degrees; nan from a rejected step on."""
     return np.array([result.column(f"{way}.step{k}") for k in range(1, STEPS + 1)])
 
 
 def slopes(result, way):
-    """Slopes (seeds,), % of the mean for a step; the mean of either place is 100 %.
+    """Slopes (seeds,) of the error, % of its mean per step.
 
-    A seed that was rejected counts as the worst of the others.
+    The mean at each of both deflections is 100 %. A rejected run counts as the worst
+    of the others.
     """
     errors = errors_of(result, way)
     relative = np.empty_like(errors)
@@ -21,6 +22,6 @@ def slopes(result, way):
         mine = errors[place::2]
         relative[place::2] = 100 * mine / np.mean(mine, axis=0)
     step = np.arange(STEPS) - (STEPS - 1) / 2
-    # A to and fro of equal means has no slope of its own but by the steps' order.
+    # Both deflections have equal means: only the order of the steps gives a slope.
     found = step @ relative / (step @ step)
     return np.where(np.isfinite(found), found, np.nanmax(found))

@@ -1,7 +1,8 @@
-"""What the claims of 5.4 say of one seed, and what is measured there.
+"""Claims of 5.4 for single runs.
 
-Each takes the `Courses` at an error level and gives whether it is true (seeds,), what
-was measured (seeds,), nan where a run was rejected, its unit, and words.
+Each function takes the `Courses` at an error level. It returns whether the claim holds
+(seeds,), the measured value (seeds,), its unit, and words. The value is nan where a run
+was rejected.
 """
 
 import numpy as np
@@ -9,14 +10,14 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s4_self_calibration.results.runs import (
     OBJECTS,
     STEP_MM,
-    TOLD,
+    THESIS_SCENE,
 )
 
-NEAR_LINEAR = 0.1
-MOST_SAG = 0.25
-TIMES_BASELINE, TREND = 5.0, -0.8
-SPREAD = 0.2
-GROWTH, TIMES_REFINED = 1.5, 3.0
+LINEAR_TOL = 0.1
+MAX_SAG_RATIO = 0.25
+MIN_BASELINE_RATIO, MAX_TREND = 5.0, -0.8
+MIN_SPREAD = 0.2
+MIN_GROWTH, MIN_REFINED_RATIO = 1.5, 3.0
 
 
 def middle(values):
@@ -31,7 +32,7 @@ def _by_stage(values):
 
 def better_early(runs):
     """Estimates of stages 1 and 2 are nearer to 5 mm than the linear ones of boards."""
-    own, near = runs.of(TOLD, "deflection_mm"), runs.of("board", "linear_mm")
+    own, near = runs.of(THESIS_SCENE, "deflection_mm"), runs.of("board", "linear_mm")
     off, was = np.abs(own - STEP_MM), np.abs(near - STEP_MM)
     even = np.abs(runs.of("even", "deflection_mm") - STEP_MM) < was
     return (
@@ -45,12 +46,15 @@ def better_early(runs):
 
 
 def degrades(runs):
-    """Strictly smaller from stage to stage, the last within 10 % of the near linear."""
-    own, near = runs.of(TOLD, "deflection_mm"), runs.of("board", "linear_mm")[-1]
+    """Smaller from stage to stage, the last within 10 % of the near linear estimate."""
+    own, near = (
+        runs.of(THESIS_SCENE, "deflection_mm"),
+        runs.of("board", "linear_mm")[-1],
+    )
     falls = np.all(np.diff(own, axis=0) < 0, axis=0)
     ratio = own[-1] / near
     return (
-        falls & (np.abs(ratio - 1) <= NEAR_LINEAR),
+        falls & (np.abs(ratio - 1) <= LINEAR_TOL),
         ratio,
         "",
         f"stage 3 over the near scene's; falling in {100 * np.mean(falls):.0f} % of "
@@ -59,14 +63,14 @@ def degrades(runs):
 
 
 def vertical(runs):
-    """The sag at the load rises over the stages; even features have a quarter."""
+    """Sag at the load rises over the stages; even features have at most a quarter."""
     sag, even = (
         np.abs(runs.of("clustered", "sag_mm")),
         np.abs(runs.of("even", "sag_mm")),
     )
     share = even[-1] / sag[-1]
     return (
-        np.all(np.diff(sag, axis=0) > 0, axis=0) & (share <= MOST_SAG),
+        np.all(np.diff(sag, axis=0) > 0, axis=0) & (share <= MAX_SAG_RATIO),
         share,
         "",
         f"sag of even over clustered features, stage 3; clustered {_by_stage(sag)} mm, "
@@ -75,10 +79,10 @@ def vertical(runs):
 
 
 def inflexion(runs):
-    """It bends back at stages 2 and 3 with near features, and at neither without."""
+    """An inflexion at stages 2 and 3 with near features, and at neither without."""
     near = runs.inflected("near").all(axis=0)
     without = runs.inflected("even").any(axis=0)
-    told = runs.inflected(TOLD).all(axis=0)
+    told = runs.inflected(THESIS_SCENE).all(axis=0)
     came = np.isfinite(runs.of("even", "deflection_mm")).all(axis=0)
     both = came & np.isfinite(runs.of("near", "deflection_mm")).all(axis=0)
     return (
@@ -93,13 +97,13 @@ def inflexion(runs):
 
 
 def large_error(runs):
-    """Depths between bent states are five times as wrong as from 100 mm."""
+    """Depth errors between bent states are at least five times those from 100 mm."""
     ratio, true = (
         runs.column(f"stereo.{name}.deflected") / runs.column(f"stereo.{name}.baseline")
         for name in ("found", "true")
     )
     return (
-        ratio >= TIMES_BASELINE,
+        ratio >= MIN_BASELINE_RATIO,
         ratio,
         "x",
         "median relative error of depths in the far scene, over that of 100 mm; with "
@@ -119,7 +123,7 @@ def fixed_edge(runs):
     """The SD of a depth falls from the clamp on."""
     trend = runs.column("stereo.trend")
     return (
-        trend <= TREND,
+        trend <= MAX_TREND,
         trend,
         "",
         "Spearman's rank correlation of the SD with the distance from the clamp; in "
@@ -138,7 +142,7 @@ def spread(runs):
     true = _multi(runs, "spread_mm", "true")
     share = np.minimum(plane / 3980, wall / 5000)
     return (
-        (share >= SPREAD) & (wall > plane),
+        (share >= MIN_SPREAD) & (wall > plane),
         share,
         "",
         f"smaller share of the depth; plane {middle(plane)} mm, wall {middle(wall)} "
@@ -159,7 +163,7 @@ def order(runs):
 
 
 def under(runs):
-    """All three centroids are nearer than they should be."""
+    """All three centroids are nearer than the true ones."""
     ratio = _multi(runs, "ratio")
     return (
         np.all(ratio < 1, axis=0),
@@ -171,15 +175,15 @@ def under(runs):
 
 
 def impractical(runs):
-    """Back-projection grows by half, and ends at thrice that of boards.
+    """Back-projection errors grow by half, and end at three times those of boards.
 
-    A self-calibration that is rejected where the boards' is not is of no use either;
-    where the boards' is rejected there is nothing to hold it against.
+    A self-calibration that is rejected where boards are not supports the claim. Where
+    boards are rejected as well, there is nothing to compare with.
     """
-    own, board = runs.of(TOLD, "back_mm"), runs.of("board", "back_mm")
+    own, board = runs.of(THESIS_SCENE, "back_mm"), runs.of("board", "back_mm")
     even, over = runs.of("even", "back_mm"), own[-1] / board[-1]
     rejected = np.isnan(own[-1]) & np.isfinite(board[-1])
-    grows = (own[-1] >= GROWTH * own[0]) & (over >= TIMES_REFINED)
+    grows = (own[-1] >= MIN_GROWTH * own[0]) & (over >= MIN_REFINED_RATIO)
     return (
         grows | rejected,
         np.where(rejected, np.inf, over),

@@ -1,7 +1,7 @@
-"""Three pushes of 5 mm: calibrated from boards, and from scenes that nobody knows.
+"""Three pushes of 5 mm, calibrated from boards and from unknown scenes.
 
-No feature of a distant scene stays in the last knot interval over 5 mm, so that each
-push is self-calibrated in two steps of 2.5 mm; whether a whole one is refused is told.
+Over 5 mm no feature of a distant scene remains in the last knot interval, so each push
+is self-calibrated in two steps of 2.5 mm. Whether one step is rejected is kept too.
 """
 
 import numpy as np
@@ -36,15 +36,14 @@ from raxel.errors import CalibrationError
 from raxel.geometry import transform
 
 STEPS_MM = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0)
-# Which features a run has: (clustered, near ones at the end). The first is the one that
-# 5.4 tells of.
+# Features of a run: (clustered, near ones at the free end). The first is that of 5.4.
 SCENES = {
     "told": (True, True),
     "clustered": (True, False),
     "near": (False, True),
     "even": (False, False),
 }
-# Scenes of which back-projection with the pose that is found is asked.
+# Scenes for which back-projection with an estimated pose is measured.
 OWN_POSE = ("told", "even")
 # Places along the sheet's middle line, and across it at the load, mm.
 ALONG_MM, ACROSS_MM = np.linspace(5.0, 150.0, 30), np.linspace(-40.0, 40.0, 9)
@@ -52,7 +51,7 @@ NEWTON_STEPS = 8
 
 
 def course_trial(condition, rng, errors, benches, pushes):
-    """One course of so many pushes on each of some benches, all drawn alike."""
+    """Run all pushes at each of some error levels, with the same draws."""
     rig, seed = mirror_rig(condition["geometry"]), int(rng.integers(2**32))
     of_rig = errors[condition["geometry"]]
     return {
@@ -62,8 +61,9 @@ def course_trial(condition, rng, errors, benches, pushes):
 
 
 def course(rig, bench, errors, seed, pushes):
-    """Boards, scenes, and stereo between the states; `X.refused`: the code of the error
-    that ended one.
+    """Calibrate from boards and scenes, and reconstruct between the states.
+
+    `X.refused`: code of the error that ended a method.
 
     stage{k} of `board` and of each of SCENES; `whole.refused`: of 5 mm in one step.
     """
@@ -93,7 +93,7 @@ def course(rig, bench, errors, seed, pushes):
 
 
 class _Scores:
-    """What a calibrated camera of a stage is off by."""
+    """Errors of a calibrated camera at a stage."""
 
     def __init__(self, rig, stages, boards, height):
         self.rig, self.stages, self.boards, self.height = rig, stages, boards, height
@@ -104,8 +104,11 @@ class _Scores:
         return float(np.nanmean(ray_angles(camera, true, lattice(true, COMPARED_PX))))
 
     def stage(self, k, camera, height, own=True):
-        """Of stage k; height: of the load at the stage before, as found; own: whether
-        back-projection with an own pose, too."""
+        """Errors at stage k.
+
+        height: of the load at the stage before, as estimated; own: whether to measure
+        back-projection with an estimated pose, too.
+        """
         points, (T, pixels) = self.rig.board.points(), self.boards[k]
         found = load_height(self.rig, camera, self.stages[k])
         true = back_projection(camera, pixels, points, T)
@@ -128,7 +131,7 @@ class _Scores:
 
 
 def by_boards(rig, stages, first, score, errors, rng):
-    """The published method: its stages, and their cameras from stage 0 on."""
+    """Scores of the published method, and its cameras from stage 0 on."""
     out, chain, height = {}, [first.camera], score.height
     for k in range(1, len(stages)):
         T = rig.board_pose(rng, deflections=STAGES_MM[k - 1 : k + 1])
@@ -166,7 +169,7 @@ def by_scene(cameras, first, seen, score, own):
 
 
 def in_one_step(cameras, first, seen):
-    """Whether 5 mm in one step are refused, from the evenly spread far scene."""
+    """Whether 5 mm in one step are rejected, from the evenly spread far scene."""
     try:
         linear_update(
             first.camera, seen[0], seen[2], first.clamp, PUBLISHED.settings,
@@ -178,8 +181,10 @@ def in_one_step(cameras, first, seen):
 
 
 def beyond(rig, found, true, x, y):
-    """How far (n,) mm a calibrated mirror lies beyond the true one at places of the
-    sheet, along the push."""
+    """Displacement (n,) mm of a calibrated mirror from the true one, along the push.
+
+    x, y: (n,) mm, positions on the sheet.
+    """
     along = rig.deflection_direction()
     z = true.mirror.height(x, y)[0]
     points = transform(true.T_viewer_mirror, np.column_stack([x, y, z]))

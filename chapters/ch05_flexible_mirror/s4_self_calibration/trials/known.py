@@ -1,4 +1,4 @@
-"""Many steps of a mirror before a static scene that is known, and before boards."""
+"""Many steps of a mirror in front of a known static scene, and of boards."""
 
 import numpy as np
 
@@ -15,14 +15,16 @@ from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 from raxel.geometry.spline_grid import spline_grid
 
-# The mirror goes to and fro, so that all steps are as hard as each other.
+# The mirror moves back and forth, so that all steps are equally hard.
 TO_AND_FRO_MM, STEPS = (5.0, 7.5), 8
 COMPARED_PX = 168
 
 
 def known_trial(condition, rng):
-    """Mean ray angles (STEPS,), degrees, after each step: `known` with the true places
-    of a board that stays, `boards` with boards whose poses are found."""
+    """Mean ray angles (STEPS,), degrees, after each step.
+
+    `known`: with the true points of a static board; `boards`: with estimated poses.
+    """
     rig, errors = mirror_rig(condition["geometry"]), GaussianErrors()
     true = [rig.camera(mm) for mm in TO_AND_FRO_MM]
     start = nearest_spline(true[0])
@@ -68,7 +70,7 @@ def known_trial(condition, rng):
 
 
 def nearest_spline(true):
-    """The 7 x 3 spline nearest to a true mirror, over all of its picture."""
+    """The 7 x 3 spline nearest to a true mirror, over its whole image."""
     viewer, pixels = true.viewer, lattice(true, 48)
     span = normalised(viewer, np.vstack([pixels, outline(true)]))
     grid = spline_grid(span, (7, 3))
@@ -78,7 +80,7 @@ def nearest_spline(true):
 
 
 class _Exact:
-    """No errors: what is added comes anew at each step."""
+    """No errors: they are drawn anew at each step."""
 
     @staticmethod
     def corners(pixels, rng):

@@ -1,7 +1,7 @@
-"""A scene that nobody measured, before the mirror: a wall, a plane, an object (5.4).
+"""An unknown scene in front of the mirror: a wall, a plane, an object (5.4).
 
-Depths are counted from the mirror's middle, along what it shows on average when flat.
-The plane and the object hide parts of the wall, in upright stripes as seen from there.
+Depths are measured from the mirror's middle, along the mean direction of its rays when
+flat. The plane and the object occlude parts of the wall, in vertical stripes.
 """
 
 from typing import NamedTuple
@@ -15,13 +15,15 @@ from chapters.shared.mirror_runs import lattice
 DEPTHS_MM = {"wall": 5000.0, "plane": 3980.0, "object": 4950.0}
 NEAR_MM = 1200.0
 STRIPE, LATTICE_PX = np.radians(3), 32
-EACH, ALONE = 40, 0.1  # features drawn at each place; of which beside a cluster
-MIDDLE = 0.2  # of the mirror's height, where features cluster
+EACH, ALONE = 40, 0.1  # features drawn for each state; share outside a cluster
+MIDDLE = 0.2  # share of the mirror's height where features cluster
 
 
 class SceneFrame(NamedTuple):
-    """From where the scene is told: middle (3,), axis (3,) unit, edge: the smallest
-    share of the camera's x axis in a ray of the flat mirror."""
+    """Frame of the scene.
+
+    middle (3,); axis (3,), unit; edge: smallest x component of a flat mirror's ray.
+    """
 
     middle: np.ndarray
     axis: np.ndarray
@@ -29,7 +31,7 @@ class SceneFrame(NamedTuple):
 
     @classmethod
     def of(cls, flat):
-        """That of the true camera of stage 0."""
+        """Return the frame of the true camera of stage 0."""
         rays = flat.rays(lattice(flat, 96))
         axis = rays.directions.mean(axis=0)
         axis /= np.linalg.norm(axis)
@@ -55,8 +57,10 @@ class Field:
         self.middle = self.rays.origins.mean(axis=0)
 
     def shows(self, points):
-        """Whether points (N, 3) lie where the lattice looks, near ones by themselves:
-        rays start all over the mirror, which is no small part of the way to these."""
+        """Whether points (N, 3) are inside the field of the lattice.
+
+        Near points are tested on their own: for them the size of the mirror matters.
+        """
         away = points - self.middle
         reach = np.linalg.norm(away, axis=1)
         near = reach < np.median(reach) / 2
@@ -71,23 +75,23 @@ class Field:
         return seen
 
     def pictured(self, points, errors, rng, pick_px=0.0):
-        """Pixels (N, 2) of points with errors, NaN where not seen.
+        """Pixels (N, 2) of points with errors, NaN where not visible.
 
-        Points beside what the lattice sees are not looked for. pick_px: standard
-        deviation of picking them by hand, which comes beside.
+        Points outside the field of the lattice are excluded. pick_px: standard
+        deviation of picking by hand, added to the errors.
         """
         found = np.full((len(points), 2), np.nan)
         there = np.flatnonzero(self.shows(points))
         pixels, valid = self.camera.project(points[there])
         seen = valid & self.camera.in_image(pixels)
         found[there[seen]] = pixels[seen]
-        # As many draws whatever is seen: all benches and scenes are drawn alike.
+        # Equally many draws whatever is visible: all levels and scenes are drawn alike.
         found = errors.corners(found, rng)
         return found + pick_px * rng.standard_normal(found.shape)
 
 
 def features(view, fields, rng, clustered=False, near=False):
-    """Points (N, 3) and what they lie on (N,), of features drawn in each Field.
+    """Points (N, 3) and their surfaces (N,), of features drawn in each Field.
 
     clustered: nine in ten lie in the middle fifth of the mirror's height; near: what
     the flat mirror does not show at its end is NEAR_MM away.

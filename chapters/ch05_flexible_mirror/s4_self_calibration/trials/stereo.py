@@ -1,4 +1,4 @@
-"""Stereo between bent states: what does the mirror's bending tell of a scene?"""
+"""Stereo between bent states: depth of a scene from the bending of the mirror."""
 
 import numpy as np
 from scipy.stats import spearmanr
@@ -24,10 +24,10 @@ def between_states(rig, view, fields, chain, errors, rng):
     """Pairs of states, calibrated (`found`) and true (`true`), one noise for both.
 
     `deflected`, `baseline`: medians of the relative errors of depths in the far scene,
-    of stages 0 and 1 and of stage 0 moved by 100 mm; `board`: of the board in dynamic
-    calibration's place. `sd_mm`, `along`: what noise makes of depths at DYNAMIC_MM, mm
-    for a px, in strips from the clamp on; `finer`: of the first of more such strips
-    over the last. `apart_mm`: median distance of the places on the mirror where both
+    of stages 0 and 1 and of stage 0 moved by 100 mm; `board`: of the board at its
+    position in dynamic calibration. `sd_mm`, `along`: depth noise at DYNAMIC_MM, mm per
+    px, in strips from the clamp on; `finer`: ratio of the first to the last of more
+    such strips. `apart_mm`: median distance of the points on the mirror where both
     states show a feature.
     """
     stages = [field.camera for field in fields]
@@ -62,7 +62,7 @@ def between_states(rig, view, fields, chain, errors, rng):
 
 
 class _Moved:
-    """Rays of a camera that was moved by a known way."""
+    """Rays of a camera after a known translation."""
 
     def __init__(self, rays, shift):
         self.origins, self.directions = rays.origins + shift, rays.directions
@@ -81,8 +81,10 @@ def off(first, second, points):
 
 
 def depth_sd(stages):
-    """Share (n,) of the way from the clamp to the end, 0 to 1, and standard deviation
-    (n,) of a depth there, mm, for 1 px in each coordinate of both pictures."""
+    """Relative distance (n,) from the clamp, 0 to 1, and depth noise (n,) there.
+
+    Standard deviation, mm, for 1 px in each coordinate of both images.
+    """
     before = lattice(stages[0], SPREAD_PX)
     rays = stages[0].rays(before)
     points = rays.origins + DYNAMIC_MM * rays.directions
@@ -120,8 +122,7 @@ def _depths(stages, before, after):
 
 
 def four_views(view, fields, chain, errors, rng):
-    """The far scene from all stages: depths of centroids, spreads, and places; pixels
-    of the last stage but one."""
+    """The far scene from all stages: centroids, spreads, points; pixels of stage 2."""
     stages = [field.camera for field in fields]
     points, names = features(view, fields, rng)
     pixels = [field.pictured(points, errors, rng, PICKED_PX) for field in fields]
@@ -150,7 +151,7 @@ def four_views(view, fields, chain, errors, rng):
 
 
 def nearest(views):
-    """Points (N, 3) nearest to lines of all views, NaN where one is missing."""
+    """Points (N, 3) nearest to the rays of all views, NaN where one is missing."""
     normal, right = 0.0, 0.0
     for rays in views:
         d = rays.directions
