@@ -125,7 +125,8 @@ def test_start_page_lists_guides_and_chapters(tmp_path):
         start.index(text)
         for text in (
             "{grid-item-card} Chapter 2: a sample\n",
-            "{grid-item-card} Guides\n:link: guides/index\n:link-type: doc\nteachers; \n",
+            "{grid-item-card} Guides\n:link: guides/index\n:link-type: doc\n",
+            "\nteachers; \nwhich method.\n",
             "{toctree}",
             "guides/index\nch02_sample/index\nartefacts\nscoreboard\n",
         )

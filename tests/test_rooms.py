@@ -114,7 +114,9 @@ def astray(source: list[str], target: list[str]) -> list[str]:
         return ["pages do not import each other; move it into chapters/shared"]
     mine, other = source[2], target[2]
     if other == "page":
-        return ["nothing imports a page; move what others need into experiment or report"]
+        return [
+            "nothing imports a page; move what others need into experiment or report"
+        ]
     known = mine in MAY_IMPORT and other in MAY_IMPORT
     if known and mine != other and other not in MAY_IMPORT[mine]:
         allowed = ", ".join(sorted(MAY_IMPORT[mine])) or "no other file"

@@ -109,7 +109,9 @@ def _readings_that_agree(row: Mapping) -> str:
         claims = "claim" if among == 1 else "claims"
         return f"{agree or 'none'} of {among} {claims} firm"
     if agree == among:
-        return {1: "", 2: "in both interpretations"}.get(among, f"in all {among} interpretations")
+        return {1: "", 2: "in both interpretations"}.get(
+            among, f"in all {among} interpretations"
+        )
     if agree == 1:
         return f"in the primary interpretation only, of {among}"
     return f"in {agree} of {among} interpretations"
