@@ -36,13 +36,13 @@ from repro.run.outcomes import Plan
 # 1. **The active grid matches or beats both localisers in {glue:text}`won:.0f` % of
 #    the conditions.** In the worst set of images it is {glue:text}`won.least:.0f` %.
 #    The claim requires 80 % and holds in every set.
-# 2. **The residual hides most of the difference.** True corners leave
-#    {glue:text}`floor:.3f` mm at 200 mm. Compared with them, the active grid has an
+# 2. **The residual hides most of the difference.** True corners leave a residual of
+#    {glue:text}`floor:.3f` mm at 200 mm. Relative to them, the active grid has an
 #    error of {glue:text}`off.active:.3f` px, the derivative method
 #    {glue:text}`off.derivative:.3f` px.
-# 3. **Noise favours the chessboard.** The active grid is beaten in most sets first at
-#    this level: {glue:text}`first_lost_noise` grey levels. Sinusoids are less steep
-#    than edges.
+# 3. **Noise favours the chessboard.** In most sets the active grid is first beaten at
+#    a noise of {glue:text}`first_lost_noise` grey levels, since sinusoids are less
+#    steep than edges.
 # 4. **Overexposure favours the active grid, and the viewing angle costs no area.**
 #    Blooming shifts chessboard edges, so the derivative method's error becomes
 #    several times that of the active grid. At 70° the visible monitor is still

@@ -274,7 +274,8 @@ def fig_3_18_facets(effort):
 # - **Own pixels.** The derivative method is best and improves with every larger
 #   window; the active grid is worst. The raster is not the reason: without it, the
 #   localisers have the same order. These patches lack distortion, resampling and the
-#   second rounding. Neither case explains errors of 0.1 px.
+#   second rounding. That, or the pixel size, changes the order. Neither case explains
+#   errors of 0.1 px.
 # - **Rounding.** Sinusoids recorded with little noise in 8 bits become steps, and
 #   undistortion rounds again. Such errors do not average out over a window.
 # - **Filters.** The active grid has no parameters, but filters of 7 × 7 pixels
@@ -299,9 +300,9 @@ def fig_3_18_facets(effort):
 # ## Summary
 #
 # An active grid straightens a fisheye image and reassembles a chessboard in a faceted
-# mirror, as the thesis shows. The ranking of Table 3.8 is not reproduced and depends
-# on pixel size, rounding and lens correction. Every verdict rests on few simulated
-# runs, and two hold only in some interpretations.
+# mirror, as the thesis shows. The ranking of Table 3.8 is not reproduced: it changes
+# with the pixels, and rounding causes much of the active grid's error. Every verdict
+# rests on few simulated runs, and two depend on the interpretation.
 
 # %% [markdown]
 # ## Compared with the published numbers
