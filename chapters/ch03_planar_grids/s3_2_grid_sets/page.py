@@ -75,7 +75,7 @@ from repro.run.outcomes import Plan
 #    85 %.
 # 2. **CELECT loses contours more often than published.** A lost contour is the first
 #    failure in {glue:text}`contours` of {glue:text}`whole.lost` failed grids. Of
-#    these grids, {glue:text}`small.whole.lost` have small squares.
+#    all failed grids, {glue:text}`small.whole.lost` have small squares.
 # 3. **Two changes help.** With the camera's tone curve undone, CELECT extracts
 #    {glue:text}`whole.celect-linear:.0f` %. Our detector [without
 #    clicks](ext_without_clicks.ipynb) extracts {glue:text}`whole.raxel:.0f` %.

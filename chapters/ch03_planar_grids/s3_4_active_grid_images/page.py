@@ -94,7 +94,7 @@ from repro.run.outcomes import Plan
 # | mean residual (px): active grid | 0.101 | {glue:text}`t3_8_active_mean:.3f` |
 # | larger windows improve the derivative method | yes | only with own pixels |
 # | best setting depends on square size | yes | not for saddle point |
-# | radial distortion is left | visible | outward, not significant |
+# | radial distortion is left | visible | significant in some methods only |
 
 # %% [markdown]
 # ## Terms
