@@ -48,7 +48,7 @@ def _percent_more(after, before):
     done = np.isfinite(after + before)
     if not done.any():
         return Value(np.nan, unit="%")
-    found = predicates.ratio(after[done], before[done])
+    found = predicates.loop_ratio(after[done], before[done])
     value, low, high = (100 * (number - 1) for number in found[:3])
     return Value(value, (low, high), "%")
 
@@ -170,10 +170,10 @@ def judged_by(runs):
         return (*own, None, None, None, None, 0)
     return (
         *own,
-        predicates.ratio(runs.of("single", "back_mm")[done], end).value,
-        predicates.growth(runs, "back_mm", done).value,
-        predicates.ratio(end, start).value,
-        predicates.ratio(end, third).value,
+        predicates.loop_ratio(runs.of("single", "back_mm")[done], end).value,
+        predicates.error_growth(runs, "back_mm", done).value,
+        predicates.loop_ratio(end, start).value,
+        predicates.loop_ratio(end, third).value,
         int(done.sum()),
     )
 

@@ -134,7 +134,7 @@ def judge_accumulation(results, options):
     """Slope of the back-projection error over the six steps, at most 5 % a step."""
 
     def growth(bench, seeds, name="back_mm"):
-        return predicates.growth(LoopRuns(results, options, bench), name, seeds)
+        return predicates.error_growth(LoopRuns(results, options, bench), name, seeds)
 
     def reading_of(bench, seeds):
         found, true = (growth(bench, seeds, n) for n in ("back_mm", "back_true_mm"))
@@ -162,7 +162,7 @@ def judge_concave_steps(results, options):
     def ratio(bench, seeds, name="back_mm"):
         runs = LoopRuns(results, options, bench)
         after, before = runs.at(name, (BACK[-1], BACK[0] - 1))[:, seeds]
-        return predicates.ratio(after, before)
+        return predicates.loop_ratio(after, before)
 
     def reading_of(bench, seeds):
         found, true = (ratio(bench, seeds, n) for n in ("back_mm", "back_true_mm"))
@@ -251,7 +251,7 @@ def judge_starts(results, options):
 
     def of_starts(bench):
         return {
-            step: predicates.of_starts(result, bench, step, mm)
+            step: predicates.scatter_of_starts(result, bench, step, mm)
             for step, mm in STEPS_MM.items()
         }
 

@@ -64,7 +64,7 @@ def loop_closes(runs):
     return (off <= MAX_OPEN_MM, off, "mm", "sum of the steps out less that back")
 
 
-def growth(runs, name="back_mm", seeds=slice(None)):
+def error_growth(runs, name="back_mm", seeds=slice(None)):
     """Slope of the back-projection error on the step's number, % of the fitted line's
     value at the first step, Estimate; a draw is one of whole sequences. seeds: (seeds,)
     those that count, a rejected one as the worst."""
@@ -79,7 +79,7 @@ def growth(runs, name="back_mm", seeds=slice(None)):
     return bootstrap(slope, *trials, paired=True)
 
 
-def ratio(after, before):
+def loop_ratio(after, before):
     """Ratio of the medians of two measures of the same runs, Estimate."""
     return bootstrap(
         lambda a, b: median(a) / median(b),
@@ -131,7 +131,7 @@ def _rms(spread):
     return np.sqrt(np.mean(spread**2, axis=-1))
 
 
-def of_starts(result, bench, step, step_mm):
+def scatter_of_starts(result, bench, step, step_mm):
     """SD (seeds,) of the results of perturbed starts, % of the deflection; nan where a
     start or the whole stage was rejected."""
     return 100 * result.column(f"{bench}.{step}.sd_mm") / step_mm
