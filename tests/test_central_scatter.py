@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch04_central_generic.s3_1_setup.trials import shift_between
+from chapters.ch04_central_generic.s3_1_setup.experiment import shift_between
 from chapters.shared.central_scatter import (
     best_lines,
     crossings,

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from chapters.ch01_introduction.s1_1_panorama import (
-    claims,
-    exercises,
-    figures,
-    page,
-    trials,
-)
+from chapters.ch01_introduction.s1_1_panorama import exercises, page
+from chapters.ch01_introduction.s1_1_panorama import experiment as trials
+from chapters.ch01_introduction.s1_1_panorama import report as claims
+from chapters.ch01_introduction.s1_1_panorama import report as figures
 from raxel.multiview.perspective_view import source_pixels
 from tests.made_results import of_columns, of_seed
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import claims
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import report as claims
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
-    results as s5_1_results,
+    report as s5_1_results,
 )
 from chapters.shared.three_planes import FOVS_DEG
 from tests.judged_claims import readings_of

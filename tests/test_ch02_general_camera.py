@@ -3,25 +3,27 @@
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model.s2_camera_models import claims as s2_claims
-from chapters.ch02_general_camera_model.s2_camera_models.trials import planes
-from chapters.ch02_general_camera_model.s3_general_camera import claims as s3_claims
+from chapters.ch02_general_camera_model.s2_camera_models import experiment as planes
+from chapters.ch02_general_camera_model.s2_camera_models import report as s2_claims
 from chapters.ch02_general_camera_model.s3_general_camera import (
     exercises as s3_exercises,
 )
+from chapters.ch02_general_camera_model.s3_general_camera import (
+    experiment as drawn_rays,
+)
+from chapters.ch02_general_camera_model.s3_general_camera import (
+    experiment as known_motion,
+)
+from chapters.ch02_general_camera_model.s3_general_camera import experiment as lines
 from chapters.ch02_general_camera_model.s3_general_camera import page as s3_page
-from chapters.ch02_general_camera_model.s3_general_camera.figures import (
-    grids as s3_grid_figures,
+from chapters.ch02_general_camera_model.s3_general_camera import report as s3_claims
+from chapters.ch02_general_camera_model.s3_general_camera import (
+    report as s3_grid_figures,
 )
-from chapters.ch02_general_camera_model.s3_general_camera.figures import (
-    ray_tables as s3_table_figures,
+from chapters.ch02_general_camera_model.s3_general_camera import (
+    report as s3_table_figures,
 )
-from chapters.ch02_general_camera_model.s3_general_camera.results import LEVELS
-from chapters.ch02_general_camera_model.s3_general_camera.trials import (
-    drawn_rays,
-    known_motion,
-    lines,
-)
+from chapters.ch02_general_camera_model.s3_general_camera.report import LEVELS
 from chapters.shared import general_cameras
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import pluecker_matrix_of_rays

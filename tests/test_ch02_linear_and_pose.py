@@ -6,21 +6,23 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
-    claims as s4_1_claims,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
     exercises as s4_1_exercises,
 )
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
+    experiment as algorithm_1,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
+    experiment as linear_systems,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
+    experiment as linear_trials,
+)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
+    experiment as three_quadrics,
+)
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose import page as s4_page
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import algorithm_1
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
-    quadrics as three_quadrics,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
-    stage as linear_trials,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials import (
-    systems as linear_systems,
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose import (
+    report as s4_1_claims,
 )
 from raxel.calibration import linear_as_printed
 from tests.judged_claims import verdict

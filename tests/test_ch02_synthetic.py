@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model.s4_generic_calibration import (
-    trials as coefficients,
+    experiment as coefficients,
 )
-from chapters.ch02_general_camera_model.s4_generic_calibration.claims import (
+from chapters.ch02_general_camera_model.s4_generic_calibration.report import (
+    cell_text,
     judge_table_coefficients,
 )
-from chapters.ch02_general_camera_model.s4_generic_calibration.tables import cell_text
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import page, trials
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import experiment as trials
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import page
 from chapters.shared import methods, three_planes
 from raxel.geometry import apply_homography
 from repro.run.experiment import trial_rng

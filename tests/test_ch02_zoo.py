@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model.s2_camera_models import exercises, results
+from chapters.ch02_general_camera_model.s2_camera_models import exercises
+from chapters.ch02_general_camera_model.s2_camera_models import report as results
 from chapters.shared.zoo import SIZE_PX, ZOO, K_of, camera, made
 from raxel.cameras import CAMERAS, centrality
 

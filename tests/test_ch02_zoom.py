@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
+from chapters.ch02_general_camera_model.s5_2_real_data import experiment as true_centre
+from chapters.ch02_general_camera_model.s5_2_real_data import experiment as zoom_scores
 from chapters.ch02_general_camera_model.s5_2_real_data.claims import in_seeds
-from chapters.ch02_general_camera_model.s5_2_real_data.trials import (
-    scores as zoom_scores,
-)
-from chapters.ch02_general_camera_model.s5_2_real_data.trials import true_centre
 from chapters.shared import facade, three_planes
 from chapters.shared.methods import SCORINGS
 from raxel.calibration import BoardView

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from chapters.ch02_general_camera_model.s5_2_real_data import claims as s5_2_claims
-from chapters.ch02_general_camera_model.s5_2_real_data import results as s5_2_results
-from chapters.ch02_general_camera_model.s5_2_real_data import tables as s5_2_tables
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.seeds import SETS
+from chapters.ch02_general_camera_model.s5_2_real_data import report as s5_2_results
+from chapters.ch02_general_camera_model.s5_2_real_data import report as s5_2_tables
+from chapters.ch02_general_camera_model.s5_2_real_data.experiment import SETS
 from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
-    claims as s5_3_claims,
+    report as s5_3_claims,
 )
 from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
-    results as s5_3_results,
+    report as s5_3_results,
 )
 from chapters.shared import synthetic_readings
 from chapters.shared.three_planes import FOVS_DEG

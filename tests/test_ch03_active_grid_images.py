@@ -5,15 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_4_active_grid_images import claims, results
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials import (
-    corners,
-    facets,
-    filters,
-    metric_search,
-    native,
-    straight,
-)
+from chapters.ch03_planar_grids.s3_4_active_grid_images import claims
+from chapters.ch03_planar_grids.s3_4_active_grid_images import experiment as filters
+from chapters.ch03_planar_grids.s3_4_active_grid_images import experiment as native
+from chapters.ch03_planar_grids.s3_4_active_grid_images import experiment as straight
+from chapters.ch03_planar_grids.s3_4_active_grid_images import report as results
+from chapters.ch03_planar_grids.s3_4_active_grid_images import scenes as corners
+from chapters.ch03_planar_grids.s3_4_active_grid_images import scenes as facets
+from chapters.ch03_planar_grids.s3_4_active_grid_images import scenes as metric_search
 from raxel.geometry import pose, rotation_from_vector
 from raxel.geometry.homography import apply_homography
 from raxel.geometry.planes import intersect_rays_plane

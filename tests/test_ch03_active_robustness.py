@@ -6,11 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness import claims, results
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials import (
-    sweeps,
-    viewing,
-)
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness import experiment as sweeps
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness import experiment as viewing
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness import report as claims
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness import report as results
 from chapters.shared.rigs import rig_named
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.lookup import pixels_of

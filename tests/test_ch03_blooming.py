@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s2_2_active_grids import claims
-from chapters.ch03_planar_grids.s2_2_active_grids.trials import blooming, code_edges
+from chapters.ch03_planar_grids.s2_2_active_grids import report as claims
+from chapters.ch03_planar_grids.s2_2_active_grids import scenes as blooming
+from chapters.ch03_planar_grids.s2_2_active_grids import scenes as code_edges
 from raxel.sets.patterns import pattern_picture, patterns_of, plan_of_cells
 from tests.judged_claims import readings, verdict
 

@@ -5,14 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s1_2_celect import claims, page, results
-from chapters.ch03_planar_grids.s1_2_celect.figures import flowchart
-from chapters.ch03_planar_grids.s1_2_celect.trials import (
-    boards,
-    constructed,
-    recorded,
-    scenes,
-)
+from chapters.ch03_planar_grids.s1_2_celect import claims, page
+from chapters.ch03_planar_grids.s1_2_celect import experiment as boards
+from chapters.ch03_planar_grids.s1_2_celect import experiment as constructed
+from chapters.ch03_planar_grids.s1_2_celect import experiment as recorded
+from chapters.ch03_planar_grids.s1_2_celect import experiment as scenes
+from chapters.ch03_planar_grids.s1_2_celect import report as flowchart
+from chapters.ch03_planar_grids.s1_2_celect import report as results
 from chapters.shared.lattices import steps_between
 from chapters.shared.synthetic_board import SyntheticBoard
 from tests.judged_claims import readings

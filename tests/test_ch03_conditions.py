@@ -6,27 +6,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from chapters.ch03_planar_grids.s3_2_conditions import experiment as sheet_views
 from chapters.ch03_planar_grids.s3_2_conditions import page
 from chapters.ch03_planar_grids.s3_2_conditions.claims import (
     judge_trace_direction,
     partial_predicates,
 )
-from chapters.ch03_planar_grids.s3_2_conditions.results import (
-    logistic_curve,
-    logistic_slope,
-)
-from chapters.ch03_planar_grids.s3_2_conditions.trials import sheet_views
-from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import (
-    detected,
-    merge_failed,
-    ordered,
-    size_variation,
-)
-from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
+from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
     Part,
     candidate_parts,
+    detected,
     largest_part,
+    merge_failed,
+    ordered,
     painted,
+    size_variation,
+)
+from chapters.ch03_planar_grids.s3_2_conditions.report import (
+    logistic_curve,
+    logistic_slope,
 )
 from chapters.shared.grid_rigs import HARD, WHOLE
 from chapters.shared.lattices import outer

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_1_robustness.claims.detection import judge_detect_8px
-from chapters.ch03_planar_grids.s3_1_robustness.results import SWEEPS, experiment_of
+from chapters.ch03_planar_grids.s3_1_robustness.claims import judge_detect_8px
+from chapters.ch03_planar_grids.s3_1_robustness.report import SWEEPS, experiment_of
 from tests.judged_claims import readings_of
 from tests.made_results import OfLaw
 

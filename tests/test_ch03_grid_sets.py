@@ -3,28 +3,10 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.claims.accuracy import (
-    judge_same_after_loc,
-)
-from chapters.ch03_planar_grids.s3_2_grid_sets.results.pictures import (
-    CLEAN,
-    EXPERIMENTS,
-    SPACING,
-    Which,
-    errors,
-    right,
-    seeds_of,
-)
-from chapters.ch03_planar_grids.s3_2_grid_sets.results.verdicts import seed_by_seed
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials import pictures
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
+from chapters.ch03_planar_grids.s3_2_grid_sets import experiment as pictures
+from chapters.ch03_planar_grids.s3_2_grid_sets.claims import judge_same_after_loc
+from chapters.ch03_planar_grids.s3_2_grid_sets.experiment import (
     CLICKS,
-    PICTURE,
-    from_smallest,
-    grid_view,
-    stream,
-)
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     CONTOUR,
     FALSE,
     MEASURES,
@@ -32,18 +14,30 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     METHODS,
     MISPLACED,
     MISSED,
+    PICTURE,
     REFERENCE,
     SNAP,
     SPLIT,
     SPOTLESS,
     cause_of,
     errors_of,
-    min_step_over_merging,
-    stacked,
-)
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials.spacing import (
+    from_smallest,
+    grid_view,
     min_spacing,
+    min_step_over_merging,
     spacing_trial,
+    stacked,
+    stream,
+)
+from chapters.ch03_planar_grids.s3_2_grid_sets.report import (
+    CLEAN,
+    EXPERIMENTS,
+    SPACING,
+    Which,
+    errors,
+    right,
+    seed_by_seed,
+    seeds_of,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB, is_right
 from chapters.shared.grid_rigs import HARD, WHOLE, rig_of, wiped

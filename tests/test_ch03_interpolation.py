@@ -3,22 +3,20 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s2_1_interpolation_bias import claims
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import formula_mm
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials import facets
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
+from chapters.ch03_planar_grids.s2_1_interpolation_bias import experiment as facets
+from chapters.ch03_planar_grids.s2_1_interpolation_bias import report as claims
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.experiment import (
     FOUR,
-    by_enclosing_cell,
-    by_nearest_four,
-    nearest_four,
-    places_of,
-)
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     SIDE_MM,
     GridScene,
+    by_enclosing_cell,
+    by_nearest_four,
     lens,
+    nearest_four,
+    places_of,
     rms,
 )
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.report import formula_mm
 from raxel.cameras import BrownCamera, PerspectiveCamera
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry.planes import intersect_rays_plane

@@ -5,16 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s1_3_localisation import claims
-from chapters.ch03_planar_grids.s1_3_localisation.results import (
+from chapters.ch03_planar_grids.s1_3_localisation import report as claims
+from chapters.ch03_planar_grids.s1_3_localisation.experiment import neighbour_distances
+from chapters.ch03_planar_grids.s1_3_localisation.report import (
     Swept,
     best_blur,
     per_bin,
 )
-from chapters.ch03_planar_grids.s1_3_localisation.trials import neighbour_distances
-from chapters.ch03_planar_grids.s3_1_robustness.claims.localiser import (
-    judge_localise_converges,
-)
+from chapters.ch03_planar_grids.s3_1_robustness.claims import judge_localise_converges
 from chapters.shared.localiser_basin import (
     START_ERRORS_PX,
     farthest_start,

@@ -5,12 +5,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.s3_1_robustness.claims.sweeps import (
+from chapters.ch03_planar_grids.s3_1_robustness.claims import (
     judge_detect_below_basin,
     judge_small_square_fail,
     rate,
 )
-from chapters.ch03_planar_grids.s3_1_robustness.results import (
+from chapters.ch03_planar_grids.s3_1_robustness.experiment import (
+    SMOOTHINGS,
+    by_smoothing,
+    gaps,
+    largest_in_order,
+    merging_trial,
+)
+from chapters.ch03_planar_grids.s3_1_robustness.report import (
     PRIMARY,
     SWEEPS,
     Under,
@@ -22,13 +29,6 @@ from chapters.ch03_planar_grids.s3_1_robustness.results import (
     limit,
     reliable_up_to,
     successes,
-)
-from chapters.ch03_planar_grids.s3_1_robustness.trials import (
-    SMOOTHINGS,
-    by_smoothing,
-    gaps,
-    largest_in_order,
-    merging_trial,
 )
 from chapters.shared.scoring import scored
 from tests.judged_claims import readings_of

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from chapters.ch03_planar_grids.ext_without_clicks.trials.requests import scored
-from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (
+from chapters.ch03_planar_grids.ext_without_clicks.experiment import (
     ANIMALS,
+    scored,
     zoo_board,
 )
 from raxel.features import Detection, find_board

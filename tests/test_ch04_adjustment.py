@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.s1_3_rays import claims as ray_claims
-from chapters.ch04_central_generic.s1_3_rays import trials as rays
-from chapters.ch04_central_generic.s1_4_bundle_adjustment import claims
-from chapters.ch04_central_generic.s1_4_bundle_adjustment import trials as schemes
+from chapters.ch04_central_generic.s1_3_rays import experiment as rays
+from chapters.ch04_central_generic.s1_3_rays import report as ray_claims
+from chapters.ch04_central_generic.s1_4_bundle_adjustment import experiment as schemes
+from chapters.ch04_central_generic.s1_4_bundle_adjustment import report as claims
 from tests.judged_claims import readings, readings_of, verdict
 from tests.made_results import flat, of_seed
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.ch04_central_generic.s3_2_results import claims as seeds
-from chapters.ch04_central_generic.s3_3_correction import claims as corrected
+from chapters.ch04_central_generic.s3_3_correction import report as corrected
 from tests.bench_noises import at_every_noise
 from tests.judged_claims import readings_of, verdict
 from tests.made_results import as_planned, flat, of_columns

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole import claims as s1_1_claims
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole import experiment as pinholes
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole import page as s1_1_page
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole import trials as pinholes
-from chapters.ch04_central_generic.s1_2_linear_stage import claims as s1_2_claims
-from chapters.ch04_central_generic.s1_2_linear_stage import trials as linear
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole import report as s1_1_claims
+from chapters.ch04_central_generic.s1_2_linear_stage import experiment as linear
+from chapters.ch04_central_generic.s1_2_linear_stage import report as s1_2_claims
 from chapters.shared import wide_angle
 from raxel.geometry import homography_dlt
 from tests.judged_claims import readings_of

@@ -2,12 +2,10 @@
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_4_motion import claims as motion_claims
-from chapters.ch04_central_generic.s3_4_motion.trials import (
-    calibrations,
-    corners,
-    stage,
-)
+from chapters.ch04_central_generic.s3_4_motion import experiment as calibrations
+from chapters.ch04_central_generic.s3_4_motion import experiment as corners
+from chapters.ch04_central_generic.s3_4_motion import experiment as stage
+from chapters.ch04_central_generic.s3_4_motion import report as motion_claims
 from chapters.shared.decoding_errors import ANGLES, PHASES, DecodingErrors
 from chapters.shared.rigs import rig_named
 from raxel.geometry import inverse_pose

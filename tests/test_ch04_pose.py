@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 from chapters.ch04_central_generic.s2_pose import claims
+from chapters.ch04_central_generic.s2_pose import experiment as simulated
 from chapters.ch04_central_generic.s2_pose import page as pose_page
-from chapters.ch04_central_generic.s2_pose.trials import simulated
-from chapters.ch04_central_generic.s2_pose.trials.estimators import (
-    all_estimates,
-    errors_of,
-)
-from chapters.ch04_central_generic.s2_pose.trials.simulated import (
+from chapters.ch04_central_generic.s2_pose.experiment import (
     SIZES,
     TILTS_DEG,
+    all_estimates,
+    errors_of,
     plane_trial,
     size_trial,
 )

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_calibration import claims
-from chapters.ch05_flexible_mirror.s3_3_calibration.claims import (
+from chapters.ch05_flexible_mirror.s3_3_calibration import experiment as trust
+from chapters.ch05_flexible_mirror.s3_3_calibration import report as claims
+from chapters.ch05_flexible_mirror.s3_3_calibration.experiment import solved
+from chapters.ch05_flexible_mirror.s3_3_calibration.report import (
     judge_displacement,
     judge_field_of_view,
 )
-from chapters.ch05_flexible_mirror.s3_3_calibration.trials import trust
-from chapters.ch05_flexible_mirror.s3_3_calibration.trials.bench import solved
 from chapters.shared.gaussian_errors import GaussianErrors
 from chapters.shared.mirror_bench import BENCHES, Bench
 from chapters.shared.mirror_errors import PHASES, MirrorErrors, pool_of

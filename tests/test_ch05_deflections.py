@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s3_3_deflections import claims
-from chapters.ch05_flexible_mirror.s3_3_deflections.results import geometry, runs
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.predicates import (
-    edge_excess,
-)
+from chapters.ch05_flexible_mirror.s3_3_deflections import report as geometry
+from chapters.ch05_flexible_mirror.s3_3_deflections import report as runs
+from chapters.ch05_flexible_mirror.s3_3_deflections.report import edge_excess
 from chapters.shared.mirror_bench import BENCHES, FIRST, LEVEL, SWEPT
 from repro.run.outcomes import NOT_COMPARABLE
 from tests.exercise_answers import misjudged

@@ -3,18 +3,16 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_4_distortion import claims, figures, tables
-from chapters.ch05_flexible_mirror.s3_4_distortion.results import (
-    exact,
-    predicates,
-    runs,
-)
-from chapters.ch05_flexible_mirror.s3_4_distortion.trials import (
-    face,
-    pictures,
-    run,
-    target,
-)
+from chapters.ch05_flexible_mirror.s3_4_distortion import claims
+from chapters.ch05_flexible_mirror.s3_4_distortion import experiment as face
+from chapters.ch05_flexible_mirror.s3_4_distortion import experiment as pictures
+from chapters.ch05_flexible_mirror.s3_4_distortion import experiment as run
+from chapters.ch05_flexible_mirror.s3_4_distortion import experiment as target
+from chapters.ch05_flexible_mirror.s3_4_distortion import report as exact
+from chapters.ch05_flexible_mirror.s3_4_distortion import report as figures
+from chapters.ch05_flexible_mirror.s3_4_distortion import report as predicates
+from chapters.ch05_flexible_mirror.s3_4_distortion import report as runs
+from chapters.ch05_flexible_mirror.s3_4_distortion import report as tables
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.errors import InputError

@@ -3,17 +3,12 @@
 import numpy as np
 import pytest
 
+from chapters.ch05_flexible_mirror.s2_method import experiment as knots
 from chapters.ch05_flexible_mirror.s2_method.claims import judge_knot_tradeoff
-from chapters.ch05_flexible_mirror.s2_method.results import KNOTS, Knots
-from chapters.ch05_flexible_mirror.s2_method.trials import knots
-from chapters.ch05_flexible_mirror.s3_3_repeatability.claims.vectors import (
-    judge_high_order,
-)
-from chapters.ch05_flexible_mirror.s3_3_repeatability.results.relief import (
-    RELIEF,
-    ReliefRuns,
-)
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.relief import FEW, MANY
+from chapters.ch05_flexible_mirror.s2_method.report import KNOTS, Knots
+from chapters.ch05_flexible_mirror.s3_3_repeatability.claims import judge_high_order
+from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import FEW, MANY
+from chapters.ch05_flexible_mirror.s3_3_repeatability.report import RELIEF, ReliefRuns
 from chapters.shared.mirror_runs import shape_name
 from tests.made_results import of_columns
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s2_method.claims import judge_linear_enough
-from chapters.ch05_flexible_mirror.s2_method.results import (
+from chapters.ch05_flexible_mirror.s2_method.experiment import STAGES, Watch
+from chapters.ch05_flexible_mirror.s2_method.report import (
     STARTS,
     STARTS_SWEPT,
     Ran,
     Starts,
 )
-from chapters.ch05_flexible_mirror.s2_method.trials.run import STAGES, Watch
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SAID, SWEPT
 from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of

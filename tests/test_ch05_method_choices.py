@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s2_method import claims
-from chapters.ch05_flexible_mirror.s2_method.results import LOOPS, STATIC, StepSizes
-from chapters.ch05_flexible_mirror.s2_method.trials import static_grids
+from chapters.ch05_flexible_mirror.s2_method import experiment as static_grids
+from chapters.ch05_flexible_mirror.s2_method.report import LOOPS, STATIC, StepSizes
 from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_rigs import mirror_rig
 from chapters.shared.mirror_runs import true_points

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s1_model import claims
-from chapters.ch05_flexible_mirror.s1_model.trials import plane, splines
+from chapters.ch05_flexible_mirror.s1_model import experiment as plane
+from chapters.ch05_flexible_mirror.s1_model import experiment as splines
+from chapters.ch05_flexible_mirror.s1_model import report as claims
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings, verdict
 from tests.made_results import ROOT

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s3_5_motion import claims
-from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates, runs
-from chapters.ch05_flexible_mirror.s3_5_motion.trials import motion, scene
-from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import length_bounds
+from chapters.ch05_flexible_mirror.s3_5_motion import experiment as motion
+from chapters.ch05_flexible_mirror.s3_5_motion import experiment as scene
+from chapters.ch05_flexible_mirror.s3_5_motion import report as predicates
+from chapters.ch05_flexible_mirror.s3_5_motion import report as runs
+from chapters.ch05_flexible_mirror.s3_5_motion.experiment import length_bounds
 from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.geometry import transform

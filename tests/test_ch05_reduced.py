@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_2_reduced_model import claims
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import FRAMES, RUNS, SWEPT
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials import (
-    plane,
-    run,
-    scan,
-    sensitivity,
-)
+from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as plane
+from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as run
+from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as scan
+from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as sensitivity
+from chapters.ch05_flexible_mirror.s3_2_reduced_model import report as claims
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.report import FRAMES, RUNS, SWEPT
 from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_bench import SWEPT as ENDS
 from chapters.shared.mirror_rigs import mirror_rig

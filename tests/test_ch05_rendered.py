@@ -3,16 +3,14 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_deflections.results import runs
-from chapters.ch05_flexible_mirror.s3_3_deflections.tables import rendered_table
-from chapters.ch05_flexible_mirror.s3_3_deflections.trials.pictures import (
+from chapters.ch05_flexible_mirror.s3_3_deflections import report as runs
+from chapters.ch05_flexible_mirror.s3_3_deflections.experiment import (
     MirrorRun,
     lit_outline,
-)
-from chapters.ch05_flexible_mirror.s3_3_deflections.trials.rendered import (
     scored,
     scoring_boards,
 )
+from chapters.ch05_flexible_mirror.s3_3_deflections.report import rendered_table
 from chapters.shared.mirror_bench import BENCHES, FIRST, LABORATORY, SAID
 from chapters.shared.mirror_rigs import mirror_rig
 from chapters.shared.mirror_runs import lattice, outline

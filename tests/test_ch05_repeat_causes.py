@@ -3,18 +3,17 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_repeatability.claims import vectors as claims
-from chapters.ch05_flexible_mirror.s3_3_repeatability.results import causes
-from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
+from chapters.ch05_flexible_mirror.s3_3_repeatability import claims
+from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as conditioning
+from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as metric
+from chapters.ch05_flexible_mirror.s3_3_repeatability import report as causes
+from chapters.ch05_flexible_mirror.s3_3_repeatability.report import (
     PANELS,
     LoopRuns,
-)
-from chapters.ch05_flexible_mirror.s3_3_repeatability.results.vectors import (
     edge_ratios,
     next_to_clamp,
     way_to_clamp,
 )
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials import conditioning, metric
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.geometry import transform

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_3_repeatability import tables
-from chapters.ch05_flexible_mirror.s3_3_repeatability.claims import loop as claims
-from chapters.ch05_flexible_mirror.s3_3_repeatability.results import predicates
-from chapters.ch05_flexible_mirror.s3_3_repeatability.results.runs import (
-    EQUIVALENT,
-    LoopRuns,
-)
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials import placements, starts
+from chapters.ch05_flexible_mirror.s3_3_repeatability import claims
+from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as placements
+from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as starts
+from chapters.ch05_flexible_mirror.s3_3_repeatability import report as predicates
+from chapters.ch05_flexible_mirror.s3_3_repeatability import report as tables
+from chapters.ch05_flexible_mirror.s3_3_repeatability.report import EQUIVALENT, LoopRuns
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from tests.exercise_answers import misjudged

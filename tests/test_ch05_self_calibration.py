@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s4_self_calibration import claims
-from chapters.ch05_flexible_mirror.s4_self_calibration.results import known, runs
-from chapters.ch05_flexible_mirror.s4_self_calibration.trials.scene import Field
+from chapters.ch05_flexible_mirror.s4_self_calibration import report as known
+from chapters.ch05_flexible_mirror.s4_self_calibration import report as runs
+from chapters.ch05_flexible_mirror.s4_self_calibration.experiment import Field
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from tests.judged_claims import of_rejected, readings_of, verdicts
 from tests.made_results import of_columns

@@ -5,12 +5,13 @@ import functools
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_1_simulated import claims
-from chapters.ch05_flexible_mirror.s3_1_simulated.results import (
+from chapters.ch05_flexible_mirror.s3_1_simulated import experiment as scene
+from chapters.ch05_flexible_mirror.s3_1_simulated import experiment as sweeps
+from chapters.ch05_flexible_mirror.s3_1_simulated import report as claims
+from chapters.ch05_flexible_mirror.s3_1_simulated.report import (
     linear_by_formula,
     missing_by_formula,
 )
-from chapters.ch05_flexible_mirror.s3_1_simulated.trials import scene, sweeps
 from raxel.calibration.mirror.curves import reflected, viewing_rays
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from chapters.ch05_flexible_mirror.s3_5_tin import claims
-from chapters.ch05_flexible_mirror.s3_5_tin.results import runs
-from chapters.ch05_flexible_mirror.s3_5_tin.trials import faces, pictures, tin
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import motion_of, scored
+from chapters.ch05_flexible_mirror.s3_5_tin import experiment as faces
+from chapters.ch05_flexible_mirror.s3_5_tin import experiment as pictures
+from chapters.ch05_flexible_mirror.s3_5_tin import experiment as tin
+from chapters.ch05_flexible_mirror.s3_5_tin import report as claims
+from chapters.ch05_flexible_mirror.s3_5_tin import report as runs
+from chapters.ch05_flexible_mirror.s3_5_tin.experiment import motion_of, scored
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_rigs import mirror_rig
 from raxel.errors import InputError

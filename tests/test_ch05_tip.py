@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s3_3_deflections import claims
-from chapters.ch05_flexible_mirror.s3_3_deflections.results import runs, tips
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.curvature import ray_turns
-from chapters.ch05_flexible_mirror.s3_3_deflections.trials import tip
+from chapters.ch05_flexible_mirror.s3_3_deflections import experiment as tip
+from chapters.ch05_flexible_mirror.s3_3_deflections import report as runs
+from chapters.ch05_flexible_mirror.s3_3_deflections import report as tips
+from chapters.ch05_flexible_mirror.s3_3_deflections.report import ray_turns
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from tests.judged_claims import readings_of, verdicts

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.tables import corners_as_stated
+from chapters.ch03_planar_grids.s3_2_grid_sets.report import corners_as_stated
 from tests.made_results import as_planned
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -7,8 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.guides.fisheye_in_ten_minutes import page, tables
-from chapters.guides.fisheye_in_ten_minutes.trials import boards, models
+from chapters.guides.fisheye_in_ten_minutes import experiment as boards
+from chapters.guides.fisheye_in_ten_minutes import experiment as models
+from chapters.guides.fisheye_in_ten_minutes import page
+from chapters.guides.fisheye_in_ten_minutes import report as tables
 from raxel.multiview.perspective_view import perspective_view, source_pixels
 
 SIZE = boards.SIZES["quick"]

@@ -6,20 +6,24 @@ from pathlib import Path
 import pytest
 
 from chapters.guides.choose_a_method import page as choose_a_method
-from chapters.guides.choose_a_method import tables
-from chapters.guides.choose_a_method.results.detector_counts import (
+from chapters.guides.choose_a_method import report as tables
+from chapters.guides.choose_a_method.experiment import STATED, recorded_scores
+from chapters.guides.choose_a_method.report import (
+    COLUMNS,
+    FAILED,
     RENDERED,
+    STEPS,
+    named,
     rendered_counts,
+    short,
     summed,
+    typical,
 )
-from chapters.guides.choose_a_method.results.prose import STEPS, named, short, typical
-from chapters.guides.choose_a_method.tables import COLUMNS, FAILED
-from chapters.guides.choose_a_method.trials import STATED, recorded_scores
+from chapters.guides.for_teachers import exercises as answers
+from chapters.guides.for_teachers import exercises as class_exercises
 from chapters.guides.for_teachers import page as for_teachers
-from chapters.guides.for_teachers import tables as class_tables
-from chapters.guides.for_teachers.exercises import answers
-from chapters.guides.for_teachers.exercises import on_pages as class_exercises
-from chapters.guides.for_teachers.results import stated_times
+from chapters.guides.for_teachers import report as class_tables
+from chapters.guides.for_teachers.report import stated_times
 from chapters.shared.records import record
 from chapters.shared.run_times import rounded_seconds
 from repro.page import reader

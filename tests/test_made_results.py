@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model.s2_camera_models.trials.planes import FOVS_DEG
+from chapters.ch02_general_camera_model.s2_camera_models.experiment import FOVS_DEG
 from repro.run.results import Result
 from tests.made_results import OfLaw, as_planned, of_columns, of_seed
 

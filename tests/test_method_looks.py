@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from chapters.ch04_central_generic.s1_4_bundle_adjustment import figures as adjustment
-from chapters.ch04_central_generic.s2_pose.trials.estimators import NAMES as ESTIMATORS
+from chapters.ch04_central_generic.s1_4_bundle_adjustment import report as adjustment
+from chapters.ch04_central_generic.s2_pose.experiment import NAMES as ESTIMATORS
 from chapters.shared.methods import LINEAR_NAMES
 from chapters.shared.methods import NAMES as CALIBRATIONS
 from chapters.shared.photographs.reading import EVERY

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from chapters.appendix_a.phase_and_harmonics import claims as appendix
-from chapters.ch03_planar_grids.s2_2_active_grids import claims
-from chapters.ch03_planar_grids.s2_2_active_grids.results import bit_counts
-from chapters.ch03_planar_grids.s2_2_active_grids.trials import codes
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.light import order_sizes
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import fitted
+from chapters.appendix_a.phase_and_harmonics import report as appendix
+from chapters.ch03_planar_grids.s2_2_active_grids import experiment as codes
+from chapters.ch03_planar_grids.s2_2_active_grids import report as claims
+from chapters.ch03_planar_grids.s2_2_active_grids.experiment import fitted, order_sizes
+from chapters.ch03_planar_grids.s2_2_active_grids.report import bit_counts
 from chapters.shared import phase_steps as steps
 from tests.judged_claims import readings
 from tests.made_results import of_columns

@@ -5,7 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.photographs.active_grid import exercises, figures, results, tables
+from chapters.photographs.active_grid import exercises
+from chapters.photographs.active_grid import report as figures
+from chapters.photographs.active_grid import report as results
+from chapters.photographs.active_grid import report as tables
 from chapters.shared.photographs import notes
 from raxel.sets import PatternPlan
 from repro.page.style import check_axes

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.guides.choose_a_method.results.compared import compared_sets, twins
+from chapters.guides.choose_a_method.report import compared_sets, twins
 from chapters.shared.photographs.reading import PEER
 from repro.run.results import Result
 

@@ -9,8 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.photographs.set import results as sentences
-from chapters.photographs.set import tables as set_tables
+from chapters.photographs.set import experiment as study
+from chapters.photographs.set import report as fields
+from chapters.photographs.set import report as pictures
+from chapters.photographs.set import report as sentences
+from chapters.photographs.set import report as set_tables
 from chapters.photographs.set.exercises import (
     exercise_camera,
     exercise_corner,
@@ -19,9 +22,7 @@ from chapters.photographs.set.exercises import (
     residual_of,
     residual_task,
 )
-from chapters.photographs.set.figures import fields, pictures
-from chapters.photographs.set.trials import study
-from chapters.photographs.set.trials.undistort import undistorted
+from chapters.photographs.set.experiment import undistorted
 from chapters.shared.photographs import notes
 from chapters.shared.photographs.reading import (
     PEER,

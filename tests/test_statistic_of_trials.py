@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from chapters.ch02_general_camera_model.s5_1_synthetic_data import claims as sweeps
-from chapters.ch03_planar_grids.s3_1_robustness.claims.sweeps import judge_blur_limit
-from chapters.ch04_central_generic.s1_5_simulated import claims as simulated
+from chapters.ch02_general_camera_model.s5_1_synthetic_data import report as sweeps
+from chapters.ch03_planar_grids.s3_1_robustness.claims import judge_blur_limit
+from chapters.ch04_central_generic.s1_5_simulated import report as simulated
 from chapters.ch04_central_generic.s2_pose import claims as poses
 from repro.judge.readings import open_questions
 from repro.judge.statistics import ratio_of, wins

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.appendix_a.phase_and_harmonics.trials import phases
+from chapters.appendix_a.phase_and_harmonics.experiment import phases
 from chapters.shared.phase_steps import (
     formula_error,
     largest,

@@ -14,8 +14,7 @@ from chapters.appendix_a.phase_and_harmonics.exercises import (
     amplitude_task,
     steps_task,
 )
-from chapters.appendix_a.phase_and_harmonics.results import name_values
-from chapters.appendix_a.phase_and_harmonics.trials import (
+from chapters.appendix_a.phase_and_harmonics.experiment import (
     AMPLITUDES,
     MAX_ORDER,
     ODD_AMPLITUDES,
@@ -26,6 +25,7 @@ from chapters.appendix_a.phase_and_harmonics.trials import (
     one_order,
     phases,
 )
+from chapters.appendix_a.phase_and_harmonics.report import name_values
 from chapters.shared.phase_steps import (
     decoder_error,
     formula_error,

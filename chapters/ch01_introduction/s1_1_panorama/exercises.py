@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch01_introduction.s1_1_panorama.trials import laboratory, viewer_angle
+from chapters.ch01_introduction.s1_1_panorama.experiment import laboratory, viewer_angle
 
 EYE_HIGH_DEG = 30.0
 

@@ -15,8 +15,7 @@ from chapters.ch01_introduction.s1_1_panorama.exercises import (
     lamp_task,
     rows_task,
 )
-from chapters.ch01_introduction.s1_1_panorama.results import name_values
-from chapters.ch01_introduction.s1_1_panorama.trials import (
+from chapters.ch01_introduction.s1_1_panorama.experiment import (
     AHEAD,
     BANDS_DEG,
     DOWN,
@@ -42,6 +41,7 @@ from chapters.ch01_introduction.s1_1_panorama.trials import (
     through_the_mirror,
     view_of,
 )
+from chapters.ch01_introduction.s1_1_panorama.report import name_values
 from raxel.lab import room
 from raxel.multiview.cylindrical_view import CylindricalView, cylindrical_view
 from raxel.multiview.perspective_view import resample, source_pixels

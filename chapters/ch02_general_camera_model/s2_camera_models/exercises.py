@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s2_camera_models.results import free_of_cubics
+from chapters.ch02_general_camera_model.s2_camera_models.report import free_of_cubics
 from chapters.shared.zoo import camera
 
 

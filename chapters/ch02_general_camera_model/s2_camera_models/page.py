@@ -13,14 +13,12 @@ from chapters.ch02_general_camera_model.s2_camera_models.exercises import (
     omega_task,
     sphere_task,
 )
-from chapters.ch02_general_camera_model.s2_camera_models.results import name_values
-from chapters.ch02_general_camera_model.s2_camera_models.trials.planes import (
-    plane_trial,
-)
-from chapters.ch02_general_camera_model.s2_camera_models.trials.zoo import (
+from chapters.ch02_general_camera_model.s2_camera_models.experiment import (
     ROOM,
+    plane_trial,
     room_trial,
 )
+from chapters.ch02_general_camera_model.s2_camera_models.report import name_values
 from raxel.cameras import (
     DivisionCamera,
     KannalaBrandtCamera,
@@ -133,7 +131,7 @@ from repro.run.outcomes import Plan, crossed
 # ## Experiment
 #
 # Each camera of the collection has an image of 200 × 200 pixels. Eight of
-# them render one room. A separate experiment, `trials/planes.py`, tests the
+# them render one room. A separate experiment, `experiment.py`, tests the
 # claim about 180°: a linear programme searches for a plane normal with which
 # all rays of a bundle make an acute angle.
 

@@ -15,23 +15,21 @@ from chapters.ch02_general_camera_model.s3_general_camera.exercises import (
     ray_task,
     shift_task,
 )
-from chapters.ch02_general_camera_model.s3_general_camera.results import name_values
-from chapters.ch02_general_camera_model.s3_general_camera.trials.drawn_rays import (
+from chapters.ch02_general_camera_model.s3_general_camera.experiment import (
     DRAWN_STEP,
     IMAGE_PX,
     KNOWN_SHIFT_MM,
+    LEVELS,
     SHIFTS_MM,
     TABLE_PX,
     TILTS_DEG,
+    error_pose,
     meetings_of,
+    ray_errors,
     table_trial,
     three_unknown_poses,
 )
-from chapters.ch02_general_camera_model.s3_general_camera.trials.known_motion import (
-    LEVELS,
-    error_pose,
-    ray_errors,
-)
+from chapters.ch02_general_camera_model.s3_general_camera.report import name_values
 from chapters.shared.general_cameras import (
     KINDS,
     draw_two_grids,
@@ -267,8 +265,8 @@ def wrong_motion(effort):
 
 # %% [markdown]
 # The other claims have their own experiments in this page's folder.
-# `trials/lines.py` draws random lines for (2.11) and (2.12). For the claim
-# about any camera, `trials/known_motion.py` calibrates every pixel of three
+# `experiment.py` draws random lines for (2.11) and (2.12). For the claim
+# about any camera, `experiment.py` calibrates every pixel of three
 # cameras by two known grids.
 
 # %% [markdown]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems import (
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.experiment import (
     UNKNOWNS_U,
     matrix_a,
     scaled_coefficients,

@@ -13,31 +13,25 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.exercises import (
     nearer_task,
     solutions_task,
 )
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.results import name_values
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.algorithm_1 import (
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.experiment import (
     BOARDS,
     COLUMNS,
     PITCH_MM,
     ROWS,
     SIZE_PX,
     draw_poses,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.quadrics import (
-    real_solutions,
-)
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.steps import (
     first_three,
     largest_shift,
     locating,
+    matrix_a,
+    matrix_d,
     overlap,
+    real_solutions,
+    rows_of_one_grid,
     scored_table,
     view_board,
 )
-from chapters.ch02_general_camera_model.s4_1_linear_and_pose.trials.systems import (
-    matrix_a,
-    matrix_d,
-    rows_of_one_grid,
-)
+from chapters.ch02_general_camera_model.s4_1_linear_and_pose.report import name_values
 from chapters.shared.general_cameras import CAMERAS
 from raxel.calibration import calibrate_generic
 from raxel.geometry import inverse_pose
@@ -258,8 +252,8 @@ def algorithm_run(effort):
 
 # %% [markdown]
 # **The claims** have experiments of their own in this page's folder: random
-# scenes without noise (`trials/stage.py`), and random triplets of rays with a
-# common anchor point or with distinct ones (`trials/quadrics.py`).
+# scenes without noise (`experiment.py`), and random triplets of rays with a
+# common anchor point or with distinct ones (`experiment.py`).
 
 # %% [markdown]
 # ## Discussion

@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
+from chapters.ch02_general_camera_model.s4_generic_calibration.experiment import (
     draw_scene,
     formula,
     meet,

@@ -12,13 +12,13 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.exercises import 
     exercise_scene,
     meeting_task,
 )
-from chapters.ch02_general_camera_model.s4_generic_calibration.results import summary_of
-from chapters.ch02_general_camera_model.s4_generic_calibration.trials import (
+from chapters.ch02_general_camera_model.s4_generic_calibration.experiment import (
     draw_scene,
     library_difference,
     meet,
     substitute,
 )
+from chapters.ch02_general_camera_model.s4_generic_calibration.report import summary_of
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show_code, show_table, value
 from repro.run.experiment import experiment

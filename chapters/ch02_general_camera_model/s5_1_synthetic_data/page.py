@@ -14,8 +14,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.exercises import (
     residual_task,
     stretch_task,
 )
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.results import name_values
-from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.experiment import (
     FOV_NOISE,
     LEVELS,
     NOISE_FOV_DEG,
@@ -28,6 +27,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.trials import (
     scores,
     widest_angle_deg,
 )
+from chapters.ch02_general_camera_model.s5_1_synthetic_data.report import name_values
 from chapters.shared.methods import METHODS
 from chapters.shared.three_planes import FOVS_DEG, measure, observe, score
 from repro.page.exercise import check

@@ -12,7 +12,12 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch02_general_camera_model.s5_2_real_data.results import (
+from chapters.ch02_general_camera_model.s5_2_real_data.experiment import (
+    QUINTILES,
+    STAGE_IMAGES,
+    STEP_MM,
+)
+from chapters.ch02_general_camera_model.s5_2_real_data.report import (
     BIAS_P,
     COARSE_SCALE,
     FIELD_SCALE,
@@ -21,11 +26,6 @@ from chapters.ch02_general_camera_model.s5_2_real_data.results import (
     rendered_slopes,
     swept_slopes,
     typical,
-)
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import QUINTILES
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
-    STAGE_IMAGES,
-    STEP_MM,
 )
 from chapters.shared.synthetic_readings import NAMES as OF_SWEEP
 from chapters.shared.synthetic_readings import SweepCase

@@ -17,30 +17,26 @@ from chapters.ch02_general_camera_model.s5_2_real_data.exercises import (
     rms_task,
     zoom_task,
 )
-from chapters.ch02_general_camera_model.s5_2_real_data.results import name_values
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.scores import (
-    calibrate,
-    example_view,
-    fields,
-    residuals_of,
-    scores,
-    stage_poses,
-    steps_of,
-)
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.seeds import (
+from chapters.ch02_general_camera_model.s5_2_real_data.experiment import (
     COUNTS,
     SETS,
-    errors_in,
-    redrawn_trial,
-    settings,
-)
-from chapters.ch02_general_camera_model.s5_2_real_data.trials.shots import (
+    calibrate,
     draw_poses,
     draw_stage,
+    errors_in,
+    example_view,
+    fields,
     found_in_pictures,
     photograph,
     redrawn,
+    redrawn_trial,
+    residuals_of,
+    scores,
+    settings,
+    stage_poses,
+    steps_of,
 )
+from chapters.ch02_general_camera_model.s5_2_real_data.report import name_values
 from chapters.shared.facade import corrected_pictures, edges_in_pictures, facade_picture
 from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, ZOOM_RIGS
 from repro.page.exercise import check
@@ -238,7 +234,7 @@ def redrawn_seeds(effort, results):
 
 # %% [markdown]
 # The other interpretations, the exact corners and the true centre have their
-# own experiments, in `trials/seeds.py` of this page's folder.
+# own experiments, in `experiment.py` of this page's folder.
 
 # %% [markdown]
 # ## Figures

@@ -11,7 +11,7 @@ from chapters.ch02_general_camera_model.s5_3_distortion_correction.exercises imp
     focal_task,
     lean_task,
 )
-from chapters.ch02_general_camera_model.s5_3_distortion_correction.results import (
+from chapters.ch02_general_camera_model.s5_3_distortion_correction.report import (
     name_values,
 )
 from chapters.shared.facade import (

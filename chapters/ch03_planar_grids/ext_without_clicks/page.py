@@ -9,12 +9,15 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_without_clicks.exercises import part_task
-from chapters.ch03_planar_grids.ext_without_clicks.results import facts
-from chapters.ch03_planar_grids.ext_without_clicks.trials import requests
-from chapters.ch03_planar_grids.ext_without_clicks.trials.zoo_boards import (
+from chapters.ch03_planar_grids.ext_without_clicks.experiment import (
     ANIMALS,
+    COUNTING,
+    SETTINGS,
+    handed_over,
+    scored,
     zoo_board,
 )
+from chapters.ch03_planar_grids.ext_without_clicks.report import facts
 from raxel.features import DETECTORS, find_board
 from raxel.features.find import compiled, grids, growth
 from repro.page.exercise import check
@@ -128,10 +131,10 @@ def zoo_trial(condition, rng):
     size = board.columns, board.rows
     out = {}
     for name, detector in DETECTORS.items():
-        out[name] = {"known": requests.scored(detector(image, *size), corners, *size)}
-        if name in requests.COUNTING:
+        out[name] = {"known": scored(detector(image, *size), corners, *size)}
+        if name in COUNTING:
             counted = detector(image, None, None)
-            out[name]["counted"] = requests.scored(counted, corners, *size)
+            out[name]["counted"] = scored(counted, corners, *size)
     return out | {"refusals": refusals(board)}
 
 
@@ -155,9 +158,7 @@ def refusals(board):
         out[name] = {"refused": not found.found}
         true = board.corners - [cut, 0] if "cropped" in name else board.corners
         if "two" not in name:
-            out[name]["share"] = requests.handed_over(
-                found, true, columns, picture.shape
-            )
+            out[name]["share"] = handed_over(found, true, columns, picture.shape)
     return out
 
 
@@ -165,7 +166,7 @@ def refusals(board):
 def zoo(effort):
     """Boards in front of the zoo's cameras, every detector, and rejections."""
     conditions = [{"camera": name} for name in CAMERAS[effort]]
-    return Plan(zoo_trial, conditions, ZOO_TRIALS[effort], requests.SETTINGS)
+    return Plan(zoo_trial, conditions, ZOO_TRIALS[effort], SETTINGS)
 
 
 # %% tags=["active-ipynb"]

@@ -2,14 +2,17 @@
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s1_2_celect.results import (
+from chapters.ch03_planar_grids.s1_2_celect.experiment import (
+    BIG_FOVS,
+    BROKEN,
+    MIN_SQUARE_PX,
+)
+from chapters.ch03_planar_grids.s1_2_celect.report import (
     COUNTS,
     SIDES,
     THRESHOLDS,
     interior,
 )
-from chapters.ch03_planar_grids.s1_2_celect.trials.boards import BIG_FOVS, BROKEN
-from chapters.ch03_planar_grids.s1_2_celect.trials.scenes import MIN_SQUARE_PX
 from raxel.features.celect import CelectSettings
 from repro.judge.statistics import (
     FAILS,

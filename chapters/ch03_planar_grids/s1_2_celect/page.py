@@ -15,8 +15,17 @@ from chapters.ch03_planar_grids.s1_2_celect.exercises import (
     growth_task,
     turn_task,
 )
-from chapters.ch03_planar_grids.s1_2_celect.results import name_values
-from chapters.ch03_planar_grids.s1_2_celect.trials import boards, scenes
+from chapters.ch03_planar_grids.s1_2_celect.experiment import (
+    BOARDS_NOISE_SD,
+    BROKEN,
+    CAMERAS,
+    MIN_SQUARE_PX,
+    MULTIPLIERS,
+    board_view,
+    clicked_score,
+    growth_trial,
+)
+from chapters.ch03_planar_grids.s1_2_celect.report import name_values
 from chapters.shared.lattices import outer
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SyntheticBoard, clicks
@@ -194,7 +203,7 @@ PAIRS = {"quick": 1, "full": 50}
 def camera_trial(condition, rng):
     """One board in front of one of the four cameras."""
     size = condition["size_px"]
-    view = scenes.board_view(condition["camera"], size, scenes.MIN_SQUARE_PX[size], rng)
+    view = board_view(condition["camera"], size, MIN_SQUARE_PX[size], rng)
     rows, columns = view.lattice.shape[:2]
     where = clicks(outer(view.lattice), rng)
     result = celect(view.image, where, columns, rows)
@@ -218,9 +227,7 @@ def candidates_of(result):
 def cameras(effort):
     """The same settings on images of four kinds of camera."""
     conditions = [
-        {"camera": name, "size_px": size}
-        for size in scenes.MIN_SQUARE_PX
-        for name in scenes.CAMERAS
+        {"camera": name, "size_px": size} for size in MIN_SQUARE_PX for name in CAMERAS
     ]
     return Plan(camera_trial, conditions, CAMERA_VIEWS[effort])
 
@@ -228,24 +235,24 @@ def cameras(effort):
 def window_trial(condition, rng):
     """The synthetic board with another window radius."""
     settings = CelectSettings(radius_scale=condition["multiplier"])
-    return boards.clicked_score(SyntheticBoard(), boards.NOISE_SD, rng, settings)
+    return clicked_score(SyntheticBoard(), BOARDS_NOISE_SD, rng, settings)
 
 
 @experiment("table_3_1_window", artefact="table_3_1", shards={"full": 2})
 def windows(effort):
     """The radius of Table 3.1 times a factor; thresholds as they are."""
-    taken = boards.MULTIPLIERS[::4] if effort == "quick" else boards.MULTIPLIERS
+    taken = MULTIPLIERS[::4] if effort == "quick" else MULTIPLIERS
     return Plan(window_trial, [{"multiplier": m} for m in taken], BOARDS[effort])
 
 
 @experiment("table_3_1_growth", artefact="table_3_1", shards={"full": 2})
 def growth(effort):
     """Broken edges, each image with and without growing windows."""
-    return Plan(boards.growth_trial, list(boards.BROKEN.values()), PAIRS[effort])
+    return Plan(growth_trial, list(BROKEN.values()), PAIRS[effort])
 
 
 # %% [markdown]
-# The experiment on large squares is in `trials/sizes.py`.
+# The experiment on large squares is in `experiment.py`.
 #
 # ## Discussion
 #

@@ -13,8 +13,7 @@ from chapters.ch03_planar_grids.s1_3_localisation.exercises import (
     saddle_task,
     start_task,
 )
-from chapters.ch03_planar_grids.s1_3_localisation.results import name_values
-from chapters.ch03_planar_grids.s1_3_localisation.trials import (
+from chapters.ch03_planar_grids.s1_3_localisation.experiment import (
     BLUR_PX,
     NOISE_SD,
     SQUARES_PX,
@@ -24,6 +23,7 @@ from chapters.ch03_planar_grids.s1_3_localisation.trials import (
     settled_residuals,
     study_image,
 )
+from chapters.ch03_planar_grids.s1_3_localisation.report import name_values
 from chapters.shared.synthetic_board import SIZE_PX
 from raxel.features.localise import derivative, saddle_point
 from raxel.features.localise.ridges import fit_ridges, gradient

@@ -14,26 +14,20 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.exercises import (
     balance_task,
     largest_task,
 )
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.results import name_values
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.active import (
-    decoding_errors,
-)
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.facets import (
-    interpolated,
-    two_facets,
-)
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.interpolators import (
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.experiment import (
     FOUR,
-    by_nearest_four,
-    nearest_four,
-)
-from chapters.ch03_planar_grids.s2_1_interpolation_bias.trials.scenes import (
     POINTS,
     SETTINGS,
     SIDE_MM,
+    by_nearest_four,
+    decoding_errors,
+    interpolated,
     lens,
+    nearest_four,
     rms,
+    two_facets,
 )
+from chapters.ch03_planar_grids.s2_1_interpolation_bias.report import name_values
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
 from repro.run.experiment import experiment

@@ -13,17 +13,17 @@ from chapters.ch03_planar_grids.s2_2_active_grids.exercises import (
     place_task,
     sigma_task,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.results import name_values
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.codes import bits_trial
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.light import response_trial
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.profile import (
+from chapters.ch03_planar_grids.s2_2_active_grids.experiment import (
     AMPLITUDE_GREY,
     GAMMAS,
+    bits_trial,
     fitted,
     profile_trial,
     rectifying_map,
+    response_trial,
 )
-from chapters.ch03_planar_grids.s2_2_active_grids.trials.view import COARSENESS, RIGS
+from chapters.ch03_planar_grids.s2_2_active_grids.report import name_values
+from chapters.ch03_planar_grids.s2_2_active_grids.scenes import COARSENESS, RIGS
 from chapters.shared.phase_steps import phase_of
 from repro.page.exercise import check
 from repro.page.reader import (

@@ -14,8 +14,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.exercises import (
     step_task,
     yaw_task,
 )
-from chapters.ch03_planar_grids.s3_1_robustness.results import name_values
-from chapters.ch03_planar_grids.s3_1_robustness.trials import (
+from chapters.ch03_planar_grids.s3_1_robustness.experiment import (
     BASIN_TRIALS,
     LEVELS,
     MERGING_YAW_DEG,
@@ -32,6 +31,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.trials import (
     picture_trial,
     sweep,
 )
+from chapters.ch03_planar_grids.s3_1_robustness.report import name_values
 from chapters.shared.localiser_basin import BASIN_BLUR_PX, HALF_WINDOWS, START_ERRORS_PX
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks

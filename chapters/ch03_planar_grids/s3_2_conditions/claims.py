@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import norm
 
-from chapters.ch03_planar_grids.s3_2_conditions.results import (
+from chapters.ch03_planar_grids.s3_2_conditions.report import (
     CAMERAS,
     all_orders,
     differing,

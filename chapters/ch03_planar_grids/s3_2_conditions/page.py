@@ -14,33 +14,29 @@ from chapters.ch03_planar_grids.s3_2_conditions.exercises import (
     shadow_task,
     step_task,
 )
-from chapters.ch03_planar_grids.s3_2_conditions.results import name_values
-from chapters.ch03_planar_grids.s3_2_conditions.trials.detector_runs import (
+from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
+    LIGHT_LEVELS,
     NO_CLICKS,
     both_tones,
+    candidate_parts,
+    contrast,
+    cut_photograph,
     detected,
     draw_clicks,
     eight_orders,
     every_detector,
-    merge_failed,
-    merging,
-    run,
-)
-from chapters.ch03_planar_grids.s3_2_conditions.trials.partial_grids import (
-    candidate_parts,
     large_grids,
     largest_part,
+    level_name,
+    lit_sheet,
+    merge_failed,
+    merging,
     painted,
     partial_sb_trial,
     partial_trial,
+    run,
 )
-from chapters.ch03_planar_grids.s3_2_conditions.trials.sheet_views import (
-    LIGHT_LEVELS,
-    contrast,
-    cut_photograph,
-    level_name,
-    lit_sheet,
-)
+from chapters.ch03_planar_grids.s3_2_conditions.report import name_values
 from chapters.shared.grid_rigs import HARD, LARGE_RIGS, RIGS, WHOLE, wiped
 from raxel.lab.lighting import Shadow
 from repro.page.exercise import check

@@ -2,7 +2,7 @@
 
 import math
 
-from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import chance_of_split
+from chapters.ch03_planar_grids.s3_2_grid_sets.report import chance_of_split
 
 ONLY_ONE, ONLY_OTHER = 27, 2
 SIDE_PX, SIDE_CORNERS = 120.0, 7

@@ -13,18 +13,12 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import (
     reach_task,
     split_task,
 )
-from chapters.ch03_planar_grids.s3_2_grid_sets.results.numbers import name_values
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials.pictures import (
-    CLICKS,
-    IMAGES,
-    from_smallest,
-    grid_view,
-    stream,
-)
-from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
+from chapters.ch03_planar_grids.s3_2_grid_sets.experiment import (
     BLEMISHES,
     CELECTS,
+    CLICKS,
     DONE,
+    IMAGES,
     METHODS,
     SEEDS,
     SPOTLESS,
@@ -32,11 +26,15 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.trials.scores import (
     cause_of,
     drawn,
     errors_of,
+    from_smallest,
+    grid_view,
     min_step_over_merging,
     settings_of,
     share_found,
     stacked,
+    stream,
 )
+from chapters.ch03_planar_grids.s3_2_grid_sets.report import name_values
 from chapters.shared.grid_detectors import (
     CELECT,
     CLICK_SD_PX,

@@ -13,11 +13,18 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.exercises import (
     lens_task,
     noise_task,
 )
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness.results import name_values
-from chapters.ch03_planar_grids.s3_3_active_grid_robustness.trials import (
-    sweeps,
-    viewing,
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness.experiment import (
+    FILES,
+    SETS,
+    SETTINGS,
+    VIEWING_SETTINGS,
+    conditions,
+    conditions_of_viewing,
+    residual_mm,
+    robustness_trial,
+    viewing_trial,
 )
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness.report import name_values
 from raxel.features.active_grid.lookup import pixels_of, points_at
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code
@@ -116,7 +123,7 @@ from repro.run.outcomes import Plan
 # floor.
 
 # %% tags=["active-ipynb"]
-# show_code(sweeps.residual_mm)
+# show_code(residual_mm)
 
 # %% [markdown]
 # **Noise.** Four steps of a sinusoid with amplitude $B$ (grey levels) and noise of
@@ -149,22 +156,20 @@ from repro.run.outcomes import Plan
 # Blur and noise are added to the 8-bit images.
 
 # %% tags=["active-ipynb"]
-# show_code(sweeps.robustness_trial, sweeps.brighter)
+# show_code(robustness_trial, brighter)
 
 
 # %%
-@experiment(
-    "fig_3_15_sweeps", artefact="fig_3_15", shards={"full": 3}, rendered=sweeps.SETS
-)
+@experiment("fig_3_15_sweeps", artefact="fig_3_15", shards={"full": 3}, rendered=SETS)
 def all_sweeps(effort):
     """Fig. 3.15: distance, orientation, blur and noise, on every set."""
-    return Plan(sweeps.robustness_trial, sweeps.conditions(effort), 1, sweeps.SETTINGS)
+    return Plan(robustness_trial, conditions(effort), 1, SETTINGS)
 
 
-@experiment("exp_c3_active_viewing_angle", artefact="fig_3_15", inputs=viewing.FILES)
+@experiment("exp_c3_active_viewing_angle", artefact="fig_3_15", inputs=FILES)
 def viewing_angles(effort):
     """Decoded share of a rotated monitor, with several fall-offs."""
-    return Plan(viewing.viewing_trial, viewing.conditions(effort), 1, viewing.SETTINGS)
+    return Plan(viewing_trial, conditions_of_viewing(effort), 1, VIEWING_SETTINGS)
 
 
 # %% [markdown]

@@ -5,7 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
+from chapters.ch03_planar_grids.s3_4_active_grid_images.experiment import (
+    AS_TEXT,
+    FILTERS,
+)
+from chapters.ch03_planar_grids.s3_4_active_grid_images.report import (
     BOTH_PIXELS,
     CASES,
     CORNERS,
@@ -27,11 +31,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.results import (
     spread_between,
     spread_gap,
 )
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.captures import rig_of
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.filters import (
-    AS_TEXT,
-    FILTERS,
-)
+from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import rig_of
 from raxel.features.localise.subpix import TERMINATION_PX
 from repro.run.experiment import claim, numbers
 from repro.run.outcomes import Value

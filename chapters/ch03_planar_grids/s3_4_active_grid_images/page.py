@@ -13,39 +13,31 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.exercises import (
     phase_task,
     vertical_task,
 )
-from chapters.ch03_planar_grids.s3_4_active_grid_images.results import name_values
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.conditions import (
+from chapters.ch03_planar_grids.s3_4_active_grid_images.experiment import (
+    NATIVE_RIGS,
+    edge_points,
+    filter_conditions,
+    filter_trial,
+    native_conditions,
+    native_trial,
+    opened,
+    predicted_lean,
+    straight_trial,
+)
+from chapters.ch03_planar_grids.s3_4_active_grid_images.report import name_values
+from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import (
     BALL_SETS,
     CORNER_SETS,
     FISHEYE_SETS,
     PITCHES,
     VIEWS,
+    at_four_pixels,
     ball_conditions,
     corner_conditions,
-    line_conditions,
-)
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.corners import (
     corner_trial,
+    facet_trial,
+    line_conditions,
     sweep,
-)
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.facets import facet_trial
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.filters import (
-    filter_conditions,
-    filter_trial,
-)
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.metric_search import (
-    at_four_pixels,
-)
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.native import (
-    NATIVE_RIGS,
-    native_conditions,
-    native_trial,
-    opened,
-)
-from chapters.ch03_planar_grids.s3_4_active_grid_images.trials.straight import (
-    edge_points,
-    predicted_lean,
-    straight_trial,
 )
 from repro.page.exercise import check
 from repro.page.reader import (

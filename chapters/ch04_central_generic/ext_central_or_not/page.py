@@ -8,8 +8,7 @@
 
 # %%
 from chapters.ch04_central_generic.ext_central_or_not.exercises import unknowns_task
-from chapters.ch04_central_generic.ext_central_or_not.results import name_values
-from chapters.ch04_central_generic.ext_central_or_not.trials import (
+from chapters.ch04_central_generic.ext_central_or_not.experiment import (
     CAMERAS,
     CHOSEN,
     MIRROR_RIGS,
@@ -17,6 +16,7 @@ from chapters.ch04_central_generic.ext_central_or_not.trials import (
     TRIALS,
     one_camera,
 )
+from chapters.ch04_central_generic.ext_central_or_not.report import name_values
 from repro.page.exercise import check
 from repro.page.reader import open_results, show, show_code
 from repro.run.experiment import experiment

@@ -8,8 +8,7 @@
 
 # %%
 from chapters.ch04_central_generic.ext_lens_formula.exercises import pupil_task
-from chapters.ch04_central_generic.ext_lens_formula.results import name_values
-from chapters.ch04_central_generic.ext_lens_formula.trials import (
+from chapters.ch04_central_generic.ext_lens_formula.experiment import (
     LENSES,
     SETTINGS,
     TRIALS,
@@ -17,6 +16,7 @@ from chapters.ch04_central_generic.ext_lens_formula.trials import (
     held_out_errors,
     lens_trial,
 )
+from chapters.ch04_central_generic.ext_lens_formula.report import name_values
 from repro.page.exercise import check
 from repro.page.reader import open_results, show, show_code, show_table
 from repro.run.experiment import experiment

@@ -7,8 +7,7 @@
 
 # %%
 from chapters.ch04_central_generic.ext_smooth_rays.exercises import controls_task
-from chapters.ch04_central_generic.ext_smooth_rays.results import name_values
-from chapters.ch04_central_generic.ext_smooth_rays.trials import (
+from chapters.ch04_central_generic.ext_smooth_rays.experiment import (
     CONDITIONS,
     LENSES,
     SMOOTH_SETTINGS,
@@ -17,6 +16,7 @@ from chapters.ch04_central_generic.ext_smooth_rays.trials import (
     calibrate,
     scores,
 )
+from chapters.ch04_central_generic.ext_smooth_rays.report import name_values
 from chapters.shared.wide_angle import draw_scene
 from repro.page.exercise import check
 from repro.page.reader import open_results, show, show_code, show_table

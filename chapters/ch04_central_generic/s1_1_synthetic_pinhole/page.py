@@ -12,8 +12,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.exercises import (
     picture_task,
     radius_task,
 )
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole.results import name_values
-from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole.experiment import (
     CAMERAS,
     SOLVERS,
     TRIALS,
@@ -24,6 +23,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.trials import (
     interpolated,
     no_lens,
 )
+from chapters.ch04_central_generic.s1_1_synthetic_pinhole.report import name_values
 from chapters.shared.wide_angle import SETTINGS, draw_poses
 from raxel.calibration.linear.synthetic_pinhole import circle, circle_of
 from repro.page.exercise import check

@@ -14,14 +14,14 @@ from chapters.ch04_central_generic.s1_2_linear_stage.exercises import (
     rotation_task,
     rows_task,
 )
-from chapters.ch04_central_generic.s1_2_linear_stage.results import name_values
-from chapters.ch04_central_generic.s1_2_linear_stage.trials import (
+from chapters.ch04_central_generic.s1_2_linear_stage.experiment import (
     SHARE,
     centre_and_solution,
     homography_in,
     minimal_trial,
     spoil,
 )
+from chapters.ch04_central_generic.s1_2_linear_stage.report import name_values
 from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
 from raxel.calibration.linear.cgsp import image_noise_weights
 from raxel.calibration.linear.synthetic_pinhole import (

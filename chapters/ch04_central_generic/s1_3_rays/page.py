@@ -11,8 +11,8 @@ from chapters.ch04_central_generic.s1_3_rays.exercises import (
     image_noise_task,
     pose_task,
 )
-from chapters.ch04_central_generic.s1_3_rays.results import name_values
-from chapters.ch04_central_generic.s1_3_rays.trials import NOISE, weights_trial
+from chapters.ch04_central_generic.s1_3_rays.experiment import NOISE, weights_trial
+from chapters.ch04_central_generic.s1_3_rays.report import name_values
 from chapters.shared.wide_angle import SETTINGS
 from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
 from raxel.geometry import intersect_lines_plane

@@ -10,11 +10,11 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.exercises import (
     slant_task,
     unknowns_task,
 )
-from chapters.ch04_central_generic.s1_4_bundle_adjustment.results import name_values
-from chapters.ch04_central_generic.s1_4_bundle_adjustment.trials import (
+from chapters.ch04_central_generic.s1_4_bundle_adjustment.experiment import (
     ended,
     starts_trial,
 )
+from chapters.ch04_central_generic.s1_4_bundle_adjustment.report import name_values
 from raxel.calibration.adjust.relaxation import relax_poses
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code

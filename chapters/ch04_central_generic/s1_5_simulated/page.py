@@ -12,8 +12,7 @@ from chapters.ch04_central_generic.s1_5_simulated.exercises import (
     parameters_task,
     share_task,
 )
-from chapters.ch04_central_generic.s1_5_simulated.results import name_values
-from chapters.ch04_central_generic.s1_5_simulated.trials import (
+from chapters.ch04_central_generic.s1_5_simulated.experiment import (
     TRIALS,
     calibrate,
     calibrate_consistent,
@@ -23,6 +22,7 @@ from chapters.ch04_central_generic.s1_5_simulated.trials import (
     levels,
     one_scale,
 )
+from chapters.ch04_central_generic.s1_5_simulated.report import name_values
 from chapters.shared.wide_angle import (
     FOV_DEG,
     SETTINGS,

@@ -4,7 +4,13 @@ from itertools import product
 
 import numpy as np
 
-from chapters.ch04_central_generic.s2_pose.results import (
+from chapters.ch04_central_generic.s2_pose.experiment import (
+    COUNTED_POINTS,
+    SIZES,
+    STANDARD,
+    TILTS_DEG,
+)
+from chapters.ch04_central_generic.s2_pose.report import (
     IN_WORDS,
     MAX_STANDARD_RATIO,
     MEASURES,
@@ -19,12 +25,6 @@ from chapters.ch04_central_generic.s2_pose.results import (
     table_trials,
     trials_of,
     without_solution,
-)
-from chapters.ch04_central_generic.s2_pose.trials.estimators import STANDARD
-from chapters.ch04_central_generic.s2_pose.trials.simulated import (
-    COUNTED_POINTS,
-    SIZES,
-    TILTS_DEG,
 )
 from chapters.shared.noise_sweep import over_the_sweep
 from repro.judge.statistics import (

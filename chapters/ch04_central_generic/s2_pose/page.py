@@ -10,22 +10,20 @@
 import numpy as np
 
 from chapters.ch04_central_generic.s2_pose.exercises import normal_task, sample_task
-from chapters.ch04_central_generic.s2_pose.results import name_values
-from chapters.ch04_central_generic.s2_pose.trials.estimators import (
-    all_estimates,
-    scored,
-)
-from chapters.ch04_central_generic.s2_pose.trials.kodak import with_outliers
-from chapters.ch04_central_generic.s2_pose.trials.simulated import (
+from chapters.ch04_central_generic.s2_pose.experiment import (
     DOMAINS,
     LEVELS,
     METRICS,
     RAYS,
     WIDE,
+    all_estimates,
     moved,
+    ransac_threshold,
     rays_and_points,
-    threshold,
+    scored,
+    with_outliers,
 )
+from chapters.ch04_central_generic.s2_pose.report import name_values
 from chapters.shared.wide_angle import (
     CENTRE_MM,
     EULER_DEG,
@@ -174,7 +172,7 @@ def noise_trial(condition, rng):
     noise, domain = condition["noise"], condition["domain"]
     scene = draw_scene(camera, noise, rng, grids=2, domain=domain)
     directions, points = rays_and_points(scene, condition["rays"])
-    limit = threshold(camera, noise, domain, condition["unit"])
+    limit = ransac_threshold(camera, noise, domain, condition["unit"])
     true = scene.T_base_grid[1]
     size = np.linalg.norm(true[:3, 3])
     out = {}

@@ -8,14 +8,14 @@
 
 # %%
 from chapters.ch04_central_generic.s3_1_setup.exercises import foci_task, shift_task
-from chapters.ch04_central_generic.s3_1_setup.results import name_values
-from chapters.ch04_central_generic.s3_1_setup.trials import (
+from chapters.ch04_central_generic.s3_1_setup.experiment import (
     TURNED_SETS,
     field_trial,
     shift_between,
     turned_conditions,
     turned_trial,
 )
+from chapters.ch04_central_generic.s3_1_setup.report import name_values
 from chapters.shared.central_sets import GRID_SETS, grid_conditions
 from repro.page.exercise import check
 from repro.page.reader import (

@@ -6,7 +6,7 @@ returns whether it is true (runs,), the measured value (runs,), its unit, and a 
 
 import numpy as np
 
-from chapters.ch04_central_generic.s3_2_results.results import (
+from chapters.ch04_central_generic.s3_2_results.report import (
     BRACKETS,
     CAMERAS,
     CAUSTIC,

@@ -14,8 +14,7 @@ from chapters.ch04_central_generic.s3_2_results.exercises import (
     kurtosis_task,
     lever_task,
 )
-from chapters.ch04_central_generic.s3_2_results.results import ERRORS, name_values
-from chapters.ch04_central_generic.s3_2_results.trials import (
+from chapters.ch04_central_generic.s3_2_results.experiment import (
     BRACKET_SETS,
     FACTOR_SEEDS,
     TRIALS,
@@ -31,6 +30,7 @@ from chapters.ch04_central_generic.s3_2_results.trials import (
     redrawn_trial,
     rendered_trial,
 )
+from chapters.ch04_central_generic.s3_2_results.report import ERRORS, name_values
 from chapters.shared.central_scatter import crossings, facing_plane, scatter_of
 from chapters.shared.central_sets import (
     GRID_RIGS,

@@ -11,15 +11,13 @@ from chapters.ch04_central_generic.s3_3_correction.exercises import (
     radius_task,
     stretch_task,
 )
-from chapters.ch04_central_generic.s3_3_correction.results import name_values
-from chapters.ch04_central_generic.s3_3_correction.trials.boards import (
+from chapters.ch04_central_generic.s3_3_correction.experiment import (
+    by_protocol,
     corner_residuals,
     cut_across,
+    straightness,
 )
-from chapters.ch04_central_generic.s3_3_correction.trials.calibrations import (
-    by_protocol,
-)
-from chapters.ch04_central_generic.s3_3_correction.trials.scenes import straightness
+from chapters.ch04_central_generic.s3_3_correction.report import name_values
 from raxel.calibration import calibrate_central
 from repro.page.exercise import check
 from repro.page.reader import (

@@ -15,33 +15,29 @@ from chapters.ch04_central_generic.s3_4_motion.exercises import (
     freedom_task,
     parallax_task,
 )
-from chapters.ch04_central_generic.s3_4_motion.results import name_values
-from chapters.ch04_central_generic.s3_4_motion.trials.calibrations import (
-    METHODS,
-    SWEPT_METHODS,
-    calibrated,
-    drawn_grids,
-    grids_at_pixels,
-    table_rays,
-)
-from chapters.ch04_central_generic.s3_4_motion.trials.corners import (
+from chapters.ch04_central_generic.s3_4_motion.experiment import (
     CALIBRATION,
     DETECTORS,
     MEASURED,
+    METHODS,
     RENDERED,
-    SWEPT_DETECTOR,
-    measured,
-)
-from chapters.ch04_central_generic.s3_4_motion.trials.stage import (
     RIG,
     RIG_FILES,
     SETTINGS,
     STEPS,
+    SWEPT_DETECTOR,
+    SWEPT_METHODS,
+    calibrated,
+    drawn_grids,
+    grids_at_pixels,
+    measured,
     motions,
     scored,
+    table_rays,
     target_poses,
     true_pixels,
 )
+from chapters.ch04_central_generic.s3_4_motion.report import name_values
 from chapters.shared.bench_noise import NOISES, SWEPT_NOISES
 from chapters.shared.rigs import rig_named
 from raxel.errors import CalibrationError

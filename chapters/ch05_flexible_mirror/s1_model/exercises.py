@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s1_model.trials.plane import DEFECT_RAD, curve
+from chapters.ch05_flexible_mirror.s1_model.experiment import DEFECT_RAD, curve
 from raxel.calibration.mirror.curves import reflected, viewing_rays
 
 SHAPE = (9, 4)

@@ -12,29 +12,25 @@ from chapters.ch05_flexible_mirror.s1_model.exercises import (
     double_task,
     pairs_task,
 )
-from chapters.ch05_flexible_mirror.s1_model.results import name_values
-from chapters.ch05_flexible_mirror.s1_model.trials.edges import (
-    ON_EDGE_SD_PX,
-    PICK_SD_PX,
-    edge_trial,
-)
-from chapters.ch05_flexible_mirror.s1_model.trials.plane import (
+from chapters.ch05_flexible_mirror.s1_model.experiment import (
     DEFECT_DEPTHS_MM,
     FAR,
+    ON_EDGE_SD_PX,
+    PAIRS,
+    PICK_SD_PX,
     SLOPES2,
     anchored,
     beam_trial,
     defect_trial,
-    far_trial,
-    shapes_trial,
-)
-from chapters.ch05_flexible_mirror.s1_model.trials.splines import (
-    PAIRS,
     depth_trial,
+    edge_trial,
     ends_trial,
+    far_trial,
     fixed_trial,
     pairs_trial,
+    shapes_trial,
 )
+from chapters.ch05_flexible_mirror.s1_model.report import name_values
 from raxel.calibration.mirror.linear import orthogonality_rows, shape_with_clamp
 from repro.page.exercise import check
 from repro.page.reader import compared, open_results, show, show_code

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s2_method.results import (
+from chapters.ch05_flexible_mirror.s2_method.experiment import SHAPES
+from chapters.ch05_flexible_mirror.s2_method.report import (
     BOTH,
     LOOPS,
     SAME,
@@ -12,7 +13,6 @@ from chapters.ch05_flexible_mirror.s2_method.results import (
     StepSizes,
     surfaces,
 )
-from chapters.ch05_flexible_mirror.s2_method.trials.knots import SHAPES
 from chapters.shared.mirror_bench import LEVEL
 from chapters.shared.mirror_runs import shape_name
 from chapters.shared.mirror_sweep import READINGS, over_completed

@@ -15,19 +15,17 @@ from chapters.ch05_flexible_mirror.s2_method.exercises import (
     shift_task,
     start_task,
 )
-from chapters.ch05_flexible_mirror.s2_method.results import UNEVEN_UM, name_values
-from chapters.ch05_flexible_mirror.s2_method.trials.knots import (
+from chapters.ch05_flexible_mirror.s2_method.experiment import (
     CORNER_PX,
+    PITCH_MM,
     STEPS_MM,
     knots_trial,
-)
-from chapters.ch05_flexible_mirror.s2_method.trials.pictures import platter_trial
-from chapters.ch05_flexible_mirror.s2_method.trials.run import watched_trial
-from chapters.ch05_flexible_mirror.s2_method.trials.starts import one_deflection
-from chapters.ch05_flexible_mirror.s2_method.trials.static_grids import (
-    PITCH_MM,
+    one_deflection,
+    platter_trial,
     static_trial,
+    watched_trial,
 )
+from chapters.ch05_flexible_mirror.s2_method.report import UNEVEN_UM, name_values
 from chapters.shared.mirror_bench import BENCHES
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import LENGTH_MM
+from chapters.ch05_flexible_mirror.s3_1_simulated.experiment import LENGTH_MM
 from raxel.calibration.mirror.curves import reflected
 
 DISTANCE_MM, DEPTH_MM = 500.0, 1500.0

@@ -12,15 +12,16 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.exercises import (
     turned_ray_task,
     underestimate_task,
 )
-from chapters.ch05_flexible_mirror.s3_1_simulated.results import name_values
-from chapters.ch05_flexible_mirror.s3_1_simulated.trials.scene import beam, view_of_bent
-from chapters.ch05_flexible_mirror.s3_1_simulated.trials.sweeps import (
+from chapters.ch05_flexible_mirror.s3_1_simulated.experiment import (
     SETTINGS,
     TRIALS,
+    beam,
     conditions,
     draw,
     each_level,
+    view_of_bent,
 )
+from chapters.ch05_flexible_mirror.s3_1_simulated.report import name_values
 from chapters.shared.mirror_plans import UNSEEN
 from raxel.calibration.mirror.reduced import linear_reduced, ray_point_offsets
 from repro.page.exercise import check

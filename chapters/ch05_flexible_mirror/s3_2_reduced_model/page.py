@@ -13,17 +13,21 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.exercises import (
     aligned_task,
     aside_task,
 )
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.results import name_values
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials import picture, run
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.plane import (
-    distances_next_to,
-)
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.scan import aligned
-from chapters.ch05_flexible_mirror.s3_2_reduced_model.trials.sensitivity import (
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.experiment import (
     INJECTED_MM,
     KINDS,
+    OTHER_WAYS,
+    RUN_SETTINGS,
+    SETTINGS,
+    aligned,
+    calibrated,
+    curves_trial,
+    distances_next_to,
+    picture_trial,
+    reduced_trial,
     sensitivity_trial,
 )
+from chapters.ch05_flexible_mirror.s3_2_reduced_model.report import name_values
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
@@ -139,7 +143,7 @@ FEWER = {"quick": 1, "full": 20}
 # all of these with a third-order part.
 
 # %% tags=["active-ipynb"]
-# show_code(run.calibrated)
+# show_code(calibrated)
 
 # %% tags=["active-ipynb"]
 # show_code(aligned)
@@ -155,7 +159,7 @@ FEWER = {"quick": 1, "full": 20}
 )
 def runs(effort, results):
     """Geometry A at all levels, calibrated in every interpretation."""
-    return _plan(results, BENCHES, SEEDS[effort], run.OTHER_WAYS)
+    return _plan(results, BENCHES, SEEDS[effort], OTHER_WAYS)
 
 
 @experiment(
@@ -168,8 +172,8 @@ def swept(effort, results):
 
 def _plan(results, benches, seeds, ways=()):
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
-    trial = partial(run.reduced_trial, errors=errors, benches=benches, ways=ways)
-    settings = run.SETTINGS | {name: b._asdict() for name, b in benches.items()}
+    trial = partial(reduced_trial, errors=errors, benches=benches, ways=ways)
+    settings = RUN_SETTINGS | {name: b._asdict() for name, b in benches.items()}
     return Plan(trial, [{"geometry": "A"}], seeds, settings, UNSEEN)
 
 
@@ -179,15 +183,15 @@ def _plan(results, benches, seeds, ways=()):
 def curves(effort, results):
     """The curves of one run at the primary level, for a figure."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
-    trial = partial(run.curves_trial, errors=errors)
-    return Plan(trial, [{"geometry": "A"}], 1, run.SETTINGS, UNSEEN)
+    trial = partial(curves_trial, errors=errors)
+    return Plan(trial, [{"geometry": "A"}], 1, RUN_SETTINGS, UNSEEN)
 
 
 @experiment("exp_c5_primary_sensitivity", artefact="fig_5_7", inputs=GEOMETRY_A)
 def sensitivity(effort):
     """Errors of known size added to the primary curve, and the final errors."""
     seeds = {"quick": 2, "full": 30}[effort]
-    settings = run.SETTINGS | {"injected_mm": INJECTED_MM}
+    settings = RUN_SETTINGS | {"injected_mm": INJECTED_MM}
     return Plan(
         sensitivity_trial, crossed(geometry=["A"], kind=list(KINDS)), seeds, settings
     )
@@ -196,7 +200,7 @@ def sensitivity(effort):
 @experiment("fig_5_6_pictures", artefact="fig_5_6", inputs=SMALL_A)
 def pictures(effort):
     """Fig. 5.6: a chessboard 5 m away, in a smooth mirror and in an uneven one."""
-    return Plan(picture.picture_trial, [{"geometry": "A"}], 1, picture.SETTINGS)
+    return Plan(picture_trial, [{"geometry": "A"}], 1, SETTINGS)
 
 
 # %% [markdown]

@@ -14,27 +14,23 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.exercises import (
     slope_task,
     unknowns_task,
 )
-from chapters.ch05_flexible_mirror.s3_3_calibration.results import name_values
-from chapters.ch05_flexible_mirror.s3_3_calibration.trials.bench import (
+from chapters.ch05_flexible_mirror.s3_3_calibration.experiment import (
     AMPLITUDES_UM,
+    DEFLECTIONS_MM,
     FACTORS,
-    SEEDS,
-    first_trial,
-    second_trial,
-)
-from chapters.ch05_flexible_mirror.s3_3_calibration.trials.errors import (
     GEOMETRIES,
     RENDERED,
+    SEEDS,
     SMALL,
-    errors_trial,
-)
-from chapters.ch05_flexible_mirror.s3_3_calibration.trials.trust import trust_trial
-from chapters.ch05_flexible_mirror.s3_3_calibration.trials.views import (
-    DEFLECTIONS_MM,
     displacement_trial,
+    errors_trial,
     fan_trial,
+    first_trial,
     pictures_trial,
+    second_trial,
+    trust_trial,
 )
+from chapters.ch05_flexible_mirror.s3_3_calibration.report import name_values
 from chapters.shared.mirror_bench import BENCHES, FIRST, SECOND
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import ALL_THREE, BOTH, GEOMETRY_A, SMALL_A

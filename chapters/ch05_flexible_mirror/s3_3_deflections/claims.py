@@ -4,18 +4,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_3_deflections.results import predicates
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.curvature import ray_turns
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.geometry import by_formula
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import (
+from chapters.ch05_flexible_mirror.s3_3_deflections.report import (
     DEFLECTED,
     JUDGED,
     LAST,
     Runs,
-)
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.tips import (
     Tips,
     among_sd,
+    angles_not_worse,
+    angles_spatial,
+    below_final,
+    by_formula,
+    by_stage,
+    deflections_found,
+    dynamic_removes,
+    edge_residuals,
+    linear_ratios,
+    pose_reflection,
+    ray_turns,
     tip_sd,
 )
 from chapters.shared.mirror_bench import ABERRATION_UM, SECOND
@@ -60,7 +66,7 @@ def judge_pose_reflection(results, options):
     At the second solved level the platter's errors, which are put in, determine both.
     """
     runs = Runs(results, options)
-    found = of_completed(*predicates.pose_reflection(runs))
+    found = of_completed(*pose_reflection(runs))
     if runs.bench != SECOND:
         return found
     reason = f"the platter's errors that are put in determine it; {found.reason}"
@@ -70,7 +76,7 @@ def judge_pose_reflection(results, options):
 @claim("c5_deflection_8pct", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_deflections(results, options):
     """Final deflections within 10 % at every stage."""
-    return Runs.judged_by_seed(results, options, predicates.deflections_found)
+    return Runs.judged_by_seed(results, options, deflections_found)
 
 
 @claim("c5_linear_err_range", needs=BOTH_RIGS, evidence="rendered")
@@ -83,9 +89,9 @@ def judge_linear_range(results):
     """
     said = []
     for geometry in "AB":
-        below = predicates.below_final(Runs(results, geometry=geometry))
+        below = below_final(Runs(results, geometry=geometry))
         formula = 100 * (1 - by_formula(geometry))
-        said.append(f"{geometry} {predicates.by_stage(below)} % ({formula:.0f} %)")
+        said.append(f"{geometry} {by_stage(below)} % ({formula:.0f} %)")
     return Reading.of(
         NOT_COMPARABLE,
         ", ".join(said),
@@ -98,25 +104,25 @@ def judge_linear_range(results):
 @claim("c5_angles_not_worse", needs=JUDGED, evidence="rendered", readings=ANGLES)
 def judge_angles(results, options):
     """Mean angle to measured rays at stage 3 over that at stage 0."""
-    return Runs.judged_by_seed(results, options, predicates.angles_not_worse)
+    return Runs.judged_by_seed(results, options, angles_not_worse)
 
 
 @claim("c5_angles_spatial", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_angles_by_place(results, options):
     """Clamped strip < whole mirror < free strips, at every stage."""
-    return Runs.judged_by_seed(results, options, predicates.angles_spatial)
+    return Runs.judged_by_seed(results, options, angles_spatial)
 
 
 @claim("c5_dynamic_removes", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_removed(results, options):
     """Back-projection after calibration over that before, at stage 3."""
-    return Runs.judged_by_seed(results, options, predicates.dynamic_removes)
+    return Runs.judged_by_seed(results, options, dynamic_removes)
 
 
 @claim("c5_edge_residuals", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_edges(results, options):
     """The largest tenth of errors lies at free edges, by a chi-squared test."""
-    return Runs.judged_by_seed(results, options, predicates.edge_residuals)
+    return Runs.judged_by_seed(results, options, edge_residuals)
 
 
 @claim("c5_linear_underestimates", needs=JUDGED, evidence="rendered", readings=OPEN)
@@ -127,7 +133,7 @@ def judge_underestimate(results, options):
     """
 
     def ratios_at(bench):
-        return predicates.linear_ratios(Runs(results, options, bench))
+        return linear_ratios(Runs(results, options, bench))
 
     def decided(ratios):
         below = [proportion((r < 1).astype(float)).above(MIN_BELOW) for r in ratios]

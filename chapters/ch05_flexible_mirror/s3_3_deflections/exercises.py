@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.geometry import (
+from chapters.ch05_flexible_mirror.s3_3_deflections.report import (
+    STEP_MM,
     by_formula,
     camera_mm,
     depth_for,
 )
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.runs import STEP_MM
 from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, DYNAMIC_MM
 
 SHARE, ANGLE_DEG = 0.6, 0.2

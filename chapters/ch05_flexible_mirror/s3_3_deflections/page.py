@@ -15,16 +15,14 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.exercises import (
     linear_task,
     ray_task,
 )
-from chapters.ch05_flexible_mirror.s3_3_deflections.results.prose import name_values
-from chapters.ch05_flexible_mirror.s3_3_deflections.trials.pictures import RunSizes
-from chapters.ch05_flexible_mirror.s3_3_deflections.trials.rendered import (
-    rendered_trial,
-)
-from chapters.ch05_flexible_mirror.s3_3_deflections.trials.run import (
+from chapters.ch05_flexible_mirror.s3_3_deflections.experiment import (
+    RunSizes,
     of_deflection,
+    one_push,
+    rendered_trial,
     three_stages,
 )
-from chapters.ch05_flexible_mirror.s3_3_deflections.trials.tip import one_push
+from chapters.ch05_flexible_mirror.s3_3_deflections.report import name_values
 from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, GEOMETRY_C
 from chapters.shared.mirror_plans import SWEEP, UNSEEN, bench_plan, on_each

@@ -14,28 +14,21 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.exercises import (
     tip_task,
     turned_rays_task,
 )
-from chapters.ch05_flexible_mirror.s3_3_repeatability.results.prose import name_values
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.conditioning import (
-    conditioning_trial,
-)
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.film import film_trial
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.losses import (
-    DEFLECTIONS_MM,
-    losses_trial,
-)
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.metric import (
+from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import (
     ARMS,
-    metric_trial,
-)
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.placements import (
-    in_all_places,
-)
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.relief import (
+    DEFLECTIONS_MM,
     RELIEFS_UM,
+    both_steps,
+    conditioning_trial,
+    film_trial,
+    in_all_places,
+    loop,
+    losses_trial,
+    metric_trial,
     relief_trial,
+    travelled,
 )
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.run import loop, travelled
-from chapters.ch05_flexible_mirror.s3_3_repeatability.trials.starts import both_steps
+from chapters.ch05_flexible_mirror.s3_3_repeatability.report import name_values
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A

@@ -4,16 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_4_distortion.results import predicates
-from chapters.ch05_flexible_mirror.s3_4_distortion.results.exact import (
-    conic_of_flat_mirror,
-    exact_radii,
-)
-from chapters.ch05_flexible_mirror.s3_4_distortion.results.runs import (
+from chapters.ch05_flexible_mirror.s3_4_distortion.report import (
     FIRST,
     JUDGED,
     LAST,
     CircleRuns,
+    conic_departs,
+    conic_of_flat_mirror,
+    exact_radii,
+    face_corrected,
+    no_common_error,
+    radii_agree,
 )
 from chapters.shared.mirror_sweep import READINGS, over_completed
 from repro.judge.statistics import ratio_of
@@ -45,7 +46,7 @@ def judge_exact(results):
 @claim("c5_circle_radius", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_radius(results, options):
     """The radius within 1.5 % at all four stages."""
-    return CircleRuns.judged_by_seed(results, options, predicates.radii_agree)
+    return CircleRuns.judged_by_seed(results, options, radii_agree)
 
 
 @claim("c5_circle_conic", needs=JUDGED, evidence="rendered", readings=BENCHES)
@@ -56,7 +57,7 @@ def judge_conic(results, options):
     the picture as it was taken; the flat mirror has no lens distortion before it, which
     alone would bend a conic.
     """
-    found = CircleRuns.judged_by_seed(results, options, predicates.conic_departs)
+    found = CircleRuns.judged_by_seed(results, options, conic_departs)
     flat = conic_of_flat_mirror()
     reason = f"{found.reason}; a flat mirror leaves {flat:.0e} px"
     if flat >= EXACT_PX:
@@ -71,7 +72,7 @@ def judge_system(results, options):
     Fixed before the run: 90 places at the same angles of the board at all stages, mean
     of the six pairs of stages.
     """
-    return CircleRuns.judged_by_seed(results, options, predicates.no_common_error)
+    return CircleRuns.judged_by_seed(results, options, no_common_error)
 
 
 @claim("c5_face", needs=JUDGED, evidence="rendered", readings=BENCHES)
@@ -82,7 +83,7 @@ def judge_face(results, options):
     least distances to the picture of the view's own pinhole, which has the relief's
     parallax and no distortion.
     """
-    return CircleRuns.judged_by_seed(results, options, predicates.face_corrected)
+    return CircleRuns.judged_by_seed(results, options, face_corrected)
 
 
 @claim("c5_circle_no_accum", needs=JUDGED, evidence="rendered", readings=BENCHES)

@@ -13,22 +13,18 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.exercises import (
     relief_task,
     shifted_task,
 )
-from chapters.ch05_flexible_mirror.s3_4_distortion.results.prose import name_values
-from chapters.ch05_flexible_mirror.s3_4_distortion.trials.face import left_by_plane
-from chapters.ch05_flexible_mirror.s3_4_distortion.trials.pictures import (
-    PictureSizes,
-    face_picture_trial,
-    ring_pictures_trial,
-)
-from chapters.ch05_flexible_mirror.s3_4_distortion.trials.run import (
+from chapters.ch05_flexible_mirror.s3_4_distortion.experiment import (
     CircleScope,
+    PictureSizes,
     correction_trial,
+    edges_trial,
+    face_picture_trial,
+    left_by_plane,
+    line_errors,
+    ring_pictures_trial,
     scored,
 )
-from chapters.ch05_flexible_mirror.s3_4_distortion.trials.target import (
-    edges_trial,
-    line_errors,
-)
+from chapters.ch05_flexible_mirror.s3_4_distortion.report import name_values
 from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A

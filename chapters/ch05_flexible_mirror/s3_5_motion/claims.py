@@ -4,10 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_5_motion.results import predicates
-from chapters.ch05_flexible_mirror.s3_5_motion.results.runs import JUDGED, MotionRuns
-from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import seen_by
-from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import moved_cylinder
+from chapters.ch05_flexible_mirror.s3_5_motion.experiment import moved_cylinder, seen_by
+from chapters.ch05_flexible_mirror.s3_5_motion.report import (
+    JUDGED,
+    MotionRuns,
+    follows,
+    markers_meet,
+    mostly_meet,
+    radius_found,
+    scale_right,
+    scale_tells,
+    scaled,
+)
 from chapters.shared.mirror_bench import ABERRATION_UM
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_sweep import (
@@ -44,15 +52,15 @@ def judge_motion(results, options):
 
     def reading_at(bench):
         runs = MotionRuns(results, options, bench)
-        found = of_completed(*predicates.follows(runs))
-        true = of_completed(*predicates.follows(runs, "true"))
+        found = of_completed(*follows(runs))
+        true = of_completed(*follows(runs, "true"))
         reason = f"{found.reason}; with the true mirror: {true.verdict}, {true.reason}"
         alone = true.verdict == "differs"
         verdict = NOT_COMPARABLE if alone else found.verdict
         return replace(found, verdict=verdict, reason=reason)
 
     def side_at(bench):
-        return mostly(*predicates.follows(MotionRuns(results, options, bench))[:2])
+        return mostly(*follows(MotionRuns(results, options, bench))[:2])
 
     return over_the_sweep(Case(READINGS, options), reading_at, side_at)
 
@@ -60,7 +68,7 @@ def judge_motion(results, options):
 @claim("c5_cylinder", needs=JUDGED, evidence="rendered", readings=BENCHES)
 def judge_cylinder(results, options):
     """Scaled radius within 10 %, unscaled within 20 %."""
-    return MotionRuns.judged_by_seed(results, options, predicates.radius_found)
+    return MotionRuns.judged_by_seed(results, options, radius_found)
 
 
 @claim("c5_points_on_cyl", needs=JUDGED, evidence="rendered", readings=BENCHES)
@@ -73,8 +81,8 @@ def judge_markers(results, options):
     return over_completed(
         Case(READINGS, options),
         lambda bench: np.isfinite(on(bench).of("missed")),
-        lambda bench, seeds: predicates.markers_meet(on(bench), seeds),
-        lambda bench, seeds: predicates.mostly_meet(on(bench), seeds),
+        lambda bench, seeds: markers_meet(on(bench), seeds),
+        lambda bench, seeds: mostly_meet(on(bench), seeds),
     )
 
 
@@ -93,9 +101,9 @@ def judge_scale(results, options):
 
     return over_completed(
         Case(READINGS, options),
-        lambda bench: predicates.scaled(on(bench), bench),
-        lambda bench, seeds: predicates.scale_tells(on(bench), seeds),
-        lambda bench, seeds: predicates.scale_right(on(bench), seeds),
+        lambda bench: scaled(on(bench), bench),
+        lambda bench, seeds: scale_tells(on(bench), seeds),
+        lambda bench, seeds: scale_right(on(bench), seeds),
     )
 
 

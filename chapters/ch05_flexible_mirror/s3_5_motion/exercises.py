@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch05_flexible_mirror.s3_5_motion.trials.scene import RADIUS_MM, STEP_MM
+from chapters.ch05_flexible_mirror.s3_5_motion.experiment import RADIUS_MM, STEP_MM
 
 DISTANCE_MM, DEEPER_MM = 700.0, 36.0
 FOUND_MM, FOUND_RADIUS_MM = 31.34, 73.90

@@ -14,13 +14,13 @@ from chapters.ch05_flexible_mirror.s3_5_motion.exercises import (
     parallax_task,
     scale_task,
 )
-from chapters.ch05_flexible_mirror.s3_5_motion.results.prose import name_values
-from chapters.ch05_flexible_mirror.s3_5_motion.trials.motion import pairwise
-from chapters.ch05_flexible_mirror.s3_5_motion.trials.run import (
+from chapters.ch05_flexible_mirror.s3_5_motion.experiment import (
     SETTINGS,
     length_bounds,
     motion_trial,
+    pairwise,
 )
+from chapters.ch05_flexible_mirror.s3_5_motion.report import name_values
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_C

@@ -10,11 +10,14 @@
 from functools import partial
 
 from chapters.ch05_flexible_mirror.s3_5_tin.exercises import depth_task, tilt_task
-from chapters.ch05_flexible_mirror.s3_5_tin.results.prose import name_values
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.calibrated import EVERY_WAY
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.faces import tin_of
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.pictures import pictures_trial
-from chapters.ch05_flexible_mirror.s3_5_tin.trials.run import SETTINGS, tin_trial
+from chapters.ch05_flexible_mirror.s3_5_tin.experiment import (
+    EVERY_WAY,
+    RUN_SETTINGS,
+    pictures_trial,
+    tin_of,
+    tin_trial,
+)
+from chapters.ch05_flexible_mirror.s3_5_tin.report import name_values
 from chapters.shared.mirror_bench import BENCHES, CONTRASTED, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
@@ -164,7 +167,7 @@ def swept(effort, results):
 def _plan(results, benches, seeds, ways):
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     trial = partial(tin_trial, errors=errors, benches=benches, ways=ways)
-    settings = SETTINGS | {name: bench._asdict() for name, bench in benches.items()}
+    settings = RUN_SETTINGS | {name: bench._asdict() for name, bench in benches.items()}
     return Plan(trial, [{"geometry": "A"}], seeds, settings, UNSEEN)
 
 
@@ -184,7 +187,7 @@ def pictures(effort, results):
     ways = PICTURED_WAYS[effort]
     trial = partial(pictures_trial, errors=errors, benches=benches, ways=ways)
     condition = {"geometry": "A", "margin_px": MARGIN_PX[effort]}
-    return Plan(trial, [condition], PICTURES[effort], SETTINGS, UNSEEN)
+    return Plan(trial, [condition], PICTURES[effort], RUN_SETTINGS, UNSEEN)
 
 
 # %% [markdown]

@@ -13,9 +13,11 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.exercises import (
     bias_task,
     depth_task,
 )
-from chapters.ch05_flexible_mirror.s4_self_calibration.results.prose import name_values
-from chapters.ch05_flexible_mirror.s4_self_calibration.trials.course import course_trial
-from chapters.ch05_flexible_mirror.s4_self_calibration.trials.known import known_trial
+from chapters.ch05_flexible_mirror.s4_self_calibration.experiment import (
+    course_trial,
+    known_trial,
+)
+from chapters.ch05_flexible_mirror.s4_self_calibration.report import name_values
 from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A

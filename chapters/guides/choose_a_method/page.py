@@ -7,8 +7,7 @@
 # guide compares the methods on simulated, rendered and real images.
 
 # %%
-from chapters.guides.choose_a_method.results.prose import named
-from chapters.guides.choose_a_method.trials import (
+from chapters.guides.choose_a_method.experiment import (
     DETECTOR_RECORD,
     SCORED,
     STATED,
@@ -18,6 +17,7 @@ from chapters.guides.choose_a_method.trials import (
     score_rig,
     stated_errors,
 )
+from chapters.guides.choose_a_method.report import named
 from chapters.shared.records import record
 from chapters.shared.zoom_rigs import ZOOM_RIGS
 from repro.page.reader import results_behind, show_table, value

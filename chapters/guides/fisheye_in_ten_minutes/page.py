@@ -8,8 +8,22 @@
 # %%
 from functools import partial
 
-from chapters.guides.fisheye_in_ten_minutes import results, tables
-from chapters.guides.fisheye_in_ten_minutes.trials import boards, commands, models
+from chapters.guides.fisheye_in_ten_minutes.experiment import (
+    CALIBRATE,
+    CHECK,
+    LENS,
+    SIZES,
+    UNDISTORT,
+    calibrate,
+    find_corners,
+    inner_boards,
+    look_through,
+    model_scores,
+    photograph,
+    places_of,
+    views_of,
+)
+from chapters.guides.fisheye_in_ten_minutes.report import COMMANDS, numbers, transcript
 from chapters.shared.records import record, set_of
 from repro.page.reader import open_results, show, show_table, value
 from repro.run.experiment import experiment
@@ -27,13 +41,13 @@ RECORDED = "calibrations"  # of data/records
 )
 def ext_fisheye_pictures(effort):
     """The images: boards of the plan, and held-out boards."""
-    size = boards.SIZES[effort]
-    count = len(boards.places_of(size.plan)) + size.kept_out
+    size = SIZES[effort]
+    count = len(places_of(size.plan)) + size.kept_out
     return Plan(
-        lambda condition, rng: boards.photograph(size, condition["view"], rng),
+        lambda condition, rng: photograph(size, condition["view"], rng),
         [{"view": view} for view in range(count)],
         1,
-        {"lens": boards.LENS, "board": [size.columns, size.rows]},
+        {"lens": LENS, "board": [size.columns, size.rows]},
     )
 
 
@@ -42,7 +56,7 @@ def ext_fisheye_pictures(effort):
 )
 def ext_fisheye_found(effort, made):
     """The corners, by the command."""
-    run = partial(commands.find_corners, boards.SIZES[effort], *made.values())
+    run = partial(find_corners, SIZES[effort], *made.values())
     return Plan(lambda condition, rng: run(), [{}], 1)
 
 
@@ -53,7 +67,7 @@ def ext_fisheye_found(effort, made):
 )
 def ext_fisheye_camera(effort, made):
     """The camera and its scores, by the commands."""
-    run = partial(commands.calibrate, boards.SIZES[effort], *made.values())
+    run = partial(calibrate, SIZES[effort], *made.values())
     return Plan(lambda condition, rng: run(), [{}], 1)
 
 
@@ -64,7 +78,7 @@ def ext_fisheye_camera(effort, made):
 )
 def ext_fisheye_look(effort, made):
     """Corrected images."""
-    run = partial(commands.look_through, boards.SIZES[effort], *made.values())
+    run = partial(look_through, SIZES[effort], *made.values())
     return Plan(lambda condition, rng: run(rng), [{}], 1)
 
 
@@ -75,13 +89,13 @@ def ext_fisheye_look(effort, made):
 )
 def ext_fisheye_scores(effort, made):
     """Three models from the inner boards, and from all of them."""
-    size = boards.SIZES[effort]
+    size = SIZES[effort]
 
     def trial(condition, rng):
-        fit, kept_out = commands.views_of(size, *made.values())
+        fit, kept_out = views_of(size, *made.values())
         if condition["boards"] == "inner":
-            fit = fit[: boards.inner_boards(size.plan)]
-        return models.model_scores(size, fit, kept_out, rng)
+            fit = fit[: inner_boards(size.plan)]
+        return model_scores(size, fit, kept_out, rng)
 
     return Plan(trial, [{"boards": "inner"}, {"boards": "all"}], 1)
 
@@ -103,10 +117,10 @@ def ext_calibration_record(effort):
 
 
 # %% tags=["active-ipynb", "remove-input"]
-# opened = {name: open_results(name) for name in results.COMMANDS}
+# opened = {name: open_results(name) for name in COMMANDS}
 
 # %% tags=["active-ipynb", "remove-input"]
-# found = results.numbers(opened)
+# found = numbers(opened)
 
 # %% tags=["active-ipynb", "remove-input"]
 # for name, x in found.items(): value(name, x)
@@ -195,13 +209,13 @@ def ext_calibration_record(effort):
 # ## 3. Calibrate
 
 # %% tags=["active-ipynb"]
-# corners, camera, look = (opened[name] for name in results.COMMANDS)
+# corners, camera, look = (opened[name] for name in COMMANDS)
 
 # %% tags=["active-ipynb", "remove-input"]
-# tables.transcript(corners, commands.CHECK, commands.CORNERS)
+# transcript(corners, CHECK, CORNERS)
 
 # %% tags=["active-ipynb", "remove-input"]
-# tables.transcript(camera, commands.CALIBRATE, commands.EVALUATE)
+# transcript(camera, CALIBRATE, EVALUATE)
 
 # %% [markdown]
 # `--report FOLDER` also writes a page with images of the corners, residuals and
@@ -228,7 +242,7 @@ def ext_calibration_record(effort):
 # ## 4. Correct
 
 # %% tags=["active-ipynb", "remove-input"]
-# tables.transcript(look, commands.UNDISTORT)
+# transcript(look, UNDISTORT)
 
 # %% [markdown]
 # In a program, OpenCV corrects images in real time with two remap tables:

@@ -6,11 +6,8 @@
 # a flexible mirror. Every exercise checks its own answer.
 
 # %%
-from chapters.guides.for_teachers.exercises.on_pages import (
-    exercise_list,
-    pages_with_exercises,
-)
-from chapters.guides.for_teachers.results import stated_times
+from chapters.guides.for_teachers.exercises import exercise_list, pages_with_exercises
+from chapters.guides.for_teachers.report import stated_times
 from chapters.shared.run_times import rounded_seconds
 from repro.page.reader import open_results, seconds, show_table, value
 

@@ -11,12 +11,24 @@
 # %%
 from functools import partial
 
-from chapters.photographs.active_grid import results
 from chapters.photographs.active_grid.exercises import cell_task, spread_task
-from chapters.photographs.active_grid.trials import (
+from chapters.photographs.active_grid.experiment import (
     calibration_part,
     settings_of,
     view_part,
+)
+from chapters.photographs.active_grid.report import (
+    GridStudy,
+    about,
+    camera,
+    doubted,
+    exercise,
+    found,
+    left_out,
+    mirrored,
+    noise_of,
+    precision,
+    shown,
 )
 from chapters.shared.photographs.notes import origin, title
 from raxel.sets import load_set
@@ -50,43 +62,43 @@ def active_grid_study(effort, folder):
 
 
 # %% tags=["active-ipynb", "remove-input"]
-# study = results.GridStudy(open_results("active_grid_study"))
+# study = GridStudy(open_results("active_grid_study"))
 
 # %% tags=["active-ipynb"]
 # value("title", title(study))
 
 # %% tags=["active-ipynb"]
-# value("about", results.about(study))
+# value("about", about(study))
 
 # %% tags=["active-ipynb"]
-# value("shown", results.shown(study))
+# value("shown", shown(study))
 
 # %% tags=["active-ipynb"]
-# value("found", results.found(study))
+# value("found", found(study))
 
 # %% tags=["active-ipynb"]
-# value("left_out", results.left_out(study))
+# value("left_out", left_out(study))
 
 # %% tags=["active-ipynb"]
-# value("precision", results.precision(study))
+# value("precision", precision(study))
 
 # %% tags=["active-ipynb"]
-# value("doubted", results.doubted(study))
+# value("doubted", doubted(study))
 
 # %% tags=["active-ipynb"]
-# value("mirrored", results.mirrored(study))
+# value("mirrored", mirrored(study))
 
 # %% tags=["active-ipynb"]
-# value("camera", results.camera(study))
+# value("camera", camera(study))
 
 # %% tags=["active-ipynb"]
 # value("origin", origin(study))
 
 # %% tags=["active-ipynb"]
-# value("exercise", results.exercise(study))
+# value("exercise", exercise(study))
 
 # %% tags=["active-ipynb"]
-# value("noise", results.noise_of(study))
+# value("noise", noise_of(study))
 
 # %% tags=["active-ipynb"]
 # show("ext_grid_places")
@@ -169,4 +181,4 @@ def active_grid_study(effort, folder):
 # mm, for a single pixel?
 
 # %% tags=["active-ipynb"]
-# check(None, **spread_task(results.noise_of(study)))
+# check(None, **spread_task(noise_of(study)))

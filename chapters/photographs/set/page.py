@@ -10,14 +10,13 @@
 # %%
 from functools import partial
 
-from chapters.photographs.set import results
 from chapters.photographs.set.exercises import (
     exercise_camera,
     exercise_corner,
     field_of_view_task,
     residual_task,
 )
-from chapters.photographs.set.trials.study import (
+from chapters.photographs.set.experiment import (
     SIZES,
     boards_of,
     calibrated,
@@ -27,6 +26,19 @@ from chapters.photographs.set.trials.study import (
     image_part,
     scores,
     settings_of,
+)
+from chapters.photographs.set.report import (
+    about,
+    angles,
+    comparison,
+    coverage,
+    exercise,
+    found,
+    general,
+    kept_out,
+    peer,
+    straightness,
+    zhang,
 )
 from chapters.shared.photographs.notes import origin, title
 from chapters.shared.photographs.reading import BOARDS, Study
@@ -71,40 +83,40 @@ def photograph_study(effort, folder):
 # value("title", title(study))
 
 # %% tags=["active-ipynb"]
-# value("about", results.about(study))
+# value("about", about(study))
 
 # %% tags=["active-ipynb"]
 # value("origin", origin(study))
 
 # %% tags=["active-ipynb"]
-# value("found", results.found(study))
+# value("found", found(study))
 
 # %% tags=["active-ipynb"]
-# value("zhang", results.zhang(study))
+# value("zhang", zhang(study))
 
 # %% tags=["active-ipynb"]
-# value("general", results.general(study))
+# value("general", general(study))
 
 # %% tags=["active-ipynb"]
-# value("peer", results.peer(study))
+# value("peer", peer(study))
 
 # %% tags=["active-ipynb"]
-# value("kept_out", results.kept_out(study))
+# value("kept_out", kept_out(study))
 
 # %% tags=["active-ipynb"]
-# value("coverage", results.coverage(study))
+# value("coverage", coverage(study))
 
 # %% tags=["active-ipynb"]
-# value("comparison", results.comparison(study))
+# value("comparison", comparison(study))
 
 # %% tags=["active-ipynb"]
-# value("angles", results.angles(study))
+# value("angles", angles(study))
 
 # %% tags=["active-ipynb"]
-# value("straightness", results.straightness(study))
+# value("straightness", straightness(study))
 
 # %% tags=["active-ipynb"]
-# value("exercise", results.exercise(study))
+# value("exercise", exercise(study))
 
 # %% tags=["active-ipynb"]
 # show("ext_cross_validation")

@@ -1,0 +1,400 @@
+"""Results of this page read: values of the prose, figures, tables, judgements."""
+
+from functools import partial
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from chapters.ch03_planar_grids.s3_3_active_grid_robustness.experiment import (
+    ACTIVE,
+    DEFAULT_LEVEL,
+    DEFAULT_MM,
+    DERIVATIVE,
+    EXPOSURES,
+    METHODS,
+    ONE_WINDOW,
+    OVER,
+    SECOND_GRIDS,
+    STATIC,
+    TRUE,
+    WINDOWS,
+    WITHIN,
+)
+from repro.judge.statistics import median_and_range, with_worst
+from repro.page.method_looks import look_of
+from repro.page.reader import value
+from repro.page.style import figure as new_figure
+from repro.run.columns import columns
+from repro.run.experiment import claim, figure, numbers
+from repro.run.outcomes import Drawing, Reading, Value
+from repro.run.readings import Case
+
+# Results of the sweeps of 3.3.3, and the numbers that the prose quotes.
+
+
+SWEPT = ("fig_3_15_sweeps",)
+SWEEPS = ("distance", "orientation", "blur", "noise")
+# Measures of the error of corners; the primary one comes first.
+BY_GRID, BY_TRUTH = "a second grid", "the true corners"
+MEASURES = (BY_GRID, BY_TRUTH)
+# Question of the registry -> its options, named alike in the trials.
+NAMES = {
+    question: {option: option for option in options}
+    for question, options in (
+        ("corner_window", WINDOWS),
+        ("second_grid_pictures", SECOND_GRIDS),
+        ("exposure", EXPOSURES),
+        ("corner_measure", MEASURES),
+    )
+}
+PRIMARY = Case(NAMES)
+
+
+def swept(results):
+    """Return the result of the sweeps."""
+    return results[SWEPT[0]]
+
+
+def levels_of(result, sweep):
+    """Return the levels of a sweep in rising order, including the default one."""
+    default = {DEFAULT_LEVEL[sweep]} if sweep in DEFAULT_LEVEL else set()
+    return sorted({*result.levels("level", sweep=sweep), *default})
+
+
+def at(result, sweep, level, name):
+    """Return values (sets,) of a level."""
+    if DEFAULT_LEVEL.get(sweep) == level:
+        sweep, level = "default", DEFAULT_MM
+    return result.select(sweep=sweep, level=level).column(name)
+
+
+def points_of(result):
+    """Return every (sweep, level) once; the sweeps share the default."""
+    return list(dict.fromkeys((c["sweep"], c["level"]) for c in result.conditions))
+
+
+def residuals(result, sweep, level, method, taken=PRIMARY):
+    """Return RMS residuals (sets,) in mm; infinite where the method failed.
+
+    Against the true corners: RMS errors in px.
+    """
+    measured = taken["second_grid_pictures"]
+    if taken["corner_measure"] == BY_TRUTH:
+        measured = "off_px"
+    name = f"{taken['exposure']}.{taken['corner_window']}.{measured}.{method}"
+    return with_worst(at(result, sweep, level, name))
+
+
+def tie_width(result, sweep, level, taken=PRIMARY):
+    """Return the spread of the floor; residuals that differ by no more are a tie.
+
+    It is the range over the sets of the residual of true corners. Compared with the
+    true corners there is no floor, and no tie.
+    """
+    return np.ptp(residuals(result, sweep, level, TRUE, taken))
+
+
+def errors(result, sweep, level, method, exposure=WITHIN):
+    """Return RMS errors (sets,) in px of the corners found, by the true corners."""
+    return at(result, sweep, level, f"{exposure}.{ONE_WINDOW}.off_px.{method}")
+
+
+def lost(result, points, method, taken=PRIMARY):
+    """Return the number of corners (points, sets) that a method missed."""
+    name = f"{taken['exposure']}.{taken['corner_window']}.lost.{method}"
+    return np.array([at(result, sweep, level, name) for sweep, level in points])
+
+
+def wins(result, points, taken=PRIMARY):
+    """Return where (points, sets) the active grid beats or ties both others."""
+    won = []
+    for sweep, level in points:
+        ours, *theirs = (
+            residuals(result, sweep, level, method, taken)
+            for method in (ACTIVE, *STATIC)
+        )
+        tie = tie_width(result, sweep, level, taken)
+        won.append(np.isfinite(ours) & (ours <= np.minimum(*theirs) + tie))
+    return np.array(won)
+
+
+def points_along(result, sweep):
+    """Return (sweep, level) of every level of a sweep, including the default one."""
+    return [(sweep, level) for level in levels_of(result, sweep)]
+
+
+def blur_ratios(result, taken=PRIMARY):
+    """Return {method: residual at the largest blur over that without (sets,)}."""
+    least, *_, most = levels_of(result, "blur")
+    return {
+        method: residuals(result, "blur", most, method, taken)
+        / residuals(result, "blur", least, method, taken)
+        for method in METHODS
+    }
+
+
+def blur_tie(result, taken=PRIMARY):
+    """Return the difference (sets,) below which `blur_ratios` are a tie."""
+    least, *_, most = levels_of(result, "blur")
+    sharp = residuals(result, "blur", least, ACTIVE, taken)
+    return tie_width(result, "blur", most, taken) / sharp
+
+
+@numbers("fig_3_15", needs=SWEPT, evidence="rendered")
+def numbers_fig_3_15(results):
+    """Return the settings of the sweeps as they were run."""
+    ran = swept(results).settings
+    return {
+        "fig3_15_corners": Value(ran["corners"][0], unit="count"),
+        "fig3_15_size": Value(ran["grid_mm"], unit="mm"),
+        "fig3_15_dist": Value(ran["distance_mm"], unit="mm"),
+        "fig3_15_ori": Value(ran["orientation_deg"], unit="deg"),
+    }
+
+
+def name_values(open_results):
+    """Name the numbers that the prose of the page quotes."""
+    result = open_results(SWEPT[0])
+    share = wins(result, points_of(result)).mean(axis=0)
+    quoted = {
+        "won": 100 * np.median(share),
+        "won.least": 100 * share.min(),
+        "floor": np.median(residuals(result, "distance", DEFAULT_MM, TRUE)),
+        "first_lost_noise": _first_lost(result),
+    } | {
+        f"off.{method}": np.median(errors(result, "distance", DEFAULT_MM, name))
+        for method, name in (("active", ACTIVE), ("derivative", DERIVATIVE))
+    }
+    for name, number in quoted.items():
+        value(name, number)
+
+
+def _first_lost(result):
+    """Return the first noise level at which the active grid loses in most sets."""
+    for sweep, level in points_along(result, "noise"):
+        if np.median(wins(result, [(sweep, level)])[0]) < 1:
+            return level
+    return "none"
+
+
+def shares(result, turn, name="share", *, falloff=2, gamma=2.2):
+    """Return shares (runs,) of the visible area that are decoded at a rotation.
+
+    name: another value of the trials instead.
+    """
+    shown = {"falloff_exponent": falloff, "camera_gamma": gamma}
+    return result.select(turn_deg=turn, **shown).column(name)
+
+
+# Fig. 3.15, and the errors by the true corners.
+
+
+AXES = {
+    "distance": "Camera-grid distance (mm)",
+    "orientation": "Grid orientation (deg)",
+    "blur": "Gaussian blur, SD (px)",
+    "noise": "Gaussian noise, SD (grey levels)",
+}
+
+
+def _along(panel, result, sweep, method, of, look, label):
+    """Draw median and range over sets of one measure along a sweep; return the data.
+
+    of: (result, sweep, level, method) -> (sets,).
+    """
+    levels = levels_of(result, sweep)
+    found = np.array([of(result, sweep, level, method) for level in levels])
+    found[~np.isfinite(found)] = np.nan
+    low, middle, high = (
+        statistic(found, axis=1) for statistic in (np.min, np.median, np.max)
+    )
+    panel.plot(levels, middle, label=label, **look)
+    band = {"color": look["color"], "alpha": 0.18, "linewidth": 0}
+    panel.fill_between(levels, low, high, **band)
+    return list(zip(levels, middle, low, high, strict=True))
+
+
+@figure("fig_3_15", needs=SWEPT, evidence="rendered")
+def fig_3_15(results):
+    """Draw the residuals of three methods along four sweeps."""
+    result = swept(results)
+    drawn, panels = new_figure(2, 2, height_in=6.4)
+    rows = []
+    for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
+        for method in (*METHODS, TRUE):
+            look = look_of(method)
+            found = _along(panel, result, sweep, method, residuals, look, method)
+            rows += [(sweep, level, method, *rest) for level, *rest in found]
+        panel.set(xlabel=AXES[sweep], ylabel="RMS residual (mm)", ylim=(0, None))
+    _legend(drawn, panels[0, 0], 4)
+    return Drawing(
+        drawn,
+        columns(("sweep", "level", "method", "rms_mm", "low_mm", "high_mm"), rows),
+        "RMS residual of the chessboard's corners after a homography from the "
+        "second active grid, in mm on the chessboard: median and range over "
+        f"{_sets(result)}. Dotted: true corners, whose residual is the second "
+        "grid's own error (floor). Exposure below a full well, window of 15 px.",
+    )
+
+
+@figure("ext_active_errors", needs=SWEPT, evidence="rendered")
+def ext_active_errors(results):
+    """Draw the errors by the true corners along the sweeps, with both exposures."""
+    result = swept(results)
+    drawn, panels = new_figure(2, 2, height_in=6.6, sharey=True)
+    rows = []
+    for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
+        for exposure in EXPOSURES:
+            for method in METHODS:
+                line = "-" if exposure == WITHIN else "--"
+                look = look_of(method) | {"linestyle": line}
+                label = f"{method}{', overexposed' * (exposure == OVER)}"
+                of = partial(errors, exposure=exposure)
+                found = _along(panel, result, sweep, method, of, look, label)
+                rows += [
+                    (sweep, level, exposure, method, *rest) for level, *rest in found
+                ]
+        panel.set(xlabel=AXES[sweep], ylabel="RMS error (px)", yscale="log")
+    _legend(drawn, panels[0, 0], 3)
+    return Drawing(
+        drawn,
+        columns(
+            (
+                "sweep", "level", "exposure", "method",
+                "rms_px", "low_px", "high_px",
+            ),
+            rows,
+        ),
+        "RMS distance (px) of the localised corners from the true ones: median "
+        f"and range over {_sets(result)}. Dashed: overexposed by a fifth above "
+        "a full well.",
+    )  # fmt: skip
+
+
+def _legend(drawn, panel, columns_in_it):
+    """Draw one legend above all panels."""
+    handles, labels = panel.get_legend_handles_labels()
+    drawn.legend(
+        handles, labels, loc="outside upper center", ncols=columns_in_it,
+        fontsize=8,
+    )  # fmt: skip
+
+
+def _sets(result):
+    count = len(result.levels("set"))
+    return "one set of images" if count == 1 else f"{count} sets of images"
+
+
+# Claims of section 3.3.3, decided by the share of the sets that support them.
+
+
+MIN_CONDITIONS, MIN_LEVELS = 0.8, 0.7
+MAX_BLUR_RATIO = 1.5
+MAX_RANK, MIN_FALL = -0.9, 0.01
+VIEWED = {
+    "decodable": {"with the rim": "share", "without the rim": "without_rim"},
+    "camera_file": {"gamma 2.2": 2.2, "linear": 1.0},
+}
+ALL = ("corner_window", "second_grid_pictures", "exposure", "corner_measure")
+OF_FIRST = ("corner_window", "exposure", "corner_measure")
+
+
+def of_share(results, options, sweep=None):
+    """Return the Reading that no method leaves less in a share of the conditions.
+
+    It must hold in nearly all sets: over the levels of a sweep, or over all
+    conditions. Ties count.
+    """
+    result, taken = swept(results), Case(NAMES, options)
+    points = points_along(result, sweep) if sweep else points_of(result)
+    least = MIN_LEVELS if sweep else MIN_CONDITIONS
+    won = wins(result, points, taken)
+    share = won.mean(axis=0)
+    beaten = [
+        f"{sweep} {level:g}"
+        for (sweep, level), sets in zip(points, won, strict=True)
+        if not sets.all()
+    ]
+    return Reading.of_seeds(
+        share >= least,
+        median_and_range(share),
+        "1",
+        f"median and range over {len(share)} sets, of {len(points)} conditions each; "
+        f"holds in {int(np.sum(share >= least))}; beaten in some set "
+        f"at: {', '.join(beaten) or 'none'}; corners left out: "
+        f"{left_out(result, points, taken)}",
+    )
+
+
+def left_out(result, points, taken):
+    """Return the number of corners that each method missed, as text."""
+    counts = {m: int(lost(result, points, m, taken).sum()) for m in METHODS}
+    corners = np.prod(result.settings["corners"]) * len(result.levels("set"))
+    said = ", ".join(f"{method} {count}" for method, count in counts.items())
+    return f"{said} of {corners * len(points)}"
+
+
+@claim("c3_active_best", needs=SWEPT, evidence="rendered", readings=ALL)
+def judge_active_best(results, options):
+    """In four fifths of the conditions no method leaves less."""
+    return of_share(results, options)
+
+
+@claim("c3_active_distance", needs=SWEPT, evidence="rendered", readings=OF_FIRST)
+def judge_active_distance(results, options):
+    """At seven tenths of the distances no method leaves less."""
+    return of_share(results, options, "distance")
+
+
+@claim("c3_active_orientation", needs=SWEPT, evidence="rendered", readings=OF_FIRST)
+def judge_active_orientation(results, options):
+    """At seven tenths of the orientations no method leaves less."""
+    return of_share(results, options, "orientation")
+
+
+@claim("c3_active_noise", needs=SWEPT, evidence="rendered", readings=ALL)
+def judge_active_noise(results, options):
+    """At seven tenths of the levels of noise no method leaves less."""
+    return of_share(results, options, "noise")
+
+
+@claim("c3_active_blur", needs=SWEPT, evidence="rendered", readings=ALL)
+def judge_active_blur(results, options):
+    """Strongest blur over none: no larger than others' or a tie, and at most 1.5."""
+    result, taken = swept(results), Case(NAMES, options)
+    ratios, tie = blur_ratios(result, taken), blur_tie(result, taken)
+    ours, theirs = ratios[ACTIVE], [ratios[method] for method in STATIC]
+    holds = (ours <= np.minimum(*theirs) + tie) & (ours <= MAX_BLUR_RATIO)
+    medians = ", ".join(f"{m} {np.median(ratio):.3f}" for m, ratio in ratios.items())
+    return Reading.of_seeds(
+        holds,
+        median_and_range(ours),
+        "1",
+        f"median ratios over {len(ours)} sets: {medians}; a tie is up to "
+        f"{np.median(tie):.3f}; holds in {int(holds.sum())}",
+    )
+
+
+@claim(
+    "c3_active_viewing_angle",
+    needs=("exp_c3_active_viewing_angle",),
+    evidence="rendered",
+    readings=("decodable", "camera_file"),
+)
+def judge_active_viewing_angle(results, options):
+    """The decoded share of the visible area falls as the monitor rotates."""
+    result, taken = results["exp_c3_active_viewing_angle"], Case(VIEWED, options)
+    turns = sorted(result.levels("turn_deg"))
+    name, gamma = taken["decodable"], taken["camera_file"]
+    found = np.array([shares(result, t, name, gamma=gamma) for t in turns])
+    fall = np.round(found[0] - found[-1], 9)
+    holds = [
+        drop > MIN_FALL and spearmanr(turns, along)[0] <= MAX_RANK
+        for drop, along in zip(fall, found.T, strict=True)
+    ]
+    reason = f"fall of the share from 0 to {turns[-1]} deg, median and range over "
+    reason += f"{len(fall)} seeds; holds in {sum(holds)}"
+    if gamma > 1:
+        plain = found[0] - shares(result, turns[-1], name, falloff=0)
+        reason += f"; a monitor without fall-off loses {np.median(plain):.3f}"
+    return Reading.of_seeds(holds, median_and_range(fall), "1", reason)

@@ -1,0 +1,117 @@
+"""Results of this page read: values of the prose, figures, tables."""
+
+import numpy as np
+from matplotlib.ticker import FixedFormatter
+
+from chapters.ch04_central_generic.ext_central_or_not.experiment import (
+    ALARM,
+    CAMERAS,
+    CENTRAL,
+    NOISES_MM,
+)
+from repro.judge.statistics import median_interval, proportion
+from repro.page.reader import value
+from repro.page.style import figure as new_figure
+from repro.page.style import series
+from repro.run.columns import columns
+from repro.run.experiment import figure
+from repro.run.outcomes import Drawing
+
+# Names of the cameras, and the numbers of the text.
+
+
+NAMES = {
+    "central": "fisheye, central",
+    "pupil": "fisheye, moving pupil",
+    "mirror_aligned": "mirror, aligned",
+    "mirror_half": "mirror, 0.5 mm offset",
+    "mirror_one": "mirror, 1 mm offset",
+    "mirror_two": "mirror, 2 mm offset",
+}
+RUNS = "ext_centrality_runs"
+
+
+def median(result, field, camera, noise_mm):
+    """Return the median of a field over a camera's trials at one noise, Estimate."""
+    return median_interval(result.column(field, camera=camera, noise_mm=noise_mm))
+
+
+def alarms(result, camera, noise_mm):
+    """Return the share of trials that the test calls non-central, an Estimate."""
+    p = result.column("p", camera=camera, noise_mm=noise_mm)
+    return proportion(np.asarray(p) < ALARM)
+
+
+def false_alarms(result):
+    """Return the share over all central cameras and both noises, an Estimate."""
+    p = [result.select(camera=camera).column("p") for camera in CENTRAL]
+    return proportion(np.concatenate(p) < ALARM)
+
+
+def name_values(open_results):
+    """Name the numbers that the text quotes."""
+    result = open_results(RUNS)
+    false, noise = false_alarms(result), max(NOISES_MM)
+    value("false", 100 * false.value)
+    value("false.high", 100 * false.high)
+    for camera in ("mirror_one", "mirror_two"):
+        value(f"alarms.{camera}", 100 * alarms(result, camera, noise).value)
+    for field in ("lines_miss_mm", "central_miss_mm"):
+        value(f"{field}.central", median(result, field, "central", noise).value)
+
+
+# Measured against true distance, and detection rates of the test.
+
+
+@figure("ext_centrality", needs=("ext_centrality_runs",), evidence="synthetic")
+def central_or_not(results):
+    """Draw distances with bounds on the left, detection rates on the right."""
+    result = results[RUNS]
+    drawn, (left, right) = new_figure(1, 2, height_in=3.6)
+    rows, records = np.arange(len(CAMERAS))[::-1], []
+    for index, noise in enumerate(NOISES_MM):
+        look = series(index) | {"linestyle": "", "capsize": 3}
+        label = f"noise {noise:g} mm"
+        found = np.array(
+            [
+                [
+                    median(result, field, camera, noise).value
+                    for field in ("true_mm", "found_mm", "least_mm", "most_mm")
+                ]
+                for camera in CAMERAS
+            ]
+        )
+        true, middle, low, high = found.T
+        ends = np.abs([middle - low, high - middle])
+        left.errorbar(true, middle, yerr=ends, label=label, **look)
+        shares = [alarms(result, camera, noise) for camera in CAMERAS]
+        share, least, most = 100 * np.array([s[:3] for s in shares]).T
+        right.errorbar(
+            share,
+            rows + 0.2 * (0.5 - index),
+            xerr=np.abs([share - least, most - share]),
+            **look,
+        )
+        records += [
+            (camera, noise, *found[i], share[i], least[i], most[i])
+            for i, camera in enumerate(CAMERAS)
+        ]
+    reach = [0, 1.1 * max(row[2] for row in records)]
+    left.plot(reach, reach, color="0.5", linewidth=0.8, marker="", label="equal")
+    left.set(xlabel="True RMS distance (mm)", ylabel="Measured RMS distance (mm)")
+    left.legend()
+    right.set_yticks(rows)
+    right.yaxis.set_major_formatter(
+        FixedFormatter([NAMES[camera] for camera in CAMERAS])
+    )
+    right.set(xlabel="Alarms at the 1 % level (%)", xlim=(-3, 103))
+    names = ["camera", "noise_mm", "true_mm", "found_mm", "least_mm", "most_mm"]
+    names += ["alarms_percent", "alarms_low", "alarms_high"]
+    return Drawing(
+        drawn,
+        columns(tuple(names), records),
+        "Left: measured against true RMS distance of the rays from one point, medians "
+        "over trials, with bars between the medians of the two 95 % bounds. Right: "
+        "share of trials in which the test rejects centrality at 1 %, with 95 % "
+        "intervals.",
+    )

@@ -1,0 +1,124 @@
+"""Results of this page read: values of the prose, figures, tables."""
+
+from chapters.ch04_central_generic.ext_smooth_rays.experiment import CONDITIONS, METHODS
+from repro.judge.statistics import median_interval
+from repro.page.method_looks import look_of
+from repro.page.reader import value
+from repro.page.style import figure as new_figure
+from repro.page.style import legend_below, plot_estimates
+from repro.run.columns import columns as as_csv
+from repro.run.experiment import figure, table
+from repro.run.outcomes import Drawing, Measured, Table
+
+# Names of the methods, and the numbers that the page quotes.
+
+
+NAMES = {
+    "table": "table of rays",
+    "formula": "radial law alone",
+    "smooth": "smooth table",
+    "direct": "adjusted directly",
+}
+NOISES = (0.25, 0.5, 1.0)
+USUAL = {"lens": "bent", "noise": 0.5, "grids": 3}
+MANY = {"lens": "bent", "noise": 0.5, "grids": 10}
+
+
+def median(result, name, **condition):
+    """Return the median over trials, an Estimate."""
+    return median_interval(result.column(name, **condition))
+
+
+def name_values(open_results):
+    """Name the numbers of the prose."""
+    runs = open_results("ext_smooth_rays_runs")
+    quoted = {
+        "usual": (
+            "table.left_px",
+            "smooth.left_px",
+            "smooth.off_px",
+            "smooth.normalised",
+            "direct.normalised",
+        ),
+        "many": ("smooth.off_px",),
+    }
+    conditions = {"usual": USUAL, "many": MANY}
+    for what, names in quoted.items():
+        for name in names:
+            value(f"{what}.{name}", median(runs, name, **conditions[what]).value)
+
+
+# Ray errors of tables and fields.
+
+
+MEASURES = {
+    "left_px": ("after a homography", "Residual, corrected view (px)"),
+    "off_px": ("after a rotation", "Distance in the image (px)"),
+}
+
+
+@figure("ext_smooth_rays_figure", needs=("ext_smooth_rays_runs",), evidence="synthetic")
+def smooth_rays_figure(results):
+    """Both measures against noise, for every method."""
+    result = results["ext_smooth_rays_runs"]
+    drawn, panels = new_figure(1, 2, height_in=3.6)
+    rows = []
+    for axes, (measure, (title, label)) in zip(panels, MEASURES.items(), strict=True):
+        for method in METHODS:
+            name = f"{method}.{measure}"
+            found = [
+                median(result, name, lens="bent", noise=noise, grids=3)
+                for noise in NOISES
+            ]
+            look = {"look": look_of(NAMES[method]), "label": NAMES[method]}
+            rows += plot_estimates(axes, NOISES, found, (measure, method), **look)
+        axes.set(xscale="log", yscale="log", title=title, ylabel=label)
+        axes.set_xlabel("Noise (px)")
+        axes.set_xticks(NOISES, [f"{noise:g}" for noise in NOISES])
+        axes.minorticks_off()
+    legend_below(drawn, panels[0], ncols=4)
+    return Drawing(
+        drawn,
+        as_csv(("measure", "method", "noise_px", "median", "low", "high"), rows),
+        "Ray errors against noise for four models: the ray table, the radial law "
+        "fitted to it, the law with a smooth field fitted to the table, and the "
+        "field adjusted together with the grid poses. Bent lens, three grids. "
+        "RMS over 999 rays, medians over trials with 95 % intervals. Left: in "
+        "the corrected view after the best homography. Right: in the image "
+        "after one rotation of all rays.",
+    )
+
+
+# All conditions in numbers.
+
+
+@table(
+    "ext_smooth_rays_honest_table",
+    needs=("ext_smooth_rays_runs",),
+    evidence="synthetic",
+)
+def smooth_rays_honest_table(results):
+    """Errors of all methods, and squared errors relative to the predicted ones."""
+    result = results["ext_smooth_rays_runs"]
+
+    def cells(name):
+        return [Measured(*median(result, name, **c)[:3]) for c in CONDITIONS]
+
+    columns = {
+        "Lens": [c["lens"] for c in CONDITIONS],
+        "Noise (px)": [c["noise"] for c in CONDITIONS],
+        "Grids": [c["grids"] for c in CONDITIONS],
+    }
+    for method in METHODS:
+        columns[f"{NAMES[method]} (px)"] = cells(f"{method}.off_px")
+    for method in ("smooth", "direct"):
+        columns[f"squared error / predicted, {NAMES[method]}"] = cells(
+            f"{method}.normalised"
+        )
+    return Table(
+        columns,
+        "Distance in the image after one rotation of all rays (RMS over 999 "
+        "rays), and squared errors relative to the predicted variances (1 if "
+        "the predictions are correct): medians over "
+        f"{result.trials_per_condition} trials with 95 % intervals.",
+    )
