@@ -96,6 +96,7 @@ PLACED = RC | {"figure.constrained_layout.use": False}
 """For a figure whose axes have their places."""
 
 _UNIT = re.compile(r"\([^()]+\)\s*$")
+_MISPLACED = re.compile(r"\b(px|mm|µm|deg|ms)\b|[%°]")
 
 
 class StyleError(ValueError):
@@ -187,17 +188,17 @@ def legend_below(drawn: Figure, axes: Axes, ncols: int) -> None:
 def check_axes(drawn: Figure, name: str) -> None:
     """Raise `StyleError` unless every axis with numbers names its quantity and unit.
 
-    The unit stands in parentheses at the end of the label: "Noise (px)", "Share (%)",
-    "Ratio (1)". Axes without ticks, switched-off axes and axes of named categories need
+    The unit is in parentheses at the end of the label: "Noise (px)", "Share (%)". A pure
+    number has none: "Stage". Axes without ticks, switched-off axes and axes of named categories need
     none. Inner axes of shared rows and columns may leave the label to the outer ones.
     """
     for number, axes in enumerate(drawn.axes, 1):
         for letter in _numeric_axes(axes):
             label = _label(drawn, axes, letter)
-            if not _UNIT.search(label):
+            if not label or _MISPLACED.search(_UNIT.sub("", label)) or "(1)" in label:
                 raise StyleError(
-                    f"{name}: {letter} axis of axes {number}: label {label!r} has no "
-                    "unit; end it with the unit in parentheses, (1) for a pure number"
+                    f"{name}: {letter} axis of axes {number}: label {label!r} needs "
+                    "a quantity, and its unit in parentheses at the end"
                 )
 
 
@@ -259,7 +260,7 @@ def only_lines(drawn: Figure) -> bool:
 def draw_ahead() -> None:
     """Draw words and a formula: fonts and grammar are then there for what follows."""
     drawn, axes = figure()
-    axes.set(title="Title", xlabel="Noise (px)", ylabel=r"$\alpha$ (1)")
+    axes.set(title="Title", xlabel="Noise (px)", ylabel=r"$\alpha$")
     _rendered(drawn, _laid_out(drawn), "svg", {})
 
 
