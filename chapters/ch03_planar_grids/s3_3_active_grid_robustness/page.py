@@ -18,6 +18,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.experiment import (
     SETS,
     SETTINGS,
     VIEWING_SETTINGS,
+    brighter,
     conditions,
     conditions_of_viewing,
     residual_mm,

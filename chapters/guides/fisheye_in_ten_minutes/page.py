@@ -11,6 +11,8 @@ from functools import partial
 from chapters.guides.fisheye_in_ten_minutes.experiment import (
     CALIBRATE,
     CHECK,
+    CORNERS,
+    EVALUATE,
     LENS,
     SIZES,
     UNDISTORT,

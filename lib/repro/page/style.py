@@ -188,9 +188,10 @@ def legend_below(drawn: Figure, axes: Axes, ncols: int) -> None:
 def check_axes(drawn: Figure, name: str) -> None:
     """Raise `StyleError` unless every axis with numbers names its quantity and unit.
 
-    The unit is in parentheses at the end of the label: "Noise (px)", "Share (%)". A pure
-    number has none: "Stage". Axes without ticks, switched-off axes and axes of named categories need
-    none. Inner axes of shared rows and columns may leave the label to the outer ones.
+    The unit is in parentheses at the end of the label: "Noise (px)", "Share (%)". A
+    pure number has none: "Stage". Axes without ticks, switched-off axes and axes of
+    named categories need no label. Inner axes of shared rows and columns may leave it
+    to the outer ones.
     """
     for number, axes in enumerate(drawn.axes, 1):
         for letter in _numeric_axes(axes):
