@@ -178,7 +178,7 @@ def test_readings_are_grouped_by_verdict_and_say_a_shared_reason_once():
             ],
         ),
     )
-    assert "3 other readings: 2 reproduced, 1 differs" in shown
+    assert "3 other interpretations: 2 reproduced, 1 differs" in shown
     assert shown.count("same") == 1
     assert shown.index("noise unit: rad") < shown.index("noise unit: mm")
     assert row_html.part("readings", row("c2_one")) == ""

@@ -275,7 +275,7 @@ def too_much_light(effort):
 
 
 RIGS = ("data/rigs/active-grid-demo.yaml",)
-ROOT = Path(__file__).resolve().parents[4]
+ROOT = Path(__file__).resolve().parents[3]
 VIEW_CELLS, STEPS = 8, 4
 # Pixels of the rig's camera per pixel of an image, in both directions.
 COARSENESS = {"quick": 2, "full": 1}

@@ -34,7 +34,7 @@ from repro.page.wording import literal
 from repro.run.columns import cell, in_columns
 from repro.run.columns import columns as as_csv
 from repro.run.experiment import figure
-from repro.run.experiment import table as as_table
+from repro.run.experiment import table
 from repro.run.outcomes import Drawing, Measured, Table
 
 # Sentences of an image set's page, complete for every outcome of the study.
@@ -718,9 +718,7 @@ EVERY_CORNER = (
 )
 
 
-@as_table(
-    "ext_models", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
-)
+@table("ext_models", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
 def ext_models(results):
     """Tabulate size, fitted and held-out errors, and coverage of every model."""
     study = Study(results["photograph_study"])
@@ -770,7 +768,7 @@ def _model_row(study, model, kind, scored_on):
     }
 
 
-@as_table(
+@table(
     "ext_every_corner",
     needs=("photograph_study",),
     evidence="photograph",

@@ -50,6 +50,13 @@ def _on_read(app, document: nodes.document) -> None:
     known["first_sentence"] = first_sentence(document)
 
 
+def _next_to(app, env, added: set, changed: set, removed: set) -> set[str]:
+    """Pages that show the first sentence of a changed one."""
+    known = env.collect_relations()
+    pages = (page for name in changed for page in known.get(name, (None,))[1:])
+    return {page for page in pages if page}
+
+
 def _on_page(app, name: str, template: str, context: dict, doctree) -> None:
     _, *neighbours = app.builder.relations.get(name, (None, None, None))
     for side, other in zip(("prev", "next"), neighbours, strict=True):
@@ -85,5 +92,6 @@ def _titles(environment) -> dict[str, nodes.bullet_list]:
 def setup(app) -> dict:
     """Connect the handlers."""
     app.connect("doctree-read", _on_read)
+    app.connect("env-get-outdated", _next_to)
     app.connect("html-page-context", _on_page, priority=BEFORE_FURO)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
