@@ -33,8 +33,7 @@ from repro.page.style import figure as new_figure
 from repro.page.wording import literal
 from repro.run.columns import cell, in_columns
 from repro.run.columns import columns as as_csv
-from repro.run.experiment import figure
-from repro.run.experiment import table
+from repro.run.experiment import figure, table
 from repro.run.outcomes import Drawing, Measured, Table
 
 # Sentences of an image set's page, complete for every outcome of the study.
