@@ -17,18 +17,11 @@ from repro.page.questions import exercises_of
 from repro.run.discover import page_files, page_id
 from repro.site.check import check_site
 from tests.exercise_answers import misjudged
+from tests.test_page_form import HEADINGS
 
 ROOT = Path(__file__).resolve().parents[1]
 FIGURES = ROOT / "figures" / "quick"
 SITE = ROOT / "report" / "site-quick"
-HEADINGS = (
-    "What the thesis claims",
-    "Model",
-    "Experiment",
-    "Reading and limits",
-    "Compared with the published numbers",
-    "Try it yourself",
-)
 
 
 def build() -> subprocess.CompletedProcess:
