@@ -26,7 +26,7 @@ class CodeKeys:
 
     def figure(self, wildcards) -> str:
         """Key over the code that draws a figure."""
-        return self._key("figure", wildcards.artefact, DRAW_CODE)
+        return self._drawn("figure", wildcards.artefact)
 
     def scene(self, wildcards) -> str:
         """The same for a figure with a scene, and whether scenes are rendered here."""
@@ -35,7 +35,12 @@ class CodeKeys:
 
     def table(self, wildcards) -> str:
         """Key over the code that fills a table."""
-        return self._key("table", wildcards.artefact, DRAW_CODE)
+        return self._drawn("table", wildcards.artefact)
+
+    def _drawn(self, kind: str, identifier: str) -> str:
+        """Key of an artefact, whose description links to the file of its function."""
+        key = self._key(kind, identifier, DRAW_CODE)
+        return f"{key} {self._work.producers[kind, identifier].module}"
 
     def _key(self, kind: str, identifier: str, more) -> str:
         producer = self._work.producers[kind, identifier]
