@@ -50,7 +50,7 @@ lab: setup ## the notebooks in JupyterLab, to do the exercises (those of make qu
 	@test -e report/notebooks/.done || $(BUILD) notebooks --effort quick $(FOR_SETS)
 	@$(RUN) $(LAB) .venv/bin/jupyter lab report/notebooks $(ARGS)
 
-answers: notebooks ## the exercises with their answers, a sheet per route, for the lecturer: report/answers (EFFORT=quick)
+answers: notebooks ## the exercises with their answers, a sheet per lesson, for the lecturer: report/answers (EFFORT=quick)
 	@$(RUN) .venv/bin/python -m chapters.guides.for_teachers.exercises --effort $(EFFORT)
 
 archive: setup ## the built report as one file: report/raxel-report-full.zip (EFFORT=quick)
