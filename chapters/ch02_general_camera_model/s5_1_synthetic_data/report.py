@@ -135,7 +135,7 @@ class Curve(NamedTuple):
     """A curve to draw: a method, one of its values, and its label."""
 
     method: str
-    name_value: str
+    value: str
     label: str
     look: dict
 
