@@ -1,4 +1,4 @@
-"""Cells of tables about seeds that a refusal may have ended early."""
+"""Cells of tables and words about runs, some of which were rejected."""
 
 import numpy as np
 
@@ -21,3 +21,9 @@ def reached(values):
 def ranged(values):
     """Median and range of the runs (n,) that have a value, None without any."""
     return Measured.of_seeds(values) if np.isfinite(values).any() else None
+
+
+def middle(values):
+    """Median of the runs (n,) that have a value, as words; "nothing" without any."""
+    known = values[np.isfinite(values)]
+    return f"{np.median(known):.3g}" if len(known) else "nothing"

@@ -18,7 +18,7 @@ from chapters.shared.mirror_rigs import (
 from chapters.shared.mirror_scores import angles_between, lengths
 from chapters.shared.mirror_sweep import BenchRuns
 from chapters.shared.mirror_tables import beside as with_published
-from chapters.shared.mirror_tables import ranged, reached
+from chapters.shared.mirror_tables import middle, ranged, reached
 from raxel.geometry import inverse_pose, transform
 from repro.judge.statistics import bootstrap, median_and_range
 from repro.page.reader import value as name_value
@@ -222,12 +222,6 @@ SIGNIFICANT = 0.01
 TOP = 0.9  # quantile of the errors above which they are largest
 
 
-def middle(values):
-    """Median of the runs that have a value, as words: "nothing" without any."""
-    known = values[np.isfinite(values)]
-    return f"{np.median(known):.3g}" if len(known) else "nothing"
-
-
 def by_stage(values):
     """Medians (stages,) of the runs that have a value, as words."""
     return ", ".join(middle(of_stage) for of_stage in values)
@@ -379,7 +373,7 @@ BY_SEED = {
 # The numbers that the page quotes: medians over the completed runs.
 
 
-def middle_of_prose(found):
+def quoted_median(found):
     """Median of the trials that have a value, nan without any."""
     return median_and_range(found).value
 
@@ -389,10 +383,10 @@ def name_values(open_results):
     runs = Runs({RUNS: open_results(RUNS)})
     quoted = {
         "share.deflections": share_of_runs(*deflections_found(runs)[:2]),
-        "angle.0": middle_of_prose(runs.of(0, "angle_deg")),
-        f"angle.{LAST}": middle_of_prose(runs.of(LAST, "angle_deg")),
-        "true.1": middle_of_prose(runs.of(1, "back_true_mm")),
-        f"true.{LAST}": middle_of_prose(runs.of(LAST, "back_true_mm")),
+        "angle.0": quoted_median(runs.of(0, "angle_deg")),
+        f"angle.{LAST}": quoted_median(runs.of(LAST, "angle_deg")),
+        "true.1": quoted_median(runs.of(1, "back_true_mm")),
+        f"true.{LAST}": quoted_median(runs.of(LAST, "back_true_mm")),
         "camera": camera_mm(),
     }
     for name, number in quoted.items():

@@ -381,8 +381,8 @@ def name_values(open_results):
     more = runs.of("single", "back_mm") / runs.of(last, "back_mm")
     quoted = {
         "single.worse": 100 * float(np.mean(more[np.isfinite(more)] > 1)),
-        "angle.start": median_of_prose(runs.of("start", "angle_deg")),
-        "angle.end": median_of_prose(runs.of(last, "angle_deg")),
+        "angle.start": quoted_median(runs.of("start", "angle_deg")),
+        "angle.end": quoted_median(runs.of(last, "angle_deg")),
         "film.update_ms": MS * update_seconds(),
     }
     quoted |= quoted_of_metric(open_results(METRIC))
@@ -390,7 +390,7 @@ def name_values(open_results):
         name_value(name, number)
 
 
-def median_of_prose(found):
+def quoted_median(found):
     """Median of the runs (seeds,) that have a value, nan without any."""
     return median_and_range(found).value
 
@@ -398,7 +398,7 @@ def median_of_prose(found):
 def quoted_of_metric(result):
     """Back-projection error at stage 3 with the board's known metric and without."""
     return {
-        f"metric.{arm}.third": median_of_prose(errors_of(result, arm)[THERE[-1] - 1])
+        f"metric.{arm}.third": quoted_median(errors_of(result, arm)[THERE[-1] - 1])
         for arm in ARMS
     }
 

@@ -16,6 +16,7 @@ from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, LEVEL, SAID
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_sweep import BenchRuns
 from chapters.shared.mirror_tables import MEDIANS, beside, reached
+from chapters.shared.mirror_tables import middle as words_of
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera
 from raxel.multiview.fits.circles import circle_distances
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances, fit_conic
@@ -169,12 +170,6 @@ MAX_RADIUS_ERROR = 1.5  # %
 MAX_CORRELATION = 0.3
 MAX_REMAINDER = 0.2
 MIN_N_SHARED = 20  # points that two profiles have in common
-
-
-def words_of(values):
-    """Median of the runs that have a value, as words; "nothing" without any."""
-    known = values[np.isfinite(values)]
-    return f"{np.median(known):.3g}" if len(known) else "nothing"
 
 
 def _by_stage(values):

@@ -17,7 +17,7 @@ from chapters.ch05_flexible_mirror.s3_5_motion.experiment import (
 from chapters.shared.mirror_bench import CONTRASTED, LABORATORY, LEVEL, SAID, SWEPT
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_sweep import BenchRuns
-from chapters.shared.mirror_tables import MEDIANS, reached
+from chapters.shared.mirror_tables import MEDIANS, middle, reached
 from raxel.geometry.poses import tangent_bases
 from raxel.show import Points, Surface, framed
 from repro.judge.statistics import all_of, bootstrap, median_interval
@@ -116,12 +116,6 @@ MAX_TREND = -0.8
 MAX_SCALE_ERROR = 0.10
 # Factor of a length that diverges or vanishes.
 MAX_FACTOR = 100.0
-
-
-def middle(values):
-    """Median of the runs that have a value, as words; "nothing" without any."""
-    known = values[np.isfinite(values)]
-    return f"{np.median(known):.3g}" if len(known) else "nothing"
 
 
 def follows(runs, camera=CAMERA):
@@ -236,7 +230,7 @@ def scale_right(runs, seeds):
 LENGTH_MM = STEPS * STEP_MM
 
 
-def middle_of_prose(found):
+def quoted_median(found):
     """Median of the trials that have a value, as words; "no" without any."""
     known = found[np.isfinite(found)]
     return in_words(np.median(known)) if len(known) else "no"
@@ -252,15 +246,15 @@ def name_values(open_results):
     results = {RUNS: open_results(RUNS)}
     value("parallax", in_words(parallax()))
     turn = MotionRuns(results, bench=LEVEL).steps("turn_deg", "true", "given")
-    value("true.given.last", middle_of_prose(turn[-1]))
+    value("true.given.last", quoted_median(turn[-1]))
     runs = MotionRuns(results, bench=LABORATORY)
-    value("lab.published.open.off", middle_of_prose(runs.steps("off_mm")[-1]))
+    value("lab.published.open.off", quoted_median(runs.steps("off_mm")[-1]))
     step_sd = runs.column(f"stage{LAST}.told1.length_percent")
-    value(f"lab.told.{LAST}", middle_of_prose(step_sd))
+    value(f"lab.told.{LAST}", quoted_median(step_sd))
     length = runs.of("length_mm", way="together") / LENGTH_MM
-    value("lab.published.six.share", middle_of_prose(length))
+    value("lab.published.six.share", quoted_median(length))
     sd = runs.of("told_percent", way="together")
-    value("lab.published.six.told", middle_of_prose(sd))
+    value("lab.published.six.told", quoted_median(sd))
 
 
 def parallax():

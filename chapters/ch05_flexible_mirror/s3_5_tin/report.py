@@ -17,7 +17,7 @@ from chapters.ch05_flexible_mirror.s3_5_tin.experiment import (
 from chapters.shared.mirror_bench import BENCHES, LABORATORY, LEVEL, SAID
 from chapters.shared.mirror_rigs import mirror_rig
 from chapters.shared.mirror_sweep import BenchRuns
-from chapters.shared.mirror_tables import beside, reached
+from chapters.shared.mirror_tables import beside, middle, reached
 from raxel.geometry import transform
 from raxel.show import Points, Surface, framed
 from repro.page.reader import value
@@ -37,12 +37,6 @@ from repro.run.outcomes import Drawing, Table, Value
 
 MAX_ERROR_DEG = 2.5
 MIN_NORMALITY = 0.99
-
-
-def middle(values):
-    """Median of the runs that have a value, as words; "nothing" without any."""
-    known = values[np.isfinite(values)]
-    return f"{np.median(known):.3g}" if len(known) else "nothing"
 
 
 def angles_found(runs):
@@ -124,7 +118,7 @@ def in_words(number):
     return f"{number:.2g}" if abs(number) < 10 else f"{number:.0f}"
 
 
-def middle_of_prose(found):
+def quoted_median(found):
     """Median of the runs that have a value, as words; "no" without any."""
     known = found[np.isfinite(found)]
     return in_words(np.median(known)) if len(known) else "no"
@@ -134,12 +128,12 @@ def name_values(open_results):
     """Name the numbers of the prose."""
     results = {RUNS: open_results(RUNS)}
     runs = TinRuns(results, bench=LEVEL)
-    value("true.off", middle_of_prose(runs.of("off_deg", "true")))
+    value("true.off", quoted_median(runs.of("off_deg", "true")))
     _, least, _, _ = distances_normal(runs)
-    value("normal.least", middle_of_prose(least))
+    value("normal.least", quoted_median(least))
     low_noise = TinRuns(results, bench=LABORATORY)
     for name, measure in (("off", "off_deg"), ("rms", "rms_mm")):
-        value(f"lab.published.{name}", middle_of_prose(low_noise.of(measure)))
+        value(f"lab.published.{name}", quoted_median(low_noise.of(measure)))
     way_mm, degrees = meeting_rays()
     value("way", way_mm)
     value("meet", degrees)

@@ -12,6 +12,7 @@ from chapters.shared.mirror_bench import BENCHES, CONTRASTED, LABORATORY, LEVEL,
 from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_sweep import BenchRuns
 from chapters.shared.mirror_tables import MEDIANS, beside, reached
+from chapters.shared.mirror_tables import middle as medians
 from repro.judge.statistics import median_and_range
 from repro.page.reader import value
 from repro.page.style import INK, legend_below, series
@@ -139,12 +140,6 @@ MAX_SAG_RATIO = 0.25
 MIN_BASELINE_RATIO, MAX_TREND = 5.0, -0.8
 MIN_SPREAD = 0.2
 MIN_GROWTH, MIN_REFINED_RATIO = 1.5, 3.0
-
-
-def medians(values):
-    """Median of those that have a value, as words."""
-    known = values[np.isfinite(values)]
-    return f"{np.median(known):.3g}" if len(known) else "nothing"
 
 
 def _by_stage(values):
