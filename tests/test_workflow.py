@@ -74,8 +74,8 @@ def fig_2_3(results):
     drawn, axes = new_figure()
     eyes = results["dice_throws"].column("eyes", dice=1)
     axes.plot(range(4), eyes)
-    axes.set_xlabel("Throw (1)")
-    axes.set_ylabel("Eyes (1)")
+    axes.set_xlabel("Throw")
+    axes.set_ylabel("Eyes")
     return Drawing(drawn, {"eyes": eyes}, "Eyes of four throws.")
 
 
