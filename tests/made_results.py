@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from repro.run.experiment import run_trials
 from repro.run.jobs import Order, producer
+from repro.run.marks import run_trials
 from repro.run.outcomes import Plan
 from repro.run.rendered import declared
 from repro.run.results import Result, gather

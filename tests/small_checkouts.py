@@ -7,7 +7,7 @@ from repro.judge import ledger
 from repro.page import style
 from repro.page.execute import main
 from repro.page.wording import literal
-from repro.run.columns import csv_text
+from repro.run.as_columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic, write_json
 from repro.site import assemble
@@ -167,7 +167,7 @@ def small_checkout(root):
     base = root / "figures" / "quick"
     shutil.copytree(ROOT / "data" / "published", root / "data" / "published")
     shutil.copy(ROOT / "CITATION.cff", root)
-    drawn, axes = style.figure()
+    drawn, axes = style.new_figure()
     axes.plot([0, 1], [0, 1])
     axes.set(xlabel="Noise (px)", ylabel="Residual (px)")
     caption = "Residual against noise $\\sigma$."

@@ -13,7 +13,7 @@ from repro.site.chapters import Document
 from tests.scoreboard_rows import row
 from tests.small_checkouts import ROOT
 
-DRAWN = """from repro.run.experiment import experiment, figure, table
+DRAWN = """from repro.run.marks import experiment, figure, table
 
 @experiment("sweep", artefact="fig_2_6", shards={"quick": 1, "full": 1})
 def sweep(effort): pass

@@ -14,7 +14,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data import experiment as
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import page
 from chapters.shared import methods, three_planes
 from raxel.geometry import apply_homography
-from repro.run.experiment import trial_rng
+from repro.run.marks import trial_rng
 from tests.judged_claims import readings
 
 BASE = {"law": "equidistance", "fov_deg": 90, "noise": 0.0, "domain": "px",

@@ -3,7 +3,7 @@
 import pytest
 
 from repro.page.cells import as_read, is_numeric
-from repro.run.columns import columns, csv_text, in_columns, in_numbers, measured
+from repro.run.as_columns import columns, csv_text, in_columns, in_numbers, measured
 from repro.run.outcomes import Measured
 
 

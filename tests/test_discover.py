@@ -107,7 +107,7 @@ def test_what_a_mark_names_does_not_reach_the_key_of_the_function(tmp_path):
 
 
 FAMILY = """
-from repro.run.experiment import experiments, figures
+from repro.run.marks import experiments, figures
 
 SETS = {"quick": ("ball/7",), "full": ("ball/7", "cup/8")}
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from repro.run import experiment, jobs, judging, results
+from repro.run import jobs, judging, marks, results
 from repro.run.outcomes import DECISIONS, Plan, Reading, crossed
 
 CONDITIONS = [{"noise": 0.5, "extent": "finite"}, {"noise": 1.0, "extent": "finite"}]
@@ -32,8 +32,8 @@ PLAN = Plan(noisy_trial, CONDITIONS, trials=12, settings={"points": 20})
 def run_all(plan: Plan, shards: int, path: Path) -> tuple[bytes, bytes]:
     records, arrays = [], {}
     for shard in reversed(range(shards)):
-        pairs = experiment.shard_pairs(plan, shard, shards)
-        more, drawn = experiment.run_trials("fig_0_0", plan, pairs)
+        pairs = marks.shard_pairs(plan, shard, shards)
+        more, drawn = marks.run_trials("fig_0_0", plan, pairs)
         records += more
         arrays |= drawn
     results.gather({"experiment": "e", "effort": "quick"}, plan, records, arrays, path)
@@ -49,7 +49,7 @@ def test_result_does_not_depend_on_the_number_or_order_of_shards(tmp_path):
 def test_reading_returns_what_was_computed(tmp_path):
     run_all(PLAN, 3, tmp_path / "r.json")
     result = results.Result(tmp_path / "r.json")
-    rng = experiment.trial_rng("fig_0_0", CONDITIONS[1], 4)
+    rng = marks.trial_rng("fig_0_0", CONDITIONS[1], 4)
     draws = rng.standard_normal(20)
     assert np.array_equal(result.arrays("draws", noise=1.0)[4], draws)
     means = result.column("method.mean", noise=1.0)
@@ -62,7 +62,7 @@ def test_reading_returns_what_was_computed(tmp_path):
 def test_a_failed_trial_is_read_as_one_without_a_value(tmp_path):
     values = iter([1.0, np.nan, 3.0])
     plan = Plan(lambda condition, rng: {"x": next(values)}, [{}], trials=3)
-    records, _ = experiment.run_trials("fig_0_0", plan, [(0, t) for t in range(3)])
+    records, _ = marks.run_trials("fig_0_0", plan, [(0, t) for t in range(3)])
     identity = {"experiment": "e", "effort": "quick"}
     results.gather(identity, plan, records, {}, tmp_path / "r.json")
     found = results.Result(tmp_path / "r.json").column("x")
@@ -129,9 +129,7 @@ def test_a_plan_that_starts_later_runs_and_reads_its_own_trials(tmp_path):
 
 
 def test_missing_and_double_trials_are_refused(tmp_path):
-    records, _ = experiment.run_trials(
-        "fig_0_0", PLAN, experiment.shard_pairs(PLAN, 0, 2)
-    )
+    records, _ = marks.run_trials("fig_0_0", PLAN, marks.shard_pairs(PLAN, 0, 2))
     for wrong in (records, records + records):
         with pytest.raises(ValueError, match="of 24 trials missing"):
             results.gather({}, PLAN, wrong, {}, tmp_path / "r.json")
@@ -165,13 +163,13 @@ def test_summary_by_hand():
 
 def test_seeds_differ_between_artefact_condition_and_trial():
     seeds = {
-        tuple(experiment.seed_of(a, c, t))
+        tuple(marks.seed_of(a, c, t))
         for a in ("fig_2_3", "fig_2_4")
         for c in CONDITIONS
         for t in range(50)
     }
     assert len(seeds) == 2 * 2 * 50
-    assert experiment.seed_of("a", {"x": 1, "y": 2}, 0) == experiment.seed_of(
+    assert marks.seed_of("a", {"x": 1, "y": 2}, 0) == marks.seed_of(
         "a", {"y": 2, "x": 1}, 0
     )
 

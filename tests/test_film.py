@@ -48,7 +48,7 @@ def test_labels_and_frames_are_as_many_and_the_page_is_small(monkeypatch):
 
 
 def test_a_figure_becomes_a_frame():
-    drawn, axes = style.figure(height_in=1.0)
+    drawn, axes = style.new_figure(height_in=1.0)
     axes.set(xlabel="Place (mm)", ylabel="Place (mm)")
     picture = pictured(drawn, 50)
     assert picture.shape == (50, round(50 * style.WIDTH_IN), 3)

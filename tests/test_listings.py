@@ -18,8 +18,8 @@ from raxel.sets.image_set import SCHEMA
 from repro.judge.ledger import load
 from repro.judge.readings import open_questions
 from repro.page import reader
-from repro.page.style import figure as new_figure
-from repro.run import experiment, outcomes
+from repro.page.style import new_figure
+from repro.run import marks, outcomes
 from repro.run.discover import producers
 from repro.run.judging import in_every_reading
 
@@ -71,7 +71,7 @@ def run_producers():
     """The names of the example, whose trials and drawings are made up."""
     drawn, axes = new_figure()
     axes.set(xlabel="u (px)", ylabel="v (px)")
-    names = vars(outcomes) | vars(experiment)
+    names = vars(outcomes) | vars(marks)
     names |= {"trial": None, "conditions": [{}], "TRIALS": {"quick": 1}, "settings": {}}
     names |= {"drawn": drawn, "data": {"u_px": [0.0]}}
     names |= {"verdict": "reproduced", "regenerated": 1.0, "interval": (0.9, 1.1)}

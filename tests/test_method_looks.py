@@ -74,7 +74,7 @@ def test_a_label_names_the_longest_method_it_begins_with(label, name):
 
 
 def drawn_with(look, label, bars=False):
-    drawn, axes = style.figure()
+    drawn, axes = style.new_figure()
     x = np.arange(3.0)
     style.plot_interval(axes, x, x, x - 1, x + 1, look=look, label=label, bars=bars)
     axes.set(xlabel="Noise (px)", ylabel="Error (mm)")

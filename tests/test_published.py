@@ -9,13 +9,13 @@ import pytest
 
 from repro.judge.ledger import LedgerError, load
 from repro.page import draw
-from repro.run import discover, experiment, jobs
+from repro.run import discover, jobs, marks
 from repro.workflow.keys import CodeKeys
 from repro.workflow.work import Work
 
 ROOT = Path(__file__).resolve().parents[1]
 CHAPTER = """
-from repro.run.experiment import table
+from repro.run.marks import table
 from repro.run.outcomes import Table
 
 
@@ -77,7 +77,7 @@ def test_another_printed_value_fills_the_table_again(checkout):
 
 @pytest.mark.parametrize("kind", ["experiment", "claim", "numbers"])
 def test_what_computes_or_judges_cannot_ask_for_printed_numbers(kind):
-    assert "published" not in inspect.signature(getattr(experiment, kind)).parameters
+    assert "published" not in inspect.signature(getattr(marks, kind)).parameters
 
 
 def test_printed_numbers_go_to_figures_and_tables_alone():

@@ -18,7 +18,7 @@ FILES = {
         from raxel.shapes import area
         from raxel import shapes
         import raxel.lines as lines
-        from repro.run.experiment import figure
+        from repro.run.marks import figure
 
         SIDE = 3
         UNUSED = 4

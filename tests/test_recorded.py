@@ -16,7 +16,7 @@ FILES = {
     JUDGE: """
         from chapters.ch01_one.s1_page.results import BOUND
         from repro.judge.statistics import median_interval
-        from repro.run.experiment import claim
+        from repro.run.marks import claim
         from repro.run.outcomes import Reading
 
         @claim("c1_low", needs=("sweep",), evidence="synthetic", readings=("noise",))

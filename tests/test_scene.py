@@ -21,7 +21,7 @@ def without_opengl(monkeypatch):
 
 @pytest.mark.skipif(bool(rendering_missing()), reason=rendering_missing())
 def test_a_scene_fills_its_axes_and_needs_no_labels():
-    drawn, axes = style.figure(1, 2, height_in=2.0)
+    drawn, axes = style.new_figure(1, 2, height_in=2.0)
     drawn.set_layout_engine("none")
     axes[0].set_position([0, 0, 0.25, 1])
     axes[1].set(xlabel="Place (mm)", ylabel="Place (mm)")
@@ -37,7 +37,7 @@ def test_a_scene_fills_its_axes_and_needs_no_labels():
 
 
 def test_without_opengl_the_figure_says_what_mends_it(without_opengl):
-    drawn, axes = style.figure()
+    drawn, axes = style.new_figure()
     space.draw_scene(axes, Scene([Points([[0, 0, 0]], "k")], **VIEW))
     assert " ".join(axes.texts[0].get_text().split()) == MISSING
     style.check_axes(drawn, "fig")
@@ -51,10 +51,10 @@ def test_without_opengl_the_page_says_what_mends_it(without_opengl):
 
 CHAPTER = """
 import numpy as np
-from repro.run.experiment import figure
+from repro.run.marks import figure
 from repro.run.outcomes import Drawing, Film, Panel
 from raxel.show import Points, Scene
-from repro.page.style import figure as new_figure
+from repro.page.style import new_figure
 
 
 @figure("fig_9_9", evidence="analytic"MARK)

@@ -19,7 +19,7 @@ from repro.judge.statistics import Estimate
 from repro.page import style
 from repro.run.outcomes import Drawing
 
-drawn, axes = style.figure(1, 2)
+drawn, axes = style.new_figure(1, 2)
 x = np.linspace(0.0, 2.0, 6)
 for index in range(3):
     middle = x * (index + 1)
@@ -50,7 +50,7 @@ def test_two_processes_write_the_same_bytes(tmp_path):
 
 
 def test_svg_is_page_wide_and_needs_no_font(tmp_path):
-    drawn, axes = style.figure()
+    drawn, axes = style.new_figure()
     axes.plot([0, 1], [0, 1])
     axes.set(xlabel="u (px)", ylabel="v (px)")
     style.save_drawing(Drawing(drawn, {"u": [0, 1]}, ""), tmp_path / "fig_1_1")
@@ -65,7 +65,7 @@ def test_svg_is_page_wide_and_needs_no_font(tmp_path):
 
 @pytest.mark.parametrize("label", ["", "Ratio (1)", "Noise px", "(px) noise"])
 def test_axis_without_quantity_or_with_a_misplaced_unit_is_rejected(tmp_path, label):
-    drawn, axes = style.figure()
+    drawn, axes = style.new_figure()
     axes.plot([0, 1], [0, 1])
     axes.set(xlabel=label, ylabel="Residual (px)")
     with pytest.raises(style.StyleError, match="fig_1_2: x axis of axes 1"):
@@ -74,20 +74,20 @@ def test_axis_without_quantity_or_with_a_misplaced_unit_is_rejected(tmp_path, la
 
 
 def test_a_photograph_or_rendering_is_told_from_lines():
-    drawn, axes = style.figure(1, 2)
+    drawn, axes = style.new_figure(1, 2)
     axes[0].plot([0, 1], [0, 1])
     marks = axes[1].scatter([0, 1], [0, 1], c=[0.1, 0.2])
     drawn.colorbar(marks, ax=axes[1])
     assert style.only_lines(drawn)
     axes[1].imshow(np.zeros((2, 2)))
     assert not style.only_lines(drawn)
-    whole, _ = style.figure()
+    whole, _ = style.new_figure()
     whole.figimage(np.zeros((2, 2)))
     assert not style.only_lines(whole)
 
 
 def test_axes_that_need_no_unit_of_their_own():
-    drawn, axes = style.figure(2, 2, sharex="col")
+    drawn, axes = style.new_figure(2, 2, sharex="col")
     for panel in axes.flat:
         panel.plot([0, 1], [1, 2])
         panel.set_ylabel("Error (deg)")
@@ -95,7 +95,7 @@ def test_axes_that_need_no_unit_of_their_own():
     axes[1, 1].set_xlabel("Ratio")
     style.check_axes(drawn, "shared")
 
-    drawn, axes = style.figure(1, 3)
+    drawn, axes = style.new_figure(1, 3)
     axes[0].bar(["as printed", "well conditioned"], [1, 2])
     axes[0].set_ylabel("Error (mm)")
     axes[1].set_axis_off()
@@ -104,7 +104,7 @@ def test_axes_that_need_no_unit_of_their_own():
 
 
 def test_colour_bar_needs_a_unit():
-    drawn, axes = style.figure()
+    drawn, axes = style.new_figure()
     drawn.colorbar(axes.imshow(np.eye(3)), ax=axes)
     axes.set(xlabel="u (px)", ylabel="v (px)")
     with pytest.raises(style.StyleError, match="y axis of axes 2"):
@@ -173,7 +173,7 @@ def test_every_colour_stands_out_from_white():
 
 
 def test_estimates_are_drawn_as_the_rows_that_they_are_kept_as():
-    drawn, axes = style.figure()
+    drawn, axes = style.new_figure()
     found = [Estimate(2.0, 1.0, 3.0), Estimate(4.0, 3.5, 6.0)]
     rows = style.plot_estimates(
         axes, [10, 20], found, look=style.series(1), label="one"

@@ -27,7 +27,7 @@ CHAPTER = '''
 # A sentence that may change.
 
 # %%
-from repro.run.experiment import experiment, figure
+from repro.run.marks import experiment, figure
 from repro.run.outcomes import Drawing, Plan
 from repro.run.rendered import rendered_set
 from repro.page.reader import show
@@ -69,7 +69,7 @@ def again(effort, results):
 
 @figure("fig_2_3", needs=("dice_throws",), evidence="synthetic")
 def fig_2_3(results):
-    from repro.page.style import figure as new_figure
+    from repro.page.style import new_figure
 
     drawn, axes = new_figure()
     eyes = results["dice_throws"].column("eyes", dice=1)

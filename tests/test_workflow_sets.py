@@ -35,7 +35,7 @@ ALL = '''
 # There are {glue:text}`count` sets: {glue:text}`names`.
 
 # %%
-from repro.run.experiment import claim, experiment, numbers, table
+from repro.run.marks import claim, experiment, numbers, table
 from repro.run.outcomes import Plan, Reading, Table, Value
 from repro.page.reader import results_behind, show_table, value
 
@@ -93,7 +93,7 @@ ONE = """
 from pathlib import Path
 
 from raxel.sets import load_set
-from repro.run.experiment import experiment, table
+from repro.run.marks import experiment, table
 from repro.run.outcomes import Plan, Table
 from repro.page.reader import show_table
 

@@ -5,7 +5,7 @@ from functools import partial
 from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_rigs import mirror_rig
-from repro.run.outcomes import Plan
+from repro.run import Plan
 
 # The first trial of what was run again under the tests of 2026: no earlier run of these
 # experiments has drawn from here on.

@@ -18,9 +18,7 @@ import numpy as np
 
 from chapters.shared.mirror_bench import LEVEL, SAID, SWEPT
 from raxel.calibration.mirror.edges import SWINGING_DEG
-from repro.judge.seeds import SHARE_OF_SEEDS
-from repro.run.outcomes import Reading
-from repro.run.readings import Case, counterpart
+from repro.run import SHARE_OF_SEEDS, Case, Reading, counterpart
 
 # What the trials call the options of the ledger's questions.
 LEVELS = {said: level for level, said in SAID.items()}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from repro.run.outcomes import Measured
+from repro.run import Measured
 
 MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
 

@@ -12,9 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from chapters.shared.bench_noise import BENCH, SWEPT
-from repro.judge.seeds import SHARE_OF_SEEDS
-from repro.run.outcomes import Reading
-from repro.run.readings import Case, counterpart
+from repro.run import SHARE_OF_SEEDS, Case, Reading, counterpart
 
 
 def over_the_sweep(case: Case, reading_at, side_at) -> Reading:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chapters.shared.methods import LINEAR, SCALES, SCORINGS
-from repro.run.readings import Case
+from repro.run import Case
 
 # Question of the ledger -> {option: name in the trials}, the primary one first.
 NAMES = {

@@ -8,9 +8,7 @@ import numpy as np
 
 from chapters.shared import synthetic_readings
 from chapters.shared.zoom_rigs import FACADE_ZOOM, ZOOMS
-from repro.judge.statistics import wins
-from repro.run.outcomes import Reading
-from repro.run.readings import Case
+from repro.run import Case, Reading, wins
 
 LABORATORY = ("corner_noise", "interpolation")
 NOISE_PX = {"none": 0.0, "0.06 px": 0.06, "0.45 px": 0.45}

@@ -34,10 +34,8 @@ from chapters.shared.phase_steps import (
     stepped,
     sum_of_orders,
 )
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code, show_table
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show_table("app_a")

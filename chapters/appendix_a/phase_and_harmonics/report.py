@@ -9,11 +9,19 @@ from chapters.shared.phase_steps import (
     stepped,
     sum_of_orders,
 )
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Reading, Table, Value
+from repro.page import new_figure, value
+from repro.run import (
+    Check,
+    Drawing,
+    Reading,
+    Table,
+    Value,
+    claim,
+    columns,
+    figure,
+    numbers,
+    table,
+)
 
 # Phase errors of Appendix A, and the values that its page quotes.
 

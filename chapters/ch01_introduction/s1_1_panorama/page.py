@@ -45,10 +45,8 @@ from chapters.ch01_introduction.s1_1_panorama.report import name_values
 from raxel.lab import room
 from raxel.multiview.cylindrical_view import CylindricalView, cylindrical_view
 from raxel.multiview.perspective_view import resample, source_pixels
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, value
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code, value
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_1_1")

@@ -8,12 +8,9 @@ from chapters.ch01_introduction.s1_1_panorama.experiment import (
 )
 from chapters.shared.rigs import rig_named
 from raxel.show.rigs import rig_scene
-from repro.page.reader import value
+from repro.page import new_figure, value
 from repro.page.space import draw_scene
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure
-from repro.run.outcomes import Check, Drawing, Reading
+from repro.run import Check, Drawing, Reading, claim, columns, figure
 
 # Values that the page of section 1.1.2 quotes.
 

@@ -5,8 +5,7 @@ import numpy as np
 from chapters.shared.zoo import camera as zoo_camera
 from raxel.cameras import FisheyeCamera
 from raxel.geometry import rotation_from_vector
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment
 
 # Existence of a plane in front of all rays of a bundle: section 2.2.2.
 

@@ -26,10 +26,8 @@ from raxel.cameras import (
     ScaramuzzaCamera,
     UnifiedSphereCamera,
 )
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("ext_zoo_room")

@@ -7,11 +7,8 @@ from chapters.ch02_general_camera_model.s2_camera_models.experiment import (
     ROOM,
 )
 from chapters.shared.zoo import ZOO, camera
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure
-from repro.run.outcomes import Drawing, Reading
+from repro.page import new_figure, value
+from repro.run import Drawing, Reading, claim, columns, figure
 
 # Numbers of section 2.2 for its claim and its prose.
 

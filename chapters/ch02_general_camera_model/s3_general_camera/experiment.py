@@ -18,8 +18,7 @@ from raxel.geometry import (
     rotation_from_vector,
     transform,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment
 
 # Data of Figs 2.1 and 2.2: rays of tables, and rays that meet grids.
 

@@ -48,10 +48,8 @@ from raxel.geometry import (
     rotate,
     rotation_from_vector,
 )
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_2_1")

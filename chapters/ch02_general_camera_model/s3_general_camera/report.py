@@ -10,20 +10,21 @@ from chapters.ch02_general_camera_model.s3_general_camera.experiment import (
 from chapters.shared.general_cameras import KINDS
 from raxel.geometry import inverse_pose, pluecker_matrix, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed, moved
-from repro.judge.statistics import (
+from repro.page import FAINT, INK, new_figure, plot_estimates, series, value
+from repro.page.space import draw_scene
+from repro.run import (
     FAILS,
     HOLDS,
     UNDECIDED,
+    Check,
+    Drawing,
+    Reading,
+    claim,
+    columns,
+    figure,
     median_interval,
     weighted_line,
 )
-from repro.page.reader import value
-from repro.page.space import draw_scene
-from repro.page.style import FAINT, INK, plot_estimates, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure
-from repro.run.outcomes import Check, Drawing, Reading
 
 # Effect of an error of T_1 on the rays, from the results of section 2.3.
 

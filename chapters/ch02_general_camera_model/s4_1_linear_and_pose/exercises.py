@@ -9,7 +9,7 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.experiment import (
     scene_points,
 )
 from raxel.calibration import three_point_depths
-from repro.run.experiment import trial_rng
+from repro.run import trial_rng
 
 # An equilateral triangle, seen from above.
 SIDE_MM = 100.0

@@ -26,8 +26,7 @@ from raxel.geometry import (
     rotation_from_vector,
     transform,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment
 
 # The boards that Algorithm 1 is run on: chessboards in drawn poses.
 

@@ -35,10 +35,8 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.report import name_
 from chapters.shared.general_cameras import CAMERAS
 from raxel.calibration import calibrate_generic
 from raxel.geometry import inverse_pose
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show_code, show_table, values
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show_code, show_table, values
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show_table("alg_1")

@@ -4,11 +4,18 @@ from collections import Counter
 
 import numpy as np
 
-from repro.judge.statistics import median_and_range
-from repro.page.reader import value as name_value
-from repro.run.columns import columns as as_csv
-from repro.run.experiment import claim, numbers, table
-from repro.run.outcomes import Check, Reading, Table, Value
+from repro.page import value as name_value
+from repro.run import (
+    Check,
+    Reading,
+    Table,
+    Value,
+    claim,
+    median_and_range,
+    numbers,
+    table,
+)
+from repro.run import columns as as_csv
 
 # Errors, counts and ranks of section 2.4, and the numbers its page quotes.
 

@@ -7,7 +7,7 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.experiment import
     formula,
     meet,
 )
-from repro.run.experiment import trial_rng
+from repro.run import trial_rng
 
 
 def entries_task():

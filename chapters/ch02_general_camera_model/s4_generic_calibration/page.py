@@ -19,10 +19,8 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.experiment import
     substitute,
 )
 from chapters.ch02_general_camera_model.s4_generic_calibration.report import summary_of
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show_code, show_table, value
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show_code, show_table, value
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show_table("table_2_1")

@@ -9,8 +9,7 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.experiment import
     as_maths,
     formula,
 )
-from repro.run.experiment import claim, table
-from repro.run.outcomes import Check, Reading, Table
+from repro.run import Check, Reading, Table, claim, table
 
 # Error of the printed Table 2.1, from the result of section 2.4.
 

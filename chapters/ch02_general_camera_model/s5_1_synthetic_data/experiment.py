@@ -27,8 +27,7 @@ from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.distortion import angular_residual
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 LEVELS = (0.02, 0.1, 0.25, 0.5, 1.0, 2.0)
 NOISE_FOV_DEG = 60

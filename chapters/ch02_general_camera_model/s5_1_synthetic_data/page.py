@@ -30,10 +30,8 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.experiment import (
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.report import name_values
 from chapters.shared.methods import METHODS
 from chapters.shared.three_planes import FOVS_DEG, measure, observe, score
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_2_3")

@@ -17,17 +17,25 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.experiment import (
 from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.synthetic_readings import SweepCase
 from chapters.shared.three_planes import FOVS_DEG
-from repro.judge.statistics import (
+from repro.page import look_of, new_figure, plot_estimates
+from repro.page import value as name_value
+from repro.run import (
     FAILS,
     HOLDS,
     OVER_TRIALS,
     SIGNIFICANCE,
     UNDECIDED,
+    Drawing,
     Estimate,
+    Reading,
+    Value,
     all_of,
     bootstrap,
+    claim,
+    figure,
     loglog_slope,
     median_interval,
+    numbers,
     ratio_of,
     spread_of,
     trend,
@@ -36,13 +44,7 @@ from repro.judge.statistics import (
     wins,
     with_worst,
 )
-from repro.page.method_looks import look_of
-from repro.page.reader import value as name_value
-from repro.page.style import figure as new_figure
-from repro.page.style import plot_estimates
-from repro.run.columns import columns as columns_of
-from repro.run.experiment import claim, figure, numbers
-from repro.run.outcomes import Drawing, Reading, Value
+from repro.run import columns as columns_of
 
 # Numbers of section 2.5.1 for its prose and its claims.
 

@@ -31,17 +31,20 @@ from chapters.shared.synthetic_readings import NAMES as OF_SWEEP
 from chapters.shared.synthetic_readings import SweepCase
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
-from repro.judge.seeds import decision_of_seeds, few_seeds
-from repro.judge.statistics import (
+from repro.run import (
+    Reading,
+    Value,
     all_of,
     bootstrap,
+    claim,
+    decision_of_seeds,
+    few_seeds,
     median_interval,
+    numbers,
     proportion,
     spread_of_medians,
     with_worst,
 )
-from repro.run.experiment import claim, numbers
-from repro.run.outcomes import Reading, Value
 
 FLAT = 1.25
 WORSE = 1.3

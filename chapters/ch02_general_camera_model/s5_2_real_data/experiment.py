@@ -48,8 +48,7 @@ from raxel.geometry import (
     transform,
 )
 from raxel.lab import board_scene
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment
 
 # Images of section 2.5.2: boards in front of a lens at three zoom settings.
 #

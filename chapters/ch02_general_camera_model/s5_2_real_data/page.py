@@ -39,8 +39,8 @@ from chapters.ch02_general_camera_model.s5_2_real_data.experiment import (
 from chapters.ch02_general_camera_model.s5_2_real_data.report import name_values
 from chapters.shared.facade import corrected_pictures, edges_in_pictures, facade_picture
 from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, ZOOM_RIGS
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -48,8 +48,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show_table("table_2_2", digits=3)

@@ -14,14 +14,21 @@ from chapters.shared.methods import METHODS, NAMES
 from chapters.shared.three_planes import FOVS_DEG
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, ZOOMS
-from repro.judge.statistics import SIGNIFICANCE, bootstrap, holm, trend, with_worst
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import INK
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Check, Drawing, Measured, Table
+from repro.page import INK, look_of, new_figure, value
+from repro.run import (
+    SIGNIFICANCE,
+    Check,
+    Drawing,
+    Measured,
+    Table,
+    bootstrap,
+    columns,
+    figure,
+    holm,
+    table,
+    trend,
+    with_worst,
+)
 
 # Numbers of Table 2.2 and settings of section 2.5.2.
 

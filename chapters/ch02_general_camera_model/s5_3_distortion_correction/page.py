@@ -20,8 +20,7 @@ from chapters.shared.facade import (
     outer_pixels,
     straightness,
 )
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
+from repro.page import check, compared, open_results, show, show_code
 
 # %% tags=["active-ipynb"]
 # show("fig_2_7")

@@ -6,13 +6,8 @@ from chapters.shared.facade import FEWEST, HALF_VIEW_DEG, PITCH_DEG
 from chapters.shared.methods import NAMES
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
 from chapters.shared.zoom_rigs import FACADE_ZOOM, camera_of
-from repro.judge.statistics import with_worst
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure
-from repro.run.outcomes import Check, Drawing
+from repro.page import look_of, new_figure, value
+from repro.run import Check, Drawing, claim, columns, figure, with_worst
 
 # Distances from straight lines, from the simulated runs of section 2.5.2.
 

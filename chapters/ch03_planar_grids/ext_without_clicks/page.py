@@ -20,10 +20,8 @@ from chapters.ch03_planar_grids.ext_without_clicks.experiment import (
 from chapters.ch03_planar_grids.ext_without_clicks.report import facts
 from raxel.features import DETECTORS, find_board
 from raxel.features.find import compiled, grids, growth
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show_code, show_table, value
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show_code, show_table, value
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show_table("ext_without_clicks")

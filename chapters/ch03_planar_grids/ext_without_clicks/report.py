@@ -3,9 +3,7 @@
 import numpy as np
 
 from chapters.ch03_planar_grids.ext_without_clicks.experiment import NAMES, RIGHT_PX
-from repro.run.columns import in_columns
-from repro.run.experiment import table
-from repro.run.outcomes import Check, Table
+from repro.run import Check, Table, in_columns, table
 
 # Results of the page on extraction without clicks, over all images.
 

@@ -14,19 +14,21 @@ from chapters.ch03_planar_grids.s1_2_celect.report import (
     interior,
 )
 from raxel.features.celect import CelectSettings
-from repro.judge.statistics import (
+from repro.run import (
     FAILS,
     HOLDS,
     UNDECIDED,
+    Case,
+    Reading,
+    Value,
     all_of,
     bootstrap,
+    claim,
     mcnemar,
+    numbers,
     paired_gain,
     proportion,
 )
-from repro.run.experiment import claim, numbers
-from repro.run.outcomes import Reading, Value
-from repro.run.readings import Case
 
 MIN_SUCCESS, MIN_DROP = 0.9, 0.2
 MIN_TRIALS = 10

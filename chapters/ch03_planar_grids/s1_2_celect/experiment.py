@@ -42,8 +42,7 @@ from raxel.geometry import (
 )
 from raxel.lab import board_scene, render
 from raxel.sets import Chessboard
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # Images of a chessboard with four distorting cameras (section 3.1.2).
 

@@ -34,10 +34,8 @@ from raxel.features.celect.compiled import farthest_ahead, lines_of, merged_line
 from raxel.features.celect.hough import peaks_of
 from raxel.features.celect.processing import processed
 from raxel.features.celect.trace import first_line, next_anchor, next_line
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code, show_table
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_3_4")

@@ -10,13 +10,9 @@ from chapters.ch03_planar_grids.s1_2_celect.experiment import (
 )
 from raxel.features.celect import CelectSettings
 from raxel.features.celect.hough import angle_apart
-from repro.judge.statistics import proportion
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import series
-from repro.run.columns import columns as as_csv
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Check, Drawing, Measured, Table
+from repro.page import new_figure, series, value
+from repro.run import Check, Drawing, Measured, Table, figure, proportion, table
+from repro.run import columns as as_csv
 
 # Results of section 3.1.2: recorded runs, parameter names, quoted numbers.
 

@@ -29,10 +29,8 @@ from raxel.features.localise import derivative, saddle_point
 from raxel.features.localise.ridges import fit_ridges, gradient
 from raxel.features.localise.saddle import blurred, fit_saddles
 from raxel.features.localise.windows import noise_variance
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code, show_table
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_3_5")

@@ -5,13 +5,27 @@ from functools import cached_property
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.experiment import SQUARES_PX
-from repro.judge.statistics import FAILS, HOLDS, RESAMPLES, Estimate, all_of, bootstrap
-from repro.page.reader import value as name_value
-from repro.page.style import figure as new_figure
-from repro.page.wording import rounded
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Measured, Reading, Table, Value
+from repro.page import new_figure, rounded
+from repro.page import value as name_value
+from repro.run import (
+    FAILS,
+    HOLDS,
+    RESAMPLES,
+    Check,
+    Drawing,
+    Estimate,
+    Measured,
+    Reading,
+    Table,
+    Value,
+    all_of,
+    bootstrap,
+    claim,
+    columns,
+    figure,
+    numbers,
+    table,
+)
 
 # Residuals of section 3.1.3 for each corner, and the quoted numbers.
 

@@ -26,8 +26,7 @@ from raxel.lab import (
 )
 from raxel.lab.monitor_views import points_seen
 from raxel.sets import ActiveGrid, patterns_of, plan_of_cells
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # An active grid rendered by the simulator, and decoded.
 

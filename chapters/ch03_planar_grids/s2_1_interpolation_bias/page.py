@@ -28,10 +28,8 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.experiment import (
     two_facets,
 )
 from chapters.ch03_planar_grids.s2_1_interpolation_bias.report import name_values
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_3_6")

@@ -12,21 +12,23 @@ from chapters.ch03_planar_grids.s2_1_interpolation_bias.experiment import (
     RADIAL,
     SIDE_MM,
 )
-from repro.judge.statistics import (
+from repro.page import look_of, new_figure, plot_interval, series, value
+from repro.run import (
     FAILS,
     HOLDS,
+    Check,
+    Drawing,
+    Reading,
+    Value,
     all_of,
+    claim,
+    columns,
+    figure,
     loglog_slope,
     median_interval,
+    numbers,
     trend,
 )
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval, series
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers
-from repro.run.outcomes import Check, Drawing, Reading, Value
 
 # Results of section 3.2.1: errors, slopes, the ridge, quoted numbers.
 

@@ -27,8 +27,7 @@ from raxel.features.active_grid import decode
 from raxel.features.active_grid.layout import REACH
 from raxel.sets import ActiveGrid, Pattern, PatternPlan, patterns_of, plan_of_cells
 from raxel.sets.patterns import pattern_picture
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # Bits: effect of a wrong one, methods of detection, and a whole display.
 

@@ -25,8 +25,8 @@ from chapters.ch03_planar_grids.s2_2_active_grids.experiment import (
 from chapters.ch03_planar_grids.s2_2_active_grids.report import name_values
 from chapters.ch03_planar_grids.s2_2_active_grids.scenes import COARSENESS, RIGS
 from chapters.shared.phase_steps import phase_of
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -34,8 +34,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_3_8")

@@ -18,24 +18,30 @@ from chapters.ch03_planar_grids.s2_2_active_grids.scenes import (
 )
 from raxel.sets import patterns_of, plan_of_cells
 from raxel.sets.patterns import pattern_picture
-from repro.judge.statistics import (
+from repro.page import new_figure, series, value
+from repro.run import (
     FAILS,
     HOLDS,
     UNDECIDED,
+    Check,
+    Drawing,
+    Measured,
+    Reading,
+    Table,
+    Value,
     all_of,
     bootstrap,
+    claim,
+    columns,
+    figure,
     mcnemar,
     median_interval,
+    numbers,
     proportion,
+    table,
     wins,
     with_worst,
 )
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import series
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Measured, Reading, Table, Value
 
 # Results of section 3.2.2 for figures, tables, claims and text.
 

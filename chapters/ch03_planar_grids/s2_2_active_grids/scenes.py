@@ -28,8 +28,7 @@ from raxel.lab import (
 from raxel.lab.monitor_views import points_seen
 from raxel.lab.patterns import MonitorLevel, MonitorPattern
 from raxel.sets import ActiveGrid, Chessboard, patterns_of, plan_of_cells
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # Edges of the Gray code in one image, and midpoints with its inverse.
 

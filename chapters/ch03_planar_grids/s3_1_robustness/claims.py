@@ -26,19 +26,19 @@ from chapters.shared.localiser_basin import (
 )
 from chapters.shared.scoring import LOST_PX
 from chapters.shared.synthetic_board import SIZE_PX
-from repro.judge.statistics import (
+from repro.run import (
     FAILS,
     HOLDS,
     UNDECIDED,
     Estimate,
+    Reading,
     all_of,
+    claim,
     proportion,
     ratio_of,
     share_gain,
     with_worst,
 )
-from repro.run.experiment import claim
-from repro.run.outcomes import Reading
 
 # The claim of section 6.3.1 on CELECT's error, along the sweeps of Fig. 3.11.
 

@@ -36,11 +36,9 @@ from chapters.shared.localiser_basin import BASIN_BLUR_PX, HALF_WINDOWS, START_E
 from chapters.shared.scoring import scored
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
 from raxel.features.celect import celect
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.page.reader import values as regenerated_values
-from repro.run.experiment import experiment, experiments
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code
+from repro.page import values as regenerated_values
+from repro.run import Plan, experiment, experiments
 
 # %% tags=["active-ipynb"]
 # show("fig_3_11")

@@ -15,14 +15,8 @@ from chapters.shared.localiser_basin import (
     worst_within,
 )
 from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
-from repro.judge.statistics import proportion
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import plot_interval, series
-from repro.run.columns import columns
-from repro.run.experiment import figure, numbers
-from repro.run.outcomes import Check, Drawing, Value
+from repro.page import look_of, new_figure, plot_interval, series, value
+from repro.run import Check, Drawing, Value, columns, figure, numbers, proportion
 from repro.run.results import summary
 
 # Results of the sweeps of 3.3.1, and the quoted numbers.

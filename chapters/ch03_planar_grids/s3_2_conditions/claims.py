@@ -15,17 +15,18 @@ from chapters.ch03_planar_grids.s3_2_conditions.report import (
     shadow_effects,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV_SB
-from repro.judge.statistics import (
+from repro.run import (
+    DECISIONS,
     FAILS,
     HOLDS,
     UNDECIDED,
     Estimate,
+    Reading,
     all_of,
+    claim,
     paired_gain,
     proportion,
 )
-from repro.run.experiment import claim
-from repro.run.outcomes import DECISIONS, Reading
 
 COPES = 0.7
 MIN_GAIN = 0.3

@@ -39,10 +39,8 @@ from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
 from chapters.ch03_planar_grids.s3_2_conditions.report import name_values
 from chapters.shared.grid_rigs import HARD, LARGE_RIGS, RIGS, WHOLE, wiped
 from raxel.lab.lighting import Shadow
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("ext_conditions")

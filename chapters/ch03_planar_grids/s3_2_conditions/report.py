@@ -9,15 +9,25 @@ from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
 )
 from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
 from chapters.shared.grid_rigs import WHOLE
-from repro.judge.statistics import paired_gain, proportion
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import legend_below, plot_interval, series
-from repro.page.wording import rounded
-from repro.run.columns import columns
-from repro.run.experiment import figure, numbers
-from repro.run.outcomes import Check, Drawing, Value
+from repro.page import (
+    legend_below,
+    look_of,
+    new_figure,
+    plot_interval,
+    rounded,
+    series,
+    value,
+)
+from repro.run import (
+    Check,
+    Drawing,
+    Value,
+    columns,
+    figure,
+    numbers,
+    paired_gain,
+    proportion,
+)
 
 # Results of the conditions of section 3.3.2, and the numbers that are quoted.
 

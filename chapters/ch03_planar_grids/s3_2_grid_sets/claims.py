@@ -21,9 +21,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.report import (
     spread,
 )
 from chapters.shared.grid_detectors import CELECT, OPENCV
-from repro.judge.statistics import FAILS, mcnemar
-from repro.run.experiment import claim
-from repro.run.outcomes import NOT_COMPARABLE, Reading
+from repro.run import FAILS, NOT_COMPARABLE, Reading, claim, mcnemar
 
 # Claims of section 3.3.2 about errors of corners, over correct grids alone.
 

@@ -49,11 +49,9 @@ from raxel.errors import InputError
 from raxel.evaluation.board_scores import in_order_of, in_place
 from raxel.features.celect import celect
 from raxel.features.tone_curve import undo_srgb
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.page.reader import values as regenerated_values
-from repro.run.experiment import experiments
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code, show_table
+from repro.page import values as regenerated_values
+from repro.run import Plan, experiments
 
 # %% tags=["active-ipynb"]
 # show("ext_grid_rates")

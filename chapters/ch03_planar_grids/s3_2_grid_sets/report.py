@@ -25,14 +25,22 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.experiment import (
 )
 from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
 from chapters.shared.grid_rigs import HARD, WHOLE
-from repro.judge.statistics import Estimate, bootstrap, proportion
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import legend_below, plot_interval
-from repro.run.columns import columns as as_csv
-from repro.run.experiment import figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Measured, Reading, Table, Value
+from repro.page import legend_below, look_of, new_figure, plot_interval, value
+from repro.run import (
+    Check,
+    Drawing,
+    Estimate,
+    Measured,
+    Reading,
+    Table,
+    Value,
+    bootstrap,
+    figure,
+    numbers,
+    proportion,
+    table,
+)
+from repro.run import columns as as_csv
 
 # Rendered images of 3.3.2: selection by interpretation, and detection results.
 

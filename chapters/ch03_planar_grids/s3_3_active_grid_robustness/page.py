@@ -27,10 +27,8 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.experiment import (
 )
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.report import name_values
 from raxel.features.active_grid.lookup import pixels_of, points_at
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_3_15")

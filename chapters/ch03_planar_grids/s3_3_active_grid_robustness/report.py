@@ -20,14 +20,19 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.experiment import (
     WINDOWS,
     WITHIN,
 )
-from repro.judge.statistics import median_and_range, with_worst
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers
-from repro.run.outcomes import Drawing, Reading, Value
-from repro.run.readings import Case
+from repro.page import look_of, new_figure, value
+from repro.run import (
+    Case,
+    Drawing,
+    Reading,
+    Value,
+    claim,
+    columns,
+    figure,
+    median_and_range,
+    numbers,
+    with_worst,
+)
 
 # Results of the sweeps of 3.3.3, and the numbers that the prose quotes.
 

@@ -33,9 +33,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.report import (
 )
 from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import rig_of
 from raxel.features.localise.subpix import TERMINATION_PX
-from repro.run.experiment import claim, numbers
-from repro.run.outcomes import Value
-from repro.run.readings import Case, counterpart
+from repro.run import Case, Value, claim, counterpart, numbers
 
 SENSOR_MM = 23.6  # width of the camera's sensor
 MAX_RATIO, MAX_LOSS = 1.25, 1.05

@@ -28,7 +28,7 @@ from raxel.lab import room
 from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
 from raxel.multiview.plane_view import remap_to_plane
 from raxel.sets import chessboard_picture, pattern_picture, patterns_of
-from repro.run.columns import columns
+from repro.run import columns
 
 # The active grid of Table 3.8, near and far, with each of the decoder's filters.
 

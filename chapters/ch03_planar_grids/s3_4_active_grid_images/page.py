@@ -39,8 +39,8 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import (
     line_conditions,
     sweep,
 )
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -48,8 +48,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_3_17")

@@ -10,13 +10,8 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.experiment import (
     MM_PER_PX as STRAIGHT_MM_PER_PX,
 )
 from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import MM_PER_PX, rig_of
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Check, Drawing, Measured, Table
-from repro.run.readings import Case
+from repro.page import look_of, new_figure, value
+from repro.run import Case, Check, Drawing, Measured, Table, columns, figure, table
 
 # Results of section 3.3.4 by simulated run, and the numbers that its prose quotes.
 

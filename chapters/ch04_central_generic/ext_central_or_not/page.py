@@ -17,10 +17,8 @@ from chapters.ch04_central_generic.ext_central_or_not.experiment import (
     one_camera,
 )
 from chapters.ch04_central_generic.ext_central_or_not.report import name_values
-from repro.page.exercise import check
-from repro.page.reader import open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, open_results, show, show_code
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("ext_centrality")

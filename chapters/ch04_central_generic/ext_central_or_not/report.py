@@ -9,13 +9,8 @@ from chapters.ch04_central_generic.ext_central_or_not.experiment import (
     CENTRAL,
     NOISES_MM,
 )
-from repro.judge.statistics import median_interval, proportion
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import series
-from repro.run.columns import columns
-from repro.run.experiment import figure
-from repro.run.outcomes import Drawing
+from repro.page import new_figure, series, value
+from repro.run import Drawing, columns, figure, median_interval, proportion
 
 # Names of the cameras, and the numbers of the text.
 

@@ -7,14 +7,8 @@ from chapters.ch04_central_generic.ext_lens_formula.experiment import (
     MODELS,
     RINGS,
 )
-from repro.judge.statistics import median_interval
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import legend_below
-from repro.run.columns import columns
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Drawing, Measured, Table
+from repro.page import legend_below, look_of, new_figure, value
+from repro.run import Drawing, Measured, Table, columns, figure, median_interval, table
 
 # Names, medians over trials, and the numbers that the page quotes.
 

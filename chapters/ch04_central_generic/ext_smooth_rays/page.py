@@ -18,10 +18,8 @@ from chapters.ch04_central_generic.ext_smooth_rays.experiment import (
 )
 from chapters.ch04_central_generic.ext_smooth_rays.report import name_values
 from chapters.shared.wide_angle import draw_scene
-from repro.page.exercise import check
-from repro.page.reader import open_results, show, show_code, show_table
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, open_results, show, show_code, show_table
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("ext_smooth_rays_figure")

@@ -1,14 +1,9 @@
 """Results of this page read: values of the prose, figures, tables."""
 
 from chapters.ch04_central_generic.ext_smooth_rays.experiment import CONDITIONS, METHODS
-from repro.judge.statistics import median_interval
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import legend_below, plot_estimates
-from repro.run.columns import columns as as_csv
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Drawing, Measured, Table
+from repro.page import legend_below, look_of, new_figure, plot_estimates, value
+from repro.run import Drawing, Measured, Table, figure, median_interval, table
+from repro.run import columns as as_csv
 
 # Names of the methods, and the numbers that the page quotes.
 

@@ -42,8 +42,7 @@ from raxel.geometry import (
     transform,
 )
 from raxel.geometry.homography import normalising
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment
 
 WIDE_FOV_DEG = 183.0
 CONE_DEG = 100.0

@@ -26,10 +26,8 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.experiment import (
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.report import name_values
 from chapters.shared.wide_angle import SETTINGS, draw_poses
 from raxel.calibration.linear.synthetic_pinhole import circle, circle_of
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_4_1")

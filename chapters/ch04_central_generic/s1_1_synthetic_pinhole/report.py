@@ -5,20 +5,24 @@ import numpy as np
 from chapters.shared.wide_angle import CENTRE_MM
 from raxel.geometry import on_plane
 from raxel.show import Labels, Points, Polyline, Segments, Surface, framed
-from repro.judge.statistics import (
+from repro.page import INK, new_figure, plot_estimates, series, value
+from repro.page.space import draw_scene
+from repro.run import (
+    NOT_COMPARABLE,
+    Check,
+    Drawing,
     Estimate,
+    Reading,
+    Value,
     all_of,
     bootstrap,
+    claim,
+    columns,
+    figure,
     median_interval,
+    numbers,
     with_worst,
 )
-from repro.page.reader import value
-from repro.page.space import draw_scene
-from repro.page.style import INK, plot_estimates, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers
-from repro.run.outcomes import NOT_COMPARABLE, Check, Drawing, Reading, Value
 
 # Estimates of section 4.1.1, from its results.
 

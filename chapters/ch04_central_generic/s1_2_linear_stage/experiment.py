@@ -19,8 +19,7 @@ from raxel.geometry import (
     rotation_from_vector,
 )
 from raxel.geometry.homography import normalising
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment
 
 TRIALS = {"quick": 20, "full": 200}
 MIN_TILT_DEG = 5.0

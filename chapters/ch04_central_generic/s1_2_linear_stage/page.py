@@ -30,10 +30,8 @@ from raxel.calibration.linear.synthetic_pinhole import (
     sturm_maybank,
 )
 from raxel.geometry.robust_homography import robust_start
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show_code, show_table
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show_code, show_table
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show_table("ext_svd_precision")

@@ -3,12 +3,20 @@
 import numpy as np
 
 from raxel.calibration.linear.cgsp import SUBSET
-from repro.judge.statistics import all_of, median_ratio, with_worst
-from repro.page.reader import value
-from repro.page.wording import rounded
-from repro.run.columns import columns
-from repro.run.experiment import claim, numbers, table
-from repro.run.outcomes import Measured, Reading, Table, Value
+from repro.page import rounded, value
+from repro.run import (
+    Measured,
+    Reading,
+    Table,
+    Value,
+    all_of,
+    claim,
+    columns,
+    median_ratio,
+    numbers,
+    table,
+    with_worst,
+)
 
 # Estimates of section 4.1.2, from its results.
 

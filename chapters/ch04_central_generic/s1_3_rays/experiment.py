@@ -19,8 +19,7 @@ from raxel.geometry import (
     rotation_from_vector,
     transform,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 TABLE_RAYS = 20_000
 LINEAR_GRIDS, ALL_GRIDS = 3, 6

@@ -16,10 +16,8 @@ from chapters.ch04_central_generic.s1_3_rays.report import name_values
 from chapters.shared.wide_angle import SETTINGS
 from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
 from raxel.geometry import intersect_lines_plane
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("ext_ray_weights")

@@ -4,14 +4,16 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from chapters.ch04_central_generic.s1_3_rays.experiment import FACTORS, NOISE, POSED
-from repro.judge.statistics import median_interval, median_ratio
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import legend_below, plot_estimates, series
-from repro.page.wording import rounded
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure
-from repro.run.outcomes import Drawing, Reading
+from repro.page import legend_below, new_figure, plot_estimates, rounded, series, value
+from repro.run import (
+    Drawing,
+    Reading,
+    claim,
+    columns,
+    figure,
+    median_interval,
+    median_ratio,
+)
 
 # Estimates for the figure and the prose of section 4.1.3.
 

@@ -19,8 +19,7 @@ from raxel.calibration.adjust.relaxation import pose_vector
 from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.errors import CalibrationError
 from raxel.geometry import on_plane
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment
 
 POINTS = 400
 HALF_MM = 300.0  # of the grid that the points lie on

@@ -16,8 +16,7 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.experiment import (
 )
 from chapters.ch04_central_generic.s1_4_bundle_adjustment.report import name_values
 from raxel.calibration.adjust.relaxation import relax_poses
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
+from repro.page import check, compared, open_results, show, show_code
 
 # %% tags=["active-ipynb"]
 # show("ext_free_centre_starts")

@@ -3,15 +3,21 @@
 import numpy as np
 
 from chapters.ch04_central_generic.s1_4_bundle_adjustment.experiment import GRIDS
-from repro.judge.statistics import FAILS, HOLDS, UNDECIDED, median_interval
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import INK
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers
-from repro.run.outcomes import Drawing, Reading, Value
-from repro.run.readings import Case
+from repro.page import INK, look_of, new_figure, value
+from repro.run import (
+    FAILS,
+    HOLDS,
+    UNDECIDED,
+    Case,
+    Drawing,
+    Reading,
+    Value,
+    claim,
+    columns,
+    figure,
+    median_interval,
+    numbers,
+)
 
 # Numbers quoted on the page of section 4.1.4.
 

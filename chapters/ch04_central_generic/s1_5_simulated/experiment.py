@@ -31,8 +31,7 @@ from raxel.calibration.linear.standard import (
 )
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, on_plane, pose, transform
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 LEVELS = (0.1, 0.25, 0.5, 1.0, 2.0)
 DOMAINS = ("px", "mm")

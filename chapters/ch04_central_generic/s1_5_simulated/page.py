@@ -31,10 +31,8 @@ from chapters.shared.wide_angle import (
     observe,
     radial_lens,
 )
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code, show_table
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_4_2")

@@ -13,25 +13,36 @@ from chapters.ch04_central_generic.s1_5_simulated.experiment import (
     STEPS,
 )
 from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
-from repro.judge.statistics import (
+from repro.page import (
+    legend_below,
+    look_of,
+    new_figure,
+    plot_estimates,
+    rounded,
+    series,
+    value,
+)
+from repro.run import (
     HOLDS,
+    Case,
+    Drawing,
+    Measured,
+    Reading,
+    Table,
+    Value,
     all_of,
     bootstrap,
+    claim,
+    columns,
+    figure,
     median_interval,
     median_ratio,
+    numbers,
     ratio_of,
+    table,
     wins,
     with_worst,
 )
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.page.style import legend_below, plot_estimates, series
-from repro.page.wording import rounded
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers, table
-from repro.run.outcomes import Drawing, Measured, Reading, Table, Value
-from repro.run.readings import Case
 
 # Trials behind Fig. 4.2 and its claims, and the numbers that the page quotes.
 

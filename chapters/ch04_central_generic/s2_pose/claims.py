@@ -27,18 +27,20 @@ from chapters.ch04_central_generic.s2_pose.report import (
     without_solution,
 )
 from chapters.shared.noise_sweep import over_the_sweep
-from repro.judge.statistics import (
+from repro.run import (
     FAILS,
     HOLDS,
+    Reading,
+    Value,
     all_of,
+    claim,
     median_interval,
     median_ratio,
+    numbers,
     proportion,
     ratio_of,
     wins,
 )
-from repro.run.experiment import claim, numbers
-from repro.run.outcomes import Reading, Value
 
 NEUTRAL = (0.95, 1.25)
 STATISTIC = "statistic_of_trials"

@@ -55,8 +55,7 @@ from raxel.geometry import (
 )
 from raxel.geometry import pose as pose_matrix
 from raxel.sets import load_set
-from repro.run.experiment import experiment, experiments
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment, experiments
 from repro.run.rendered import rendered_set
 
 # The pose estimators that 4.2 compares, on one set of rays and points.

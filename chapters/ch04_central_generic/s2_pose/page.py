@@ -33,8 +33,8 @@ from chapters.shared.wide_angle import (
     radial_lens,
 )
 from raxel.calibration.pose.grid_pose import synthetic_plane_normal
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -42,8 +42,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_4_4")

@@ -24,16 +24,28 @@ from chapters.shared.bench_noise import BENCH, OPTIONS
 from chapters.shared.wide_angle import CENTRE_MM
 from raxel.geometry import apply_homography, homography_dlt, on_plane, pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed
-from repro.judge.statistics import median_interval, median_ratio
-from repro.page.method_looks import look_of
-from repro.page.reader import value
+from repro.page import (
+    INK,
+    legend_below,
+    look_of,
+    new_figure,
+    plot_estimates,
+    series,
+    value,
+)
 from repro.page.space import scene_figure
-from repro.page.style import INK, legend_below, plot_estimates, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Check, Drawing, Measured, Table
-from repro.run.readings import Case
+from repro.run import (
+    Case,
+    Check,
+    Drawing,
+    Measured,
+    Table,
+    columns,
+    figure,
+    median_interval,
+    median_ratio,
+    table,
+)
 
 # Errors, ratios and counts of section 4.2, and the numbers of the text.
 

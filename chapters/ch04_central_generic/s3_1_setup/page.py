@@ -17,8 +17,8 @@ from chapters.ch04_central_generic.s3_1_setup.experiment import (
 )
 from chapters.ch04_central_generic.s3_1_setup.report import name_values
 from chapters.shared.central_sets import GRID_SETS, grid_conditions
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -26,8 +26,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_4_5")

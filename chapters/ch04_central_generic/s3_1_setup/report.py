@@ -10,12 +10,19 @@ from raxel.show.boards import plate
 from raxel.show.cameras import axes as axes_parts
 from raxel.show.cameras import field_of_view, frustum, mirrors
 from raxel.show.rigs import drawn_poses
-from repro.page.reader import value
+from repro.page import INK, series, value
 from repro.page.space import scene_figure
-from repro.page.style import INK, series
-from repro.run.columns import columns
-from repro.run.experiment import figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Measured, Table, Value
+from repro.run import (
+    Check,
+    Drawing,
+    Measured,
+    Table,
+    Value,
+    columns,
+    figure,
+    numbers,
+    table,
+)
 
 # Results of section 4.3.1, and the numbers of the text.
 

@@ -16,10 +16,7 @@ from chapters.ch04_central_generic.s3_2_results.report import (
 )
 from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.noise_sweep import judged_by_seed, over_the_sweep
-from repro.judge.statistics import proportion, with_worst
-from repro.run.experiment import claim
-from repro.run.outcomes import Reading
-from repro.run.readings import Case, counterpart
+from repro.run import Case, Reading, claim, counterpart, proportion, with_worst
 
 MAX_OF_ALIGNED, STATED_MM = 2.0, 1.0
 STANDARD = ("decoding_noise", "standard_method")

@@ -42,8 +42,8 @@ from chapters.shared.central_sets import (
 )
 from chapters.shared.decoding_errors import DecodingErrors
 from chapters.shared.three_grids import LEAST_SPREAD
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -51,8 +51,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show_table("table_4_3", digits=3)

@@ -10,13 +10,19 @@ from chapters.ch04_central_generic.s3_2_results.experiment import MULTIPLIED, so
 from chapters.shared.bench_noise import BENCH, FACTOR, NOISES, OPTIONS, SWEPT
 from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
-from repro.page.reader import value
-from repro.page.style import INK, legend_below, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Measured, Table, Value
-from repro.run.readings import Case
+from repro.page import INK, legend_below, new_figure, series, value
+from repro.run import (
+    Case,
+    Check,
+    Drawing,
+    Measured,
+    Table,
+    Value,
+    columns,
+    figure,
+    numbers,
+    table,
+)
 
 # Section 4.3.2: the runs in one interpretation, and the numbers of the text.
 

@@ -43,8 +43,7 @@ from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import room
 from raxel.multiview.perspective_view import resample
 from raxel.sets import load_set
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 from repro.run.rendered import rendered_set
 
 # Both generic methods on the same decoded grids, and their rays on a lattice (4.3.1).

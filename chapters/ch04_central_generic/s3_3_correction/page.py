@@ -19,8 +19,8 @@ from chapters.ch04_central_generic.s3_3_correction.experiment import (
 )
 from chapters.ch04_central_generic.s3_3_correction.report import name_values
 from raxel.calibration import calibrate_central
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,

@@ -9,14 +9,25 @@ from chapters.shared.bench_noise import BENCH, OPTIONS
 from chapters.shared.central_sets import FISH, OMNI
 from chapters.shared.methods import LINEAR_NAMES
 from chapters.shared.noise_sweep import judged_by_seed, over_the_sweep
-from repro.judge.statistics import Estimate, all_of, median_interval, wins, with_worst
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers, table
-from repro.run.outcomes import Drawing, Measured, Reading, Table, Value
-from repro.run.readings import Case
+from repro.page import look_of, new_figure, value
+from repro.run import (
+    Case,
+    Drawing,
+    Estimate,
+    Measured,
+    Reading,
+    Table,
+    Value,
+    all_of,
+    claim,
+    columns,
+    figure,
+    median_interval,
+    numbers,
+    table,
+    wins,
+    with_worst,
+)
 
 # Results of section 4.3.2b in one interpretation, and the numbers of the text.
 

@@ -42,8 +42,7 @@ from raxel.lab.sight import Crop
 from raxel.lab.target_poses import outline_of
 from raxel.multiview.epipolar import relative_pose
 from raxel.sets import Chessboard
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment
 
 # Two orthogonal chessboards on a stage in front of the mirror camera of 4.3.1.
 #

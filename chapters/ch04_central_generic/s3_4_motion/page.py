@@ -42,10 +42,8 @@ from chapters.shared.bench_noise import NOISES, SWEPT_NOISES
 from chapters.shared.rigs import rig_named
 from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, transform
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code, show_table
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_4_10")

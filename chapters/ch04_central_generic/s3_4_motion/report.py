@@ -14,15 +14,23 @@ from chapters.ch04_central_generic.s3_4_motion.experiment import (
 from chapters.shared.bench_noise import BENCH, OPTIONS
 from chapters.shared.methods import LINEAR_NAMES
 from chapters.shared.noise_sweep import over_the_sweep
-from repro.judge.statistics import wins, with_worst
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import INK
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Measured, Reading, Table, Value
-from repro.run.readings import Case
+from repro.page import INK, look_of, new_figure, value
+from repro.run import (
+    Case,
+    Check,
+    Drawing,
+    Measured,
+    Reading,
+    Table,
+    Value,
+    claim,
+    columns,
+    figure,
+    numbers,
+    table,
+    wins,
+    with_worst,
+)
 
 # Motions of section 4.3.2 by method and detector, and the numbers of the text.
 

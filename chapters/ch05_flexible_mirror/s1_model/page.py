@@ -32,10 +32,8 @@ from chapters.ch05_flexible_mirror.s1_model.experiment import (
 )
 from chapters.ch05_flexible_mirror.s1_model.report import name_values
 from raxel.calibration.mirror.linear import orthogonality_rows, shape_with_clamp
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_5_2")

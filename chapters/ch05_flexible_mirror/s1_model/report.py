@@ -10,15 +10,19 @@ from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 from raxel.show import Arrows, Labels, Points, framed
 from raxel.show.cameras import frustum, mirrors
-from repro.judge.statistics import median_interval, with_worst
-from repro.page.reader import value
+from repro.page import INK, legend_below, new_figure, series, value
 from repro.page.space import scene_figure
-from repro.page.style import INK, legend_below, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure
-from repro.run.outcomes import Check, Drawing, Reading
-from repro.run.readings import Case
+from repro.run import (
+    Case,
+    Check,
+    Drawing,
+    Reading,
+    claim,
+    columns,
+    figure,
+    median_interval,
+    with_worst,
+)
 
 # Results of section 5.1 and the numbers that its page quotes.
 

@@ -16,18 +16,18 @@ from chapters.ch05_flexible_mirror.s2_method.report import (
 from chapters.shared.mirror_bench import LEVEL
 from chapters.shared.mirror_runs import shape_name
 from chapters.shared.mirror_sweep import READINGS, over_completed
-from repro.judge.statistics import (
+from repro.run import (
     HOLDS,
     SIGNIFICANCE,
     UNDECIDED,
+    Case,
+    Reading,
     all_of,
+    claim,
     proportion,
     ratio_of,
     wins,
 )
-from repro.run.experiment import claim
-from repro.run.outcomes import Reading
-from repro.run.readings import Case
 
 MIN_SHARE = 0.95
 

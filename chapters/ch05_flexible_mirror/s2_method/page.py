@@ -36,10 +36,8 @@ from raxel.calibration.mirror.platter import reflected_pose, reflection
 from raxel.calibration.mirror.primary_start import mirror_points
 from raxel.calibration.mirror.ray_points import RayPoints
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_5_4")

@@ -22,15 +22,9 @@ from raxel.geometry.planes import on_plane
 from raxel.show import Labels, Points, Polyline, Segments, Surface, framed
 from raxel.show.boards import board, plate
 from raxel.show.cameras import frustum, mirrors
-from repro.judge.seeds import SHARE_OF_SEEDS
-from repro.judge.statistics import median_interval
-from repro.page.reader import value
+from repro.page import INK, legend_below, new_figure, series, value
 from repro.page.space import draw_scene
-from repro.page.style import INK, legend_below, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import figure
-from repro.run.outcomes import Check, Drawing
+from repro.run import SHARE_OF_SEEDS, Check, Drawing, columns, figure, median_interval
 
 # Results of section 5.2, and the numbers that its page quotes.
 

@@ -24,10 +24,8 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.experiment import (
 from chapters.ch05_flexible_mirror.s3_1_simulated.report import name_values
 from chapters.shared.mirror_plans import UNSEEN
 from raxel.calibration.mirror.reduced import linear_reduced, ray_point_offsets
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_5_5")

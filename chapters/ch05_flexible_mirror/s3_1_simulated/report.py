@@ -9,23 +9,25 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.experiment import (
     SWEEPS,
     rig_of,
 )
-from repro.judge.statistics import (
+from repro.page import INK, legend_below, new_figure, plot_estimates, series, value
+from repro.run import (
     FAILS,
     HOLDS,
     OVER_TRIALS,
+    Case,
+    Drawing,
+    Reading,
+    Value,
     all_of,
     bootstrap,
+    claim,
+    columns,
+    figure,
+    numbers,
     weighted_line,
     wins,
     with_worst,
 )
-from repro.page.reader import value
-from repro.page.style import INK, legend_below, plot_estimates, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers
-from repro.run.outcomes import Drawing, Reading, Value
-from repro.run.readings import Case
 
 # Trials that Fig. 5.5 and its claims use, and the numbers that the page quotes.
 

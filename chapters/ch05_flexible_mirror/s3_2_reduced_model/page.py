@@ -32,10 +32,8 @@ from chapters.shared.mirror_bench import BENCHES, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
 from chapters.shared.mirror_plans import UNSEEN
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, values
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.page import check, compared, open_results, show, show_code, values
+from repro.run import Plan, crossed, experiment
 
 SEEDS = {"quick": 2, "full": 100}
 FEWER = {"quick": 1, "full": 20}

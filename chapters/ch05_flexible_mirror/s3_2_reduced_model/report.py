@@ -11,15 +11,21 @@ from chapters.shared.mirror_bench import CONTRASTED, LEVEL, SAID
 from chapters.shared.mirror_bench import SWEPT as ENDS
 from chapters.shared.mirror_sweep import READINGS as BENCH_READINGS
 from chapters.shared.mirror_sweep import counterpart_over_the_sweep
-from repro.judge.statistics import median_and_range, trend, with_worst
-from repro.page.method_looks import look_of
-from repro.page.reader import value as name_value
-from repro.page.style import INK, legend_below, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers
-from repro.run.outcomes import Drawing, Reading, Value
-from repro.run.readings import Case
+from repro.page import INK, legend_below, look_of, new_figure, series
+from repro.page import value as name_value
+from repro.run import (
+    Case,
+    Drawing,
+    Reading,
+    Value,
+    claim,
+    columns,
+    figure,
+    median_and_range,
+    numbers,
+    trend,
+    with_worst,
+)
 
 # Trials of Fig. 5.7 and its claims, and the numbers quoted on the page.
 

@@ -36,8 +36,8 @@ from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import ALL_THREE, BOTH, GEOMETRY_A, SMALL_A
 from chapters.shared.mirror_plans import UNSEEN
 from raxel.calibration.mirror.primary_start import mirror_points
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -45,8 +45,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan, crossed
+from repro.run import Plan, crossed, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_5_10")

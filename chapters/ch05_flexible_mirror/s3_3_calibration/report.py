@@ -16,15 +16,32 @@ from raxel.geometry.spline_grid import spline_grid
 from raxel.show import Arrows, board, framed
 from raxel.show.boards import plate
 from raxel.show.cameras import frustum, mirrors, viewing_rays
-from repro.judge.statistics import median_and_range, median_interval
-from repro.page.reader import value
+from repro.page import (
+    INK,
+    legend_below,
+    new_figure,
+    plot_estimates,
+    plot_interval,
+    series,
+    value,
+)
 from repro.page.space import scene_figure
-from repro.page.style import INK, legend_below, plot_estimates, plot_interval, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Measured, Reading, Table, Value
-from repro.run.readings import Case
+from repro.run import (
+    Case,
+    Check,
+    Drawing,
+    Measured,
+    Reading,
+    Table,
+    Value,
+    claim,
+    columns,
+    figure,
+    median_and_range,
+    median_interval,
+    numbers,
+    table,
+)
 
 # Results of the primary calibration and of the views of the mirror.
 

@@ -32,17 +32,19 @@ from chapters.shared.mirror_sweep import (
     over_completed,
     over_the_sweep,
 )
-from repro.judge.statistics import (
+from repro.run import (
+    DECISIONS,
+    NOT_COMPARABLE,
     OVER_TRIALS,
+    Case,
+    Reading,
     all_of,
     bootstrap,
+    claim,
     proportion,
     ratio_of,
     with_worst,
 )
-from repro.run.experiment import claim
-from repro.run.outcomes import DECISIONS, NOT_COMPARABLE, Reading
-from repro.run.readings import Case
 
 # Questions of the registry.
 OPEN = ("mirror_bench", "swinging_ends", "mirror_geometry")

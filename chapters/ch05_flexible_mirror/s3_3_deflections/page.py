@@ -27,8 +27,8 @@ from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, GEOMETRY_C
 from chapters.shared.mirror_plans import SWEEP, UNSEEN, bench_plan, on_each
 from chapters.shared.mirror_rejections import by_code
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -36,8 +36,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_5_12")

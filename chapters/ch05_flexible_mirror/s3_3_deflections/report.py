@@ -20,13 +20,20 @@ from chapters.shared.mirror_sweep import BenchRuns
 from chapters.shared.mirror_tables import beside as with_published
 from chapters.shared.mirror_tables import middle, ranged, reached
 from raxel.geometry import inverse_pose, transform
-from repro.judge.statistics import bootstrap, median_and_range
-from repro.page.reader import value as name_value
-from repro.page.style import INK, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Table, Value
+from repro.page import INK, new_figure, series
+from repro.page import value as name_value
+from repro.run import (
+    Check,
+    Drawing,
+    Table,
+    Value,
+    bootstrap,
+    columns,
+    figure,
+    median_and_range,
+    numbers,
+    table,
+)
 
 # Rotation of a scene ray when its reflection point is shifted slightly.
 

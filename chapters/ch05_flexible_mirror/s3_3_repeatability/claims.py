@@ -49,17 +49,17 @@ from chapters.shared.mirror_sweep import (
     over_completed,
     over_the_sweep,
 )
-from repro.judge.statistics import (
+from repro.run import (
     HOLDS,
     SIGNIFICANCE,
     UNDECIDED,
+    Case,
+    Reading,
     all_of,
+    claim,
     median_interval,
     wins,
 )
-from repro.run.experiment import claim
-from repro.run.outcomes import Reading
-from repro.run.readings import Case
 
 # The claims about repeated deflections, tested as the registry words them.
 

@@ -24,23 +24,30 @@ from raxel.geometry import intersect_rays_plane, inverse_pose, transform
 from raxel.show import Polyline, Scene, Segments, Surface, framed
 from raxel.show.boards import board as board_mesh
 from raxel.show.cameras import frustum
-from repro.judge.statistics import (
+from repro.page import INK, new_figure, series
+from repro.page import value as name_value
+from repro.page.film import pictured
+from repro.page.space import draw_scene, scene_frames
+from repro.run import (
     HOLDS,
     OVER_TRIALS,
     UNDECIDED,
+    Check,
+    Drawing,
+    Film,
+    Measured,
+    Panel,
+    Table,
+    Value,
     bootstrap,
+    columns,
+    figure,
     median_and_range,
     median_interval,
+    numbers,
+    table,
     with_worst,
 )
-from repro.page.film import pictured
-from repro.page.reader import value as name_value
-from repro.page.space import draw_scene, scene_frames
-from repro.page.style import INK, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Film, Measured, Panel, Table, Value
 
 # The runs out and back: result, error level and step.
 

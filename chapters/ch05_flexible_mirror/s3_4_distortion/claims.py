@@ -17,10 +17,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.report import (
     radii_agree,
 )
 from chapters.shared.mirror_sweep import READINGS, over_completed
-from repro.judge.statistics import ratio_of
-from repro.run.experiment import claim
-from repro.run.outcomes import Reading
-from repro.run.readings import Case
+from repro.run import Case, Reading, claim, ratio_of
 
 BENCHES = ("mirror_bench",)
 EXACT_MM, EXACT_PX = 1e-6, 1e-6

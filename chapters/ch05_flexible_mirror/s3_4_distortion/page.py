@@ -29,10 +29,8 @@ from chapters.shared.mirror_bench import BENCHES, LEVEL
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A
 from chapters.shared.mirror_plans import SWEEP, UNSEEN
-from repro.page.exercise import check
-from repro.page.reader import compared, open_results, show, show_code, show_table
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, compared, open_results, show, show_code, show_table
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_5_17")

@@ -22,14 +22,27 @@ from raxel.multiview.fits.circles import circle_distances
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances, fit_conic
 from raxel.multiview.fits.conics import value as value_of_conics
 from raxel.multiview.plane_points import circle_outline, measured_circle
-from repro.judge.statistics import median_and_range, median_interval
-from repro.page.method_looks import look_of
-from repro.page.reader import value
-from repro.page.style import INK, legend_below, plot_estimates, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Table, Value
+from repro.page import (
+    INK,
+    legend_below,
+    look_of,
+    new_figure,
+    plot_estimates,
+    series,
+    value,
+)
+from repro.run import (
+    Check,
+    Drawing,
+    Table,
+    Value,
+    columns,
+    figure,
+    median_and_range,
+    median_interval,
+    numbers,
+    table,
+)
 
 # Noise-free checks: a circle on a plane, and its conic in a flat mirror.
 

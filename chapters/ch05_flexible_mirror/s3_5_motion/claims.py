@@ -28,9 +28,7 @@ from chapters.shared.mirror_sweep import (
 from raxel.cameras.core.base import Rays
 from raxel.cameras.core.centrality import centrality
 from raxel.geometry.line_motion import pluecker_of_rays, side_products
-from repro.run.experiment import claim
-from repro.run.outcomes import NOT_COMPARABLE, Reading
-from repro.run.readings import Case
+from repro.run import NOT_COMPARABLE, Case, Reading, claim
 
 BENCHES = ("mirror_bench",)
 MIN_SPREAD_MM, MAX_PRODUCT_MM = 0.5, 1e-6

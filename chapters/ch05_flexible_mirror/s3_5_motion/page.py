@@ -25,8 +25,8 @@ from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_C
 from chapters.shared.mirror_plans import UNSEEN
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -34,8 +34,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("ext_motion_scale")

@@ -20,15 +20,30 @@ from chapters.shared.mirror_sweep import BenchRuns
 from chapters.shared.mirror_tables import MEDIANS, middle, reached
 from raxel.geometry.poses import tangent_bases
 from raxel.show import Points, Surface, framed
-from repro.judge.statistics import all_of, bootstrap, median_interval
-from repro.page.method_looks import look_of
-from repro.page.reader import value
+from repro.page import (
+    INK,
+    legend_below,
+    look_of,
+    new_figure,
+    plot_estimates,
+    series,
+    value,
+)
 from repro.page.space import draw_scene
-from repro.page.style import INK, legend_below, plot_estimates, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import figure, numbers, table
-from repro.run.outcomes import Check, Drawing, Reading, Table, Value
+from repro.run import (
+    Check,
+    Drawing,
+    Reading,
+    Table,
+    Value,
+    all_of,
+    bootstrap,
+    columns,
+    figure,
+    median_interval,
+    numbers,
+    table,
+)
 
 # Runs of the moving cylinder: result, error level, camera, method and step.
 

@@ -22,8 +22,8 @@ from chapters.shared.mirror_bench import BENCHES, CONTRASTED, LEVEL, SWEPT
 from chapters.shared.mirror_errors import MirrorErrors
 from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
 from chapters.shared.mirror_plans import UNSEEN
-from repro.page.exercise import check
-from repro.page.reader import (
+from repro.page import (
+    check,
     compared,
     open_results,
     show,
@@ -31,8 +31,7 @@ from repro.page.reader import (
     show_table,
     values,
 )
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
 # show("fig_5_22")

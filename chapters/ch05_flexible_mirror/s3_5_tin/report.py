@@ -20,13 +20,9 @@ from chapters.shared.mirror_sweep import BenchRuns
 from chapters.shared.mirror_tables import beside, middle, reached
 from raxel.geometry import transform
 from raxel.show import Points, Surface, framed
-from repro.page.reader import value
+from repro.page import INK, legend_below, new_figure, series, value
 from repro.page.space import draw_scene
-from repro.page.style import INK, legend_below, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns
-from repro.run.experiment import claim, figure, numbers, table
-from repro.run.outcomes import Drawing, Table, Value
+from repro.run import Drawing, Table, Value, claim, columns, figure, numbers, table
 
 # Claims about the tin for single runs.
 #

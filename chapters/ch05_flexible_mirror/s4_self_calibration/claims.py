@@ -23,10 +23,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.report import (
     vertical,
 )
 from chapters.shared.mirror_sweep import READINGS, over_the_sweep
-from repro.judge.statistics import OVER_TRIALS, bootstrap, proportion
-from repro.run.experiment import claim
-from repro.run.outcomes import Reading
-from repro.run.readings import Case
+from repro.run import OVER_TRIALS, Case, Reading, bootstrap, claim, proportion
 
 BENCHES = ("mirror_bench",)
 JUDGED = ("table_5_9_runs", "table_5_9_swept")

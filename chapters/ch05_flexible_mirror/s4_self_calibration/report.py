@@ -13,13 +13,9 @@ from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
 from chapters.shared.mirror_sweep import BenchRuns
 from chapters.shared.mirror_tables import MEDIANS, beside, reached
 from chapters.shared.mirror_tables import middle as medians
-from repro.judge.statistics import median_and_range
-from repro.page.reader import value
-from repro.page.style import INK, legend_below, series
-from repro.page.style import figure as new_figure
-from repro.run.columns import columns as as_csv
-from repro.run.experiment import figure, numbers, table
-from repro.run.outcomes import Drawing, Table, Value
+from repro.page import INK, legend_below, new_figure, series, value
+from repro.run import Drawing, Table, Value, figure, median_and_range, numbers, table
+from repro.run import columns as as_csv
 
 # Errors over many steps of a mirror that moves back and forth.
 

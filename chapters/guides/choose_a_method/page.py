@@ -20,9 +20,8 @@ from chapters.guides.choose_a_method.experiment import (
 from chapters.guides.choose_a_method.report import named
 from chapters.shared.records import record
 from chapters.shared.zoom_rigs import ZOOM_RIGS
-from repro.page.reader import results_behind, show_table, value
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import results_behind, show_table, value
+from repro.run import Plan, experiment
 
 
 # %%

@@ -20,11 +20,16 @@ from chapters.shared.photographs.reading import (
 )
 from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
 from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS, rig_of
-from repro.judge.statistics import Estimate, median_and_range, median_interval
-from repro.run.columns import cell
-from repro.run.columns import columns as as_csv
-from repro.run.experiment import table
-from repro.run.outcomes import Measured, Table
+from repro.run import (
+    Estimate,
+    Measured,
+    Table,
+    cell,
+    median_and_range,
+    median_interval,
+    table,
+)
+from repro.run import columns as as_csv
 
 # Comparison of the image sets of a build.
 

@@ -27,9 +27,8 @@ from chapters.guides.fisheye_in_ten_minutes.experiment import (
 )
 from chapters.guides.fisheye_in_ten_minutes.report import COMMANDS, numbers, transcript
 from chapters.shared.records import record, set_of
-from repro.page.reader import open_results, show, show_table, value
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import open_results, show, show_table, value
+from repro.run import Plan, experiment
 
 # %%
 RECORDED = "calibrations"  # of data/records

@@ -4,12 +4,8 @@ import textwrap
 
 import numpy as np
 
-from repro.page.reader import Shown
-from repro.page.style import figure as new_figure
-from repro.page.wording import literal
-from repro.run.columns import cell, in_columns
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Drawing, Table
+from repro.page import Shown, literal, new_figure
+from repro.run import Drawing, Table, cell, figure, in_columns, table
 
 # Results of the commands, and the numbers of the prose.
 

@@ -15,9 +15,9 @@ import numpy as np
 from nbformat import NotebookNode
 
 from chapters.shared.run_times import rounded_seconds, timed
+from repro.page import Missing, Shown, checkout, names_on_page, pipe_table
 from repro.page.notebook import read_page
 from repro.page.questions import Exercise, exercises_of, reason_of, task_of
-from repro.page.reader import Missing, Shown, checkout, names_on_page, pipe_table
 from repro.run.results import write_atomic
 
 # `make answers`: the exercises of every lesson with their answers, for the teacher.

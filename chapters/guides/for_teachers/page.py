@@ -9,7 +9,7 @@
 from chapters.guides.for_teachers.exercises import exercise_list, pages_with_exercises
 from chapters.guides.for_teachers.report import stated_times
 from chapters.shared.run_times import rounded_seconds
-from repro.page.reader import open_results, seconds, show_table, value
+from repro.page import open_results, seconds, show_table, value
 
 # Exercises are counted in the pages of the chapters; times are those of the README.
 READS_PAGES = True

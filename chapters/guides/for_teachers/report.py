@@ -2,9 +2,8 @@
 
 import re
 
-from repro.page.reader import checkout
-from repro.run.experiment import table
-from repro.run.outcomes import Table
+from repro.page import checkout
+from repro.run import Table, table
 
 # Times of the commands, from the README.
 

@@ -32,10 +32,8 @@ from chapters.photographs.active_grid.report import (
 )
 from chapters.shared.photographs.notes import origin, title
 from raxel.sets import load_set
-from repro.page.exercise import check
-from repro.page.reader import open_results, show, show_code, show_table, value
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, open_results, show, show_code, show_table, value
+from repro.run import Plan, experiment
 
 PICTURE_PX = {"quick": 320, "full": 480}
 

@@ -6,12 +6,8 @@ import numpy as np
 
 from chapters.shared.photographs.notes import note
 from raxel.features.active_grid import REASONS
-from repro.page.style import WIDTH_IN
-from repro.page.style import figure as new_figure
-from repro.page.wording import literal
-from repro.run.columns import cell
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Drawing, Table
+from repro.page import WIDTH_IN, literal, new_figure
+from repro.run import Drawing, Table, cell, figure, table
 
 # Sentences of an active grid's page, complete for every outcome.
 

@@ -43,10 +43,8 @@ from chapters.photographs.set.report import (
 from chapters.shared.photographs.notes import origin, title
 from chapters.shared.photographs.reading import BOARDS, Study
 from raxel.sets import load_set
-from repro.page.exercise import check
-from repro.page.reader import open_results, show, show_code, show_table, value
-from repro.run.experiment import experiment
-from repro.run.outcomes import Plan
+from repro.page import check, open_results, show, show_code, show_table, value
+from repro.run import Plan, experiment
 
 
 # %%

@@ -26,15 +26,19 @@ from chapters.shared.photographs.reading import (
 )
 from chapters.shared.photographs.reading import counted as counted_words
 from raxel.evaluation.comparison import MISSED_PX
-from repro.judge.statistics import median_interval, wins
-from repro.page.method_looks import look_of
-from repro.page.style import INK, WIDTH_IN
-from repro.page.style import figure as new_figure
-from repro.page.wording import literal
-from repro.run.columns import cell, in_columns
-from repro.run.columns import columns as as_csv
-from repro.run.experiment import figure, table
-from repro.run.outcomes import Drawing, Measured, Table
+from repro.page import INK, WIDTH_IN, literal, look_of, new_figure
+from repro.run import (
+    Drawing,
+    Measured,
+    Table,
+    cell,
+    figure,
+    in_columns,
+    median_interval,
+    table,
+    wins,
+)
+from repro.run import columns as as_csv
 
 # Sentences of an image set's page, complete for every outcome of the study.
 

@@ -3,7 +3,7 @@
 import re
 import textwrap
 
-from repro.page.wording import literal
+from repro.page import literal
 
 EMPTY_IN = 1.3  # height of a figure that has only words to show
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from repro.page.wording import alike, number_in, rounded
-from repro.run.columns import ends_of
+from repro.run.as_columns import ends_of
 
 NOTHING = "–"
 # A number, alone or before its interval in parentheses.

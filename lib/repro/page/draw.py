@@ -8,7 +8,7 @@ from pathlib import Path
 from repro.judge.ledger import load
 from repro.page.wording import label, plain
 from repro.run import discover, jobs, results
-from repro.run.columns import csv_text, in_numbers, measured
+from repro.run.as_columns import csv_text, in_numbers, measured
 from repro.run.outcomes import Check, Drawing, Film, Table
 
 

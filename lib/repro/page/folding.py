@@ -83,7 +83,7 @@ def _imports(statement: ast.stmt) -> bool:
 
 
 def _registers(statement: ast.stmt) -> bool:
-    """Whether a function is marked for the workflow (`repro.run.experiment`)."""
+    """Whether a function is marked for the workflow (`repro.run.marks`)."""
     return any(
         isinstance(mark, ast.Call) and getattr(mark.func, "id", "") in MARKS
         for mark in getattr(statement, "decorator_list", ())

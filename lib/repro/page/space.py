@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from raxel.show import Scene, html, picture_array, rendering_missing
 from raxel.show.picture import FINER
 from raxel.show.picture import render as shaded_scene
-from repro.page.style import figure
+from repro.page.style import new_figure
 from repro.page.templates import render
 
 CSS_PX_PER_INCH = 96
@@ -52,7 +52,7 @@ def draw_scene(axes: Axes, scene: Scene, *, words: bool = True) -> None:
 
 def scene_figure(scene: Scene, height_in: float) -> Figure:
     """A figure of the report's width that the picture of a scene fills."""
-    drawn, axes = figure(height_in=height_in)
+    drawn, axes = new_figure(height_in=height_in)
     drawn.set_layout_engine("none")
     axes.set_position([0.0, 0.0, 1.0, 1.0])
     draw_scene(axes, scene)

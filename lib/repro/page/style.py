@@ -24,7 +24,7 @@ from matplotlib.transforms import Bbox
 
 from repro.judge.statistics import Estimate
 from repro.page.method_looks import check_looks
-from repro.run.columns import csv_text
+from repro.run.as_columns import csv_text
 from repro.run.outcomes import Drawing
 from repro.run.results import write_atomic
 
@@ -103,7 +103,7 @@ class StyleError(ValueError):
     """A figure that breaks a rule of the house; the message names figure and axis."""
 
 
-def figure(
+def new_figure(
     rows: int = 1,
     columns: int = 1,
     *,
@@ -261,7 +261,7 @@ def only_lines(drawn: Figure) -> bool:
 
 def draw_ahead() -> None:
     """Draw words and a formula: fonts and grammar are then there for what follows."""
-    drawn, axes = figure()
+    drawn, axes = new_figure()
     axes.set(title="Title", xlabel="Noise (px)", ylabel=r"$\alpha$")
     _rendered(drawn, _laid_out(drawn), "svg", {})
 

@@ -21,13 +21,13 @@ from pathlib import Path
 
 import numpy as np
 
-from repro.run import discover, experiment, results
+from repro.run import discover, marks, results
 from repro.run.outcomes import Plan
 from repro.run.rendered import declared, manifest
 from repro.run.sets_of_report import set_files
 
 VERSIONS = ("numpy", "scipy", "opencv-python-headless", "matplotlib")
-CODE = (("repro.run.experiment", "run_trials"), ("repro.run.results", "gather"))
+CODE = (("repro.run.marks", "run_trials"), ("repro.run.results", "gather"))
 
 
 def producer(root: Path, kind: str, identifier: str) -> discover.Producer:
@@ -134,8 +134,8 @@ def _trials(
 ) -> tuple[list[dict], dict[str, np.ndarray], float]:
     """Records and arrays of one shard's trials, and the seconds that they took."""
     start = time.monotonic()
-    pairs = experiment.shard_pairs(plan, shard, of)
-    records, arrays = experiment.run_trials(_seed_name(found, order), plan, pairs)
+    pairs = marks.shard_pairs(plan, shard, of)
+    records, arrays = marks.run_trials(_seed_name(found, order), plan, pairs)
     return records, arrays, round(time.monotonic() - start, 3)
 
 
@@ -161,7 +161,7 @@ def _leave(
         "artefact": found.details["artefact"],
         "effort": order.effort,
         "code": code,
-        "seed": experiment.ROOT_SEED,
+        "seed": marks.ROOT_SEED,
         "inputs": inputs,
     }
     results.gather(identity, plan, records, arrays, out)

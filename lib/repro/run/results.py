@@ -18,6 +18,8 @@ from raxel.io import files
 from repro.judge.statistics import median_interval
 from repro.run.outcomes import Plan
 
+Part = str | float
+"""A key of what a trial returns."""
 WRITTEN: list[Path] = []
 """What this process has written so far: a job leaves it in its record."""
 
@@ -138,17 +140,17 @@ class Result:
         """Every level of a condition's ``key`` once, in the order of the plan."""
         return list(self.by(key, **condition))
 
-    def column(self, name: str, **condition: object) -> np.ndarray:
-        """Trials of one value under the one condition that fits; nan where failed."""
-        return self.one(**condition).column(name)
+    def column(self, *path: Part | Sequence[Part], **condition: object) -> np.ndarray:
+        """A value's trials under the one condition that fits (`Selection.column`)."""
+        return self.one(**condition).column(*path)
 
-    def texts(self, name: str, **condition: object) -> list[str | None]:
+    def texts(self, *path: Part, **condition: object) -> list[str | None]:
         """Trials of one textual value (such as the reason of a failure)."""
-        return self.one(**condition).texts(name)
+        return self.one(**condition).texts(*path)
 
-    def arrays(self, name: str, **condition: object) -> list[np.ndarray]:
+    def arrays(self, *path: Part, **condition: object) -> list[np.ndarray]:
         """One array per trial, in trial order; trials without it are left out."""
-        return self.one(**condition).arrays(name)
+        return self.one(**condition).arrays(*path)
 
     def names(self) -> list[str]:
         """Every value name that any trial has."""
@@ -166,7 +168,9 @@ class Selection:
     """Trials of several conditions of a result: as the plan orders them, then by trial.
 
     A value is read as ``column``, ``texts`` or ``arrays``, one entry per trial over all
-    the conditions, so that a seed per condition reads like a seed per trial.
+    the conditions, so that a seed per condition reads like a seed per trial. A trial
+    returns a dictionary of dictionaries; a path leads into it, one key after the other:
+    ``column("CGSP", "stage2", "error_mm")``.
     """
 
     def __init__(self, result: Result, places: Iterable[int]) -> None:
@@ -194,16 +198,26 @@ class Selection:
         """Every level of a condition's ``key`` once, in the order of the plan."""
         return list(self.by(key))
 
-    def column(self, name: str) -> np.ndarray:
-        """A value of every trial (trials,); nan where the trial has none."""
+    def column(self, *path: Part | Sequence[Part]) -> np.ndarray:
+        """A value of every trial (..., trials); nan where the trial has none.
+
+        Several keys at one place of the path make an axis in front of the trials.
+        """
+        for place, keys in enumerate(path):
+            if isinstance(keys, list | tuple):
+                before, after = path[:place], path[place + 1 :]
+                return np.array([self.column(*before, key, *after) for key in keys])
+        name = _joined(path)
         return np.array([_number(v.get(name)) for v in self._rows()], dtype=float)
 
-    def texts(self, name: str) -> list[str | None]:
+    def texts(self, *path: Part) -> list[str | None]:
         """A textual value of every trial (such as the reason of a failure)."""
+        name = _joined(path)
         return [v.get(name) for v in self._rows()]
 
-    def arrays(self, name: str) -> list[np.ndarray]:
+    def arrays(self, *path: Part) -> list[np.ndarray]:
         """One array per trial; trials without it are left out."""
+        name = _joined(path)
         with np.load(self._result.path.with_suffix(".npz")) as stored:
             first = self._result.first_trial
             trials = range(first, first + self._result.trials_per_condition)
@@ -212,6 +226,11 @@ class Selection:
 
     def _rows(self) -> list[dict]:
         return [row for i in self._places for row in self._result._values[i]]
+
+
+def _joined(path: Sequence[Part]) -> str:
+    """The name under which a value is stored (`repro.run.marks.run_trials`)."""
+    return ".".join(map(str, path))
 
 
 def _fits(have: Mapping[str, object], condition: Mapping[str, object]) -> bool:
