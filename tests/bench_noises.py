@@ -1,6 +1,6 @@
 """Columns of trials at the laboratory's noise and at the bench's, for tests."""
 
-from chapters.shared.bench_noise import NOISES, SWEPT_NOISES
+from chapters.shared.central.noise import NOISES, SWEPT_NOISES
 
 EVERY_NOISE = tuple(NOISES | SWEPT_NOISES)
 

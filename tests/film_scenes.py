@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.rigs import mirror_rig
 from raxel.calibration.mirror.clamp import clamp_of_camera
 from raxel.calibration.mirror.sightings import normalised
 from raxel.cameras import PerspectiveCamera, SplineMirrorCamera

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from chapters.shared.mirror_pictures import platter_camera, platter_picture
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, DYNAMIC_MM
+from chapters.shared.mirror.images import platter_camera, platter_picture
+from chapters.shared.mirror.rigs import BACK_PROJECTION_MM, DYNAMIC_MM
 from raxel.io.files import write_json, write_whole
 from raxel.lab.board_photograph import photograph_board
 from raxel.lab.render_set import render_set, write_picture

@@ -5,10 +5,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chapters.shared import bench_noise
-from chapters.shared.active_grid_sets import ScoredGrid
-from chapters.shared.bench_noise import BENCH, NOISES, SWEPT, DecodingNoise
-from chapters.shared.noise_sweep import counterpart_over_the_sweep, over_the_sweep
+from chapters.shared.central import noise as bench_noise
+from chapters.shared.central.noise import (
+    BENCH,
+    NOISES,
+    SWEPT,
+    DecodingNoise,
+    counterpart_over_the_sweep,
+    over_the_sweep,
+)
+from chapters.shared.central.sets import ScoredGrid
 from raxel.features.active_grid import Decoded, Noise
 from repro.judge.ledger import read_yaml
 from repro.run.outcomes import Reading

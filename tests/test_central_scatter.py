@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from chapters.ch04_central_generic.s3_1_setup.experiment import shift_between
-from chapters.shared.central_scatter import (
+from chapters.shared.central.sets import TrueGrids, shared_rays, true_grids
+from chapters.shared.central.three_grids import (
     best_lines,
+    calibrated,
     crossings,
+    depth_spread,
     facing_plane,
     scatter_of,
     tilted_over_facing,
 )
-from chapters.shared.central_sets import TrueGrids, shared_rays, true_grids
-from chapters.shared.three_grids import calibrated, depth_spread
 from raxel.cameras import Rays
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 

@@ -7,7 +7,7 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data import report as cla
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import (
     report as s5_1_results,
 )
-from chapters.shared.three_planes import FOVS_DEG
+from chapters.shared.general.three_planes import FOVS_DEG
 from tests.judged_claims import readings_of
 from tests.made_results import OfLaw
 

@@ -24,7 +24,7 @@ from chapters.ch02_general_camera_model.s3_general_camera import (
     report as s3_table_figures,
 )
 from chapters.ch02_general_camera_model.s3_general_camera.report import LEVELS
-from chapters.shared import general_cameras
+from chapters.shared.general import cameras as general_cameras
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import pluecker_matrix_of_rays
 from tests.judged_claims import readings, verdict

@@ -12,7 +12,8 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.report import (
 )
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import experiment as trials
 from chapters.ch02_general_camera_model.s5_1_synthetic_data import page
-from chapters.shared import methods, three_planes
+from chapters.shared import methods
+from chapters.shared.general import three_planes as three_planes
 from raxel.geometry import apply_homography
 from repro.run.marks import trial_rng
 from tests.judged_claims import readings

@@ -5,7 +5,7 @@ import pytest
 
 from chapters.ch02_general_camera_model.s2_camera_models import exercises
 from chapters.ch02_general_camera_model.s2_camera_models import report as results
-from chapters.shared.zoo import SIZE_PX, ZOO, K_of, camera, made
+from chapters.shared.general.zoo import SIZE_PX, ZOO, K_of, camera, made
 from raxel.cameras import CAMERAS, centrality
 
 # Kinds of the library that section 2.2 does not name, or shows by another one.

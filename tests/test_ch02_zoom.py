@@ -7,7 +7,8 @@ from scipy.stats import binomtest
 from chapters.ch02_general_camera_model.s5_2_real_data import experiment as true_centre
 from chapters.ch02_general_camera_model.s5_2_real_data import experiment as zoom_scores
 from chapters.ch02_general_camera_model.s5_2_real_data.claims import in_seeds
-from chapters.shared import facade, three_planes
+from chapters.shared.general import facade as facade
+from chapters.shared.general import three_planes as three_planes
 from chapters.shared.methods import SCORINGS
 from raxel.calibration import BoardView
 from raxel.cameras import FisheyeCamera, PerspectiveCamera, pixel_grid

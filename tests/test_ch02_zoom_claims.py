@@ -13,9 +13,14 @@ from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
 from chapters.ch02_general_camera_model.s5_3_distortion_correction import (
     report as s5_3_results,
 )
-from chapters.shared import synthetic_readings
-from chapters.shared.three_planes import FOVS_DEG
-from chapters.shared.zoom_readings import IN_PAIRS, OF_SEEDS, READINGS, ZoomCase
+from chapters.shared.general import interpretations as synthetic_readings
+from chapters.shared.general.interpretations import (
+    IN_PAIRS,
+    OF_SEEDS,
+    READINGS,
+    ZoomCase,
+)
+from chapters.shared.general.three_planes import FOVS_DEG
 from tests.judged_claims import readings_of
 from tests.made_results import OfLaw
 
@@ -72,7 +77,7 @@ def test_real_and_simulated_agree_only_where_both_halves_hold(sets, verdict):
     assert readings[0].regenerated == pytest.approx(0.5, abs=0.1)
     # All options about Fig. 2.3 and about Table 2.2; three more of the laboratory, with
     # the first ones of all but where and how the sets' residual is measured.
-    options = map(len, synthetic_readings.NAMES.values())
+    options = map(len, synthetic_readings.SYNTHETIC_NAMES.values())
     assert len(readings) == 4 * np.prod([*options]) + 3 * 8
 
 

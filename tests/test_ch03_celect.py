@@ -12,8 +12,7 @@ from chapters.ch03_planar_grids.s1_2_celect import experiment as recorded
 from chapters.ch03_planar_grids.s1_2_celect import experiment as scenes
 from chapters.ch03_planar_grids.s1_2_celect import report as flowchart
 from chapters.ch03_planar_grids.s1_2_celect import report as results
-from chapters.shared.lattices import steps_between
-from chapters.shared.synthetic_board import SyntheticBoard
+from chapters.shared.grids.synthetic_board import SyntheticBoard, steps_between
 from tests.judged_claims import readings
 
 

@@ -26,8 +26,8 @@ from chapters.ch03_planar_grids.s3_2_conditions.report import (
     logistic_curve,
     logistic_slope,
 )
-from chapters.shared.grid_rigs import HARD, WHOLE
-from chapters.shared.lattices import outer
+from chapters.shared.grids.rigs import HARD, WHOLE
+from chapters.shared.grids.synthetic_board import outer
 from raxel.lab.blemishes import Blemishes
 from raxel.lab.board_photograph import window_of
 from raxel.lab.lighting import Shadow

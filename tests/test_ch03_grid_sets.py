@@ -39,11 +39,10 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.report import (
     seed_by_seed,
     seeds_of,
 )
-from chapters.shared.grid_detectors import CELECT, OPENCV, OPENCV_SB, is_right
-from chapters.shared.grid_rigs import HARD, WHOLE, rig_of, wiped
-from chapters.shared.lattices import clockwise, outer
+from chapters.shared.grids.detectors import CELECT, OPENCV, OPENCV_SB, is_right
+from chapters.shared.grids.rigs import HARD, WHOLE, rig_of, wiped
+from chapters.shared.grids.synthetic_board import SyntheticBoard, clockwise, outer
 from chapters.shared.rigs import rig_named
-from chapters.shared.synthetic_board import SyntheticBoard
 from raxel.features.celect import (
     OUTER_CORNER,
     TOO_FEW,

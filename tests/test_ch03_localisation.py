@@ -13,12 +13,12 @@ from chapters.ch03_planar_grids.s1_3_localisation.report import (
     per_bin,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.claims import judge_localise_converges
-from chapters.shared.localiser_basin import (
+from chapters.shared.grids.detectors import (
     START_ERRORS_PX,
     farthest_start,
     worst_within,
 )
-from chapters.shared.synthetic_board import SyntheticBoard
+from chapters.shared.grids.synthetic_board import SyntheticBoard
 from repro.run.outcomes import Plan
 from tests.judged_claims import readings_of
 from tests.made_results import written

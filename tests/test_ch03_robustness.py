@@ -30,7 +30,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.report import (
     reliable_up_to,
     successes,
 )
-from chapters.shared.scoring import scored
+from chapters.shared.grids.detectors import scored
 from tests.judged_claims import readings_of
 from tests.made_results import OfLaw, of_columns
 

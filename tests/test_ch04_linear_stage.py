@@ -8,7 +8,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole import page as s1_1_pa
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole import report as s1_1_claims
 from chapters.ch04_central_generic.s1_2_linear_stage import experiment as linear
 from chapters.ch04_central_generic.s1_2_linear_stage import report as s1_2_claims
-from chapters.shared import wide_angle
+from chapters.shared.central import camera as wide_angle
 from raxel.geometry import homography_dlt
 from tests.judged_claims import readings_of
 from tests.made_results import of_columns

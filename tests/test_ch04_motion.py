@@ -6,7 +6,7 @@ from chapters.ch04_central_generic.s3_4_motion import experiment as calibrations
 from chapters.ch04_central_generic.s3_4_motion import experiment as corners
 from chapters.ch04_central_generic.s3_4_motion import experiment as stage
 from chapters.ch04_central_generic.s3_4_motion import report as motion_claims
-from chapters.shared.decoding_errors import ANGLES, PHASES, DecodingErrors
+from chapters.shared.central.decoding_errors import ANGLES, PHASES, DecodingErrors
 from chapters.shared.rigs import rig_named
 from raxel.geometry import inverse_pose
 from tests.bench_noises import EVERY_NOISE

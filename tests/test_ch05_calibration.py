@@ -10,13 +10,17 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.report import (
     judge_displacement,
     judge_field_of_view,
 )
-from chapters.shared.gaussian_errors import GaussianErrors
-from chapters.shared.mirror_bench import BENCHES, Bench
-from chapters.shared.mirror_errors import PHASES, MirrorErrors, pool_of
-from chapters.shared.mirror_files import ALL_THREE, SMALL_A
-from chapters.shared.mirror_rigs import FILES, SMALL_FILES, mirror_rig
-from chapters.shared.mirror_runs import lattice, outline, px_per_mm
-from chapters.shared.mirror_scores import (
+from chapters.shared.mirror.errors import PHASES, GaussianErrors, MirrorErrors, pool_of
+from chapters.shared.mirror.levels import BENCHES, Bench
+from chapters.shared.mirror.rigs import (
+    ALL_THREE,
+    FILES,
+    SMALL_A,
+    SMALL_FILES,
+    mirror_rig,
+)
+from chapters.shared.mirror.runs import lattice, outline, px_per_mm
+from chapters.shared.mirror.scores import (
     angles_between,
     back_projection,
     lengths,

@@ -7,7 +7,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections import claims
 from chapters.ch05_flexible_mirror.s3_3_deflections import report as geometry
 from chapters.ch05_flexible_mirror.s3_3_deflections import report as runs
 from chapters.ch05_flexible_mirror.s3_3_deflections.report import edge_excess
-from chapters.shared.mirror_bench import BENCHES, FIRST, LEVEL, SWEPT
+from chapters.shared.mirror.levels import BENCHES, FIRST, LEVEL, SWEPT
 from repro.run.outcomes import NOT_COMPARABLE
 from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of, verdicts

@@ -13,8 +13,8 @@ from chapters.ch05_flexible_mirror.s3_4_distortion import report as figures
 from chapters.ch05_flexible_mirror.s3_4_distortion import report as predicates
 from chapters.ch05_flexible_mirror.s3_4_distortion import report as runs
 from chapters.ch05_flexible_mirror.s3_4_distortion import report as tables
-from chapters.shared.mirror_bench import BENCHES, SWEPT
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.levels import BENCHES, SWEPT
+from chapters.shared.mirror.rigs import mirror_rig
 from raxel.errors import InputError
 from raxel.geometry.homography import apply_homography
 from raxel.multiview.plane_points import circle_outline, points_on_plane

@@ -9,7 +9,7 @@ from chapters.ch05_flexible_mirror.s2_method.report import KNOTS, Knots
 from chapters.ch05_flexible_mirror.s3_3_repeatability.claims import judge_high_order
 from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import FEW, MANY
 from chapters.ch05_flexible_mirror.s3_3_repeatability.report import RELIEF, ReliefRuns
-from chapters.shared.mirror_runs import shape_name
+from chapters.shared.mirror.runs import shape_name
 from tests.made_results import of_columns
 
 SEEDS = 20

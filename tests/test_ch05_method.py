@@ -13,7 +13,7 @@ from chapters.ch05_flexible_mirror.s2_method.report import (
     Ran,
     Starts,
 )
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SAID, SWEPT
+from chapters.shared.mirror.levels import BENCHES, LEVEL, SAID, SWEPT
 from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of
 from tests.made_results import ROOT, of_columns

@@ -6,9 +6,9 @@ import pytest
 from chapters.ch05_flexible_mirror.s2_method import claims
 from chapters.ch05_flexible_mirror.s2_method import experiment as static_grids
 from chapters.ch05_flexible_mirror.s2_method.report import LOOPS, STATIC, StepSizes
-from chapters.shared.mirror_bench import BENCHES
-from chapters.shared.mirror_rigs import mirror_rig
-from chapters.shared.mirror_runs import true_points
+from chapters.shared.mirror.levels import BENCHES
+from chapters.shared.mirror.rigs import mirror_rig
+from chapters.shared.mirror.runs import true_points
 from tests.judged_claims import readings_of
 from tests.made_results import as_planned, of_columns
 

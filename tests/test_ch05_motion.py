@@ -9,8 +9,8 @@ from chapters.ch05_flexible_mirror.s3_5_motion import experiment as scene
 from chapters.ch05_flexible_mirror.s3_5_motion import report as predicates
 from chapters.ch05_flexible_mirror.s3_5_motion import report as runs
 from chapters.ch05_flexible_mirror.s3_5_motion.experiment import length_bounds
-from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, LEVEL, SWEPT
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.levels import ABERRATION_UM, BENCHES, LEVEL, SWEPT
+from chapters.shared.mirror.rigs import mirror_rig
 from raxel.geometry import transform
 from repro.run.outcomes import NOT_COMPARABLE
 from tests.judged_claims import of_rejected, verdicts

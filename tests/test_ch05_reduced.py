@@ -9,9 +9,9 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as scan
 from chapters.ch05_flexible_mirror.s3_2_reduced_model import experiment as sensitivity
 from chapters.ch05_flexible_mirror.s3_2_reduced_model import report as claims
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.report import FRAMES, RUNS, SWEPT
-from chapters.shared.mirror_bench import BENCHES
-from chapters.shared.mirror_bench import SWEPT as ENDS
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.levels import BENCHES
+from chapters.shared.mirror.levels import SWEPT as ENDS
+from chapters.shared.mirror.rigs import mirror_rig
 from raxel.calibration.mirror.curves import DistanceCurve, HeightCurve
 from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of

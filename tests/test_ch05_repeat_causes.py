@@ -14,8 +14,8 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.report import (
     next_to_clamp,
     way_to_clamp,
 )
-from chapters.shared.mirror_bench import BENCHES, SWEPT
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.levels import BENCHES, SWEPT
+from chapters.shared.mirror.rigs import mirror_rig
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 from tests.judged_claims import of_rejected, verdicts

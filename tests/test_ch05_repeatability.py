@@ -9,8 +9,8 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as start
 from chapters.ch05_flexible_mirror.s3_3_repeatability import report as predicates
 from chapters.ch05_flexible_mirror.s3_3_repeatability import report as tables
 from chapters.ch05_flexible_mirror.s3_3_repeatability.report import EQUIVALENT, LoopRuns
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
+from chapters.shared.mirror.rigs import mirror_rig
 from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of, verdicts
 from tests.made_results import ROOT, of_columns

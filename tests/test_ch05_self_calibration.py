@@ -7,7 +7,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration import claims
 from chapters.ch05_flexible_mirror.s4_self_calibration import report as known
 from chapters.ch05_flexible_mirror.s4_self_calibration import report as runs
 from chapters.ch05_flexible_mirror.s4_self_calibration.experiment import Field
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
+from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
 from tests.judged_claims import of_rejected, readings_of, verdicts
 from tests.made_results import of_columns
 

@@ -9,8 +9,8 @@ from chapters.ch05_flexible_mirror.s3_5_tin import experiment as tin
 from chapters.ch05_flexible_mirror.s3_5_tin import report as claims
 from chapters.ch05_flexible_mirror.s3_5_tin import report as runs
 from chapters.ch05_flexible_mirror.s3_5_tin.experiment import motion_of, scored
-from chapters.shared.mirror_bench import BENCHES, SWEPT
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.levels import BENCHES, SWEPT
+from chapters.shared.mirror.rigs import mirror_rig
 from raxel.errors import InputError
 from raxel.geometry import transform
 from tests.judged_claims import of_rejected, verdicts

@@ -10,8 +10,8 @@ from chapters.ch05_flexible_mirror.s3_3_deflections import experiment as tip
 from chapters.ch05_flexible_mirror.s3_3_deflections import report as runs
 from chapters.ch05_flexible_mirror.s3_3_deflections import report as tips
 from chapters.ch05_flexible_mirror.s3_3_deflections.report import ray_turns
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
+from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
+from chapters.shared.mirror.rigs import STAGES_MM, mirror_rig
 from tests.judged_claims import readings_of, verdicts
 from tests.made_results import of_columns
 

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.shared.mirror_rigs import mirror_rig
-from chapters.shared.mirror_scores import ray_angles
+from chapters.shared.mirror.rigs import mirror_rig
+from chapters.shared.mirror.scores import ray_angles
 from raxel.calibration.mirror.from_pictures import _platter, _steps, mirror_views
 from raxel.cameras import load_camera
 from raxel.cli import main

@@ -97,7 +97,7 @@ def test_the_readings_that_chapters_take_are_those_of_the_settings():
 
 def test_fig_2_3_runs_with_the_values_that_the_settings_chose():
     from chapters.ch02_general_camera_model.s5_1_synthetic_data import page
-    from chapters.shared import three_planes
+    from chapters.shared.general import three_planes as three_planes
 
     chosen = {k: e["value"] for k, e in LEDGER.settings["syn_ch2"]["chosen"].items()}
     assert chosen["noise_levels"] == list(page.LEVELS)

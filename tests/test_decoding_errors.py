@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import yaml
 
-from chapters.shared.active_grid_sets import seen_grids, true_camera
-from chapters.shared.decoding_errors import (
+from chapters.shared.central.decoding_errors import (
     DecodingErrors,
     drawn_again,
     lattice_rays,
     measured_errors,
     true_lattice,
 )
+from chapters.shared.central.sets import seen_grids, true_camera
 from chapters.shared.rigs import RIGS
 from raxel.lab import load_rig, render_set
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.shared.mirror_scores import load_height
+from chapters.shared.mirror.scores import load_height
 from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
 from raxel.calibration.mirror.update import MirrorSettings
 from raxel.errors import InputError

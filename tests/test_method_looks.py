@@ -6,9 +6,9 @@ from matplotlib.colors import to_rgb
 
 from chapters.ch04_central_generic.s1_4_bundle_adjustment import report as adjustment
 from chapters.ch04_central_generic.s2_pose.experiment import NAMES as ESTIMATORS
+from chapters.shared.images.reading import EVERY
 from chapters.shared.methods import LINEAR_NAMES
 from chapters.shared.methods import NAMES as CALIBRATIONS
-from chapters.shared.photographs.reading import EVERY
 from repro.page import style
 from repro.page.method_looks import (
     GROUPS,

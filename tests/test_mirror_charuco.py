@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.shared.mirror_rigs import DYNAMIC_MM, mirror_rig
+from chapters.shared.mirror.rigs import DYNAMIC_MM, mirror_rig
 from raxel.calibration.mirror.from_pictures import _steps
 from raxel.geometry import pose, transform
 from raxel.geometry.planes import on_plane

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.rigs import mirror_rig
 from raxel.calibration.mirror.flat_views import flat_view
 from raxel.calibration.mirror.from_pictures import _steps_in_part
 from raxel.calibration.mirror.partial_boards import (

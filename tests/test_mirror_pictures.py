@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chapters.shared.mirror_pictures import (
+from chapters.shared.mirror.images import (
     MirroredBoard,
     grid_picture,
     platter_camera,
     platter_window,
 )
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.rigs import mirror_rig
 from chapters.shared.rigs import rig_named
 from raxel.errors import InputError
 from raxel.geometry import pose

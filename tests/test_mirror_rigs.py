@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.shared.mirror_rigs import (
+from chapters.shared.mirror.rigs import (
     BACK_PROJECTION_MM,
     DYNAMIC_MM,
     FILES,

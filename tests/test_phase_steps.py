@@ -8,7 +8,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids import experiment as codes
 from chapters.ch03_planar_grids.s2_2_active_grids import report as claims
 from chapters.ch03_planar_grids.s2_2_active_grids.experiment import fitted, order_sizes
 from chapters.ch03_planar_grids.s2_2_active_grids.report import bit_counts
-from chapters.shared import phase_steps as steps
+from chapters.shared.grids import phase_steps as steps
 from tests.judged_claims import readings
 from tests.made_results import of_columns
 

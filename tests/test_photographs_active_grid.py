@@ -9,7 +9,7 @@ from chapters.photographs.active_grid import exercises
 from chapters.photographs.active_grid import report as figures
 from chapters.photographs.active_grid import report as results
 from chapters.photographs.active_grid import report as tables
-from chapters.shared.photographs import notes
+from chapters.shared.images import notes
 from raxel.sets import PatternPlan
 from repro.page.style import check_axes
 from repro.run import jobs

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from chapters.guides.choose_a_method.report import compared_sets, twins
-from chapters.shared.photographs.reading import PEER
+from chapters.shared.images.reading import PEER
 from repro.run.results import Result
 
 

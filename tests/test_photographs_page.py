@@ -23,8 +23,8 @@ from chapters.photographs.set.exercises import (
     residual_task,
 )
 from chapters.photographs.set.experiment import undistorted
-from chapters.shared.photographs import notes
-from chapters.shared.photographs.reading import (
+from chapters.shared.images import notes
+from chapters.shared.images.reading import (
     PEER,
     Image,
     Row,

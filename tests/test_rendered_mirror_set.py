@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.rigs import mirror_rig
 from raxel.cameras import load_camera
 from raxel.features import find_board
 from raxel.geometry import transform

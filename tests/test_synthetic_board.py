@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.shared.synthetic_board import SyntheticBoard, clicks
+from chapters.shared.grids.synthetic_board import SyntheticBoard, clicks
 from tests.corner_check import fitted_corner
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chapters.shared import wide_angle as scene_of
+from chapters.shared.central import camera as scene_of
 from raxel.calibration.linear.standard import linear_well_conditioned
 from raxel.geometry import on_plane, transform
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from chapters.shared.wide_angle import CENTRE_MM, SIDE, draw_scene, radial_lens
+from chapters.shared.central.camera import CENTRE_MM, SIDE, draw_scene, radial_lens
 from raxel.calibration import linear_well_conditioned
 
 LENS = radial_lens()

@@ -3,7 +3,7 @@
 import numpy as np
 
 from chapters.appendix_a.phase_and_harmonics.experiment import phases
-from chapters.shared.phase_steps import (
+from chapters.shared.grids import (
     formula_error,
     largest,
     power_law_orders,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.phase_steps import sum_of_orders
+from chapters.shared.grids import sum_of_orders
 
 STEPS = (3, 4, 5, 6, 8)
 PHASES = {"quick": 120, "full": 1440}

@@ -26,7 +26,7 @@ from chapters.appendix_a.phase_and_harmonics.experiment import (
     phases,
 )
 from chapters.appendix_a.phase_and_harmonics.report import name_values
-from chapters.shared.phase_steps import (
+from chapters.shared.grids import (
     decoder_error,
     formula_error,
     largest,

@@ -3,12 +3,7 @@
 import numpy as np
 
 from chapters.appendix_a.phase_and_harmonics.experiment import MAX_ORDER, SMALL, STEPS
-from chapters.shared.phase_steps import (
-    phase_of,
-    power_law_orders,
-    stepped,
-    sum_of_orders,
-)
+from chapters.shared.grids import phase_of, power_law_orders, stepped, sum_of_orders
 from repro.page import new_figure, value
 from repro.run import (
     Check,

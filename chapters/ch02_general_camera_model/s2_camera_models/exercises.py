@@ -3,7 +3,7 @@
 import numpy as np
 
 from chapters.ch02_general_camera_model.s2_camera_models.report import free_of_cubics
-from chapters.shared.zoo import camera
+from chapters.shared.general import camera
 
 
 def omega_task():

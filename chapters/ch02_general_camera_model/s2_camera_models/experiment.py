@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.zoo import camera as zoo_camera
+from chapters.shared.general import camera as zoo_camera
 from raxel.cameras import FisheyeCamera
 from raxel.geometry import rotation_from_vector
 from repro.run import Plan, crossed, experiment

@@ -6,7 +6,7 @@ from chapters.ch02_general_camera_model.s2_camera_models.experiment import (
     FOVS_DEG,
     ROOM,
 )
-from chapters.shared.zoo import ZOO, camera
+from chapters.shared.general import ZOO, camera
 from repro.page import new_figure, value
 from repro.run import Drawing, Reading, claim, columns, figure
 

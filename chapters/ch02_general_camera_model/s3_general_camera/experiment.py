@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.general_cameras import CAMERAS, draw_two_grids
+from chapters.shared.general import CAMERAS, draw_two_grids
 from raxel.calibration import (
     bundle_adjust_fixed_centre,
     linear_well_conditioned,

@@ -30,13 +30,7 @@ from chapters.ch02_general_camera_model.s3_general_camera.experiment import (
     three_unknown_poses,
 )
 from chapters.ch02_general_camera_model.s3_general_camera.report import name_values
-from chapters.shared.general_cameras import (
-    KINDS,
-    draw_two_grids,
-    faceted,
-    fisheye,
-    pinhole,
-)
+from chapters.shared.general import KINDS, draw_two_grids, faceted, fisheye, pinhole
 from raxel.calibration.generic.known_motion import rays_from_known_motion
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import (

@@ -7,7 +7,7 @@ from chapters.ch02_general_camera_model.s3_general_camera.experiment import (
     PIXEL_I,
     TABLE_PX,
 )
-from chapters.shared.general_cameras import KINDS
+from chapters.shared.general import KINDS
 from raxel.geometry import inverse_pose, pluecker_matrix, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed, moved
 from repro.page import FAINT, INK, new_figure, plot_estimates, series, value

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.three_planes import measure
+from chapters.shared.general import measure
 from raxel.calibration import (
     BoardView,
     bundle_adjust_fixed_centre,

@@ -32,7 +32,7 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.experiment import (
     view_board,
 )
 from chapters.ch02_general_camera_model.s4_1_linear_and_pose.report import name_values
-from chapters.shared.general_cameras import CAMERAS
+from chapters.shared.general import CAMERAS
 from raxel.calibration import calibrate_generic
 from raxel.geometry import inverse_pose
 from repro.page import check, compared, open_results, show_code, show_table, values

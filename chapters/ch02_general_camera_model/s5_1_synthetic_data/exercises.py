@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.three_planes import PRINCIPAL
+from chapters.shared.general import PRINCIPAL
 
 NOISE_PX, GRIDS = 0.5, 3
 FOV_DEG, STEP_AT_DEG = 120.0, 60.0

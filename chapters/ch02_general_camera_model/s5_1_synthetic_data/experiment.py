@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.methods import LINEAR, METHODS, SCALES, SCORINGS, STARTS
-from chapters.shared.three_planes import (
+from chapters.shared.general import (
     FINITE_MM,
     FOVS_DEG,
     POINTS,
@@ -22,6 +21,7 @@ from chapters.shared.three_planes import (
     targets,
     view,
 )
+from chapters.shared.methods import LINEAR, METHODS, SCALES, SCORINGS, STARTS
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView

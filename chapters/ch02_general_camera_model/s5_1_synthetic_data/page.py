@@ -28,8 +28,8 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.experiment import (
     widest_angle_deg,
 )
 from chapters.ch02_general_camera_model.s5_1_synthetic_data.report import name_values
+from chapters.shared.general import FOVS_DEG, measure, observe, score
 from chapters.shared.methods import METHODS
-from chapters.shared.three_planes import FOVS_DEG, measure, observe, score
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, experiment
 

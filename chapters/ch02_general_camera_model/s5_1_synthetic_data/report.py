@@ -14,9 +14,8 @@ from chapters.ch02_general_camera_model.s5_1_synthetic_data.experiment import (
     LEVELS,
     NOISE_FOV_DEG,
 )
+from chapters.shared.general import FOVS_DEG, SweepCase
 from chapters.shared.methods import METHODS, NAMES
-from chapters.shared.synthetic_readings import SweepCase
-from chapters.shared.three_planes import FOVS_DEG
 from repro.page import look_of, new_figure, plot_estimates
 from repro.page import value as name_value
 from repro.run import (

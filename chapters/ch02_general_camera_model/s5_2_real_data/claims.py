@@ -27,10 +27,15 @@ from chapters.ch02_general_camera_model.s5_2_real_data.report import (
     swept_slopes,
     typical,
 )
-from chapters.shared.synthetic_readings import NAMES as OF_SWEEP
-from chapters.shared.synthetic_readings import SweepCase
-from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
-from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS
+from chapters.shared.general import (
+    OF_SEEDS,
+    STAGE_ZOOM,
+    SYNTHETIC_NAMES,
+    ZOOMS,
+    SweepCase,
+    ZoomCase,
+    generic_wins,
+)
 from repro.run import (
     Reading,
     Value,
@@ -129,7 +134,7 @@ def judge_depends_on_distortion(results, options):
 
     In the simulated sweep and in the three rendered sets: both must agree.
     """
-    sweep = _of_sweep(results["fig_2_3_fov"], _among(options, OF_SWEEP))
+    sweep = _of_sweep(results["fig_2_3_fov"], _among(options, SYNTHETIC_NAMES))
     sets = _of_sets(tuple(results.items()), _among(options, RESIDUAL))
     return Reading.of(
         all_of([_depends(*sweep), _depends(*sets)]),

@@ -7,29 +7,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.corrected_views import source_pixels_of
-from chapters.shared.facade import straightness
-from chapters.shared.methods import LINEAR, METHODS, SCALES, STARTS
-from chapters.shared.three_planes import (
-    PRINCIPAL,
-    about_principal_ray,
-    adjusted_rays,
-    central_focal,
-    measure,
-    score,
-    targets,
-)
-from chapters.shared.three_planes import view as plane_view
-from chapters.shared.zoom_readings import IN_PAIRS, NOISE_PX, READINGS
-from chapters.shared.zoom_rigs import (
+from chapters.shared.general import (
     FACADE_ZOOM,
+    IN_PAIRS,
+    NOISE_PX,
+    PRINCIPAL,
+    READINGS,
     STAGE_ZOOM,
     ZOOM_RIGS,
     ZOOMS,
-    camera_of,
+    about_principal_ray,
+    adjusted_rays,
+    central_focal,
     laboratory_of,
+    measure,
     rig_of,
+    score,
+    source_pixels_of,
+    straightness,
+    targets,
+    zoom_camera,
 )
+from chapters.shared.general import view as plane_view
+from chapters.shared.methods import LINEAR, METHODS, SCALES, STARTS
 from raxel.calibration import BoardView, calibrate_zhang
 from raxel.calibration.generic.standard import calibrate_compared, compared_boards
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
@@ -109,7 +109,9 @@ def draw_stage(rig, rng):
 def true_corners(zoom, poses):
     """Return the projections (n, N, 2) of the board's corners."""
     flat = on_plane(rig_of(zoom).target.points())
-    return np.stack([camera_of(zoom).project(transform(T, flat)).pixels for T in poses])
+    return np.stack(
+        [zoom_camera(zoom).project(transform(T, flat)).pixels for T in poses]
+    )
 
 
 def true_shape(zoom):
@@ -338,7 +340,7 @@ def example_view(zoom, boards):
 def scores(zoom, boards, rng, methods=METHODS, interpolation="homographic"):
     """Return all numbers of a run, and the calibrated cameras by method."""
     views = {use: views_of(zoom, seen.found) for use, seen in boards.items()}
-    true = camera_of(zoom)
+    true = zoom_camera(zoom)
     size = true.width, true.height
     out = {f"found.{use}": len(of_use) for use, of_use in views.items()}
     out["distortion_level"] = distortion_level(true, boards)
@@ -527,7 +529,7 @@ def settings(effort):
         "held_out_images": COUNTS[effort].held_out,
         "stage_images": STAGE_IMAGES,
         "step_mm": STEP_MM,
-        "field_of_view_deg": round(np.degrees(2 * camera_of(ZOOMS[-1]).max_angle), 6),
+        "field_of_view_deg": round(np.degrees(2 * zoom_camera(ZOOMS[-1]).max_angle), 6),
         "detector": "findChessboardCorners, refined",
     }
 

@@ -37,8 +37,14 @@ from chapters.ch02_general_camera_model.s5_2_real_data.experiment import (
     steps_of,
 )
 from chapters.ch02_general_camera_model.s5_2_real_data.report import name_values
-from chapters.shared.facade import corrected_pictures, edges_in_pictures, facade_picture
-from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, ZOOM_RIGS
+from chapters.shared.general import (
+    FACADE_ZOOM,
+    STAGE_ZOOM,
+    ZOOM_RIGS,
+    corrected_pictures,
+    edges_in_pictures,
+    facade_picture,
+)
 from repro.page import (
     check,
     compared,

@@ -10,10 +10,15 @@ from chapters.ch02_general_camera_model.s5_2_real_data.experiment import (
     STAGE_IMAGES,
     STEP_MM,
 )
+from chapters.shared.general import (
+    FACADE_ZOOM,
+    FOVS_DEG,
+    OF_SEEDS,
+    STAGE_ZOOM,
+    ZOOMS,
+    ZoomCase,
+)
 from chapters.shared.methods import METHODS, NAMES
-from chapters.shared.three_planes import FOVS_DEG
-from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
-from chapters.shared.zoom_rigs import FACADE_ZOOM, STAGE_ZOOM, ZOOMS
 from repro.page import INK, look_of, new_figure, value
 from repro.run import (
     SIGNIFICANCE,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.facade import HALF_VIEW_DEG
+from chapters.shared.general import HALF_VIEW_DEG
 
 WIDTH_PX = 1024
 PITCH_DEG, SEEN_AT = 14.0, 0.5

@@ -14,7 +14,7 @@ from chapters.ch02_general_camera_model.s5_3_distortion_correction.exercises imp
 from chapters.ch02_general_camera_model.s5_3_distortion_correction.report import (
     name_values,
 )
-from chapters.shared.facade import (
+from chapters.shared.general import (
     corrected_pictures,
     line_rms,
     outer_pixels,

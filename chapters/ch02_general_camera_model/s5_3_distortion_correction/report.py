@@ -2,10 +2,17 @@
 
 import numpy as np
 
-from chapters.shared.facade import FEWEST, HALF_VIEW_DEG, PITCH_DEG
+from chapters.shared.general import (
+    FACADE_ZOOM,
+    FEWEST,
+    HALF_VIEW_DEG,
+    OF_SEEDS,
+    PITCH_DEG,
+    ZoomCase,
+    generic_wins,
+    zoom_camera,
+)
 from chapters.shared.methods import NAMES
-from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase, generic_wins
-from chapters.shared.zoom_rigs import FACADE_ZOOM, camera_of
 from repro.page import look_of, new_figure, value
 from repro.run import Check, Drawing, claim, columns, figure, with_worst
 
@@ -168,7 +175,7 @@ def draw_part(panel, edge, both, at):
 def ext_fig_2_7_lines(results):
     """Draw the edges' distances from their lines, by the distance from mid-image."""
     edges = edges_of(results["table_2_2_rendered"])
-    camera = camera_of(FACADE_ZOOM)
+    camera = zoom_camera(FACADE_ZOOM)
     middle = (np.array([camera.width, camera.height]) - 1) / 2
     radius = np.linalg.norm(edges["as_taken"] - middle, axis=2)
     both = shared(edges)

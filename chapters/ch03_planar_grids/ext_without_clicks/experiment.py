@@ -7,8 +7,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from chapters.shared.zoo import ZOO
-from chapters.shared.zoo import camera as zoo_camera
+from chapters.shared.general import ZOO
+from chapters.shared.general import camera as zoo_camera
 from raxel.evaluation.benchmark import corner_errors
 from raxel.evaluation.board_scores import share_in_order
 from raxel.geometry.planes import on_plane

@@ -9,9 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from chapters.shared.lattices import outer, steps_between
-from chapters.shared.scoring import scored
-from chapters.shared.synthetic_board import SyntheticBoard, clicks
+from chapters.shared.grids import SyntheticBoard, clicks, outer, scored, steps_between
 from raxel.cameras import FisheyeCamera, QuadricMirrorCamera, camera_from
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.algorithm import snapped

@@ -26,9 +26,7 @@ from chapters.ch03_planar_grids.s1_2_celect.experiment import (
     growth_trial,
 )
 from chapters.ch03_planar_grids.s1_2_celect.report import name_values
-from chapters.shared.lattices import outer
-from chapters.shared.scoring import scored
-from chapters.shared.synthetic_board import SyntheticBoard, clicks
+from chapters.shared.grids import SyntheticBoard, clicks, outer, scored
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.celect.compiled import farthest_ahead, lines_of, merged_lines
 from raxel.features.celect.hough import peaks_of

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.synthetic_board import SyntheticBoard
+from chapters.shared.grids import SyntheticBoard
 
 SQUARES_PX = (50, 100, 150, 200)
 BLUR_PX, NOISE_SD, START_SD_PX = 2.0, 4.0, 1.0

@@ -24,7 +24,7 @@ from chapters.ch03_planar_grids.s1_3_localisation.experiment import (
     study_image,
 )
 from chapters.ch03_planar_grids.s1_3_localisation.report import name_values
-from chapters.shared.synthetic_board import SIZE_PX
+from chapters.shared.grids import SIZE_PX
 from raxel.features.localise import derivative, saddle_point
 from raxel.features.localise.ridges import fit_ridges, gradient
 from raxel.features.localise.saddle import blurred, fit_saddles

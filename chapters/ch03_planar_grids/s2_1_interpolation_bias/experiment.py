@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from chapters.shared.synthetic_board import SIZE_PX
+from chapters.shared.grids import SIZE_PX
 from raxel.calibration.views.correspondence import BoardView, cell_maps, locate_pixels
 from raxel.cameras import BrownCamera, Camera, PerspectiveCamera, PlanarMirrorsCamera
 from raxel.cameras.core.base import pixel_grid

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.phase_steps import phase_of
+from chapters.shared.grids import phase_of
 
 GRAY = (1, 1, 0)
 STEPS_GREY = (60.0, 150.0, 140.0, 50.0)

@@ -12,7 +12,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids.scenes import (
     MonitorView,
     rig,
 )
-from chapters.shared.phase_steps import (
+from chapters.shared.grids import (
     decoder_error,
     largest,
     orders,

@@ -24,7 +24,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids.experiment import (
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.report import name_values
 from chapters.ch03_planar_grids.s2_2_active_grids.scenes import COARSENESS, RIGS
-from chapters.shared.phase_steps import phase_of
+from chapters.shared.grids import phase_of
 from repro.page import (
     check,
     compared,

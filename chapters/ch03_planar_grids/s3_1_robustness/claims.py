@@ -17,15 +17,15 @@ from chapters.ch03_planar_grids.s3_1_robustness.report import (
     successes,
     sweeps_under,
 )
-from chapters.shared.localiser_basin import (
+from chapters.shared.grids import (
     FARTHEST_START_PX,
     HALF_WINDOWS,
     LOCALISED_PX,
+    LOST_PX,
+    SIZE_PX,
     farthest_start,
     worst_within,
 )
-from chapters.shared.scoring import LOST_PX
-from chapters.shared.synthetic_board import SIZE_PX
 from repro.run import (
     FAILS,
     HOLDS,

@@ -4,13 +4,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from chapters.shared.localiser_basin import (
+from chapters.shared.grids import (
+    FULL_RANGE,
     HALF_WINDOWS,
+    SIZE_PX,
+    SyntheticBoard,
     basin_image,
     basin_scores,
     off_by,
 )
-from chapters.shared.synthetic_board import FULL_RANGE, SIZE_PX, SyntheticBoard
 from raxel.evaluation.board_scores import distances
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.localise import corner_subpix

@@ -32,9 +32,15 @@ from chapters.ch03_planar_grids.s3_1_robustness.experiment import (
     sweep,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.report import name_values
-from chapters.shared.localiser_basin import BASIN_BLUR_PX, HALF_WINDOWS, START_ERRORS_PX
-from chapters.shared.scoring import scored
-from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard, clicks
+from chapters.shared.grids import (
+    BASIN_BLUR_PX,
+    HALF_WINDOWS,
+    SIZE_PX,
+    START_ERRORS_PX,
+    SyntheticBoard,
+    clicks,
+    scored,
+)
 from raxel.features.celect import celect
 from repro.page import check, compared, open_results, show, show_code
 from repro.page import values as regenerated_values

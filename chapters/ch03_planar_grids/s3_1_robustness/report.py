@@ -6,15 +6,16 @@ from chapters.ch03_planar_grids.s3_1_robustness.experiment import (
     SHOWN_YAW_DEG,
     SMOOTHINGS,
 )
-from chapters.shared.localiser_basin import (
+from chapters.shared.grids import (
     HALF_WINDOWS,
     LOCALISED_PX,
+    SIZE_PX,
+    SyntheticBoard,
     farthest_start,
     largest_by_start,
     starts_of,
     worst_within,
 )
-from chapters.shared.synthetic_board import SIZE_PX, SyntheticBoard
 from repro.page import look_of, new_figure, plot_interval, series, value
 from repro.run import Check, Drawing, Value, columns, figure, numbers, proportion
 from repro.run.results import summary

@@ -14,7 +14,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.report import (
     numbers_of,
     shadow_effects,
 )
-from chapters.shared.grid_detectors import CELECT, OPENCV_SB
+from chapters.shared.grids import CELECT, OPENCV_SB
 from repro.run import (
     DECISIONS,
     FAILS,

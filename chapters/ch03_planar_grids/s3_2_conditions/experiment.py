@@ -8,18 +8,22 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from chapters.shared.grid_detectors import (
+from chapters.shared.grids import (
     CELECT,
     CLICK_SD_PX,
     CLICKLESS,
+    HARD,
     LINEAR,
     OPENCV,
     OPENCV_SB,
+    SETS,
+    clockwise,
+    corner_areas,
     is_right,
+    outer,
     returned,
+    rig_of,
 )
-from chapters.shared.grid_rigs import HARD, SETS, rig_of
-from chapters.shared.lattices import clockwise, corner_areas, outer
 from raxel.errors import InputError
 from raxel.evaluation.board_scores import distances, in_order_of
 from raxel.features.celect import along_contour, celect

@@ -7,8 +7,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
     LIGHT_LEVELS,
     level_name,
 )
-from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
-from chapters.shared.grid_rigs import WHOLE
+from chapters.shared.grids import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB, WHOLE
 from repro.page import (
     legend_below,
     look_of,

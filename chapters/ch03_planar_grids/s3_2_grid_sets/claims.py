@@ -20,7 +20,7 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.report import (
     seeds_of,
     spread,
 )
-from chapters.shared.grid_detectors import CELECT, OPENCV
+from chapters.shared.grids import CELECT, OPENCV
 from repro.run import FAILS, NOT_COMPARABLE, Reading, claim, mcnemar
 
 # Claims of section 3.3.2 about errors of corners, over correct grids alone.

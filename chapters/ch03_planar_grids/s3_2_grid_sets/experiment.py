@@ -9,21 +9,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.grid_detectors import (
+from chapters.shared.grids import (
     CELECT,
     CLICK_SD_PX,
     CLICKLESS,
+    HALF_WINDOWS,
+    HARD,
     LINEAR,
+    LOST_PX,
     OPENCV,
     OPENCV_SB,
     PRECISION_PX,
+    RIGS,
+    SETS,
+    WHOLE,
+    clockwise,
+    corner_areas,
     localised,
+    outer,
+    rig_of,
+    wiped,
 )
-from chapters.shared.grid_rigs import HARD, RIGS, SETS, WHOLE, rig_of, wiped
-from chapters.shared.lattices import clockwise, corner_areas, outer
-from chapters.shared.localiser_basin import HALF_WINDOWS
 from chapters.shared.rigs import rig_named
-from chapters.shared.scoring import LOST_PX
 from raxel.evaluation.board_scores import distances
 from raxel.features.celect import (
     OUTER_CORNER,

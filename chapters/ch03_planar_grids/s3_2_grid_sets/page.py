@@ -35,16 +35,17 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.experiment import (
     stream,
 )
 from chapters.ch03_planar_grids.s3_2_grid_sets.report import name_values
-from chapters.shared.grid_detectors import (
+from chapters.shared.grids import (
     CELECT,
     CLICK_SD_PX,
     OPENCV,
+    RIGS,
+    WHOLE,
     is_right,
     localised,
+    outer,
     returned,
 )
-from chapters.shared.grid_rigs import RIGS, WHOLE
-from chapters.shared.lattices import outer
 from raxel.errors import InputError
 from raxel.evaluation.board_scores import in_order_of, in_place
 from raxel.features.celect import celect

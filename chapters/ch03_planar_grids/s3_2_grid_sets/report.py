@@ -23,8 +23,15 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.experiment import (
     SPOTLESS_SEED,
     TRUTH,
 )
-from chapters.shared.grid_detectors import CELECT, CLICKLESS, LINEAR, OPENCV, OPENCV_SB
-from chapters.shared.grid_rigs import HARD, WHOLE
+from chapters.shared.grids import (
+    CELECT,
+    CLICKLESS,
+    HARD,
+    LINEAR,
+    OPENCV,
+    OPENCV_SB,
+    WHOLE,
+)
 from repro.page import legend_below, look_of, new_figure, plot_interval, value
 from repro.run import (
     Check,

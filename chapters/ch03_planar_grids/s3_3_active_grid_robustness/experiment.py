@@ -6,7 +6,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from chapters.shared.lattices import steps_between
+from chapters.shared.grids import steps_between
 from chapters.shared.rigs import rig_named
 from raxel.features.active_grid import REASONS, decode
 from raxel.features.active_grid.lookup import pixels_of, points_at

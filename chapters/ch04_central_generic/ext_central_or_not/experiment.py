@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.rigs import rig_named
-from chapters.shared.wide_angle import (
+from chapters.shared.central import (
     PRINCIPAL,
     SIDE,
     SIZE_PX,
@@ -12,6 +11,7 @@ from chapters.shared.wide_angle import (
     draw_poses,
     equidistance,
 )
+from chapters.shared.rigs import rig_named
 from raxel.calibration.adjust.consistent import adjust_consistent
 from raxel.calibration.adjust.free_lines import relax_centrality
 from raxel.calibration.generic.central_test import centrality_test

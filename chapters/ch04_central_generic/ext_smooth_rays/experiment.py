@@ -2,13 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.wide_angle import (
-    SETTINGS,
-    SIDE,
-    SIZE_PX,
-    T_BASE_CAMERA,
-    radial_lens,
-)
+from chapters.shared.central import SETTINGS, SIDE, SIZE_PX, T_BASE_CAMERA, radial_lens
 from raxel.calibration import (
     adjust_consistent,
     adjust_spline,

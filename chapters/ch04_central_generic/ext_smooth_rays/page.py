@@ -17,7 +17,7 @@ from chapters.ch04_central_generic.ext_smooth_rays.experiment import (
     scores,
 )
 from chapters.ch04_central_generic.ext_smooth_rays.report import name_values
-from chapters.shared.wide_angle import draw_scene
+from chapters.shared.central import draw_scene
 from repro.page import check, open_results, show, show_code, show_table
 from repro.run import Plan, experiment
 

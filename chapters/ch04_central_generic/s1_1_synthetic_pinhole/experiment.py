@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from chapters.shared.wide_angle import (
+from chapters.shared.central import (
     CENTRE_MM,
     LEAST_INCIDENCE,
     PRINCIPAL,
@@ -25,7 +25,7 @@ from chapters.shared.wide_angle import (
     radial_lens,
     wide_lens,
 )
-from chapters.shared.zoo import ZOO
+from chapters.shared.general import ZOO
 from raxel.calibration import BoardView, linear_cgsp, pixels_on_board
 from raxel.cameras import closest_point
 from raxel.cameras.core.base import pixel_grid

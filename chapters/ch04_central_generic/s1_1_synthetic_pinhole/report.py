@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.wide_angle import CENTRE_MM
+from chapters.shared.central import CENTRE_MM
 from raxel.geometry import on_plane
 from raxel.show import Labels, Points, Polyline, Segments, Surface, framed
 from repro.page import INK, new_figure, plot_estimates, series, value

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.wide_angle import (
+from chapters.shared.central import (
     CENTRE_MM,
     SETTINGS,
     SIDE,

@@ -22,7 +22,7 @@ from chapters.ch04_central_generic.s1_2_linear_stage.experiment import (
     spoil,
 )
 from chapters.ch04_central_generic.s1_2_linear_stage.report import name_values
-from chapters.shared.wide_angle import SETTINGS, draw_scene, radial_lens
+from chapters.shared.central import SETTINGS, draw_scene, radial_lens
 from raxel.calibration.linear.cgsp import image_noise_weights
 from raxel.calibration.linear.synthetic_pinhole import (
     conic_rows,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.wide_angle import RAYS, SIDE, draw_scene, radial_lens
+from chapters.shared.central import RAYS, SIDE, draw_scene, radial_lens
 from raxel.calibration.adjust.bundle import ray_point_distances
 from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
 from raxel.calibration.adjust.consistent import adjust_consistent

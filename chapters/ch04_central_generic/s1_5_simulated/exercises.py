@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.wide_angle import CENTRE_MM, FOV_DEG
+from chapters.shared.central import CENTRE_MM, FOV_DEG
 
 GRIDS = 3
 

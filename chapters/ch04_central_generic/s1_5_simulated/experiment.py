@@ -4,8 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from chapters.shared.methods import LINEAR_STAGES, as_printed
-from chapters.shared.wide_angle import (
+from chapters.shared.central import (
     CENTRE_MM,
     SETTINGS,
     SIDE,
@@ -15,6 +14,7 @@ from chapters.shared.wide_angle import (
     observe,
     radial_lens,
 )
+from chapters.shared.methods import LINEAR_STAGES, as_printed
 from raxel.calibration.adjust.bundle import ray_point_distances
 from raxel.calibration.adjust.centroid_rays import centroid_directions
 from raxel.calibration.adjust.consistent import adjust_consistent

@@ -23,7 +23,7 @@ from chapters.ch04_central_generic.s1_5_simulated.experiment import (
     one_scale,
 )
 from chapters.ch04_central_generic.s1_5_simulated.report import name_values
-from chapters.shared.wide_angle import (
+from chapters.shared.central import (
     FOV_DEG,
     SETTINGS,
     draw_poses,

@@ -26,7 +26,7 @@ from chapters.ch04_central_generic.s2_pose.report import (
     trials_of,
     without_solution,
 )
-from chapters.shared.noise_sweep import over_the_sweep
+from chapters.shared.central import over_the_sweep
 from repro.run import (
     FAILS,
     HOLDS,

@@ -6,26 +6,26 @@ from unittest.mock import patch
 
 import numpy as np
 
-from chapters.shared.active_grid_sets import seen_grids, true_camera
-from chapters.shared.bench_noise import NOISES, SWEPT_NOISES
-from chapters.shared.decoding_errors import (
-    DecodingErrors,
-    drawn_lattices,
-    lattice_rays,
-    measured_errors,
-    true_lattice,
-)
-from chapters.shared.rigs import rig_named
-from chapters.shared.wide_angle import (
+from chapters.shared.central import (
     CENTRE_MM,
+    NOISES,
     RADIUS_PX,
     SETTINGS,
     SIZE_PX,
+    SWEPT_NOISES,
     T_BASE_CAMERA,
+    DecodingErrors,
     draw_poses,
     draw_scene,
+    drawn_lattices,
+    lattice_rays,
+    measured_errors,
     radial_lens,
+    seen_grids,
+    true_camera,
+    true_lattice,
 )
+from chapters.shared.rigs import rig_named
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.pose.grid_pose import (
     GRAZING,

@@ -24,7 +24,7 @@ from chapters.ch04_central_generic.s2_pose.experiment import (
     with_outliers,
 )
 from chapters.ch04_central_generic.s2_pose.report import name_values
-from chapters.shared.wide_angle import (
+from chapters.shared.central import (
     CENTRE_MM,
     EULER_DEG,
     SETTINGS,

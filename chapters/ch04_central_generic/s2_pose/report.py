@@ -20,8 +20,7 @@ from chapters.ch04_central_generic.s2_pose.experiment import (
     TABULATED,
     lattice,
 )
-from chapters.shared.bench_noise import BENCH, OPTIONS
-from chapters.shared.wide_angle import CENTRE_MM
+from chapters.shared.central import BENCH, CENTRE_MM, OPTIONS
 from raxel.geometry import apply_homography, homography_dlt, on_plane, pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed
 from repro.page import (

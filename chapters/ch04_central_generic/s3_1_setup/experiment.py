@@ -2,17 +2,19 @@
 
 import numpy as np
 
-from chapters.shared.active_grid_sets import decoded_grids, true_camera, true_poses
-from chapters.shared.central_sets import (
+from chapters.shared.central import (
     FISH,
     OMNI,
     RIGS,
     SEEDS,
+    calibrated,
+    decoded_grids,
     first_points,
     shared_rays,
+    true_camera,
     true_grids_of_set,
+    true_poses,
 )
-from chapters.shared.three_grids import calibrated
 from repro.run.rendered import rendered_set
 
 BAND_DEG = 1.5  # half width about the horizon, and about the middle

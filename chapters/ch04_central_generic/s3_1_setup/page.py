@@ -16,7 +16,7 @@ from chapters.ch04_central_generic.s3_1_setup.experiment import (
     turned_trial,
 )
 from chapters.ch04_central_generic.s3_1_setup.report import name_values
-from chapters.shared.central_sets import GRID_SETS, grid_conditions
+from chapters.shared.central import GRID_SETS, grid_conditions
 from repro.page import (
     check,
     compared,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.central_sets import FISH, LINEAR_GRIDS, OMNI, RIGS
+from chapters.shared.central import FISH, LINEAR_GRIDS, OMNI, RIGS
 from chapters.shared.methods import LINEAR_NAMES
 from chapters.shared.rigs import rig_named
 from raxel.show import Labels, Polyline, framed

@@ -14,8 +14,7 @@ from chapters.ch04_central_generic.s3_2_results.report import (
     SEEDS_OF_BOTH,
     Seeds,
 )
-from chapters.shared.central_sets import FISH, OMNI
-from chapters.shared.noise_sweep import judged_by_seed, over_the_sweep
+from chapters.shared.central import FISH, OMNI, judged_by_seed, over_the_sweep
 from repro.run import Case, Reading, claim, counterpart, proportion, with_worst
 
 MAX_OF_ALIGNED, STATED_MM = 2.0, 1.0

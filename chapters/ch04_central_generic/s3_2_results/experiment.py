@@ -12,29 +12,33 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.active_grid_sets import seen_grids, true_camera
-from chapters.shared.bench_noise import BENCH, NOISES, SWEPT_NOISES
-from chapters.shared.central_scatter import best_lines, crossings, scatter_of
-from chapters.shared.central_sets import (
+from chapters.shared.central import (
+    BENCH,
     LINEAR_GRIDS,
+    NOISES,
     OMNI,
     RIGS,
     SEEDS,
     SMALL,
+    SWEPT_NOISES,
+    best_lines,
+    calibrated,
+    crossings,
+    drawn_lattices,
     first_points,
     first_points_and_truth,
+    lattice_rays,
+    measured_errors,
+    parameters,
+    scatter_of,
+    seen_grids,
     shared_rays,
+    true_camera,
     true_grids,
     true_grids_of_set,
 )
-from chapters.shared.decoding_errors import (
-    drawn_lattices,
-    lattice_rays,
-    measured_errors,
-)
 from chapters.shared.methods import LINEAR_STAGES
 from chapters.shared.rigs import rig_named
-from chapters.shared.three_grids import calibrated, parameters
 from raxel.calibration import centroid_directions, linear_cgsp, ray_point_distances
 from raxel.errors import CalibrationError
 from raxel.geometry import on_plane, transform

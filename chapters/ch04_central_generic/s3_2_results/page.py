@@ -31,17 +31,19 @@ from chapters.ch04_central_generic.s3_2_results.experiment import (
     rendered_trial,
 )
 from chapters.ch04_central_generic.s3_2_results.report import ERRORS, name_values
-from chapters.shared.central_scatter import crossings, facing_plane, scatter_of
-from chapters.shared.central_sets import (
+from chapters.shared.central import (
     GRID_RIGS,
     GRID_SETS,
+    LEAST_SPREAD,
     LINEAR_GRIDS,
     MOST_RAYS,
+    DecodingErrors,
+    crossings,
+    facing_plane,
     grid_conditions,
+    scatter_of,
     shared_rays,
 )
-from chapters.shared.decoding_errors import DecodingErrors
-from chapters.shared.three_grids import LEAST_SPREAD
 from repro.page import (
     check,
     compared,

@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from chapters.ch04_central_generic.s3_2_results.experiment import MULTIPLIED, solved
-from chapters.shared.bench_noise import BENCH, FACTOR, NOISES, OPTIONS, SWEPT
-from chapters.shared.central_sets import FISH, OMNI
+from chapters.shared.central import BENCH, FACTOR, FISH, NOISES, OMNI, OPTIONS, SWEPT
 from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
 from repro.page import INK, legend_below, new_figure, series, value
 from repro.run import (

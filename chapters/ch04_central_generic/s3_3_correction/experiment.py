@@ -7,21 +7,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.active_grid_sets import seen_grids, true_camera, true_poses
-from chapters.shared.bench_noise import BENCH, NOISES, SWEPT_NOISES
-from chapters.shared.central_sets import (
+from chapters.shared.central import (
+    BENCH,
     GRID_SETS,
+    NOISES,
     OMNI,
     RIGS,
     SEEDS,
     SMALL,
-    grid_conditions,
-)
-from chapters.shared.decoding_errors import (
+    SWEPT_NOISES,
     DecodingErrors,
     drawn_again,
+    grid_conditions,
     lattice_rays,
+    seen_grids,
+    true_camera,
     true_lattice,
+    true_poses,
 )
 from chapters.shared.methods import LINEAR_STAGES
 from chapters.shared.rigs import rig_named

@@ -5,10 +5,15 @@ from itertools import product
 import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.experiment import MAGNIFIED, METHODS
-from chapters.shared.bench_noise import BENCH, OPTIONS
-from chapters.shared.central_sets import FISH, OMNI
+from chapters.shared.central import (
+    BENCH,
+    FISH,
+    OMNI,
+    OPTIONS,
+    judged_by_seed,
+    over_the_sweep,
+)
 from chapters.shared.methods import LINEAR_NAMES
-from chapters.shared.noise_sweep import judged_by_seed, over_the_sweep
 from repro.page import look_of, new_figure, value
 from repro.run import (
     Case,

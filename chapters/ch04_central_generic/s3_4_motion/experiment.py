@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.decoding_errors import (
+from chapters.shared.central import (
     DecodingErrors,
     drawn_lattices,
     lattice_rays,
     true_lattice,
 )
-from chapters.shared.grid_detectors import CLICK_SD_PX, CLICKLESS, returned
-from chapters.shared.lattices import clockwise, outer
+from chapters.shared.grids import CLICK_SD_PX, CLICKLESS, clockwise, outer, returned
 from chapters.shared.rigs import rig_named
 from raxel.calibration import (
     calibrate_central,

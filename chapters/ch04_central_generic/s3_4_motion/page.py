@@ -38,7 +38,7 @@ from chapters.ch04_central_generic.s3_4_motion.experiment import (
     true_pixels,
 )
 from chapters.ch04_central_generic.s3_4_motion.report import name_values
-from chapters.shared.bench_noise import NOISES, SWEPT_NOISES
+from chapters.shared.central import NOISES, SWEPT_NOISES
 from chapters.shared.rigs import rig_named
 from raxel.errors import CalibrationError
 from raxel.geometry import inverse_pose, transform

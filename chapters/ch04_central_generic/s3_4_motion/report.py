@@ -11,9 +11,8 @@ from chapters.ch04_central_generic.s3_4_motion.experiment import (
     STEP_MM,
     STEPS,
 )
-from chapters.shared.bench_noise import BENCH, OPTIONS
+from chapters.shared.central import BENCH, OPTIONS, over_the_sweep
 from chapters.shared.methods import LINEAR_NAMES
-from chapters.shared.noise_sweep import over_the_sweep
 from repro.page import INK, look_of, new_figure, value
 from repro.run import (
     Case,

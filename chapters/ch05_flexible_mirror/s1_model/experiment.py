@@ -3,9 +3,15 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import CLAMP_PICKS, PUBLISHED, lattice, outline
-from chapters.shared.mirror_scores import load_height
+from chapters.shared.mirror import (
+    CLAMP_PICKS,
+    PUBLISHED,
+    STAGES_MM,
+    lattice,
+    load_height,
+    mirror_rig,
+    outline,
+)
 from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera, clamped
 from raxel.calibration.mirror.clamp_line import clamp_line
 from raxel.calibration.mirror.curves import HeightCurve, reflected, viewing_rays

@@ -3,8 +3,8 @@
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s1_model.experiment import ANCHORS, SHAPE, VALUES
-from chapters.shared.mirror_rigs import DYNAMIC_MM, STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import lattice as pixel_lattice
+from chapters.shared.mirror import DYNAMIC_MM, STAGES_MM, mirror_rig
+from chapters.shared.mirror import lattice as pixel_lattice
 from raxel.cameras import centrality
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane

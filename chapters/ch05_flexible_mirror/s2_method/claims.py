@@ -13,9 +13,7 @@ from chapters.ch05_flexible_mirror.s2_method.report import (
     StepSizes,
     surfaces,
 )
-from chapters.shared.mirror_bench import LEVEL
-from chapters.shared.mirror_runs import shape_name
-from chapters.shared.mirror_sweep import READINGS, over_completed
+from chapters.shared.mirror import LEVEL, READINGS, over_completed, shape_name
 from repro.run import (
     HOLDS,
     SIGNIFICANCE,

@@ -7,26 +7,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_bench import BENCHES, LEVEL
-from chapters.shared.mirror_pictures import platter_picture
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import (
+from chapters.shared.mirror import (
+    BENCHES,
     BOARDS,
     CLAMP_PICKS,
     CLAMP_SD_PX,
+    LEVEL,
     PUBLISHED,
+    STAGES_MM,
     STEP_PX,
     calibrated_viewer,
     decoded,
     deflected,
     lattice,
+    load_height,
+    mirror_rig,
+    platter_picture,
     poses_in_platter,
     primary,
+    ray_angles,
     seen_board,
     shape_name,
     true_points,
 )
-from chapters.shared.mirror_scores import load_height, ray_angles
 from raxel.calibration.mirror.clamp_line import clamp_line, fixed_line
 from raxel.calibration.mirror.primary import primary_from_points
 from raxel.calibration.mirror.refine import refine_shape

@@ -26,11 +26,17 @@ from chapters.ch05_flexible_mirror.s2_method.experiment import (
     watched_trial,
 )
 from chapters.ch05_flexible_mirror.s2_method.report import UNEVEN_UM, name_values
-from chapters.shared.mirror_bench import BENCHES
-from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
-from chapters.shared.mirror_plans import SWEEP, UNSEEN, bench_plan, on_each
-from chapters.shared.mirror_rejections import by_code
+from chapters.shared.mirror import (
+    BENCHES,
+    GEOMETRY_A,
+    SMALL_A,
+    SWEEP,
+    UNSEEN,
+    MirrorErrors,
+    bench_plan,
+    by_code,
+    on_each,
+)
 from raxel.calibration.mirror.linear import shape_with_clamp
 from raxel.calibration.mirror.platter import reflected_pose, reflection
 from raxel.calibration.mirror.primary_start import mirror_points

@@ -12,10 +12,18 @@ from chapters.ch05_flexible_mirror.s2_method.experiment import (
     STAGES,
     STEPS_MM,
 )
-from chapters.shared.mirror_bench import BENCHES, CONTRASTED, FIRST, LEVEL, SAID, SWEPT
-from chapters.shared.mirror_pictures import platter_camera
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import shape_name
+from chapters.shared.mirror import (
+    BENCHES,
+    CONTRASTED,
+    FIRST,
+    LEVEL,
+    SAID,
+    STAGES_MM,
+    SWEPT,
+    mirror_rig,
+    platter_camera,
+    shape_name,
+)
 from raxel.calibration.mirror.platter import platter_plane, reflected_pose
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane

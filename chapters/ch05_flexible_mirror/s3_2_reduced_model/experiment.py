@@ -5,18 +5,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, LEVEL
-from chapters.shared.mirror_pictures import board_picture
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, mirror_rig
-from chapters.shared.mirror_runs import (
+from chapters.shared.mirror import (
+    ABERRATION_UM,
+    BACK_PROJECTION_MM,
+    BENCHES,
     CLAMP_PICKS,
+    LEVEL,
     PUBLISHED,
+    back_projection,
+    board_picture,
     lattice,
+    lengths,
+    mirror_rig,
     outline,
     primary,
+    ray_angles,
     seen_board,
 )
-from chapters.shared.mirror_scores import back_projection, lengths, ray_angles
 from raxel.calibration.mirror.clamp_line import clamp_line
 from raxel.calibration.mirror.curves import DistanceCurve, HeightCurve
 from raxel.calibration.mirror.reduced import calibrate_reduced

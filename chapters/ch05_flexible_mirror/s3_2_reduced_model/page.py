@@ -28,10 +28,14 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.experiment import (
     sensitivity_trial,
 )
 from chapters.ch05_flexible_mirror.s3_2_reduced_model.report import name_values
-from chapters.shared.mirror_bench import BENCHES, SWEPT
-from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
-from chapters.shared.mirror_plans import UNSEEN
+from chapters.shared.mirror import (
+    BENCHES,
+    GEOMETRY_A,
+    SMALL_A,
+    SWEPT,
+    UNSEEN,
+    MirrorErrors,
+)
 from repro.page import check, compared, open_results, show, show_code, values
 from repro.run import Plan, crossed, experiment
 

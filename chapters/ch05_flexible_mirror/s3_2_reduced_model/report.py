@@ -7,10 +7,9 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.experiment import (
     INJECTED_MM,
     PUBLISHED_WAY,
 )
-from chapters.shared.mirror_bench import CONTRASTED, LEVEL, SAID
-from chapters.shared.mirror_bench import SWEPT as ENDS
-from chapters.shared.mirror_sweep import READINGS as BENCH_READINGS
-from chapters.shared.mirror_sweep import counterpart_over_the_sweep
+from chapters.shared.mirror import CONTRASTED, LEVEL, SAID, counterpart_over_the_sweep
+from chapters.shared.mirror import READINGS as BENCH_READINGS
+from chapters.shared.mirror import SWEPT as ENDS
 from repro.page import INK, legend_below, look_of, new_figure, series
 from repro.page import value as name_value
 from repro.run import (

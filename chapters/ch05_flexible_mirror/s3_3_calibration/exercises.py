@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import PUBLISHED
+from chapters.shared.mirror import PUBLISHED, STAGES_MM, mirror_rig
 
 LENGTH_MM = 150.0
 

@@ -4,22 +4,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.gaussian_errors import CORNER_PX, GaussianErrors
-from chapters.shared.mirror_bench import BENCHES, FIRST, SECOND
-from chapters.shared.mirror_errors import MirrorErrors, measured
-from chapters.shared.mirror_pictures import scene_picture
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import (
+from chapters.shared.mirror import (
+    BACK_PROJECTION_MM,
+    BENCHES,
+    CORNER_PX,
+    FIRST,
     PUBLISHED,
+    SECOND,
+    STAGES_MM,
+    GaussianErrors,
+    MirrorErrors,
     MirrorMethod,
+    back_projection,
     deflected,
     lattice,
+    lengths,
+    measured,
     measured_rays,
+    mirror_rig,
     poses_in_platter,
     primary,
+    ray_angles,
+    scene_picture,
     seen_board,
 )
-from chapters.shared.mirror_scores import back_projection, lengths, ray_angles
 from raxel.calibration import BoardView, StageView, bundle_stages
 from raxel.errors import CalibrationError
 from raxel.geometry import pose, transform

@@ -31,10 +31,17 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.experiment import (
     trust_trial,
 )
 from chapters.ch05_flexible_mirror.s3_3_calibration.report import name_values
-from chapters.shared.mirror_bench import BENCHES, FIRST, SECOND
-from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import ALL_THREE, BOTH, GEOMETRY_A, SMALL_A
-from chapters.shared.mirror_plans import UNSEEN
+from chapters.shared.mirror import (
+    ALL_THREE,
+    BENCHES,
+    BOTH,
+    FIRST,
+    GEOMETRY_A,
+    SECOND,
+    SMALL_A,
+    UNSEEN,
+    MirrorErrors,
+)
 from raxel.calibration.mirror.primary_start import mirror_points
 from repro.page import (
     check,

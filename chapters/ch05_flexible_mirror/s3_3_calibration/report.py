@@ -8,10 +8,17 @@ from chapters.ch05_flexible_mirror.s3_3_calibration.experiment import (
     STEPS,
     solved,
 )
-from chapters.shared.mirror_bench import BENCHES, FIRST, SECOND
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import PUBLISHED
-from chapters.shared.mirror_sweep import LEVELS, READINGS, over_the_levels
+from chapters.shared.mirror import (
+    BENCHES,
+    FIRST,
+    LEVELS,
+    PUBLISHED,
+    READINGS,
+    SECOND,
+    STAGES_MM,
+    mirror_rig,
+    over_the_levels,
+)
 from raxel.geometry.spline_grid import spline_grid
 from raxel.show import Arrows, board, framed
 from raxel.show.boards import plate

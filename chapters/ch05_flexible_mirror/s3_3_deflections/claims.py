@@ -24,10 +24,12 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.report import (
     ray_turns,
     tip_sd,
 )
-from chapters.shared.mirror_bench import ABERRATION_UM, SECOND
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import (
+from chapters.shared.mirror import (
+    ABERRATION_UM,
     READINGS,
+    SECOND,
+    STAGES_MM,
+    mirror_rig,
     of_completed,
     over_completed,
     over_the_sweep,

@@ -8,7 +8,7 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.report import (
     camera_mm,
     depth_for,
 )
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, DYNAMIC_MM
+from chapters.shared.mirror import BACK_PROJECTION_MM, DYNAMIC_MM
 
 SHARE, ANGLE_DEG = 0.6, 0.2
 

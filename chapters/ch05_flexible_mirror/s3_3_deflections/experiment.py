@@ -7,32 +7,30 @@ import cv2
 import numpy as np
 from scipy.spatial import Delaunay
 
-from chapters.shared.mirror_bench import BENCHES
-from chapters.shared.mirror_pictures import (
-    board_picture,
-    platter_camera,
-    platter_picture,
-    platter_window,
-)
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import (
+from chapters.shared.mirror import (
+    BACK_PROJECTION_MM,
+    BENCHES,
     CLAMP_PICKS,
     CLAMP_SD_PX,
     COMPARED_PX,
     PUBLISHED,
+    STAGES_MM,
+    back_projection,
+    board_picture,
     deflected,
+    lengths,
     linearly_deflected,
+    load_height,
     measured_rays,
+    mirror_rig,
+    platter_camera,
+    platter_picture,
+    platter_window,
     primary,
+    ray_angles,
     seen_board,
 )
-from chapters.shared.mirror_runs import lattice as pixel_lattice
-from chapters.shared.mirror_scores import (
-    back_projection,
-    lengths,
-    load_height,
-    ray_angles,
-)
+from chapters.shared.mirror import lattice as pixel_lattice
 from raxel.calibration import BoardView
 from raxel.calibration.mirror.clamp_line import clamp_line, fixed_line
 from raxel.calibration.mirror.flat_views import flat_view

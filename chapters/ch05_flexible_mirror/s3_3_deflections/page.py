@@ -23,10 +23,18 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.experiment import (
     three_stages,
 )
 from chapters.ch05_flexible_mirror.s3_3_deflections.report import name_values
-from chapters.shared.mirror_bench import BENCHES, LEVEL
-from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, GEOMETRY_C
-from chapters.shared.mirror_plans import SWEEP, UNSEEN, bench_plan, on_each
-from chapters.shared.mirror_rejections import by_code
+from chapters.shared.mirror import (
+    BENCHES,
+    GEOMETRY_A,
+    GEOMETRY_B,
+    GEOMETRY_C,
+    LEVEL,
+    SWEEP,
+    UNSEEN,
+    bench_plan,
+    by_code,
+    on_each,
+)
 from repro.page import (
     check,
     compared,

@@ -8,17 +8,22 @@ import numpy as np
 from scipy.stats import chi2_contingency
 
 from chapters.ch05_flexible_mirror.s3_3_deflections.experiment import COMPARED_PX
-from chapters.shared.mirror_bench import BENCHES, SAID, SWEPT
-from chapters.shared.mirror_rigs import (
+from chapters.shared.mirror import (
     BACK_PROJECTION_MM,
+    BENCHES,
     DYNAMIC_MM,
+    SAID,
     STAGES_MM,
+    SWEPT,
+    BenchRuns,
+    angles_between,
+    lengths,
+    middle,
     mirror_rig,
+    ranged,
+    reached,
 )
-from chapters.shared.mirror_scores import angles_between, lengths
-from chapters.shared.mirror_sweep import BenchRuns
-from chapters.shared.mirror_tables import beside as with_published
-from chapters.shared.mirror_tables import middle, ranged, reached
+from chapters.shared.mirror import beside as with_published
 from raxel.geometry import inverse_pose, transform
 from repro.page import INK, new_figure, series
 from repro.page import value as name_value

@@ -42,7 +42,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.report import (
     while_both_go_on,
     without_less_metric,
 )
-from chapters.shared.mirror_sweep import (
+from chapters.shared.mirror import (
     READINGS,
     counterpart_over_the_sweep,
     on_completed,

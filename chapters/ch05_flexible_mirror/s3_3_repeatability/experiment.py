@@ -6,30 +6,34 @@ import cv2
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from chapters.shared.gaussian_errors import CORNER_PX, DECODED_MM, GaussianErrors
-from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, LEVEL
-from chapters.shared.mirror_pictures import board_picture
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import (
+from chapters.shared.mirror import (
+    ABERRATION_UM,
+    BACK_PROJECTION_MM,
+    BENCHES,
     CLAMP_PICKS,
     CLAMP_SD_PX,
     COMPARED_PX,
+    CORNER_PX,
+    DECODED_MM,
+    LEVEL,
     PUBLISHED,
+    STAGES_MM,
+    GaussianErrors,
+    back_projection,
+    board_picture,
     calibrated_viewer,
     decoded,
     deflected,
     lattice,
+    lengths,
+    load_height,
+    mirror_rig,
     outline,
     poses_in_platter,
     primary,
+    ray_angles,
     seen_board,
     shape_name,
-)
-from chapters.shared.mirror_scores import (
-    back_projection,
-    lengths,
-    load_height,
-    ray_angles,
 )
 from chapters.shared.run_times import timed
 from raxel.calibration.mirror.clamp import clamped

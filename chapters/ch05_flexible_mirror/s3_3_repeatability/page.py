@@ -29,11 +29,20 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import (
     travelled,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.report import name_values
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
-from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_B, SMALL_A
-from chapters.shared.mirror_plans import SWEEP, UNSEEN, bench_plan, on_each
-from chapters.shared.mirror_rejections import by_code
+from chapters.shared.mirror import (
+    BENCHES,
+    GEOMETRY_A,
+    GEOMETRY_B,
+    LEVEL,
+    SMALL_A,
+    SWEEP,
+    SWEPT,
+    UNSEEN,
+    MirrorErrors,
+    bench_plan,
+    by_code,
+    on_each,
+)
 from repro.page import (
     check,
     compared,

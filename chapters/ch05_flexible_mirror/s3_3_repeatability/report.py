@@ -15,10 +15,16 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import (
     OUT,
     update_seconds,
 )
-from chapters.shared.mirror_bench import BENCHES, SAID, SWEPT
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM, STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import shape_name
-from chapters.shared.mirror_sweep import BenchRuns
+from chapters.shared.mirror import (
+    BACK_PROJECTION_MM,
+    BENCHES,
+    SAID,
+    STAGES_MM,
+    SWEPT,
+    BenchRuns,
+    mirror_rig,
+    shape_name,
+)
 from raxel.calibration.mirror.edges import SWINGING_DEG
 from raxel.geometry import intersect_rays_plane, inverse_pose, transform
 from raxel.show import Polyline, Scene, Segments, Surface, framed

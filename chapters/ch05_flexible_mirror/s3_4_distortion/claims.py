@@ -16,7 +16,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.report import (
     no_common_error,
     radii_agree,
 )
-from chapters.shared.mirror_sweep import READINGS, over_completed
+from chapters.shared.mirror import READINGS, over_completed
 from repro.run import Case, Reading, claim, ratio_of
 
 BENCHES = ("mirror_bench",)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_4_distortion.experiment import RADIUS_MM
-from chapters.shared.mirror_rigs import BACK_PROJECTION_MM
+from chapters.shared.mirror import BACK_PROJECTION_MM
 
 ROTATION_DEG, RELIEF_MM, BETWEEN_DEG = 0.2, 20.0, 10.0
 

@@ -7,21 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_bench import BENCHES, LEVEL
-from chapters.shared.mirror_rigs import (
+from chapters.shared.mirror import (
     BACK_PROJECTION_MM,
+    BENCHES,
+    LEVEL,
+    PUBLISHED,
     STAGES_MM,
     MirrorRig,
-    mirror_rig,
-)
-from chapters.shared.mirror_runs import (
-    PUBLISHED,
     deflected,
     lattice,
+    mirror_rig,
     primary,
+    ray_angles,
     seen_board,
 )
-from chapters.shared.mirror_scores import ray_angles
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera, SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError

@@ -25,10 +25,14 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.experiment import (
     scored,
 )
 from chapters.ch05_flexible_mirror.s3_4_distortion.report import name_values
-from chapters.shared.mirror_bench import BENCHES, LEVEL
-from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import GEOMETRY_A
-from chapters.shared.mirror_plans import SWEEP, UNSEEN
+from chapters.shared.mirror import (
+    BENCHES,
+    GEOMETRY_A,
+    LEVEL,
+    SWEEP,
+    UNSEEN,
+    MirrorErrors,
+)
 from repro.page import check, compared, open_results, show, show_code, show_table
 from repro.run import Plan, experiment
 

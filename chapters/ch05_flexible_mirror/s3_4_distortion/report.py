@@ -12,11 +12,19 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.experiment import (
     held,
     ring_on,
 )
-from chapters.shared.mirror_bench import ABERRATION_UM, BENCHES, LEVEL, SAID
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import BenchRuns
-from chapters.shared.mirror_tables import MEDIANS, beside, reached
-from chapters.shared.mirror_tables import middle as words_of
+from chapters.shared.mirror import (
+    ABERRATION_UM,
+    BENCHES,
+    LEVEL,
+    MEDIANS,
+    SAID,
+    STAGES_MM,
+    BenchRuns,
+    beside,
+    mirror_rig,
+    reached,
+)
+from chapters.shared.mirror import middle as words_of
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera
 from raxel.multiview.fits.circles import circle_distances
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances, fit_conic

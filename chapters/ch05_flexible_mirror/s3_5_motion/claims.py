@@ -16,10 +16,11 @@ from chapters.ch05_flexible_mirror.s3_5_motion.report import (
     scale_tells,
     scaled,
 )
-from chapters.shared.mirror_bench import ABERRATION_UM
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import (
+from chapters.shared.mirror import (
+    ABERRATION_UM,
     READINGS,
+    STAGES_MM,
+    mirror_rig,
     mostly,
     of_completed,
     over_completed,

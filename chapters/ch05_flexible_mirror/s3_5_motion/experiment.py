@@ -5,15 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import (
+from chapters.shared.mirror import (
     PUBLISHED,
+    STAGES_MM,
     deflected,
     lattice,
+    mirror_rig,
     primary,
+    ray_angles,
     seen_board,
 )
-from chapters.shared.mirror_scores import ray_angles
 from raxel.cameras.core.base import Rays
 from raxel.cameras.core.centrality import closest_point
 from raxel.errors import CalibrationError, InputError

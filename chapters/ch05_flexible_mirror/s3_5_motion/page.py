@@ -21,10 +21,15 @@ from chapters.ch05_flexible_mirror.s3_5_motion.experiment import (
     pairwise,
 )
 from chapters.ch05_flexible_mirror.s3_5_motion.report import name_values
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
-from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import GEOMETRY_A, GEOMETRY_C
-from chapters.shared.mirror_plans import UNSEEN
+from chapters.shared.mirror import (
+    BENCHES,
+    GEOMETRY_A,
+    GEOMETRY_C,
+    LEVEL,
+    SWEPT,
+    UNSEEN,
+    MirrorErrors,
+)
 from repro.page import (
     check,
     compared,

@@ -14,10 +14,19 @@ from chapters.ch05_flexible_mirror.s3_5_motion.experiment import (
     moved_cylinder,
     seen_by,
 )
-from chapters.shared.mirror_bench import CONTRASTED, LABORATORY, LEVEL, SAID, SWEPT
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import BenchRuns
-from chapters.shared.mirror_tables import MEDIANS, middle, reached
+from chapters.shared.mirror import (
+    CONTRASTED,
+    LABORATORY,
+    LEVEL,
+    MEDIANS,
+    SAID,
+    STAGES_MM,
+    SWEPT,
+    BenchRuns,
+    middle,
+    mirror_rig,
+    reached,
+)
 from raxel.geometry.poses import tangent_bases
 from raxel.show import Points, Surface, framed
 from repro.page import (

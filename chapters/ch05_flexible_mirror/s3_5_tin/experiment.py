@@ -9,15 +9,17 @@ import numpy as np
 from scipy.ndimage import zoom
 from scipy.stats import norm
 
-from chapters.shared.mirror_rigs import DYNAMIC_MM, STAGES_MM, mirror_rig
-from chapters.shared.mirror_runs import (
+from chapters.shared.mirror import (
+    DYNAMIC_MM,
     PUBLISHED,
+    STAGES_MM,
     deflected,
     lattice,
+    mirror_rig,
     primary,
+    ray_angles,
     seen_board,
 )
-from chapters.shared.mirror_scores import ray_angles
 from raxel.errors import CalibrationError, InputError
 from raxel.features.sift import match_features
 from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector, transform

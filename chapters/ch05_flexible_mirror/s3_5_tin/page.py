@@ -18,10 +18,16 @@ from chapters.ch05_flexible_mirror.s3_5_tin.experiment import (
     tin_trial,
 )
 from chapters.ch05_flexible_mirror.s3_5_tin.report import name_values
-from chapters.shared.mirror_bench import BENCHES, CONTRASTED, LEVEL, SWEPT
-from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import GEOMETRY_A, SMALL_A
-from chapters.shared.mirror_plans import UNSEEN
+from chapters.shared.mirror import (
+    BENCHES,
+    CONTRASTED,
+    GEOMETRY_A,
+    LEVEL,
+    SMALL_A,
+    SWEPT,
+    UNSEEN,
+    MirrorErrors,
+)
 from repro.page import (
     check,
     compared,

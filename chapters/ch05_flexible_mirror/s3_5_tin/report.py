@@ -14,10 +14,17 @@ from chapters.ch05_flexible_mirror.s3_5_tin.experiment import (
     two_places,
     usual,
 )
-from chapters.shared.mirror_bench import BENCHES, LABORATORY, LEVEL, SAID
-from chapters.shared.mirror_rigs import mirror_rig
-from chapters.shared.mirror_sweep import BenchRuns
-from chapters.shared.mirror_tables import beside, middle, reached
+from chapters.shared.mirror import (
+    BENCHES,
+    LABORATORY,
+    LEVEL,
+    SAID,
+    BenchRuns,
+    beside,
+    middle,
+    mirror_rig,
+    reached,
+)
 from raxel.geometry import transform
 from raxel.show import Points, Surface, framed
 from repro.page import INK, legend_below, new_figure, series, value

@@ -22,7 +22,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.report import (
     under,
     vertical,
 )
-from chapters.shared.mirror_sweep import READINGS, over_the_sweep
+from chapters.shared.mirror import READINGS, over_the_sweep
 from repro.run import OVER_TRIALS, Case, Reading, bootstrap, claim, proportion
 
 BENCHES = ("mirror_bench",)

@@ -6,27 +6,23 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.stats import spearmanr
 
-from chapters.shared.gaussian_errors import GaussianErrors
-from chapters.shared.mirror_rigs import (
+from chapters.shared.mirror import (
     BACK_PROJECTION_MM,
-    DYNAMIC_MM,
-    STAGES_MM,
-    mirror_rig,
-)
-from chapters.shared.mirror_runs import (
     COMPARED_PX,
+    DYNAMIC_MM,
     PUBLISHED,
+    STAGES_MM,
+    GaussianErrors,
+    back_projection,
     deflected,
     lattice,
-    outline,
-    primary,
-    seen_board,
-)
-from chapters.shared.mirror_scores import (
-    back_projection,
     lengths,
     load_height,
+    mirror_rig,
+    outline,
+    primary,
     ray_angles,
+    seen_board,
 )
 from raxel.calibration.mirror.clamp import clamp_of_camera
 from raxel.calibration.mirror.self_calibration import linear_update, met_points

@@ -18,10 +18,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.experiment import (
     known_trial,
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.report import name_values
-from chapters.shared.mirror_bench import BENCHES, SWEPT
-from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_files import GEOMETRY_A
-from chapters.shared.mirror_plans import UNSEEN
+from chapters.shared.mirror import BENCHES, GEOMETRY_A, SWEPT, UNSEEN, MirrorErrors
 from raxel.calibration.mirror.self_calibration import linear_update
 from repro.page import check, compared, open_results, show, show_code, show_table
 from repro.run import Plan, experiment

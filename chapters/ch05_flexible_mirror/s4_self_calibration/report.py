@@ -8,11 +8,20 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.experiment import (
     SCENES,
     STEPS,
 )
-from chapters.shared.mirror_bench import BENCHES, CONTRASTED, LABORATORY, LEVEL, SAID
-from chapters.shared.mirror_rigs import STAGES_MM, mirror_rig
-from chapters.shared.mirror_sweep import BenchRuns
-from chapters.shared.mirror_tables import MEDIANS, beside, reached
-from chapters.shared.mirror_tables import middle as medians
+from chapters.shared.mirror import (
+    BENCHES,
+    CONTRASTED,
+    LABORATORY,
+    LEVEL,
+    MEDIANS,
+    SAID,
+    STAGES_MM,
+    BenchRuns,
+    beside,
+    mirror_rig,
+    reached,
+)
+from chapters.shared.mirror import middle as medians
 from repro.page import INK, legend_below, new_figure, series, value
 from repro.run import Drawing, Table, Value, figure, median_and_range, numbers, table
 from repro.run import columns as as_csv

@@ -18,8 +18,8 @@ from chapters.guides.choose_a_method.experiment import (
     stated_errors,
 )
 from chapters.guides.choose_a_method.report import named
+from chapters.shared.general import ZOOM_RIGS
 from chapters.shared.records import record
-from chapters.shared.zoom_rigs import ZOOM_RIGS
 from repro.page import results_behind, show_table, value
 from repro.run import Plan, experiment
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.general_cameras import KINDS
-from chapters.shared.grid_detectors import CLICKLESS, OPENCV, OPENCV_SB
-from chapters.shared.photographs.reading import (
+from chapters.shared.general import KINDS, OF_SEEDS, STAGE_ZOOM, ZOOMS, ZoomCase, rig_of
+from chapters.shared.grids import CLICKLESS, OPENCV, OPENCV_SB
+from chapters.shared.images.reading import (
     MODELS,
     NAMES,
     PEER,
@@ -18,8 +18,6 @@ from chapters.shared.photographs.reading import (
     paired,
     share_with_ray,
 )
-from chapters.shared.zoom_readings import OF_SEEDS, ZoomCase
-from chapters.shared.zoom_rigs import STAGE_ZOOM, ZOOMS, rig_of
 from repro.run import (
     Estimate,
     Measured,

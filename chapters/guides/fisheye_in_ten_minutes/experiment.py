@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.facade import T_world_camera
+from chapters.shared.general import T_world_camera
 from chapters.shared.rigs import rig_named
 from raxel.calibration import calibrate_generic, calibrate_zhang
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye

@@ -30,7 +30,7 @@ from chapters.photographs.active_grid.report import (
     precision,
     shown,
 )
-from chapters.shared.photographs.notes import origin, title
+from chapters.shared.images.notes import origin, title
 from raxel.sets import load_set
 from repro.page import check, open_results, show, show_code, show_table, value
 from repro.run import Plan, experiment

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chapters.shared.photographs.notes import note
+from chapters.shared.images.notes import note
 from raxel.features.active_grid import REASONS
 from repro.page import WIDTH_IN, literal, new_figure
 from repro.run import Drawing, Table, cell, figure, table

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.photographs.reading import ALL_NAMES, MODELS, PEER
+from chapters.shared.images.reading import ALL_NAMES, MODELS, PEER
 from raxel.calibration import (
     BoardView,
     calibrate_cgsp,

@@ -40,8 +40,8 @@ from chapters.photographs.set.report import (
     straightness,
     zhang,
 )
-from chapters.shared.photographs.notes import origin, title
-from chapters.shared.photographs.reading import BOARDS, Study
+from chapters.shared.images.notes import origin, title
+from chapters.shared.images.reading import BOARDS, Study
 from raxel.sets import load_set
 from repro.page import check, open_results, show, show_code, show_table, value
 from repro.run import Plan, experiment

@@ -9,8 +9,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullLocator
 
-from chapters.shared.photographs.notes import EMPTY_IN, note
-from chapters.shared.photographs.reading import (
+from chapters.shared.images.notes import EMPTY_IN, note
+from chapters.shared.images.reading import (
     ALL_NAMES,
     BOARDS,
     EVERY,
@@ -24,7 +24,7 @@ from chapters.shared.photographs.reading import (
     pooled_rms,
     share_with_ray,
 )
-from chapters.shared.photographs.reading import counted as counted_words
+from chapters.shared.images.reading import counted as counted_words
 from raxel.evaluation.comparison import MISSED_PX
 from repro.page import INK, WIDTH_IN, literal, look_of, new_figure
 from repro.run import (

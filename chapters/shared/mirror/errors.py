@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_bench import Bench
-from chapters.shared.mirror_pictures import (
+from chapters.shared.mirror.images import (
     MirroredBoard,
     board_picture,
     grid_picture,
@@ -22,7 +21,8 @@ from chapters.shared.mirror_pictures import (
     platter_picture,
     platter_window,
 )
-from chapters.shared.mirror_rigs import STAGES_MM
+from chapters.shared.mirror.levels import Bench
+from chapters.shared.mirror.rigs import STAGES_MM
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.geometry.planes import on_plane
 from raxel.lab.sight import Crop
@@ -209,3 +209,43 @@ def _plate_errors(rig, platter, rng):
 
 def _finite(errors):
     return errors[np.isfinite(errors).all(axis=1)]
+
+
+# Gaussian errors for the rigs of chapter 5, where no measured ones are asked for.
+
+
+# Standard deviations of a corner, px, and of a decoded point, mm, along each axis.
+CORNER_PX, DECODED_MM = 0.2, 0.01
+
+
+class GaussianErrors(NamedTuple):
+    """Independent errors, for a rig in place of `MirrorErrors`."""
+
+    corner_px: float = CORNER_PX
+    decoded_mm: float = DECODED_MM
+
+    def corners(self, pixels, rng):
+        """Pixels (N, 2) of corners in the mirror with errors."""
+        return pixels + rng.normal(0, self.corner_px, pixels.shape)
+
+    plate_corners = corners
+
+    def in_mirror(self, points, rng):
+        """Points (N, 2) mm of the monitor, decoded in the flexible mirror."""
+        return points + rng.normal(0, self.decoded_mm, points.shape)
+
+    in_platter = in_mirror
+
+    def mounted(self, platter, rng, positions):
+        """The `Platter` at each of the monitor's positions: where its board says."""
+        return [platter] * positions
+
+    @property
+    def plate_sd_px(self):
+        """Standard deviation of a corner of the platter's board along an axis, px."""
+        return self.corner_px
+
+    @property
+    def platter_sd_mm(self):
+        """Standard deviation of a point decoded in the platter along an axis, mm."""
+        return self.decoded_mm

@@ -16,9 +16,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from chapters.shared.mirror_bench import LEVEL, SAID, SWEPT
+from chapters.shared.mirror.levels import LEVEL, SAID, SWEPT
 from raxel.calibration.mirror.edges import SWINGING_DEG
-from repro.run import SHARE_OF_SEEDS, Case, Reading, counterpart
+from repro.run import SHARE_OF_SEEDS, Case, Measured, Reading, counterpart
 
 # What the trials call the options of the ledger's questions.
 LEVELS = {said: level for level, said in SAID.items()}
@@ -189,3 +189,31 @@ def on_completed(done, judge) -> Reading:
         f"which as misses give: {judge(np.ones_like(done)).verdict}"
     )
     return replace(judged, reason=reason)
+
+
+# Cells of tables and words about runs, some of which were rejected.
+
+
+MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
+
+
+def beside(ids, rows):
+    """Ids of printed numbers for the rows of a table that begins with theirs."""
+    return [*ids, *[None] * (rows - len(ids))]
+
+
+def reached(values):
+    """Median of the seeds (n,) that have a value, None without any."""
+    known = values[np.isfinite(values)]
+    return Measured.median(known) if len(known) else None
+
+
+def ranged(values):
+    """Median and range of the runs (n,) that have a value, None without any."""
+    return Measured.of_seeds(values) if np.isfinite(values).any() else None
+
+
+def middle(values):
+    """Median of the runs (n,) that have a value, as words; "nothing" without any."""
+    known = values[np.isfinite(values)]
+    return f"{np.median(known):.3g}" if len(known) else "nothing"

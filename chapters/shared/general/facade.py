@@ -4,11 +4,10 @@ from functools import cache
 
 import numpy as np
 
-from chapters.shared.corrected_views import in_view, source_pixels_of
+from chapters.shared.general.zoom_rigs import FACADE_ZOOM, rig_of, zoom_camera
 from chapters.shared.methods import LINEAR
-from chapters.shared.zoom_rigs import FACADE_ZOOM, camera_of, rig_of
-from raxel.evaluation import synthetic_plane
-from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
+from raxel.evaluation import corrected_view, synthetic_plane
+from raxel.geometry import inverse_pose, on_plane, pose, rotation_from_vector, transform
 from raxel.lab import facade
 from raxel.multiview.perspective_view import PerspectiveView, resample, source_pixels
 
@@ -39,7 +38,7 @@ def edge_pixels():
     share = np.linspace(0, 1, ON_EDGE)[:, None]
     points = edges[:, :1] + share * (edges[:, 1:] - edges[:, :1])
     flat = transform(inverse_pose(T_world_camera()), points.reshape(-1, 3))
-    camera = camera_of(FACADE_ZOOM)
+    camera = zoom_camera(FACADE_ZOOM)
     seen = camera.project(flat)
     inside = seen.valid & camera.in_image(np.nan_to_num(seen.pixels, nan=-9))
     pixels = np.where(inside[:, None], seen.pixels, np.nan)
@@ -161,3 +160,22 @@ def pinhole_picture(picture, camera, R_camera_view):
         view_matrix(camera), R_camera_view, np.zeros(3), camera.width, camera.height
     )
     return resample(picture, source_pixels(camera, view))
+
+
+# From pixels to the corrected view of a calibrated camera, and back.
+
+
+def source_pixels_of(camera, plane, corrected):
+    """Pixels of the source image under points (M, 2) of the corrected view."""
+    flat = (corrected - plane.principal_pixel) / plane.px_per_unit
+    points = transform(plane.T_camera_plane, on_plane(flat))
+    return camera.project(points).pixels
+
+
+def in_view(camera, pixels):
+    """Points (N, 2) of the corrected view under pixels, NaN without one."""
+    plane = synthetic_plane(camera)
+    rays = camera.rays(pixels)
+    seen, ahead = corrected_view(rays.directions, plane, np.nan_to_num(rays.origins))
+    usable = (rays.valid & ahead)[:, None]
+    return np.where(usable, seen, np.nan), plane

@@ -26,6 +26,6 @@ def laboratory_of(zoom):
     return rig_of(zoom).laboratory()
 
 
-def camera_of(zoom):
+def zoom_camera(zoom):
     """The true camera: for projecting and for scoring, not for calibrating."""
     return laboratory_of(zoom).camera

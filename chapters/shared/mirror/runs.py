@@ -8,12 +8,13 @@ The truth is used to score it.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from chapters.shared.mirror_pictures import platter_camera
-from chapters.shared.mirror_scores import angles_between
+from chapters.shared.mirror.images import platter_camera
+from chapters.shared.mirror.scores import angles_between
 from raxel.calibration import rays_from_known_motion
 from raxel.calibration.mirror.clamp_line import clamp_line, fixed_line
 from raxel.calibration.mirror.platter import PlatterPicture, grid_poses_in_platter
@@ -22,6 +23,7 @@ from raxel.calibration.mirror.update import MirrorSettings, linear_stage, update
 from raxel.calibration.parametric.zhang import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.core.base import pixel_grid
+from raxel.errors import CalibrationError
 from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector, transform
 from raxel.geometry.planes import on_plane
 
@@ -264,3 +266,19 @@ def lattice(camera, step_px):
     pixels = pixel_grid(camera.width // step_px, camera.height // step_px)
     pixels = step_px * pixels + step_px // 2
     return pixels[camera.rays(pixels).valid]
+
+
+# Runs that end before their first stage.
+
+
+def by_code(run):
+    """The run (rig, bench, errors, seed) of which nothing is left but the code of the
+    error, `refused`, where its primary stage is rejected."""
+    return partial(_by_code, run)
+
+
+def _by_code(run, *given):
+    try:
+        return run(*given)
+    except CalibrationError as refusal:
+        return {"refused": refusal.code}

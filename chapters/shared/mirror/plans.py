@@ -2,9 +2,9 @@
 
 from functools import partial
 
-from chapters.shared.mirror_bench import BENCHES, LEVEL, SWEPT
-from chapters.shared.mirror_errors import MirrorErrors
-from chapters.shared.mirror_rigs import mirror_rig
+from chapters.shared.mirror.errors import MirrorErrors
+from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
+from chapters.shared.mirror.rigs import mirror_rig
 from repro.run import Plan
 
 # The first trial of what was run again under the tests of 2026: no earlier run of these
