@@ -85,9 +85,19 @@ ALTERED = {
 }
 
 
+SAID = {
+    "of one claim": ("was 3.", "was 3. Then it was altered again."),
+    "of all claims": (
+        "claims:",
+        "rewritten: Names, with every outcome the same.\nclaims:",
+    ),
+}
+
+
+@pytest.mark.parametrize("said", SAID)
 @pytest.mark.parametrize("part", ALTERED)
 def test_an_altered_test_is_named_and_gets_no_entry_until_changed_says_how(
-    checkout, part
+    checkout, part, said
 ):
     recorded.record(checkout)
     before = (checkout / FOLDER / recorded.NAME).read_text()
@@ -98,7 +108,7 @@ def test_an_altered_test_is_named_and_gets_no_entry_until_changed_says_how(
     assert recorded.record(checkout) == [found]
     assert (checkout / FOLDER / recorded.NAME).read_text() == before
 
-    replace(checkout, CLAIMS, "was 3.", "was 3. Then it was altered again.")
+    replace(checkout, CLAIMS, *SAID[said])
     (found,) = recorded.faults(checkout)
     assert found.endswith("`changed` is another; run make recorded")
     assert recorded.record(checkout) == []

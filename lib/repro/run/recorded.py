@@ -35,7 +35,8 @@ HEAD = """\
 #   are called, comments and docstrings do not count. What it calls in lib/ counts by
 #   its name alone: a change of repro.judge.statistics would otherwise ask for a new
 #   `changed:` of every claim.
-# - changed: the words of `changed` in claims.yaml.
+# - changed: the words of `changed` in claims.yaml, and of `rewritten`, which stands
+#   there once for all claims: what was rewritten with every outcome the same.
 #
 # A test that is altered while `changed:` is the same fails the tests, and
 # `make recorded` writes no new entry for it. First entries are free.
@@ -52,15 +53,17 @@ def tests_now(root: Path) -> dict[str, Hashes]:
     known = open_questions(root)
     reach = Reach(root, within=("chapters",))
     judged = {p.id: p for p in producers(root) if p.kind == "claim"}
+    ledger = read_yaml(root / FOLDER / "claims.yaml")
+    rewritten = ledger.get("rewritten", "")
     return {
-        entry["id"]: _hashes(entry, judged[entry["id"]], known, reach)
-        for entry in read_yaml(root / FOLDER / "claims.yaml")["claims"]
+        entry["id"]: _hashes(entry, rewritten, judged[entry["id"]], known, reach)
+        for entry in ledger["claims"]
         if entry["id"] in judged
     }
 
 
 def _hashes(
-    entry: Mapping, judge: Producer, known: Mapping[str, dict], reach: Reach
+    entry: Mapping, rewritten: str, judge: Producer, known: Mapping, reach: Reach
 ) -> Hashes:
     questions = judge.details.get("readings", ())
     asked = sorted(crossed(known, questions), key=_as_json)
@@ -68,7 +71,7 @@ def _hashes(
         "test": _hash(_words(entry["test"])),
         "readings": _hash([primary(known, questions), asked]),
         "judge": reach.key((judge.module, judge.function)),
-        "changed": _hash(_words(entry.get("changed", ""))),
+        "changed": _hash(_words(f"{entry.get('changed', '')} {rewritten}")),
     }
 
 
