@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 
@@ -112,58 +112,6 @@ def summary(values: Sequence[float | None]) -> dict:
     }
 
 
-class Result:
-    """A result file, read."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        content = json.loads(path.read_text("utf-8"))
-        self.experiment: str = content["experiment"]
-        self.effort: str = content["effort"]
-        self.settings: dict = content["settings"]
-        self.conditions: list[dict] = content["conditions"]
-        self.trials_per_condition: int = content["trials_per_condition"]
-        self.first_trial: int = content["first_trial"]
-        self._values: list[list[dict]] = [[] for _ in self.conditions]
-        for record in content["trials"]:
-            self._values[record["condition"]].append(record["values"])
-
-    def select(self, **condition: object) -> Selection:
-        """The trials of every condition that fits; KeyError where none does."""
-        return Selection(self, range(len(self.conditions))).select(**condition)
-
-    def by(self, key: str, **condition: object) -> dict[object, Selection]:
-        """Level -> its trials, of the levels of a condition's ``key`` that fit."""
-        return self.select(**condition).by(key)
-
-    def levels(self, key: str, **condition: object) -> list:
-        """Every level of a condition's ``key`` once, in the order of the plan."""
-        return list(self.by(key, **condition))
-
-    def column(self, *path: Part | Sequence[Part], **condition: object) -> np.ndarray:
-        """A value's trials under the one condition that fits (`Selection.column`)."""
-        return self.one(**condition).column(*path)
-
-    def texts(self, *path: Part, **condition: object) -> list[str | None]:
-        """Trials of one textual value (such as the reason of a failure)."""
-        return self.one(**condition).texts(*path)
-
-    def arrays(self, *path: Part, **condition: object) -> list[np.ndarray]:
-        """One array per trial, in trial order; trials without it are left out."""
-        return self.one(**condition).arrays(*path)
-
-    def names(self) -> list[str]:
-        """Every value name that any trial has."""
-        return sorted({n for rows in self._values for row in rows for n in row})
-
-    def one(self, **condition: object) -> Selection:
-        """The trials of the one condition that fits; KeyError for none or several."""
-        fits = [i for i, have in enumerate(self.conditions) if _fits(have, condition)]
-        if len(fits) != 1:
-            raise KeyError(f"{self.path}: {len(fits)} conditions fit {condition}")
-        return Selection(self, fits)
-
-
 class Selection:
     """Trials of several conditions of a result: as the plan orders them, then by trial.
 
@@ -173,30 +121,32 @@ class Selection:
     ``column("CGSP", "stage2", "error_mm")``.
     """
 
-    def __init__(self, result: Result, places: Iterable[int]) -> None:
-        self._result, self._places = result, list(places)
+    def __init__(self, result: Result, conditions: Mapping[int, dict]) -> None:
+        self._result, self._conditions = result, conditions
 
     @property
     def conditions(self) -> list[dict]:
-        """The conditions that were selected."""
-        return [self._result.conditions[i] for i in self._places]
+        """The conditions that were selected, in the order of the plan."""
+        return list(self._conditions.values())
 
     def select(self, **condition: object) -> Selection:
         """Those of these conditions that fit; KeyError where none does."""
-        conditions = self._result.conditions
-        fits = [i for i in self._places if _fits(conditions[i], condition)]
+        fits = {
+            i: have for i, have in self._conditions.items() if _fits(have, condition)
+        }
         if not fits:
             raise KeyError(f"{self._result.path}: no condition fits {condition}")
         return Selection(self._result, fits)
 
-    def by(self, key: str) -> dict[object, Selection]:
+    def by(self, key: str, **condition: object) -> dict[object, Selection]:
         """Level -> its trials, for every level that a condition's ``key`` has here."""
-        levels = dict.fromkeys(c[key] for c in self.conditions if key in c)
-        return {level: self.select(**{key: level}) for level in levels}
+        found = self.select(**condition)
+        levels = dict.fromkeys(c[key] for c in found.conditions if key in c)
+        return {level: found.select(**{key: level}) for level in levels}
 
-    def levels(self, key: str) -> list:
+    def levels(self, key: str, **condition: object) -> list:
         """Every level of a condition's ``key`` once, in the order of the plan."""
-        return list(self.by(key))
+        return list(self.by(key, **condition))
 
     def column(self, *path: Part | Sequence[Part]) -> np.ndarray:
         """A value of every trial (..., trials); nan where the trial has none.
@@ -221,11 +171,56 @@ class Selection:
         with np.load(self._result.path.with_suffix(".npz")) as stored:
             first = self._result.first_trial
             trials = range(first, first + self._result.trials_per_condition)
-            keys = [f"{i}/{t}/{name}" for i in self._places for t in trials]
+            keys = [f"{i}/{t}/{name}" for i in self._conditions for t in trials]
             return [stored[key] for key in keys if key in stored]
 
     def _rows(self) -> list[dict]:
-        return [row for i in self._places for row in self._result._values[i]]
+        return [row for i in self._conditions for row in self._result._values[i]]
+
+
+class Result(Selection):
+    """A result file, read: all of its trials.
+
+    What reads a value takes a condition, too; it is that of one condition alone.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        content = json.loads(path.read_text("utf-8"))
+        self.experiment: str = content["experiment"]
+        self.effort: str = content["effort"]
+        self.settings: dict = content["settings"]
+        self.trials_per_condition: int = content["trials_per_condition"]
+        self.first_trial: int = content["first_trial"]
+        self._values: list[list[dict]] = [[] for _ in content["conditions"]]
+        for record in content["trials"]:
+            self._values[record["condition"]].append(record["values"])
+        super().__init__(self, dict(enumerate(content["conditions"])))
+
+    def column(self, *path: Part | Sequence[Part], **condition: object) -> np.ndarray:
+        """As `Selection.column`, under the one condition that fits."""
+        return self.one(**condition).column(*path)
+
+    def texts(self, *path: Part, **condition: object) -> list[str | None]:
+        """As `Selection.texts`, under the one condition that fits."""
+        return self.one(**condition).texts(*path)
+
+    def arrays(self, *path: Part, **condition: object) -> list[np.ndarray]:
+        """As `Selection.arrays`, under the one condition that fits."""
+        return self.one(**condition).arrays(*path)
+
+    def names(self) -> list[str]:
+        """Every value name that any trial has."""
+        return sorted({name for row in self._rows() for name in row})
+
+    def one(self, **condition: object) -> Selection:
+        """The trials of the one condition that fits; KeyError for none or several."""
+        found = self.select(**condition)
+        if len(found.conditions) != 1:
+            raise KeyError(
+                f"{self.path}: {len(found.conditions)} conditions fit {condition}"
+            )
+        return found
 
 
 def _joined(path: Sequence[Part]) -> str:
