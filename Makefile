@@ -17,7 +17,7 @@ export SETS_OF_REPORT := $(value RECORDED)
 FOR_SETS = --recorded "$$SETS_OF_REPORT" --cores "$(CORES)"
 OPTIONS = --effort $(EFFORT) --trials "$(TRIALS)" --readings $(READINGS) $(FOR_SETS)
 
-.PHONY: report quick test times recorded notebooks lab answers archive bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
+.PHONY: report quick test times recorded notebooks lab answers archive pdf bench readme where serve clean help setup ch% appendix_% fig_% table_% alg_% ext_% app_%
 
 report: setup ## the whole report at full size: report/site/index.html
 	@$(BUILD) report $(OPTIONS)
@@ -57,6 +57,9 @@ archive: setup ## the built report as one file: report/raxel-report-full.zip (EF
 	@test -f $(SITE)/index.html || { echo "no $(SITE) yet: make report (or quick)"; exit 1; }
 	@cd report && $(CURDIR)/.venv/bin/python -m zipfile -c raxel-report-$(EFFORT).zip $(notdir $(SITE))
 
+pdf: setup ## the chapters of the built report as one document, by Chromium: report/raxel-report.pdf (EFFORT=quick)
+	@$(RUN) .venv/bin/python -m repro.site.book $(SITE) report/raxel-report.pdf
+
 bench: setup ## times of decoder, detectors, CGSP, bundle adjustment and mirror update beside their peers
 	@$(PYTHON) lib/repro/bootstrap.py --bench
 	@$(RUN) .venv/bin/python -m pytest -q tests/bench/speed.py --benchmark-group-by=group \
@@ -90,7 +93,7 @@ setup:
 	@$(PYTHON) lib/repro/bootstrap.py --rendering
 
 clean: ## remove what was built; .venv and the photographs stay
-	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/.cache report/*.zip \
+	@rm -rf figures/full figures/quick figures/what-if report/site report/site-quick report/.cache report/*.zip report/*.pdf \
 	  report/build report/notebooks report/answers data/synthetic/*/ data/synthetic/.times .snakemake .pytest_cache .hypothesis .ruff_cache
 
 help: ## this list

@@ -35,15 +35,15 @@ def source_line(root, line):
 @pytest.mark.parametrize(
     ("identifier", "words", "algorithm"),
     [
-        ("table_3_4", "page trial experiment algorithm table numbers claim", "celect"),
+        ("table_3_4", "page experiment algorithm table numbers claim", "celect"),
         (
             "c2_noise_linear_generic",
-            "page trial experiment algorithm claim",
+            "page experiment algorithm claim",
             "calibrate_zhang",
         ),
-        ("t2_2_persp_rms_set1", "page trial experiment algorithm numbers", None),
-        ("table_3_4_grids", "page trial experiment algorithm", "celect"),
-        ("fig_2_2_error", "page trial experiment algorithm", "rays_from_known_motion"),
+        ("t2_2_persp_rms_set1", "page experiment algorithm numbers", None),
+        ("table_3_4_grids", "page experiment algorithm", "celect"),
+        ("fig_2_2_error", "page experiment algorithm", "rays_from_known_motion"),
     ],
 )
 def test_an_id_leads_from_its_page_to_the_algorithm(identifier, words, algorithm):
@@ -54,55 +54,32 @@ def test_an_id_leads_from_its_page_to_the_algorithm(identifier, words, algorithm
         assert source_line(ROOT, line).lstrip().startswith(("def ", "class "))
 
 
-def test_every_experiment_leads_to_a_trial_and_the_algorithm():
+def test_every_experiment_leads_to_the_algorithm():
     for one in MADE:
         if one.kind == "experiment":
-            assert {"trial", "algorithm"} <= set(kinds(one.id)), one.id
+            assert {"experiment", "algorithm"} <= set(kinds(one.id)), one.id
     page = "ch03_planar_grids/s3_2_grid_sets"
     assert atlas().lines(page) == atlas().lines(page.partition("/")[2])
 
 
-TRIALS = """
-from functools import partial
-
-
+PAGE = """
 def inner(condition, rng):
     return {}
 
 
-def built(effort):
-    return Plan(partial(inner, 3), [{}], 1)
+@experiment("plain", artefact="ext_a")
+def plain(effort):
+    return Plan(inner, [{}], 1)
 """
-PLANS = {
-    "plain": ("Plan(trial=inner, conditions=[{}], trials=1)", "def inner("),
-    "by_module": ("Plan(trials.inner, [{}], 1)", "def inner("),
-    "elsewhere": ("trials.built(effort)", "def inner("),
-    "unnamed": ("Plan(lambda condition, rng: {}, [{}], 1)", "return Plan(lambda"),
-}
 
 
 @pytest.fixture
 def checkout(tmp_path):
     shutil.copytree(ROOT / "data/published", tmp_path / "data/published")
-    page = (
-        "from chapters.shared import trials\nfrom chapters.shared.trials import inner\n"
-    )
-    for name, (plan, _) in PLANS.items():
-        page += f'\n\n@experiment("{name}", artefact="ext_a")\n'
-        page += f"def {name}(effort):\n    return {plan}\n"
-    files = {"shared/trials.py": TRIALS, "ch02_x/s1_a/page.py": page}
-    for name, text in files.items():
-        path = tmp_path / "chapters" / name
-        path.parent.mkdir(parents=True)
-        path.write_text(text)
+    path = tmp_path / "chapters/ch02_x/s1_a/page.py"
+    path.parent.mkdir(parents=True)
+    path.write_text(PAGE)
     return tmp_path
-
-
-@pytest.mark.parametrize("name", PLANS)
-def test_a_trial_is_found_however_the_plan_names_it(checkout, name):
-    found = where.Whereabouts(checkout).lines(name)
-    (trial,) = [line for line in found if line.word == "trial"]
-    assert source_line(checkout, trial).strip().startswith(PLANS[name][1])
 
 
 QUOTING = """# %% [markdown]
@@ -136,9 +113,9 @@ def test_a_quoted_name_leads_to_the_line_that_made_it(checkout, monkeypatch):
     reader._opened.clear()
     assert run(page, checkout / f"report/build/quick/pages/{name}.ipynb") == 0
     found = where.Whereabouts(checkout).lines(f"{short}:count")
-    assert [n.word for n in found[:4]] == ["quoted", "value", "trial", "experiment"]
+    assert [n.word for n in found[:3]] == ["quoted", "value", "experiment"]
     assert source_line(checkout, found[1]) == QUOTING.splitlines()[6]
-    assert found[3].name == "plain"
+    assert found[2].name == "plain"
     assert found[-1].place == "figures/full/results/plain.json:1"
     value = where.Whereabouts(checkout).lines("early")[1]
     assert source_line(checkout, value) == '# value("early", 3)'

@@ -9,7 +9,6 @@ page, which records the line and the results that each name was made from.
 
 from __future__ import annotations
 
-import ast
 import difflib
 import json
 import re
@@ -23,7 +22,6 @@ from typing import NamedTuple
 from raxel.errors import InputError
 from repro.judge.ledger import load
 from repro.run.discover import PAGE_FILE, Producer, page_files, page_id, producers
-from repro.run.names import Place, Sources, defined_by, dotted
 from repro.run.reach import Reach
 from repro.run.rendered import manifest, rig_file
 
@@ -36,7 +34,7 @@ ROOMS = (
     ("lab", "sets", "io"),
     ("geometry", "show", "report"),
 )
-# Definitions that a result counts as between its trial and what reads it.
+# Definitions that a result counts as between its experiment and what reads it.
 STEPS_OF_RESULT = 3
 # Names of these endings belong to a number of the ledger (`repro.page.reader.values`).
 OF_NUMBER = re.compile(r"\.(low|high|text)$")
@@ -61,7 +59,6 @@ class Whereabouts:
         self.root = root
         self.made = producers(root)
         self.book = load(root)
-        self.sources = Sources(root)
         self.reach = Reach(root)
         self.named = cache(self.reach.named)
         self.pages = {page_id(root, path): path for path in page_files(root)}
@@ -129,13 +126,12 @@ class Whereabouts:
     def _computed(
         self, experiments: Iterable[Producer], readers: Iterable[tuple[str, str]]
     ) -> list[PlaceLine]:
-        """Trials and experiments, functions of the library, and rendered sets."""
+        """Experiments, functions of the library, and rendered sets."""
         found, starts, sets = [], [], {}
         for between, one in enumerate(experiments):
-            place, name, home = self.trial_of(one)
             steps = min(between, 1) * STEPS_OF_RESULT
-            starts += [(home, steps), ((one.module, one.function), steps + 1)]
-            found += [PlaceLine("trial", place, name), _line(one)]
+            starts.append(((one.module, one.function), steps))
+            found.append(_line(one))
             sets |= dict.fromkeys(_rendered(one))
         algorithms = dict.fromkeys(
             [*self._algorithms(starts), *self._algorithms([(r, 0) for r in readers])]
@@ -146,46 +142,6 @@ class Whereabouts:
             lines[-1] = lines[-1]._replace(name=f"{lines[-1].name}, and {left} more")
         rigs = [PlaceLine("set", f"{rig_file(name)}:1", name) for name in sets]
         return [*dict.fromkeys(found), *lines, *rigs]
-
-    def trial_of(self, one: Producer) -> tuple[str, str, tuple[str, str]]:
-        """Line and name of the function that a Plan runs, and where its code begins."""
-        place = self.sources.find(self.root / "chapters" / one.path, [one.function])
-        home = one.module, one.function
-        while place and isinstance(place.node, ast.FunctionDef):
-            home = self._module(place.path), place.node.name
-            calls = [n for n in ast.walk(place.node) if isinstance(n, ast.Call)]
-            plan = next((c for c in calls if dotted(c.func)[-1:] == ["Plan"]), None)
-            if plan:
-                named = {k.arg: k.value for k in plan.keywords}
-                trial = plan.args[0] if plan.args else named["trial"]
-                return self._named_trial(place, trial)
-            returned = [n.value for n in ast.walk(place.node) if _returns_call(n)]
-            name = dotted(returned[0].func) if returned else []
-            place = self.sources.find(place.path, name) if name else None
-        return f"chapters/{one.path}:{one.line}", one.function, home
-
-    def _named_trial(
-        self, inside: Place, node: ast.expr
-    ) -> tuple[str, str, tuple[str, str]]:
-        """The function that an expression of the function ``inside`` stands for."""
-        while isinstance(node, ast.Call):  # partial(trial, ...), trial_of(...)
-            is_partial = dotted(node.func)[-1:] == ["partial"]
-            node = node.args[0] if is_partial else node.func
-        name = dotted(node)
-        home = self._module(inside.path), inside.node.name
-        for local in ast.walk(inside.node):
-            if name and name == defined_by(local):
-                if isinstance(local, ast.Assign):
-                    return self._named_trial(inside, local.value)
-                return self._at(inside.path, local.lineno), name[0], home
-        found = self.sources.find(inside.path, name) if name else None
-        if found is None:
-            return self._at(inside.path, node.lineno), "lambda", home
-        return (
-            self._at(found.path, found.node.lineno),
-            name[-1],
-            (self._module(found.path), name[-1]),
-        )
 
     def _algorithms(
         self, starts: Sequence[tuple[tuple[str, str], int]]
@@ -306,10 +262,6 @@ def _rendered(one: Producer) -> list[str]:
     """The rendered sets, ``RIG/SEED``, that a producer opens at either size."""
     sizes = one.details.get("rendered", {})
     return list(dict.fromkeys(name for size in sizes for name in one.rendered(size)))
-
-
-def _returns_call(node: ast.AST) -> bool:
-    return isinstance(node, ast.Return) and isinstance(node.value, ast.Call)
 
 
 def _line(one: Producer) -> PlaceLine:

@@ -1,0 +1,73 @@
+"""`make pdf`: the chapters of a built site as one document, printed by Chromium.
+
+Every page of a chapter lies one folder below the site, so one page at that depth can
+hold all their articles: links to figures stay right, and figures stay vectors.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+# The budget is for formulas: MathJax sets them in the browser.
+OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--no-pdf-header-footer",
+    "--generate-pdf-document-outline",
+    "--virtual-time-budget=600000",
+)
+ARTICLE = re.compile(r"<article.*?</article>", re.DOTALL)
+STYLE = """<style>
+@page { size: A4; margin: 18mm 16mm; }
+body { font-size: 10pt; } article { break-before: page; }
+h1, h2, h3 { break-after: avoid; } figure, tr, pre { break-inside: avoid; }
+.headerlink, button { display: none; }
+</style>"""
+
+
+def book(site: Path) -> str:
+    """One HTML page: contents, then the articles of all chapters and appendices."""
+    chapters = [*sorted(site.glob("ch[0-9]*")), *sorted(site.glob("appendix_*"))]
+    contents, articles = [], []
+    for chapter in chapters:
+        index = ARTICLE.search((chapter / "index.html").read_text("utf-8"))[0]
+        names = dict.fromkeys(re.findall(r'href="([\w.-]+\.html)"', index))
+        for name in ("index.html", *names):
+            article = ARTICLE.search((chapter / name).read_text("utf-8"))[0]
+            title = re.search(r"<h1>(.*?)<a ", article, re.DOTALL)[1]
+            title = f"<b>{title}</b>" if name == "index.html" else title
+            place = f"{chapter.name}-{name.removesuffix('.html')}"
+            contents.append(f'<li><a href="#{place}">{title}</a></li>')
+            articles.append(article.replace("<article", f'<article id="{place}"', 1))
+    first = (chapters[0] / "index.html").read_text("utf-8")
+    head = re.search(r"<head>.*?</head>", first, re.DOTALL)[0]
+    listed = f"<h1>Raxel</h1><ul>{''.join(contents)}</ul>"
+    body = f"<body>{listed}{''.join(articles)}</body>"
+    return f"<!doctype html><html>{head}{STYLE}{body}</html>"
+
+
+def main(site: Path, out: Path) -> str:
+    """Print the book of ``site`` to ``out``; what is missing, or nothing."""
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if not (site / "index.html").is_file():
+        return f"no {site} yet: make report (or quick)"
+    if not browser:
+        return f"no browser to print with: install Chromium ({' or '.join(BROWSERS)})"
+    with TemporaryDirectory(dir=site) as folder:
+        page = Path(folder) / "book.html"
+        page.write_text(book(site), "utf-8")
+        order = [browser, *OPTIONS, f"--user-data-dir={folder}/user"]
+        order += [f"--print-to-pdf={out.resolve()}", str(page)]
+        done = subprocess.run(order, check=False, capture_output=True, text=True)
+    return "" if done.returncode == 0 else done.stderr[-500:]
+
+
+if __name__ == "__main__":
+    fault = main(*map(Path, sys.argv[1:]))
+    sys.exit(f"make pdf: {fault}" if fault else 0)
