@@ -187,8 +187,6 @@ class Result(Selection):
     def __init__(self, path: Path) -> None:
         self.path = path
         content = json.loads(path.read_text("utf-8"))
-        self.experiment: str = content["experiment"]
-        self.effort: str = content["effort"]
         self.settings: dict = content["settings"]
         self.trials_per_condition: int = content["trials_per_condition"]
         self.first_trial: int = content["first_trial"]
