@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from chapters.ch03_planar_grids.s3_2_grid_sets import experiment as pictures
-from chapters.ch03_planar_grids.s3_2_grid_sets.claims import judge_same_after_loc
+from chapters.ch03_planar_grids.s3_2_grid_sets.claims import (
+    judge_same_after_loc,
+    run_by_run,
+)
 from chapters.ch03_planar_grids.s3_2_grid_sets.experiment import (
     CLICKS,
     CONTOUR,
@@ -14,8 +17,8 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.experiment import (
     METHODS,
     MISPLACED,
     MISSED,
-    PICTURE,
     REFERENCE,
+    REST,
     SNAP,
     SPLIT,
     SPOTLESS,
@@ -36,7 +39,6 @@ from chapters.ch03_planar_grids.s3_2_grid_sets.report import (
     Which,
     errors,
     right,
-    seed_by_seed,
     seeds_of,
 )
 from chapters.shared.grids.detectors import CELECT, OPENCV, OPENCV_SB, is_right
@@ -248,7 +250,7 @@ def test_flaws_are_a_sets_and_a_seeds_and_noise_is_a_pictures(monkeypatch):
     pose = rig.draw_poses(np.random.default_rng(0), 1)[0]
 
     def taken(set_name, image, seed, poses):
-        return rig, pose, None, stream(set_name, image, seed, PICTURE)
+        return rig, pose, None, stream(set_name, image, seed, REST)
 
     def saved(rig, light, draws, specimen):
         return np.array([[specimen.random(), draws.random()]])
@@ -269,9 +271,15 @@ def test_flaws_are_a_sets_and_a_seeds_and_noise_is_a_pictures(monkeypatch):
 
 def test_a_predicate_about_nothing_decides_nothing():
     none, held, failed = (
-        seed_by_seed(holds, 1.0, "why")
+        run_by_run(holds, 1.0, "why")
         for holds in ([], [True, True, True], [True, False, True])
     )
-    assert (none.verdict, none.reason) == ("undecided", "why; no seed has any")
-    assert (held.verdict, held.reason) == ("reproduced", "why; true of 3 of 3 seeds")
-    assert (failed.verdict, failed.reason) == ("differs", "why; true of 2 of 3 seeds")
+    assert (none.verdict, none.reason) == ("undecided", "why; it applies to no run")
+    assert (held.verdict, held.reason) == (
+        "reproduced",
+        "why; true of 3 of 3 simulated runs",
+    )
+    assert (failed.verdict, failed.reason) == (
+        "differs",
+        "why; true of 2 of 3 simulated runs",
+    )

@@ -1,8 +1,6 @@
 """Answers to the exercises of section 3.3.2."""
 
-import math
-
-from chapters.ch03_planar_grids.s3_2_grid_sets.report import chance_of_split
+from scipy.stats import binom, binomtest
 
 ONLY_ONE, ONLY_OTHER = 27, 2
 SIDE_PX, SIDE_CORNERS = 120.0, 7
@@ -14,13 +12,20 @@ def split_task():
     Splits with 0, 1 or 2 on one side are 1 + 29 + 406 of 2^29 cases, and the same on
     the other side.
     """
+    count = ONLY_ONE + ONLY_OTHER
+    chance, this_split = (
+        float(binomtest(ONLY_OTHER, count).pvalue),
+        float(binom.pmf(ONLY_OTHER, count, 0.5)),
+    )
     return {
-        "expected": lambda: chance_of_split(ONLY_ONE, ONLY_OTHER),
+        "expected": lambda: chance,
         "hint": "which splits are at least as unequal as this one?",
         "slips": {
-            "That is one-sided.": lambda: chance_of_split(ONLY_ONE, ONLY_OTHER) / 2,
-            "More unequal splits count too.": lambda: 2 * this_split(),
-            "More unequal splits count too, and those of the other side.": this_split,
+            "That is one-sided.": lambda: chance / 2,
+            "More unequal splits count too.": lambda: 2 * this_split,
+            "More unequal splits count too, and those of the other side.": lambda: (
+                this_split
+            ),
         },
     }
 
@@ -56,12 +61,6 @@ def reach_task():
             ),
         },
     }
-
-
-def this_split():
-    """Return the probability of exactly this split."""
-    count = ONLY_ONE + ONLY_OTHER
-    return math.comb(count, ONLY_OTHER) / 2**count
 
 
 def reach_of_merging():

@@ -48,12 +48,12 @@ from repro.run import Plan, experiment
 # Images of the grids of section 3.3.2, one at a time.
 #
 # An image depends only on its number, a seed and the range of poses. Pose, light, glare
-# and noise are its own; the flaws of the mirror are the seed's.
+# and noise are its own; the flaws of the mirror depend on the seed alone.
 
 
 IMAGES = 15
 # Streams of random numbers of a seed.
-POSE, PICTURE, SPECIMEN, CLICKS = 0, 1, 2, 3
+POSE, REST, SPECIMEN, CLICKS = 0, 1, 2, 3
 
 
 class GridView(NamedTuple):
@@ -86,7 +86,7 @@ def taken(set_name, image, seed, poses):
     """Return (rig, pose, light on its sensor, Generator for the rest) of an image."""
     rig = rig_of(set_name, image, poses)
     pose = rig.draw_poses(stream(set_name, image, seed, POSE), 1)[0]
-    draws = stream(set_name, image, seed, PICTURE)
+    draws = stream(set_name, image, seed, REST)
     return rig, pose, light_of_board(rig, pose, draws), draws
 
 
@@ -169,7 +169,7 @@ MERGED, SPLIT = "corners merged", "corner split"
 MISPLACED = "corner misplaced"
 # A corner of an independent detector counts within this distance.
 INDEPENDENT_PX = 3.0
-PICTURE_MARGIN_PX, PICTURE_SIZE_PX = 40, 420
+CROP_MARGIN_PX, CROP_SIZE_PX = 40, 420
 
 
 def settings_of(set_name):
@@ -286,8 +286,8 @@ def share_found(image, truth):
     """
     import cv2
 
-    low = np.maximum(truth.min(axis=0).astype(int) - PICTURE_MARGIN_PX, 0)
-    high = truth.max(axis=0).astype(int) + PICTURE_MARGIN_PX
+    low = np.maximum(truth.min(axis=0).astype(int) - CROP_MARGIN_PX, 0)
+    high = truth.max(axis=0).astype(int) + CROP_MARGIN_PX
     part = np.ascontiguousarray(image[low[1] : high[1], low[0] : high[0]])
     seen = cv2.goodFeaturesToTrack(
         part, 4 * len(truth), 0.01, 3, useHarrisDetector=True
@@ -306,11 +306,11 @@ def drawn(view, result):
     """
     import cv2
 
-    low = view.corners.min(axis=0).astype(int) - PICTURE_MARGIN_PX
+    low = view.corners.min(axis=0).astype(int) - CROP_MARGIN_PX
     low = np.maximum(low, 0)
-    high = view.corners.max(axis=0).astype(int) + PICTURE_MARGIN_PX
+    high = view.corners.max(axis=0).astype(int) + CROP_MARGIN_PX
     part = view.colour[low[1] : high[1], low[0] : high[0]]
-    factor = max(1, int(np.ceil(max(part.shape[:2]) / PICTURE_SIZE_PX)))
+    factor = max(1, int(np.ceil(max(part.shape[:2]) / CROP_SIZE_PX)))
     size = part.shape[1] // factor, part.shape[0] // factor
     part = part[: size[1] * factor, : size[0] * factor]
     small = cv2.resize(part, size, interpolation=cv2.INTER_AREA)

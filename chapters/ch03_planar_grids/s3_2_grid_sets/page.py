@@ -2,10 +2,9 @@
 # # 3.3.2a CELECT and OpenCV with four non-perspective cameras
 #
 # **Question.** Calibration needs every corner of a chessboard in order, also in
-# images with strong distortion. The thesis photographed 15 grids with each of four
-# cameras: mirror ball, hyperboloidal mirror, fisheye and flexible mirror. Those
-# images are lost, so rendered ones replace them. How many grids does CELECT extract,
-# how many OpenCV, and how accurate are the corners?
+# images with strong distortion. The thesis recorded 15 grids with each of four
+# cameras. Those images are lost, so rendered ones replace them. How many grids does
+# CELECT extract, how many OpenCV, and how accurate are the corners?
 
 # %%
 from chapters.ch03_planar_grids.s3_2_grid_sets.exercises import (
@@ -68,11 +67,10 @@ from repro.run import Plan, experiments
 #
 # 1. **Current OpenCV extracts more grids than CELECT.** It extracts
 #    {glue:text}`s3_3_2_opencv_rate:.0f` %, CELECT {glue:text}`s3_3_2_celect_rate:.0f`
-#    %; hard poses give the same order. The thesis, with OpenCV of 2009, has 43 % and
-#    85 %.
+#    %; hard poses give the same order. The thesis has 43 % and 85 %.
 # 2. **CELECT loses contours more often than published.** A lost contour is the first
-#    failure in {glue:text}`contours` of {glue:text}`whole.lost` failed grids. Of
-#    all failed grids, {glue:text}`small.whole.lost` have small squares.
+#    failure in {glue:text}`contours` of {glue:text}`whole.lost` failed grids. Of all
+#    failed grids, {glue:text}`small.whole.lost` have small squares.
 # 3. **Two changes help.** With the camera's tone curve undone, CELECT extracts
 #    {glue:text}`whole.celect-linear:.0f` %. Our detector [without
 #    clicks](ext_without_clicks.ipynb) extracts {glue:text}`whole.raxel:.0f` %.
@@ -94,60 +92,56 @@ from repro.run import Plan, experiments
 # %% [markdown]
 # ## Terms
 #
-# - *CELECT*: the thesis's semi-automatic detector (section 3.1.2), which follows edge
-#   contours from four clicks.
+# - *CELECT*: the thesis's semi-automatic detector (section 3.1.2). From four clicks it
+#   follows *contours*, the edges between two rows of squares.
 # - *OpenCV*: the current `findChessboardCorners` with adaptive threshold; its
 #   sector-based variant (SB) is another interpretation.
-# - *Extracted*, *correct*: every corner is within 8 px of its true corner and nearer
-#   to it than to any other.
-# - *Contour*: the edge between two rows of squares that CELECT follows.
-# - *Merging distance* $t_8$: corner detections closer than $t_8$ become one corner. A
-#   side of $n$ corners, $L$ px long, has $s = L / 1.9n$ (about half a square) and
-#   $t_8 = 0.8 s$. *Small squares* have $t_8 < 4.5$ px.
+# - *Extracted*, *correct*: every corner is within 8 px of its true corner, which is
+#   the nearest one.
+# - *Merging distance* $t_8$: detections closer than $t_8$ become one corner. A side of
+#   $n$ corners, $L$ px long, has $s = L / 1.9n$ (about half a square) and $t_8 = 0.8
+#   s$. *Small squares* have $t_8 < 4.5$ px.
 # - *Localisation*: refinement by OpenCV's `cornerSubPix`.
 # - *Whole* and *hard* range: the poses defined below. Claims are judged on the whole
-#   range, with three simulated runs of 60 images; the hard range has one.
+#   range, with three simulated runs of 60 images.
 
 # %% [markdown]
 # ## What the thesis claims
 #
 # - CELECT extracts 51 of the 60 grids, OpenCV 26. Only 2 grids are extracted by
 #   OpenCV alone, 27 by CELECT alone.
-# - Before localisation, CELECT's corners are less accurate. After it, every corner is
-#   within 0.12 px of the requested precision of 0.1 px.
-# - Two of CELECT's nine failures are lost contours. The others are false, missed or
-#   merged corners.
-# - OpenCV fails mostly because one corner is missed.
+# - Before localisation, CELECT's corners are less accurate. Afterwards, no error
+#   exceeds the required precision of 0.1 px by more than 0.12 px.
+# - Two of CELECT's nine failures are lost contours. OpenCV mostly misses one corner.
 
 # %% [markdown]
 # ## Model
 #
-# Each camera is a rig: geometry, lens, light, dirt, sensor. [Table 3.3](#table_3_3)
-# lists sizes; the rig files state the origin of every value.
+# Each camera is a rig: geometry, lens, light, dirt, sensor ([Table
+# 3.3](#table_3_3)).
 #
-# - **Spherical**: a golden ball of 80 mm with 600 spots (our number). The grid blocks
-#   the light.
+# - **Spherical**: a golden ball of 80 mm with 600 spots.
 # - **Hyperboloidal**: dirt on the mirror and patches of glare.
 # - **Fisheye**: weak soft shadows; squares that vary along a contour.
 # - **Flexible Mirror**: an unevenly bent, twisted sheet in front of a noisy webcam
 #   with colour fringes.
 #
-# A pose has three angles, each drawn uniformly. *Polar*: between the board's centre
-# and the direction of the image centre. *Tilt*: between the board's normal and the
-# line of sight. *Subtense*: the apparent diagonal of the board with its white border.
+# A pose has three angles, drawn uniformly. *Polar*: between the board's centre and
+# the direction of the image centre. *Tilt*: between the board's normal and the line
+# of sight. *Subtense*: the apparent diagonal of the board with its border.
 #
 # | range | polar | hyperboloid | flexible mirror | tilt | subtense |
 # |---|---|---|---|---|---|
 # | whole | 0 to 70° | 40 to 110° | 0 to 25° | 0 to 70° | 35 to 125° |
 # | hard | 35 to 70° | 75 to 110° | 0 to 25° | 40 to 70° | 80 to 125° |
 #
-# The hard range was chosen first, in a trial with both detectors, because it still
-# troubles current OpenCV. It is therefore only a second interpretation. A pose counts
-# if the whole board is in the image and neighbouring corners are at least 9 px apart.
+# The hard range, with one run, was chosen in a trial because it troubles current
+# OpenCV. It is therefore only a second interpretation. A pose counts if the whole
+# board is visible and neighbouring corners are at least 9 px apart.
 #
 # All detectors receive the image and the numbers of corners. CELECT also receives
-# four simulated clicks. They scatter as in the thesis and start at the corner with
-# the smallest square.
+# four simulated clicks, which scatter as in the thesis and start at the smallest
+# square.
 
 # %% tags=["active-ipynb"]
 # show_code(grid_view, returned, is_right, in_place)
@@ -156,7 +150,7 @@ from repro.run import Plan, experiments
 # show_code(localised, errors_of, cause_of, from_smallest, undo_srgb)
 
 # %% [markdown]
-# The ball's images of one simulated run are rendered a second time without spots.
+# The ball's images of one simulated run are rendered again without spots.
 
 # %% [markdown]
 # ## Experiment
@@ -166,8 +160,8 @@ from repro.run import Plan, experiments
 def grid_trial(condition, rng):
     """Return the results of all detectors on one image.
 
-    Random draws are those of the image (`pictures`), so that other trials can use
-    the same one; `rng` is not used. CELECT is given the image, simulated clicks and
+    Random draws depend on the image alone, so that other trials can use the same
+    one; `rng` is not used. CELECT is given the image, simulated clicks and
     the counts; the others the image and the counts.
     """
     where = tuple(condition[k] for k in ("set", "image", "seed", "poses"))
@@ -308,23 +302,15 @@ def pictures_of_sets(effort, identifier):
 # %% [markdown]
 # ## Discussion
 #
-# - **Why OpenCV is ahead.** The detector of 2009 is not available, and the simulated
-#   background contains nothing that resembles a corner. Light, dirt, noise and mirror
-#   shapes are our choice.
-# - **Lost contours.** Most occur where squares are small. In the hard range the
-#   published proportion holds.
-# - **Split corners.** The Harris detector responds at the tips of the two dark
-#   squares. If the responses are farther apart than $t_8$, two corners remain. The
-#   tone curve shrinks dark squares and separates the tips. The thesis does not state
-#   the scale of its detector; a finer scale changes little.
-# - **Merged corners.** Along a shrinking side, the smallest step approaches $t_8$,
-#   which follows the mean step. CELECT extracts hardly any grid with steps below 1.2
-#   $t_8$.
-# - **Spots.** Without the spots on the ball, CELECT extracts clearly more grids, in
-#   both ranges.
-# - **Accuracy.** The thesis does not state the window of `cornerSubPix`. Its Table
-#   3.4 has a corner with an error of 7.33 px before and at most 0.1985 px after. A
-#   window that reaches 4 px cannot do that, so a half-window of 9 px is the primary
+# - **Why OpenCV is ahead.** The detector of 2009 is not available, and the background
+#   contains nothing that resembles a corner. Light, dirt, noise and mirror shapes are
+#   our choice.
+# - **Lost contours.** In the hard range the published proportion holds.
+# - **Split corners.** The corner detector of CELECT responds at the tips of the two
+#   dark squares. If the responses are farther apart than $t_8$, two corners remain.
+#   The tone curve shrinks dark squares and separates the tips.
+# - **Accuracy.** The thesis does not state the window of `cornerSubPix`. In its Table
+#   3.4 a corner moves by more than 7 px, so a half-window of 9 px is the primary
 #   interpretation. It can reach a neighbouring corner when squares are small. The
 #   verdict thus depends on the smallest square, which the thesis does not state. A
 #   reference from the same localiser hides a common bias.
@@ -333,10 +319,9 @@ def pictures_of_sets(effort, identifier):
 # ## Summary
 #
 # CELECT does not outperform the current OpenCV detector on these rendered sets,
-# although it did outperform that of 2009 on the thesis's photographs. Its failures
-# are mostly lost or split corners and contours in small squares. The published
-# accuracy after localisation holds nearly, provided that corners are far enough
-# apart.
+# although it did outperform that of 2009 on recorded images. The
+# published accuracy after localisation holds nearly, provided that corners are far
+# enough apart.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -351,8 +336,8 @@ def pictures_of_sets(effort, identifier):
 # an answer and run that cell again.
 #
 # **1.** 27 images are correct for one method alone and 2 for the other alone. How
-# likely is so unequal a split if both are equally good (McNemar's test, exact,
-# two-sided)?
+# likely is so unequal a split if both are equally good (exact two-sided McNemar
+# test)?
 
 # %% tags=["active-ipynb"]
 # check(None, **split_task())
