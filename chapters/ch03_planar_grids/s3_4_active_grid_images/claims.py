@@ -10,24 +10,15 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.experiment import (
     FILTERS,
 )
 from chapters.ch03_planar_grids.s3_4_active_grid_images.report import (
-    BOTH_PIXELS,
-    CASES,
-    CORNERS,
     FACETS,
-    FAR,
-    FAR_CASE,
-    FILTERED,
     LINES,
     METHODS,
     NAMES,
-    OF_CORNERS,
-    OF_LINES,
+    PRINTED,
     VECTOR_SCALE,
+    VIEW,
     Corners,
-    corners_of,
-    filtered,
     lines_of,
-    percent,
     spread_between,
     spread_gap,
 )
@@ -35,6 +26,9 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import rig_of
 from raxel.features.localise.subpix import TERMINATION_PX
 from repro.run import Case, Value, claim, counterpart, numbers
 
+BOTH_PIXELS = ("table_3_8_corners", "exp_c3_t38_native")
+OF_CORNERS = ("table_3_8_corners", "exp_c3_params_square")
+OF_LINES = ("fig_3_17_lines", "exp_c3_pitch_vertical")
 SENSOR_MM = 23.6  # width of the camera's sensor
 MAX_RATIO, MAX_LOSS = 1.25, 1.05
 MAX_SPEARMAN = -0.8
@@ -56,32 +50,30 @@ OF_TABLE = (
 @claim("c3_t38_order", needs=BOTH_PIXELS, evidence="rendered", readings=OF_TABLE)
 def judge_order(results, options):
     """Derivative below active grid below OpenCV below saddle point."""
-    case = corners_of(results, options)
-    mean = {m: case.statistic(m, "mean") for m in METHODS}
+    means = Corners(results, options).statistic("mean")
+    mean = dict(zip(METHODS, means, strict=True))
     order = ("derivative", "active grid", "OpenCV", "saddle point")
     steps = [mean[a] < mean[b] for a, b in pairwise(order)]
-    best = np.all([mean["derivative"] < mean[m] for m in METHODS[1:]], axis=0)
-    others = [mean[m] for m in METHODS if m != "saddle point"]
-    worst = np.all(mean["saddle point"] > others, axis=0)
+    best, worst = means.argmin(axis=0), means.argmax(axis=0)
     medians = ", ".join(f"{m} {np.median(mean[m]):.4f}" for m in METHODS)
     return counterpart(
         np.all(steps, axis=0),
         np.sum(steps, axis=0),
         "1",
         f"how many of the three orderings hold; median means {medians} px; "
-        f"derivative the best in {best.sum()} seeds, saddle point the worst "
-        f"in {worst.sum()}",
+        f"derivative the best in {np.sum(best == 0)} simulated runs, saddle point the "
+        f"worst in {np.sum(worst == 2)}",
     )
 
 
 @claim("c3_t38_close", needs=BOTH_PIXELS, evidence="rendered", readings=OF_TABLE)
 def judge_close(results, options):
     """Means of derivative, active grid and OpenCV within a factor of 1.25."""
-    case = corners_of(results, options)
-    means = np.array([case.statistic(m, "mean") for m in METHODS if "saddle" not in m])
+    without_saddle = ("derivative", "OpenCV", "active grid")
+    means = Corners(results, options).statistic("mean", without_saddle)
     ratio = means.max(axis=0) / means.min(axis=0)
     return counterpart(
-        ratio <= MAX_RATIO, ratio, "1", "largest of the three means over the least"
+        ratio <= MAX_RATIO, ratio, "1", "largest of the three means over the smallest"
     )
 
 
@@ -95,7 +87,7 @@ def judge_window(results, options):
     """Spearman of window and mean residual at most -0.8."""
     from scipy.stats import spearmanr
 
-    curves = corners_of(results, options).curve("derivative")
+    curves = Corners(results, options).curve("derivative")
     ranks = np.array([spearmanr(*curve).statistic for curve in curves])
     last = ", ".join(f"{w[-1]:g}" for w, _ in curves)
     return counterpart(
@@ -114,17 +106,21 @@ def judge_window(results, options):
 )
 def judge_square(results, options):
     """The best window differs with squares of half the apparent size."""
-    near = Corners(results[CORNERS], options)
-    far = Corners(results[FAR], options, FAR_CASE)
-    windows = {m: (near.best_window(m), far.best_window(m)) for m in METHODS[:3]}
-    least = np.min([np.abs(one - two) for one, two in windows.values()], axis=0)
-    best = [f"{m} {listed(a)} and {listed(b)}" for m, (a, b) in windows.items()]
+    near, far = (
+        np.array([Corners(results, options, far).best_window(m) for m in METHODS[:3]])
+        for far in (False, True)
+    )
+    smallest = np.abs(near - far).min(axis=0)
+    best = "; ".join(
+        f"{m} {', '.join(map(str, a))} and {', '.join(map(str, b))}"
+        for m, a, b in zip(METHODS, near, far, strict=False)
+    )
     return counterpart(
-        least > 0,
-        least,
+        smallest > 0,
+        smallest,
         "px",
-        "least difference over the three methods; best windows (px) near and "
-        f"far by seed: {'; '.join(best)}",
+        "smallest difference over the three methods; best windows (px) near and "
+        f"far by simulated run: {best}",
     )
 
 
@@ -135,48 +131,38 @@ def judge_square(results, options):
     readings=("active_corner", "lens_left"),
 )
 def judge_no_params(results, options):
-    """The same filters serve squares of half the apparent size, and none is better."""
-    left = {
-        case: {w: filtered(results[FILTERED], case, w, options) for w in FILTERS}
-        for case in CASES
-    }
-    near, far = (one[AS_TEXT] for one in left.values())
-    loss = np.max([of_best(AS_TEXT, one) for one in left.values()], axis=0)
-    medians = "; ".join(
-        f"{case} " + ", ".join(f"{w} {np.median(m):.4f}" for w, m in one.items())
-        for case, one in left.items()
+    """The same filters serve squares of half the apparent size; no other is better."""
+    taken = Case(NAMES, options)
+    path = list(FILTERS), taken["active_corner"], *taken["lens_left"], "mean"
+    ran = results["exp_c3_active_no_params"]
+    left = np.array([ran.select(case=case).column(*path) for case in ("near", "far")])
+    near, far = left[:, list(FILTERS).index(AS_TEXT)]
+    loss = np.max([near, far] / left.min(axis=1), axis=0)
+    of_near, of_far = (
+        ", ".join(f"{w} {m:.4f}" for w, m in zip(FILTERS, medians, strict=True))
+        for medians in np.median(left, axis=2)
     )
     return counterpart(
         (far <= MAX_RATIO * near) & (loss <= MAX_LOSS),
         far / near,
         "1",
         "mean residual where squares look half as large over that near; with the "
-        f"filters of 3.2.2 at most {loss.max():.3f} x the least of any filter; "
-        f"median means (px) by filter: {medians}",
+        f"filters of 3.2.2 at most {loss.max():.3f} x the smallest of any filter; "
+        f"median means (px) by filter: near {of_near}; far {of_far}",
     )
-
-
-def of_best(which, left):
-    """Return residuals with a filter over the smallest; left: filter -> (runs,)."""
-    return left[which] / np.min([*left.values()], axis=0)
-
-
-def listed(values):
-    """Return numbers as text."""
-    return ", ".join(f"{v:g}" for v in values)
 
 
 def radial_residuals(case, method):
     """Return signed radial residuals (n,) px of the outer quintile of each run."""
 
-    def of_seed(corners, vectors, middle):
+    def of_run(corners, vectors, middle):
         away = corners - middle
         radius = np.linalg.norm(away, axis=1)
         outer = radius >= np.nanquantile(radius, OUTER)
         return (vectors * away).sum(axis=1)[outer] / radius[outer]
 
     both = (case.arrays(method, name) for name in ("corners", "vectors"))
-    return list(map(of_seed, *both, case.trials.arrays("middle")))
+    return list(map(of_run, *both, case.trials.arrays("middle")))
 
 
 @claim(
@@ -189,20 +175,20 @@ def judge_radial(results, options):
     """The mean radial residual of the outer quintile is not 0."""
     from scipy.stats import ttest_1samp
 
-    case = Corners(results[CORNERS], options)
-    found = {method: radial_residuals(case, method) for method in METHODS}
-    p = {m: [ttest_1samp(one, 0).pvalue for one in seeds] for m, seeds in found.items()}
-    worst = np.max([*p.values()], axis=0)
+    case = Corners(results, options)
+    found = [radial_residuals(case, method) for method in METHODS]
+    p = np.array([[ttest_1samp(run, 0).pvalue for run in runs] for runs in found])
+    worst = p.max(axis=0)
     means = ", ".join(
-        f"{m} {np.median([x.mean() for x in found[m]]):+.4f} (p {np.median(p[m]):.2g})"
-        for m in METHODS
+        f"{m} {np.median([x.mean() for x in runs]):+.4f} (p {np.median(of_method):.2g})"
+        for m, runs, of_method in zip(METHODS, found, p, strict=True)
     )
     return counterpart(
         worst < SIGNIFICANCE,
         worst,
         "1",
-        "largest p of the four methods; median over seeds of the mean radial "
-        f"residual (px): {means}",
+        "largest p of the four methods; median over simulated runs of the mean "
+        f"radial residual (px): {means}",
     )
 
 
@@ -226,7 +212,7 @@ def judge_undistort(results, options):
         100 * after,
         "%",
         "largest distance from the line over its length, after; before it is "
-        f"{percent(np.median(before)):.2f} %",
+        f"{100 * np.median(before):.2f} %",
     )
 
 
@@ -235,8 +221,7 @@ def judge_undistort(results, options):
 )
 def judge_pitch(results, options):
     """Verticals straight to 1 %, and converging as the pitch predicts to 1 deg."""
-    wall = {"view": "long wall"}
-    lines = [x for ran in OF_LINES for x in lines_of(results[ran], options, **wall)]
+    lines = [x for ran in OF_LINES for x in lines_of(results[ran], options, view=VIEW)]
     gaps = np.array([spread_gap(x) for x in lines])
     bent = np.array([x.after[x.vertical].max() for x in lines])
     angles = [f"{x.pitch:.1f}: {spread_between(x, x.lean):.2f}" for x in lines]
@@ -246,7 +231,7 @@ def judge_pitch(results, options):
         "deg",
         "difference of the angle between the outermost verticals from the "
         f"predicted one; found, by pitch (deg): {', '.join(angles)}; "
-        f"most bent vertical {percent(bent.max()):.2f} % (seeds and pitches)",
+        f"most bent vertical {100 * bent.max():.2f} % (simulated runs and pitches)",
     )
 
 
@@ -260,37 +245,32 @@ def judge_disco(results, options):
     """Remapped corners within 0.1 square, where a static grid fails on half."""
     trials = results[FACETS].select()
     errors = np.array([np.nanmedian(e) for e in trials.arrays("corner_squares")])
-    right = trials.arrays(Case(NAMES, options)["static_grid"])
-    failed = np.array([np.mean(one < 0.5) for one in right])
+    shares = trials.arrays(Case(NAMES, options)["static_grid"])
+    failed = np.array([np.mean(one < 0.5) for one in shares])
     return counterpart(
         (errors <= MAX_SQUARES) & (failed >= FACETS_FAILED),
         errors,
         "squares",
         "median distance of remapped corners from their places; the static "
-        f"grid fails on {percent(failed.min()):.0f} % of the facets or more",
+        f"grid fails on {100 * failed.min():.0f} % of the facets or more",
     )
 
 
 @numbers("table_3_8", needs=("table_3_8_corners",), evidence="rendered")
 def numbers_of_table(results):
     """Return means, SDs and best settings of Table 3.8."""
-    case = Corners(results[CORNERS])
-    short = dict(
-        zip(METHODS, ("derivative", "opencv", "saddle", "active"), strict=True)
-    )
-    of_seeds = partial(Value.of_seeds, unit="px")
+    case, of_runs = Corners(results), partial(Value.of_seeds, unit="px")
     return {
         **{
-            f"t3_8_{name}_{which}": of_seeds(case.statistic(method, which))
-            for method, name in short.items()
+            f"t3_8_{name}_{which}": of_runs(found)
             for which in ("mean", "sd")
+            for name, found in zip(PRINTED.values(), case.statistic(which), strict=True)
         },
         **{
-            f"t3_8_{name}_win": of_seeds(case.best_window(method))
-            for method, name in short.items()
-            if method != "active grid"
+            f"t3_8_{PRINTED[method]}_win": of_runs(case.best_window(method))
+            for method in METHODS[:3]
         },
-        "t3_8_saddle_blur": of_seeds(case.best_blur()),
+        "t3_8_saddle_blur": of_runs(case.best_blur()),
         "t3_8_term": Value(TERMINATION_PX, unit="px"),
     }
 

@@ -1,11 +1,10 @@
 # %% [markdown]
 # # 3.3.4 Active grids on a chessboard, a fisheye and a faceted mirror
 #
-# **Question.** An active grid is useful for calibration only if it works with real
-# cameras. Given are rendered images of three scenes: a chessboard, a room through a
-# fisheye, a chessboard in a mirror of flat facets. Does the grid locate corners as
-# well as corner localisers? Does one grid remove fisheye distortion, and does it
-# recover the board in the facets?
+# **Question.** Three scenes are rendered: a chessboard, a room through a fisheye, and a
+# chessboard in a mirror of flat facets. Does an active grid locate corners as well as
+# corner localisers? Does it remove fisheye distortion, and recover the board in the
+# facets?
 
 # %%
 from chapters.ch03_planar_grids.s3_4_active_grid_images.exercises import (
@@ -62,13 +61,13 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # **Findings.**
 #
-# 1. **One active grid straightens the fisheye image.** The edge that is bent most
-#    deviates by {glue:text}`before.worst:.1f` % of its length before and
-#    {glue:text}`after.worst:.2f` % after remapping. The convergence of verticals
-#    agrees with the pitch of the grid to {glue:text}`vertical.gap:.2f`°.
+# 1. **One active grid straightens the fisheye image.** The most bent edge deviates
+#    by {glue:text}`before.worst:.1f` % of its length before and
+#    {glue:text}`after.worst:.2f` % after remapping. Verticals converge as the grid's
+#    pitch predicts, to {glue:text}`vertical.gap:.2f`°.
 # 2. **The chessboard in the faceted mirror is recovered where it is visible.** Of 225
 #    corners, {glue:text}`facets.corners` can be measured, with a median error far
-#    below 0.1 square. No detector finds the board.
+#    below 0.1 square.
 # 3. **The order of Table 3.8 is not reproduced.** The saddle point method is worst in
 #    the thesis and best here. At the camera's own pixels the derivative method is
 #    best, with {glue:text}`native.derivative:.4f` px.
@@ -94,80 +93,66 @@ from repro.run import Plan, experiment
 #   each pixel decodes the screen position that it sees.
 # - *Localisers* (3.1.3): the *derivative* and *saddle point* methods of the thesis,
 #   and *OpenCV*'s `cornerSubPix`.
-# - *Window*, *blur*: full width of the region that a localiser uses, and SD of the
-#   Gaussian blur before it (px).
-# - *Residual*: distance (px) of a corner from the metric grid, fitted by a
-#   homography.
-# - *Binned pixels*: 3 × 3 *own pixels* of the Nikon D200 as one; images here are
-#   binned unless stated.
+# - *Window*: full width (px) of a localiser's region.
+# - *Residual*: distance (px) of a corner from the metric grid after a homography.
+# - *Binned pixels*: 3 × 3 *own pixels* of the camera as one, the default here.
 # - *Raster*: dark frames between monitor pixels.
 # - *Remapping*: placing pixel values at decoded screen positions.
 # - *Static grid*: ordinary chessboard, interpolated between corners.
-# - *Simulated run*: random setup, calibration images and noise; three per scene (one
-#   in quick builds).
+# - *Simulated run*: random setup and noise; three per scene.
 
 # %% [markdown]
 # ## What the thesis claims
 #
 # A monitor shows a chessboard, then an active grid, at the same position. All images
-# are undistorted with Zhang's method {cite}`zhang2000`. Residuals of the localised
-# corners are compared (Table 3.8):
+# are undistorted with Zhang's method {cite}`zhang2000`. By the residuals (Table 3.8):
 #
 # - The derivative method is best, closely followed by the active grid and OpenCV; the
 #   saddle point method is worst.
 # - The derivative method improves with larger windows. The best settings depend on
 #   the apparent size of squares.
-# - Some radial distortion remains (Fig. 3.16).
+# - Some radial distortion remains.
 #
-# Remapped to one grid's plane, a fisheye image has straight lines, and its verticals
-# converge because of the grid's pitch (Fig. 3.17). A chessboard in a mirror ball is
-# reassembled (Fig. 3.18).
+# Remapped to one grid's plane, a fisheye image has straight lines; its verticals
+# converge because of the grid's pitch. A chessboard in a mirror ball is reassembled.
 
 # %% [markdown]
 # ## Model
 #
 # **A corner in decoded data.** Pixel $\mathbf{p}$ sees the screen position
-# $\mathbf{l}(\mathbf{p})$ (mm). Sought is the image of the corner at $\mathbf{c}$. As
-# in the thesis, take the four pixels with positions nearest to $\mathbf{c}$, no three
-# collinear. They determine a homography $H$ with $\mathbf{p}_k \sim H\,\mathbf{l}_k$;
-# the corner is $H\,\mathbf{c}$.
+# $\mathbf{l}(\mathbf{p})$ (mm). For the corner at $\mathbf{c}$, take the four pixels
+# with positions nearest to $\mathbf{c}$, no three collinear. They determine a
+# homography $H$ with $\mathbf{p}_k \sim H\,\mathbf{l}_k$. The corner's image is
+# $H\,\mathbf{c}$.
 
 # %% tags=["active-ipynb"]
 # show_code(at_four_pixels)
 
 # %% [markdown]
 # **Remapping to the grid's plane.** In any other image from the same pose, the value
-# of pixel $\mathbf{p}$ belongs at $\mathbf{l}(\mathbf{p})$. No camera model is
-# fitted. For a central camera, the result is a pinhole image with the grid as image
-# plane, so straight lines are straight.
+# of pixel $\mathbf{p}$ belongs at $\mathbf{l}(\mathbf{p})$. For a central camera, the
+# result is a pinhole image with the grid as image plane, so straight lines are
+# straight.
 #
 # **Verticals.** World verticals map to lines through one point: where the vertical
-# through the camera's centre meets the plane. With $d$ the distance of the centre
-# from the plane and $\theta$ the pitch, that point is $d / \tan\theta$ from the foot
-# of the perpendicular. It determines the inclination of every remapped vertical.
+# through the camera's centre meets the plane. At distance $d$ from the plane and
+# pitch $\theta$, it is $d / \tan\theta$ from the foot of the perpendicular.
 
 # %% tags=["active-ipynb"]
 # show_code(predicted_lean)
 
 # %% [markdown]
-# **Facets.** In flat facets, neighbouring pixels may see distant screen positions.
-# The decoder treats each pixel independently, so jumps do not matter.
+# **Facets.** Neighbouring pixels may see distant screen positions. Each pixel is
+# decoded independently, so jumps do not matter.
 
 # %% [markdown]
 # ## Experiment
 #
-# The monitor is 301.5 mm wide, as in section 3.3.3, and shows 8 × 8 cells in 20
-# patterns.
+# The monitor is 301.5 mm wide and shows 8 × 8 cells in 20 patterns. A Nikon D200 has
+# a lens of 24 mm for Table 3.8 and a fisheye of 10.5 mm for the furnished room of
+# Fig. 3.17. Another camera views a mirror ball (Fig. 3.18).
 #
-# | | Table 3.8, Fig. 3.16 | Fig. 3.17 | Fig. 3.18 |
-# |---|---|---|---|
-# | camera | D200, zoom at 24 mm | D200, fisheye of 10.5 mm | views a mirror ball |
-# | image | 1290 × 864 px | 1290 × 864 px | 660 × 900 px |
-# | monitor shows | chessboard, 20 patterns | 20 patterns | chessboard, 20 patterns |
-# | then | | a furnished room | |
-#
-# All localisers are tried with the same windows and blurs. As in the thesis, the
-# setting with the smallest mean residual counts.
+# All localisers are tried with the same windows, and the best setting counts.
 
 # %%
 WHAT = {"grid": "20 patterns, 8 x 8 cells", "board": "15 x 15 corners"}
@@ -227,10 +212,8 @@ def fig_3_18_facets(effort):
 # show_code(corner_trial, sweep)
 
 # %% [markdown]
-# A binned pixel is about as large as the image of a monitor pixel and cannot resolve
-# the raster. Corners are therefore localised again at the camera's own pixels, in
-# patches around each. There, a monitor pixel is a bright opening, 0.8 of its width
-# and height, in a dark frame.
+# Binned pixels cannot resolve the raster. Corners are therefore localised again at
+# the camera's own pixels, in patches around each.
 
 # %% tags=["active-ipynb"]
 # show_code(native_trial, opened)
@@ -260,40 +243,24 @@ def fig_3_18_facets(effort):
 # ## Discussion
 #
 # - **Order of the methods.** Localiser errors here come from noise, blur and rounding
-#   alone, so small windows lose nothing. All means are a fraction of the published
-#   ones. Only the saddle point method has another rank.
-# - **Own pixels.** The derivative method is best and improves with every larger
-#   window; the active grid is worst. The raster is not the reason: without it, the
-#   localisers have the same order. These patches lack distortion, resampling and the
-#   second rounding. That, or the pixel size, changes the order. Neither case explains
-#   errors of 0.1 px.
-# - **Rounding.** Sinusoids recorded with little noise in 8 bits become steps, and
-#   undistortion rounds again. Such errors do not average out over a window.
-# - **Filters.** The active grid has no parameters, but filters of 7 × 7 pixels
-#   (sinusoids) and 3 × 3 (positions). Both help at both sizes of squares; wider ones
-#   were not tried.
-# - **Remaining distortion.** Residuals point outwards in the image corners, but not
-#   significantly for every method. They depend on the third radial term of the lens,
-#   our choice; Zhang's method fits two.
-# - **Fisheye.** The verdict requires an edge bent by at least 5 % before remapping.
-#   Only the most bent edges of one of two views qualify. Most of the remaining
-#   deviation is edge detection error.
-# - **Tone curve.** The simulated response has a second harmonic only, as Fig. 3.9 of
-#   the thesis suggests. A third would shift positions inside cells.
-# - **Faceted mirror.** The facets have gaps, so positions jump, and the decoder
-#   detects it. Facets that meet edge to edge would fold the positions, which is not
-#   detected and biases filtered positions. Light scattered between facets, the noise
-#   that the thesis names, is not simulated.
-# - **Static grid.** Even with the true pixel of every visible corner, no facet pixel
-#   is inside a usable square.
+#   alone. All means are a fraction of the published ones.
+# - **Own pixels.** The derivative method improves with every larger window; the
+#   active grid is worst. These patches lack distortion, resampling and the second
+#   rounding. That, or the pixel size, changes the order.
+# - **Rounding.** With little noise, 8 bits turn sinusoids into steps, which no window
+#   averages out.
+# - **Remaining distortion.** It depends on the third radial term of the lens, our
+#   choice; Zhang's method fits two.
+# - **Fisheye.** The verdict requires an edge bent by at least 5 %. Only the most bent
+#   edges of one of two views qualify.
+# - **Faceted mirror.** Light scattered between facets is not simulated.
 
 # %% [markdown]
 # ## Summary
 #
 # An active grid straightens a fisheye image and reassembles a chessboard in a faceted
-# mirror, as the thesis shows. The ranking of Table 3.8 is not reproduced: it changes
-# with the pixels, and rounding causes much of the active grid's error. Every verdict
-# rests on few simulated runs, and two depend on the interpretation.
+# mirror, as in the thesis. The ranking of Table 3.8 is not reproduced and changes with
+# the pixels. Every verdict rests on few simulated runs.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -307,23 +274,22 @@ def fig_3_18_facets(effort):
 # Open this page as a notebook (`make lab`) and run all cells. Then replace `None` by
 # an answer and run that cell again.
 #
-# **1.** A grid with a pitch of 10° has its plane 110 mm from the lens. How far (mm)
-# from the foot of the perpendicular do all verticals meet in the remapped image?
+# **1.** A grid with a pitch of 10° is 110 mm from the lens. How far (mm) from the foot
+# of the perpendicular do remapped verticals meet?
 
 # %% tags=["active-ipynb"]
 # check(None, **vertical_task())
 
 # %% [markdown]
 # **2.** A flat facet of 19 mm faces the camera 560 mm away and a monitor 140 mm away
-# (rotated so little that all angles are right). How many mm of the monitor does it
-# show?
+# (all angles are right). How many mm of the monitor does it show?
 
 # %% tags=["active-ipynb"]
 # check(None, **facet_task())
 
 # %% [markdown]
-# **3.** A tone curve shifts a phase by 0.007 rad. A cell is 37.7 mm wide. By how many
-# mm does the decoded position move?
+# **3.** A tone curve shifts a phase by 0.007 rad. By how many mm does the decoded
+# position move in a cell of 37.7 mm?
 
 # %% tags=["active-ipynb"]
 # check(None, **phase_task())

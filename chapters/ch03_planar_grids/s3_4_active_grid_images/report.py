@@ -17,13 +17,8 @@ from repro.run import Case, Check, Drawing, Measured, Table, columns, figure, ta
 
 
 CORNERS, FAR = "table_3_8_corners", "exp_c3_params_square"
-FILTERED = "exp_c3_active_no_params"
 LINES, HALF_PITCH = "fig_3_17_lines", "exp_c3_pitch_vertical"
-FACETS = "fig_3_18_facets"
-NATIVE = "exp_c3_t38_native"
-BOTH_PIXELS = ("table_3_8_corners", "exp_c3_t38_native")
-OF_CORNERS = ("table_3_8_corners", "exp_c3_params_square")
-OF_LINES = ("fig_3_17_lines", "exp_c3_pitch_vertical")
+FACETS, NATIVE = "fig_3_18_facets", "exp_c3_t38_native"
 # Questions that the text does not settle: option in the registry -> name in the trials.
 NAMES = {
     "opencv_window": {"full window": "OpenCV", "half window": "OpenCV half"},
@@ -31,7 +26,7 @@ NAMES = {
         "four nearest pixels": "four nearest pixels",
         "local fit": "local fit",
     },
-    "lens_left": {"as left by Zhang's method": "", "true lens": "true_lens."},
+    "lens_left": {"as left by Zhang's method": (), "true lens": ("true_lens",)},
     "undistorted_bits": {"8 bits": "near", "16 bits": "16 bits"},
     "edge_blur": {
         "as on the camera's own pixels": "near",
@@ -47,43 +42,48 @@ NAMES = {
     "static_grid": {"all facets together": "across", "each facet alone": "within"},
 }
 METHODS = ("derivative", "OpenCV", "saddle point", "active grid")
-FAR_CASE = "far"
-CASES = ("near", FAR_CASE)
 VECTOR_SCALE = 200  # of Fig. 3.16
+VIEW = "long wall"
 
 
 class Corners:
-    """Table 3.8 in one interpretation. ran: its experiment; options: by question."""
+    """Table 3.8 in one interpretation: results by experiment, options by question.
 
-    def __init__(self, ran, options=None, case=None):
-        self.taken = Case(NAMES, options)
-        changed = (self.taken[q] for q in ("undistorted_bits", "edge_blur"))
-        self.case = case or next((name for name in changed if name != "near"), "near")
-        self.trials = ran.select(case=self.case)
+    far: whether the chessboard is that of half the apparent size.
+    """
 
-    def name(self, method):
-        """Return the trial's name of a method."""
-        questions = {"active grid": "active_corner", "OpenCV": "opencv_window"}
-        return self.taken[questions[method]] if method in questions else method
+    def __init__(self, results, options=None, far=False):
+        taken = Case(NAMES, options)
+        changed = {taken["undistorted_bits"], taken["edge_blur"]} - {"near"}
+        case = "far" if far else min(changed, default="near")
+        self.trials = results[FAR if far else taken["picture_pixels"]].select(case=case)
+        self.lens = taken["lens_left"]
+        self.names = dict(zip(METHODS, METHODS, strict=True)) | {
+            "OpenCV": taken["opencv_window"],
+            "active grid": taken["active_corner"],
+        }
 
-    def statistic(self, method, which):
-        """Return the mean or SD (runs,) px of the residuals with the best setting."""
-        return self.trials.column(
-            f"{self.name(method)}.{self.taken['lens_left']}{which}"
-        )
+    def statistic(self, which, methods=METHODS):
+        """Return the mean or SD (methods, runs) px of residuals, best setting."""
+        names = [self.names[method] for method in methods]
+        return self.trials.column(names, *self.lens, which)
 
     def arrays(self, method, which):
         """Return an array of each run."""
-        return self.trials.arrays(f"{self.name(method)}.{which}")
+        return self.trials.arrays(self.names[method], which)
 
     def settings(self, name):
         """Return the windows or blurs (n,) that were tried."""
         return np.array(self.trials.conditions[0][name])
 
     def curve(self, method):
-        """Return (windows (n,), mean residual (n,)) of each run, valid windows only."""
+        """Return (windows (n,), mean residual (n,)) of each run, valid windows only.
+
+        Means are those with the best blur, where blurs were tried.
+        """
         windows = self.settings("windows")
-        best = [over_blurs(means) for means in self.arrays(method, "means")]
+        means = [one.reshape(-1, len(windows)) for one in self.arrays(method, "means")]
+        best = [one.min(axis=0) for one in means]
         return [(windows[np.isfinite(b)], b[np.isfinite(b)]) for b in best]
 
     def best_window(self, method):
@@ -97,24 +97,6 @@ class Corners:
         """Return the blur SD (px) of the saddle point method's best setting, by run."""
         means = self.arrays("saddle point", "means")
         return self.settings("blurs")[[one.min(axis=1).argmin() for one in means]]
-
-
-def filtered(ran, case, which, options=None):
-    """Return the active grid's mean residual (runs,) px near or far, with a filter."""
-    taken = Case(NAMES, options)
-    name = f"{which}.{taken['active_corner']}.{taken['lens_left']}mean"
-    return ran.select(case=case).column(name)
-
-
-def corners_of(results, options=None):
-    """Return Table 3.8 in one interpretation, from the experiment with its pixels."""
-    taken = Case(NAMES, options)
-    return Corners(results[taken["picture_pixels"]], options)
-
-
-def over_blurs(means):
-    """Return mean residuals (windows,) with the best blur, where blurs were tried."""
-    return means.min(axis=0) if means.ndim == 2 else means
 
 
 class RoomLines(NamedTuple):
@@ -132,9 +114,11 @@ class RoomLines(NamedTuple):
 def lines_of(ran, options=None, **condition):
     """Return `RoomLines` of each run that matches; options: by question."""
     kind, trials = Case(NAMES, options)["line_points"], ran.select(**condition)
-    bends = f"before.{kind}", f"after.{kind}"
-    others = "vertical", "lean_deg", "predicted_deg", "place"
-    arrays = [trials.arrays(name) for name in (*bends, *others)]
+    paths = (
+        *(("before", kind), ("after", kind)),
+        *(("vertical",), ("lean_deg",), ("predicted_deg",), ("place",)),
+    )
+    arrays = [trials.arrays(*path) for path in paths]
     pitches = map(float, trials.column("pitch_deg"))
     return [RoomLines(*one) for one in zip(*arrays, pitches, strict=True)]
 
@@ -157,27 +141,21 @@ def spread_gap(lines):
     )
 
 
-def percent(share):
-    """Return a share in percent."""
-    return 100 * float(share)
-
-
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    wall = {"view": "long wall"}
-    found = lines_of(open_results(LINES), **wall)
+    found = lines_of(open_results(LINES), view=VIEW)
     half = lines_of(open_results(HALF_PITCH))
-    rounded_less = Corners(open_results(CORNERS), {"undistorted_bits": "16 bits"})
+    results = {name: open_results(name) for name in (CORNERS, NATIVE)}
+    in_16_bits = Corners(results, {"undistorted_bits": "16 bits"})
+    native = Corners(results, {"picture_pixels": "native pixels"})
     measured = open_results(FACETS).select().arrays("corner_squares")
     quoted = {
-        "before.worst": percent(np.median([x.before.max() for x in found])),
-        "after.worst": percent(np.median([x.after.max() for x in found])),
+        "before.worst": 100 * np.median([x.before.max() for x in found]),
+        "after.worst": 100 * np.median([x.after.max() for x in found]),
         "vertical.gap": float(max(spread_gap(x) for x in found + half)),
         "facets.corners": int(np.median([np.isfinite(e).sum() for e in measured])),
-        "16_bits.active_grid": np.median(rounded_less.statistic("active grid", "mean")),
-        "native.derivative": np.median(
-            Corners(open_results(NATIVE)).statistic("derivative", "mean")
-        ),
+        "16_bits.active_grid": np.median(in_16_bits.statistic("mean")[3]),
+        "native.derivative": np.median(native.statistic("mean")[0]),
     }
     for name, number in quoted.items():
         value(name, number)
@@ -192,7 +170,7 @@ FINER_SCALE = 2000
 @figure("fig_3_16", needs=("table_3_8_corners",), evidence="rendered")
 def fig_3_16(results):
     """Draw residual vectors of the four methods, first simulated run."""
-    case = Corners(results[CORNERS])
+    case = Corners(results)
     drawn, axes = new_figure(2, 4, height_in=4.6, sharex=True, sharey=True)
     rows, worst = [], 0.0
     for k, method in enumerate(METHODS):
@@ -211,15 +189,13 @@ def fig_3_16(results):
             panel.set(
                 aspect="equal",
                 title=f"({'abcd'[k]}) {method}" if panel in axes[0] else "",
+                xlabel="u (px)" if panel in axes[1] else "",
+                ylabel=f"{scale} ×: v (px)" if k == 0 else "",
             )
         mean = np.nanmean(np.linalg.norm(vectors, axis=1))
-        worst = max(worst, abs(mean - case.statistic(method, "mean")[0]))
+        worst = max(worst, abs(mean - case.statistic("mean")[k, 0]))
         rows += [(method, *at, *off) for at, off in zip(corners, vectors, strict=True)]
     axes[0, 0].invert_yaxis()
-    for panel in axes[1]:
-        panel.set_xlabel("u (px)")
-    for panel, scale in zip(axes[:, 0], (VECTOR_SCALE, FINER_SCALE), strict=True):
-        panel.set_ylabel(f"{scale} ×: v (px)")
     return Drawing(
         drawn,
         columns(("method", "u_px", "v_px", "du_px", "dv_px"), rows),
@@ -244,12 +220,12 @@ ORANGE = "#d55e00"
 def fig_3_18(results):
     """Draw the image, and its remapping over the true grid."""
     ran = results[FACETS].select()
-    picture, laid, seen, metric, off = (
+    image, laid, seen, metric, off = (
         ran.arrays(name)[0]
         for name in ("picture", "laid", "seen", "metric", "corner_squares")
     )
     drawn, axes = new_figure(1, 2, height_in=3.9, width_ratios=(0.9, 1.3))
-    axes[0].imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
+    axes[0].imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
     shown = np.where(seen, laid / 255.0, true_grid(laid.shape, metric))
     axes[1].imshow(shown, cmap="gray", vmin=0, vmax=1, interpolation="antialiased")
     known = np.isfinite(off)
@@ -297,23 +273,21 @@ def true_grid(shape, metric):
 # Fig. 3.17: the room through the fisheye, and remapped.
 
 
-VIEW = "long wall"
-
-
 @figure("fig_3_17", needs=("fig_3_17_lines",), evidence="rendered")
 def fig_3_17(results):
     """Draw the room through the fisheye, and remapped to the active grid's plane."""
     ran = results[LINES]
-    taken, laid = (ran.select(view=VIEW).arrays(name)[0] for name in ("taken", "laid"))
+    images = [ran.select(view=VIEW).arrays(name)[0] for name in ("taken", "laid")]
     lines = lines_of(ran, view=VIEW)[0]
     drawn, axes = new_figure(1, 2, height_in=2.9)
-    for panel, picture, title in zip(
-        axes, (taken, laid), ("(a) as taken", "(b) remapped"), strict=True
+    for panel, image, title in zip(
+        axes, images, ("(a) as taken", "(b) remapped"), strict=True
     ):
-        panel.imshow(picture, interpolation="antialiased")
+        panel.imshow(image, interpolation="antialiased")
         panel.set_axis_off()
         panel.set_title(title)
     rows = zip(lines.before, lines.after, lines.vertical, strict=True)
+    width = rig_of(ran.conditions[0]["rig"]).camera.width
     return Drawing(
         drawn,
         columns(("bent_before", "bent_after", "vertical"), rows),
@@ -321,49 +295,50 @@ def fig_3_17(results):
         f"to the plane of one active grid, {STRAIGHT_MM_PER_PX:g} mm per px. Black: "
         "not decoded. Verticals converge because the grid is pitched.",
         Check(
-            bool(np.any(laid > 0)) and taken.shape[1] == rig_width(ran),
+            bool(np.any(images[1] > 0)) and images[0].shape[1] == width,
             "the image has the width of the rig's camera, and part of it is remapped",
         ),
     )
 
 
-def rig_width(ran):
-    """Return the width (px) of the rig's images."""
-    return rig_of(ran.conditions[0]["rig"]).camera.width
-
-
 # Table 3.8, and the numbers of Fig. 3.18.
 
 
-# Names of the methods in the registry's ids.
-PRINTED = ("derivative", "opencv", "saddle", "active")
-
-
-of_seeds = Measured.of_seeds
+# Method -> its name in the registry's ids.
+PRINTED = {
+    "derivative": "derivative",
+    "OpenCV": "opencv",
+    "saddle point": "saddle",
+    "active grid": "active",
+}
 
 
 @table("table_3_8", needs=("table_3_8_corners",), evidence="rendered")
 def table_3_8(results):
     """Return the errors of four methods with their best settings."""
-    case = Corners(results[CORNERS])
-    windows = [of_seeds(case.best_window(m)) for m in METHODS[:3]]
-    blur = of_seeds(case.best_blur())
+    case, of_runs = Corners(results), Measured.of_seeds
     return Table(
         {
-            "Method": list(METHODS),
-            "Mean (px)": [of_seeds(case.statistic(m, "mean")) for m in METHODS],
-            "SD (px)": [of_seeds(case.statistic(m, "sd")) for m in METHODS],
-            "Best window (px)": [*windows, None],
-            "Best blur SD (px)": [None, None, blur, None],
+            "Method": METHODS,
+            "Mean (px)": [of_runs(mean) for mean in case.statistic("mean")],
+            "SD (px)": [of_runs(sd) for sd in case.statistic("sd")],
+            "Best window (px)": [
+                *(of_runs(case.best_window(m)) for m in METHODS[:3]),
+                None,
+            ],
+            "Best blur SD (px)": [None, None, of_runs(case.best_blur()), None],
         },
         "Residuals of the corners of one chessboard after a homography from the "
         "metric grid, with the window and blur of the smallest mean residual: median "
         f"and range over {len(case.trials.conditions)} simulated runs. Images are "
         "undistorted with Zhang's calibration.",
         printed={
-            "Mean (px)": [f"t3_8_{name}_mean" for name in PRINTED],
-            "SD (px)": [f"t3_8_{name}_sd" for name in PRINTED],
-            "Best window (px)": [*(f"t3_8_{name}_win" for name in PRINTED[:3]), None],
+            "Mean (px)": [f"t3_8_{name}_mean" for name in PRINTED.values()],
+            "SD (px)": [f"t3_8_{name}_sd" for name in PRINTED.values()],
+            "Best window (px)": [
+                *(f"t3_8_{PRINTED[method]}_win" for method in METHODS[:3]),
+                None,
+            ],
         },
     )
 
@@ -373,10 +348,7 @@ def ext_fig_3_18_numbers(results):
     """Return the results of the mirror ball by simulated run."""
     trials = results[FACETS].select()
     off = trials.arrays("corner_squares")
-    count = {
-        name: [int(n) for n in trials.column(name)]
-        for name in ("facets", "corners", "detector_found")
-    }
+    facets, corners, found = trials.column(("facets", "corners", "detector_found"))
     all_together, alone = (
         [float(100 * np.mean(one < 0.5)) for one in trials.arrays(name)]
         for name in NAMES["static_grid"].values()
@@ -384,14 +356,14 @@ def ext_fig_3_18_numbers(results):
     return Table(
         {
             "Run": trials.levels("seed"),
-            "Facets with the monitor": count["facets"],
-            "Corners of the board": count["corners"],
+            "Facets with the monitor": facets.astype(int),
+            "Corners of the board": corners.astype(int),
             "Corners measured": [int(np.isfinite(e).sum()) for e in off],
             "Median error (squares)": [float(np.nanmedian(e)) for e in off],
             "Largest error (squares)": [float(np.nanmax(e)) for e in off],
             "Static grid fails, all facets (%)": all_together,
             "Static grid fails, each alone (%)": alone,
-            "Boards found by a detector": count["detector_found"],
+            "Boards found by a detector": found.astype(int),
         },
         "Corners of the chessboard reassembled from the facets, by simulated run. A "
         "static grid fails on a facet if less than half of its pixels get a position "

@@ -71,7 +71,7 @@ def decoded(image_set, view, prepare=lambda picture: picture, **options):
     return found, chessboard
 
 
-# Conditions of section 3.3.4: rigs, seeds, settings, and the sets they read.
+# Conditions of section 3.3.4: rigs, runs, settings, and the sets they read.
 
 
 SMALL = {"quick": "-small", "full": ""}
