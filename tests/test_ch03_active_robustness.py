@@ -131,7 +131,7 @@ def judged(judge, residual, **options):
 def by_measure(judge, residual, **options):
     """Verdicts by what tells how far corners are off."""
     readings = readings_of(judge, {"fig_3_15_sweeps": swept(residual, **options)})
-    found = {measure: set() for measure in results.MEASURES}
+    found = {measure: set() for measure in (results.BY_GRID, results.BY_TRUTH)}
     for one in readings:
         found[one.reading["corner_measure"]].add(one.verdict)
     return found[results.BY_GRID], found[results.BY_TRUTH]

@@ -306,7 +306,7 @@ def residual_mm(corners, location, points):
 
 
 def rms(lengths):
-    """Return the root mean square of the finite values; NaN if there are none."""
+    """Return the root mean square of the finite values; NaN if no value is."""
     if not np.isfinite(lengths).any():
         return float("nan")
     return float(np.sqrt(np.nanmean(lengths**2)))
@@ -318,7 +318,7 @@ def rms(lengths):
 RIG = "monitor-d200-small"
 FILES = ("data/rigs/monitor-d200-small.yaml",)
 TURNS_DEG = {"quick": (0, 60), "full": (0, 14, 28, 42, 56, 70)}
-# Exponent of the cosine fall-off, gamma of the camera, number of seeds. The first is
+# Exponent of the cosine fall-off, gamma of the camera, number of runs. The first is
 # the rig's.
 VARIED = {
     "quick": ((2, 2.2, 1), (0, 2.2, 1), (2, 1.0, 1)),
@@ -336,7 +336,7 @@ VIEWING_SETTINGS = {
 
 
 def conditions_of_viewing(effort):
-    """Return every rotation with every monitor and camera, and their seeds."""
+    """Return every rotation with every monitor and camera, by simulated run."""
     return [
         {
             "turn_deg": turn,

@@ -2,10 +2,8 @@
 # # 3.3.3 Robustness of active grids compared with chessboards
 #
 # **Question.** A monitor can show a chessboard, or an active grid that gives every
-# camera pixel its screen position. Which of the two locates corners more accurately
-# when distance, orientation, blur or noise change? The thesis measures this with a
-# second active grid. Here the monitor is simulated, so the true corners are known
-# too.
+# camera pixel its screen position. Which locates corners more accurately
+# when distance, orientation, blur or noise change?
 
 # %%
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.exercises import (
@@ -40,19 +38,18 @@ from repro.run import Plan, experiment
 # **Findings.**
 #
 # 1. **The active grid matches or beats both localisers in {glue:text}`won:.0f` % of
-#    the conditions.** In the worst set of images it is {glue:text}`won.least:.0f` %.
-#    The claim requires 80 % and holds in every set.
+#    the conditions.** In the worst set it is {glue:text}`won.least:.0f` %.
+#    The claim requires 80 %.
 # 2. **The residual hides most of the difference.** True corners leave a residual of
-#    {glue:text}`floor:.3f` mm at 200 mm. Relative to them, the active grid has an
-#    error of {glue:text}`off.active:.3f` px, the derivative method
+#    {glue:text}`floor:.3f` mm at 200 mm. Relative to them, the active grid errs by
+#    {glue:text}`off.active:.3f` px, the derivative method by
 #    {glue:text}`off.derivative:.3f` px.
 # 3. **Noise favours the chessboard.** In most sets the active grid is first beaten at
 #    a noise of {glue:text}`first_lost_noise` grey levels, since sinusoids are less
 #    steep than edges.
 # 4. **Overexposure favours the active grid, and the viewing angle costs no area.**
-#    Blooming shifts chessboard edges, so the derivative method's error becomes
-#    several times that of the active grid. At 70° the visible monitor is still
-#    decoded.
+#    Blooming multiplies the derivative method's error. At 70° the visible monitor is
+#    still decoded.
 
 # %% [markdown]
 # | question | thesis | here |
@@ -68,15 +65,11 @@ from repro.run import Plan, experiment
 # ## Terms
 #
 # - *Active grid*: phase-shift structured-light target on a monitor (section 3.2.2).
-# - *Second grid*: an active grid in front of the unmoved camera, which gives each
-#   localised corner a screen position.
+# - *Second grid*: an active grid that gives each localised corner a screen position.
 # - *Residual* $r$: RMS (mm) of these positions after a homography to the chessboard.
-# - *True corners*: corners known from the simulation; the residual that they leave is
-#   the *floor*.
-# - *Tie*: residuals that differ by no more than the spread of the floor over the
-#   sets.
-# - *Set of images*: one simulated run with its own noise and monitor setup; three
-#   sets (one in quick builds).
+# - *True corners*: corners known from the simulation; their residual is the *floor*.
+# - *Tie*: residuals that differ by no more than the range of the floor over the sets.
+# - *Set of images*: one of three simulated runs, with its own noise and monitor setup.
 # - *Full well*: the charge at which a camera pixel saturates. *Blooming*: overflow of
 #   charge along columns.
 
@@ -84,42 +77,37 @@ from repro.run import Plan, experiment
 # ## What the thesis claims
 #
 # A monitor 200 mm in front of a camera shows a chessboard with 15 × 15 corners, 301.5
-# mm wide. Two methods of [3.1.3](s1_3_localisation.ipynb) localise its corners. The
-# monitor then shows an active grid, which is searched for the same points. A second
-# grid converts all localised corners to positions, and the residual is plotted over
-# distance, orientation, blur and noise (Fig. 3.15). The thesis concludes:
+# mm wide. The derivative and saddle point methods of
+# [3.1.3](s1_3_localisation.ipynb) localise its corners. An active grid is
+# searched for the same points. The thesis concludes:
 #
 # - Active grids are superior under almost all conditions.
-# - One reason is their robustness to blooming, which moves edges but not the phase of
-#   a sinusoid.
-# - A drawback is the monitor: its intensity falls with the viewing angle, which
-#   limits the usable area.
+# - One reason is blooming, which moves edges but not the phase of a sinusoid.
+# - The monitor's intensity falls with the viewing angle, which limits the usable
+#   area.
 
 # %% [markdown]
 # ## Model
 #
 # **A corner in the grid.** A decoded pixel $\mathbf{p}$ has a screen position
-# $\mathbf{l}(\mathbf{p})$ in mm. The corner at $\mathbf{x}$ is between the four
-# pixels with positions nearest to $\mathbf{x}$, no three collinear. The homography
-# from these positions to their pixels maps $\mathbf{x}$ to the image.
-#
-# **A corner in the second grid.** The position at a subpixel point $\mathbf{q}$ is
-# interpolated bilinearly between the four pixels around it.
+# $\mathbf{l}(\mathbf{p})$ in mm. The homography of the four positions nearest to the
+# corner $\mathbf{x}$, no three collinear, to their pixels maps $\mathbf{x}$ to the
+# image. In the second grid, the position at a subpixel point $\mathbf{q}$ is
+# interpolated bilinearly.
 
 # %% tags=["active-ipynb"]
 # show_code(pixels_of, points_at)
 
 # %% [markdown]
-# **Residual.** If a method places corner $i$ at $\mathbf{q}_i$, the second grid sees
-# $\mathbf{l}_2(\mathbf{q}_i)$ there, and
+# **Residual.** If a method places corner $i$ at $\mathbf{q}_i$, the second grid has the
+# position $\mathbf{l}_2(\mathbf{q}_i)$ there, and
 #
 # $$r = \sqrt{\frac{1}{n} \sum_{i=1}^{n} \left\| H\,\mathbf{l}_2(\mathbf{q}_i) -
 # \mathbf{x}_i \right\|^2},$$
 #
 # where $H$ is the homography with the smallest $r$ and $n$ the number of corners.
-# Both grids are planes and the camera is central, so $H$ is exact for any lens
-# distortion. The errors of $\mathbf{l}_2$ add to those of every method: they are the
-# floor.
+# Both grids are planes and the camera is central, so $H$ is exact for any lens. The
+# errors of $\mathbf{l}_2$ add to those of every method.
 
 # %% tags=["active-ipynb"]
 # show_code(residual_mm)
@@ -131,26 +119,21 @@ from repro.run import Plan, experiment
 # $$\sigma_\varphi = \sqrt{\tfrac{2}{4}}\,\frac{\sigma}{B}, \qquad
 # \sigma_l = \frac{w}{2\pi}\,\frac{\sigma_\varphi}{7}$$
 #
-# for a cell of width $w$, after averaging over 7 × 7 pixels. With cells of 37.7 mm
-# the full swing spreads over half a cell; a chessboard edge has it within two pixels.
+# for a cell of width $w$, after averaging over 7 × 7 pixels.
 
 # %% [markdown]
 # ## Experiment
 #
-# The rig is `monitor-d200` (listed in *Rigs*). What the thesis does not state is
-# chosen in the registry (`grid_active_eval`), with reasons:
+# The rig is `monitor-d200`. What the thesis does not state is chosen in the registry
+# (`grid_active_eval`):
 #
-# - **Lens.** The 10.5 mm fisheye of 3.3.4. At 200 mm the grid is 74° high, more than
-#   the D200's distortion-free lenses cover.
-# - **Pixels.** 3 × 3 camera pixels as one, with their wells combined; 45 images per
-#   condition.
-# - **Windows.** 15 px for both localisers; half a square is another interpretation.
+# - **Lens.** A 10.5 mm fisheye, as the grid is 74° high at 200 mm.
+# - **Pixels.** 3 × 3 camera pixels as one, which favours the active grid.
+# - **Windows.** 15 px for both localisers, or half a square.
 # - **Ranges.** Up to where the chessboard leaves the image, or blur and noise exceed
 #   those of the camera.
-# - **Exposure.** White fills 0.9 of a well. A fifth above a full well is another
-#   interpretation.
-# - **Filter.** Phases are averaged as unit vectors over 7 × 7 pixels. The thesis
-#   filters the images, which gives a slightly higher floor.
+# - **Exposure.** White fills 0.9 of a well, or 1.2.
+# - **Filter.** Phases are averaged over 7 × 7 pixels. The thesis filters the images.
 #
 # Blur and noise are added to the 8-bit images.
 
@@ -181,36 +164,25 @@ def viewing_angles(effort):
 # ## Discussion
 #
 # - **Floor.** Four phase steps keep the third harmonic of the monitor's response. It
-#   vanishes at the corners of the first grid, where $\varphi = k\pi$. The second grid
-#   is displaced and shows it in full. Fig. 3.15 therefore separates methods only
-#   where one errs as much as the second grid.
-# - **Noise.** The range of the thesis is lost; with one that ends earlier, the claim
-#   holds. It also holds with overexposed images. More cells give steeper sinusoids.
-#   Binned pixels favour the active grid, since its filter has 49 pixels at any
-#   resolution.
+#   vanishes at the corners of the first grid, where $\varphi = k\pi$, but not in the
+#   displaced second grid.
+# - **Noise.** The claim holds if the range ends earlier or images are overexposed.
 # - **Blur.** Blur is symmetric around a corner and along a sinusoid, so it costs
-#   contrast, not position. The saddle point method suffers; its error is larger for a
-#   nearer board, as is the lens distortion within its window. Compared with true
-#   corners, the small error of the active grid grows and that of the derivative
-#   method does not.
-# - **Blooming.** Blooming needs a full well. White squares then grow along columns,
-#   and corners move. Sinusoids are clipped only at their crests. As in the thesis,
-#   clipped pixels are kept; the recommended decoder excludes them. The decoder's
-#   margin at the monitor's edge is fixed at its value in sharp images.
-# - **Viewing angle.** At the largest angle little light is left, but enough grey
-#   levels to decode. If the margin at the monitor's edge counts as lost, the decoded
-#   share falls, but it falls without intensity fall-off too. Fall-off costs
-#   precision. Contrast loss of real panels is not simulated.
-# - **Limits.** One camera, one monitor without a pixel raster, and a central lens;
-#   real fisheyes are only nearly central.
+#   contrast, not position. Compared with true corners, only the small error of the
+#   active grid grows.
+# - **Blooming.** White squares grow along columns, and corners move. Sinusoids are
+#   clipped only at their crests.
+# - **Viewing angle.** If the margin at the monitor's edge counts as lost, the decoded
+#   share falls, but it falls without intensity fall-off too. Contrast loss of real
+#   panels is not simulated.
+# - **Limits.** One camera, one monitor without a pixel raster, and a central lens.
 
 # %% [markdown]
 # ## Summary
 #
-# Active grids match or beat chessboard localisers under most conditions, as the
-# thesis states. Strong noise is the exception, and the second grid's own error hides
-# most differences in the published measure. The loss of usable area with viewing
-# angle is not reproduced with a monitor that only becomes darker.
+# Active grids match or beat chessboard localisers under most conditions. Strong noise
+# is the exception, and the second grid's own error hides most differences. The loss
+# of usable area with viewing angle is not reproduced.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -225,22 +197,22 @@ def viewing_angles(effort):
 # an answer and run that cell again.
 #
 # **1.** A grid 301.5 mm high is 200 mm in front of a sensor 15.8 mm high. What is the
-# largest focal length (mm) of a distortion-free lens that shows all of it?
+# largest focal length (mm) of a distortion-free lens that shows it?
 
 # %% tags=["active-ipynb"]
 # check(None, **lens_task())
 
 # %% [markdown]
-# **2.** Sinusoids have an amplitude of 80 grey levels, the noise has an SD of 4. With
-# four steps, cells of 37.7 mm and a filter of 7 × 7 pixels, what is the SD of a
-# decoded coordinate (mm)?
+# **2.** Sinusoids have an amplitude of 80 grey levels, the noise an SD of 4. With four
+# steps, cells of 37.7 mm and 7 × 7 pixels, what is the SD of a decoded coordinate
+# (mm)?
 
 # %% tags=["active-ipynb"]
 # check(None, **noise_task())
 
 # %% [markdown]
-# **3.** A method's corners have an error of 0.010 mm, and the second grid one of
-# 0.050 mm, independently. Which residual (mm) results?
+# **3.** A method's corners have an error of 0.010 mm, the second grid one of 0.050 mm,
+# independently. Which residual (mm) results?
 
 # %% tags=["active-ipynb"]
 # check(None, **floor_task())

@@ -1,28 +1,24 @@
 """Results of this page read: values of the prose, figures, tables, judgements."""
 
-from functools import partial
+from itertools import product
 
 import numpy as np
 from scipy.stats import spearmanr
 
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.experiment import (
     ACTIVE,
+    AS_TAKEN,
     DEFAULT_LEVEL,
     DEFAULT_MM,
-    DERIVATIVE,
     EXPOSURES,
     METHODS,
     ONE_WINDOW,
     OVER,
-    SECOND_GRIDS,
-    STATIC,
     TRUE,
-    WINDOWS,
     WITHIN,
 )
 from repro.page import look_of, new_figure, value
 from repro.run import (
-    Case,
     Drawing,
     Reading,
     Value,
@@ -39,25 +35,16 @@ from repro.run import (
 
 SWEPT = ("fig_3_15_sweeps",)
 SWEEPS = ("distance", "orientation", "blur", "noise")
-# Measures of the error of corners; the primary one comes first.
 BY_GRID, BY_TRUTH = "a second grid", "the true corners"
-MEASURES = (BY_GRID, BY_TRUTH)
-# Question of the registry -> its options, named alike in the trials.
-NAMES = {
-    question: {option: option for option in options}
-    for question, options in (
-        ("corner_window", WINDOWS),
-        ("second_grid_pictures", SECOND_GRIDS),
-        ("exposure", EXPOSURES),
-        ("corner_measure", MEASURES),
-    )
+# Question of the registry -> its primary option, named alike in the trials.
+PRIMARY = {
+    "corner_window": ONE_WINDOW,
+    "second_grid_pictures": AS_TAKEN,
+    "exposure": WITHIN,
+    "corner_measure": BY_GRID,
 }
-PRIMARY = Case(NAMES)
-
-
-def swept(results):
-    """Return the result of the sweeps."""
-    return results[SWEPT[0]]
+# Methods, and true corners as if a method had found them.
+WITH_TRUE = (*METHODS, TRUE)
 
 
 def levels_of(result, sweep):
@@ -66,11 +53,11 @@ def levels_of(result, sweep):
     return sorted({*result.levels("level", sweep=sweep), *default})
 
 
-def at(result, sweep, level, name):
-    """Return values (sets,) of a level."""
+def at(result, sweep, level, *path):
+    """Return values (..., sets) of a level."""
     if DEFAULT_LEVEL.get(sweep) == level:
         sweep, level = "default", DEFAULT_MM
-    return result.select(sweep=sweep, level=level).column(name)
+    return result.select(sweep=sweep, level=level).column(*path)
 
 
 def points_of(result):
@@ -78,47 +65,29 @@ def points_of(result):
     return list(dict.fromkeys((c["sweep"], c["level"]) for c in result.conditions))
 
 
-def residuals(result, sweep, level, method, taken=PRIMARY):
-    """Return RMS residuals (sets,) in mm; infinite where the method failed.
+def residuals(result, sweep, level, methods, taken=PRIMARY):
+    """Return RMS residuals (..., sets) in mm; infinite where the method failed.
 
-    Against the true corners: RMS errors in px.
+    methods: one, or several, which make an axis; taken: option by question. Compared
+    with the true corners: RMS errors in px.
     """
     measured = taken["second_grid_pictures"]
     if taken["corner_measure"] == BY_TRUTH:
         measured = "off_px"
-    name = f"{taken['exposure']}.{taken['corner_window']}.{measured}.{method}"
-    return with_worst(at(result, sweep, level, name))
-
-
-def tie_width(result, sweep, level, taken=PRIMARY):
-    """Return the spread of the floor; residuals that differ by no more are a tie.
-
-    It is the range over the sets of the residual of true corners. Compared with the
-    true corners there is no floor, and no tie.
-    """
-    return np.ptp(residuals(result, sweep, level, TRUE, taken))
-
-
-def errors(result, sweep, level, method, exposure=WITHIN):
-    """Return RMS errors (sets,) in px of the corners found, by the true corners."""
-    return at(result, sweep, level, f"{exposure}.{ONE_WINDOW}.off_px.{method}")
-
-
-def lost(result, points, method, taken=PRIMARY):
-    """Return the number of corners (points, sets) that a method missed."""
-    name = f"{taken['exposure']}.{taken['corner_window']}.lost.{method}"
-    return np.array([at(result, sweep, level, name) for sweep, level in points])
+    path = taken["exposure"], taken["corner_window"], measured, methods
+    return with_worst(at(result, sweep, level, *path))
 
 
 def wins(result, points, taken=PRIMARY):
-    """Return where (points, sets) the active grid beats or ties both others."""
+    """Return where (points, sets) the active grid beats or ties both others.
+
+    Residuals are a tie if they differ by no more than the range of the floor over
+    the sets. Compared with the true corners there is no floor, and no tie.
+    """
     won = []
     for sweep, level in points:
-        ours, *theirs = (
-            residuals(result, sweep, level, method, taken)
-            for method in (ACTIVE, *STATIC)
-        )
-        tie = tie_width(result, sweep, level, taken)
+        *theirs, ours, floor = residuals(result, sweep, level, WITH_TRUE, taken)
+        tie = np.ptp(floor)
         won.append(np.isfinite(ours) & (ours <= np.minimum(*theirs) + tie))
     return np.array(won)
 
@@ -128,27 +97,10 @@ def points_along(result, sweep):
     return [(sweep, level) for level in levels_of(result, sweep)]
 
 
-def blur_ratios(result, taken=PRIMARY):
-    """Return {method: residual at the largest blur over that without (sets,)}."""
-    least, *_, most = levels_of(result, "blur")
-    return {
-        method: residuals(result, "blur", most, method, taken)
-        / residuals(result, "blur", least, method, taken)
-        for method in METHODS
-    }
-
-
-def blur_tie(result, taken=PRIMARY):
-    """Return the difference (sets,) below which `blur_ratios` are a tie."""
-    least, *_, most = levels_of(result, "blur")
-    sharp = residuals(result, "blur", least, ACTIVE, taken)
-    return tie_width(result, "blur", most, taken) / sharp
-
-
 @numbers("fig_3_15", needs=SWEPT, evidence="rendered")
 def numbers_fig_3_15(results):
     """Return the settings of the sweeps as they were run."""
-    ran = swept(results).settings
+    ran = results["fig_3_15_sweeps"].settings
     return {
         "fig3_15_corners": Value(ran["corners"][0], unit="count"),
         "fig3_15_size": Value(ran["grid_mm"], unit="mm"),
@@ -159,36 +111,24 @@ def numbers_fig_3_15(results):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    result = open_results(SWEPT[0])
+    result = open_results("fig_3_15_sweeps")
     share = wins(result, points_of(result)).mean(axis=0)
+    noise = points_along(result, "noise")
+    beaten = np.median(wins(result, noise), axis=1) < 1
+    by_truth = PRIMARY | {"corner_measure": BY_TRUTH}
+    derivative, _, active = np.median(
+        residuals(result, "distance", DEFAULT_MM, METHODS, by_truth), axis=1
+    )
     quoted = {
         "won": 100 * np.median(share),
         "won.least": 100 * share.min(),
         "floor": np.median(residuals(result, "distance", DEFAULT_MM, TRUE)),
-        "first_lost_noise": _first_lost(result),
-    } | {
-        f"off.{method}": np.median(errors(result, "distance", DEFAULT_MM, name))
-        for method, name in (("active", ACTIVE), ("derivative", DERIVATIVE))
+        "first_lost_noise": noise[beaten.argmax()][1] if beaten.any() else "none",
+        "off.active": active,
+        "off.derivative": derivative,
     }
     for name, number in quoted.items():
         value(name, number)
-
-
-def _first_lost(result):
-    """Return the first noise level at which the active grid loses in most sets."""
-    for sweep, level in points_along(result, "noise"):
-        if np.median(wins(result, [(sweep, level)])[0]) < 1:
-            return level
-    return "none"
-
-
-def shares(result, turn, name="share", *, falloff=2, gamma=2.2):
-    """Return shares (runs,) of the visible area that are decoded at a rotation.
-
-    name: another value of the trials instead.
-    """
-    shown = {"falloff_exponent": falloff, "camera_gamma": gamma}
-    return result.select(turn_deg=turn, **shown).column(name)
 
 
 # Fig. 3.15, and the errors by the true corners.
@@ -202,13 +142,10 @@ AXES = {
 }
 
 
-def _along(panel, result, sweep, method, of, look, label):
-    """Draw median and range over sets of one measure along a sweep; return the data.
-
-    of: (result, sweep, level, method) -> (sets,).
-    """
+def _along(panel, result, sweep, method, taken, look, label):
+    """Draw median and range of residuals over sets along a sweep; return the data."""
     levels = levels_of(result, sweep)
-    found = np.array([of(result, sweep, level, method) for level in levels])
+    found = np.array([residuals(result, sweep, x, method, taken) for x in levels])
     found[~np.isfinite(found)] = np.nan
     low, middle, high = (
         statistic(found, axis=1) for statistic in (np.min, np.median, np.max)
@@ -222,13 +159,13 @@ def _along(panel, result, sweep, method, of, look, label):
 @figure("fig_3_15", needs=SWEPT, evidence="rendered")
 def fig_3_15(results):
     """Draw the residuals of three methods along four sweeps."""
-    result = swept(results)
+    result = results["fig_3_15_sweeps"]
     drawn, panels = new_figure(2, 2, height_in=6.4)
     rows = []
     for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
-        for method in (*METHODS, TRUE):
+        for method in WITH_TRUE:
             look = look_of(method)
-            found = _along(panel, result, sweep, method, residuals, look, method)
+            found = _along(panel, result, sweep, method, PRIMARY, look, method)
             rows += [(sweep, level, method, *rest) for level, *rest in found]
         panel.set(xlabel=AXES[sweep], ylabel="RMS residual (mm)", ylim=(0, None))
     _legend(drawn, panels[0, 0], 4)
@@ -245,20 +182,17 @@ def fig_3_15(results):
 @figure("ext_active_errors", needs=SWEPT, evidence="rendered")
 def ext_active_errors(results):
     """Draw the errors by the true corners along the sweeps, with both exposures."""
-    result = swept(results)
+    result = results["fig_3_15_sweeps"]
     drawn, panels = new_figure(2, 2, height_in=6.6, sharey=True)
     rows = []
     for panel, sweep in zip(panels.flat, SWEEPS, strict=True):
-        for exposure in EXPOSURES:
-            for method in METHODS:
-                line = "-" if exposure == WITHIN else "--"
-                look = look_of(method) | {"linestyle": line}
-                label = f"{method}{', overexposed' * (exposure == OVER)}"
-                of = partial(errors, exposure=exposure)
-                found = _along(panel, result, sweep, method, of, look, label)
-                rows += [
-                    (sweep, level, exposure, method, *rest) for level, *rest in found
-                ]
+        for exposure, method in product(EXPOSURES, METHODS):
+            line = "-" if exposure == WITHIN else "--"
+            look = look_of(method) | {"linestyle": line}
+            label = f"{method}{', overexposed' * (exposure == OVER)}"
+            taken = PRIMARY | {"corner_measure": BY_TRUTH, "exposure": exposure}
+            found = _along(panel, result, sweep, method, taken, look, label)
+            rows += [(sweep, level, exposure, method, *rest) for level, *rest in found]
         panel.set(xlabel=AXES[sweep], ylabel="RMS error (px)", yscale="log")
     _legend(drawn, panels[0, 0], 3)
     return Drawing(
@@ -296,10 +230,9 @@ def _sets(result):
 MIN_CONDITIONS, MIN_LEVELS = 0.8, 0.7
 MAX_BLUR_RATIO = 1.5
 MAX_RANK, MIN_FALL = -0.9, 0.01
-VIEWED = {
-    "decodable": {"with the rim": "share", "without the rim": "without_rim"},
-    "camera_file": {"gamma 2.2": 2.2, "linear": 1.0},
-}
+# Options of the viewing angle -> their names in the trials.
+DECODABLE = {"with the rim": "share", "without the rim": "without_rim"}
+GAMMAS = {"gamma 2.2": 2.2, "linear": 1.0}
 ALL = ("corner_window", "second_grid_pictures", "exposure", "corner_measure")
 OF_FIRST = ("corner_window", "exposure", "corner_measure")
 
@@ -310,9 +243,9 @@ def of_share(results, options, sweep=None):
     It must hold in nearly all sets: over the levels of a sweep, or over all
     conditions. Ties count.
     """
-    result, taken = swept(results), Case(NAMES, options)
+    result, taken = results["fig_3_15_sweeps"], PRIMARY | options
     points = points_along(result, sweep) if sweep else points_of(result)
-    least = MIN_LEVELS if sweep else MIN_CONDITIONS
+    required = MIN_LEVELS if sweep else MIN_CONDITIONS
     won = wins(result, points, taken)
     share = won.mean(axis=0)
     beaten = [
@@ -321,11 +254,11 @@ def of_share(results, options, sweep=None):
         if not sets.all()
     ]
     return Reading.of_seeds(
-        share >= least,
+        share >= required,
         median_and_range(share),
         "1",
         f"median and range over {len(share)} sets, of {len(points)} conditions each; "
-        f"holds in {int(np.sum(share >= least))}; beaten in some set "
+        f"holds in {int(np.sum(share >= required))}; beaten in some set "
         f"at: {', '.join(beaten) or 'none'}; corners left out: "
         f"{left_out(result, points, taken)}",
     )
@@ -333,10 +266,11 @@ def of_share(results, options, sweep=None):
 
 def left_out(result, points, taken):
     """Return the number of corners that each method missed, as text."""
-    counts = {m: int(lost(result, points, m, taken).sum()) for m in METHODS}
+    path = taken["exposure"], taken["corner_window"], "lost", METHODS
+    counts = np.sum([at(result, *point, *path).sum(axis=1) for point in points], axis=0)
     corners = np.prod(result.settings["corners"]) * len(result.levels("set"))
-    said = ", ".join(f"{method} {count}" for method, count in counts.items())
-    return f"{said} of {corners * len(points)}"
+    by_method = [f"{m} {n:.0f}" for m, n in zip(METHODS, counts, strict=True)]
+    return f"{', '.join(by_method)} of {corners * len(points)}"
 
 
 @claim("c3_active_best", needs=SWEPT, evidence="rendered", readings=ALL)
@@ -366,11 +300,19 @@ def judge_active_noise(results, options):
 @claim("c3_active_blur", needs=SWEPT, evidence="rendered", readings=ALL)
 def judge_active_blur(results, options):
     """Strongest blur over none: no larger than others' or a tie, and at most 1.5."""
-    result, taken = swept(results), Case(NAMES, options)
-    ratios, tie = blur_ratios(result, taken), blur_tie(result, taken)
-    ours, theirs = ratios[ACTIVE], [ratios[method] for method in STATIC]
+    result, taken = results["fig_3_15_sweeps"], PRIMARY | options
+    weakest, *_, strongest = levels_of(result, "blur")
+    sharp, blurred = (
+        residuals(result, "blur", level, WITH_TRUE, taken)
+        for level in (weakest, strongest)
+    )
+    *theirs, ours = ratios = blurred[:-1] / sharp[:-1]
+    tie = np.ptp(blurred[-1]) / sharp[METHODS.index(ACTIVE)]
     holds = (ours <= np.minimum(*theirs) + tie) & (ours <= MAX_BLUR_RATIO)
-    medians = ", ".join(f"{m} {np.median(ratio):.3f}" for m, ratio in ratios.items())
+    medians = ", ".join(
+        f"{m} {ratio:.3f}"
+        for m, ratio in zip(METHODS, np.median(ratios, axis=1), strict=True)
+    )
     return Reading.of_seeds(
         holds,
         median_and_range(ours),
@@ -388,18 +330,23 @@ def judge_active_blur(results, options):
 )
 def judge_active_viewing_angle(results, options):
     """The decoded share of the visible area falls as the monitor rotates."""
-    result, taken = results["exp_c3_active_viewing_angle"], Case(VIEWED, options)
+    result = results["exp_c3_active_viewing_angle"]
     turns = sorted(result.levels("turn_deg"))
-    name, gamma = taken["decodable"], taken["camera_file"]
-    found = np.array([shares(result, t, name, gamma=gamma) for t in turns])
+    name, gamma = DECODABLE[options["decodable"]], GAMMAS[options["camera_file"]]
+
+    def shares(turn, falloff=2):
+        shown = {"falloff_exponent": falloff, "camera_gamma": gamma}
+        return result.select(turn_deg=turn, **shown).column(name)
+
+    found = np.array([shares(turn) for turn in turns])
     fall = np.round(found[0] - found[-1], 9)
     holds = [
         drop > MIN_FALL and spearmanr(turns, along)[0] <= MAX_RANK
         for drop, along in zip(fall, found.T, strict=True)
     ]
     reason = f"fall of the share from 0 to {turns[-1]} deg, median and range over "
-    reason += f"{len(fall)} seeds; holds in {sum(holds)}"
+    reason += f"{len(fall)} simulated runs; holds in {sum(holds)}"
     if gamma > 1:
-        plain = found[0] - shares(result, turns[-1], name, falloff=0)
+        plain = found[0] - shares(turns[-1], falloff=0)
         reason += f"; a monitor without fall-off loses {np.median(plain):.3f}"
     return Reading.of_seeds(holds, median_and_range(fall), "1", reason)
