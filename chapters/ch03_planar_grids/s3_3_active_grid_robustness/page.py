@@ -165,17 +165,17 @@ def viewing_angles(effort):
 #
 # - **Floor.** Four phase steps keep the third harmonic of the monitor's response. It
 #   vanishes at the corners of the first grid, where $\varphi = k\pi$, but not in the
-#   displaced second grid.
+#   second grid.
 # - **Noise.** The claim holds if the range ends earlier or images are overexposed.
 # - **Blur.** Blur is symmetric around a corner and along a sinusoid, so it costs
-#   contrast, not position. Compared with true corners, only the small error of the
-#   active grid grows.
+#   contrast, not position. Compared with true corners, the small error of the active
+#   grid grows; that of the derivative method does not.
 # - **Blooming.** White squares grow along columns, and corners move. Sinusoids are
 #   clipped only at their crests.
 # - **Viewing angle.** If the margin at the monitor's edge counts as lost, the decoded
 #   share falls, but it falls without intensity fall-off too. Contrast loss of real
 #   panels is not simulated.
-# - **Limits.** One camera, one monitor without a pixel raster, and a central lens.
+# - **Limits.** One camera, a monitor without raster, a central lens.
 
 # %% [markdown]
 # ## Summary
