@@ -24,7 +24,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
 )
 from chapters.ch03_planar_grids.s3_2_conditions.report import (
     logistic_curve,
-    logistic_slope,
+    logistic_fit,
 )
 from chapters.shared.grids.rigs import HARD, WHOLE
 from chapters.shared.grids.synthetic_board import outer
@@ -66,9 +66,9 @@ def test_light_after_rendering_is_light_while_rendering(fisheye_sheet):
     assert off.max() < 0.03 * true.max()
 
 
-def test_cut_photograph_keeps_the_corners_in_place(fisheye_sheet):
+def test_cropped_image_keeps_the_corners_in_place(fisheye_sheet):
     even = lambda places: np.ones(len(places))  # noqa: E731
-    image, lattice = sheet_views.cut_photograph(fisheye_sheet, even)
+    image, lattice = sheet_views.cropped_image(fisheye_sheet, even)
     assert lattice.min() > 0
     assert np.all(lattice.reshape(-1, 2).max(axis=0) < image.shape[::-1])
     middles = (lattice[:-1, :-1] + lattice[1:, 1:]) / 2
@@ -83,7 +83,7 @@ def test_flaws_and_noise_of_a_sheet_are_those_of_its_seeds(fisheye_sheet):
     sheet = fisheye_sheet._replace(rig=replace(fisheye_sheet.rig, blemishes=spotted))
     even = lambda places: np.ones(len(places))  # noqa: E731
     one, again, exposed, marked = (
-        sheet_views.cut_photograph(s, even)[0].astype(int)
+        sheet_views.cropped_image(s, even)[0].astype(int)
         for s in (sheet, sheet, sheet._replace(exposure=1), sheet._replace(specimen=1))
     )
     np.testing.assert_array_equal(one, again)
@@ -107,7 +107,7 @@ def test_eight_orders_begin_where_they_should():
 
 def test_detected_needs_the_board_that_is_there(fisheye_sheet):
     even = lambda places: np.ones(len(places))  # noqa: E731
-    image, lattice = sheet_views.cut_photograph(fisheye_sheet, even)
+    image, lattice = sheet_views.cropped_image(fisheye_sheet, even)
     assert detected("raxel", image, lattice)
     assert detected("raxel", image, lattice[::-1, ::-1])
     assert not detected("raxel", image, lattice + 20)
@@ -139,7 +139,7 @@ def test_logistic_slope_is_found_again():
     rng = np.random.default_rng(3)
     x = rng.uniform(1, 6, 20000)
     y = rng.random(len(x)) < 1 / (1 + np.exp(-(-3 + 0.8 * x)))
-    slope, error = logistic_slope(x, y)
+    slope, error, _ = logistic_fit(x, y)
     assert abs(slope - 0.8) < 4 * error
     assert error < 0.03
     assert logistic_curve(x, y, np.array([3.75]))[0] == pytest.approx(0.5, abs=0.02)
@@ -147,8 +147,8 @@ def test_logistic_slope_is_found_again():
 
 def test_logistic_slope_without_a_fit_is_nan():
     x = np.arange(8.0)
-    assert np.isnan(logistic_slope(x, np.zeros(8))[0])
-    assert np.isnan(logistic_slope(x, x > 3)[0])
+    assert np.isnan(logistic_fit(x, np.zeros(8))[0])
+    assert np.isnan(logistic_fit(x, x > 3)[0])
 
 
 def test_candidate_parts_leave_out_the_smallest_steps():
@@ -226,7 +226,7 @@ def test_what_lies_beside_a_mirror_is_not_black():
     black = sheet._replace(rig=replace(sheet.rig, light=light))
 
     def corner_of(of):
-        picture = sheet_views.photograph(of, lambda uv: np.ones(len(uv), np.float32))
+        picture = sheet_views.whole_image(of, lambda uv: np.ones(len(uv), np.float32))
         return picture[:20, :20].mean()
 
     assert sheet.rig.light.surround > 0

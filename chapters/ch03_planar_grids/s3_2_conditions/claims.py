@@ -9,7 +9,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.report import (
     differing,
     in_light,
     levels_run,
-    logistic_slope,
+    logistic_fit,
     merging_of,
     numbers_of,
     shadow_effects,
@@ -50,29 +50,28 @@ EDGE = 1e-9
 def judge_low_contrast(results, options):
     """CELECT at least 0.3 ahead in the lowest light in which it has 0.7."""
     result = results["exp_c3_low_contrast"]
-    asked = options["pose_range"], options["spots"]
     ours, theirs = (
-        {v: in_light(result, v, m, *asked) for v in levels_run(result)}
-        for m in (CELECT, options["opencv_detector"])
+        in_light(result, method, options["pose_range"], options["spots"])
+        for method in (CELECT, options["opencv_detector"])
     )
-    rates = {v: found.mean() for v, found in ours.items()}
-    copes = [v for v, rate in rates.items() if rate >= COPES]
-    level = min(copes) if copes else max(rates, key=rates.get)
-    found = paired_gain(ours[level], theirs[level])
+    rates = ours.mean(axis=1)
+    copes = np.flatnonzero(rates >= COPES)
+    darkest = copes[-1] if len(copes) else rates.argmax()
+    found = paired_gain(ours[darkest], theirs[darkest])
     decision = found.above(MIN_GAIN - EDGE)
     light = f"the lowest of which CELECT extracts {100 * COPES:.0f} %"
-    if not copes:
+    if not len(copes):
         light = (
-            f"in which CELECT extracts most, {100 * rates[level]:.0f} %, as it "
-            f"extracts {100 * COPES:.0f} % in none"
+            f"in which CELECT extracts most, {100 * rates[darkest]:.0f} %, as it "
+            f"extracts {100 * COPES:.0f} % in no light"
         )
-        decision = all_of([decision, proportion(ours[level]).above(COPES)])
+        decision = all_of([decision, proportion(ours[darkest]).above(COPES)])
     return Reading.of(
         decision,
         found,
         "1",
-        f"success of CELECT less OpenCV's in {level:g} of full light, "
-        f"{light}; {len(ours[level])} images",
+        f"success of CELECT less OpenCV's in {levels_run(result)[darkest]:g} of full "
+        f"light, {light}; {ours.shape[1]} images",
     )
 
 
@@ -86,7 +85,7 @@ def judge_shadow(results, options):
     """CELECT unchanged within 5 points, OpenCV down by 15 or more."""
     result, poses = results["exp_c3_shadow"], options["pose_range"]
     ours = shadow_effects(result, CELECT, poses)
-    plain = numbers_of(result, f"plain.{CELECT}", poses)
+    plain = numbers_of(result, "plain", CELECT, poses=poses)
     unchanged = ours.within(-SAME, SAME)
     if unchanged == HOLDS and plain.mean() < MIN_PLAIN_SUCCESS:
         unchanged = UNDECIDED
@@ -106,24 +105,18 @@ def partial_predicates(ours, theirs, method):
 
     Also returns the smaller of the two ratios of the counts, (n,).
     """
-    seeds = theirs.trials_per_condition
-    holds, ratios = np.ones(seeds, bool), np.full(seeds, np.inf)
+    runs = theirs.trials_per_condition
+    holds, ratios = np.ones(runs, bool), np.full(runs, np.inf)
     for camera in CAMERAS:
-        a, b = (
-            {
-                name: result.column(f"{who}.{name}", camera=camera)[:seeds]
-                for name in ("count", "border_px")
-            }
+        (count, border_px), (their_count, their_border_px) = (
+            result.column(who, ("count", "border_px"), camera=camera)[:, :runs]
             for who, result in ((CELECT, ours), (method, theirs))
         )
-        ratio = np.divide(
-            a["count"], b["count"], out=np.full(seeds, np.inf), where=b["count"] > 0
-        )
+        found = their_count > 0
+        ratio = np.divide(count, their_count, out=np.full(runs, np.inf), where=found)
         holds &= ratio > MIN_RATIO
         if camera == NEARER_WITH:
-            holds &= np.where(
-                b["count"] > 0, a["border_px"] < b["border_px"], a["count"] > 0
-            )
+            holds &= np.where(found, border_px < their_border_px, count > 0)
         ratios = np.minimum(ratios, ratio)
     return holds, ratios
 
@@ -145,8 +138,8 @@ def judge_partial_grid(results, options):
         Estimate(np.median(ratios), ratios.min(), ratios.max()),
         "1",
         "corners of CELECT over OpenCV's, of the worse camera; "
-        "median and range over the pictures. The predicate is true "
-        f"for {holds.sum()} of {len(holds)} pairs of pictures",
+        "median and range over the images. The predicate is true "
+        f"for {holds.sum()} of {len(holds)} pairs of images",
     )
 
 
@@ -171,7 +164,7 @@ def judge_trace_direction(results, options):
         "1",
         f"share of {len(always)} images in which the order of "
         f"the clicks decides over success; {100 * always.mean():.0f} "
-        f"% succeed in all eight, {100 * never.mean():.0f} % in none",
+        f"% succeed in all eight, {100 * never.mean():.0f} % in no order",
     )
 
 
@@ -208,8 +201,8 @@ def judge_first_corner(results, options):
 )
 def judge_size_variation(results, options):
     """Positive logistic slope, p < 0.05; ten failures at least."""
-    ratio, failed, _ = merging_of(results, poses=options["pose_range"])
-    slope, error = logistic_slope(ratio, failed)
+    ratio, failed = merging_of(results, poses=options["pose_range"])
+    slope, error, _ = logistic_fit(ratio, failed)
     known, count = np.isfinite(slope), int(failed.sum())
     p = 2 * norm.sf(abs(slope) / error) if known else 1.0
     decision = HOLDS if p < 0.05 and slope > 0 else FAILS

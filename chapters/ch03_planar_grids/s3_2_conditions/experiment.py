@@ -221,9 +221,9 @@ class Sheet(NamedTuple):
 
     irradiance: (h, w) or (h, w, 3) of the part of the image from pixel `first` (u,
     v) on that contains the board; uv: (h, w, 2) mm, the position on the board's
-    plane that a pixel sees, also outside the board, nan where there is none;
+    plane that a pixel sees, also outside the board, nan where it sees none;
     points: (rows, columns, 2) mm and lattice: the same in px of the whole image,
-    rows and columns turning clockwise in it; specimen, exposure: seeds of the
+    rows and columns turning clockwise in it; specimen, exposure: start values of the
     mirror's flaws, and of glare and noise.
     """
 
@@ -244,7 +244,7 @@ class Sheet(NamedTuple):
 
 
 def sheet_of(set_name, rng, poses=HARD):
-    """Return a board of a set (key of `grid_rigs.SETS`), with random pose and seeds.
+    """Return a board of a set (key of `grid_rigs.SETS`), with random pose and flaws.
 
     poses: range of the poses; that of the rig's file, or WHOLE of `grid_rigs`.
     """
@@ -282,16 +282,16 @@ def lit_sheet(set_name, rng, poses):
     return sheet, sheet.rig.light.draw(rng, sheet.rig.extent)
 
 
-def photograph(sheet, light):
+def whole_image(sheet, light):
     """Return the whole image (H, W) uint8 in a light: positions (N, 2) mm -> (N,)."""
     return _exposed(sheet, light, None)
 
 
-def cut_photograph(sheet, light):
+def cropped_image(sheet, light):
     """Return the image cropped to the board and 24 px around it, and its true lattice.
 
     The lattice (rows, columns, 2) is in px of the cropped image. The rest is never
-    exposed, so the noise differs from that of `photograph`.
+    exposed, so the noise differs from that of `whole_image`.
     """
     height, width = sheet.irradiance.shape[:2]
     low = np.array(sheet.first) - CUT_PX // 2
@@ -550,7 +550,7 @@ def partial_sb_trial(condition, rng):
 
 def _large_picture(condition, rng):
     sheet = sheet_of(f"large-{condition['camera']}", rng)
-    return sheet, photograph(sheet, sheet.rig.light.draw(rng, sheet.rig.extent))
+    return sheet, whole_image(sheet, sheet.rig.light.draw(rng, sheet.rig.extent))
 
 
 def _by_detector(name, sheet, image, next_share):

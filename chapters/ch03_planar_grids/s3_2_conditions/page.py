@@ -3,8 +3,8 @@
 #
 # **Question.** The thesis names conditions on which grid extraction depends: light,
 # shadows, the first clicked corner, variation of the squares, a white border. Each
-# remark rests on a few photographs. Rendered images allow a test of each remark with
-# all else unchanged. Which remarks hold?
+# remark rests on a few recorded images. Rendered images allow a test with all else
+# unchanged. Which remarks hold?
 
 # %%
 from dataclasses import replace
@@ -20,7 +20,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
     both_tones,
     candidate_parts,
     contrast,
-    cut_photograph,
+    cropped_image,
     detected,
     draw_clicks,
     eight_orders,
@@ -58,8 +58,8 @@ from repro.run import Plan, experiment
 #    OpenCV {glue:text}`shadow.whole.opencv` percentage points of success and CELECT
 #    none on average.
 # 3. **Low contrast and click order remain undecided.** CELECT's lead in weak light is
-#    not significant with so few images. The order decides over success in
-#    {glue:text}`orders.differ` % of the images, too uncertain for a verdict.
+#    not significant. The order decides over success in {glue:text}`orders.differ` %
+#    of the images, too uncertain for a verdict.
 # 4. **CELECT's partial grids are smaller than OpenCV's.** CELECT needs no white
 #    border, but its largest parts have {glue:text}`part.hyperboloidal:.2f`
 #    (hyperboloid) and {glue:text}`part.fisheye:.2f` (fisheye) times the corners of
@@ -94,23 +94,22 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## What the thesis claims
 #
-# - **Partial grids.** CELECT extracts the part whose squares are large enough,
-#   without a border. OpenCV needs a white border, which the author painted larger
-#   until OpenCV succeeded: 17 × 5 and 20 × 6 corners, against 15 × 10 and 19 × 11 for
-#   CELECT. In the fisheye image, CELECT's corners are also nearer to the image border
-#   (Fig. 3.14).
+# - **Partial grids.** CELECT extracts the part whose squares are large enough. OpenCV
+#   needs a white border, which the author painted larger until it succeeded: 17 × 5
+#   and 20 × 6 corners, against 15 × 10 and 19 × 11 for CELECT. In the fisheye image,
+#   CELECT's corners are also nearer to the image border.
 # - **Low contrast.** CELECT works where OpenCV does not (3.4).
 # - **Shadow.** Weak shadows make OpenCV miss corners; CELECT is not affected.
-# - **Direction.** The first corner and the direction make a slight difference. One
+# - **Click order.** The first corner and the direction make a slight difference. One
 #   should start at the smallest square.
-# - **Merging.** Size variation along a contour weakens the merging of corners.
+# - **Merging.** Size variation along a contour weakens merging.
 
 # %% [markdown]
 # ## Model
 #
 # Images are rendered with the rigs and pose ranges of [3.3.2a](s3_2_grid_sets.ipynb);
 # two more rigs show large grids. Clicks are the true outer corners plus Gaussian
-# noise of 0.614 px on both axes, as measured from the thesis.
+# noise of 0.614 px, as measured from the thesis.
 #
 # **Light.** Radiance is linear, so a board is rendered once in full, even light. An
 # image in other light is
@@ -118,20 +117,18 @@ from repro.run import Plan, experiment
 # $$E(u, v) = E_0(u, v)\, L\bigl(\mathbf{x}(u, v)\bigr),$$
 #
 # with $E$ the light on pixel $(u, v)$, $E_0$ that in full light, $\mathbf{x}$ the
-# board position that the pixel sees and $L$ the share of light there. Dirt, glare,
-# haze, photon noise and the tone curve follow. Images are cropped to the board and 24
-# px around it.
+# board position that the pixel sees and $L$ the share of light there. Dirt, haze,
+# noise and the tone curve follow. Images are cropped to the board.
 
 # %% tags=["active-ipynb"]
-# show_code(cut_photograph, run, detected)
+# show_code(cropped_image, run, detected)
 
 # %% [markdown]
-# **Parts of a large grid.** The choice of the part must favour neither method, so
-# both get the same search. Excluding all squares below a size gives the largest part
-# with a given smallest step between corners. These parts are tried from the whole
-# grid downwards until a method returns one, complete and in order. Rows or columns
-# are then added while the larger part is returned too. CELECT receives the image as
-# it is. OpenCV receives white paint around the part's true outline.
+# **Parts of a large grid.** Both methods get the same search. Excluding all squares
+# below a size gives the largest part with a given smallest step between corners.
+# These parts are tried from the whole grid downwards until a method returns one. Rows
+# or columns are then added while that succeeds. OpenCV receives white paint around
+# the part's true outline.
 
 # %% tags=["active-ipynb"]
 # show_code(candidate_parts, largest_part, painted)
@@ -147,8 +144,8 @@ from repro.run import Plan, experiment
 # ## Experiment
 
 # %%
-PICTURES = {"quick": 1, "full": 5}
-SECTOR_PICTURES = {"quick": 1, "full": 2}
+PART_IMAGES = {"quick": 1, "full": 5}
+SECTOR_IMAGES = {"quick": 1, "full": 2}
 # Images of a block, and blocks of either range of poses.
 SPHERICAL_IMAGES = {"quick": 1, "full": 6}
 FISHEYE_IMAGES = {"quick": 1, "full": 20}
@@ -182,14 +179,14 @@ def in_blocks(effort, blocks, **more):
 @experiment("fig_3_14_parts", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS)
 def parts(effort):
     """The largest part for CELECT, and for OpenCV inside a white border."""
-    return Plan(partial_trial, large_grids(effort), PICTURES[effort], SETTINGS)
+    return Plan(partial_trial, large_grids(effort), PART_IMAGES[effort], SETTINGS)
 
 
 @experiment("fig_3_14_parts_sb", artefact="fig_3_14", shards=JOBS, inputs=LARGE_RIGS)
 def parts_sb(effort):
     """The first of the same images for the sector-based detector."""
     conditions = large_grids(effort)
-    return Plan(partial_sb_trial, conditions, SECTOR_PICTURES[effort], SETTINGS)
+    return Plan(partial_sb_trial, conditions, SECTOR_IMAGES[effort], SETTINGS)
 
 
 # %%
@@ -201,8 +198,8 @@ def contrast_trial(condition, rng):
     values = {}
     for level in condition["levels"]:
         lit = replace(light, level=level)
-        image, lattice = cut_photograph(sheet, lit)
-        spotless, _ = cut_photograph(clean, lit)
+        image, lattice = cropped_image(sheet, lit)
+        spotless, _ = cropped_image(clean, lit)
         runs, clean_runs = (
             both_tones(picture, lattice, offsets) for picture in (image, spotless)
         )
@@ -235,7 +232,7 @@ def shadow_trial(condition, rng):
     )
     values = {}
     for name, cast in (("plain", None), ("shadow", shadow)):
-        image, lattice = cut_photograph(sheet, replace(light, shadow=cast))
+        image, lattice = cropped_image(sheet, replace(light, shadow=cast))
         runs = both_tones(image, lattice, offsets)
         values[name] = every_detector(runs, image, lattice)
         if cast is None:
@@ -255,7 +252,7 @@ def direction_trial(condition, rng):
     """One image, as it is and with its tone curve undone, clicked in eight orders."""
     sheet, light = lit_sheet(condition["set"], rng, condition["poses"])
     offsets = draw_clicks(rng)
-    image, lattice = cut_photograph(sheet, light)
+    image, lattice = cropped_image(sheet, light)
     return eight_orders(image, lattice, offsets)
 
 
@@ -275,7 +272,7 @@ def merging_trial(condition, rng):
     """One image of the Fisheye set's rigs: was a contour lost by merging?"""
     sheet, light = lit_sheet("fisheye", rng, condition["poses"])
     offsets = draw_clicks(rng)
-    image, lattice = cut_photograph(sheet, replace(light, shadow=None))
+    image, lattice = cropped_image(sheet, replace(light, shadow=None))
     return merging(both_tones(image, lattice, offsets))
 
 
@@ -297,18 +294,14 @@ def merge_images(effort):
 # ## Discussion
 #
 # - **Partial grids.** CELECT must follow every contour of a part without one failure.
-#   Current OpenCV links strongly bent squares once white surrounds them. The thesis
-#   states neither size nor pose of its large grids, so at most the ratio of corner
-#   counts is comparable.
+#   The thesis states neither size nor pose of its large grids, so at most the ratio
+#   of corner counts is comparable.
 # - **Low contrast.** CELECT's thresholds are relative to the clicked windows, so
 #   contrast alone matters little until noise or spots come near them. In most light
-#   levels OpenCV extracts more images with spots than CELECT. Without spots, CELECT's
-#   success rises in somewhat weaker light; the cause is unknown.
-# - **Shadow.** The sector-based detector loses no significant share. Why a shadow
-#   reduces success was not examined.
+#   levels OpenCV extracts more images with spots than CELECT.
+# - **Shadow.** The sector-based detector loses no significant share.
 # - **Click order.** In about half of the images every order fails, so the order
-#   decides nothing. A program may try all eight orders, since failed runs rarely
-#   return a wrong board.
+#   decides nothing.
 # - **Merging.** Contours lost before their corners are merged do not count.
 # - **Limits.** The background is even; nothing in it resembles a corner.
 
@@ -318,7 +311,7 @@ def merge_images(effort):
 # Of the thesis's remarks, only the one on merging is confirmed. The remarks on
 # shadows and partial grids do not hold with the current OpenCV, and those on contrast
 # and click order need more images. All verdicts concern rendered images and today's
-# detectors, not the photographs and the OpenCV of 2009.
+# detectors, not the recorded images and the OpenCV of 2009.
 
 # %% [markdown]
 # ## Compared with the published numbers

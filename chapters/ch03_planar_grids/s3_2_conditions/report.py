@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.ticker import FixedFormatter, FixedLocator
+from scipy.special import expit
 
 from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
     LIGHT_LEVELS,
@@ -32,7 +33,11 @@ from repro.run import (
 
 
 CAMERAS = ("hyperboloidal", "fisheye")
-WAYS = ("clockwise", "reverse")
+# Click orders by direction, the first corner by rising size of its square.
+ORDERS = {
+    "clockwise": tuple(f"clockwise_{rank}" for rank in range(4)),
+    "anticlockwise": tuple(f"reverse_{rank}" for rank in range(4)),
+}
 METHODS = {
     CELECT: "CELECT",
     LINEAR: "CELECT, tone curve undone",
@@ -45,9 +50,9 @@ SPOTTED, CLEAN = ("600 spots", "no spots")
 SEPARATED = 1e-6
 
 
-def numbers_of(result, name, poses=WHOLE):
-    """Return a number of every image of one range of poses, (n,)."""
-    return result.select(poses=poses).column(name)
+def numbers_of(result, *path, poses=WHOLE):
+    """Return a number of every image of one range of poses, (..., n)."""
+    return result.select(poses=poses).column(*path)
 
 
 def levels_run(result):
@@ -55,31 +60,21 @@ def levels_run(result):
     return [v for v in LIGHT_LEVELS if v in result.conditions[0]["levels"]]
 
 
-def in_light(result, level, method, poses=WHOLE, spots=SPOTTED):
-    """Return the successes (n,) of a method in one light."""
-    clean = "" if spots == SPOTTED else "spotless."
-    return numbers_of(result, f"{level_name(level)}.{clean}{method}", poses)
+def in_light(result, method, poses=WHOLE, spots=SPOTTED):
+    """Return the successes (levels, n) of a method in every light."""
+    clean = () if spots == SPOTTED else ("spotless",)
+    levels = [level_name(level) for level in levels_run(result)]
+    return numbers_of(result, levels, *clean, method, poses=poses)
 
 
 def shadow_effects(result, method, poses=WHOLE):
     """Return success without minus with the shadow, as an Estimate."""
-    return paired_gain(
-        numbers_of(result, f"plain.{method}", poses),
-        numbers_of(result, f"shadow.{method}", poses),
-    )
+    return paired_gain(*numbers_of(result, ("plain", "shadow"), method, poses=poses))
 
 
-def all_orders(result, tone="", poses=WHOLE):
-    """Return success (2, 4, n): direction, first corner by rising square, image.
-
-    tone: 'linear_' for the images with their tone curve undone.
-    """
-    return np.array(
-        [
-            [numbers_of(result, f"{tone}{way}_{rank}", poses) for rank in range(4)]
-            for way in WAYS
-        ]
-    )
+def all_orders(result, poses=WHOLE):
+    """Return success (2, 4, n): direction, first corner by rising square, image."""
+    return np.array([numbers_of(result, of, poses=poses) for of in ORDERS.values()])
 
 
 def differing(orders):
@@ -88,27 +83,22 @@ def differing(orders):
     return (flat.min(axis=0) != flat.max(axis=0)).astype(float)
 
 
-def merging_of(results, tone="", poses=WHOLE):
-    """Return size ratio, merge failure and success, each (n,), of the fisheye images.
-
-    tone: 'linear.' for the images with their tone curve undone.
-    """
+def merging_of(results, poses=WHOLE):
+    """Return size ratio and merge failure, each (n,), of the fisheye images."""
+    names = ("size_ratio", "merge_failed")
     both = [results[e] for e in ("exp_c3_shadow", "exp_c3_merge_images")]
-    return [
-        np.concatenate([numbers_of(r, tone + name, poses) for r in both])
-        for name in ("size_ratio", "merge_failed", "success")
-    ]
+    return np.hstack([numbers_of(one, names, poses=poses) for one in both])
 
 
-def logistic_slope(x, y):
-    """Return the slope of log odds of y (n,) bool over x (n,), and its standard error.
+def logistic_fit(x, y):
+    """Return slope, its standard error and offset of log odds of y (n,) over x (n,).
 
-    Maximum likelihood by Newton's method; (nan, nan) where all y are alike or x
-    separates them, so that the slope is unbounded.
+    Maximum likelihood by Newton's method; nan where all y are alike or x separates
+    them, so that the slope is unbounded.
     """
     y = np.asarray(y, float)
     if y.min() == y.max():
-        return np.nan, np.nan
+        return (np.nan,) * 3
     scale = x.std()
     design = np.column_stack([np.ones(len(x)), (x - x.mean()) / scale])
     weights = np.zeros(2)
@@ -116,13 +106,14 @@ def logistic_slope(x, y):
         p = 1 / (1 + np.exp(-design @ weights))
         information = design.T @ (design * (p * (1 - p))[:, None])
         if np.linalg.eigvalsh(information)[0] < SEPARATED:
-            return np.nan, np.nan
+            return (np.nan,) * 3
         step = np.linalg.solve(information, design.T @ (y - p))
         weights += step
         if np.abs(step).max() < 1e-10:
             break
     error = np.sqrt(np.linalg.inv(information)[1, 1])
-    return float(weights[1] / scale), float(error / scale)
+    slope = float(weights[1] / scale)
+    return slope, float(error / scale), float(weights[0] - slope * x.mean())
 
 
 def logistic_curve(x, y, at):
@@ -130,23 +121,10 @@ def logistic_curve(x, y, at):
 
     It is the mean of y where there is no such fit.
     """
-    slope, _ = logistic_slope(x, y)
-    y = np.asarray(y, float)
+    slope, _, offset = logistic_fit(x, y)
     if not np.isfinite(slope):
-        return np.full(len(at), y.mean())
-    offset = _offset(slope, x, y)
-    return 1 / (1 + np.exp(-(offset + slope * at)))
-
-
-def _offset(slope, x, y):
-    """Return the constant of the fit of a known slope, matching the mean of y."""
-    from scipy.optimize import brentq
-
-    def excess(offset):
-        return (1 / (1 + np.exp(-(offset + slope * x)))).mean() - y.mean()
-
-    far = 50 + np.abs(slope * x).max()
-    return brentq(excess, -far, far)
+        return np.full(len(at), np.mean(y))
+    return expit(offset + slope * at)
 
 
 @numbers("fig_3_14", needs=("fig_3_14_parts",), evidence="rendered")
@@ -156,10 +134,12 @@ def numbers_fig_3_14(results):
     found = {}
     for short, camera in (("hype", "hyperboloidal"), ("fish", "fisheye")):
         for name_of, method in (("celect", CELECT), ("opencv", OPENCV)):
-            counts = result.column(f"{method}.count", camera=camera)
+            counts, wide, high = result.column(
+                method, ("count", "columns", "rows"), camera=camera
+            )
             others = ", ".join(f"{n:.0f}" for n in counts)
-            for axis, name in (("columns", "cols"), ("rows", "rows")):
-                sizes = np.nan_to_num(result.column(f"{method}.{axis}", camera=camera))
+            for name, sizes in (("cols", wide), ("rows", high)):
+                sizes = np.nan_to_num(sizes)
                 found[f"fig3_14_{short}_{name_of}_{name}"] = Value(
                     float(sizes[0]),
                     interval=(float(sizes.min()), float(sizes.max())),
@@ -173,52 +153,29 @@ def numbers_fig_3_14(results):
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
-    shadow = open_results("exp_c3_shadow")
-    more = open_results("exp_c3_merge_images")
-    both = {"exp_c3_shadow": shadow, "exp_c3_merge_images": more}
-    orders = all_orders(open_results("exp_c3_trace_direction"))
-    quoted = {
-        **of_parts(open_results("fig_3_14_parts")),
-        "shadow.whole.opencv": in_points(shadow_effects(shadow, OPENCV)),
-        "orders.differ": of_hundred(proportion(differing(orders))),
-        **of_merging(both),
+    needs = ("exp_c3_shadow", "exp_c3_merge_images")
+    results = {name: open_results(name) for name in needs}
+    ratio, failed = merging_of(results)
+    thirds = np.array_split(failed[np.argsort(ratio)], min(3, len(ratio)))
+    loss = 100 * np.array(shadow_effects(results["exp_c3_shadow"], OPENCV)[:3])
+    orders = proportion(differing(all_orders(open_results("exp_c3_trace_direction"))))
+    parts = open_results("fig_3_14_parts")
+    quoted = {f"part.{camera}": ratio_of_parts(parts, camera) for camera in CAMERAS} | {
+        "shadow.whole.opencv": "{:.1f} ({:.1f} to {:.1f})".format(*loss),
+        "orders.differ": rounded(
+            100 * orders.value, (100 * orders.low, 100 * orders.high)
+        ),
+        "merge.even": 100 * thirds[0].mean(),
+        "merge.uneven": 100 * thirds[-1].mean(),
     }
     for name, number in quoted.items():
         value(name, number)
 
 
-def of_merging(results):
-    """Return the merge failures (%) of the thirds with most even and uneven squares."""
-    ratio, failed, _ = merging_of(results)
-    thirds = np.array_split(failed[np.argsort(ratio)], min(3, len(ratio)))
-    return {
-        "merge.even": 100 * thirds[0].mean(),
-        "merge.uneven": 100 * thirds[-1].mean(),
-    }
-
-
-def in_points(found):
-    """Return an Estimate of a share in percentage points, with its interval."""
-    points, low, high = (f"{100 * share:.1f}" for share in found[:3])
-    return f"{points} ({low} to {high})"
-
-
-def of_hundred(found):
-    """Return an Estimate of a share in percent, with its interval, as text."""
-    return rounded(100 * found.value, (100 * found.low, 100 * found.high))
-
-
-def of_parts(result):
-    """Return the median ratio of CELECT's corners to OpenCV's, by camera."""
-
-    def ratio(camera):
-        ours, theirs = (
-            result.column(f"{method}.count", camera=camera)
-            for method in (CELECT, OPENCV)
-        )
-        return float(np.median(ours / np.maximum(theirs, 1)))
-
-    return {f"part.{camera}": ratio(camera) for camera in CAMERAS}
+def ratio_of_parts(result, camera):
+    """Return the median ratio of CELECT's corners to OpenCV's."""
+    ours, theirs = result.column((CELECT, OPENCV), "count", camera=camera)
+    return float(np.median(ours / np.maximum(theirs, 1)))
 
 
 # Fig. 3.14, and the conditions of section 3.3.2.
@@ -236,26 +193,23 @@ def fig_3_14(results):
     result = results["fig_3_14_parts"]
     drawn, panels = new_figure(2, 2, height_in=6.6)
     rows, inside = [], []
-    for of_camera, camera in zip(panels, CAMERAS, strict=True):
+    for of_camera, camera, letter in zip(panels, CAMERAS, "ab", strict=True):
+        image, lattice = (
+            result.arrays(name, camera=camera)[0] for name in ("picture", "lattice")
+        )
         for panel, method in zip(of_camera, (CELECT, OPENCV), strict=True):
-            found = result.arrays(f"{method}.corners", camera=camera)
-            picture = result.arrays("picture", camera=camera)[0]
-            lattice = result.arrays("lattice", camera=camera)[0]
-            here = result.column(f"{method}.count", camera=camera)[0] > 0
-            corners = found[0] if here else None
-            _draw_part(panel, picture, lattice, corners)
-            if here and method == OPENCV:
-                _draw_paint(panel, result, camera)
-            size = "none"
-            if here:
-                long, short = sorted(corners.shape[:2], reverse=True)
-                size = f"{long} × {short}"
+            corners, size = None, "no part"
+            if result.column(method, "count", camera=camera)[0] > 0:
+                corners = result.arrays(method, "corners", camera=camera)[0]
+                size = "{1} × {0}".format(*sorted(corners.shape[:2]))
                 inside.append(_shares_corners(corners, lattice))
                 rows += [
                     (camera, METHODS[method], index, *corner)
                     for index, corner in enumerate(corners.reshape(-1, 2))
                 ]
-            letter = "ab"[CAMERAS.index(camera)]
+            _draw_part(panel, image, lattice, corners)
+            if corners is not None and method == OPENCV:
+                _draw_paint(panel, result, camera)
             name = METHODS[method] if method == CELECT else "OpenCV"
             panel.set_title(f"({letter}) {camera}, {name}: {size}")
     return Drawing(
@@ -271,17 +225,17 @@ def fig_3_14(results):
     )
 
 
-def _draw_part(panel, picture, lattice, corners):
+def _draw_part(panel, image, lattice, corners):
     low = lattice.reshape(-1, 2).min(axis=0) - MARGIN_PX
     high = lattice.reshape(-1, 2).max(axis=0) + MARGIN_PX
-    panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
+    panel.imshow(image, cmap="gray", vmin=0, vmax=255)
     if corners is not None:
         panel.plot(*corners.transpose(2, 1, 0), "-", color=GREEN, lw=0.7, marker="")
         panel.plot(*corners.transpose(2, 0, 1), "-", color=YELLOW, lw=0.7, marker="")
         panel.plot(*corners.reshape(-1, 2).T, "o", color=RED, ms=1.8, linestyle="")
     panel.set(
-        xlim=(max(low[0], -0.5), min(high[0], picture.shape[1] - 0.5)),
-        ylim=(min(high[1], picture.shape[0] - 0.5), max(low[1], -0.5)),
+        xlim=(max(low[0], -0.5), min(high[0], image.shape[1] - 0.5)),
+        ylim=(min(high[1], image.shape[0] - 0.5), max(low[1], -0.5)),
         xlabel="u (px)",
         ylabel="v (px)",
     )
@@ -290,8 +244,9 @@ def _draw_part(panel, picture, lattice, corners):
 
 def _draw_paint(panel, result, camera):
     """Draw the painted image over the original."""
-    bordered = result.arrays(f"{OPENCV}.painted", camera=camera)[0]
-    u, v = result.arrays(f"{OPENCV}.first", camera=camera)[0]
+    bordered, (u, v) = (
+        result.arrays(OPENCV, name, camera=camera)[0] for name in ("painted", "first")
+    )
     height, width = bordered.shape
     extent = (u - 0.5, u + width - 0.5, v + height - 0.5, v - 0.5)
     limits = {"xlim": panel.get_xlim(), "ylim": panel.get_ylim()}
@@ -354,14 +309,11 @@ def _name_ticks(panel, places, names):
 def _draw_light(panel, result, rows):
     levels = levels_run(result)
     for index, (method, label) in enumerate(METHODS.items()):
-        trials = [in_light(result, v, method) for v in levels]
         # Offset from each other, so that every interval is visible.
         x = np.array(levels) * OFFSET ** (index - 2)
-        _draw(panel, "a", x, trials, look_of(label), label, rows)
-    grey = [
-        np.median(numbers_of(result, f"{level_name(v)}.contrast_grey")) for v in levels
-    ]
-    for level, contrast in zip(levels, grey, strict=True):
+        _draw(panel, "a", x, in_light(result, method), look_of(label), label, rows)
+    grey = numbers_of(result, [level_name(v) for v in levels], "contrast_grey")
+    for level, contrast in zip(levels, np.median(grey, axis=1), strict=True):
         panel.annotate(f"{contrast:.0f}", (level, 104), ha="center", fontsize=7.5)
     panel.set_xscale("log")
     panel.set_xticks(levels, [f"{v:g}" for v in levels], rotation=45)
@@ -376,9 +328,7 @@ def _draw_light(panel, result, rows):
 
 def _draw_shadow(panel, result, rows):
     for index, (method, label) in enumerate(METHODS.items()):
-        trials = [
-            numbers_of(result, f"{name}.{method}") for name in ("plain", "shadow")
-        ]
+        trials = numbers_of(result, ("plain", "shadow"), method)
         x = np.array([0, 1]) + 0.06 * (index - 2)
         _draw(panel, "b", x, trials, look_of(label), label, rows)
     _name_ticks(panel, [0, 1], ["no shadow", "shadow"])
@@ -388,11 +338,10 @@ def _draw_shadow(panel, result, rows):
 
 
 def _draw_orders(panel, result, rows):
-    orders = all_orders(result)
-    for index, way in enumerate(WAYS):
+    for index, (label, names) in enumerate(ORDERS.items()):
         x = np.arange(1, 5) + 0.08 * (index - 0.5)
-        label = "clockwise" if way == "clockwise" else "anticlockwise"
-        _draw(panel, "c", x, orders[index], series(index + 5), label, rows)
+        trials = numbers_of(result, names)
+        _draw(panel, "c", x, trials, series(index + 5), label, rows)
     squares = ["smallest\nsquare", "second", "third", "largest\nsquare"]
     _name_ticks(panel, [1, 2, 3, 4], squares)
     panel.set(ylim=(0, 103), title="(c) first corner clicked", ylabel="Success (%)")
@@ -400,7 +349,7 @@ def _draw_orders(panel, result, rows):
 
 
 def _draw_merging(panel, results, rows):
-    ratio, failed, _ = merging_of(results)
+    ratio, failed = merging_of(results)
     groups = np.array_split(np.argsort(ratio), min(BINS, len(ratio)))
     x = [float(np.median(ratio[g])) for g in groups]
     _draw(panel, "d", x, [failed[g] for g in groups], series(0), "merge failure", rows)
