@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Extraction without clicks
 #
-# **Question.** CELECT requires a user who clicks four corners and knows their number.
+# **Question.** CELECT requires a user who clicks four corners and enters their number.
 # Given is only an image of a chessboard through an arbitrary lens or mirror. Can a
 # program find the board, count its corners, order them, and report when it cannot?
 
@@ -133,10 +133,10 @@ def zoo_trial(condition, rng):
         if name in COUNTING:
             counted = detector(image, None, None)
             out[name]["counted"] = scored(counted, corners, *size)
-    return out | {"refusals": refusals(board)}
+    return out | {"refusals": rejections(board)}
 
 
-def refusals(board):
+def rejections(board):
     """Results of `find_board` on images that do not show the requested board."""
     image, columns, rows = board.image, board.columns, board.rows
     cut = int(np.median(board.corners[:, 0]))
@@ -168,14 +168,14 @@ def zoo(effort):
 
 
 # %% tags=["active-ipynb"]
-# show_code(zoo_board, refusals)
+# show_code(zoo_board, rejections)
 
 # %% [markdown]
 # ## Discussion
 #
 # - **Training data.** Some thresholds were set after inspecting rendered boards like
-#   these. The counts therefore describe such boards only; photographs are the
-#   independent test, on the pages of photographed sets.
+#   these. The counts therefore describe such boards only; recorded images are the
+#   independent test, on the pages of recorded sets.
 # - **Last row.** Where another row of squares follows, the contrast across an edge
 #   reverses. This is checked beyond every side. A last row narrower than a pixel is
 #   invisible, as after a strong yaw (48.2° here). The board then passes as a smaller
@@ -194,7 +194,7 @@ def zoo(effort):
 # Chessboards can be found, counted and ordered without clicks and without a lens
 # model, in front of every simulated camera tested. On these few boards OpenCV is
 # nearly as good when the size is given, and worse when it is not. The test boards
-# resemble those used to set thresholds, so only photographs show how far this
+# resemble those used to set thresholds, so only recorded images show how far this
 # generalises.
 
 # %% [markdown]

@@ -17,18 +17,12 @@ ROWS = (
 )
 
 
-def known(result, name):
-    """Return the finite values of all trials of all conditions, (N,)."""
-    found = result.select().column(name)
-    return found[np.isfinite(found)]
-
-
 def found_row(result, detector, size):
     """Return one row of the table of detectors."""
-    off, right, wrong = (
-        known(result, f"{detector}.{size}.{name}")
-        for name in ("worst_px", "right", "wrong")
+    off, right, wrong = result.select().column(
+        detector, size, ("worst_px", "right", "wrong")
     )
+    off = off[right == 1]
     return {
         "Detector": detector,
         "Size": NAMES[size].removeprefix("size "),
@@ -89,7 +83,7 @@ def ext_without_clicks(results):
 def ext_click_free_refusals(results):
     """Return what must be rejected, and the ordered part that is reported."""
     result = results["ext_without_clicks_zoo"]
-    rows = [_refusal_row(result, name) for name in REQUESTS]
+    rows = [_rejection_row(result, name) for name in REQUESTS]
     returned = sum(row["Images"] - row["Rejected"] for row in rows)
     return Table(
         in_columns(rows),
@@ -99,13 +93,15 @@ def ext_click_free_refusals(results):
     )
 
 
-def _refusal_row(result, name):
-    refused = known(result, f"refusals.{name}.refused")
-    share = known(result, f"refusals.{name}.share") if "two" not in name else []
+def _rejection_row(result, name):
+    trials = result.select()
+    rejected = trials.column("refusals", name, "refused")
+    share = 100 * trials.column("refusals", name, "share")
+    share = share[np.isfinite(share)]
     return {
         "Request": name,
-        "Images": len(refused),
-        "Rejected": int(refused.sum()),
-        "In order, median (%)": 100 * float(np.median(share)) if len(share) else None,
-        "In order, minimum (%)": 100 * float(share.min()) if len(share) else None,
+        "Images": len(rejected),
+        "Rejected": int(rejected.sum()),
+        "In order, median (%)": float(np.median(share)) if len(share) else None,
+        "In order, minimum (%)": float(share.min()) if len(share) else None,
     }

@@ -12,7 +12,7 @@ from raxel.features.opencv import chessboard_corners, chessboard_corners_sb
 
 CELECT, OPENCV = "celect", "findChessboardCorners"
 OPENCV_SB, CLICKLESS = "findChessboardCornersSB", "raxel"
-# CELECT on a picture whose tone curve is undone.
+# CELECT on an image whose tone curve is undone.
 LINEAR = "celect-linear"
 # SD on both axes of the clicks that the author made.
 CLICK_SD_PX = 0.614
@@ -20,11 +20,11 @@ PRECISION_PX = 0.1
 
 
 def returned(name, image, columns, rows):
-    """Corners (N, 2) of a detector without clicks; None where it refuses.
+    """Corners (N, 2) of a detector without clicks; None if it rejects the image.
 
-    OpenCV's stand as they are returned: with adaptive threshold and normalised
-    image, or sector-based, exhaustive and accurate. What is compared are whole
-    boards: one that lacks corners counts as refused.
+    OpenCV's corners are not refined: with adaptive threshold and normalised image,
+    or sector-based, exhaustive and accurate. Whole boards are compared: one that
+    lacks corners counts as rejected.
     """
     if name == CLICKLESS:
         seen = find_board(image, columns, rows)
@@ -109,12 +109,8 @@ def starts_of(result):
 
 def largest_by_start(result, window):
     """Largest error (n,) over corners and trials, for every start error."""
-    return np.array(
-        [
-            result.column(f"{window}.max_px", start_px=start).max()
-            for start in starts_of(result).tolist()
-        ]
-    )
+    trials = result.by("start_px").values()
+    return np.array([of_start.column(window, "max_px").max() for of_start in trials])
 
 
 def farthest_start(result, window):
@@ -125,6 +121,6 @@ def farthest_start(result, window):
 
 
 def worst_within(result, window):
-    """Largest error (px) from starts that are no further off than 8 px."""
+    """Largest error (px) from starts that are at most 8 px off."""
     near = starts_of(result) <= FARTHEST_START_PX
     return float(largest_by_start(result, window)[near].max())

@@ -12,7 +12,7 @@ from raxel.features.active_grid import decode
 from raxel.features.active_grid.coding import phase_weights
 from raxel.sets import ActiveGrid, PatternPlan, patterns_of
 
-# Pictures of 16 bits, so that rounding is far below what is looked for.
+# Images of 16 bits, so that rounding is far below the errors sought.
 TOP = 65535
 RANGE = (0.1, 0.9)
 STRIP_ROWS = 8
@@ -46,7 +46,7 @@ def formula_error(profile, count, phase):
 def decoder_error(profile, count, samples):
     """Phases (samples,) and decoded less true phase, rad, by `active_grid.decode`.
 
-    The pictures hold one period; the profile is scaled to fit their 16 bits, which
+    The images contain one period; the profile is scaled to fit their 16 bits, which
     changes no phase. A pixel without a location is nan.
     """
     monitor = ActiveGrid((samples, STRIP_ROWS))
@@ -88,7 +88,7 @@ def sum_of_orders(sines, cosines=None, mean=0.0):
 
 
 def power_law(gamma):
-    """What a monitor with this gamma makes of a sine, 0 to 1."""
+    """A sine, 0 to 1, as shown by a monitor with this gamma."""
     return lambda phase: (0.5 + 0.5 * np.sin(phase)) ** gamma
 
 

@@ -1,4 +1,4 @@
-"""The rigs that take the pictures of 3.3.2's sets, and those of Fig. 3.14."""
+"""The rigs of the image sets of 3.3.2, and those of Fig. 3.14."""
 
 from dataclasses import replace
 from functools import lru_cache

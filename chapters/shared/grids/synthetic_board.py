@@ -1,8 +1,8 @@
-"""The synthetic chessboard of 3.3.1: a square picture of a board, bent by a fisheye.
+"""The synthetic chessboard of 3.3.1: a square image of a board, bent by a fisheye.
 
-Lengths of the board are in pixels of the picture before it is bent. The board stands at
+Lengths of the board are in pixels of the image before it is bent. The board stands at
 a distance of one focal length, so that seen by a pinhole, and not turned, its plane is
-that picture.
+that image.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ FULL_RANGE = (0.0, 255.0)
 class SyntheticBoard:
     """A chessboard with squares of `square_px`, seen over a diagonal field of view.
 
-    The field is that of the picture's diagonal (E-3.15). yaw_deg turns the board
+    The field is that of the image's diagonal (E-3.15). yaw_deg turns the board
     about its own vertical middle line, towards the camera on its left. As many whole
-    squares as the picture holds stand about its middle; the outermost ring of them is
+    squares as the image holds are around its middle; the outermost ring of them is
     the clearance about the corners.
     """
 
@@ -50,7 +50,7 @@ class SyntheticBoard:
 
     @property
     def focal_px(self):
-        """Focal length that spreads the picture's diagonal over the field of view."""
+        """Focal length that spreads the image's diagonal over the field of view."""
         return SIZE_PX / math.sqrt(2) / math.tan(math.radians(self.fov_deg) / 2)
 
     @property
@@ -63,7 +63,7 @@ class SyntheticBoard:
 
     @property
     def chessboard(self):
-        """The board as a target; its unit is a pixel of the picture before bending."""
+        """The board as a target; its unit is a pixel of the image before bending."""
         return Chessboard(self.columns, self.rows, self.square_px)
 
     @property
@@ -123,7 +123,7 @@ class SyntheticBoard:
         return float(np.linalg.norm(pixels[0] - pixels[1]))
 
     def image(self, blur_px=1.0, noise_sd=0.0, rng=None, levels=FULL_RANGE):
-        """The picture, uint8 (1000, 1000).
+        """The image, uint8 (1000, 1000).
 
         blur_px: SD of the Gaussian blur; noise_sd: SD of the added noise in grey
         levels, drawn from `rng`; levels: grey of black and white before the noise.
@@ -135,7 +135,7 @@ class SyntheticBoard:
         return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
 
     def flat_image(self):
-        """The picture before it is bent, uint8 (1000, 1000), without blur."""
+        """The image before it is bent, uint8 (1000, 1000), without blur."""
         middle = (SIZE_PX - 1) / 2
         K = [[self.focal_px, 0, middle], [0, self.focal_px, middle], [0, 0, 1]]
         camera = PerspectiveCamera(np.array(K), (), SIZE_PX, SIZE_PX)
@@ -178,7 +178,7 @@ def _blurred(board, blur_px):
     return cv2.GaussianBlur(radiance, (0, 0), blur_px)
 
 
-# Lattices of corners in a picture: which way round they go, and their outer corners.
+# Lattices of corners in an image: which way round they go, and their outer corners.
 
 
 def clockwise(lattice):
