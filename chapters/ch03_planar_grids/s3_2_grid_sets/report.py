@@ -97,7 +97,7 @@ def images_of(result, which=PRIMARY, seed=None):
 
 
 def seeds_of(results, which=PRIMARY):
-    """Return the seeds of the selected runs, which all four experiments share."""
+    """Return the seed of each selected run; all four experiments share them."""
     return images_of(next(iter(results.values())), which).levels("seed")
 
 

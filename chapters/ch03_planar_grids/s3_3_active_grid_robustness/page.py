@@ -70,7 +70,7 @@ from repro.run import Plan, experiment
 # - *True corners*: corners known from the simulation; their residual is the *floor*.
 # - *Tie*: residuals that differ by no more than the range of the floor over the sets.
 # - *Set of images*: one of three simulated runs, with its own noise and monitor setup.
-# - *Full well*: the charge at which a camera pixel saturates. *Blooming*: overflow of
+# - *Full well*: charge at which a camera pixel saturates. *Blooming*: overflow of
 #   charge along columns.
 
 # %% [markdown]
@@ -129,7 +129,7 @@ from repro.run import Plan, experiment
 #
 # - **Lens.** A 10.5 mm fisheye, as the grid is 74° high at 200 mm.
 # - **Pixels.** 3 × 3 camera pixels as one, which favours the active grid.
-# - **Windows.** 15 px for both localisers, or half a square.
+# - **Windows.** 15 px, or half a square.
 # - **Ranges.** Up to where the chessboard leaves the image, or blur and noise exceed
 #   those of the camera.
 # - **Exposure.** White fills 0.9 of a well, or 1.2.
@@ -164,8 +164,8 @@ def viewing_angles(effort):
 # ## Discussion
 #
 # - **Floor.** Four phase steps keep the third harmonic of the monitor's response. It
-#   vanishes at the corners of the first grid, where $\varphi = k\pi$, but not in the
-#   second grid.
+#   vanishes at the corners of the first grid, where the phase is a multiple of
+#   $\pi$, but not in the second.
 # - **Noise.** The claim holds if the range ends earlier or images are overexposed.
 # - **Blur.** Blur is symmetric around a corner and along a sinusoid, so it costs
 #   contrast, not position. Compared with true corners, the small error of the active
@@ -173,7 +173,7 @@ def viewing_angles(effort):
 # - **Blooming.** White squares grow along columns, and corners move. Sinusoids are
 #   clipped only at their crests.
 # - **Viewing angle.** If the margin at the monitor's edge counts as lost, the decoded
-#   share falls, but it falls without intensity fall-off too. Contrast loss of real
+#   share falls, but also without intensity fall-off. Contrast loss of real
 #   panels is not simulated.
 # - **Limits.** One camera, a monitor without raster, a central lens.
 
