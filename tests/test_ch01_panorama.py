@@ -34,7 +34,7 @@ def closed_form(e, focal, radius_px, elevations):
 
 
 def test_scales_are_those_of_the_closed_form():
-    camera = trials.laboratory(1.0).camera
+    camera = trials.simulator(1.0).camera
     view = trials.view_of(camera)
     elevations = np.radians(np.linspace(-45, 45, 13))
     area, row, column = trials.scales(camera, view, elevations)
@@ -71,7 +71,7 @@ def test_the_claim_holds_in_every_mirror_and_can_fail(rows):
 
 
 def test_the_rows_compared_are_the_top_and_the_bottom_one(rows):
-    view = trials.view_of(trials.laboratory(1.0).camera)
+    view = trials.view_of(trials.simulator(1.0).camera)
     ends = np.degrees(view.elevations([0, view.height - 1]))
     for mirror in trials.ECCENTRICITIES:
         (elevations,) = rows.arrays("elevation_deg", mirror=mirror)
@@ -80,7 +80,7 @@ def test_the_rows_compared_are_the_top_and_the_bottom_one(rows):
 
 
 def test_a_smaller_picture_shows_the_same_view():
-    cameras = [trials.laboratory(size).camera for size in (1.0, 0.25)]
+    cameras = [trials.simulator(size).camera for size in (1.0, 0.25)]
     np.testing.assert_allclose(cameras[0].centre, cameras[1].centre)
     corner = np.array([[200.0, 300.0]])
     smaller = (corner + 0.5) / 4 - 0.5
@@ -103,7 +103,7 @@ def test_the_picture_is_unwrapped_and_its_uprights_are_straight(picture):
 
 
 def test_the_picture_has_straight_ahead_on_top_and_in_the_middle():
-    camera = trials.laboratory(0.25).camera
+    camera = trials.simulator(0.25).camera
     view = trials.view_of(camera)
     sources = source_pixels(camera, view)
     u, v = sources[int(view.horizon), view.width // 2]
@@ -129,9 +129,9 @@ def test_a_step_is_found_where_it_is_and_a_thin_line_is_none():
 
 def test_exercises():
     assert exercises.rows_above_horizon(1280, 45) == pytest.approx(1280 / (2 * np.pi))
-    camera = trials.laboratory(1.0).camera
+    camera = trials.simulator(1.0).camera
     up = np.radians(exercises.EYE_HIGH_DEG)
     ray = np.cos(up) * trials.AHEAD - np.sin(up) * trials.DOWN
     seen = camera.project((camera.centre + 1e4 * ray)[None]).pixels[0]
     radius = np.linalg.norm(seen - camera.viewer.K[:2, 2])
-    assert exercises.radius_in_picture() == pytest.approx(radius, abs=1e-3)
+    assert exercises.radius_in_image() == pytest.approx(radius, abs=1e-3)

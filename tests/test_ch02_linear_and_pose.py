@@ -153,14 +153,15 @@ def test_eight_solutions_are_judged_both_ways():
 
 def test_exercises_of_2_4():
     assert s4_1_exercises.freedom_of_a() == 3
-    assert s4_1_exercises.solutions_of_triangle() == 8
-    depth = s4_1_exercises.depth_of_triangle()
+    solutions = s4_1_exercises.solutions_of_triangle()
+    assert len(solutions) == 8
+    depth = s4_1_exercises.DEPTH_MM
     directions, points = s4_1_exercises.triangle()
     corners = depth * directions
     side = np.linalg.norm(corners[0] - corners[1])
     np.testing.assert_allclose(side, s4_1_exercises.SIDE_MM)
     np.testing.assert_allclose(np.linalg.norm(points[0] - points[1]), side)
-    assert s4_1_exercises.nearer_depth() < depth
+    assert np.abs(solutions).min() < depth
 
 
 # Algorithm 1

@@ -87,7 +87,7 @@ def test_the_sphere_of_the_exercise_is_the_hyperboloid_with_z_reversed():
 
 
 def test_the_fov_model_holds_equidistance():
-    omega = np.radians(exercises.omega_of_equidistance())
+    omega = np.radians(exercises.OMEGA_DEG)
     theta = np.linspace(0.01, 1.2, 50)
     radius = np.arctan(2 * np.tan(theta) * np.tan(omega / 2)) / omega
     np.testing.assert_allclose(radius / theta, 1 / omega)

@@ -6,7 +6,7 @@ from scipy.stats import binomtest
 
 from chapters.ch02_general_camera_model.s5_2_real_data import experiment as true_centre
 from chapters.ch02_general_camera_model.s5_2_real_data import experiment as zoom_scores
-from chapters.ch02_general_camera_model.s5_2_real_data.claims import in_seeds
+from chapters.ch02_general_camera_model.s5_2_real_data.claims import in_runs
 from chapters.shared.general import facade as facade
 from chapters.shared.general import three_planes as three_planes
 from chapters.shared.methods import SCORINGS
@@ -118,12 +118,12 @@ def test_a_homography_removes_a_plane_and_leaves_distortion():
 
 
 def test_a_share_of_seeds_has_its_exact_interval():
-    reading = in_seeds(np.arange(10) < 9, "so")
+    reading = in_runs(np.arange(10) < 9, "so")
     exact = binomtest(9, 10).proportion_ci(0.95, method="exact")
     assert (reading.verdict, reading.regenerated) == ("reproduced", 0.9)
     assert reading.interval == pytest.approx((exact.low, exact.high))
-    assert reading.reason == "9 of 10 seeds; so"
-    assert in_seeds(np.arange(10) < 8, "").verdict == "differs"
+    assert reading.reason == "9 of 10 simulated runs; so"
+    assert in_runs(np.arange(10) < 8, "").verdict == "differs"
 
 
 def test_the_upright_view_of_the_front_keeps_verticals_in_columns():
@@ -133,7 +133,7 @@ def test_the_upright_view_of_the_front_keeps_verticals_in_columns():
     world = world @ facade.T_world_camera()[:3, :3].T
     # All points of a vertical line have one x / z, in the frame of the front.
     sideways = (world[:, 0] / world[:, 2]).reshape(120, 160).astype(np.float32)
-    seen = facade.corrected_pictures(sideways, {"generic_as_printed": camera})
+    seen = facade.corrected_images(sideways, {"generic_as_printed": camera})
     focal = 79.5 / np.tan(np.radians(facade.HALF_VIEW_DEG))
     columns = np.arange(40, 120)
     wanted = np.broadcast_to((columns - 79.5) / focal, (40, 80))

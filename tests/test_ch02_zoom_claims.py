@@ -17,7 +17,7 @@ from chapters.shared.general import interpretations as synthetic_readings
 from chapters.shared.general.interpretations import (
     IN_PAIRS,
     OF_SEEDS,
-    READINGS,
+    VARIANTS,
     ZoomCase,
 )
 from chapters.shared.general.three_planes import FOVS_DEG
@@ -29,7 +29,7 @@ TRIALS = 50
 
 def of_seeds(values, trials=TRIALS):
     """The same for every experiment that Table 2.2 is judged by."""
-    conditions = SETS, READINGS, IN_PAIRS
+    conditions = SETS, VARIANTS, IN_PAIRS
     return {
         name: OfLaw(asked, values, trials)
         for name, asked in zip(OF_SEEDS, conditions, strict=True)
@@ -208,13 +208,13 @@ def test_a_failed_seed_is_the_worst_of_a_median():
 
 
 def test_every_option_of_the_laboratory_is_read_from_its_own_seeds():
-    every = [*IN_PAIRS, *READINGS, {"zoom": 3}]
+    every = [*IN_PAIRS, *VARIANTS, {"zoom": 3}]
 
     def values(name, condition):
         return np.full(3, every.index(condition))
 
     made = of_seeds(values, 3)
-    for condition in [*IN_PAIRS, *READINGS]:
+    for condition in [*IN_PAIRS, *VARIANTS]:
         options = {key: condition[key] for key in ("corner_noise", "interpolation")}
         found = ZoomCase(made, options).column("x", condition["zoom"])
         assert np.array_equal(found, values("x", condition))

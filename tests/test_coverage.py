@@ -110,7 +110,7 @@ def test_fig_2_3_runs_with_the_values_that_the_settings_chose():
     assert chosen["grid_distance_mm"] == three_planes.DISTANCE_MM
     assert chosen["grid_shift_mm"] == [-three_planes.SHIFT_MM, three_planes.SHIFT_MM]
     assert chosen["grid_tilt_deg"] == list(three_planes.TILT_DEG)
-    assert chosen["least_angle_between_grids_deg"] == three_planes.LEAST_ANGLE_DEG
+    assert chosen["least_angle_between_grids_deg"] == three_planes.MIN_ANGLE_DEG
     assert chosen["finite_grid_mm"] == [-three_planes.FINITE_MM, three_planes.FINITE_MM]
 
 

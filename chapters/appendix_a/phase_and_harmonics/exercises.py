@@ -15,6 +15,12 @@ SEVEN = 7
 B3, B5, CELL_MM = -0.02, 0.012, 40.0
 
 
+# Of (3.23) for the profile with the orders 3 and 5.
+LARGEST_ERROR = largest(
+    formula_error(sum_of_orders({1: 1.0, 3: B3, 5: B5}), 4, phases(3600))
+)
+
+
 def amplitude_task():
     """A_2 / A_1 = 0.8 / 3.8 and A_3 / A_2 = -0.2 / 4.8. Their product is -0.0088."""
     return {
@@ -47,7 +53,7 @@ def alias_task():
 def steps_task():
     """|b3 + b5| / b1 is 0.008 rad. A cell of 40 mm is 2 pi rad, so 0.051 mm."""
     return {
-        "expected": largest_error_mm,
+        "expected": lambda: CELL_MM * LARGEST_ERROR / (2 * np.pi),
         "hint": "a period of 2 pi rad is one cell",
         "slips": {
             "Amplitudes add with their signs.": lambda: (
@@ -57,9 +63,3 @@ def steps_task():
             "Order 5 contributes too.": lambda: CELL_MM * abs(B3) / (2 * np.pi),
         },
     }
-
-
-def largest_error_mm():
-    """Return the largest error of (3.23) for the profile of the exercise, mm."""
-    profile = sum_of_orders({1: 1.0, 3: B3, 5: B5})
-    return CELL_MM * largest(formula_error(profile, 4, phases(3600))) / (2 * np.pi)

@@ -23,19 +23,7 @@ from repro.run import (
 
 PERCENT_OF_PERIOD = 100 / (2 * np.pi)
 GAMMA = 2.2
-
-
-def one(result, name, **condition):
-    """Return the value of a deterministic experiment: one trial per condition."""
-    return float(result.column(name, **condition)[0])
-
-
-def odd_pairs(result):
-    """Return, per pair of b3 and b5: amplitude, ratio to b3 + b5, strongest order."""
-    size, order = (
-        result.select().column(name) for name in ("amplitude_rad", "strongest_order")
-    )
-    return size, size / [c["b3"] + c["b5"] for c in result.conditions], order
+KINDS = ("sine", "cosine")
 
 
 def ratios_at(phase, b3):
@@ -48,7 +36,7 @@ def ratios_at(phase, b3):
 def name_values(open_results):
     """Name the values that the page quotes."""
     odd = open_results("exp_c3_odd_orders_matter")
-    size = one(odd, "amplitude_rad", b3=0.01, b5=0.0)
+    (size,) = odd.column("amplitude_rad", b3=0.01, b5=0.0)
     true, printed = ratios_at(0.4, 0.05)
     law = power_law_orders(GAMMA, 3)
     found = {
@@ -70,21 +58,13 @@ def name_values(open_results):
 def ext_orders_of_steps(results):
     """Draw the phase error by order and by number of steps."""
     ran = results["ext_orders_of_steps"]
-    orders = np.arange(2, MAX_ORDER + 1)
-    size = np.array(
-        [
-            [
-                max(one(ran, f"{kind}.{n}", steps=steps) for kind in ("sine", "cosine"))
-                for n in orders
-            ]
-            for steps in STEPS
-        ]
-    )
-    size = size / SMALL
+    orders = tuple(range(2, MAX_ORDER + 1))
+    # One trial per condition; the larger one of sine and cosine.
+    errors = [ran.column(KINDS, orders, steps=n).max(axis=0)[:, 0] for n in STEPS]
+    size = np.array(errors) / SMALL
     drawn, axes = new_figure(height_in=2.4)
     axes.grid(False)
-    picture = axes.imshow(size, cmap="Blues", vmin=0, vmax=1.3, aspect="auto")
-    picture.set_rasterized(True)
+    axes.imshow(size, cmap="Blues", vmin=0, vmax=1.3, aspect="auto", rasterized=True)
     for row in range(len(STEPS)):
         for column, n in enumerate(orders):
             if size[row, column] > 1e-6:
@@ -150,11 +130,9 @@ def app_a(results):
     rows, agree = [], True
     for n in SHOWN_ORDERS:
         text, size = first_order(n)
-        found = [
-            None if n == 1 else one(ran, f"{kind}.{n}", steps=4)
-            for kind in ("sine", "cosine")
-        ]
+        found = [None, None]
         if n > 1:
+            found = ran.column(KINDS, n, steps=4)[:, 0].tolist()
             agree &= all(abs(error - SMALL * size) <= SMALL**2 for error in found)
         # Rounding errors of double precision are shown as zero.
         found = [v if v is None or v > 1e-12 else 0.0 for v in found]
@@ -182,16 +160,14 @@ MARGIN = 0.1
 @claim("c3_even_cancels", needs=("exp_c3_even_cancels",), evidence="analytic")
 def judge_even_cancels(results):
     """Phase error below 1e-12 rad for orders 2, 4, 6, sine or cosine."""
-    formula, decoder = (
-        results["exp_c3_even_cancels"].select().column(name).max()
-        for name in ("formula_rad", "decoder_rad")
-    )
+    every = results["exp_c3_even_cancels"].select()
+    formula, decoder = every.column(("formula_rad", "decoder_rad")).max(axis=1)
     return Reading.of(
         formula < ROUNDING_RAD,
         float(formula),
         unit="rad",
         reason="largest of all orders and amplitudes in double precision; "
-        f"the decoder, in float32 and from pictures of 16 bits, {decoder:.0e} "
+        f"the decoder, in float32 and from images of 16 bits, {decoder:.0e} "
         "rad",
     )
 
@@ -199,7 +175,9 @@ def judge_even_cancels(results):
 @claim("c3_odd_orders_matter", needs=("exp_c3_odd_orders_matter",), evidence="analytic")
 def judge_odd_orders(results):
     """Amplitude within 10 % of (b3 + b5) / b1, at four times the fundamental."""
-    _, ratios, orders = odd_pairs(results["exp_c3_odd_orders_matter"])
+    ran = results["exp_c3_odd_orders_matter"]
+    size, orders = ran.select().column(("amplitude_rad", "strongest_order"))
+    ratios = size / [c["b3"] + c["b5"] for c in ran.conditions]
     four = (orders == 4).all()
     near = np.abs(ratios - 1).max() <= MARGIN
     return Reading.of(

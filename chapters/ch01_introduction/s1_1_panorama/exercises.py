@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chapters.ch01_introduction.s1_1_panorama.experiment import laboratory, viewer_angle
+from chapters.ch01_introduction.s1_1_panorama.experiment import simulator, viewer_angle
 
 EYE_HIGH_DEG = 30.0
 
@@ -23,14 +23,14 @@ def lamp_task():
     """The light is 120 degrees from straight down. The formula of the page gives the
     angle at the camera. The focal length times its tangent is the radius."""
     return {
-        "expected": radius_in_picture,
+        "expected": radius_in_image,
         "hint": "psi and the elevation are measured from different directions",
         "slips": {
             "Psi is measured from straight down, the elevation from the horizon.": (
-                lambda: radius_in_picture(EYE_HIGH_DEG)
+                lambda: radius_in_image(EYE_HIGH_DEG)
             ),
             "Psi is measured from straight down, not from straight up.": (
-                lambda: radius_in_picture(90 - EYE_HIGH_DEG)
+                lambda: radius_in_image(90 - EYE_HIGH_DEG)
             ),
         },
     }
@@ -43,13 +43,12 @@ def rows_above_horizon(width, elevation_deg):
 
 def given():
     """Return the mirror's half axes (mm) and the camera's focal length (px)."""
-    camera = laboratory(1.0).camera
+    camera = simulator(1.0).camera
     return *camera.axes, camera.viewer.K[0, 0]
 
 
-def radius_in_picture(psi_deg=90 + EYE_HIGH_DEG):
+def radius_in_image(psi_deg=90 + EYE_HIGH_DEG):
     """Return the distance (px) from the middle of Fig. 1.1(a) at an angle psi."""
-    camera = laboratory(1.0).camera
-    e = camera.mirror.eccentricity
-    angle = viewer_angle(e, np.radians(psi_deg))
+    camera = simulator(1.0).camera
+    angle = viewer_angle(camera.mirror.eccentricity, np.radians(psi_deg))
     return float(camera.viewer.K[0, 0] * np.tan(angle))

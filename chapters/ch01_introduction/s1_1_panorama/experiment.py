@@ -32,7 +32,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 @cache
-def laboratory(size):
+def simulator(size):
     """Return the rig with `size` times its pixels in each direction."""
     rig = rig_named(RIG)
     mirror, viewer = rig.camera, rig.camera.viewer
@@ -172,7 +172,7 @@ def mirror_camera(name):
     """
     e = ECCENTRICITIES[name]
     if e is None:
-        return laboratory(1.0).camera
+        return simulator(1.0).camera
     psi = np.radians(90 + HIGHEST_DEG)
     R = RIM_MM * (1 + e * np.cos(psi)) / np.sin(psi)
     if e == 1:

@@ -34,10 +34,10 @@ from chapters.ch01_introduction.s1_1_panorama.experiment import (
     T_world_camera,
     borders,
     jacobians,
-    laboratory,
     mirror_camera,
     rig_trial,
     scales,
+    simulator,
     through_the_mirror,
     view_of,
 )
@@ -141,7 +141,7 @@ SIZES = {"quick": 0.4, "full": 1.0}
 # %%
 def picture_trial(condition, rng):
     """Render the room, unwrap the image, detect its uprights."""
-    lab = laboratory(condition["size"])
+    lab = simulator(condition["size"])
     camera, view = lab.camera, view_of(lab.camera)
     picture = lab.photograph(room(), T_world_camera(camera), rng, colour=True)
     unwrapped = resample(picture, source_pixels(camera, view))
@@ -170,7 +170,7 @@ def resolution_trial(condition, rng):
     """Scales in every row, and the ratio of the top row to the bottom."""
     camera = mirror_camera(condition["mirror"])
     # The rows of Fig. 1.1(b), for every mirror.
-    rig = view_of(laboratory(1.0).camera)
+    rig = view_of(simulator(1.0).camera)
     view = cylindrical_view(camera, DOWN, AHEAD, WIDTH)
     view = view._replace(horizon=rig.horizon, height=rig.height)
     elevations = view.elevations(np.arange(rig.height))

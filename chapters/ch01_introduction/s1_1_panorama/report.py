@@ -18,12 +18,8 @@ from repro.run import Check, Drawing, Reading, claim, columns, figure
 def name_values(open_results):
     """Name the values that the page quotes."""
     rows = open_results("fig_1_1_resolution")
-    found = {
-        "ratio": rows.column("ratio", mirror=RIG_MIRROR).max(),
-        "band": rows.select().column("band_deg").min(),
-    }
-    for name, number in found.items():
-        value(name, number)
+    value("ratio", rows.column("ratio", mirror=RIG_MIRROR).max())
+    value("band", rows.select().column("band_deg").min())
 
 
 # Fig. 1.1, and an overview of the simulated rigs.
@@ -39,17 +35,16 @@ RIG_ROWS, RIG_COLUMNS = 6, 5
 def fig_1_1(results):
     """Draw (a) the image in the mirror and (b) its cylindrical projection."""
     ran = results["fig_1_1_picture"]
-    picture, unwrapped, borders = (
+    recorded, unwrapped, borders = (
         ran.arrays(name)[0] for name in ("picture", "unwrapped", "borders")
     )
     drawn, axes = new_figure(2, 1, height_in=7.4, height_ratios=(4.4, 2.9))
     titles = ("(a) image in the mirror", "(b) unwrapped on a cylinder")
-    for panel, image, title in zip(axes, (picture, unwrapped), titles, strict=True):
+    for panel, image, title in zip(axes, (recorded, unwrapped), titles, strict=True):
         panel.imshow(image, interpolation="antialiased")
         panel.set(title=title, xlabel="u (px)", ylabel="v (px)")
         panel.grid(False)
-    row = ran.column("horizon_error_px").max()
-    spread = ran.column("spread_px").max()
+    row, spread = ran.column(("horizon_error_px", "spread_px")).max(axis=1)
     off = borders[:, 2].max()
     exact = max(row, spread) < EXACT_PX
     return Drawing(
@@ -86,7 +81,7 @@ def ext_rigs(results):
     for name, panel in panels.items():
         one = ran.one(rig=name)
         poses = one.arrays("T_camera_target")[0]
-        width, height = (int(one.column(f"{x}_px")[0]) for x in ("width", "height"))
+        width, height = one.column(("width_px", "height_px"))[:, 0].astype(int).tolist()
         draw_scene(panel, rig_scene(rig_named(name), RIG_SEED, poses), words=False)
         rows.append((name, one.texts("kind")[0], width, height, len(poses)))
     return Drawing(
@@ -103,22 +98,22 @@ def ext_rigs(results):
 
 @claim("c1_unwrap_resolution", needs=("fig_1_1_resolution",), evidence="analytic")
 def judge_unwrap_resolution(results):
-    """Source pixels in the top and the bottom row, more than 1.5 apart."""
+    """Source pixels in the top and the bottom row differ by a factor above 1.5."""
     ran = results["fig_1_1_resolution"]
 
-    def of(name):
-        return float(ran.column(name, mirror=RIG_MIRROR).max())
-
-    ratio = of("ratio")
-    apart = max(ratio, 1 / ratio)
-    least = ran.select().column("ratio").min()
+    names = ("ratio", "top", "bottom", "ratio_row", "ratio_column")
+    ratio, top, bottom, along_row, along_column = (
+        float(found) for found in ran.column(names, mirror=RIG_MIRROR).max(axis=1)
+    )
+    larger = max(ratio, 1 / ratio)
+    smallest = ran.select().column("ratio").min()
     return Reading.of(
-        apart > MIN_RATIO,
-        apart,
+        larger > MIN_RATIO,
+        larger,
         unit="1",
-        reason="area of the picture per unwrapped pixel, top row to "
-        f"bottom row: {of('top'):.2f} to {of('bottom'):.3f} px²; "
-        f"{of('ratio_row'):.1f} along the row, "
-        f"{of('ratio_column'):.1f} along the column; "
-        f"{least:.0f} or more with all mirrors tried",
+        reason="area of the source image per unwrapped pixel, top row to "
+        f"bottom row: {top:.2f} to {bottom:.3f} px²; "
+        f"{along_row:.1f} along the row, "
+        f"{along_column:.1f} along the column; "
+        f"{smallest:.0f} or more with all mirrors tried",
     )

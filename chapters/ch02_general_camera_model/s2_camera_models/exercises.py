@@ -5,16 +5,37 @@ import numpy as np
 from chapters.ch02_general_camera_model.s2_camera_models.report import free_of_cubics
 from chapters.shared.general import camera
 
+# Of the FOV model that is the equidistance law.
+OMEGA_DEG = np.degrees(2 * np.arctan(0.5))
+# Semi-axes (mm) of the hyperboloid, along its axis and across.
+ALONG_MM, ACROSS_MM = 30, 20
+
+
+def xi(e):
+    """Return xi of the unified sphere for a mirror's eccentricity."""
+    return 2 * e / (1 + e**2)
+
+
+def sphere_of_hyperboloid():
+    """Return xi of the unified sphere equivalent to the hyperboloid."""
+    return xi(np.hypot(ALONG_MM, ACROSS_MM) / ALONG_MM)
+
+
+def divided_edge():
+    """Return the radius (px) at which the division model reaches 90 deg."""
+    model = camera("division")
+    return model.K[0, 0] / np.sqrt(-model.coefficients[0])
+
 
 def omega_task():
     """The law is r proportional to theta; arctan undoes tan where the factor
     2 tan(omega / 2) is 1, so omega is 2 arctan(1/2)."""
     return {
-        "expected": omega_of_equidistance,
+        "expected": lambda: OMEGA_DEG,
         "hint": "when does the arctangent undo the tangent?",
         "slips": {
-            "That is in radians.": lambda: np.radians(omega_of_equidistance()),
-            "That is half of it.": lambda: omega_of_equidistance() / 2,
+            "That is in radians.": lambda: np.radians(OMEGA_DEG),
+            "That is half of it.": lambda: OMEGA_DEG / 2,
         },
     }
 
@@ -26,9 +47,11 @@ def sphere_task():
         "expected": sphere_of_hyperboloid,
         "hint": "xi depends on the eccentricity alone, and it is below 1",
         "slips": {
-            "That is the eccentricity.": lambda: np.hypot(30, 20) / 30,
-            "The eccentricity is relative to the 30 mm.": lambda: _xi(
-                np.hypot(30, 20) / 20
+            "That is the eccentricity.": lambda: (
+                np.hypot(ALONG_MM, ACROSS_MM) / ALONG_MM
+            ),
+            "The eccentricity is relative to the 30 mm.": lambda: xi(
+                np.hypot(ALONG_MM, ACROSS_MM) / ACROSS_MM
             ),
         },
     }
@@ -55,24 +78,3 @@ def cubics_task():
             "Both ratios have a numerator and a denominator.": lambda: 20,
         },
     }
-
-
-def _xi(e):
-    return 2 * e / (1 + e**2)
-
-
-def omega_of_equidistance():
-    """Return omega (deg) for which the FOV model is the equidistance law."""
-    return float(np.degrees(2 * np.arctan(0.5)))
-
-
-def sphere_of_hyperboloid():
-    """Return xi of the unified sphere equivalent to the hyperboloid."""
-    return float(_xi(np.hypot(30, 20) / 30))
-
-
-def divided_edge():
-    """Return the radius (px) at which the division model reaches 90 deg."""
-    model = camera("division")
-    (first,) = model.coefficients
-    return float(model.K[0, 0] / np.sqrt(-first))

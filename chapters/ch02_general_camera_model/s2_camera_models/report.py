@@ -13,20 +13,17 @@ from repro.run import Drawing, Reading, claim, columns, figure
 # Numbers of section 2.2 for its claim and its prose.
 
 
-def fov_with_plane(result):
-    """Return the largest field of view (deg) with a plane in front of all rays."""
-    return max(np.array(FOVS_DEG)[feasible_shares(result) == 1])
-
-
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
+    shares = feasible_shares(open_results("exp_c2_fov180"))
     found = {
         "cameras": len(ZOO),
         "not_central": sum(not camera(name).central for name in ZOO),
         "kb": camera("Kannala-Brandt, complete").parameters,
         "cubic": camera("rational cubic").parameters,
         "table_size": camera("look-up table").parameters,
-        "plane_fov": fov_with_plane(open_results("exp_c2_fov180")),
+        # The largest field of view with a plane in front of all rays.
+        "plane_fov": np.array(FOVS_DEG)[shares == 1].max(),
     }
     for name, number in found.items():
         value(name, number)
@@ -59,8 +56,7 @@ def ext_zoo_room(results):
         panel.imshow(ran.arrays("picture", model=name)[0])
         panel.set_title(name, fontsize=8.5)
         panel.set_axis_off()
-        cells = (ran.column(what, model=name)[0] for what in ("mean", "seen"))
-        rows.append((name, *cells))
+        rows.append((name, *ran.column(("mean", "seen"), model=name)[:, 0]))
     return Drawing(
         drawn,
         columns(("model", "mean_radiance", "share_lit"), rows),

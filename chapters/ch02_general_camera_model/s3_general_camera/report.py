@@ -28,34 +28,29 @@ from repro.run import (
 
 # Effect of an error of T_1 on the rays, from the results of section 2.3.
 
+LEVEL_NAMES = tuple(f"{level:g}" for level in LEVELS)
+
 
 def line_fits(result, kind):
     """Return R2 of a straight line through the errors of each trial, (trials,)."""
-    errors = np.stack(
-        [result.column(f"ray_deg.{level:g}", kind=kind) for level in LEVELS], axis=1
-    )
+    errors = result.column("ray_deg", LEVEL_NAMES, kind=kind).T
     weights = np.ones(len(LEVELS))
     return np.array([weighted_line(LEVELS, error, weights).r2 for error in errors])
 
 
 def slope(result, kind):
     """Return the median ray error per unit of error of T_1 (deg per mm or deg)."""
-    smallest = LEVELS[0]
-    found = result.column(f"ray_deg.{smallest:g}", kind=kind)
-    return float(np.median(found)) / smallest
+    found = result.column("ray_deg", LEVEL_NAMES[0], kind=kind)
+    return float(np.median(found)) / LEVELS[0]
 
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     wrong = open_results("fig_2_2_error")
     any_camera = open_results("exp_c2_nonparam_any")
-    found = {
-        "per_mm": np.median(wrong.column("ray_deg.1", kind="translation")),
-        "per_deg": np.median(wrong.column("ray_deg.1", kind="rotation")),
-        "jump_deg": any_camera.column("jump_deg", camera="faceted").max(),
-    }
-    for name, number in found.items():
-        value(name, number)
+    value("per_mm", np.median(wrong.column("ray_deg", 1, kind="translation")))
+    value("per_deg", np.median(wrong.column("ray_deg", 1, kind="rotation")))
+    value("jump_deg", any_camera.column("jump_deg", camera="faceted").max())
 
 
 # Fig. 2.2, drawn from calibrated rays, and their error for a wrong T_1.
@@ -67,7 +62,6 @@ GRIDS = tuple(series(k)["color"] for k in range(3))
 NAMES = ("base grid", "grid 2", "grid 3")
 SHEET = "#9aa5b1"
 SIGHT = (0.55, 0.4, 0.7)
-PANEL_ASPECT = 1.0
 
 
 class Grids:
@@ -82,14 +76,13 @@ class Grids:
 
     def gap(self):
         """Return the largest distance (mm) of a drawn point from its ray or grid."""
-        offset = self.meetings - self.origins
-        across = np.cross(offset, self.directions)
+        across = np.cross(self.meetings - self.origins, self.directions)
         off_ray = np.linalg.norm(across, axis=2).max()
-        height = transform(inverse_pose(self.poses), self.meetings)[..., 2]
-        off_outline = transform(inverse_pose(self.poses), self.outlines)
-        return float(
-            max(off_ray, np.abs(height).max(), np.abs(off_outline[..., 2]).max())
+        heights = (
+            np.abs(transform(inverse_pose(self.poses), points)[..., 2]).max()
+            for points in (self.meetings, self.outlines)
         )
+        return float(max(off_ray, *heights))
 
 
 @figure("fig_2_2", needs=("fig_2_2_grids",), evidence="analytic", scene=True)
@@ -105,13 +98,12 @@ def fig_2_2(results):
         panel.set_position([left, 0.0, 0.5, 0.93])
     titles = ("(a) general: $T_1$ known", "(b) generic: $T_1$, $T_2$ unknown")
     for panel, title, grids in zip(axes, titles, found.values(), strict=True):
-        # The caption says what a legend in each panel would.
+        # The caption replaces a legend in each panel.
         parts = moved(_grids(grids), np.eye(4), unlabelled=True)
-        draw_scene(panel, framed(parts, SIGHT, aspect=PANEL_ASPECT))
+        draw_scene(panel, framed(parts, SIGHT, aspect=1.0))
         panel.set_title(title)
     gap = max(grids.gap() for grids in found.values())
-    off = results["fig_2_2_grids"].column("pose_error_mm", method="generic")
-    off = float(off.max())
+    off = results["fig_2_2_grids"].column("pose_error_mm", method="generic").max()
     rows = [
         (method, number, *point)
         for method, grids in found.items()
@@ -129,12 +121,18 @@ def fig_2_2(results):
         "camera's centre. Arrows: from the origin of the base grid to that "
         "of each other grid.",
         Check(
-            gap < TOLERANCE_MM and off < FOUND_MM,
+            bool(gap < TOLERANCE_MM and off < FOUND_MM),
             "every drawn point lies on its ray and on its grid, to "
             f"{gap:.1g} mm; the poses of (b) are the true ones, to "
             f"{off:.1g} mm",
         ),
-        _scene_2_2(found),
+        side_by_side(
+            *map(_grids, found.values()),
+            1800.0,
+            SIGHT,
+            "Left: the general method, two grids in known poses. Right: the generic "
+            "method, three grids with estimated poses.",
+        ),
     )
 
 
@@ -162,17 +160,11 @@ def _grids(grids):
     return parts
 
 
-def _scene_2_2(found):
-    """Return both configurations next to each other."""
-    general, generic = (_grids(grids) for grids in found.values())
+def side_by_side(first, second, shift_mm, sight, note):
+    """Return the scene of two groups of parts, the second one moved along x."""
     sideways = np.eye(4)
-    sideways[0, 3] = 1800.0
-    return framed(
-        general + moved(generic, sideways, unlabelled=True),
-        SIGHT,
-        note="Left: the general method, two grids in known poses. Right: the "
-        "generic method, three grids with estimated poses.",
-    )
+    sideways[0, 3] = shift_mm
+    return framed(first + moved(second, sideways, unlabelled=True), sight, note=note)
 
 
 @figure("ext_fig_2_2_error", needs=("fig_2_2_error",), evidence="synthetic")
@@ -182,15 +174,12 @@ def ext_fig_2_2_error(results):
     drawn, axes = new_figure(1, 2, height_in=3.2)
     rows = []
     for panel, (kind, unit) in zip(axes, KINDS.items(), strict=True):
-        levels = (0.0, *LEVELS)
-        found = [
-            median_interval(ran.column(f"ray_deg.{level:g}", kind=kind))
-            for level in levels
-        ]
-        drawn_rows = plot_estimates(
-            panel, levels, found, look=series(0), label="median"
-        )
-        rows += [(kind, *row) for row in drawn_rows]
+        found = ran.column("ray_deg", ("0", *LEVEL_NAMES), kind=kind)
+        estimates = plot_estimates(
+            panel, (0.0, *LEVELS), [*map(median_interval, found)],
+            look=series(0), label="median",
+        )  # fmt: skip
+        rows += [(kind, *row) for row in estimates]
         panel.set(
             xlabel=f"Error of the {kind} in T₁ ({unit})",
             ylabel="Median ray error (deg)",
@@ -210,8 +199,7 @@ def ext_fig_2_2_error(results):
 DRAWN_MM = 380.0
 SIDES = {"fisheye": "central: fisheye", "faceted": "not central: four mirrors"}
 BLUE, ORANGE = (series(k)["color"] for k in range(2))
-RAY_TABLES_SIGHT = (0.5, 0.45, 0.75)
-RAY_TABLES_PANEL_ASPECT = 0.9
+TABLES_SIGHT = (0.5, 0.45, 0.75)
 
 
 class RayTableOfCamera:
@@ -268,11 +256,9 @@ def fig_2_1(results):
             va="top",
         )
         space = drawn.add_axes([left, 0.0, 0.49, 0.59])
-        # The caption says what a legend in each panel would.
+        # The caption replaces a legend in each panel.
         parts = moved(_rays(table), np.eye(4), unlabelled=True)
-        draw_scene(
-            space, framed(parts, RAY_TABLES_SIGHT, aspect=RAY_TABLES_PANEL_ASPECT)
-        )
+        draw_scene(space, framed(parts, TABLES_SIGHT, aspect=0.9))
     gap = max(table.gap() for table in tables.values())
     names = ["camera", "u_px", "v_px"]
     names += [f"{part}_{x}_mm" for part in ("anchor", "end") for x in "xyz"]
@@ -294,7 +280,13 @@ def fig_2_1(results):
             gap < TOLERANCE_MM,
             f"every drawn ray lies on the line of its Plücker matrix, to {gap:.1g} mm",
         ),
-        _scene_2_1(tables),
+        side_by_side(
+            *map(_rays, tables.values()),
+            900.0,
+            TABLES_SIGHT,
+            "Left: a fisheye, whose rays all start in one point. Right: a camera in "
+            "front of four mirrors, with one anchor point for each ray.",
+        ),
     )
 
 
@@ -340,19 +332,6 @@ def _rays(table):
     ]
 
 
-def _scene_2_1(tables):
-    """Return both cameras next to each other; the mirror camera is moved along x."""
-    fisheye, mirrors = (_rays(table) for table in tables.values())
-    sideways = np.eye(4)
-    sideways[0, 3] = 900.0
-    return framed(
-        fisheye + moved(mirrors, sideways, unlabelled=True),
-        RAY_TABLES_SIGHT,
-        note="Left: a fisheye, whose rays all start in one point. Right: a camera "
-        "in front of four mirrors, with one anchor point for each ray.",
-    )
-
-
 # The claims of section 2.3, tested as the registry words them.
 
 
@@ -367,8 +346,7 @@ MIN_R2 = 0.98
 def judge_pluecker_invariant(results):
     """Relative difference below 1e-12 over pairs of points of a line."""
     ran = results["exp_c2_pluecker_invariant"]
-    difference = ran.column("difference").max()
-    asymmetry = ran.column("asymmetry").max()
+    difference, asymmetry = ran.column(("difference", "asymmetry")).max(axis=1)
     return Reading.of(
         difference < ROUNDING and asymmetry < ROUNDING,
         float(difference),
@@ -383,13 +361,13 @@ def judge_pluecker_origin(results):
     """Norm ratio below 1e-12 through the origin, above 0 otherwise."""
     ran = results["exp_c2_pluecker_origin"]
     through = ran.column("through_origin").max()
-    beside = ran.column("beside_origin").min()
+    others = ran.column("beside_origin").min()
     nearest = ran.column("least_distance_m").min()
     return Reading.of(
-        through < ROUNDING < beside,
+        through < ROUNDING < others,
         float(through),
         reason="norm of the last three entries over that of the "
-        f"vector, lengths in m; at least {beside:.2g} for lines that pass "
+        f"vector, lengths in m; at least {others:.2g} for lines that pass "
         f"the origin at {1e3 * nearest:.2g} mm or more",
     )
 
@@ -398,9 +376,7 @@ def judge_pluecker_origin(results):
 def judge_nonparametric(results):
     """Faceted mirror, two known grid poses: ray error below 1e-9."""
     faceted = results["exp_c2_nonparam_any"].one(camera="faceted")
-    angle, gap, jump = (
-        faceted.column(name).max() for name in ("angle_rad", "gap_mm", "jump_deg")
-    )
+    angle, gap, jump = faceted.column(("angle_rad", "gap_mm", "jump_deg")).max(axis=1)
     share = faceted.column("share").min()
     return Reading.of(
         angle < RAY_ERROR and gap < RAY_ERROR and share == 1,

@@ -11,9 +11,11 @@ from chapters.ch02_general_camera_model.s4_1_linear_and_pose.experiment import (
 from raxel.calibration import three_point_depths
 from repro.run import trial_rng
 
-# An equilateral triangle, seen from above.
+# An equilateral triangle, viewed from above.
 SIDE_MM = 100.0
 HEIGHT_MM = 300.0
+# Depth of each corner in the upright solution.
+DEPTH_MM = np.hypot(HEIGHT_MM, SIDE_MM / np.sqrt(3))
 
 
 def freedom_task():
@@ -29,7 +31,7 @@ def depth_task():
     """A corner is 100 / sqrt(3) mm from the centre, and 300 mm below the camera;
     the depth is the hypotenuse."""
     return {
-        "expected": depth_of_triangle,
+        "expected": lambda: DEPTH_MM,
         "hint": "how far is a corner from the centre of the triangle?",
         "slips": {
             "That is the height, not the depth along the ray.": lambda: HEIGHT_MM
@@ -41,10 +43,12 @@ def solutions_task():
     """The upright one, three in which one corner is nearer, and the mirror image
     of each behind the camera."""
     return {
-        "expected": solutions_of_triangle,
+        "expected": lambda: len(solutions_of_triangle()),
         "hint": "can one corner be nearer than the others? Which one?",
         "slips": {
-            "Count those behind the camera too.": lambda: solutions_of_triangle() // 2
+            "Count those behind the camera too.": lambda: (
+                len(solutions_of_triangle()) // 2
+            )
         },
     }
 
@@ -53,9 +57,9 @@ def nearer_task():
     """Two corners keep the depth of the upright solution. The third ray meets the
     circle of 100 mm about them twice; the nearer point is the answer."""
     return {
-        "expected": nearer_depth,
+        "expected": lambda: np.nanmin(np.abs(solutions_of_triangle())),
         "hint": "keep two corners; where else can the third be on its ray?",
-        "slips": {"That is the depth of the other two.": depth_of_triangle},
+        "slips": {"That is the depth of the other two.": lambda: DEPTH_MM},
     }
 
 
@@ -79,23 +83,8 @@ def triangle():
     return corners / np.linalg.norm(corners, axis=1, keepdims=True), points
 
 
-def depth_of_triangle():
-    """Return the depth (mm) of each corner in the upright solution."""
-    return float(np.hypot(HEIGHT_MM, SIDE_MM / np.sqrt(3)))
-
-
 def solutions_of_triangle():
-    """Return the number of real solutions of (2.26) for the triangle."""
-    return len(_depths_of_triangle())
-
-
-def nearer_depth():
-    """Return the depth (mm) of the corner that is nearer than the other two."""
-    depths = _depths_of_triangle()
-    return float(depths[depths > 0].min())
-
-
-def _depths_of_triangle():
+    """Return the real solutions (K, 3) of (2.26) for the triangle, mm."""
     directions, points = triangle()
     depths = three_point_depths(directions[None], points[None])[0]
     return depths[np.isfinite(depths).all(axis=1)]

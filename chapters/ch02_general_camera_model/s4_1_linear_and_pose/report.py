@@ -4,7 +4,7 @@ from collections import Counter
 
 import numpy as np
 
-from repro.page import value as name_value
+from repro.page import value
 from repro.run import (
     Check,
     Reading,
@@ -14,8 +14,8 @@ from repro.run import (
     median_and_range,
     numbers,
     table,
+    with_worst,
 )
-from repro.run import columns as as_csv
 
 # Errors, counts and ranks of section 2.4, and the numbers its page quotes.
 
@@ -26,15 +26,15 @@ def name_values(open_results):
     free = open_results("exp_c2_generic_no_motion")
     exact = open_results("exp_c2_linear_exact")
     found = {
-        "locate_mm": fisheye.column("locate.median_mm")[0],
-        "fisheye_deg": fisheye.column("table.median_deg")[0],
+        "locate_mm": fisheye.column("locate", "median_mm")[0],
+        "fisheye_deg": fisheye.column("table", "median_deg")[0],
         "pose_mm": free.column("pose_mm").max(),
-        "wrong_deg": np.median(free.column("two_pose_deg.wrong")),
+        "wrong_deg": np.median(free.column("two_pose_deg", "wrong")),
         "scenes": exact.trials_per_condition,
         "negative": int(exact.column("printed_negative").sum()),
     }
     for name, number in found.items():
-        name_value(name, number)
+        value(name, number)
 
 
 def exact_errors(result, form):
@@ -42,10 +42,8 @@ def exact_errors(result, form):
 
     A failed trial counts as an infinite error.
     """
-    return {
-        name: float(np.nan_to_num(result.column(f"{form}.{name}"), nan=np.inf).max())
-        for name in ("centre_mm", "translation_mm", "rotation_rad")
-    }
+    names = ("centre_mm", "translation_mm", "rotation_rad")
+    return with_worst(result.column(form, names)).max(axis=1)
 
 
 def counted(result, anchors):
@@ -54,9 +52,9 @@ def counted(result, anchors):
     return ", ".join(f"{n}: {found[n]}" for n in sorted(found))
 
 
-def only_value(result, name):
+def only_value(result, *path):
     """Return the value that all trials share, or all values, where they differ."""
-    found = sorted(set(result.column(name)))
+    found = sorted(set(result.column(*path)))
     if len(found) == 1:
         return float(found[0])
     return " or ".join(f"{value:g}" for value in found)
@@ -86,25 +84,26 @@ STEPS = (
 def outcomes(ran, camera):
     """Return the outcome of the six steps for one camera, in words."""
 
-    def found(name):
-        return float(ran.column(name, camera=camera)[0])
+    def found(*path):
+        return float(ran.column(*path, camera=camera)[0])
 
     return [
-        f"{found('overlap.boards'):.0f} boards; "
-        f"{100 * found('overlap.one'):.0f} % of the pixels on one or more, "
-        f"{100 * found('overlap.three'):.0f} % on three or more",
-        f"{found('locate.pixels'):.0f} locations, median error "
-        f"{found('locate.median_mm'):.1g} mm",
-        f"three boards; largest error of a position {found('linear.pose_mm'):.1g} mm",
-        f"ray-point distance (RMS) from {found('bundle.start_mm'):.3g} to "
-        f"{found('bundle.end_mm'):.3g} mm; largest error of a position "
-        f"{found('bundle.pose_mm'):.1g} mm",
-        f"{found('others.boards'):.0f} more boards, "
-        f"{found('others.left_out'):.0f} excluded; largest error of a "
-        f"position {found('others.pose_mm'):.1g} mm",
-        f"{found('table.matrices'):.0f} matrices, "
-        f"{100 * found('table.share'):.0f} % of the pixels; median ray "
-        f"error {found('table.median_deg'):.1g}°",
+        f"{found('overlap', 'boards'):.0f} boards; "
+        f"{100 * found('overlap', 'one'):.0f} % of the pixels on one or more, "
+        f"{100 * found('overlap', 'three'):.0f} % on three or more",
+        f"{found('locate', 'pixels'):.0f} locations, median error "
+        f"{found('locate', 'median_mm'):.1g} mm",
+        "three boards; largest error of a position "
+        f"{found('linear', 'pose_mm'):.1g} mm",
+        f"ray-point distance (RMS) from {found('bundle', 'start_mm'):.3g} to "
+        f"{found('bundle', 'end_mm'):.3g} mm; largest error of a position "
+        f"{found('bundle', 'pose_mm'):.1g} mm",
+        f"{found('others', 'boards'):.0f} more boards, "
+        f"{found('others', 'left_out'):.0f} excluded; largest error of a "
+        f"position {found('others', 'pose_mm'):.1g} mm",
+        f"{found('table', 'matrices'):.0f} matrices, "
+        f"{100 * found('table', 'share'):.0f} % of the pixels; median ray "
+        f"error {found('table', 'median_deg'):.1g}°",
     ]
 
 
@@ -112,9 +111,9 @@ def outcomes(ran, camera):
 def alg_1(results):
     """Tabulate Algorithm 1 and check that the run reproduces the rays."""
     ran = results["alg_1_run"]
-    exact = ran.column("table.largest_deg", camera="pinhole")[0]
-    median = ran.column("table.median_deg", camera="fisheye")[0]
-    pixel = ran.column("table.pixel_deg", camera="fisheye")[0]
+    exact = ran.column("table", "largest_deg", camera="pinhole")[0]
+    fisheye = ran.one(camera="fisheye")
+    median, pixel = fisheye.column("table", ("median_deg", "pixel_deg"))[:, 0]
     return Table(
         {
             "Step": list(range(1, 7)),
@@ -134,54 +133,6 @@ def alg_1(results):
     )
 
 
-@table(
-    "ext_linear_stage",
-    needs=("exp_c2_rank_D", "exp_c2_linear_exact"),
-    evidence="synthetic",
-)
-def linear_stage(results):
-    """Tabulate the worst singular values, null vectors and errors."""
-    ranks, exact = results["exp_c2_rank_D"], results["exp_c2_linear_exact"]
-    rows = [
-        (
-            "$D$: fifth singular value, relative to the first",
-            "smallest",
-            ranks.column("orthonormal.fifth").min(),
-        ),
-        (
-            "$D$: sixth singular value, relative to the first",
-            "largest",
-            ranks.column("orthonormal.sixth").max(),
-        ),
-        (
-            "null vectors of $D$ where the thesis states zero",
-            "largest",
-            ranks.column("orthonormal.null_entry").max(),
-        ),
-        (
-            r"the same, $\mathbf{b}$ and $\mathbf{c}$ not orthonormal",
-            "largest",
-            ranks.column("any.null_entry").max(),
-        ),
-        (
-            "centre, corrected formulas: error (mm)",
-            "largest",
-            exact_errors(exact, "corrected")["centre_mm"],
-        ),
-        (
-            "centre, well conditioned: error (mm)",
-            "largest",
-            exact_errors(exact, "well_conditioned")["centre_mm"],
-        ),
-    ]
-    return Table(
-        as_csv(("Quantity", "Over all scenes", "Value"), rows),
-        "Singular values, null-vector entries and errors of the linear stage "
-        f"without noise, in {exact.trials_per_condition} scenes. Quantities "
-        "that should be zero are zero to rounding.",
-    )
-
-
 # The claims of sections 2.4, 2.4.1 and 2.4.2, tested as the registry words them.
 
 
@@ -193,11 +144,11 @@ RECOVERED = 1e-6
 
 @claim("c2_rank_A", needs=("exp_c2_rank_A",), evidence="analytic")
 def judge_rank_a(results):
-    """14 unknowns; numerical rank 12 in all seeds."""
+    """14 unknowns; numerical rank 12 in all scenes."""
     ran = results["exp_c2_rank_A"]
-    ranks, columns = ran.column("rank"), ran.column("unknowns")
+    ranks, unknowns = ran.column(("rank", "unknowns"))
     return Reading.of(
-        (ranks == RANK_A).all() and (columns == 14).all(),
+        (ranks == RANK_A).all() and (unknowns == 14).all(),
         median_and_range(ranks),
         reason=f"{len(ranks)} scenes; smallest of the 12 singular "
         f"values {ran.column('smallest').min():.2g} of the largest",
@@ -208,9 +159,8 @@ def judge_rank_a(results):
 def judge_rank_d(results):
     """Rank 5; null vectors vanish on l1, l2 and the lambda terms."""
     ran = results["exp_c2_rank_D"]
-    ranks = ran.column("orthonormal.rank")
-    entry = ran.column("orthonormal.null_entry").max()
-    other = ran.column("any.null_entry").max()
+    ranks = ran.column("orthonormal", "rank")
+    entry, other = ran.column(("orthonormal", "any"), "null_entry").max(axis=1)
     return Reading.of(
         (ranks == RANK_D).all() and entry < NULL_ENTRY,
         median_and_range(ranks),
@@ -223,22 +173,18 @@ def judge_rank_d(results):
 def judge_linear_exact(results):
     """1e-6 mm and 1e-8 rad corrected; the printed C_z must fail."""
     ran = results["exp_c2_linear_exact"]
-    found = {
-        form: exact_errors(ran, form) for form in ("corrected", "well_conditioned")
-    }
-    lengths = max(found["corrected"]["centre_mm"], found["corrected"]["translation_mm"])
-    printed = np.nan_to_num(ran.column("printed_depth_mm"), nan=np.inf)
+    centre, translation, rotation = exact_errors(ran, "corrected")
+    lengths = float(max(centre, translation))
+    printed = with_worst(ran.column("printed_depth_mm"))
     negative = int(ran.column("printed_negative").sum())
-    exact = lengths < EXACT_MM and found["corrected"]["rotation_rad"] < EXACT_RAD
-    other = max(
-        found["well_conditioned"][name] for name in ("centre_mm", "translation_mm")
-    )
+    exact = lengths < EXACT_MM and rotation < EXACT_RAD
+    other = max(exact_errors(ran, "well_conditioned")[:2])
     return Reading.of(
         exact and printed.min() > EXACT_MM,
         lengths,
         unit="mm",
         reason="largest error of centre and translations, corrected "
-        f"(rotations {found['corrected']['rotation_rad']:.1g} rad); "
+        f"(rotations {rotation:.1g} rad); "
         f"well conditioned {other:.1g} mm. The printed C_z² is "
         f"negative in {negative} of {len(printed)} scenes and "
         f"otherwise wrong by at least {printed.min():.2g} mm",
@@ -268,10 +214,9 @@ def judge_pose_eight(results):
 def judge_generic_no_motion(results):
     """T_1, T_2 to 1e-6 without noise; a wrong T_1 leaves a ray error."""
     ran = results["exp_c2_generic_no_motion"]
-    lengths = np.nan_to_num(ran.column("pose_mm"), nan=np.inf).max()
-    angle = np.nan_to_num(ran.column("pose_rad"), nan=np.inf).max()
-    right = ran.column("two_pose_deg.right").max()
-    wrong = ran.column("two_pose_deg.wrong")
+    lengths, angle = with_worst(ran.column(("pose_mm", "pose_rad"))).max(axis=1)
+    right = ran.column("two_pose_deg", "right").max()
+    wrong = ran.column("two_pose_deg", "wrong")
     return Reading.of(
         max(lengths, angle) < RECOVERED and wrong.min() > max(1e-6, 10 * right),
         float(lengths),
@@ -288,7 +233,9 @@ def values_of_ranks(results):
     """Ranks of A and D, the same in every scene or not given at all."""
     return {
         "s2_4_1_rankA": Value(only_value(results["exp_c2_rank_A"], "rank")),
-        "s2_4_1_rankD": Value(only_value(results["exp_c2_rank_D"], "orthonormal.rank")),
+        "s2_4_1_rankD": Value(
+            only_value(results["exp_c2_rank_D"], "orthonormal", "rank")
+        ),
     }
 
 

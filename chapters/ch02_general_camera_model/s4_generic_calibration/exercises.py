@@ -9,14 +9,17 @@ from chapters.ch02_general_camera_model.s4_generic_calibration.experiment import
 )
 from repro.run import trial_rng
 
+# Cells of the column V that are not zero.
+ENTRIES_OF_V = sum(formula(row, "V") != "0" for row in range(9))
+
 
 def entries_task():
     """A cell is zero where no triple product of the points has its monomial; count
     the cells of the column that hold a formula."""
     return {
-        "expected": lambda: entries_of("V"),
+        "expected": lambda: ENTRIES_OF_V,
         "hint": "look at the column of V in Table 2.1",
-        "slips": {"Those are the zeros.": lambda: 9 - entries_of("V")},
+        "slips": {"Those are the zeros.": lambda: 9 - ENTRIES_OF_V},
     }
 
 
@@ -33,11 +36,6 @@ def meeting_task(scene):
             ]
         },
     }
-
-
-def entries_of(vector):
-    """Return how many cells of a column of Table 2.1 are not zero."""
-    return sum(formula(row, vector) != "0" for row in range(9))
 
 
 def exercise_scene():

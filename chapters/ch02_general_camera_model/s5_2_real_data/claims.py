@@ -18,10 +18,8 @@ from chapters.ch02_general_camera_model.s5_2_real_data.experiment import (
     STEP_MM,
 )
 from chapters.ch02_general_camera_model.s5_2_real_data.report import (
-    BIAS_P,
     COARSE_SCALE,
     FIELD_SCALE,
-    MORAN_P,
     STEP_SCALE,
     rendered_slopes,
     swept_slopes,
@@ -51,10 +49,9 @@ from repro.run import (
     with_worst,
 )
 
-FLAT = 1.25
-WORSE = 1.3
-NO_BIAS = 0.25
-CENTRE_GAIN = 0.8
+# Of a radial bias, and of Moran's I.
+MAX_P = 0.01
+QUINTILE_NAMES = tuple(f"q{n}" for n in range(1, QUINTILES + 1))
 RESIDUAL = (
     "standard_method",
     "residual_image",
@@ -144,19 +141,20 @@ def judge_depends_on_distortion(results, options):
     )
 
 
-def in_seeds(holds, reason):
+def in_runs(holds, reason):
     """Return the Reading of a predicate over runs (n,), with the share that is true."""
-    true = f"{np.count_nonzero(holds)} of {len(holds)} seeds"
+    true = f"{np.count_nonzero(holds)} of {len(holds)} simulated runs"
     return Reading.of_seeds(holds, proportion(holds), reason=f"{true}; {reason}")
 
 
 @claim("c2_t22_generic_flat", needs=OF_SEEDS, evidence="rendered", readings=RESIDUAL)
 def judge_generic_flat(results, options):
     """Largest over smallest generic residual of the three sets: <= 1.25."""
-    trials = [with_worst(t) for t in ZoomCase(results, options).residuals("generic")]
+    case = ZoomCase(results, options)
+    trials = [with_worst(case.residual("generic", zoom)) for zoom in ZOOMS]
     spread = bootstrap(spread_of_medians, *trials)
     return Reading.of(
-        spread.below(FLAT + 1e-12),
+        spread.below(1.25 + 1e-12),
         spread,
         reason="largest over smallest of three medians",
     )
@@ -168,40 +166,37 @@ def judge_parametric_worse(results, options):
     case = ZoomCase(results, options)
     parametric = with_worst(case.residual("parametric", 3))
     generic = case.residual("generic", 3)
-    holds = np.isfinite(generic) & (parametric > WORSE * generic)
+    holds = np.isfinite(generic) & (parametric > 1.3 * generic)
     ratio = np.median(parametric) / np.median(with_worst(generic))
-    return in_seeds(holds, f"ratio of medians {ratio:.2f}")
+    return in_runs(holds, f"ratio of medians {ratio:.2f}")
 
 
-def quintiles(case, name):
-    """Means, p-values (quintiles, seeds) and RMS (seeds,) of set 3."""
-
-    def column(value):
-        return case.of(name, f"{case.images}.radial.{case.scale}.{value}", STAGE_ZOOM)
-
-    numbers = range(1, QUINTILES + 1)
-    means = np.stack([column(f"q{n}.mean_px") for n in numbers])
-    return means, np.stack([column(f"q{n}.p") for n in numbers]), column("rms_px")
+def radial(case, method, *path):
+    """Return the radial residuals (..., runs) of set 3 in a method's images."""
+    place = case["residual_image"], "radial", case["residual_scale"]
+    return case.column(method, STAGE_ZOOM, *place, *path)
 
 
 @claim("c2_persp_radial_bias", needs=OF_SEEDS, evidence="rendered", readings=BIAS)
 def judge_radial_bias(results, options):
     """Opposite radial residuals in the second (or first) and last fifth."""
-    means, p, _ = quintiles(ZoomCase(results, options), "parametric")
-    sure = p < BIAS_P
-    inner = [sure[n] & (means[n] * means[-1] < 0) & sure[-1] for n in (0, 1)]
+    case = ZoomCase(results, options)
+    means = radial(case, "parametric", QUINTILE_NAMES, "mean_px")
+    clear = radial(case, "parametric", QUINTILE_NAMES, "p") < MAX_P
+    opposite = clear[:2] & (means[:2] * means[-1] < 0) & clear[-1]
     medians = ", ".join(f"{m:+.2f}" for m in np.nanmedian(means, 1))
     reason = f"median of the fifths {medians} px, outwards positive"
-    return in_seeds(inner[0] | inner[1], reason)
+    return in_runs(opposite.any(axis=0), reason)
 
 
 @claim("c2_generic_no_radial_bias", needs=OF_SEEDS, evidence="rendered", readings=FIELD)
 def judge_no_radial_bias(results, options):
     """Generic: radial residual at most a quarter of the RMS in every fifth."""
-    means, _, rms = quintiles(ZoomCase(results, options), "generic")
-    largest = np.max(np.abs(means), axis=0) / rms
+    case = ZoomCase(results, options)
+    means = radial(case, "generic", QUINTILE_NAMES, "mean_px")
+    largest = np.max(np.abs(means), axis=0) / radial(case, "generic", "rms_px")
     reason = f"largest fifth, median {np.nanmedian(largest):.2f} of the RMS"
-    return in_seeds(largest <= NO_BIAS, reason)
+    return in_runs(largest <= 0.25, reason)
 
 
 @claim(
@@ -218,17 +213,17 @@ def judge_no_radial_bias(results, options):
 def judge_systematic(results, options):
     """Neighbours correlate, and the true centre lowers the RMS by a fifth."""
     case = ZoomCase(results, options)
-    related = case.of("generic", f"moran.{case.scale}.p", STAGE_ZOOM) < MORAN_P
-    place = f"{case.taken.option('standard_method')}.{case.taken['scoring']}"
-    ratio = median_interval(
-        results["fig_2_5_true_centre"].column(f"{place}.{case.scale}.ratio")
-    )
+    scale = case["residual_scale"]
+    related = case.column("generic", STAGE_ZOOM, "moran", scale, "p") < MAX_P
+    path = case.option("standard_method"), case["scoring"], scale, "ratio"
+    ratio = median_interval(results["fig_2_5_true_centre"].column(*path))
     made = Reading.of(
-        all_of([decision_of_seeds(related), ratio.below(CENTRE_GAIN + 1e-12)]),
+        all_of([decision_of_seeds(related), ratio.below(0.8 + 1e-12)]),
         ratio,
         reason="RMS with the true centre over RMS with the estimated one, "
         f"{ratio.failed} failed trials as the worst; Moran's I "
-        f"significant in {np.count_nonzero(related)} of {len(related)} seeds",
+        f"significant in {np.count_nonzero(related)} of {len(related)} "
+        "simulated runs",
     )
     return replace(made, few_seeds=few_seeds(len(related)))
 
@@ -237,9 +232,9 @@ def judge_systematic(results, options):
 def judge_motion(results, options):
     """The steps scatter less about their mean with the generic method."""
     case = ZoomCase(results, options)
-    quantity = f"stage.{case.taken['step_frame']}.deviation_mm"
+    path = "stage", case["step_frame"], "deviation_mm"
     generic, parametric = (
-        case.of(name, quantity, STAGE_ZOOM) for name in ("generic", "parametric")
+        case.column(name, STAGE_ZOOM, *path) for name in ("generic", "parametric")
     )
     return generic_wins(generic, parametric, "RMS deviation")
 

@@ -8,16 +8,22 @@ RADIUS_PX, FOCAL_PX = 384.0, 235.0
 MEAN_PX, SD_PX = 0.65, 0.35
 
 
+# Of the lens behind its converter.
+ZOOM_FOCAL_PX = LENS_MM * CONVERTER * WIDTH_PX / SENSOR_MM
+# Of the equidistance law at the upper edge of the image.
+EDGE_DEG = np.degrees(RADIUS_PX / FOCAL_PX)
+
+
 def zoom_task():
     """The focal length in mm, shortened by the converter, divided by the width of a
     pixel: the sensor's width over the number of pixels across."""
     return {
-        "expected": zoom_focal_px,
+        "expected": lambda: ZOOM_FOCAL_PX,
         "hint": "which length of the sensor is known in mm and in px?",
         "slips": {
             "That is in mm.": lambda: LENS_MM * CONVERTER,
-            "That is without the converter.": lambda: zoom_focal_px() / CONVERTER,
-            "The converter shortens the lens.": lambda: zoom_focal_px() / CONVERTER**2,
+            "That is without the converter.": lambda: ZOOM_FOCAL_PX / CONVERTER,
+            "The converter shortens the lens.": lambda: ZOOM_FOCAL_PX / CONVERTER**2,
         },
     }
 
@@ -25,12 +31,12 @@ def zoom_task():
 def edge_task():
     """theta = r / f, in radians first."""
     return {
-        "expected": edge_angle_deg,
+        "expected": lambda: EDGE_DEG,
         "hint": "which angle does the law contain, and in which unit?",
         "slips": {
             "That is in radians.": lambda: RADIUS_PX / FOCAL_PX,
             "That is a pinhole.": lambda: np.degrees(np.arctan(RADIUS_PX / FOCAL_PX)),
-            "The question is about one edge, not both.": lambda: 2 * edge_angle_deg(),
+            "The question is about one edge, not both.": lambda: 2 * EDGE_DEG,
         },
     }
 
@@ -47,13 +53,3 @@ def rms_task():
             ),
         },
     }
-
-
-def zoom_focal_px():
-    """Return the focal length in px of the lens behind its converter."""
-    return LENS_MM * CONVERTER * WIDTH_PX / SENSOR_MM
-
-
-def edge_angle_deg():
-    """Return the angle of the equidistance law at the upper edge of the image."""
-    return np.degrees(RADIUS_PX / FOCAL_PX)

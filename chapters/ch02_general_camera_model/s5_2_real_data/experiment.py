@@ -12,17 +12,17 @@ from chapters.shared.general import (
     IN_PAIRS,
     NOISE_PX,
     PRINCIPAL,
-    READINGS,
     STAGE_ZOOM,
+    VARIANTS,
     ZOOM_RIGS,
     ZOOMS,
     about_principal_ray,
     adjusted_rays,
     central_focal,
-    laboratory_of,
     measure,
     rig_of,
     score,
+    simulator_of,
     source_pixels_of,
     straightness,
     targets,
@@ -124,7 +124,7 @@ def photograph(zoom, T_camera_grid, rng):
     """Render one image of the board, uint8 (height, width)."""
     rig = rig_of(zoom)
     scene = board_scene(rig.target, T_camera_grid, rig.border_mm)
-    return laboratory_of(zoom).photograph(scene, np.eye(4), rng)
+    return simulator_of(zoom).photograph(scene, np.eye(4), rng)
 
 
 def find(zoom, image):
@@ -577,7 +577,7 @@ def read_trial(condition, rng, counts, errors):
 def read_seeds(effort, results):
     """Runs with other corner noise or interpolation."""
     trial = partial(read_trial, counts=COUNTS[effort], errors=errors_in(results))
-    return Plan(trial, READINGS, READ[effort], settings(effort))
+    return Plan(trial, VARIANTS, READ[effort], settings(effort))
 
 
 @experiment(

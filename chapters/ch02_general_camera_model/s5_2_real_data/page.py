@@ -41,9 +41,9 @@ from chapters.shared.general import (
     FACADE_ZOOM,
     STAGE_ZOOM,
     ZOOM_RIGS,
-    corrected_pictures,
-    edges_in_pictures,
-    facade_picture,
+    corrected_images,
+    edges_in_images,
+    facade_image,
 )
 from repro.page import (
     check,
@@ -206,9 +206,9 @@ def rendered_trial(condition, rng, counts):
     if zoom == STAGE_ZOOM:
         out |= fields(zoom, boards, sample, cameras)
     if zoom == FACADE_ZOOM:
-        out["facade"] = facade_picture(rng)
-        out |= corrected_pictures(out["facade"], cameras)
-        out |= edges_in_pictures(cameras)
+        out["facade"] = facade_image(rng)
+        out |= corrected_images(out["facade"], cameras)
+        out |= edges_in_images(cameras)
     return out
 
 

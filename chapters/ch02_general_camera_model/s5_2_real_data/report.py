@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
 from chapters.ch02_general_camera_model.s5_2_real_data.experiment import (
@@ -40,9 +38,8 @@ from repro.run import (
 
 FIELD_SCALE, COARSE_SCALE = 50, 10
 STEP_SCALE = 20
-BIAS_P = MORAN_P = 0.01
-# Interpretations whose numbers the prose quotes.
-CASES = {"as_found": {}, "smooth": {"interpolation": "smooth"}}
+RMS_PX = ("calibration", "corrected", "rms_px")
+STEP_SCATTER = ("stage", "grid", "deviation_mm")
 
 
 def typical(trials):
@@ -50,36 +47,25 @@ def typical(trials):
     return float(np.median(with_worst(trials)))
 
 
-def image_share(case, method, zoom):
-    """Return the median share of the image with a ray (%), over runs, or None."""
-    shares = case.column(f"{method}.share_of_image", zoom)
-    known = shares[np.isfinite(shares)]
-    return 100 * float(np.median(known)) if len(known) else None
+def ratio_of_sets(case):
+    """Return the largest over the smallest generic residual of the three sets."""
+    medians = [typical(case.residual("generic", zoom)) for zoom in ZOOMS]
+    return max(medians) / min(medians)
 
 
 def name_values(open_results):
     """Name the numbers that the prose of the page quotes."""
     results = {name: open_results(name) for name in OF_SEEDS}
-    cases = {name: ZoomCase(results, options) for name, options in CASES.items()}
-    made = cases["as_found"]
-    found = {
-        **{f"ratio_{name}": ratio_of_sets(case) for name, case in cases.items()},
-        "image_share_3": image_share(made, "generic_as_printed", STAGE_ZOOM),
-        **{
-            f"scatter_{method}": typical(
-                made.of(method, "stage.grid.deviation_mm", STAGE_ZOOM)
-            )
-            for method in ("parametric", "generic")
-        },
-    }
-    for name, number in found.items():
-        value(name, number)
-
-
-def ratio_of_sets(case):
-    """Return the largest over the smallest generic residual of the three sets."""
-    medians = [typical(trials) for trials in case.residuals("generic")]
-    return max(medians) / min(medians)
+    primary, smooth = (
+        ZoomCase(results, options) for options in ({}, {"interpolation": "smooth"})
+    )
+    shares = primary.column("generic_as_printed", STAGE_ZOOM, "share_of_image")
+    value("ratio_as_found", ratio_of_sets(primary))
+    value("ratio_smooth", ratio_of_sets(smooth))
+    value("image_share_3", 100 * np.nanmedian(shares))
+    for method in ("parametric", "generic"):
+        scatter = primary.column(method, STAGE_ZOOM, *STEP_SCATTER)
+        value(f"scatter_{method}", typical(scatter))
 
 
 def distortion_level(angle_deg: float) -> float:
@@ -102,14 +88,13 @@ def swept_slopes(case):
     widest = [case.column("widest_angle_deg", fov_deg=f) for f in FOVS_DEG]
     levels = np.array([distortion_level(np.median(w)) for w in widest])
     return [
-        trend(levels, [one("mean_px", fov_deg=f) for f in FOVS_DEG], log_slope)
-        for one in (case.parametric, case.generic)
+        trend(
+            levels,
+            [case.trials(method, "mean_px", fov_deg=f) for f in FOVS_DEG],
+            log_slope,
+        )
+        for method in ("parametric", "generic")
     ]
-
-
-def zoom_slope(levels, *trials):
-    """Return the slope of log median residual on distortion level."""
-    return log_slope(levels, np.stack([np.median(t, axis=-1) for t in trials], axis=-1))
 
 
 def rendered_slopes(case):
@@ -117,11 +102,13 @@ def rendered_slopes(case):
     levels = np.array(
         [np.median(case.column("distortion_level", zoom)) for zoom in ZOOMS]
     )
+
+    def slope(*trials):
+        medians = np.stack([np.median(t, axis=-1) for t in trials], axis=-1)
+        return log_slope(levels, medians)
+
     return [
-        bootstrap(
-            lambda *t: zoom_slope(levels, *t),
-            *(with_worst(t) for t in case.residuals(name)),
-        )
+        bootstrap(slope, *(with_worst(case.residual(name, zoom)) for zoom in ZOOMS))
         for name in ("parametric", "generic")
     ]
 
@@ -136,12 +123,12 @@ def fig_2_4(results):
     drawn, axes = new_figure(1, 3, height_in=2.3)
     rows = []
     for panel, zoom in zip(axes, ZOOMS, strict=True):
-        picture = rendered.arrays("sample", zoom=zoom)[0]
-        panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
+        image = rendered.arrays("sample", zoom=zoom)[0]
+        panel.imshow(image, cmap="gray", vmin=0, vmax=255)
         panel.set_title(f"Image set {zoom}")
         panel.set_axis_off()
-        found = rendered.column("found.calibration", zoom=zoom)
-        rows.append((zoom, *picture.shape[::-1], int(found[0])))
+        found = rendered.column("found", "calibration", zoom=zoom)
+        rows.append((zoom, *image.shape[::-1], int(found[0])))
     levels = [
         np.median(rendered.column("distortion_level", zoom=zoom)) for zoom in ZOOMS
     ]
@@ -170,7 +157,7 @@ def fig_2_5(results):
         ("b", "generic_as_printed", FIELD_SCALE, 1.0),
     )
     for panel, (letter, method, scale, bar) in zip(axes, panels, strict=True):
-        field = rendered.arrays(f"field.{method}", zoom=STAGE_ZOOM)[0]
+        field = rendered.arrays("field", method, zoom=STAGE_ZOOM)[0]
         u, v, du, dv = field[:, :4].T
         arrows = panel.quiver(
             u, v, du, dv, angles="xy", scale_units="xy",
@@ -215,7 +202,7 @@ def fig_2_6(results):
         "-", color="0.6", lw=5, zorder=0, label="true steps",
     )  # fmt: skip
     for method in METHODS:
-        steps = rendered.arrays(f"{method}.stage.grid.steps", zoom=STAGE_ZOOM)
+        steps = rendered.arrays(method, "stage", "grid", "steps", zoom=STAGE_ZOOM)
         if not steps:
             continue
         path = path_of(steps[0])
@@ -226,13 +213,9 @@ def fig_2_6(results):
         ylabel=f"Across, deviation x {STEP_SCALE} (mm)",
         title="One rendered run",
     )
-    trials = [
-        results["table_2_2_redrawn"].column(
-            f"{method}.stage.grid.deviation_mm", zoom=STAGE_ZOOM
-        )
-        for method in METHODS
-    ]
-    failed = sum(int(np.isnan(t).sum()) for t in trials)
+    trials = results["table_2_2_redrawn"].column(
+        METHODS, *STEP_SCATTER, zoom=STAGE_ZOOM
+    )
     axes[1].boxplot(
         [t[np.isfinite(t)] for t in trials],
         tick_labels=["standard\nperspective", "generic,\nas printed",
@@ -255,7 +238,7 @@ def fig_2_6(results):
         "rendered run end to end, with deviations from the mean step "
         f"{STEP_SCALE} times as large. Right: RMS deviation over the redrawn "
         "runs (box: quartiles, whiskers: 1.5 times their distance); "
-        f"{failed} of {sum(map(len, trials))} have none and are not drawn.",
+        f"{np.isnan(trials).sum()} of {trials.size} have no value and are not drawn.",
     )
 
 
@@ -273,11 +256,9 @@ def path_of(steps):
 # Table 2.2, and the same residuals with other corners.
 
 
-SOURCES = {"table_2_2_redrawn": "redrawn", "table_2_2_rendered": "rendered"}
 # Methods in the order of the thesis, with their names in the registry's ids.
 ROWS = (("parametric", "persp"), ("generic_as_printed", "gen"))
 STATISTICS = {"rms": "RMS", "sd": "SD"}
-FISHEYE = "OpenCV fisheye"
 
 
 @table(
@@ -286,30 +267,28 @@ FISHEYE = "OpenCV fisheye"
 def table_2_2(results):
     """Tabulate the residuals of the calibration images, in px of the corrected view."""
     redrawn = results["table_2_2_redrawn"]
-    places = list(product(ROWS, STATISTICS))
     found = {
-        "Method": [NAMES[method] for (method, _), _ in places],
-        "Error type": [STATISTICS[statistic] for _, statistic in places],
+        "Method": [NAMES[method] for method, _ in ROWS for _ in STATISTICS],
+        "Error type": [name for _ in ROWS for name in STATISTICS.values()],
     }
     printed = {}
     for zoom in ZOOMS:
-        found[f"Set {zoom} (px)"] = [
-            Measured.median_or_none(
-                redrawn.column(
-                    f"{method}.calibration.corrected.{statistic}_px", zoom=zoom
-                )
-            )
-            for (method, _), statistic in places
-        ]
+        trials = redrawn.column(
+            [method for method, _ in ROWS], "calibration", "corrected",
+            [f"{statistic}_px" for statistic in STATISTICS], zoom=zoom,
+        )  # fmt: skip
+        found[f"Set {zoom} (px)"] = [*map(Measured.median_or_none, np.vstack(trials))]
         printed[f"Set {zoom} (px)"] = [
-            f"t2_2_{short}_{statistic}_set{zoom}" for (_, short), statistic in places
+            f"t2_2_{short}_{statistic}_set{zoom}"
+            for _, short in ROWS
+            for statistic in STATISTICS
         ]
     return Table(
         found,
         "Distortion residuals after perspective correction, in px of the "
         f"corrected view: medians over {redrawn.trials_per_condition} simulated "
         "runs with 95 % intervals.",
-        agreement(*(results[name] for name in SOURCES)),
+        agreement(redrawn, results["table_2_2_rendered"]),
         printed=printed,
     )
 
@@ -333,19 +312,17 @@ def ext_table_2_2_readings(results):
         ),
     ):
         case = ZoomCase(results, {"corner_noise": noise, "interpolation": between})
-        residuals = [
-            case.column(f"{method}.calibration.corrected.rms_px", zoom)
-            for zoom in ZOOMS
-        ]
-        medians = [np.median(with_worst(trials)) for trials in residuals]
-        ratio = float(max(medians) / min(medians))
-        steps = case.column(f"{method}.stage.grid.deviation_mm", STAGE_ZOOM)
-        name = {**NAMES, "opencv_fisheye": FISHEYE}[method]
-        if between == "smooth" and method in LINES:
-            name += ", smooth"
+        residuals = [case.column(method, zoom, *RMS_PX) for zoom in ZOOMS]
+        medians = [typical(trials) for trials in residuals]
+        ratio = max(medians) / min(medians)
+        steps = case.column(method, STAGE_ZOOM, *STEP_SCATTER)
+        name = NAMES[method]
+        off_lines = [np.nan]
         # Section 2.5.3 has its lines for two methods alone.
-        place = f"lines.generic_as_printed.{LINES.get(method)}.corrected"
-        off_lines = case.column(place, FACADE_ZOOM) if method in LINES else [np.nan]
+        if method in LINES:
+            path = "generic_as_printed", LINES[method], "corrected"
+            off_lines = case.column("lines", FACADE_ZOOM, *path)
+            name += ", smooth" if between == "smooth" else ""
         rows.append(
             [noise, name, len(steps), *map(Measured.median_or_none, residuals)]
             + [ratio if np.isfinite(ratio) else None]
@@ -375,16 +352,18 @@ def agreement(redrawn, rendered):
     from scipy.stats import mannwhitneyu
 
     p, ratios = [], []
-    for method, zoom in product(METHODS, ZOOMS):
-        name = f"{method}.calibration.corrected.rms_px"
-        both = [with_worst(ran.column(name, zoom=zoom)) for ran in (redrawn, rendered)]
-        p.append(mannwhitneyu(*both).pvalue)
-        ratios.append(np.median(both[0]) / np.median(both[1]))
+    for zoom in ZOOMS:
+        first, second = (
+            with_worst(ran.column(METHODS, *RMS_PX, zoom=zoom))
+            for ran in (redrawn, rendered)
+        )
+        p += list(mannwhitneyu(first, second, axis=1).pvalue)
+        ratios += list(np.median(first, axis=1) / np.median(second, axis=1))
     smallest = min(holm(p))
     return Check(
         bool(smallest > SIGNIFICANCE),
         "no difference shown between residuals of redrawn and rendered "
         f"runs: smallest corrected p of {len(p)} rank tests {smallest:.2g}; "
         f"medians of redrawn runs are {min(ratios):.2f} to {max(ratios):.2f} "
-        f"times those of {len(both[1])} rendered ones",
+        f"times those of {second.shape[1]} rendered ones",
     )

@@ -5,17 +5,21 @@ import numpy as np
 from chapters.shared.general import HALF_VIEW_DEG
 
 WIDTH_PX = 1024
-PITCH_DEG, SEEN_AT = 14.0, 0.5
+PITCH_DEG, IMAGED_AT = 14.0, 0.5
+# Of the corrected images.
+FOCAL_PX = (WIDTH_PX - 1) / 2 / np.tan(np.radians(HALF_VIEW_DEG))
+# Verticals meet at the vanishing point (0, -1 / tan(pitch)) or (0, 1 / tan).
+LEAN_DEG = np.degrees(np.arctan(IMAGED_AT * np.tan(np.radians(PITCH_DEG))))
 
 
 def focal_task():
     """Half the width is f times the tangent of the angle to each side. The code counts
     from centre to centre of the outermost pixels; from edge to edge is 0.1 % more."""
     return {
-        "expected": view_focal_px,
+        "expected": lambda: FOCAL_PX,
         "hint": "draw the triangle of projection centre, image centre and image edge",
         "slips": {
-            "That is the whole width for half the angle.": lambda: 2 * view_focal_px(),
+            "That is the whole width for half the angle.": lambda: 2 * FOCAL_PX,
             "That is an equidistance lens, not a pinhole.": lambda: (
                 (WIDTH_PX - 1) / 2 / np.radians(HALF_VIEW_DEG)
             ),
@@ -27,24 +31,11 @@ def lean_task():
     """The line runs to the vanishing point, x to the side and 1 / tan(pitch) up or
     down: its lean has the tangent x tan(pitch)."""
     return {
-        "expected": convergence_deg,
+        "expected": lambda: LEAN_DEG,
         "hint": "where do the images of all verticals meet?",
         "slips": {
-            "That is in radians.": lambda: np.radians(convergence_deg()),
-            "That is off horizontal.": lambda: 90 - convergence_deg(),
-            "Half the tangent is not half the angle.": lambda: PITCH_DEG * SEEN_AT,
+            "That is in radians.": lambda: np.radians(LEAN_DEG),
+            "That is off horizontal.": lambda: 90 - LEAN_DEG,
+            "Half the tangent is not half the angle.": lambda: PITCH_DEG * IMAGED_AT,
         },
     }
-
-
-def view_focal_px():
-    """Return the focal length in px of the corrected images."""
-    return (WIDTH_PX - 1) / 2 / np.tan(np.radians(HALF_VIEW_DEG))
-
-
-def convergence_deg():
-    """Return the angle (deg) between a vertical's image and the image vertical.
-
-    Verticals meet at the vanishing point (0, -1 / tan(pitch)) or (0, 1 / tan).
-    """
-    return np.degrees(np.arctan(SEEN_AT * np.tan(np.radians(PITCH_DEG))))

@@ -15,7 +15,7 @@ from chapters.ch02_general_camera_model.s5_3_distortion_correction.report import
     name_values,
 )
 from chapters.shared.general import (
-    corrected_pictures,
+    corrected_images,
     line_rms,
     outer_pixels,
     straightness,
@@ -84,7 +84,7 @@ from repro.page import check, compared, open_results, show, show_code
 # corrected image is a pinhole view.
 
 # %% tags=["active-ipynb"]
-# show_code(corrected_pictures)
+# show_code(corrected_images)
 
 # %% [markdown]
 # **Straightness.** The true camera projects the front's straight edges without

@@ -4,8 +4,8 @@ import numpy as np
 
 from chapters.shared.general import (
     FACADE_ZOOM,
-    FEWEST,
     HALF_VIEW_DEG,
+    MIN_ON_LINE,
     OF_SEEDS,
     PITCH_DEG,
     ZoomCase,
@@ -44,16 +44,19 @@ def name_values(open_results):
 
 def line_median(case, name):
     """Return a method's median distance (px) from straight lines, over runs."""
-    place = f"lines.{case.method('generic')}.{name}.{case.scale}"
-    return float(np.median(with_worst(case.column(place, FACADE_ZOOM))))
+    return float(np.median(with_worst(line_trials(case, name))))
+
+
+def line_trials(case, name):
+    """Return RMS distances (px) from straight lines of a method, over runs (n,)."""
+    path = case["standard_method"], name, case["residual_scale"]
+    return case.column("lines", FACADE_ZOOM, *path)
 
 
 def edges_of(rendered):
     """Return the front's edges (edges, points, 2), as taken and as corrected, px."""
     names = ("as_taken", "parametric", "generic_as_printed")
-    return {
-        name: rendered.arrays(f"edges.{name}", zoom=FACADE_ZOOM)[0] for name in names
-    }
+    return {name: rendered.arrays("edges", name, zoom=FACADE_ZOOM)[0] for name in names}
 
 
 def shared(edges):
@@ -86,7 +89,7 @@ def distances(edges):
     both, out = shared(edges), {}
     for method in ("parametric", "generic_as_printed"):
         out[method] = np.full(both.shape, np.nan)
-        for number in np.flatnonzero(np.sum(both, axis=1) >= FEWEST):
+        for number in np.flatnonzero(np.sum(both, axis=1) >= MIN_ON_LINE):
             edge = edges[method][number]
             out[method][number] = np.abs(from_line(edge, both[number]))
     return out
@@ -132,8 +135,8 @@ def fig_2_7(results):
     drawn, axes = new_figure(3, 2, height_in=7.6)
     shown = {"panel": [], "share_of_picture_shown": []}
     for panel, (name, title) in zip(axes.flat, PANELS, strict=True):
-        picture = rendered.arrays(name, zoom=FACADE_ZOOM)[0]
-        panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
+        image = rendered.arrays(name, zoom=FACADE_ZOOM)[0]
+        panel.imshow(image, cmap="gray", vmin=0, vmax=255)
         panel.set_axis_off()
         panel.set_anchor("W")
         if title.startswith(("(b)", "(d)")):
@@ -143,7 +146,7 @@ def fig_2_7(results):
             title += f": {draw_part(panel, edge, both[chosen], at)}"
         panel.set_title(title)
         shown["panel"].append(title)
-        shown["share_of_picture_shown"].append(float(np.mean(picture > 0)))
+        shown["share_of_picture_shown"].append(float(np.mean(image > 0)))
     return Drawing(
         drawn,
         shown,
@@ -232,9 +235,7 @@ def frame_around(at):
 def judge_periphery(results, options):
     """Near the edge, generic lines are straighter than parametric ones."""
     case = ZoomCase(results, options)
-    place = f"lines.{case.method('generic')}"
     generic, parametric = (
-        case.column(f"{place}.{name}.{case.scale}", FACADE_ZOOM)
-        for name in ("generic", "parametric")
+        line_trials(case, name) for name in ("generic", "parametric")
     )
     return generic_wins(generic, parametric, "RMS distance from straight lines")

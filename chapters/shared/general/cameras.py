@@ -1,4 +1,4 @@
-"""Cameras of section 2.3, and two grids in drawn poses before them."""
+"""Cameras of section 2.3, and two grids in drawn poses in front of them."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ KINDS = {"translation": "mm", "rotation": "deg"}
 
 
 def pinhole(width, height):
-    """A plain perspective camera, its principal point in mid-image."""
+    """Return a perspective camera with its principal point in mid-image."""
     focal = FOCAL_PER_WIDTH * width
     u, v = (width - 1) / 2, (height - 1) / 2
     K = np.array([[focal, 0, u], [0, focal, v], [0, 0, 1.0]])
@@ -24,7 +24,7 @@ def pinhole(width, height):
 
 
 def fisheye(width, height):
-    """An equidistance fisheye, 120 degrees across its diagonal."""
+    """Return an equidistance fisheye, 120 degrees across its diagonal."""
     middle = np.array([(width - 1) / 2, (height - 1) / 2])
     half = np.radians(FISHEYE_FOV_DEG) / 2
     focal = np.hypot(*middle) / half
@@ -32,9 +32,10 @@ def fisheye(width, height):
 
 
 def faceted(width, height):
-    """A pinhole before a blunt pyramid of four mirrors, its point ahead.
+    """Return a pinhole in front of a blunt pyramid of four mirrors.
 
-    The mirrors throw the view back past the camera, in four directions.
+    The apex points to the camera. The mirrors reflect the view past the camera, in
+    four directions.
     """
     T_viewer_facets, outlines = [], []
     for x, y in ((1, 1), (-1, 1), (-1, -1), (1, -1)):
@@ -58,7 +59,7 @@ CAMERAS = {"pinhole": pinhole, "fisheye": fisheye, "faceted": faceted}
 
 
 def draw_two_grids(rng, ahead):
-    """Poses T_camera_grid (2, 4, 4), near before far, tilted."""
+    """Draw poses T_camera_grid (2, 4, 4), tilted, the near one first."""
     tilt = rotation_from_vector(np.radians(rng.uniform(-6, 6, (2, 3))))
     near, step = rng.uniform(350, 450), rng.uniform(200, 400)
     shift = np.zeros((2, 3))

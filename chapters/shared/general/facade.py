@@ -1,4 +1,4 @@
-"""A building front before the lens of set 2: pictures, and straight lines."""
+"""A building front in front of the lens of set 2: images, and straight lines."""
 
 from functools import cache
 
@@ -15,25 +15,25 @@ EYE_MM = [600.0, -1600.0, -8500.0]
 PITCH_DEG = 14.0
 HALF_VIEW_DEG = 58.0
 ON_EDGE = 120
-FEWEST = 6
+MIN_ON_LINE = 6
 OUTER = 0.8
 
 
 def T_world_camera():
-    """The camera before the front, tilted upwards: x right, y down."""
+    """Return the pose of the camera in front of the building, tilted upwards."""
     R = rotation_from_vector(np.radians([PITCH_DEG, 0.0, 0.0]))
     return pose(R, EYE_MM)
 
 
-def facade_picture(rng):
-    """What the camera of set 2 takes of the front, uint8."""
+def facade_image(rng):
+    """Render the image that the camera of set 2 records of the front, uint8."""
     laboratory = rig_of(FACADE_ZOOM).laboratory()
     return laboratory.photograph(facade(), T_world_camera(), rng)
 
 
 @cache
 def edge_pixels():
-    """True pixels (edges, points, 2) along the front's straight edges."""
+    """Return true pixels (edges, points, 2) along the front's straight edges."""
     edges = facade().straight_edges
     share = np.linspace(0, 1, ON_EDGE)[:, None]
     points = edges[:, :1] + share * (edges[:, 1:] - edges[:, :1])
@@ -46,9 +46,9 @@ def edge_pixels():
 
 
 def straightness(cameras):
-    """RMS distance from straight lines in the outer fifth of the radius.
+    """Return RMS distances from straight lines in the outer fifth of the radius.
 
-    Per generic method: its own and the parametric one's, on the same points,
+    Per generic method: its own and that of the parametric one, on the same points,
     in px of the corrected view and of the source image.
     """
     out = {}
@@ -67,7 +67,7 @@ def straightness(cameras):
 
 
 def outer_pixels(generic):
-    """Edge pixels beyond 0.8 of the radius that the generic rays reach."""
+    """Return edge pixels beyond 0.8 of the radius that the generic rays reach."""
     middle = (np.array([generic.width, generic.height]) - 1) / 2
     v, u = np.nonzero(generic.mask)
     reach = np.linalg.norm(np.column_stack([u, v]) - middle, axis=1).max()
@@ -77,17 +77,17 @@ def outer_pixels(generic):
 
 
 def has_view(camera, pixels):
-    """Which of the pixels (edges, points, 2) the corrected view shows."""
+    """Return which of the pixels (edges, points, 2) the corrected view shows."""
     seen, _ = in_view(camera, pixels.reshape(-1, 2))
     return np.isfinite(seen[:, 0]).reshape(pixels.shape[:2])
 
 
 def line_rms(camera, pixels):
-    """RMS distance (px) of each edge's points from their line, by scale."""
+    """Return the RMS distance (px) of edge points from their lines, by scale."""
     corrected, source = [], []
     for edge in pixels:
         known = edge[np.isfinite(edge[:, 0])]
-        if len(known) < FEWEST:
+        if len(known) < MIN_ON_LINE:
             continue
         seen, plane = in_view(camera, known)
         foot = on_line(seen)
@@ -104,14 +104,14 @@ def line_rms(camera, pixels):
 
 
 def on_line(points):
-    """Feet (N, 2) of points on their best line (total least squares)."""
+    """Return the feet (N, 2) of points on their best line (total least squares)."""
     centre = points.mean(axis=0)
     along = np.linalg.svd(points - centre)[2][0]
     return centre + ((points - centre) @ along)[:, None] * along
 
 
-def corrected_pictures(picture, cameras):
-    """The picture as a pinhole sees it, by method, and kept upright.
+def corrected_images(picture, cameras):
+    """Return the image resampled for a pinhole, by method, and upright.
 
     Upright: the generic method's view on a plane parallel to the front's
     verticals, by the camera's true tilt.
@@ -119,18 +119,18 @@ def corrected_pictures(picture, cameras):
     out = {}
     for method, camera in cameras.items():
         R = synthetic_plane(camera).T_camera_plane[:3, :3]
-        out[f"view.{method}"] = pinhole_picture(picture, camera, R)
+        out[f"view.{method}"] = pinhole_image(picture, camera, R)
     best = cameras.get("generic_as_printed")
     if best is not None:
         R = inverse_pose(T_world_camera())[:3, :3]
-        out["view.upright"] = pinhole_picture(picture, best, R)
+        out["view.upright"] = pinhole_image(picture, best, R)
     return out
 
 
-def edges_in_pictures(cameras):
-    """Where the front's edges stand in the corrected pictures.
+def edges_in_images(cameras):
+    """Return the positions of the front's edges in the corrected images.
 
-    Per method px (edges, points, 2) of its picture, NaN where it shows nothing;
+    Per method px (edges, points, 2) of its image, NaN where it shows nothing;
     "as_taken" are the true pixels of the source image.
     """
     pixels = edge_pixels()
@@ -148,14 +148,14 @@ def edges_in_pictures(cameras):
 
 
 def view_matrix(camera):
-    """K of the pinhole that corrected pictures are made for."""
+    """Return K of the pinhole of the corrected images."""
     middle = (np.array([camera.width, camera.height]) - 1) / 2
     focal = middle[0] / np.tan(np.radians(HALF_VIEW_DEG))
     return np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
 
 
-def pinhole_picture(picture, camera, R_camera_view):
-    """The picture resampled for a pinhole that looks along the view's z."""
+def pinhole_image(picture, camera, R_camera_view):
+    """Return the image resampled for a pinhole that looks along the view's z."""
     view = PerspectiveView(
         view_matrix(camera), R_camera_view, np.zeros(3), camera.width, camera.height
     )
@@ -166,14 +166,14 @@ def pinhole_picture(picture, camera, R_camera_view):
 
 
 def source_pixels_of(camera, plane, corrected):
-    """Pixels of the source image under points (M, 2) of the corrected view."""
+    """Return source pixels of points (M, 2) of the corrected view."""
     flat = (corrected - plane.principal_pixel) / plane.px_per_unit
     points = transform(plane.T_camera_plane, on_plane(flat))
     return camera.project(points).pixels
 
 
 def in_view(camera, pixels):
-    """Points (N, 2) of the corrected view under pixels, NaN without one."""
+    """Return points (N, 2) of the corrected view for pixels, NaN without one."""
     plane = synthetic_plane(camera)
     rays = camera.rays(pixels)
     seen, ahead = corrected_view(rays.directions, plane, np.nan_to_num(rays.origins))

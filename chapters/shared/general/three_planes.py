@@ -1,9 +1,8 @@
-"""Three tilted planes before a camera: what is measured on them, and scored.
+"""Three tilted planes in front of a camera: measurements on them, and scores.
 
 999 random pixels are back-projected on each plane, with noise that is
 independent from plane to plane. The base plane is measured once more, with
-noise that no calibration sees. Whatever method calibrates from these data,
-its rays are scored the same way.
+noise that no calibration uses. The rays of every method are scored the same way.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ CORNER_RADIUS_PX = np.hypot(*PRINCIPAL)
 DISTANCE_MM = 600.0
 SHIFT_MM = 150.0
 TILT_DEG = (10.0, 30.0)
-LEAST_ANGLE_DEG = 10.0
+MIN_ANGLE_DEG = 10.0
 FINITE_MM = 600.0
 LENS_K1, LENS_K2 = -0.2, 0.05
 # Fields of view of the sweep of Fig. 2.3(b), on the image diagonal.
@@ -75,7 +74,7 @@ def draw_grids(rng):
         normals = grids[:, :3, 2]
         cosines = (normals @ normals.T)[np.triu_indices(3, 1)]
         angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
-        if angles.min() >= LEAST_ANGLE_DEG:
+        if angles.min() >= MIN_ANGLE_DEG:
             return grids, angles.min()
 
 

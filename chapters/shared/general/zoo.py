@@ -12,7 +12,7 @@ SIZE_PX = 200
 MIDDLE = (SIZE_PX - 1) / 2
 SIZE = {"width": SIZE_PX, "height": SIZE_PX}
 CENTRE = [MIDDLE, MIDDLE]
-# A lens of 183 degrees whose picture just fits the image.
+# A lens of 183 degrees whose image circle just fits the image.
 HALF_ANGLE = np.radians(91.5)
 
 
@@ -38,7 +38,7 @@ def fisheye(law, reach):
 
 
 def mirror(shape, axes, focal_px=280, T=None):
-    """A mirror 50 mm across before a pinhole, or parallel rays."""
+    """A mirror 50 mm across in front of a pinhole, or parallel rays."""
 
     def build():
         from raxel.cameras import QuadricMirrorCamera
@@ -69,7 +69,7 @@ def two_mirrors():
 
 
 def bent_sheet():
-    """A pinhole before a sheet of mirror, 400 mm square, bent by 3 cm."""
+    """A pinhole in front of a sheet of mirror, 400 mm square, bent by 3 cm."""
     viewer = made("perspective", K=K_of(130), radial=[])()
     heights = [[0, 0, 6], [0, 4, 0], [20, 0, 0], [5, 0, 0]]
     sheet = {"size": (400, 400), "heights": heights, "offset": (0, 0, 180)}

@@ -21,11 +21,11 @@ def rig_of(zoom):
 
 
 @cache
-def laboratory_of(zoom):
+def simulator_of(zoom):
     """Camera, lens and sensor of one zoom setting."""
     return rig_of(zoom).laboratory()
 
 
 def zoom_camera(zoom):
     """The true camera: for projecting and for scoring, not for calibrating."""
-    return laboratory_of(zoom).camera
+    return simulator_of(zoom).camera
