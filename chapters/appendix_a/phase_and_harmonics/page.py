@@ -47,7 +47,7 @@ from repro.run import Plan, crossed, experiment
 # **Findings.**
 #
 # 1. **Even orders cancel with four steps.** The phase changes by rounding errors
-#    only, as the thesis states. This holds for sines and cosines.
+#    only, as the thesis states, for sines and cosines.
 # 2. **Orders 3 and 5 do not cancel.** They add a ripple of four waves per period: 1 %
 #    of order 3 gives {glue:text}`odd.one_percent:.4f` rad, or
 #    {glue:text}`odd.share:.2f` % of a period.
@@ -69,16 +69,13 @@ from repro.run import Plan, crossed, experiment
 # - *Active grid*: phase-shift structured light, displayed on a monitor.
 # - *Profile* $I(\phi)$: grey value as a function of the phase $\phi$.
 # - *Order* $n$: Fourier component $\cos n\phi$, $\sin n\phi$ with coefficients $a_n$,
-#   $b_n$. Order 1 is the *fundamental*.
-# - *Harmonic*: in the thesis, the first harmonic is order 2. Its "odd harmonics" are
-#   therefore the even orders 2, 4, 6 (E-3.09).
+#   $b_n$. Order 1 is the *fundamental*. The "odd harmonics" of the thesis are the
+#   even orders 2, 4, 6 (E-3.09).
 # - $N$, $I_1 \dots I_N$: number of phase steps, and the images of one pixel. The
 #   shift is $2\pi/N$.
 # - *Phase error*: decoded phase minus $\phi$.
 # - $\gamma$: exponent of the monitor's response. $A_n$: its Fourier coefficients.
 # - (3.23): the decoder, the angle of the point $(I_2 - I_4,\ I_1 - I_3)$.
-#
-# A reader needs Fourier series and complex exponentials.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -89,16 +86,15 @@ from repro.run import Plan, crossed, experiment
 # $$I(\phi) = \frac{a_0}{2} + \sum_{n=1}^{\infty}
 # a_n \cos n\phi + b_n \sin n\phi . \tag{A.1}$$
 #
-# The thesis drops the constant and assumes $a_n = 0$ (A.2). It writes down the four
-# images and concludes that order 2 leaves the decoded phase unchanged. Section 3.2.2
-# extends this to all "odd harmonics".
+# The thesis assumes $a_n = 0$ (A.2) and concludes that order 2 leaves the decoded
+# phase unchanged. Section 3.2.2 extends this to all "odd harmonics".
 
 # %% [markdown]
 # ## Model
 #
 # **Four steps.** Each image is shifted by a quarter of a period,
 # $I_{k+1}(\phi) = I(\phi + k\pi/2)$ for $k = 0$ to 3 (A.3 to A.6). The decoder uses
-# two differences, in which the constant cancels. Half a period changes the sign of
+# two differences. Half a period changes the sign of
 # odd orders and leaves even orders unchanged:
 # $\sin n(\phi + \pi) = (-1)^n \sin n\phi$, and the same for cosines. Therefore
 #
@@ -112,9 +108,9 @@ from repro.run import Plan, crossed, experiment
 # $$I_2 - I_4 = 2\sum_{n\ \mathrm{odd}} (-1)^{\frac{n-1}{2}}
 # \left(b_n \cos n\phi - a_n \sin n\phi\right) . \tag{A.8}$$
 #
-# All even orders vanish, sines and cosines. This matters because the order 2 of a
-# gamma profile is a cosine, which the thesis assumes to be zero (E-3.11). The thesis
-# prints the sums over all $n$. They run over odd $n$ only.
+# All even orders vanish, sines and cosines. The order 2 of a gamma profile is a
+# cosine, which the thesis assumes to be zero (E-3.11). It prints the sums over all
+# $n$; they run over odd $n$ only.
 #
 # **The exact ratio.** With sines alone,
 #
@@ -123,14 +119,13 @@ from repro.run import Plan, crossed, experiment
 # \dots} . $$
 #
 # The thesis divides term by term and obtains
-# $\tan\phi - \tan 3\phi + \tan 5\phi - \dots$ (A.9). A ratio of sums is not the sum
-# of ratios, and (A.9) would not depend on the $b_n$ (E-3.10). For $b_3 = 0.05\,b_1$
+# $\tan\phi - \tan 3\phi + \tan 5\phi - \dots$ (A.9), which does not depend on the
+# $b_n$ (E-3.10). For $b_3 = 0.05\,b_1$
 # at $\phi = 0.4$ rad the exact ratio is {glue:text}`ratio.true:.3f`. The first two
-# terms of (A.9) give {glue:text}`ratio.printed:.2f`. Without odd orders above the
-# first, both forms are $\tan\phi$.
+# terms of (A.9) give {glue:text}`ratio.printed:.2f`.
 #
 # **Phase error.** The phase is the angle of the point $(I_2 - I_4,\ I_1 - I_3)$ in
-# all four quadrants (E-3.08). A plain arctan covers only half a period. Take that
+# all four quadrants (E-3.08). Take that
 # point as a complex number and divide by its ideal value $2 b_1 e^{i\phi}$:
 #
 # $$1 + \frac{b_5}{b_1} e^{4i\phi} - \frac{b_3}{b_1} e^{-4i\phi} + \dots$$
@@ -168,7 +163,7 @@ from repro.run import Plan, crossed, experiment
 #
 # At $\gamma = 2.2$ order 2 has {glue:text}`law.two:.0f` % of order 1, and order 3
 # only {glue:text}`law.three:.1f` %. At $\gamma = 1$ there is no order 2, at
-# $\gamma = 2$ no order 3. A black level adds a constant, which cancels.
+# $\gamma = 2$ no order 3. A black level cancels.
 
 # %% tags=["active-ipynb"]
 # show_code(stepped, phase_of)
@@ -260,30 +255,24 @@ def order_sweep(effort):
 # %% [markdown]
 # ## Discussion
 #
-# - **What holds.** Four-step decoding is immune to all even orders and to an offset.
-#   The thesis shows it for sines of order 2. The derivation above includes cosines.
 # - **Amplitudes add with their signs.** Orders 3 and 5 of opposite signs compensate.
 #   The test of the claim takes both positive.
 # - **The error is not noise.** It has the same sign at the same position of every
-#   cell. Averaging helps only over a good part of its wave, a quarter of a period for
-#   four steps.
-# - **Predicted standard deviation.** With `--linear`, as here, the decoder's
-#   predicted standard deviation excludes this error. By default the decoder measures
-#   the error and corrects it.
-# - **Parity.** An even number of steps is disturbed by odd orders only. Three steps
-#   are disturbed by order 2, the strongest of a monitor.
+#   cell.
+# - **Predicted standard deviation.** With `--linear`, as here, that of the decoder
+#   excludes this error. By default the decoder measures and corrects the error.
+# - **Parity.** Three steps are disturbed by order 2, the strongest of a monitor.
 # - **Saturation.** Clipped grey values have orders that decrease slowly, so every
-#   number of steps is affected. The remedy is less contrast, not more steps.
+#   number of steps is affected. The remedy is less contrast.
 # - **The camera.** $I(\phi)$ is the profile in the image file, so the camera's tone
-#   curve is included. An sRGB camera compensates most of the monitor's gamma.
+#   curve is included.
 
 # %% [markdown]
 # ## Summary
 #
 # The thesis's conclusion is right: with four steps, even orders do not change the
-# decoded phase. Its last formula (A.9) is wrong, and odd orders do disturb the phase
-# in proportion to their amplitude. The general rule, $mN \pm 1$, shows which number
-# of steps removes which order.
+# decoded phase. Its last formula (A.9) is wrong, and odd orders disturb the phase in
+# proportion to their amplitude. With $N$ steps the orders $mN \pm 1$ disturb it.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -138,7 +138,7 @@ SAMPLES = {"quick": 16, "full": 64}
 
 
 @experiment("exp_zoo_room", artefact="sec_2_2")
-def pictures(effort):
+def room_images(effort):
     """One room through eight cameras, without lens blur or noise."""
     return Plan(room_trial, crossed(model=ROOM, samples=[SAMPLES[effort]]), 1)
 

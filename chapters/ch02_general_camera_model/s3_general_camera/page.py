@@ -99,15 +99,15 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # ## What the thesis claims
 #
-# - A *look-up table* with one ray per pixel describes *any* camera, central or
-#   not, even a discontinuous one, because no ray depends on its neighbours
+# - A *look-up table* with one ray per pixel describes *any* camera, even a
+#   discontinuous one, because no ray depends on its neighbours
 #   {cite}`grossberg2001` (Fig. 2.1).
-# - The rays are stored as Plücker matrices (2.11), which are skew-symmetric
-#   and do not depend on the two points chosen. The last three entries of the
-#   Plücker vector (2.12) vanish for a line through the origin.
-# - Two images of a planar grid with *known* relative transformation $T_1$ fill
-#   the table (Fig. 2.2(a)), as accurately as $T_1$ is known. Section 2.4 does
-#   not need $T_1$ (Fig. 2.2(b)).
+# - The rays are stored as Plücker matrices (2.11), which do not depend on the two
+#   points chosen. The last three entries of the Plücker vector (2.12) vanish for a
+#   line through the origin.
+# - Two images of a planar grid with *known* relative transformation $T_1$ fill the
+#   table (Fig. 2.2(a)), as accurately as $T_1$ is known. Section 2.4 does not need
+#   $T_1$ (Fig. 2.2(b)).
 
 # %% [markdown]
 # ## Model
@@ -140,10 +140,9 @@ from repro.run import Plan, crossed, experiment
 # show_code(faceted)
 
 # %% [markdown]
-# **The general method.** A pixel sees one point on each of two grids. With
-# known poses both points are expressed in one frame, and the line through
-# them is the ray. The order of the grids, near before far, fixes its
-# direction. With more than two grids the least-squares line is used.
+# **The general method.** A pixel sees one point on each of two grids. With known
+# poses both points are expressed in one frame, and the line through them is the ray.
+# The order of the grids, near before far, fixes its direction.
 
 # %% tags=["active-ipynb"]
 # show_code(rays_from_known_motion)
@@ -256,29 +255,20 @@ def wrong_motion(effort):
 
 
 # %% [markdown]
-# The other claims have their own experiments in this page's folder.
-# `experiment.py` draws random lines for (2.11) and (2.12). For the claim
-# about any camera, `experiment.py` calibrates every pixel of three
-# cameras by two known grids.
+# Further experiments, in `experiment.py`, draw random lines for (2.11) and (2.12), and
+# calibrate every pixel of three cameras by two known grids.
 
 # %% [markdown]
 # ## Discussion
 #
 # - **Any camera.** The faceted camera is calibrated as exactly as the fisheye,
 #   because the method never uses neighbouring pixels.
-# - **Noise.** A ray is computed from two measurements and keeps all of their
-#   error. A pixel without a measurement has no ray. The library interpolates
-#   between pixel centres, which is invalid across a mirror edge; such pixels
-#   must be masked.
-# - **Plücker matrices.** Both statements are theorems, so the numbers test the
-#   code. They hold to rounding unless the two points are close together.
-# - **Known motion.** The data do not reveal an error of $T_1$, because two
-#   points always define a line. A third grid reveals it and makes the known
-#   motion unnecessary ([section 2.4](s4_generic_calibration.ipynb)). The poses
-#   in Fig. 2.2(b) are estimated in this way.
-# - **Scope.** A pixel sees a solid angle, not a line. The raxel of the
-#   original paper also has radiometric properties, which the thesis and this
-#   report do not use.
+# - **Noise.** A ray keeps all of the error of its two measurements. A pixel without a
+#   measurement has no ray.
+# - **Plücker matrices.** Both statements are theorems, so the numbers test the code.
+# - **Known motion.** The data do not reveal an error of $T_1$, because two points
+#   always define a line. A third grid reveals it and makes the known motion
+#   unnecessary ([section 2.4](s4_generic_calibration.ipynb)), as in Fig. 2.2(b).
 
 # %% tags=["active-ipynb"]
 # show("ext_fig_2_2_error")
@@ -287,9 +277,8 @@ def wrong_motion(effort):
 # ## Summary
 #
 # A ray table represents any camera, including non-central and discontinuous
-# ones. Two grids with a known motion fill it exactly without noise, and an
-# error of the motion causes a proportional error of the rays. The two images
-# do not reveal that error, which motivates calibration with unknown poses.
+# ones. Two grids with a known motion fill it exactly without noise. An error of the
+# motion causes a proportional error of the rays, which the two images do not reveal.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -327,9 +316,7 @@ def wrong_motion(effort):
 
 # %% [markdown]
 # **4.** What is the size in bytes of a look-up table of Plücker matrices in
-# double precision, for an image of 3008 × 2000 pixels? (The library stores
-# directions, and anchor points where necessary, and computes matrices on
-# demand.)
+# double precision, for an image of 3008 × 2000 pixels?
 
 # %% tags=["active-ipynb"]
 # check(None, **bytes_task())

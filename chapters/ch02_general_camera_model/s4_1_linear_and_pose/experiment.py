@@ -577,7 +577,7 @@ def no_motion(effort):
 #
 # A camera looks at chessboards; their corners are projected, not detected,
 # so there is no noise. The library calibrates from the corners alone, and the
-# truth is used only to say what each step gave.
+# truth is used only to score each step.
 
 
 SAMPLES = 20_000

@@ -2,9 +2,8 @@
 # # 2.5.1 Synthetic data: parametric and generic calibration compared
 #
 # **Question.** A lens can be calibrated with a pinhole model and two radial
-# distortion terms, or with a per-pixel ray model that stores one ray for each
-# pixel. Given are simulated images of three planar grids, with known ground
-# truth. Which method leaves the smaller residual, and from how much
+# distortion terms, or with a per-pixel ray model. Given are simulated images of
+# three planar grids. Which method leaves the smaller residual, and from how much
 # distortion on?
 
 # %%
@@ -42,18 +41,18 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # **Findings.**
 #
-# 1. **Residuals grow in proportion to the noise.** This holds for both
-#    methods and in every interpretation of the text.
+# 1. **Residuals grow in proportion to the noise** with both methods, in every
+#    interpretation of the text.
 # 2. **The methods cross once.** In the primary interpretation the parametric
-#    method has the smaller residual up to {glue:text}`crossing.below`°, the
-#    generic method from {glue:text}`crossing.above`° on. Most other
-#    interpretations do not confirm this crossing.
-# 3. **The rise at 150° is mostly geometric.** The corrected view stretches
-#    the image, for exact rays as well. The generic residual is
+#    residual is smaller up to {glue:text}`crossing.below`°, the generic one from
+#    {glue:text}`crossing.above`° on. Most other interpretations do not confirm
+#    this crossing.
+# 3. **The rise at 150° is mostly geometric**: the corrected view stretches the
+#    image. The generic residual is
 #    {glue:text}`generic_as_printed.over.120:.2f` times that of exact rays at
-#    120°, {glue:text}`generic_as_printed.over.150:.2f` times at 150°.
-# 4. **A small residual does not prove accurate rays.** Both generic variants
-#    leave nearly the same residual. Their median ray errors at 90° are
+#    120° and {glue:text}`generic_as_printed.over.150:.2f` times at 150°.
+# 4. **A small residual does not prove accurate rays.** Both generic variants have
+#    nearly the same residual, but median ray errors at 90° of
 #    {glue:text}`generic_as_printed.ray_deg.90:.2f`° (as printed) and
 #    {glue:text}`generic_well_conditioned.ray_deg.90:.2f`° (well conditioned).
 
@@ -62,37 +61,30 @@ from repro.run import Plan, experiment
 #
 # | quantity | thesis | here |
 # |---|---|---|
-# | residual and noise | proportional | proportional in every interpretation |
-# | smaller residual | first parametric | generic from {glue:text}`crossing.above`° on |
 # | parametric, wider field | grows | grows, far more than exact rays |
-# | generic, up to 120° | stays low | stays low, grows as exact rays do |
+# | generic, up to 120° | stays low | grows as exact rays do |
 # | generic, at 150° | rises | rises, also relative to exact rays |
 # | cause of that rise | grazing rays | not the angle; finite grids remove it |
-# | projection law | no influence | none, in px of the source image |
+# | projection law | no influence | no influence in px of the source image |
 
 # %% [markdown]
 # ## Terms
 #
-# A reader needs Zhang's calibration, homographies and bundle adjustment.
-#
-# - *Parametric method* (thesis: standard perspective method): Zhang's
-#   calibration, a pinhole with two radial terms.
-# - *Generic method* (thesis: central generic method): ray look-up table with
-#   one centre, calibrated by Algorithm 1.
-# - *As printed*: the linear stage with misprints corrected but the printed
-#   numerics kept. *Well conditioned*: the same equations with normalised
-#   coordinates and least squares.
+# - *Parametric method* (thesis: standard perspective): Zhang's calibration, a
+#   pinhole with two radial terms.
+# - *Generic method* (thesis: central generic): ray look-up table with one centre,
+#   calibrated by Algorithm 1.
+# - *As printed*: the linear stage with misprints corrected. *Well conditioned*:
+#   the same equations with normalised coordinates and least squares.
 # - *Field of view*: the full angle along the image diagonal.
 # - *Equidistance law*: $r = f\theta$, with image radius $r$, focal length $f$
 #   and angle $\theta$ from the axis.
-# - *Corrected view*: the undistorted (rectilinear) image.
-# - *Residual*: the distance in the corrected view that remains after a
-#   homography onto the known positions.
-# - *Exact rays*: the simulated camera's rays. Their residual is the noise of
+# - *Residual*: the distance that remains in the *corrected view*, the undistorted
+#   (rectilinear) image, after a homography onto the known positions.
+# - *Exact rays*: those of the simulated camera. Their residual is the noise of
 #   the scored points alone.
 # - *Fresh noise*: a held-out measurement of the first grid.
-# - *Primary interpretation*: the options that decide the verdict where the
-#   text is ambiguous.
+# - *Primary interpretation*: the options that decide ambiguous verdicts.
 
 # %% [markdown]
 # ## What the thesis claims
@@ -100,26 +92,22 @@ from repro.run import Plan, experiment
 # Section 2.5.1 compares Zhang's method {cite}`zhang2000` with the central
 # generic method {cite}`sturm2004`, on a camera of 640 × 640 pixels:
 #
-# - Fig. 2.3(a): with Gaussian noise on 999 random image points, in 50 trials
-#   per level, both residuals grow in proportion to the noise.
-# - Fig. 2.3(b): the field of view of an equidistance lens (2.6) grows from 30°
-#   to 150°. The parametric residual grows. The generic one stays low, except
-#   at 150°, where some rays meet the unlimited planes at a very small angle.
+# - Fig. 2.3(a): with Gaussian noise on 999 random image points, both residuals
+#   grow in proportion to the noise (50 trials per level).
+# - Fig. 2.3(b): the field of view of an equidistance lens (2.6) grows from 30° to
+#   150°. The parametric residual grows. The generic one stays low, except at 150°,
+#   where rays graze the unlimited planes.
 
 # %% [markdown]
 # ## Model
 #
 # One trial has a camera, three grids in unknown poses, and 999 pixels that
-# see all three. Noise is independent for every grid: with common noise the
-# three points of a pixel would stay on one line through the centre.
+# see all three. Noise is independent for every grid. The parametric method
+# receives pixels and grid points, the generic method the three points of every
+# pixel, for steps 3 and 4 of Algorithm 1.
 
 # %% tags=["active-ipynb"]
 # show_code(measure, observe)
-
-# %% [markdown]
-# The parametric method receives pixels and grid points. The generic method
-# receives the three points of every pixel. It runs the linear stage and a
-# bundle adjustment with a fixed centre (steps 3 and 4 of Algorithm 1).
 
 # %% tags=["active-ipynb"]
 # show_code(calibrate_parametric, calibrate_generic)
@@ -127,20 +115,17 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # **The residual.** The calibrated rays are intersected with a plane
 # perpendicular to the principal ray. A homography maps the intersections onto
-# the known positions. It preserves straight lines, so it cannot remove
-# distortion. The unit is a pixel of the corrected view, as large as a source
-# pixel at the centre. A corrected view stretches an equidistance image
-# radially by $1/\cos^2\theta$, and the noise with it. Therefore exact rays
-# are scored as well.
+# the known positions; it cannot remove distortion. The unit is a pixel of the
+# corrected view, as large as a source pixel at the centre. The view stretches an
+# equidistance image, and its noise, radially by $1/\cos^2\theta$. Therefore exact
+# rays are scored as well.
 
 # %% tags=["active-ipynb"]
 # show_code(score)
 
 # %% [markdown]
-# **Interpretations.** The text does not state noise levels, poses, the unit of
-# the residual or the lens of Fig. 2.3(a). Five open questions can change a
-# verdict. Claims are tested in all combinations that their wording permits;
-# the first option is primary:
+# **Interpretations.** Five questions that the text does not answer can change
+# a verdict. Bold options are primary:
 #
 # | question | options |
 # |---|---|
@@ -150,10 +135,9 @@ from repro.run import Plan, experiment
 # | standard method | linear stage **as printed**, or well conditioned |
 # | pixels | of the **corrected view**, or of the source image |
 #
-# *Reason for fresh noise.* The thesis may mean the calibration noise. But a
-# generic ray absorbs a third of the variance of its own three points' noise;
-# a pinhole cannot. On the same noise the generic residual is smaller wherever
-# the pinhole fits, so that comparison has only one possible outcome.
+# *Reason for fresh noise.* A generic ray absorbs a third of the variance of its
+# own three points' noise; a pinhole cannot. On the same noise that comparison has
+# only one possible outcome wherever the pinhole fits.
 
 # %% [markdown]
 # ## Experiment
@@ -193,8 +177,7 @@ def fov_sweep(effort):
 # %% [markdown]
 # ## Figures
 #
-# Points are medians over trials of the mean (or SD) over 999 points, with
-# 95 % intervals. A failed trial counts as the worst one.
+# A failed trial counts as the worst one.
 
 # %% tags=["active-ipynb"]
 # show("ext_fig_2_3_fisheye")
@@ -202,51 +185,37 @@ def fov_sweep(effort):
 # %% [markdown]
 # ## Discussion
 #
-# **Noise.** Noise of SD $\sigma$ on both axes displaces a scored point by
-# $\sigma\sqrt{\pi/2}$ on average. The parametric model fits the lens of
-# Fig. 2.3(a) and leaves just that; a generic ray, fitted to three points,
-# leaves $\sqrt{4/3}$ times as much. Proportionality is nearly trivial on noisy
-# points, but also holds for the calibration error alone.
+# **Crossing.** A pinhole with two radial terms cannot follow a wide equidistance
+# lens. On grids of ±600 mm the measured angles are smaller and the pinhole fits:
+# with fresh noise in px the generic method is never better there. With noise in mm
+# most claims about the field of view differ, because the same noise is fewer pixels
+# in a wider lens.
 #
-# **Crossing.** A pinhole with two radial terms cannot follow a wide
-# equidistance lens. On grids of ±600 mm fewer pixels see all three grids, at
-# smaller angles, and the pinhole fits: with fresh noise in px the generic
-# method is never better there. With noise in mm most claims about the field of
-# view differ, because the same noise is fewer pixels in a wider lens.
+# **Rise at 150°.** On unbounded planes the point noise in mm is larger at the edge,
+# as the thesis states. Yet in source pixels the residual does not follow the angle
+# between ray and plane. A likelier cause, not tested: rays are fitted to distances
+# in mm, so the farthest point dominates.
 #
-# **Rise at 150°.** On unbounded planes the point noise in mm is larger at the
-# edge, as the thesis states, but the angular noise of a ray is not. In source
-# pixels the residual does not follow the angle between ray and plane. A
-# likelier cause, not tested: rays are fitted to distances in mm, so the
-# farthest point dominates.
+# **Ray angles.** The method as printed is never better than the parametric one, the
+# well-conditioned variant at wide fields of view only.
 #
-# **Residuals and rays.** A wrong centre probably distorts the rays almost as
-# a homography does, which the alignment removes. In ray angles, the method as
-# printed is never better than the parametric one. The well-conditioned
-# variant is better at wide fields of view only.
+# **OpenCV's fisheye model**, not available to the thesis, contains the equidistance
+# law and leaves as little as exact rays.
 #
-# **OpenCV's fisheye model**, not available to the thesis, contains the
-# equidistance law and leaves as little as exact rays. Lenses without such a
-# law, the case for a ray table, are not in this sweep.
+# **Limits.** The field-of-view sweep has one noise size.
 #
-# **Limits.** The field-of-view sweep has one noise size and one kind of grid
-# poses. Lenses are ideal; noise is Gaussian without outliers. Trials in which
-# a method fails ($C_z^2 < 0$, the squared height of the centre) are few and
-# count as the worst.
-#
-# **Changes after a run.** The options were registered after single trials and
-# a small build, before the first full run. Later, fresh noise became the
-# primary option when an outcome with it was known. This changes the crossing
-# from *differs* to *reproduced*. All tests gained exact rays for reference.
-# *Test changed* in the table below states the effect on each verdict.
+# **Changes after a run.** The options were registered after a small build. Fresh
+# noise became the primary option when an outcome with it was known. This changes
+# the crossing from *differs* to *reproduced*. *Test changed* in the table below
+# states the effect on each verdict.
 
 # %% [markdown]
 # ## Summary
 #
-# The proportionality to noise is reproduced, and the crossing of both methods
-# in some interpretations only. The rise of the generic residual at 150° is
-# reproduced, but grazing incidence does not explain it. A distortion residual
-# does not reveal errors of the rays, so the report gives an angle next to it.
+# The proportionality to noise is reproduced, the crossing of both methods in some
+# interpretations only. The rise of the generic residual at 150° is reproduced too, but
+# grazing incidence does not explain it. A distortion residual does not reveal errors
+# of the rays.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -260,8 +229,8 @@ def fov_sweep(effort):
 # Open this page as a notebook (`make lab`) and run all cells. Then put an
 # answer in place of `None`, and run that cell again.
 #
-# **1.** Noise of 0.5 px, three grids: what is the mean length of the error
-# of a generic ray, in px of the source image?
+# **1.** Noise of 0.5 px, three grids: what is the mean error of a generic ray, in px
+# of the source image?
 
 # %% tags=["active-ipynb"]
 # check(None, **residual_task())
@@ -269,14 +238,14 @@ def fov_sweep(effort):
 # %% [markdown]
 # **2.** A ray is fitted to three points with independent noise of one size.
 # How large is its RMS distance from one of them, as a multiple of that from
-# a fourth point that it has not seen?
+# a fourth point?
 
 # %% tags=["active-ipynb"]
 # check(None, **held_out_task())
 
 # %% [markdown]
-# **3.** How long, in px, is the focal length of an equidistance lens whose
-# field of view on the diagonal of this image is 120°?
+# **3.** How long, in px, is the focal length of an equidistance lens with a field of
+# view of 120°?
 
 # %% tags=["active-ipynb"]
 # check(None, **focal_task())
@@ -287,8 +256,3 @@ def fov_sweep(effort):
 
 # %% tags=["active-ipynb"]
 # check(None, **stretch_task())
-
-# %% [markdown]
-# **5.** What if the thesis had run 500 trials? `make fig_2_3 TRIALS=500`
-# draws the figure again, next to the recorded one. Which intervals become
-# narrower, and by how much?

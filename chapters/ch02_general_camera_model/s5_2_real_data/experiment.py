@@ -120,7 +120,7 @@ def true_shape(zoom):
     return target.columns * target.rows, 2
 
 
-def photograph(zoom, T_camera_grid, rng):
+def render_board(zoom, T_camera_grid, rng):
     """Render one image of the board, uint8 (height, width)."""
     rig = rig_of(zoom)
     scene = board_scene(rig.target, T_camera_grid, rig.border_mm)
@@ -136,9 +136,9 @@ def find(zoom, image):
     return np.full((target.columns * target.rows, 2), np.nan)
 
 
-def found_in_pictures(zoom, poses, rng):
+def found_in_images(zoom, poses, rng):
     """Render the boards and detect corners in every image: (Boards, images)."""
-    pictures = [photograph(zoom, T, rng) for T in poses]
+    pictures = [render_board(zoom, T, rng) for T in poses]
     found = np.stack([find(zoom, picture) for picture in pictures])
     return Boards(found, true_corners(zoom, poses)), pictures
 

@@ -70,9 +70,9 @@ from repro.page import check, compared, open_results, show, show_code
 # %% [markdown]
 # ## What the thesis claims
 #
-# Fig. 2.7 shows a fisheye image at the zoom of set 2, corrected with each
-# calibration. The generic correction is said to be better around the
-# periphery. Vertical lines of the world are off vertical, which the thesis
+# The thesis shows in Fig. 2.7 a fisheye image at the zoom of set 2, corrected with each
+# calibration. It calls the generic correction better around the periphery.
+# Vertical lines of the world are off vertical, which the thesis
 # attributes to the synthetic image plane. Table 2.2 seems to contradict the
 # first claim: at this zoom the parametric residual is smaller (E-2.17).
 
