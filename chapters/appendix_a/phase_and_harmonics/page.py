@@ -94,8 +94,8 @@ from repro.run import Plan, crossed, experiment
 #
 # **Four steps.** Each image is shifted by a quarter of a period,
 # $I_{k+1}(\phi) = I(\phi + k\pi/2)$ for $k = 0$ to 3 (A.3 to A.6). The decoder uses
-# two differences. Half a period changes the sign of
-# odd orders and leaves even orders unchanged:
+# two differences. Half a period changes the sign of odd orders and leaves even orders
+# unchanged:
 # $\sin n(\phi + \pi) = (-1)^n \sin n\phi$, and the same for cosines. Therefore
 #
 # $$I_1 - I_3 = 2\sum_{n\ \mathrm{odd}} a_n \cos n\phi + b_n \sin n\phi .
@@ -125,8 +125,8 @@ from repro.run import Plan, crossed, experiment
 # terms of (A.9) give {glue:text}`ratio.printed:.2f`.
 #
 # **Phase error.** The phase is the angle of the point $(I_2 - I_4,\ I_1 - I_3)$ in
-# all four quadrants (E-3.08). Take that
-# point as a complex number and divide by its ideal value $2 b_1 e^{i\phi}$:
+# all four quadrants (E-3.08). Take that point as a complex number and divide by its
+# ideal value $2 b_1 e^{i\phi}$:
 #
 # $$1 + \frac{b_5}{b_1} e^{4i\phi} - \frac{b_3}{b_1} e^{-4i\phi} + \dots$$
 #

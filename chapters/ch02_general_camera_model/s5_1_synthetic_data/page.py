@@ -93,7 +93,7 @@ from repro.run import Plan, experiment
 # generic method {cite}`sturm2004`, on a camera of 640 × 640 pixels:
 #
 # - Fig. 2.3(a): with Gaussian noise on 999 random image points, both residuals
-#   grow in proportion to the noise (50 trials per level).
+#   grow in proportion to the noise.
 # - Fig. 2.3(b): the field of view of an equidistance lens (2.6) grows from 30° to
 #   150°. The parametric residual grows. The generic one stays low, except at 150°,
 #   where rays graze the unlimited planes.
@@ -135,9 +135,9 @@ from repro.run import Plan, experiment
 # | standard method | linear stage **as printed**, or well conditioned |
 # | pixels | of the **corrected view**, or of the source image |
 #
-# *Reason for fresh noise.* A generic ray absorbs a third of the variance of its
-# own three points' noise; a pinhole cannot. On the same noise that comparison has
-# only one possible outcome wherever the pinhole fits.
+# *Reason for fresh noise.* The thesis may mean the calibration noise. But a generic
+# ray absorbs a third of the variance of its own three points' noise; a pinhole
+# cannot. Wherever the pinhole fits, that comparison has only one possible outcome.
 
 # %% [markdown]
 # ## Experiment
@@ -199,23 +199,22 @@ def fov_sweep(effort):
 # **Ray angles.** The method as printed is never better than the parametric one, the
 # well-conditioned variant at wide fields of view only.
 #
-# **OpenCV's fisheye model**, not available to the thesis, contains the equidistance
-# law and leaves as little as exact rays.
+# **OpenCV's fisheye model** contains the equidistance law and leaves as little as exact
+# rays.
 #
 # **Limits.** The field-of-view sweep has one noise size.
 #
-# **Changes after a run.** The options were registered after a small build. Fresh
-# noise became the primary option when an outcome with it was known. This changes
-# the crossing from *differs* to *reproduced*. *Test changed* in the table below
-# states the effect on each verdict.
+# **Changes after a run.** The options were registered after single trials and a small
+# build, before the first full run. Later, fresh noise became the primary option when
+# an outcome with it was known. This changes the crossing from *differs* to
+# *reproduced*. *Test changed* in the table below states the effect on each verdict.
 
 # %% [markdown]
 # ## Summary
 #
 # The proportionality to noise is reproduced, the crossing of both methods in some
-# interpretations only. The rise of the generic residual at 150° is reproduced too, but
-# grazing incidence does not explain it. A distortion residual does not reveal errors
-# of the rays.
+# interpretations only. The rise of the generic residual at 150° is reproduced, but
+# grazing incidence does not explain it. Small residuals do not prove accurate rays.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -167,7 +167,7 @@ from repro.run import Plan, experiment
 # generic method. The thesis seems to do so.
 #
 # Corner noise of 0.06 px would explain the printed 0.09 px (parametric, set 1), 0.45 px
-# the 0.65 px (generic).
+# the 0.65 px (generic). Noise and interpolation are varied one at a time, in 12 runs.
 
 # %% [markdown]
 # ## Experiment
@@ -250,7 +250,8 @@ def redrawn_seeds(effort, results):
 # %% [markdown]
 # - *Interpolation.* A homography does not fit a cell of a distorted image exactly. A
 #   smooth surface removes most of the residual of set 3; exact corners do not.
-# - *Corner noise* hides the rise.
+# - *Corner noise* hides the rise. In px of the source image the generic residual is
+#   then almost flat.
 # - *The floor of 0.65 px* is not corner noise, which would also raise the parametric
 #   residual of set 1 far above the printed 0.09 px. The thesis's generic method
 #   adds most of it itself.
@@ -260,8 +261,7 @@ def redrawn_seeds(effort, results):
 # boards, where distortion is strongest. This favours the generic method. A parametric
 # model extrapolates ([section 2.5.3](s5_3_distortion_correction.ipynb)).
 #
-# **OpenCV's fisheye model** leaves about as little as the generic method with a smooth
-# surface in sets 1 and 2. In set 3 it fails or leaves more than 1 px in many runs.
+# **OpenCV's fisheye model** fails or leaves more than 1 px in many runs of set 3.
 
 # %% [markdown]
 # **Fig. 2.5.** In every run the parametric residual points outwards near the centre and
@@ -283,8 +283,7 @@ def redrawn_seeds(effort, results):
 #
 # The parametric residual grows with distortion as in the thesis, and generic motion
 # estimates are more consistent. The generic residual is not flat here, mainly because
-# homographies between corners are inexact. Most of the constant 0.7 px of the thesis
-# comes from its method.
+# homographies between corners are inexact.
 
 # %% [markdown]
 # ## Compared with the published numbers
