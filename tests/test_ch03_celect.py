@@ -11,14 +11,13 @@ from chapters.ch03_planar_grids.s1_2_celect import experiment as constructed
 from chapters.ch03_planar_grids.s1_2_celect import experiment as recorded
 from chapters.ch03_planar_grids.s1_2_celect import experiment as scenes
 from chapters.ch03_planar_grids.s1_2_celect import report as flowchart
-from chapters.ch03_planar_grids.s1_2_celect import report as results
 from chapters.shared.grids.synthetic_board import SyntheticBoard, steps_between
 from tests.judged_claims import readings
 
 
 @pytest.fixture(scope="module")
 def run():
-    """One recorded run on a small fisheye picture."""
+    """One recorded run on a small fisheye image."""
     condition = {"camera": "fisheye", "size_px": 600, "least_px": 22, "views": 10}
     return recorded.drawn_run(condition, np.random.default_rng(5))
 
@@ -34,7 +33,7 @@ def test_views_are_moderate_and_the_board_is_whole():
         assert (np.abs(view.lattice - 299.5) < 299.5).all()
 
 
-def test_the_picture_shows_the_corners_where_they_are_said_to_be():
+def test_image_shows_corners_at_true_positions():
     """Fields opposite each other at a corner are alike, neighbouring ones are not."""
     view = scenes.board_view("bent sheet", 600, 10, np.random.default_rng(3))
     grid = view.lattice
@@ -115,8 +114,8 @@ def test_cochran_armitage_on_known_tables():
 
 
 def test_the_border_costs_28_of_63_corners():
-    assert results.interior((10, 8), 0) == 63
-    assert results.interior((10, 8), 1) == 35
+    assert claims.interior((10, 8), 0) == 63
+    assert claims.interior((10, 8), 1) == 35
     assert claims.judge_border_formula({}).verdict == "reproduced"
 
 
@@ -127,7 +126,7 @@ def test_a_candidate_that_two_contours_see_is_counted_once():
     assert page.candidates_of(SimpleNamespace(contours=())) == 0
 
 
-def test_growth_is_judged_on_pictures_that_differ():
+def test_growth_is_judged_for_each_kind_of_break():
     right = [*zip(boards.BROKEN.values(), ((15, 2), (8, 6), (3, 10)), strict=True)]
 
     def values(condition):

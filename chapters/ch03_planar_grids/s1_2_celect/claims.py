@@ -7,12 +7,7 @@ from chapters.ch03_planar_grids.s1_2_celect.experiment import (
     BROKEN,
     MIN_SQUARE_PX,
 )
-from chapters.ch03_planar_grids.s1_2_celect.report import (
-    COUNTS,
-    SIDES,
-    THRESHOLDS,
-    interior,
-)
+from chapters.ch03_planar_grids.s1_2_celect.report import THRESHOLDS
 from raxel.features.celect import CelectSettings
 from repro.run import (
     FAILS,
@@ -44,6 +39,11 @@ NAMES = {
 }
 
 
+def interior(squares, border):
+    """Number of interior corners of a board with a border of `border` squares."""
+    return int(np.prod(np.array(squares) - 1 - 2 * border))
+
+
 def if_enough(trials, decision):
     """The decision made on trials (n,); open where they are fewer than ten."""
     return decision if len(trials) >= MIN_TRIALS else UNDECIDED
@@ -65,7 +65,7 @@ def judge_trace_orders(results, options):
         all_of([rate.above(MIN_SUCCESS - 1e-9) for rate in rates.values()]),
         rates[worst],
         "1",
-        f"least share of boards in order ({worst}); "
+        f"smallest share of correct boards ({worst}); "
         + ", ".join(f"{c} {100 * r.value:.0f} %" for c, r in rates.items()),
     )
 
@@ -89,7 +89,7 @@ def judge_window_tradeoff(results):
         all_of([inside, large]),
         float(best),
         "1",
-        "multiplier of r with the most boards right; "
+        "multiplier of r with the most correct boards; "
         f"{100 * drops[0].value:.0f} points fewer at {first}, "
         f"{100 * drops[1].value:.0f} at {last}",
     )
@@ -105,9 +105,8 @@ def judge_window_growth(results, options):
     """McNemar's test of runs with and without growing windows."""
     broken = Case(NAMES, options)["broken_edges"]
     runs = results["table_3_1_growth"].one(**broken)
-    grown, fixed = (runs.column(f"{n}.success") for n in ("published", "no growth"))
-    only_grown = int(((grown == 1) & (fixed == 0)).sum())
-    only_fixed = int(((grown == 0) & (fixed == 1)).sum())
+    grown, fixed = runs.column(("published", "no growth"), "success")
+    only_grown, only_fixed = int((grown > fixed).sum()), int((fixed > grown).sum())
     p = mcnemar(grown == 1, fixed == 1)
     better = HOLDS if p < MAX_P else UNDECIDED
     return Reading.of(
@@ -129,11 +128,8 @@ def judge_window_growth(results, options):
 def judge_split_peaks(results, options):
     """Duplicates in windows with one edge: at most half with averaging."""
     result, count = results["table_3_2_split"], Case(NAMES, options)
-    without, with_it = (
-        result.column(f"{name}.{count['single_edge_windows']}")
-        / result.conditions[0]["windows"]
-        for name in ("no averaging", "published")
-    )
+    found = result.column(("no averaging", "published"), count["single_edge_windows"])
+    without, with_it = found / result.conditions[0]["windows"]
     drop = bootstrap(
         lambda a, b: 1 - b.mean(axis=-1) / a.mean(axis=-1),
         without,
@@ -157,9 +153,9 @@ def judge_start_condition(results):
     wrong = result.column("went_wrong") == 1
     agree = predicted == wrong
     both_sides = 0 < predicted.sum() < len(predicted)
-    as_said = HOLDS if agree.all() else FAILS
+    decision = HOLDS if agree.all() else FAILS
     return Reading.of(
-        if_enough(agree, as_said) if both_sides else UNDECIDED,
+        if_enough(agree, decision) if both_sides else UNDECIDED,
         proportion(agree),
         "1",
         "share of constructed first corners that go as predicted: "
@@ -171,8 +167,7 @@ def judge_start_condition(results):
 
 def falling_trend(scores, counts, trials):
     """Cochran-Armitage: z of a linear trend of counts of trials over scores (n,)."""
-    scores, counts = np.asarray(scores, float), np.asarray(counts, float)
-    trials = np.asarray(trials, float)
+    scores, counts, trials = np.array([scores, counts, trials], float)
     rate = counts.sum() / trials.sum()
     middle = (trials * scores).sum() / trials.sum()
     spread = rate * (1 - rate) * (trials * (scores - middle) ** 2).sum()
@@ -210,22 +205,21 @@ def judge_big_square(results, options):
 def judge_merge_multi(results):
     """More candidates than corners, and one left of each.
 
-    That one is left of each is what it takes to be read, so it cannot fail here.
+    A correct board has one left of each, so the second part cannot fail here.
     """
     runs = results["fig_3_1_cameras"].select()
     right = runs.column("success") == 1
     if not right.any():
-        return Reading.of(UNDECIDED, "none", reason="no board read")
-    candidates, merged, wanted = (
-        runs.column(name)[right] for name in ("candidates", "merged", "wanted")
-    )
+        return Reading.of(UNDECIDED, "none", reason="no correct board")
+    counts = runs.column(("candidates", "merged", "wanted"))
+    candidates, merged, wanted = counts[:, right]
     holds = (candidates > wanted).all() and (merged == wanted).all()
     return Reading.of(
         HOLDS if holds else FAILS,
         float((candidates / wanted).min()),
         "1",
-        "least number of candidates per corner over "
-        f"{int(right.sum())} boards that were read; mean "
+        "smallest number of candidates per corner over "
+        f"{int(right.sum())} correct boards; mean "
         f"{(candidates / wanted).mean():.1f}",
     )
 
@@ -248,9 +242,7 @@ def judge_border_formula(results):
 @claim("c3_chess_unbiased", needs=("exp_c3_bias",), evidence="analytic")
 def judge_chess_unbiased(results):
     """The corner stays to 1e-9 px, the centroid moves by more than 1e-3 px."""
-    corner, disc = (
-        results["exp_c3_bias"].column(f"{n}_px") for n in ("corner", "disc")
-    )
+    corner, disc = results["exp_c3_bias"].column(("corner_px", "disc_px"))
     holds = corner.max() < 1e-9 and disc.min() > 1e-3
     return Reading.of(
         HOLDS if holds else FAILS,
@@ -267,8 +259,8 @@ def numbers_of_table_3_1(results):
     """The window radii, as the code has them."""
     divisor = CelectSettings().radius_divisor
     return {
-        f"t3_1_s{i}": Value(f"|{side}| / ({divisor:g}*{count})", unit="px")
-        for i, (side, count) in enumerate(zip(SIDES, COUNTS, strict=True), 1)
+        f"t3_1_s{i}": Value(f"|c{i}-c{i % 4 + 1}| / ({divisor:g}*{count})", unit="px")
+        for i, count in enumerate(("width", "height") * 2, 1)
     }
 
 

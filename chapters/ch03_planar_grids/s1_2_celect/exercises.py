@@ -1,6 +1,6 @@
 """Answers to the exercises of section 3.1.2."""
 
-from chapters.ch03_planar_grids.s1_2_celect.report import interior
+from chapters.ch03_planar_grids.s1_2_celect.claims import interior
 from raxel.features.celect import CelectSettings
 
 
@@ -22,7 +22,7 @@ def growth_task():
 def border_task():
     """Without a border all 11 x 8 interior corners count, with a border 9 x 6."""
     return {
-        "expected": borderless_gain,
+        "expected": lambda: interior((12, 9), 0) - interior((12, 9), 1),
         "hint": "count interior corners with and without a border of one square",
         "slips": {"Count corners, not squares.": lambda: 12 * 9 - 10 * 7},
     }
@@ -31,7 +31,7 @@ def border_task():
 def turn_task():
     """Tracing fails once the edge is within t4 = 15 degrees of side 4: 40 - 15."""
     return {
-        "expected": first_corner_wrong,
+        "expected": lambda: 40 - CelectSettings().first_angle_deg,
         "hint": "which lines does t4 exclude at the first corner?",
         "slips": {
             "That is t4. The edge starts 40 degrees away.": lambda: (
@@ -47,13 +47,3 @@ def largest_growth():
     corners = 10
     radius = (corners - 1) / (settings.radius_divisor * corners)
     return radius * (1 + settings.growth) ** settings.most_growths
-
-
-def borderless_gain():
-    """Number of corners lost to a white border on a board of 12 x 9 squares."""
-    return interior((12, 9), 0) - interior((12, 9), 1)
-
-
-def first_corner_wrong():
-    """Smallest rotation, in degrees, that brings an edge 40 deg from L4 within t4."""
-    return 40 - CelectSettings().first_angle_deg

@@ -137,20 +137,22 @@ def board_view(name, size, least_px, rng):
         sides = steps_between(lattice)
         even = sides.max() <= MAX_SIDE_RATIO * sides.min()
         if even and sides.min() >= least_px:
-            return BoardPicture(picture(name, size, T_camera_board, rng), lattice)
+            return BoardPicture(
+                rendered_board(name, size, T_camera_board, rng), lattice
+            )
     raise ValueError(f"no pose with the whole board in sight of {name}")
 
 
-def picture(name, size, T_camera_board, rng):
+def rendered_board(name, size, T_camera_board, rng):
     """The image, uint8, blurred and noisy."""
     scene = board_scene(
         BOARD, T_camera_board, black=BLACK, white=WHITE, background=BACKGROUND
     )
     radiance = render(camera_of(name, size), np.eye(4), scene)
-    return photographed(radiance, rng)
+    return blurred_noisy(radiance, rng)
 
 
-def photographed(grey, rng, blur_px=BLUR_PX, noise_sd=NOISE_SD):
+def blurred_noisy(grey, rng, blur_px=BLUR_PX, noise_sd=NOISE_SD):
     """Grey levels (h, w) after blur, noise and rounding, uint8."""
     soft = cv2.GaussianBlur(grey, (0, 0), blur_px)
     noisy = soft + rng.normal(0.0, noise_sd, grey.shape)
@@ -250,7 +252,7 @@ def growth_trial(condition, rng):
     image = broken_edges(
         board.image(1.0), lattice, condition["share"], condition["length"], rng
     )
-    image = photographed(image.astype(np.float32), rng, 1.0, BOARDS_NOISE_SD)
+    image = blurred_noisy(image.astype(np.float32), rng, 1.0, BOARDS_NOISE_SD)
     where = clicks(board.outer_corners, rng)
     return {
         name: scored(
@@ -274,7 +276,7 @@ NEAR_EDGE_DEG = 30
 MIN_CROSSING_DEG, MIN_MARGIN_DEG = 40, 4
 
 
-def edge_picture(angles_deg, offset, size, contrast, rng):
+def edge_image(angles_deg, offset, size, contrast, rng):
     """Image of one or two edges through the middle of a window.
 
     One angle: a straight edge, `offset` px from the middle. Two: the corner of
@@ -287,16 +289,16 @@ def edge_picture(angles_deg, offset, size, contrast, rng):
         away = np.cos(angle) * v - np.sin(angle) * u - offset
         sign = sign * np.clip(2 * away, -1, 1)
     grey = (127.5 + contrast / 2 * sign).astype(np.float32)
-    return photographed(grey, rng, 1.0, 8.0)
+    return blurred_noisy(grey, rng, 1.0, 8.0)
 
 
 def edge_window(angles_deg, offset, beyond, rng):
-    """(image, window at its middle, smoothing) of an `edge_picture`.
+    """(image, window at its middle, smoothing) of an `edge_image`.
 
     beyond: px by which the image side exceeds the window.
     """
     size = 2 * int(EDGE_S) + beyond
-    image = edge_picture(angles_deg, offset, size, EDGE_CONTRAST, rng)
+    image = edge_image(angles_deg, offset, size, EDGE_CONTRAST, rng)
     smoothing = smoothing_for(EDGE_S, CelectSettings())
     middle = np.full(2, (size - 1) / 2)
     return image, open_window(image, middle, EDGE_S, smoothing), smoothing
@@ -348,7 +350,7 @@ def start_case(rng):
 
 
 def predicted_wrong(side_4, true, wrong):
-    """The two conditions of the text: which of them say that tracing goes wrong."""
+    """The two conditions of the text: each flag is True where tracing should fail."""
     t4 = CelectSettings().first_angle_deg
     nearer = angle_apart(wrong, side_4) > t4 and abs(wrong) < abs(true)
     return bool(angle_apart(true, side_4) < t4), bool(nearer)

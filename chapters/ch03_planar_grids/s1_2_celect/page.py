@@ -2,10 +2,10 @@
 # # 3.1.2 CELECT: ordered corner detection in strongly distorted images
 #
 # **Question.** A calibration needs every interior corner of a chessboard,
-# with its row and its column. Most detectors assume nearly straight rows. In
-# a fisheye or a mirror the rows are curves. CELECT, the detector of the
-# thesis, follows these curves from four clicks and without a lens model. How
-# much distortion does it tolerate, and how critical is its window?
+# with its row and column. Most detectors assume nearly straight rows. In a
+# fisheye or a mirror the rows are curves. CELECT, the detector of the thesis,
+# follows them from four clicks, without a lens model. How much distortion does
+# it tolerate, and how critical is its window?
 
 # %%
 import numpy as np
@@ -46,17 +46,15 @@ from repro.run import Plan, experiment
 #
 # 1. **One parameter set fits four cameras.** With squares of at least 15 px,
 #    {glue:text}`worst.large:.0f` % of the boards are correct for the worst
-#    camera. With squares of at least 10 px the share is
-#    {glue:text}`worst.small:.0f` %.
+#    camera. From 10 px the share is {glue:text}`worst.small:.0f` %.
 # 2. **The window radius has a wide tolerance.** At 0.4 times the published
 #    radius {glue:text}`window.least:.0f` % of the boards are correct, at 2.5
 #    times {glue:text}`window.most:.0f` %.
 # 3. **Growing windows bridge broken edges of large squares.** With growth
 #    {glue:text}`grown:.0f` % of the boards are correct, without it
-#    {glue:text}`fixed:.0f` %. With small squares, growth does not help.
+#    {glue:text}`fixed:.0f` %.
 # 4. **Large squares do not defeat the method.** Under the strongest
-#    distortion only boards with the largest squares are correct. The thesis
-#    expects the opposite.
+#    distortion only the largest squares succeed.
 
 # %% [markdown]
 # | question | thesis | here |
@@ -78,30 +76,25 @@ from repro.run import Plan, experiment
 # - *CELECT*: corner extraction by local edge contour tracing.
 # - *Correct board*: every corner has the right index and is within 8 px of
 #   its true position.
-# - $c_1 \dots c_4$: detected corners nearest to the four clicks, clockwise.
-# - *Side* $i$: the straight line $L_i$ from $c_i$ to the next corner, with $w$
-#   or $h$ corners.
-# - *Contour*: the traced edge between two rows of squares. *Anchor point*: its
-#   current point.
-# - *Window* $A$: a disc of radius $r$, about half a square, around the anchor.
+# - $c_1 \dots c_4$: detected corners nearest to the clicks, clockwise.
+# - *Side* $i$: the line $L_i$ from $c_i$ to the next, with $w$ or $h$ corners.
+# - *Contour*: traced edge between two rows of squares. *Anchor*
+#   $\mathbf{p}_{cur}$: its current point, after $\mathbf{p}_{prev}$.
+# - *Window* $A$: disc of radius $r$, about half a square, around the anchor.
 # - $s_i$: window radius on side $i$ (Table 3.1). $t_1 \dots t_8$: thresholds
 #   (Table 3.2).
 # - *Split peaks*: two Hough peaks that one edge causes.
 # - $\lambda \times \kappa$: number of squares of a board.
 #
-# Needed concepts: Canny edges, Harris corners, Hough transform.
-#
 # ## What the thesis claims
 #
-# - Chessboard corners are free of perspective and distortion bias, centroids
-#   of circles are not.
-# - CELECT needs four clicks and the numbers of corners, but no lens model.
-# - In a large window an edge is too curved for a line. In a small window
-#   noise dominates. A window without a result grows by 20 %.
-# - Averaging merges split peaks, and a second pass those at 180°.
-# - The first step fails at $c_1$ under two conditions. The correct edge is
-#   within $t_4$ of side 4, or the wrong edge is outside $t_4$ and nearer to
-#   side 1.
+# - Chessboard corners have no perspective and distortion bias, centroids of
+#   circles have.
+# - In a large window an edge is too curved for a line, in a small one noise
+#   dominates. A window without a result grows by 20 %.
+# - Averaging merges split peaks.
+# - The first step fails if the correct edge is within $t_4$ of side 4. It also
+#   fails if the wrong edge is outside $t_4$ and nearer to side 1.
 # - Large squares with strongly curved edges defeat CELECT.
 # - Merging keeps one of several detections of a corner.
 # - Boards without a white border give more corners.
@@ -120,21 +113,19 @@ from repro.run import Plan, experiment
 # \tag{3.1}$$
 #
 # A line $\mathbf{h}$ has the distance $R$ from the window's centre and
-# the orientation $\theta$. Distant lines belong to other contours and are
-# excluded:
+# the orientation $\theta$. Distant lines are excluded:
 #
 # $$\mathbb{S}_d = \{\mathbf{h} \in \mathbb{S}_h \mid R < t_3\}. \tag{3.3}$$
 #
-# At $c_1$ a second contour begins, along side 4. There, lines within $t_4$ of
-# side 4 are excluded, and the line nearest in angle to the traced side is
+# At $c_1$ a second contour begins along side 4. Lines within $t_4$ of side 4
+# are excluded there, and the line nearest in angle to the traced side is
 # chosen. Later steps choose the smallest change of orientation:
 #
 # $$\mathbf{h}_p = \operatorname*{argmin}_{\mathbf{h} \in \mathbb{S}_d}
 # |\theta - \theta_{prev}|. \tag{3.11}$$
 #
-# The edge pixels within $t_5$ of that line form the set $\mathbb{E}$. The
-# farthest of them in the forward direction is the next anchor, with
-# $\mathbf{p}_{prev}$ the previous anchor and $d$ a distance:
+# $\mathbb{E}$ are the edge pixels within $t_5$ of that line. The farthest
+# forward one is the next anchor ($d$: distance):
 #
 # $$\mathbf{p}_{new} = \operatorname*{argmax}_{\mathbf{p} \in \mathbb{E}}
 # d(\mathbf{p}, \mathbf{p}_{prev}), \quad (\mathbf{p}_{new} -
@@ -145,16 +136,15 @@ from repro.run import Plan, experiment
 # show("fig_3_2")
 
 # %% [markdown]
-# **All steps.** The four sides come first, clockwise, then the columns from
-# side 1 to side 3. Harris corners of all windows are candidates. Candidates
-# near the trace are kept, and close ones are averaged.
+# **All steps.** The four sides come first, then the columns from side 1 to
+# side 3. Harris corners of all windows are candidates. Candidates near the
+# trace are kept, and close ones are averaged.
 
 # %% tags=["active-ipynb"]
 # show("fig_3_3")
 
 # %% [markdown]
-# **Sizes.** All thresholds except $t_4$ are fractions of the window radius.
-# A column takes its radius from the previous column.
+# **Sizes.** A column takes its radius from the previous column.
 
 # %% tags=["active-ipynb"]
 # show_table("table_3_1")
@@ -163,16 +153,14 @@ from repro.run import Plan, experiment
 # show_table("table_3_2")
 
 # %% [markdown]
-# **Interpretation.** Differences of orientation are modulo 180° (E-3.03).
-# $\theta$ is the orientation of the line, not of its normal. The pixel lengths
-# $t_1$ and $t_2$ serve as bins and degrees (E-3.02).
+# **Interpretation.** Differences of $\theta$ are modulo 180° (E-3.03). The
+# pixel lengths $t_1$ and $t_2$ serve as bins and degrees (E-3.02).
 
 # %% tags=["active-ipynb"]
 # show_code(first_line, next_line, next_anchor, farthest_ahead, processed)
 
 # %% [markdown]
-# **Unstated settings** are in `CelectSettings`. Values and reasons are in the
-# registry (`celect_thresholds`).
+# **Unstated settings**: see `celect_thresholds` in the registry.
 
 # %% tags=["active-ipynb"]
 # show_code(CelectSettings, peaks_of, lines_of, merged_lines)
@@ -180,14 +168,11 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## Experiment
 #
-# Images show the synthetic board of [section 3.3.1](s3_1_robustness.ipynb),
-# or a board of 9 × 7 corners in random poses. The second board is in front of
-# a fisheye, a sphere, a hyperboloid or a bent mirror sheet. Clicks are the
-# true outer corners with noise of 2 px.
-#
-# Two scenes got larger squares after single runs with small squares had
-# failed (`celect_window` in the registry). The first choices are judged as
-# further interpretations.
+# One board is that of [section 3.3.1](s3_1_robustness.ipynb). The other has
+# 9 × 7 corners in random poses. The cameras are a fisheye, a sphere, a
+# hyperboloid and a bent mirror sheet. Clicks have a noise of 2 px. Two scenes
+# got larger squares after single runs with small squares had failed. The first
+# choices are judged as further interpretations.
 
 # %%
 CAMERA_VIEWS = {"quick": 1, "full": 50}
@@ -248,24 +233,17 @@ def growth(effort):
 
 
 # %% [markdown]
-# The experiment on large squares is in `experiment.py`.
-#
 # ## Discussion
 #
-# - **Small squares.** The images with squares from 10 px come from the same
-#   cameras. So the lower success is due to the squares, not the distortion.
-# - **One corner, several maxima.** Around a blurred chessboard corner Harris's
-#   response has four maxima at a right angle and two at an oblique one. Blur
-#   and smoothing separate them, and beyond $t_8$ they count as two corners.
-# - **Growth.** A break often adds edges of its own. A trace can follow these,
-#   and then no window helps.
+# - **One corner, several maxima.** Around a blurred corner Harris's response
+#   has several maxima. Beyond $t_8$ they count as two corners.
+# - **Growth.** A trace can follow the edges of a break, and then no window
+#   helps.
 # - **Split peaks.** A window returns at least two peaks, so one edge always
-#   gives a false second one. Our peaks are local maxima, which leaves averaging
-#   less to correct.
-# - **Large squares.** A larger square puts a longer arc into the window. It
-#   also moves the outermost corners towards the centre, where edges bend
-#   less. The experiment does not separate the two effects.
-# - **Smoothing** is not stated in the thesis. Section 3.3.1 varies it.
+#   gives a false one.
+# - **Large squares.** They put a longer arc into the window, but move the
+#   outermost corners inwards, where edges bend less. The experiment does not
+#   separate the two effects.
 # - **Limits.** Images and clicks are simulated, those of the thesis are real.
 
 # %% tags=["active-ipynb"]
@@ -274,10 +252,9 @@ def growth(effort):
 # %% [markdown]
 # ## Summary
 #
-# CELECT orders corners in strongly distorted images of four camera types
-# without a lens model. In these tests small squares limit it, not large ones.
-# The claims on growth and split peaks hold only in part, and the claim on the
-# window radius is undecided.
+# CELECT orders corners of four strongly distorting cameras without a lens
+# model. Small squares limit it, not large ones. Growth and averaging help in
+# part, and the claim on the window radius is undecided.
 #
 # ## Compared with the published numbers
 
@@ -287,12 +264,12 @@ def growth(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Put an answer in
+# place of `None`, and run that cell again.
 #
-# **1.** The first window's radius is the length of the side, divided by 1.9
-# times its number of corners. Each growth adds 20 %. How many squares long is
-# the radius after four growths, on a side of ten corners?
+# **1.** The first radius is the length of the side, divided by 1.9 times its
+# number of corners. How many squares long is it after four growths by 20 %, on
+# a side of ten corners?
 
 # %% tags=["active-ipynb"]
 # check(None, **growth_task())
@@ -305,9 +282,8 @@ def growth(effort):
 # check(None, **border_task())
 
 # %% [markdown]
-# **3.** The correct edge at the first corner is 40° from side 4, and
-# $t_4$ is 15°. By how many degrees may the edge rotate towards side 4 before
-# tracing fails?
+# **3.** The correct edge at $c_1$ is 40° from side 4, and $t_4$ is 15°. By how
+# many degrees may the edge rotate towards side 4 before tracing fails?
 
 # %% tags=["active-ipynb"]
 # check(None, **turn_task())

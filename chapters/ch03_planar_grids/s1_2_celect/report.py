@@ -11,74 +11,60 @@ from chapters.ch03_planar_grids.s1_2_celect.experiment import (
 from raxel.features.celect import CelectSettings
 from raxel.features.celect.hough import angle_apart
 from repro.page import new_figure, series, value
-from repro.run import Check, Drawing, Measured, Table, figure, proportion, table
-from repro.run import columns as as_csv
+from repro.run import (
+    Check,
+    Drawing,
+    Measured,
+    Table,
+    columns,
+    figure,
+    proportion,
+    table,
+)
 
 # Results of section 3.1.2: recorded runs, parameter names, quoted numbers.
 
 
-NAMES = dict(zip(CAMERAS, ("fisheye", "sphere", "hyperboloid", "sheet"), strict=True))
-
-
 def name_values(open_results):
     """Name every quoted number, from the results of this effort."""
-    broken = open_results("table_3_1_growth")
-    grown = broken.one(**BROKEN["large squares with long breaks"])
+    growth, windows = (open_results(f"table_3_1_{n}") for n in ("growth", "window"))
+    broken = growth.one(**BROKEN["large squares with long breaks"])
+    cameras = open_results("fig_3_1_cameras")
+    large, small = (
+        min(percent(runs) for runs in cameras.by("camera", size_px=size).values())
+        for size in MIN_SQUARE_PX
+    )
     quoted = {
-        "grown": percent(grown.column("published.success")),
-        "fixed": percent(grown.column("no growth.success")),
-        **of_cameras(open_results("fig_3_1_cameras")),
-        **of_windows(open_results("table_3_1_window")),
+        "grown": percent(broken, "published"),
+        "fixed": percent(broken, "no growth"),
+        "worst.large": large,
+        "worst.small": small,
+        "window.least": percent(windows.one(multiplier=MULTIPLIERS[0])),
+        "window.most": percent(windows.one(multiplier=MULTIPLIERS[-1])),
     }
     for name, number in quoted.items():
         value(name, number)
 
 
-def of_cameras(result):
-    """Success of the worst camera, with large and with small squares."""
-    large, small = (result.select(size_px=size) for size in MIN_SQUARE_PX)
-    return {
-        "worst.large": worst_camera_success(large),
-        "worst.small": worst_camera_success(small),
-    }
-
-
-def worst_camera_success(trials):
-    """Return the lowest success of a camera in a selection of trials, in percent."""
-    return min(
-        percent(trials.select(camera=name).column("success")) for name in CAMERAS
-    )
-
-
-def of_windows(result):
-    """Success at both ends of the range of window radii."""
-    ends = {"least": MULTIPLIERS[0], "most": MULTIPLIERS[-1]}
-    return {
-        f"window.{name}": percent(result.column("success", multiplier=factor))
-        for name, factor in ends.items()
-    }
-
-
-def percent(flags):
-    """Share of trials (n,) with the flag 1, in percent."""
-    return 100 * float(np.mean(flags))
+def percent(trials, *settings):
+    """Share of correct boards in a selection of trials, in percent."""
+    return 100 * float(trials.column(*settings, "success").mean())
 
 
 class Run:
     """The arrays of a recorded run (`trials.recorded`)."""
 
     def __init__(self, result):
-        for name in [
+        for name in (
             "steps",
             "corners",
             "edges",
             "lines",
-            "merged",
             "outer",
             "grid",
             "s",
             "image",
-        ]:
+        ):
             setattr(self, name, result.arrays(name)[0])
 
     def step(self, index):
@@ -91,10 +77,6 @@ class Run:
         rows = getattr(self, name)
         return rows[rows[:, 0] == index, 1:]
 
-    def first_of(self, contour):
-        """Index of the first step of a contour."""
-        return int(np.flatnonzero(self.steps[:, 0] == contour)[0])
-
     def anchors(self, contour):
         """Anchors (n, 2) of a contour, its last one included."""
         rows = self.steps[self.steps[:, 0] == contour]
@@ -103,14 +85,10 @@ class Run:
 
 def turning_step(run):
     """Return the later step on side 1 with most lines near the window's centre."""
-    settings = CelectSettings()
     candidates = np.flatnonzero(run.steps[:, 0] == 0)[1:-1]
-
-    def near(index):
-        lines = run.of_step("lines", index)
-        return (np.abs(lines[:, 0]) < settings.near_centre * run.s[0]).sum()
-
-    return int(max(candidates, key=lambda i: (near(i), -i)))
+    near = np.abs(run.lines[:, 1]) < CelectSettings().near_centre * run.s[0]
+    counts = np.bincount(run.lines[near, 0].astype(int), minlength=len(run.steps))
+    return int(candidates[counts[candidates].argmax()])
 
 
 def which_view(result):
@@ -119,8 +97,6 @@ def which_view(result):
     return f", view {tried} of a random series (the first correct one)"
 
 
-SIDES = ("c1-c2", "c2-c3", "c3-c4", "c4-c1")
-COUNTS = ("width", "height", "width", "height")
 # Threshold -> field of CelectSettings, unit, bounded quantity.
 THRESHOLDS = {
     "t1": ("split_peaks", "Hough bins", "distance of peaks that are averaged"),
@@ -132,11 +108,6 @@ THRESHOLDS = {
     "t7": ("corner_band", "px", "distance of candidates from the trace"),
     "t8": ("merge", "px", "distance of candidates that are averaged"),
 }
-
-
-def interior(squares, border):
-    """Number of interior corners of a board with a border of `border` squares."""
-    return int(np.prod(np.array(squares) - 1 - 2 * border))
 
 
 def line_ends(centre, radius, line):
@@ -159,72 +130,35 @@ BOXES = {
     "snap": (0, 0, "Corners $c_i$ nearest to\nthe four clicks", "snapped"),
     "window": (0, -1, "Window $A_{r,p_{cur}}$\nand its edges $S_c$", "Layers.edges"),
     "hough": (0, -2, "Hough transform", "vote"),
-    "peaks": (
-        0,
-        -3,
-        "Peaks $S_h$: suppression,\nwrap ($t_2$), averaging ($t_1$)",
-        "peaks_of",
-    ),
+    "peaks": (0, -3, "Peaks $S_h$, wrapped ($t_2$)\nand averaged ($t_1$)", "peaks_of"),
     "near": (0, -4, "Lines $S_d$ near the\ncentre ($t_3$)", "near_lines"),
-    "first line": (
-        1,
-        -3.4,
-        "First anchor: without the\nwrong contour ($t_4$)",
-        "first_line",
-    ),
-    "next line": (1, -4.6, "Else: least turn\nfrom $\\theta_{prev}$", "next_line"),
-    "anchor": (
-        2,
-        -4,
-        "$p_{new}$: farthest forward\nin the band ($t_5$)",
-        "next_anchor",
-    ),
+    "first line": (1, -3.4, "First anchor: no wrong\ncontour ($t_4$)", "first_line"),
+    "next line": (1, -4.6, "Else: smallest turn\nfrom $\\theta_{prev}$", "next_line"),
+    "anchor": (2, -4, "$p_{new}$: farthest forward\nin band ($t_5$)", "next_anchor"),
     "corners": (2, -2.5, "Candidates $n_q$\nby Harris", "Layers.corners"),
     "arrived": (2, -1, "Within $t_6$ of the\ncontour's end?", "Tracer._arrived"),
-    "process": (
-        2,
-        0,
-        "Inliers ($t_7$), merging ($t_8$),\norder along the contour",
-        "processed",
-    ),
+    "process": (2, 0, "Inliers ($t_7$), merged ($t_8$)\nand ordered", "processed"),
 }
 
 GROWTH_PERCENT = f"{100 * CelectSettings().growth:.0f} %"
-GROWN_LINE = f"no line: $r$ + {GROWTH_PERCENT}"
-GROWN_ANCHOR = f"no anchor: $r$ + {GROWTH_PERCENT}"
-# (from, to): label of the arrow, None for the start and the end.
-ARROWS = {
-    ("start", "snap"): None,
-    ("snap", "window"): "",
-    ("window", "hough"): "",
-    ("hough", "peaks"): "",
-    ("peaks", "near"): "",
-    ("near", "first line"): "",
-    ("near", "next line"): "",
-    ("near", "window"): GROWN_LINE,
-    ("first line", "anchor"): "",
-    ("first line", "window"): GROWN_LINE,
-    ("next line", "anchor"): "",
-    ("anchor", "corners"): "",
-    ("anchor", "window"): GROWN_ANCHOR,
-    ("corners", "arrived"): "",
-    ("arrived", "window"): "no: $p_{cur} = p_{new}$",
-    ("arrived", "process"): "yes",
-    ("process", "window"): "next side, then next column",
-    ("process", "end"): None,
-}
-GROWTH = {("near", "window"), ("first line", "window"), ("anchor", "window")}
+STRAIGHT = (
+    ("snap", "window"),
+    ("window", "hough"),
+    ("hough", "peaks"),
+    ("peaks", "near"),
+    ("near", "first line"),
+    ("near", "next line"),
+    ("first line", "anchor"),
+    ("next line", "anchor"),
+    ("anchor", "corners"),
+    ("corners", "arrived"),
+    ("arrived", "process"),
+)
+GROWTH = (("near", "window"), ("first line", "window"), ("anchor", "window"))
+OTHER_RETURNS = (("arrived", "window"), ("process", "window"))
+ARROWS = {("start", "snap"), *STRAIGHT, *GROWTH, *OTHER_RETURNS, ("process", "end")}
 X_STEP, Y_STEP = 4.1, 1.55
 WIDTH, HEIGHT = 3.0, 1.08
-
-
-def transitions(result):
-    """Count of each (stage, next stage) in the run."""
-    return {
-        tuple(name.split(" > ")): int(result.column(name)[0])
-        for name in result.names()
-        if " > " in name
-    }
 
 
 def centre_of(stage):
@@ -239,28 +173,14 @@ def draw_box(axes, stage):
 
     x, y = centre_of(stage)
     text, function = BOXES[stage][2:]
-    axes.add_patch(
-        patches.FancyBboxPatch(
-            (x - WIDTH / 2, y - HEIGHT / 2),
-            WIDTH,
-            HEIGHT,
-            boxstyle="round,pad=0.02,rounding_size=0.12",
-            facecolor="#eef3f8",
-            edgecolor="#1b1f24",
-            linewidth=0.9,
-        )
-    )
-    axes.text(x, y + 0.14, text, ha="center", va="center", fontsize=7.6)
-    axes.text(
-        x,
-        y - HEIGHT / 2 + 0.13,
-        function,
-        ha="center",
-        va="center",
-        fontsize=6.2,
-        family="monospace",
-        color="#555555",
-    )
+    box = {"boxstyle": "round,pad=0.02,rounding_size=0.12", "linewidth": 0.9}
+    corner = (x - WIDTH / 2, y - HEIGHT / 2)
+    colours = {"facecolor": "#eef3f8", "edgecolor": "#1b1f24"}
+    axes.add_patch(patches.FancyBboxPatch(corner, WIDTH, HEIGHT, **box, **colours))
+    look = {"ha": "center", "va": "center"}
+    axes.text(x, y + 0.14, text, fontsize=7.6, **look)
+    look |= {"fontsize": 6.2, "family": "monospace", "color": "#555555"}
+    axes.text(x, y - HEIGHT / 2 + 0.13, function, **look)
 
 
 def draw_arrow(axes, start, end, count):
@@ -283,19 +203,23 @@ def draw_arrow(axes, start, end, count):
 @figure("fig_3_3", needs=("fig_3_3_stages",), evidence="synthetic")
 def fig_3_3(results):
     """Stages of the code, with the number of transitions in one run."""
-    found = transitions(results["fig_3_3_stages"])
+    result = results["fig_3_3_stages"]
+    found = {
+        tuple(name.split(" > ")): int(result.column(name)[0])
+        for name in result.names()
+        if " > " in name
+    }
     drawn, axes = new_figure(height_in=6.2)
     for stage in BOXES:
         draw_box(axes, stage)
-    for (start, end), label in ARROWS.items():
-        if label == "" or (start, end) == ("arrived", "process"):
-            draw_arrow(axes, start, end, found.get((start, end), 0))
+    for start, end in STRAIGHT:
+        draw_arrow(axes, start, end, found.get((start, end), 0))
     draw_returns(axes, found)
     axes.set(
         xlim=(-2.0, 2 * X_STEP + 1.9), ylim=(-4.6 * Y_STEP - 0.8, 1.45), aspect="equal"
     )
     axes.axis("off")
-    pairs = sorted(set(ARROWS) | set(found))
+    pairs = sorted(ARROWS | set(found))
     unknown = [" > ".join(p) for p in found if p not in ARROWS]
     return Drawing(
         drawn,
@@ -355,45 +279,36 @@ def draw_returns(axes, found):
         look |= {"fontsize": 7, "ha": "center", "color": arrow["color"]}
         axes.text(X_STEP, height, text, **look)
     ends = (
-        ("snap", "start", "image, clicks, counts"),
-        ("process", "end", "corners in order, or the\ncontour that failed"),
+        ("snap", "-|>", "image, clicks, counts"),
+        ("process", "<|-", "corners in order, or the\ncontour that failed"),
     )
-    for stage, kind, text in ends:
-        x, y = centre_of(stage)
-        top, far = (x, y + HEIGHT / 2), (x, y + HEIGHT / 2 + 0.42)
-        start, end = (far, top) if kind == "start" else (top, far)
-        axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>"})
-        axes.text(x, far[1] + 0.05, text, fontsize=7.4, ha="center", va="bottom")
+    look = {"fontsize": 7.4, "ha": "center", "va": "bottom"}
+    for stage, style, text in ends:
+        x, y = np.add(centre_of(stage), (0, HEIGHT / 2))
+        arrow = {"arrowstyle": style}
+        axes.annotate(text, (x, y), (x, y + 0.45), arrowprops=arrow, **look)
 
 
 # Figs 3.1, 3.2 and 3.4, from recorded runs.
 
 
-GREY = {"cmap": "gray", "vmin": 0, "vmax": 255, "interpolation": "nearest"}
 BLUE, RED, GREEN, PINK = (series(i)["color"] for i in range(4))
 YELLOW = series(5)["color"]
-VIEW_RADII = 2.6
 
 
 def draw_image(axes, image):
     """Draw the image of a run, with axes in pixels."""
-    axes.imshow(image, **GREY)
+    axes.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
     axes.grid(False)
     axes.set(xlabel="u (px)", ylabel="v (px)")
 
 
-def mark(axes, point, text, offset, colour="white"):
+def mark(axes, point, text, offset):
     """Label a point, with an arrow."""
-    axes.annotate(
-        text,
-        point,
-        xytext=offset,
-        textcoords="offset points",
-        color="black",
-        fontsize=9.5,
-        bbox={"boxstyle": "round,pad=0.15", "fc": colour, "alpha": 0.9},
-        arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.0},
-    )
+    look = {"xytext": offset, "textcoords": "offset points", "fontsize": 9.5}
+    box = {"boxstyle": "round,pad=0.15", "fc": "white", "alpha": 0.9}
+    arrow = {"arrowstyle": "-", "color": "white", "linewidth": 1.0}
+    axes.annotate(text, point, color="black", bbox=box, arrowprops=arrow, **look)
 
 
 def draw_window(axes, run, index, band):
@@ -402,36 +317,18 @@ def draw_window(axes, run, index, band):
 
     centre, radius, line, anchor = run.step(index)
     draw_image(axes, run.image)
-    axes.add_patch(
-        patches.Circle(centre, radius, fill=False, color=YELLOW, linewidth=2)
-    )
-    axes.plot(
-        *run.of_step("edges", index).T,
-        "s",
-        color=BLUE,
-        markersize=2.4,
-        linestyle="none",
-        label="edge pixels $S_c$",
-    )
+    axes.add_patch(patches.Circle(centre, radius, fill=False, color=YELLOW, lw=2))
+    edges, corners = (run.of_step(name, index).T for name in ("edges", "corners"))
+    axes.plot(*edges, "s", color=BLUE, ms=2.4, label="edge pixels $S_c$")
     ends = line_ends(centre, radius, line)
     axes.plot(*ends.T, "-", color=RED, linewidth=1.6, label="line $L_w$")
     for side in (-1, 1):
         shifted = line_ends(centre, radius, line + [side * band, 0])
         axes.plot(*shifted.T, ":", color=RED, linewidth=1.0)
-    corners = run.of_step("corners", index)
-    axes.plot(
-        *corners.T,
-        "x",
-        color=PINK,
-        markersize=9,
-        markeredgewidth=2,
-        linestyle="none",
-        label="candidates $n_q$",
-    )
-    axes.plot(*centre, "o", color=YELLOW, markersize=6, linestyle="none")
-    axes.plot(*anchor, "o", color=GREEN, markersize=6, linestyle="none")
-    reach = VIEW_RADII * radius
-    (u, v), across = centre, np.array([-reach, reach])
+    axes.plot(*corners, "x", color=PINK, ms=9, mew=2, label="candidates $n_q$")
+    axes.plot(*centre, "o", color=YELLOW, ms=6)
+    axes.plot(*anchor, "o", color=GREEN, ms=6)
+    (u, v), across = centre, 2.6 * np.array([-radius, radius])
     axes.set(xlim=u + across, ylim=v - across)
 
 
@@ -441,14 +338,13 @@ def towards(axes, start, end, text, colour):
     reach = np.linalg.norm(end - start)
     width = abs(np.diff(axes.get_xlim())[0])
     spot = start + (end - start) / reach * min(reach, 0.36 * width)
-    axes.text(
-        *spot,
-        text,
-        color="black",
-        fontsize=9,
-        ha="center",
-        bbox={"boxstyle": "round,pad=0.12", "fc": colour, "alpha": 0.85},
-    )
+    draw_label(axes, spot, text, colour)
+
+
+def draw_label(axes, spot, text, colour):
+    """Label a line at a point."""
+    box = {"boxstyle": "round,pad=0.12", "fc": colour, "alpha": 0.85}
+    axes.text(*spot, text, color="black", fontsize=9, ha="center", bbox=box)
 
 
 @figure("fig_3_1", needs=("fig_3_1_run", "fig_3_1_cameras"), evidence="rendered")
@@ -456,8 +352,7 @@ def fig_3_1(results):
     """The first window of a run, at the first corner."""
     run = Run(results["fig_3_1_run"])
     drawn, (whole, axes) = new_figure(1, 2, height_in=3.9)
-    band = CelectSettings().edge_band * run.s[0]
-    draw_window(axes, run, 0, band)
+    draw_window(axes, run, 0, CelectSettings().edge_band * run.s[0])
     corners = run.outer
     towards(axes, corners[0], corners[1], "$L_1$", GREEN)
     towards(axes, corners[0], corners[3], "$L_4$", PINK)
@@ -470,22 +365,10 @@ def fig_3_1(results):
     for k, corner in enumerate(corners):
         mark(whole, corner, f"$c_{k + 1}$", (8, 8))
         middle = (corner + corners[(k + 1) % 4]) / 2
-        whole.text(
-            *middle,
-            f"$L_{k + 1}$",
-            fontsize=8.5,
-            ha="center",
-            va="center",
-            bbox={"boxstyle": "round,pad=0.12", "fc": GREEN, "alpha": 0.85},
-        )
+        draw_label(whole, middle, f"$L_{k + 1}$", GREEN)
     for contour in range(len(run.s)):
-        whole.plot(
-            *run.anchors(contour).T,
-            ".-",
-            color=YELLOW if contour < 4 else BLUE,
-            linewidth=1,
-            markersize=3,
-        )
+        colour = YELLOW if contour < 4 else BLUE
+        whole.plot(*run.anchors(contour).T, ".-", color=colour, lw=1, ms=3)
     whole.set_title("Corners, side lines, traces")
     numbers = ("u_px", "v_px", "radius_px", "R_px", "theta_deg")
     data = {
@@ -533,10 +416,9 @@ def fig_3_2(results):
     s = run.s[int(run.steps[index, 0])]
     draw_window(axes, run, index, settings.edge_band * s)
     centre, radius, line, anchor = run.step(index)
-    previous, _, before, _ = run.step(index - 1)
-    axes.plot(*previous, "o", color=RED, markersize=6, linestyle="none")
-    angle = np.radians(before[1])
-    along = np.array([np.cos(angle), np.sin(angle)])
+    previous, before = run.steps[index - 1, 1:3], run.steps[index - 1, 5]
+    axes.plot(*previous, "o", color=RED, ms=6)
+    along = np.array([np.cos(np.radians(before)), np.sin(np.radians(before))])
     tip = centre + 1.25 * radius * (along * np.sign(along @ (centre - previous)))
     arrow = {"arrowstyle": "->", "color": GREEN, "linewidth": 1.6}
     axes.annotate("", tip, centre, arrowprops=arrow)
@@ -549,20 +431,10 @@ def fig_3_2(results):
     lines = run.of_step("lines", index)
     near = settings.near_centre * s
     hough.axhspan(-near, near, color=GREEN, alpha=0.15, label="$|R| < t_3$")
-    hough.plot(
-        lines[:, 1], lines[:, 0], "o", color=BLUE, linestyle="none", label="peaks $S_h$"
-    )
-    hough.plot(
-        line[1],
-        line[0],
-        "o",
-        color=RED,
-        markersize=11,
-        fillstyle="none",
-        linestyle="none",
-        label="chosen $h_p$",
-    )
-    hough.axvline(before[1], color=GREEN, linestyle="--", label=r"$\theta_{prev}$")
+    hough.plot(*lines[:, ::-1].T, "o", color=BLUE, label="peaks $S_h$")
+    chosen = {"color": RED, "ms": 11, "fillstyle": "none", "label": "chosen $h_p$"}
+    hough.plot(*line[::-1], "o", **chosen)
+    hough.axvline(before, color=GREEN, linestyle="--", label=r"$\theta_{prev}$")
     hough.set(
         xlim=(0, 180),
         ylim=(-radius, radius),
@@ -588,15 +460,15 @@ def fig_3_2(results):
 
 def turn_check(run):
     """Check (3.11) at every step except the first of a contour."""
-    least = []
+    nearest = []
     for index in 1 + np.flatnonzero(run.steps[1:, 0] == run.steps[:-1, 0]):
         lines, before = run.of_step("lines", index), run.steps[index - 1, 5]
         limit = CelectSettings().near_centre * run.s[int(run.steps[index, 0])]
         turns = angle_apart(lines[np.abs(lines[:, 0]) < limit, 1], before)
-        least.append(angle_apart(run.steps[index, 5], before) <= turns.min() + 1e-9)
+        nearest.append(angle_apart(run.steps[index, 5], before) <= turns.min() + 1e-9)
     return Check(
-        all(least),
-        f"the line nearest in orientation was chosen at all {len(least)} later steps",
+        all(nearest),
+        f"the line nearest in orientation was chosen at all {len(nearest)} later steps",
     )
 
 
@@ -611,15 +483,11 @@ def fig_3_4(results):
         draw_image(axes, run.image)
         axes.set(xlim=(low[0], high[0]), ylim=(high[1], low[1]))
     for contour in range(len(run.s)):
-        traces.plot(
-            *run.anchors(contour).T, ".-", color=YELLOW, linewidth=1.0, markersize=3
-        )
-    traces.plot(*raw.T, "x", color=RED, markersize=4, linestyle="none")
+        traces.plot(*run.anchors(contour).T, ".-", color=YELLOW, lw=1, ms=3)
+    traces.plot(*raw.T, "x", color=RED, ms=4)
     traces.set_title(f"Traces, {len(raw)} candidates")
     grid = run.grid.reshape(-1, 2)
-    corners.plot(
-        *grid.T, "o", color=RED, markersize=5, fillstyle="none", linestyle="none"
-    )
+    corners.plot(*grid.T, "o", color=RED, ms=5, fillstyle="none")
     corners.set_title(f"{len(grid)} corners")
     order = {
         "row": np.repeat(np.arange(len(run.grid)), run.grid.shape[1]).tolist(),
@@ -646,30 +514,20 @@ def fig_3_4(results):
 # Tables 3.1 and 3.2, and the success of CELECT with four cameras.
 
 
-# End corners of each side, and the symbol of its number of corners.
-ENDS_AND_COUNTS = (
-    ("c_1 - c_2", "w"),
-    ("c_2 - c_3", "h"),
-    ("c_3 - c_4", "w"),
-    ("c_4 - c_1", "h"),
-)
-
-
 @table("table_3_1", needs=("fig_3_1_run", "table_3_1_window"), evidence="synthetic")
 def table_3_1(results):
     """The formula of each side's window radius, and its value in the run."""
     divisor = CelectSettings().radius_divisor
     run = Run(results["fig_3_1_run"])
     sides = np.linalg.norm(np.roll(run.outer, -1, axis=0) - run.outer, axis=1)
-    rows, columns = run.grid.shape[:2]
-    counts = np.array([columns, rows, columns, rows])
-    expected = sides / (divisor * counts)
+    height, width = run.grid.shape[:2]
+    counts = np.array([width, height, width, height])
     return Table(
         {
             "Radius": [f"$s_{i}$" for i in range(1, 5)],
             "Formula": [
-                rf"$\lvert {ends} \rvert / ({divisor:g}\,{count})$"
-                for ends, count in ENDS_AND_COUNTS
+                rf"$\lvert c_{i} - c_{i % 4 + 1} \rvert / ({divisor:g}\,{count})$"
+                for i, count in enumerate("whwh", 1)
             ],
             "Length of the side (px)": sides.tolist(),
             "Corners": counts.tolist(),
@@ -677,7 +535,7 @@ def table_3_1(results):
         },
         "Window radius on the four sides: formula, and value in the run of Fig. 3.1.",
         Check(
-            bool(np.allclose(expected, run.s[:4])),
+            bool(np.allclose(sides / (divisor * counts), run.s[:4])),
             "the run's radii are those of the formula",
         ),
         printed={"Formula": [f"t3_1_s{i}" for i in range(1, 5)]},
@@ -704,7 +562,7 @@ def table_3_2(results):
         "Field of `CelectSettings`",
     )  # fmt: skip
     return Table(
-        as_csv(names, rows),
+        columns(names, rows),
         "Thresholds of CELECT. All except $t_4$ are fractions of the window radius "
         "$s_i$. Side 1: value in the run of Fig. 3.1.",
         printed={
@@ -721,19 +579,15 @@ def camera_table(results):
     """Share of correct boards for each camera and smallest square."""
     result = results["fig_3_1_cameras"]
 
-    def percent(camera, size):
-        runs = result.column("success", camera=camera, size_px=size)
-        return Measured(*(100 * end for end in proportion(runs)[:3]))
-
-    rows = [
-        (name, *(percent(camera, size) for size in MIN_SQUARE_PX))
-        for camera, name in NAMES.items()
-    ]
-    heads = [
-        f"Correct, squares from {least} px (%)" for least in MIN_SQUARE_PX.values()
-    ]
+    rows = []
+    names = ("fisheye", "sphere", "hyperboloid", "sheet")
+    for camera, name in zip(CAMERAS, names, strict=True):
+        runs = result.by("size_px", camera=camera).values()
+        shares = [proportion(of_size.column("success"))[:3] for of_size in runs]
+        rows.append((name, *(Measured(*(100 * np.array(s))) for s in shares)))
+    heads = [f"Correct, squares from {side} px (%)" for side in MIN_SQUARE_PX.values()]
     return Table(
-        as_csv(("Camera", *heads), rows),
+        columns(("Camera", *heads), rows),
         "Share of correct boards for four cameras and two image sizes, with exact "
         f"95 % intervals, from {result.trials_per_condition} random poses each.",
     )
