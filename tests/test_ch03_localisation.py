@@ -130,7 +130,7 @@ def test_settings_are_scored_on_corners_that_did_not_choose_them():
     lucky = one.error.reshape(len(one.error), -1).min(axis=1)
     scored = one.scored(per_bin(np.mean))
     assert scored.mean() > 1.5 * lucky.mean()
-    assert one.middle_blur == 1
+    assert one.mid_range_blurs("middle of the sweep") == [1]
     assert np.isin(one.best_window, WINDOWS).all()
     assert np.isin(one.best_blur, BLURS).all()
 

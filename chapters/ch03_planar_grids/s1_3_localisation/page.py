@@ -3,9 +3,8 @@
 #
 # **Question.** A corner detector is accurate to a pixel or two, but a
 # calibration needs hundredths of a pixel. Two localisers refine a corner in a
-# window, one of them after blur. Which window and which blur are best, and
-# does the distance to the next corner matter? If it does, CELECT can choose
-# the settings for each corner.
+# window, one of them after blur. Which window and blur are best, and does the
+# distance to the next corner matter?
 
 # %%
 from chapters.ch03_planar_grids.s1_3_localisation.exercises import (
@@ -29,7 +28,7 @@ from raxel.features.localise import derivative, saddle_point
 from raxel.features.localise.ridges import fit_ridges, gradient
 from raxel.features.localise.saddle import blurred, fit_saddles
 from raxel.features.localise.windows import noise_variance
-from repro.page import check, compared, open_results, show, show_code, show_table
+from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, experiment
 
 # %% tags=["active-ipynb"]
@@ -44,14 +43,14 @@ from repro.run import Plan, experiment
 # 1. **The distance does not help.** Settings per distance bin save
 #    {glue:text}`derivative.gain_median:.0f` % of the median residual with the
 #    derivative method and {glue:text}`saddle.gain_median:.0f` % with the saddle
-#    point method. For the mean residual a few lost corners leave the test
+#    point method. For the mean residual a few failed corners leave the test
 #    undecided.
 # 2. **Small windows are best.** The best single window is
 #    {glue:text}`derivative.window:.0f` px wide with the derivative method and
 #    {glue:text}`saddle.window:.0f` px with the saddle point method.
 # 3. **The criterion of the thesis rewards luck.** It counts how often a
 #    setting has the smallest residual. Small saddle point windows scatter more,
-#    so by chance they win more often than their median deserves.
+#    so they often win by chance.
 # 4. **One blur for all distances is undecided.** The best single blur costs a
 #    factor of {glue:text}`interior.most` in the worst bin, the middle of our
 #    range {glue:text}`middle.most`. The test allows 1.15.
@@ -73,7 +72,7 @@ from repro.run import Plan, experiment
 # - *Blur*: standard deviation (SD) of an additional Gaussian smoothing.
 # - *Distance*: mean distance of a corner to its neighbours in the image, in
 #   *bins* of 20 px.
-# - *Residual*: distance from the true corner. A failed corner keeps that of its
+# - *Residual*: distance from the true corner, of a failed corner that of its
 #   *start*, the initial estimate.
 #
 # ## What the thesis claims
@@ -82,16 +81,15 @@ from repro.run import Plan, experiment
 # grey values and takes its stationary point. The *derivative* method fits a
 # model of two crossing edges {cite}`li1996` to the intensity derivatives.
 #
-# The thesis applies both to four synthetic fisheye images. For each corner it
-# takes the setting with the smallest residual. Fig. 3.5 is the histogram of
-# these settings over the distance. The thesis concludes:
+# The thesis applies both to four synthetic fisheye images. Fig. 3.5 is the
+# histogram of each corner's best setting over the distance. It concludes:
 #
 # - The derivative method prefers small windows at every distance. For the
 #   closest corners larger windows perform well too.
 # - The saddle point method prefers small windows, independent of the distance.
 # - Distance and blur have a weak relationship, but a mid-range blur is close
 #   to optimal everywhere.
-# - CELECT's distances therefore give no benefit.
+# - The distances that CELECT finds therefore give no benefit.
 #
 # ## Model
 #
@@ -103,7 +101,7 @@ from repro.run import Plan, experiment
 # -\begin{bmatrix} d \\ e \end{bmatrix}.$$
 #
 # $I$ is the grey value, and $a$ to $f$ are fitted. The window moves to the
-# result and the fit is repeated until it converges.
+# result until it converges.
 #
 # **Derivative.** The magnitude $m$ of the gradient has a ridge along each
 # edge and vanishes at the crossing:
@@ -114,17 +112,12 @@ from repro.run import Plan, experiment
 # with $s_k = (x - u)\cos\alpha_k + (y - v)\sin\alpha_k$, the distance from
 # edge $k$. Ten numbers are fitted: the corner $(u, v)$, the height $h_k$,
 # width $w_k$ and normal direction $\alpha_k$ of each ridge, $h_3$ at the
-# crossing, and the floor $h_0$. The thesis prints no formula, so this one is
-# our interpretation.
+# crossing, and the floor $h_0$. The thesis prints no formula, and that of Li
+# and Lavest was not available. This one is ours.
 #
-# **OpenCV** uses that the gradient $\mathbf{g}$ at an edge pixel $\mathbf{p}$
-# is orthogonal to the line to the corner $\mathbf{q}$. It minimises
-# $\sum w\,(\mathbf{g}\cdot(\mathbf{p} - \mathbf{q}))^2$ with weights $w$.
-#
-# **Predicted standard deviation.** A chessboard corner is point-symmetric:
-# $I(\mathbf{c} + \mathbf{d}) = I(\mathbf{c} - \mathbf{d})$. The difference of
-# a window and its rotation by 180° is therefore noise. Its variance is
-# propagated to the result.
+# **Predicted SD.** A chessboard corner is point-symmetric. The difference of a
+# window and its rotation by 180° is therefore noise. Its variance is propagated
+# to the result.
 
 # %% tags=["active-ipynb"]
 # show_code(saddle_point, derivative, noise_variance)
@@ -134,13 +127,13 @@ from repro.run import Plan, experiment
 #
 # Board, camera and grey levels are those of
 # [section 3.3.1](s3_1_robustness.ipynb), with squares of 50, 100, 150 and
-# 200 px. Sweeps and bins are not stated in the thesis. They were fixed before
-# the first trial (`syn_localisation` in the registry).
+# 200 px. Sweeps and bins are not stated. They were fixed before the first
+# trial (`syn_localisation` in the registry).
 #
 # | setting | value | from |
 # |---|---|---|
 # | blur of the image | SD 2 px | thesis |
-# | noise | SD 4 grey levels | thesis (it says pixels) |
+# | noise | SD 4 grey levels | thesis (printed in pixels) |
 # | start | Gaussian error, SD 1 px on both axes | thesis |
 # | windows | 5 to 61 px | ours |
 # | blur, saddle point method | 0.5 to 8 px | ours |
@@ -211,32 +204,19 @@ def saddle_sweep(effort):
 # show_code(study_image, residuals, neighbour_distances)
 
 # %% [markdown]
-# ## Further figures
-
-# %% tags=["active-ipynb"]
-# show_table("ext_localiser_choice")
-
-# %% [markdown]
 # ## Discussion
 #
 # - **Lucky winners.** Of many settings one is close by chance. The medians in
 #   the right column of Fig. 3.5 do not have this bias.
 # - **Distance and position.** The most distant corners are near the image
 #   centre, where edges bend least. So bins differ in more than distance.
-# - **Middle of the range.** The thesis does not state its range of blurs. The
-#   primary interpretation is the best single blur inside our range. The other
-#   one, the middle of our range, differs and depends on that range. The
-#   primary one was added after full runs were known.
+# - **Mid-range blur.** The thesis does not state its range. The primary
+#   interpretation, added after full runs were known, is the best single blur
+#   inside our range. The other one is the middle of our range.
 # - **Small** means the lowest third of our range of windows.
 # - **Curved edges bias a corner.** Blur of SD $s$ moves an arc of radius $R$
-#   towards its centre by $s^2/2R$. In a window of width $w$ the arc leaves its
-#   tangent by up to $w^2/8R$. The predicted standard deviation contains only
-#   noise, not this bias.
-# - **Range of starts.** OpenCV rejects a corner that moves farther than the
-#   half window on either axis. [Section 3.3.1](s3_1_robustness.ipynb) tests
-#   the thesis's claim for its window of 9.
-# - **Limits.** The formula of Li and Lavest was not available to us. The ridge
-#   model is ours.
+#   towards its centre by $s^2/2R$. The predicted SD contains only noise, not
+#   this bias.
 #
 # ## Summary
 #
@@ -252,8 +232,8 @@ def saddle_sweep(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Put an answer in
+# place of `None`, and run that cell again.
 #
 # **1.** A fit gives $a = 0.5$, $b = 12$, $c = -0.5$, $d = -3$, $e = 4$.
 # Where is the corner, $(x, y)$ in px from the middle of the window?
@@ -262,17 +242,16 @@ def saddle_sweep(effort):
 # check(None, **saddle_task())
 
 # %% [markdown]
-# **2.** OpenCV's full window is 9 × 9 px. What is the largest distance, in
-# px, from which it can return a corner in the best direction? It rejects
-# results that move farther than the half window on either axis.
+# **2.** OpenCV's localiser rejects a corner that moves farther than half its
+# window on either axis. The window is 9 × 9 px. What is the largest distance,
+# in px, from which it can return a corner?
 
 # %% tags=["active-ipynb"]
 # check(None, **start_task())
 
 # %% [markdown]
-# **3.** An edge in the image is an arc with a radius of 400 px, and the total
-# blur has an SD of 3 px. How far, in px, does the blur move the edge towards
-# the centre of the arc?
+# **3.** An edge is an arc with a radius of 400 px, and the total blur has an SD
+# of 3 px. How far, in px, does the blur move the edge towards the centre?
 
 # %% tags=["active-ipynb"]
 # check(None, **arc_task())

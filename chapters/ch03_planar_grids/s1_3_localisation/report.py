@@ -5,8 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from chapters.ch03_planar_grids.s1_3_localisation.experiment import SQUARES_PX
-from repro.page import new_figure, rounded
-from repro.page import value as name_value
+from repro.page import new_figure, rounded, value
 from repro.run import (
     FAILS,
     HOLDS,
@@ -14,9 +13,7 @@ from repro.run import (
     Check,
     Drawing,
     Estimate,
-    Measured,
     Reading,
-    Table,
     Value,
     all_of,
     bootstrap,
@@ -24,12 +21,12 @@ from repro.run import (
     columns,
     figure,
     numbers,
-    table,
 )
 
 # Residuals of section 3.1.3 for each corner, and the quoted numbers.
 
 
+METHODS = ("derivative", "saddle")
 BIN_EDGES_PX = np.arange(10, 171, 20)
 # Minimum share of the bins with small windows.
 SHARE_OF_BINS = 0.8
@@ -60,11 +57,12 @@ class Swept:
                 for trial, one in enumerate(es)
             ]
         )
-        self.images_of, before = [], 0
-        for _, distances in squares:
-            place = before + np.arange(sum(map(len, distances)))
-            self.images_of.append(place.reshape(len(distances), -1).T)
-            before += len(place)
+        ends = np.cumsum([sum(map(len, distances)) for _, distances in squares])
+        places = np.split(np.arange(ends[-1]), ends[:-1])
+        self.images_of = [
+            place.reshape(len(distances), -1).T
+            for place, (_, distances) in zip(places, squares, strict=True)
+        ]
         first = result.conditions[0]
         self.windows = np.array(first["windows"])
         self.blurs = np.array(first.get("blurs", []))
@@ -106,18 +104,12 @@ class Swept:
     @property
     def lowest_third(self):
         """Largest window of the lowest third of the sweep, px."""
-        low, high = self.windows[0], self.windows[-1]
-        return low + (high - low) / 3
+        return self.windows[0] + np.ptp(self.windows) / 3
 
-    @property
-    def middle_blur(self):
-        """Index of the blur in the middle of the sweep."""
-        return len(self.blurs) // 2
-
-    def mid_range_blurs(self, reading):
+    def mid_range_blurs(self, option):
         """Indices of the blurs that count as mid-range in an interpretation."""
-        if reading == "middle of the sweep":
-            return [self.middle_blur]
+        if option == "middle of the sweep":
+            return [len(self.blurs) // 2]
         return list(range(1, len(self.blurs) - 1))
 
     def chosen_blurs(self, places):
@@ -147,25 +139,19 @@ def per_bin(statistic, allowed=None):
     """
 
     def choose(errors, bins):
+        settings = np.arange(errors.shape[1]) if allowed is None else allowed
         inside = [errors[bins == k] for k in range(len(BIN_EDGES_PX) - 1)]
-        return np.array(
-            [
-                _best(statistic(one if len(one) else errors, axis=0), allowed)
-                for one in inside
-            ]
-        )
+        scores = [statistic(one if len(one) else errors, axis=0) for one in inside]
+        return settings[np.array(scores)[:, settings].argmin(axis=1)]
 
     return choose
 
 
 def single(statistic):
     """Return a choice of one setting for all bins."""
-
-    def choose(errors, bins):
-        place = _best(statistic(errors, axis=0), None)
-        return np.full(len(BIN_EDGES_PX) - 1, place)
-
-    return choose
+    return lambda errors, bins: np.full(
+        len(BIN_EDGES_PX) - 1, statistic(errors, axis=0).argmin()
+    )
 
 
 def best_blur(scores, count, places):
@@ -186,12 +172,6 @@ def at_one_blur(statistic, count, places):
         return per_bin(statistic, settings[settings % count == blur])(errors, bins)
 
     return choose
-
-
-def _best(scores, allowed):
-    if allowed is None:
-        return int(scores.argmin())
-    return int(allowed[scores[allowed].argmin()])
 
 
 def gain_of_bins(swept, statistic=np.mean):
@@ -233,21 +213,6 @@ def modal(values):
     return found[count.argmax()]
 
 
-def best_setting(swept):
-    """(window, blur or nan, median px) of the smallest median over all corners."""
-    medians = np.median(swept.flat, axis=0)
-    window, blur = divmod(int(medians.argmin()), max(len(swept.blurs), 1))
-    blur_px = swept.blurs[blur] if len(swept.blurs) else np.nan
-    return swept.windows[window], blur_px, medians.min()
-
-
-def excess_of_one_setting(swept):
-    """Largest ratio over bins of the best single setting to the bin's own."""
-    place = int(np.median(swept.flat, axis=0).argmin())
-    medians = [np.median(one, axis=0) for one in swept.by_bin(swept.flat)]
-    return max(median[place] / median.min() for median in medians)
-
-
 @numbers("fig_3_5", needs=("fig_3_5_derivative",), evidence="rendered")
 def numbers_fig_3_5(results):
     """Settings of the study as run."""
@@ -272,33 +237,21 @@ def numbers_fig_3_5(results):
 
 def name_values(open_results):
     """Name the numbers that the page quotes."""
-    swept = {
-        name: Swept(open_results(f"fig_3_5_{name}"))
-        for name in ("derivative", "saddle")
-    }
-    quoted = {
-        **of_method("derivative", swept["derivative"]),
-        **of_method("saddle", swept["saddle"]),
-        "interior.most": cost_of_one_blur(swept["saddle"], "best interior blur"),
-        "middle.most": cost_of_one_blur(swept["saddle"], "middle of the sweep"),
-    }
+    quoted = {}
+    for name in METHODS:
+        swept = Swept(open_results(f"fig_3_5_{name}"))
+        best = np.median(swept.flat, axis=0).argmin() // max(len(swept.blurs), 1)
+        quoted[f"{name}.window"] = float(swept.windows[best])
+        quoted[f"{name}.gain_median"] = 100 * gain_of_bins(swept, np.median).value
+    for name, option in (
+        ("interior", "best interior blur"),
+        ("middle", "middle of the sweep"),
+    ):
+        ratios = ratio_of_one_blur(swept, swept.mid_range_blurs(option))
+        worst = max(ratios, key=lambda ratio: ratio.value)
+        quoted[f"{name}.most"] = rounded(worst.value, (worst.low, worst.high))
     for name, number in quoted.items():
-        name_value(name, number)
-
-
-def of_method(name, swept):
-    """Best single window of a method, and gain of a choice per bin."""
-    return {
-        f"{name}.window": float(best_setting(swept)[0]),
-        f"{name}.gain_median": 100 * gain_of_bins(swept, np.median).value,
-    }
-
-
-def cost_of_one_blur(swept, option):
-    """Largest ratio over bins, as text, for an option of `mid_range_blur`."""
-    ratios = ratio_of_one_blur(swept, swept.mid_range_blurs(option))
-    worst = max(ratios, key=lambda ratio: ratio.value)
-    return rounded(worst.value, (worst.low, worst.high))
+        value(name, number)
 
 
 # Fig. 3.5: best settings of two localisers over the inter-corner distance.
@@ -324,8 +277,7 @@ def medians_of(swept):
 @figure("fig_3_5", needs=("fig_3_5_derivative", "fig_3_5_saddle"), evidence="rendered")
 def fig_3_5(results):
     """Histograms of the best setting, next to the median residual."""
-    derivative = Swept(results["fig_3_5_derivative"])
-    saddle = Swept(results["fig_3_5_saddle"])
+    derivative, saddle = (Swept(results[f"fig_3_5_{name}"]) for name in METHODS)
     over = medians_of(saddle)
     rows = (
         (
@@ -350,10 +302,6 @@ def fig_3_5(results):
             over.min(axis=0),
         ),
     )
-    return _drawn(rows)
-
-
-def _drawn(rows):
     from matplotlib.colors import LogNorm
 
     drawn, axes = new_figure(3, 2, height_in=9.0, sharex=True, sharey="row")
@@ -408,50 +356,6 @@ def _slices(drawn, panel, levels, values, label, norm=None):
     return mesh
 
 
-# Table of the localisers of section 3.1.3.
-
-
-@table(
-    "ext_localiser_choice",
-    needs=("fig_3_5_derivative", "fig_3_5_saddle"),
-    evidence="rendered",
-)
-def ext_localiser_choice(results):
-    """Best single setting of each localiser, and gain of a choice by distance."""
-    rows = []
-    for name, title in (("derivative", "derivative"), ("saddle", "saddle point")):
-        swept = Swept(results[f"fig_3_5_{name}"])
-        window, blur, median = best_setting(swept)
-        saved = [gain_of_bins(swept, s) for s in (np.median, np.mean)]
-        rows.append(
-            (
-                title,
-                int(window),
-                None if np.isnan(blur) else float(blur),
-                float(median),
-                100 * float(excess_of_one_setting(swept) - 1),
-                *(Measured(100 * s.value, 100 * s.low, 100 * s.high) for s in saved),
-            )
-        )
-    names = (
-        "Method",
-        "Best window (px)",
-        "Best blur SD (px)",
-        "Median residual (px)",
-        "Largest excess over a bin's best (%)",
-        "Median saved per bin (%)",
-        "Mean saved per bin (%)",
-    )
-    return Table(
-        columns(names, rows),
-        "Best single setting of each method and its median residual. Excess: "
-        "over the best setting of the worst bin, chance included. Saved: part "
-        "of the residual that a choice per bin saves, chosen on one half of the "
-        "images and scored on the other, with 95 % intervals. Negative: the "
-        "choice costs.",
-    )
-
-
 # The claims of section 3.1.3, from the residuals of every corner.
 #
 # Bins, halves and the fixed blur of the tests were written into settings.yaml
@@ -469,9 +373,7 @@ MAX_TIE, WEAK_TIE = 0.2, (0.05, 0.4)
 )
 def judge_no_relation(results):
     """A choice per bin saves less than 10 % for both methods."""
-    swept = {
-        name: Swept(results[f"fig_3_5_{name}"]) for name in ("derivative", "saddle")
-    }
+    swept = {name: Swept(results[f"fig_3_5_{name}"]) for name in METHODS}
     gains = {name: gain_of_bins(one) for name, one in swept.items()}
     medians = [gain_of_bins(s, np.median).value for s in swept.values()]
     larger = max(gains.values(), key=lambda gain: gain.value)
