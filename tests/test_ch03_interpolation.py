@@ -36,7 +36,7 @@ def points_of(seed, count=400):
 
 
 @pytest.mark.parametrize("name", FOUR)
-def test_nothing_is_wrong_before_a_pinhole(name):
+def test_interpolation_is_exact_for_a_pinhole(name):
     points, view = points_of(1), TILTED.view(30)
     found = FOUR[name](TILTED.pixels(points), view)
     assert np.isfinite(found).all()
@@ -86,7 +86,7 @@ def test_noise_is_passed_on_as_the_page_says():
         assert rms(error) / 0.3 == pytest.approx(0.1 * np.sqrt(52 / 45), rel=0.05)
 
 
-def test_the_two_facets_break_and_a_known_ridge_mends_it():
+def test_interpolation_is_exact_at_a_known_ridge():
     camera = facets.two_facets(1.5, 60)
     T = facets.monitor_pose(np.random.default_rng(7))
     assert facets.jump_mm(camera, T) == pytest.approx(40, abs=3)
@@ -121,7 +121,7 @@ def vectors(along, across):
         out, side = out / radius, (out / radius)[:, ::-1] * [-1, 1]
         found = {
             name: along(radius, rng) * out + across[k] * radius * side
-            for k, name in enumerate(claims.READINGS)
+            for k, name in enumerate(claims.CHOICES)
         }
         return {"points": points} | found
 
@@ -150,7 +150,7 @@ def test_growth_and_direction_can_hold_and_fail():
 def test_the_slope_in_the_pitch_decides(power, expected):
     def trial(condition, rng):
         size = condition["pitch_mm"] ** power * rng.uniform(0.99, 1.01)
-        return {f"{name}.rms_mm": size for name in claims.READINGS}
+        return {f"{name}.rms_mm": size for name in claims.CHOICES}
 
     conditions = [{"pitch_mm": p} for p in (5, 10, 20, 40)]
     results = made("fig_3_7_pitches", conditions, 10, trial)
@@ -165,7 +165,7 @@ def test_distortion_is_the_cause_if_none_leaves_nothing(at_none, power, expected
     def trial(condition, rng):
         share = condition["share"]
         size = share**power * rng.uniform(0.99, 1.01) if share else at_none
-        return {f"{name}.rms_mm": size for name in claims.READINGS}
+        return {f"{name}.rms_mm": size for name in claims.CHOICES}
 
     conditions = [{"share": s} for s in (0, 0.1, 0.3, 1)]
     results = made("fig_3_6_distortion", conditions, 10, trial)

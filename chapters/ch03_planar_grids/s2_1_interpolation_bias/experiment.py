@@ -37,7 +37,7 @@ OPTICS = Optics(blur_sd_px=(0.7, 0.7))
 SMOOTHED = {"7 x 7": True, "none": False}
 
 
-def photographed(camera, grid, T_camera_grid, rng):
+def rendered_images(camera, grid, T_camera_grid, rng):
     """The 20 images (n, H, W) of an active grid, and their patterns."""
     laboratory = Laboratory(camera, SENSOR, OPTICS)
     scene = monitor_scene(grid, T_camera_grid, background=0.05)
@@ -56,7 +56,7 @@ def decoding_errors(camera, grid, T_camera_grid, rng):
 
     Also the true point (H, W, 2) mm at the centre of each pixel.
     """
-    pictures, patterns = photographed(camera, grid, T_camera_grid, rng)
+    pictures, patterns = rendered_images(camera, grid, T_camera_grid, rng)
     seen = points_seen(camera, T_camera_grid, grid.monitor_mm)
     decoded = {
         name: decode(pictures, patterns, grid, smooth=smooth, linear=True, threads=1)

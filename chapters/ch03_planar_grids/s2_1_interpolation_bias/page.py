@@ -4,8 +4,8 @@
 # **Question.** A chessboard gives correspondences only at its corners, but
 # generic calibration needs the board point of *every pixel*. The standard
 # method interpolates it with a homography through four corners. How large is
-# the error under lens distortion, how does it depend on the size of the
-# squares, and what happens at a discontinuity of the camera?
+# the error under lens distortion, and how does it depend on the size of the
+# squares? What happens at a discontinuity?
 
 # %%
 import numpy as np
@@ -42,21 +42,20 @@ from repro.run import Plan, experiment
 #
 # 1. **The bias is radial and grows outwards.** With the four nearest corners,
 #    {glue:text}`radial.nearest:.1f` % of the squared length is along the radius.
-#    With the corners of the enclosing square almost all of it is.
+#    With the enclosing cell almost all of it is.
 # 2. **The bias grows with the square of the pitch.** The slope of Fig. 3.7 is
-#    {glue:text}`slope:.2f`. At 20 mm the enclosing square leaves
-#    {glue:text}`at_20:.4f` mm, and a second-order formula predicts
+#    {glue:text}`slope:.2f`. At 20 mm the enclosing cell leaves
+#    {glue:text}`at_20:.4f` mm, and our formula predicts
 #    {glue:text}`formula_20:.4f` mm.
 # 3. **Discontinuities cause gross errors.** Near a ridge between two mirrors,
 #    {glue:text}`break.unknown.gross:.0f` % of the interpolated points have an
 #    error above 1 mm. In the median trial no decoded point of an active grid
-#    does.
+#    has.
 
 # %% [markdown]
 # | question | thesis | here |
 # |---|---|---|
-# | bias over the image | grows with the radius | the same |
-# | direction | mainly radial | the same |
+# | bias | mainly radial, grows with the radius | the same |
 # | non-radial part | from the choice of corners | the same |
 # | smaller squares | reduce the bias | with the square of the pitch |
 # | cause | radial distortion | the same, exact without distortion |
@@ -68,48 +67,41 @@ from repro.run import Plan, experiment
 # - *Pitch* $h$: side of a square of the grid.
 # - *Nearest four*: the four nearest corners in the image, no three collinear
 #   on the grid.
-# - *Enclosing cell*: the four corners of the square that contains the point.
-# - *Active grid*: phase-shift structured-light target on a monitor. Each pixel
-#   decodes the screen position that it sees.
+# - *Enclosing cell*: the corners of the square that contains the point.
+# - *Active grid*: phase-shift structured light on a monitor. Each pixel decodes
+#   the screen position that it sees.
 # - *Ridge*: the edge between two flat mirrors, a *discontinuity* of the image.
 # - *Trusted pixel*: a pixel for which the decoder returns a position.
 #
-# The reader needs homographies and Taylor expansions.
-#
 # ## What the thesis claims
 #
-# Step 2 of Algorithm 1 takes the board point of a pixel from a homography
-# through the four closest corners {cite}`sturm2004`. The thesis states:
+# Step 2 of Algorithm 1 interpolates between the four closest corners
+# {cite}`sturm2004`.
 #
 # - Distortion biases the result. The bias grows with the distance from the
 #   image centre (Fig. 3.6).
-# - The bias is mainly radial. The rest is due to the four corners, which form
-#   a parallelogram near the edge of a square.
-# - Smaller squares reduce it (Fig. 3.7), within the limits of resolution.
-# - Collinearity constraints reduce it too (not tested here).
-# - Interpolation needs a continuous image, so it makes generic calibration
-#   less accurate for discontinuous cameras.
-#
-# The text prints no number, and the plots are lost. Only claims are tested.
+# - It is mainly radial. The rest is due to the choice of corners, which form a
+#   parallelogram near the edge of a square.
+# - Smaller squares reduce it (Fig. 3.7).
+# - Interpolation makes generic calibration less accurate for discontinuous
+#   cameras.
 #
 # ## Model
 #
 # **The camera.** $\mathbf{p}$ is a point of the distortion-free image,
-# relative to the centre and in units of the focal length $f$. Its length is
-# $r$. The lens maps it to
+# relative to the centre and in units of the focal length $f$, and $r$ its
+# length. The lens maps it to
 #
 # $$\check{\mathbf{p}} = \mathbf{p}\,(1 + k_1 r^2 + k_2 r^4) \tag{2.4}$$
 #
-# with $f = 680$ mm, $k_1 = -0.8$, $k_2 = 0.4$. The unit of $r$ and the
-# distance of the grid are not stated (E-3.07). Here the grid of 300 × 300 mm
-# is at one focal length and fills the image.
+# with $f = 680$ mm, $k_1 = -0.8$, $k_2 = 0.4$. Here the grid of 300 × 300 mm
+# is at one focal length and fills the image (not stated, E-3.07).
 #
 # **Second order of a homography.** A square has its first corner at
 # $s = t = 0$. $\mathbf{g}(s, t)$ is the image of its points and $J$ the first
 # derivative. $\mathbf{D}_{ab} = J^{-1}\,\partial_a \partial_b\,\mathbf{g}$ are
-# the second derivatives on the grid. They are six numbers, with components
-# $(i)$ along $s$ ($i = 1$) and $t$ ($i = 2$). A homography has only two
-# second-order numbers, $c_1$ and $c_2$:
+# the second derivatives on the grid: six numbers, with components $(1)$ along
+# $s$ and $(2)$ along $t$. A homography has only two, $c_1$ and $c_2$:
 #
 # $$\text{camera:}\ \begin{bmatrix}
 # s + \frac12 D_{ss}^{(1)} s^2 + D_{st}^{(1)} st + \frac12 D_{tt}^{(1)} t^2 \\
@@ -117,10 +109,10 @@ from repro.run import Plan, experiment
 # \end{bmatrix}, \quad \text{homography:}\ \begin{bmatrix}
 # s + c_1 s^2 + c_2\, st \\ t + c_1\, st + c_2 t^2 \end{bmatrix}.$$
 #
-# Its linear terms are free too. At the corners $s^2 = hs$ and $t^2 = ht$, so
-# they compensate the squared terms there and leave $s^2 - hs = -s(h - s)$ in
-# between. No linear term equals $st$ at all four corners. So those terms
-# agree: $c_1 = D_{st}^{(2)}$, $c_2 = D_{st}^{(1)}$. The bias is
+# At the corners $s^2 = hs$ and $t^2 = ht$, so its free linear terms compensate
+# the squared terms there and leave $s^2 - hs = -s(h - s)$ in between. No linear
+# term equals $st$ at all four corners, so those terms agree:
+# $c_1 = D_{st}^{(2)}$, $c_2 = D_{st}^{(1)}$. The bias is
 #
 # $$\mathbf{b} = \frac{1}{2}
 # \begin{bmatrix}
@@ -128,30 +120,27 @@ from repro.run import Plan, experiment
 # (2 D_{st}^{(1)} - D_{tt}^{(2)})\, T - D_{ss}^{(2)}\, S
 # \end{bmatrix}, \qquad S = s(h - s), \quad T = t(h - t).$$
 #
-# The four factors of $S$ and $T$ vanish for a pinhole camera in any pose. $S$
-# and $T$ grow with $h^2$, so **the slope in the pitch is 2**. Let
-# $\mathbf{x} = f\mathbf{p}$ be the grid point in mm from the centre. With
-# $k_1$ alone,
+# It vanishes for a pinhole camera in any pose. $S$ and $T$ grow with $h^2$, so
+# **the slope in the pitch is 2**. Let $\mathbf{x} = f\mathbf{p}$ be the grid
+# point in mm from the centre. With $k_1$ alone,
 #
 # $$\mathbf{b} = -\frac{k_1}{f^2}\,\mathbf{x}\,(S + T),$$
 #
 # which is **radial and proportional to the radius**. Over a square, $S$ has
-# the mean $h^2/6$ and $S^2$ the mean $h^4/30$. So $(S + T)^2$ has the mean
-# $\tfrac{2}{30} h^4 + \tfrac{2}{36} h^4 = \tfrac{11}{90} h^4$. Over the grid of
-# side $a$, $|\mathbf{x}|^2$ has the mean $\tfrac{a^2}{6}$. The RMS is
+# the mean $h^2/6$ and $S^2$ the mean $h^4/30$, so $(S + T)^2$ has the mean
+# $\tfrac{11}{90} h^4$. Over the grid of side $a$, $|\mathbf{x}|^2$ has the mean
+# $\tfrac{a^2}{6}$. The RMS is
 # $\tfrac{|k_1|}{f^2}\, h^2 \sqrt{\tfrac{11}{90}}\,\tfrac{a}{\sqrt{6}}$.
 
 # %% [markdown]
 # **Noise.** Corner noise of SD $\sigma$ per axis moves the point by an RMS of
 # $\sqrt{52/45}\;\sigma \approx 1.07\,\sigma$ at image scale, for every pitch.
-# Squared bilinear weights have the mean sum $(\tfrac23)^2$, which gives
-# $\tfrac89$ for both axes. Noise in $D_{st}$, of variance $4\sigma^2/h^4$, adds
-# $2 \cdot \tfrac{4}{30}$ through $c_1$ and $c_2$.
+# Bilinear weights give $\tfrac89$ of its square, noise in $D_{st}$ the rest.
 #
 # **Choice of corners.** Corners are taken in order of their image distance,
 # except those collinear with two others on the grid. Without distortion these
-# are the corners of the enclosing square. With distortion a few points near the
-# edges of squares get a parallelogram, as the thesis says.
+# are the enclosing cell. With distortion a few points near the edges of squares
+# get a parallelogram.
 
 # %% tags=["active-ipynb"]
 # show_code(nearest_four, by_nearest_four)
@@ -159,7 +148,7 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## Experiment
 #
-# Image coordinates are exact, as in the thesis. Unstated settings were chosen
+# Unstated settings were chosen
 # before the first run (`syn_interp` in the registry).
 
 # %%
@@ -217,11 +206,10 @@ def distortions(effort):
 
 # %% [markdown]
 # **A discontinuous camera.** Two flat mirrors meet in an upright ridge in
-# front of a camera, each rotated away from the other. Both reflect a monitor
-# above the camera, and the visible point jumps at the ridge. Chessboard
-# corners are exact. The active grid is rendered with blur, noise and
-# nonlinear responses, then decoded. Both methods are compared on the trusted
-# pixels within one square of the ridge.
+# front of a camera and reflect a monitor. The visible point jumps at the ridge.
+# Chessboard corners are exact. The active grid is rendered with blur, noise and
+# nonlinear responses. Both methods are compared on the trusted pixels within
+# one square of the ridge.
 
 # %% tags=["active-ipynb"]
 # show_code(two_facets, interpolated, decoding_errors)
@@ -238,26 +226,20 @@ def distortions(effort):
 # %% [markdown]
 # ## Discussion
 #
-# - **Order of the formula.** It ignores $k_2$ and all higher derivatives.
 # - **Masked pixels at the ridge.** The decoder masks pixels that receive light
 #   from both sides. It trusts {glue:text}`break.trusted:.0f` % of the pixels
-#   near the ridge, and only these are compared. The masked ones would be
-#   worst for both methods.
-# - **Undecided claim.** The test requires a tenfold error of interpolation.
-#   The median ratio is larger, but it varies strongly with the pose of the
-#   monitor.
-# - **Phase filter.** The filter of the thesis averages across a ridge. Our
-#   decoder detects a jump, but not a fold. There the filter rounds the result.
+#   near the ridge, and only these are compared.
+# - **Undecided claim.** The test requires a tenfold error. The median ratio is
+#   larger, but varies strongly with the pose of the monitor.
 # - **Known ridge.** A flat mirror in front of a pinhole camera is another
 #   pinhole camera. So interpolation per mirror is exact, and the claim fails.
-#   The general model is for cameras with unknown discontinuities.
 #
 # ## Summary
 #
-# Interpolation between corners has a systematic radial error under lens
-# distortion, and finer squares reduce it quadratically. A second-order formula
-# predicts its size. At an unknown discontinuity interpolation is grossly wrong
-# for many pixels, although the test of this claim is undecided.
+# Under lens distortion interpolation has a systematic radial error, and finer
+# squares reduce it quadratically. A second-order formula predicts its size. At
+# an unknown discontinuity many pixels are grossly wrong, but the test is
+# undecided.
 #
 # ## Compared with the published numbers
 
@@ -267,19 +249,18 @@ def distortions(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Put an answer in
+# place of `None`, and run that cell again.
 #
-# **1.** The lens of Fig. 3.6 with $k_1$ alone, pitch 20 mm. How large is the
+# **1.** The lens of Fig. 3.6 has $k_1$ alone, the pitch is 20 mm. What is the
 # largest bias, in mm, in a square at 200 mm from the image centre?
 
 # %% tags=["active-ipynb"]
 # check(None, **largest_task())
 
 # %% [markdown]
-# **2.** The same lens on a camera with 4000 px across the 300 mm, and
-# corners with a noise of 0.1 px. At which pitch, in mm, are the RMS of
-# noise and bias equal?
+# **2.** The same lens images the 300 mm on 4000 px, with a corner noise of
+# 0.1 px. At which pitch, in mm, are the RMS of noise and bias equal?
 
 # %% tags=["active-ipynb"]
 # check(None, **balance_task())

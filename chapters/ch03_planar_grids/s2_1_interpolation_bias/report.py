@@ -1,6 +1,5 @@
 """Results of this page read: values of the prose, figures, tables, judgements."""
 
-from collections import namedtuple
 from itertools import pairwise
 
 import numpy as np
@@ -33,22 +32,19 @@ from repro.run import (
 # Results of section 3.2.1: errors, slopes, the ridge, quoted numbers.
 
 
-READINGS = tuple(FOUR)
-PRIMARY = READINGS[0]
+# Choices of the four corners, the primary one first.
+CHOICES = tuple(FOUR)
+PRIMARY = CHOICES[0]
 MAGNIFIED = 300  # scale of the vectors of Fig. 3.6
 STATED_MM = 20
 BIN_EDGES_MM = np.linspace(0, MIDDLE_MM * np.sqrt(2), 5)
-# Larger than the effect of rounding on the choice of corners, mm.
-OTHER_CORNERS_TOL_MM = 1e-9
-
-Vectors = namedtuple("Vectors", "points errors")
 
 
-def trials_of_vectors(result, reading):
-    """Vectors of every trial, (n, 2) and (n, 2) mm, without points that failed."""
-    both = zip(result.arrays("points"), result.arrays(reading), strict=True)
-    drawn = ((points, errors, np.isfinite(errors[:, 0])) for points, errors in both)
-    return [Vectors(points[seen], errors[seen]) for points, errors, seen in drawn]
+def trials_of_vectors(result, choice):
+    """(points, errors) of every trial, both (n, 2) mm, without points that failed."""
+    both = zip(result.arrays("points"), result.arrays(choice), strict=True)
+    finite = ((points, errors, np.isfinite(errors[:, 0])) for points, errors in both)
+    return [(points[ok], errors[ok]) for points, errors, ok in finite]
 
 
 def radii(points):
@@ -56,52 +52,20 @@ def radii(points):
     return np.linalg.norm(points - MIDDLE_MM, axis=1)
 
 
-def rank_of_growth(vectors):
-    """Spearman's correlation of the error's length with the radius."""
-    from scipy.stats import spearmanr
-
-    size = np.linalg.norm(vectors.errors, axis=1)
-    return float(spearmanr(radii(vectors.points), size).statistic)
-
-
-def means_in_bins(vectors):
-    """Mean size (4,) mm of the errors between BIN_EDGES_MM."""
-    size = np.linalg.norm(vectors.errors, axis=1)
-    place = np.digitize(radii(vectors.points), BIN_EDGES_MM[1:-1])
-    return np.array([size[place == k].mean() for k in range(len(BIN_EDGES_MM) - 1)])
+def radial_shares(result, choice):
+    """Radial share of the squared errors (trials,)."""
+    shares = []
+    for points, errors in trials_of_vectors(result, choice):
+        out = (points - MIDDLE_MM) / radii(points)[:, None]
+        along = np.sum(out * errors, axis=1)
+        shares.append(np.sum(along**2) / np.sum(errors**2))
+    return np.array(shares)
 
 
-def radial_share(vectors):
-    """Radial share of the squared errors."""
-    out = (vectors.points - MIDDLE_MM) / radii(vectors.points)[:, None]
-    along = np.sum(out * vectors.errors, axis=1)
-    return float(np.sum(along**2) / np.sum(vectors.errors**2))
-
-
-def radial_shares(result, reading):
-    """`radial_share` of every trial (trials,)."""
-    return np.array([radial_share(v) for v in trials_of_vectors(result, reading)])
-
-
-def with_other_corners(result):
-    """Flags (n,) per trial of points whose corners differ between the two choices."""
-    return [
-        np.abs(a - b).max(axis=1) > OTHER_CORNERS_TOL_MM
-        for a, b in zip(*(result.arrays(name) for name in READINGS), strict=True)
-    ]
-
-
-def of_other_corners(result):
-    """Vectors of those points in the first trial, with the nearest four."""
-    other = with_other_corners(result)[0]
-    points, errors = result.arrays("points"), result.arrays(PRIMARY)
-    return Vectors(points[0][other], errors[0][other])
-
-
-def swept(result, reading, key="pitch_mm"):
+def swept(result, choice, key="pitch_mm"):
     """Levels (n,) of a sweep, and RMS errors (n, trials) mm at each level."""
     of_level = result.by(key)
-    errors = [trials.column(f"{reading}.rms_mm") for trials in of_level.values()]
+    errors = [trials.column(choice, "rms_mm") for trials in of_level.values()]
     return np.array(list(of_level), float), np.array(errors)
 
 
@@ -111,51 +75,29 @@ def formula_mm(pitch_mm):
     return strength * np.square(pitch_mm) * np.sqrt(11 / 90) * SIDE_MM / np.sqrt(6)
 
 
-def gain_of_decoding(result, known, smoothing):
-    """Ratio (trials,) of interpolation's to decoding's RMS near the ridge."""
-    return result.column(f"{known}.rms_mm") / result.column(f"{smoothing}.rms_mm")
-
-
 def name_values(open_results):
     """Name the numbers that the page quotes."""
+    vectors = open_results("fig_3_6_vectors")
+    pitches = open_results("fig_3_7_pitches")
+    ridge = open_results("exp_c3_interp_discontinuous")
+    levels, errors = swept(pitches, PRIMARY)
+    enclosing = pitches.column(CHOICES[1], "rms_mm", pitch_mm=STATED_MM)
     quoted = {
-        **of_vectors(open_results("fig_3_6_vectors")),
-        **of_pitches(open_results("fig_3_7_pitches")),
+        "radial.nearest": 100 * np.median(radial_shares(vectors, PRIMARY)),
+        "slope": loglog_slope(levels, np.median(errors, axis=1)),
+        "at_20": np.median(enclosing),
         "formula_20": formula_mm(STATED_MM),
-        **of_breaks(open_results("exp_c3_interp_discontinuous")),
+        "break.unknown.gross": 100 * np.median(ridge.column("unknown", "gross")),
+        "break.trusted": 100 * np.median(ridge.column("trusted")),
     }
     for name, number in quoted.items():
         value(name, number)
-
-
-def of_vectors(vectors):
-    """Radial part of the errors of Fig. 3.6 with the nearest four, in percent."""
-    return {"radial.nearest": 100 * np.median(radial_shares(vectors, PRIMARY))}
-
-
-def of_pitches(pitches):
-    """Slope of Fig. 3.7, and the enclosing cell's error at the pitch of Fig. 3.6."""
-    levels, errors = swept(pitches, PRIMARY)
-    inner = pitches.column(f"{READINGS[1]}.rms_mm", pitch_mm=STATED_MM)
-    return {
-        "slope": loglog_slope(levels, np.median(errors, axis=1)),
-        "at_20": np.median(inner),
-    }
-
-
-def of_breaks(ridge):
-    """Gross errors of interpolation and trusted pixels near the ridge, in percent."""
-    return {
-        "break.unknown.gross": 100 * np.median(ridge.column("unknown.gross")),
-        "break.trusted": 100 * np.median(ridge.column("trusted")),
-    }
 
 
 # Figs. 3.6 and 3.7, and the errors at a ridge of two mirrors.
 
 
 SHOWN_MM = (1e-2, 1e3)
-INK = "#1b1f24"
 RIDGE_NAMES = {
     "unknown": "interpolation, ridge unknown",
     "7 x 7": "decoding, 7 × 7 filter",
@@ -170,35 +112,39 @@ def fig_3_6(results):
     pitch = result.conditions[0]["pitch_mm"]
     drawn, axes = new_figure(1, 2, height_in=3.9, sharex=True, sharey=True)
     ticks = np.arange(0, SIDE_MM + 1, 60)
-    rows, asked = [], len(result.arrays("points")[0])
-    for panel, reading, letter in zip(axes, READINGS, "ab", strict=True):
-        points, errors = trials_of_vectors(result, reading)[0]
-        rows += [(reading, *p, *e) for p, e in zip(points, errors, strict=True)]
+    rows, drawn_points = [], result.arrays("points")[0]
+    for panel, choice, letter in zip(axes, CHOICES, "ab", strict=True):
+        points, errors = trials_of_vectors(result, choice)[0]
+        rows += [(choice, *p, *e) for p, e in zip(points, errors, strict=True)]
         _arrows(panel, points, errors, series(0)["color"])
         panel.set(
-            title=f"({letter}) {reading}",
+            title=f"({letter}) {choice}",
             aspect="equal",
             xlabel="x (mm)",
             xticks=ticks,
             yticks=ticks,
         )
-    _arrows(axes[0], *of_other_corners(result), series(1)["color"])
+    nearest, enclosing = (result.arrays(choice)[0] for choice in CHOICES)
+    # Larger than the effect of rounding on the choice of corners.
+    other = np.abs(nearest - enclosing).max(axis=1) > 1e-9
+    _arrows(axes[0], drawn_points[other], nearest[other], series(1)["color"])
     axes[0].invert_yaxis()
     axes[0].set_ylabel("y (mm)")
-    shown = [sum(row[0] == reading for row in rows) for reading in READINGS]
+    shown = [sum(row[0] == choice for row in rows) for choice in CHOICES]
+    count = len(drawn_points)
     names = ("corners", "x_mm", "y_mm", "error_x_mm", "error_y_mm")
     return Drawing(
         drawn,
         columns(names, rows),
-        f"Interpolation errors of {asked} random points on a grid with a pitch of "
+        f"Interpolation errors of {count} random points on a grid with a pitch of "
         f"{pitch} mm. Vectors point from the true (dot) to the interpolated point, "
         f"magnified {MAGNIFIED} times, with y downwards as in images. (a) The four "
         "nearest corners, no three collinear on the grid, as in the thesis. "
         "Orange: these are not the corners of the enclosing square. (b) The "
         "corners of the enclosing square.",
         Check(
-            shown[0] == asked and 0.95 * asked <= shown[1] <= asked,
-            f"{shown[0]} and {shown[1]} of {asked} points are drawn; outside "
+            shown[0] == count and 0.95 * count <= shown[1] <= count,
+            f"{shown[0]} and {shown[1]} of {count} points are drawn; outside "
             "the outermost corners a point can be in no square of the image",
         ),
     )
@@ -218,15 +164,15 @@ def fig_3_7(results):
     result = results["fig_3_7_pitches"]
     drawn, axes = new_figure(1, 2, height_in=3.3)
     rows = []
-    for k, reading in enumerate(READINGS):
-        pitch, errors = swept(result, reading)
+    for k, choice in enumerate(CHOICES):
+        pitch, errors = swept(result, choice)
         found = np.array([median_interval(trials)[:3] for trials in errors])
         for panel in axes:
-            plot_interval(panel, pitch, *found.T, look=series(k), label=reading)
-        rows += [(reading, p, *ends) for p, ends in zip(pitch, found, strict=True)]
+            plot_interval(panel, pitch, *found.T, look=series(k), label=choice)
+        rows += [(choice, p, *ends) for p, ends in zip(pitch, found, strict=True)]
     fine = np.linspace(pitch[0], pitch[-1], 60)
     for panel in axes:
-        panel.plot(fine, formula_mm(fine), ":", color=INK, label="formula")
+        panel.plot(fine, formula_mm(fine), ":", color="#1b1f24", label="formula")
         panel.set(xlabel="Grid pitch (mm)", ylabel="RMS error (mm)")
     axes[0].legend()
     axes[0].set(title="Linear axes")
@@ -252,7 +198,7 @@ def ext_two_facets(results):
     drawn, axes = new_figure(height_in=3.2)
     rows, places = [], result.arrays("from_ridge_px")
     for name, label in RIDGE_NAMES.items():
-        place, size = _over_trials(places, result.arrays(f"{name}.by_column_mm"))
+        place, size = _over_trials(places, result.arrays(name, "by_column_mm"))
         # Rounding errors would be drawn as a line down to the axis.
         drawn_size = np.where(size < SHOWN_MM[0], np.nan, size)
         masked = np.flatnonzero(np.diff(place) > 1) + 1
@@ -306,9 +252,17 @@ def at_least(estimate, bound):
 )
 def judge_radial_growth(results, options):
     """Spearman(radius, |error|) >= 0.4, and means that rise over four bins."""
-    trials = trials_of_vectors(results["fig_3_6_vectors"], options["four_corners"])
-    rank = median_interval([rank_of_growth(v) for v in trials])
-    means = np.array([means_in_bins(v) for v in trials])
+    from scipy.stats import spearmanr
+
+    ranks, means = [], []
+    for points, errors in trials_of_vectors(
+        results["fig_3_6_vectors"], options["four_corners"]
+    ):
+        radius, size = radii(points), np.linalg.norm(errors, axis=1)
+        ranks.append(spearmanr(radius, size).statistic)
+        place = np.digitize(radius, BIN_EDGES_MM[1:-1])
+        means.append([size[place == k].mean() for k in range(len(BIN_EDGES_MM) - 1)])
+    rank = median_interval(ranks)
     rises = [median_interval(d).above(0) for d in np.diff(means, axis=1).T]
     listed = ", ".join(f"{m:.4f}" for m in np.median(means, axis=0))
     return Reading.of(
@@ -321,7 +275,7 @@ def judge_radial_growth(results, options):
 @claim("c3_interp_radial_dir", needs=("fig_3_6_vectors",), evidence="synthetic")
 def judge_radial_direction(results):
     """Radial with the nearest four, and more so with the enclosing cell."""
-    shares = [radial_shares(results["fig_3_6_vectors"], name) for name in READINGS]
+    shares = [radial_shares(results["fig_3_6_vectors"], name) for name in CHOICES]
     nearest, enclosing = (median_interval(s) for s in shares)
     more = median_interval(shares[1] - shares[0])
     return Reading.of(
@@ -386,9 +340,10 @@ def judge_discontinuous(results, options):
     """Interpolation errs ten times as much as decoding near the ridge."""
     result = results["exp_c3_interp_discontinuous"]
     taken = options["facets"], options["phase_smoothing"]
-    gain = median_interval(gain_of_decoding(result, *taken))
+    sizes = result.column(taken, "rms_mm")
+    gain = median_interval(sizes[0] / sizes[1])
     trusted = 100 * np.median(result.column("trusted"))
-    wrong, decoded = (np.median(result.column(f"{name}.rms_mm")) for name in taken)
+    wrong, decoded = np.median(sizes, axis=1)
     return Reading.of(
         gain.above(MIN_GAIN),
         gain,
