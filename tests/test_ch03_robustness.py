@@ -9,6 +9,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.claims import (
     judge_detect_below_basin,
     judge_small_square_fail,
     rate,
+    reliable_up_to,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.experiment import (
     SMOOTHINGS,
@@ -23,12 +24,9 @@ from chapters.ch03_planar_grids.s3_1_robustness.report import (
     Under,
     bracketed,
     degrading_blur,
-    first_failure,
     full_range_levels,
     levels_of,
     limit,
-    reliable_up_to,
-    successes,
 )
 from chapters.shared.grids.detectors import scored
 from tests.judged_claims import readings_of
@@ -75,7 +73,6 @@ def swept(name, successes, means=None):
 def test_the_limit_is_bracketed_by_the_last_whole_and_the_first_lossy_level():
     sweep = swept("noise_sd", {0: [1, 1], 10: [1, 1], 20: [1, 0], 30: [1, 1]})
     assert levels_of(sweep, "noise_sd").tolist() == [0, 10, 20, 30]
-    assert first_failure(sweep, "noise_sd") == 2
     assert limit(sweep, "noise_sd") == (10.0, 20.0)
     assert limit(swept("noise_sd", {0: [1], 10: [1]}), "noise_sd") == (10.0, np.inf)
 
@@ -112,8 +109,8 @@ def test_printed_sd_of_the_clicks_is_the_variance_of_their_law():
 def test_the_smoothing_that_decides_is_the_first_and_has_no_prefix():
     result = of_columns(({}, {"success": 1.0, "0.7 px.success": 0.0}))
     assert next(iter(SMOOTHINGS)) == PRIMARY
-    assert successes(Under(result, PRIMARY)) == [1.0]
-    assert successes(Under(result, "0.7 px")) == [0.0]
+    assert Under(result, PRIMARY).column("success") == [1.0]
+    assert Under(result, "0.7 px").column("success") == [0.0]
     assert by_smoothing(lambda settings: {"px": settings.smoothing_limits_px}) == {
         "px": (0.5, 1.5),
         "0.7 px": {"px": (0.7, 0.7)},

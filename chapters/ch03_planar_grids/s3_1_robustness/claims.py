@@ -2,19 +2,16 @@
 
 import numpy as np
 
-from chapters.ch03_planar_grids.s3_1_robustness.experiment import LEVELS
+from chapters.ch03_planar_grids.s3_1_robustness.experiment import DEFAULTS, LEVELS
 from chapters.ch03_planar_grids.s3_1_robustness.report import (
-    DEFAULT_FOV,
     TEXT_SQUARES,
     WITHOUT_BLUR,
     Under,
-    first_failure,
     full_range_levels,
     largest_errors,
     levels_of,
+    limit,
     min_distance,
-    reliable_up_to,
-    successes,
     sweeps_under,
 )
 from chapters.shared.grids import (
@@ -95,15 +92,15 @@ def judge_localise_converges(results, options):
     """
     result, window = results["fig_3_11_localised"], options["localiser_window"]
     side, worst = 2 * HALF_WINDOWS[window] + 1, worst_within(result, window)
-    left = result.column(f"{window}.left_share", start_px=FARTHEST_START_PX).mean()
+    left = result.column(window, "left_share", start_px=FARTHEST_START_PX).mean()
     return Reading.of(
         HOLDS if worst < LOCALISED_PX else FAILS,
         Estimate(worst, worst, worst),
         "px",
         f"largest error, {side} x {side} pixels; all corners are within "
         f"{LOCALISED_PX} px up to a start error of "
-        f"{farthest_start(result, window):g} px; started 8 px off, "
-        f"{100 * left:.0f} % of the corners are left where they were put",
+        f"{farthest_start(result, window):g} px; from a start error "
+        f"of 8 px {100 * left:.0f} % of the corners are not moved",
     )
 
 
@@ -124,9 +121,22 @@ TEXT_TRIALS = 50
 MIN_TRIALS = 10
 
 
+def reliable_up_to(result, name, share):
+    """Last level up to which at least `share` of the trials of each level succeed.
+
+    0 if the first level does not.
+    """
+    last = 0
+    for level in levels_of(result, name):
+        if result.column("success", **{name: level}).mean() < share:
+            break
+        last = level
+    return float(last)
+
+
 def rate(result, **condition):
     """Share of successful trials, with its exact interval."""
-    return proportion(successes(result, **condition))
+    return proportion(result.column("success", **condition))
 
 
 def under(result, options):
@@ -141,20 +151,18 @@ def under(result, options):
     readings=("celect_smoothing", "board_levels"),
 )
 def judge_robust_noise(results, options):
-    """No loss up to 15 grey levels, the first between 18 and 34."""
+    """No failure up to 15 grey levels, the first between 18 and 34."""
     result, board = under(results["fig_3_11_noise"], options), options["board_levels"]
-    index = first_failure(result, "noise_sd", levels=board)
-    levels = levels_of(result, "noise_sd", levels=board)
-    first = np.inf if index is None else levels[index]
+    _, first = limit(result, "noise_sd", levels=board)
     decision = HOLDS if 18 <= first <= 34 else FAILS
-    if decision == HOLDS and result.trials_per_condition < TEXT_TRIALS:
+    if decision == HOLDS and result.result.trials_per_condition < TEXT_TRIALS:
         decision = UNDECIDED
     black, white = LEVELS[board]
     return Reading.of(
         decision,
-        float(first) if np.isfinite(first) else "none",
+        first if np.isfinite(first) else "none",
         "grey levels",
-        "first level with a lost trial; black and white "
+        "first level with a failed trial; black and white "
         f"at {black:.0f} and {white:.0f}",
     )
 
@@ -194,7 +202,7 @@ def judge_perspective_limit(results, options):
         reliable_up_to(result, "yaw_deg", MIN_RATE),
         "deg",
         "last yaw up to which at least 90 % of the trials are "
-        f"right; up to 40 deg the least share is {_in_words(rates[least])}, "
+        f"correct; up to 40 deg the smallest share is {_in_words(rates[least])}, "
         f"at {least} deg",
     )
 
@@ -212,7 +220,7 @@ def _in_words(share):
     readings=("celect_smoothing",),
 )
 def judge_pitch_limit(results, options):
-    """At least 0.9 right with squares of 50 px."""
+    """At least 0.9 correct with squares of 50 px."""
     result = under(results["fig_3_11_square"], options)
     right = rate(result, squares_across=TEXT_SQUARES)
     reason = "share of the boards with squares of 50 px that are fully extracted"
@@ -233,7 +241,7 @@ def judge_pitch_distance(results, options):
         HOLDS if 10 <= apart <= 14 else FAILS,
         Estimate(apart, apart, apart),
         "px",
-        "from the geometry of board and fisheye alone, whatever CELECT does",
+        "from the geometry of board and fisheye alone",
     )
 
 
@@ -249,10 +257,12 @@ def judge_small_square_fail(results, options):
 
     result = under(results["fig_3_11_square"], options)
     across = levels_of(result, "squares_across")[::-1]
-    right = np.array([successes(result, squares_across=n).mean() for n in across])
+    right = np.array(
+        [result.column("success", squares_across=n).mean() for n in across]
+    )
     total = ((right - right.mean()) ** 2).sum()
     if total == 0:
-        reason = "as many trials are right at every size of square"
+        reason = "as many trials are correct at every size of square"
         return Reading.of(FAILS, "none", reason=reason)
     left = ((right - isotonic_regression(right).x) ** 2).sum()
     explained = float(1 - left / total)
@@ -262,7 +272,7 @@ def judge_small_square_fail(results, options):
         explained,
         "1",
         "share of the variance that an isotonic fit explains; "
-        "largest squares of which less than half of the boards are right: "
+        "largest squares of which less than half of the boards are correct: "
         f"{broken:.0f} px",
     )
 
@@ -276,7 +286,7 @@ def judge_small_square_fail(results, options):
 def judge_fisheye_fail(results, options):
     """Below 0.5 somewhere beyond 134 deg."""
     result = under(results["fig_3_11_fov"], options)
-    fovs = [fov for fov in levels_of(result, "fov_deg") if fov > DEFAULT_FOV]
+    fovs = [fov for fov in levels_of(result, "fov_deg") if fov > DEFAULTS["fov_deg"]]
     rates = {fov: rate(result, fov_deg=fov) for fov in fovs}
     broken = [found.below(FAILURE_RATE) for found in rates.values()]
     some = UNDECIDED if UNDECIDED in broken else FAILS
@@ -285,9 +295,8 @@ def judge_fisheye_fail(results, options):
         HOLDS if HOLDS in broken else some,
         rates[least],
         "1",
-        f"least share of successes, at {least} deg. In which "
-        "part of the board it breaks is not tested: the rim is traced "
-        "first, and nothing without it",
+        f"smallest share of successes, at {least} deg. In which part of the "
+        "board it fails is not tested, since the border is traced first",
     )
 
 
@@ -298,14 +307,11 @@ def _worsens(result, statistic, low, high):
     count in the share of successes. Returns (decision, drop of that share, growth
     of the mean error, None without a success).
     """
-    drop = share_gain(successes(result, blur_px=low), successes(result, blur_px=high))
-    means = [
-        m[np.isfinite(m)]
-        for m in (
-            result.column("mean_px", blur_px=high),
-            result.column("mean_px", blur_px=low),
-        )
-    ]
+    drop = share_gain(
+        result.column("success", blur_px=low), result.column("success", blur_px=high)
+    )
+    means = [result.column("mean_px", blur_px=blur) for blur in (high, low)]
+    means = [m[np.isfinite(m)] for m in means]
     decisions = [drop.above(0.2 - 1e-9)]
     growth = None
     if all(len(m) for m in means):
@@ -328,7 +334,7 @@ def judge_blur_limit(results, options):
     statistic = options["statistic_of_trials"]
     strong, drop, growth = _worsens(result, statistic, 2, 4)
     weak, *_ = _worsens(result, statistic, 1, 2)
-    if result.trials_per_condition < MIN_TRIALS:
+    if result.result.trials_per_condition < MIN_TRIALS:
         strong = weak = UNDECIDED
     opposite, in_words = {
         HOLDS: (FAILS, "it worsens"),
@@ -373,12 +379,10 @@ def judge_detect_below_basin(results, options):
             for result, condition in full_range_levels(swept)
         ]
     )
+    errors, what = worst, "levels, all trials of which are correct"
     if options["failed_trials_of_a_level"] == EXCLUDED:
-        small, among = int((largest <= MAX_PX).sum()), len(largest)
-        reason = f"{small} of the {among} levels with a successful "
-        reason += f"trial; {len(worst) - among} have none"
-    else:
-        small, among = int((worst <= MAX_PX).sum()), len(worst)
-        reason = f"{small} of {among} levels, all trials of which are right"
-    share = small / among
+        errors, none = largest, len(worst) - len(largest)
+        what = f"levels with a successful trial; {none} have none"
+    small = int((errors <= MAX_PX).sum())
+    share, reason = small / len(errors), f"{small} of {len(errors)} {what}"
     return Reading.of(HOLDS if share >= 0.8 else FAILS, share, "1", reason)

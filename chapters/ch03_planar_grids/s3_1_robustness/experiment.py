@@ -167,7 +167,7 @@ def basin_trial(condition, rng):
     return {name: basin_scores(one, truth) for name, one in found.items()}
 
 
-def picture_trial(condition, rng):
+def image_trial(condition, rng):
     """The board of Fig. 3.10, without blur and noise."""
     board = board_of(condition["of"])
     corners = board.corners

@@ -1,10 +1,10 @@
 # %% [markdown]
 # # 3.3.1 Robustness of CELECT
 #
-# **Question.** A corner detector for distorted images must tolerate noise,
-# blur, perspective and small squares. The thesis degrades a synthetic
-# chessboard until CELECT fails. At which levels does our implementation fail,
-# and does the subsequent localiser correct the errors?
+# **Question.** A corner detector must tolerate noise, blur, perspective and
+# small squares. The thesis degrades a synthetic chessboard until CELECT fails.
+# At which levels does our implementation fail, and does the subsequent localiser
+# correct the errors?
 
 # %%
 import numpy as np
@@ -26,9 +26,9 @@ from chapters.ch03_planar_grids.s3_1_robustness.experiment import (
     basin_trial,
     board_of,
     by_smoothing,
+    image_trial,
     largest_in_order,
     merging_trial,
-    picture_trial,
     sweep,
 )
 from chapters.ch03_planar_grids.s3_1_robustness.report import name_values
@@ -58,16 +58,14 @@ from repro.run import Plan, experiment, experiments
 #
 # 1. **One unstated setting moves the limit of noise.** The first board fails at
 #    an SD of {glue:text}`s3_3_1_noise_fail:.0f` grey levels with the primary
-#    smoothing. With the weak smoothing it fails at
-#    {glue:text}`weak.noise.lost`. The thesis has 26.
+#    smoothing and at {glue:text}`weak.noise.lost` with the weak one.
 # 2. **Rotated boards fail earlier.** The first one fails at a yaw of
 #    {glue:text}`s3_3_1_yaw_fail:.0f`°, where false candidates of neighbouring
 #    corners merge. With the weak smoothing it fails at
 #    {glue:text}`weak.yaw.lost`°, for another reason.
 # 3. **Small squares fail earlier.** With squares of 50 px
 #    {glue:text}`share.square_50:.0f` % of the boards are correct, and
-#    {glue:text}`weak.square_50:.0f` % with the weak smoothing. In the thesis all
-#    are.
+#    {glue:text}`weak.square_50:.0f` % with the weak smoothing.
 # 4. **The localiser depends on one word.** If 9 is OpenCV's *half* window, it
 #    converges from 8 px, as in the thesis. If 9 is the full window, it
 #    converges from {glue:text}`full_window.reach:.0f` px only.
@@ -85,10 +83,9 @@ from repro.run import Plan, experiment, experiments
 #
 # ## Terms
 #
-# - *CELECT*: the semi-automatic chessboard detector of
-#   [section 3.1.2](s1_2_celect.ipynb).
-# - *Correct board*: every corner is within 8 px of its true position. All
-#   other trials are *failures*.
+# - *CELECT*: the chessboard detector of [section 3.1.2](s1_2_celect.ipynb).
+# - *Correct board*: every corner is within 8 px of its true position. Other
+#   trials are *failures*.
 # - *Primary smoothing* ("share of the square"): SD of the Gaussian before
 #   Canny's and Harris's gradients, 0.085 of the smallest $s_i$, at most 1.5 px.
 # - *Weak smoothing* ("0.7 px"): an SD of 0.7 px.
@@ -101,31 +98,28 @@ from repro.run import Plan, experiment, experiments
 # ## What the thesis claims
 #
 # A chessboard image of 1000 × 1000 px is distorted by an equisolid fisheye
-# (2.7) with a FOV of 134° and blurred by 1 px. The four clicks have an error
-# of about 2 px. One property varies at a time, with 50 trials per level
-# (Fig. 3.11).
+# (2.7) with a FOV of 134° and blurred by 1 px. Clicks have an error of about
+# 2 px. One property varies at a time, with 50 trials per level.
 #
-# - CELECT tolerates far more noise than real images have, and fails at an SD
-#   of 26 grey levels.
-# - Blur is the weak point. From 4 px on the results are worse.
-# - Squares of 50 px succeed completely, with corners as close as 12 px. Smaller
-#   ones fail for lack of edge pixels.
-# - Large distortion fails near the border, and a yaw above 48° fails.
-# - The largest error is below 6.5 px in the sweeps of noise, scale, fisheye
-#   and perspective. The localiser corrects up to 8 px to less than 0.46 px.
+# The table above gives the limits. Further claims:
+#
+# - Squares of 50 px have corners as close as 12 px. Smaller ones fail for lack
+#   of edge pixels.
+# - Large distortion fails near the border.
+# - The error is below 6.5 px in the sweeps of noise, scale, fisheye and
+#   perspective. The localiser corrects up to 8 px to less than 0.46 px.
 #
 # ## Model
 #
-# The board fills the undistorted image, at one focal length from the camera.
-# The simulator renders the exact share of black and white in every pixel. The
-# blur of 1 px is kept from the thesis.
+# The board is at one focal length from the camera and fills the undistorted
+# image.
 
 # %% tags=["active-ipynb"]
 # show_code(SyntheticBoard.image, clicks)
 
 # %% [markdown]
-# Unstated settings are in the registry (`syn_celect`). They were fixed before
-# any trial, except the three strongest levels of noise. Two of them matter:
+# Unstated settings (`syn_celect` in the registry) were fixed before any trial,
+# except the three strongest levels of noise. Two of them matter:
 #
 # - **Squares of 100 px.** The outermost corners are 400 px from the centre. With
 #   a focal length of 300 px the board's plane reaches the camera at a yaw of
@@ -133,9 +127,9 @@ from repro.run import Plan, experiment, experiments
 # - **Black 0, white 255.** Half that contrast doubles the effect of noise. The
 #   sweep of noise has both.
 #
-# CELECT has the values of Tables 3.1 and 3.2. Only the smoothing varies. The
-# primary one decides, since the thesis derives all parameters but one from the
-# clicks. The weak one is that of a 3 × 3 Sobel filter.
+# Apart from its smoothing CELECT has the values of Tables 3.1 and 3.2. The
+# primary smoothing decides, since the thesis derives nearly all parameters from
+# the clicks. The weak one is that of a 3 × 3 Sobel filter.
 
 # %% tags=["active-ipynb"]
 # show_code(scored)
@@ -225,11 +219,11 @@ def localised_starts(effort):
 
 # %%
 @experiment("fig_3_10_pictures", artefact="fig_3_10")
-def pictures(effort):
+def board_images(effort):
     """The two images of Fig. 3.10."""
     default = SETTINGS["defaults"]
     shapes = [{"shape": s, "of": default} for s in ("flat", "bent")]
-    return Plan(picture_trial, shapes, 1, SETTINGS)
+    return Plan(image_trial, shapes, 1, SETTINGS)
 
 
 # %% [markdown]
@@ -244,36 +238,31 @@ def pictures(effort):
 # %% [markdown]
 # ## Discussion
 #
-# - **Noise.** Strong smoothing averages noise. With weak smoothing noise adds
-#   false corners. The limit of the thesis agrees with the weak smoothing at
-#   full contrast and roughly with the primary one at half contrast.
+# - **Noise.** The limit of the thesis agrees with the weak smoothing at full
+#   contrast and roughly with the primary one at half contrast.
 # - **Blur.** Worse means a fifth fewer correct boards or 1.25 times the mean
-#   error. A blurred corner has several maxima of Harris's response. If they are
-#   farther apart than $t_8$, there are too many corners.
-# - **Yaw.** At the far end of side 1 rows meet columns at a sharp angle. There
-#   each corner has two maxima, and smoothing separates them. A maximum of one
-#   corner comes closer than $t_8$ to one of the next. All of them merge, and the
-#   side has too few corners. With the weak smoothing the trace of side 4
-#   follows a row instead. Above 48.6° some corners are outside the image, so
-#   no claim is tested there.
-# - **Small squares.** Their windows have few edge pixels. With squares of 50 px
-#   interior corners are not as close as 12 px, but the last corner and the
-#   border of the board are. This is geometry alone.
+#   error. Maxima of one blurred corner that are farther apart than $t_8$ give
+#   too many corners.
+# - **Yaw.** At the far end of side 1 smoothing separates two maxima of each
+#   corner. One of them comes closer than $t_8$ to one of the next corner, and
+#   both merge. With the weak smoothing the trace of side 4 follows a row. Above
+#   48.6° corners are outside the image, so no claim is tested there.
+# - **Small squares.** With squares of 50 px only the last corner and the border
+#   of the board are 12 px apart.
 # - **Fisheye.** CELECT traces the sides first, so every failure is at the
 #   border. That does not show where edges are too curved.
-# - **Localiser window.** OpenCV takes half windows and rejects a corner that
-#   moves farther. Before any run E-3.16 found that a full window of 9 cannot
-#   correct 8 px. The half window became primary after full runs.
+# - **Localiser window.** OpenCV rejects a corner that moves farther than the
+#   half window, so a full window of 9 cannot correct 8 px (E-3.16). The half
+#   window became primary after full runs.
 # - **Limits.** One board, one camera, uniform blur, Gaussian noise. Trials of a
-#   level differ only in clicks and noise. For other poses see
-#   [the four rigs](s3_2_grid_sets.ipynb).
+#   level differ only in clicks and noise.
 #
 # ## Summary
 #
-# CELECT tolerates strong noise but little blur, and it fails for small squares
-# and strong perspective. Its limits depend on a smoothing that the thesis does
-# not state, and no smoothing tested here reproduces all of them. The localiser
-# corrects errors up to 8 px only with the larger of two possible windows.
+# CELECT tolerates strong noise but little blur, small squares and perspective.
+# Its limits depend on a smoothing that the thesis does not state, and neither of
+# ours reproduces all of them. The localiser corrects errors up to 8 px only with
+# the larger of two possible windows.
 #
 # ## Compared with the published numbers
 
@@ -283,19 +272,18 @@ def pictures(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Put an answer in
+# place of `None`, and run that cell again.
 #
 # **1.** A board's outermost corners are 350 px from its middle, the focal
-# length is 300 px. At which yaw, in degrees, does its plane reach the
-# camera?
+# length is 300 px. At which yaw, in degrees, does its plane reach the camera?
 
 # %% tags=["active-ipynb"]
 # check(None, **yaw_task())
 
 # %% [markdown]
-# **2.** A step from 400 to 450 px from the centre of the undistorted image is
-# mapped by the fisheye with f = 300 px. What is its length then, in px?
+# **2.** The fisheye with f = 300 px maps a step from 400 to 450 px from the
+# centre of the undistorted image. What is its length then, in px?
 
 # %% tags=["active-ipynb"]
 # check(None, **step_task())

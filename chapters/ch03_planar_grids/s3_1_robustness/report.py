@@ -23,7 +23,14 @@ from repro.run.results import summary
 # Results of the sweeps of 3.3.1, and the quoted numbers.
 
 
-DEFAULT_FOV = 134
+RESULTS_OF_3_11 = (
+    "fig_3_11_noise",
+    "fig_3_11_blur",
+    "fig_3_11_square",
+    "fig_3_11_fov",
+    "fig_3_11_yaw",
+    "fig_3_11_localised",
+)
 # Sweep -> name of the swept property.
 SWEEPS = {
     "noise": "noise_sd",
@@ -40,29 +47,26 @@ TEXT_SQUARES = 20  # across the board: those of 50 px
 PRIMARY, *OTHERS = SMOOTHINGS
 
 
+def path_of(smoothing):
+    """Keys in front of a value with one smoothing, see `by_smoothing`."""
+    return () if smoothing == PRIMARY else (smoothing,)
+
+
 class Under:
-    """Result of a sweep with one smoothing, see `trials.by_smoothing`."""
+    """Result of a sweep with one smoothing."""
 
     def __init__(self, result, smoothing):
-        self.result = result
-        self.prefix = "" if smoothing == PRIMARY else f"{smoothing}."
-        self.conditions = result.conditions
-        self.trials_per_condition = result.trials_per_condition
-        self.levels = result.levels
+        self.result, self.path = result, path_of(smoothing)
+        self.conditions, self.levels = result.conditions, result.levels
 
     def column(self, name, **condition):
         """Trials (n,) of a value."""
-        return self.result.column(self.prefix + name, **condition)
-
-
-def experiment_of(sweep):
-    """Name of the experiment of a sweep."""
-    return f"fig_3_11_{sweep}"
+        return self.result.column(*self.path, name, **condition)
 
 
 def sweeps_under(results, smoothing, sweeps=tuple(SWEEPS)):
     """Sweep -> its result with one smoothing."""
-    return {s: Under(results[experiment_of(s)], smoothing) for s in sweeps}
+    return {s: Under(results[f"fig_3_11_{s}"], smoothing) for s in sweeps}
 
 
 def levels_of(result, name, **other):
@@ -70,29 +74,16 @@ def levels_of(result, name, **other):
     return np.array(result.levels(name, **other))
 
 
-def successes(result, **condition):
-    """Trials (n,) of one level: 1 if every corner is correct."""
-    return result.column("success", **condition)
-
-
-def first_failure(result, name, **other):
-    """Index of the first level with a failed trial, else None."""
-    for index, level in enumerate(levels_of(result, name, **other)):
-        if successes(result, **{name: level}, **other).min() < 1:
-            return index
-    return None
-
-
 def full_range_levels(sweeps):
     """(result, condition) of every level at full contrast, each condition once.
 
     The five sweeps meet at the default condition.
     """
-    seen = []
+    listed = []
     for result in sweeps.values():
         for condition in result.conditions:
-            if condition["levels"] == "full range" and condition not in seen:
-                seen.append(condition)
+            if condition["levels"] == "full range" and condition not in listed:
+                listed.append(condition)
                 yield result, condition
 
 
@@ -105,33 +96,20 @@ def largest_errors(sweeps):
     return np.array([np.nanmax(e) for e in errors if np.isfinite(e).any()])
 
 
-def reliable_up_to(result, name, share):
-    """Last level up to which at least `share` of the trials of each level succeed.
-
-    0 if the first level does not.
-    """
-    last = 0
-    for level in levels_of(result, name):
-        if successes(result, **{name: level}).mean() < share:
-            break
-        last = level
-    return float(last)
-
-
 def limit(result, name, **other):
     """(last level without a failure, first level with one): the bracket.
 
     Infinite if no level of the sweep has a failure.
     """
-    levels = levels_of(result, name, **other)
-    index = first_failure(result, name, **other)
-    if index is None:
-        return float(levels[-1]), np.inf
-    before = float(levels[index - 1]) if index else -np.inf
-    return before, float(levels[index])
+    before = -np.inf
+    for level in map(float, result.levels(name, **other)):
+        if result.column("success", **{name: level}, **other).min() < 1:
+            return before, level
+        before = level
+    return before, np.inf
 
 
-def first_limit(results, sweep, what, unit, **other):
+def first_limit(results, sweep, unit, **other):
     """Value of the first level with a failed trial, in its bracket."""
     name = SWEEPS[sweep]
     before, first = limit(results[PRIMARY][sweep], name, **other)
@@ -142,7 +120,7 @@ def first_limit(results, sweep, what, unit, **other):
         before,
         first,
         unit,
-        f"{what}: first level with a lost trial; the interval begins at the "
+        f"{sweep}: first level with a lost trial; the interval begins at the "
         f"level before it; {others}",
     )
 
@@ -170,7 +148,7 @@ def bracketed(before, first, unit, reason):
 def smallest_square(result):
     """(square px, least spacing px) of the smallest square without failure."""
     across = levels_of(result, "squares_across")
-    kept = [n for n in across if successes(result, squares_across=n).min() == 1]
+    kept = [n for n in across if result.column("success", squares_across=n).min() == 1]
     if not kept:
         return np.nan, np.nan
     spacing = result.result.column("least_px", squares_across=max(kept))
@@ -188,7 +166,7 @@ def degrading_blur(result):
     Worse: a fifth fewer successes, or a mean error 1.25 times as large.
     """
     levels = [b for b in levels_of(result, "blur_px") if b >= 1]
-    right = [successes(result, blur_px=b).mean() for b in levels]
+    right = [result.column("success", blur_px=b).mean() for b in levels]
     means = [
         np.nanmedian(result.column("mean_px", blur_px=b)) if right[k] else np.inf
         for k, b in enumerate(levels)
@@ -199,18 +177,7 @@ def degrading_blur(result):
     return float(levels[-1]), np.inf
 
 
-@numbers(
-    "fig_3_11",
-    needs=(
-        "fig_3_11_noise",
-        "fig_3_11_blur",
-        "fig_3_11_square",
-        "fig_3_11_fov",
-        "fig_3_11_yaw",
-        "fig_3_11_localised",
-    ),
-    evidence="rendered",
-)
+@numbers("fig_3_11", needs=RESULTS_OF_3_11, evidence="rendered")
 def numbers_fig_3_11(results):
     """Settings of the sweeps as run, and their limits."""
     swept = {name: sweeps_under(results, name) for name in SMOOTHINGS}
@@ -219,7 +186,10 @@ def numbers_fig_3_11(results):
     square, spacing = smallest_square(swept[PRIMARY]["square"])
     of_text = min_distance(results["fig_3_11_square"])
     before, blurred = degrading_blur(swept[PRIMARY]["blur"])
-    largest = {name: largest_without_blur(s) for name, s in swept.items()}
+    largest = {
+        name: float(largest_errors(sweeps_under(results, name, WITHOUT_BLUR)).max())
+        for name in SMOOTHINGS
+    }
     return numbers_of_basin(results) | {
         "s3_3_1_img": Value(ran["image_px"], unit="px"),
         "s3_3_1_fov": Value(default["fov_deg"], unit="deg"),
@@ -237,10 +207,8 @@ def numbers_fig_3_11(results):
                 f"with a smoothing of {name} {largest[name]:.2f} px" for name in OTHERS
             ),
         ),
-        "s3_3_1_noise_fail": first_limit(
-            swept, "noise", "noise", "grey levels", **FULL
-        ),
-        "s3_3_1_yaw_fail": first_limit(swept, "yaw", "yaw", "deg"),
+        "s3_3_1_noise_fail": first_limit(swept, "noise", "grey levels", **FULL),
+        "s3_3_1_yaw_fail": first_limit(swept, "yaw", "deg"),
         "s3_3_1_pitch_ok": Value(
             square,
             interval=(square, square),
@@ -266,11 +234,6 @@ def numbers_fig_3_11(results):
             + in_others(lambda name: degrading_blur(swept[name]["blur"])[1]),
         ),
     }
-
-
-def largest_without_blur(sweeps):
-    """Largest error (px) over all successful trials of the four sweeps of the text."""
-    return float(largest_errors({s: sweeps[s] for s in WITHOUT_BLUR}).max())
 
 
 def numbers_of_basin(results):
@@ -330,22 +293,16 @@ def numbers_sec_3_3_1(results):
 
 def name_values(open_results):
     """Name the numbers that the page quotes."""
-    results = {
-        experiment_of(s): open_results(experiment_of(s))
-        for s in ("noise", "yaw", "square")
-    }
-    swept = {
-        name: sweeps_under(results, name, ("noise", "yaw", "square"))
-        for name in SMOOTHINGS
-    }
-    weak = swept[OTHERS[0]]
-    reach = farthest_start(open_results("fig_3_11_localised"), "full window")
+    noise, yaw, square, localised = (
+        open_results(f"fig_3_11_{s}") for s in ("noise", "yaw", "square", "localised")
+    )
+    weak = OTHERS[0]
     quoted = {
-        "weak.noise.lost": level_text(limit(weak["noise"], "noise_sd", **FULL)[1]),
-        "weak.yaw.lost": level_text(limit(weak["yaw"], "yaw_deg")[1]),
-        "share.square_50": success_of_text_squares(swept[PRIMARY]["square"]),
-        "weak.square_50": success_of_text_squares(weak["square"]),
-        "full_window.reach": reach,
+        "weak.noise.lost": level_text(limit(Under(noise, weak), "noise_sd", **FULL)[1]),
+        "weak.yaw.lost": level_text(limit(Under(yaw, weak), "yaw_deg")[1]),
+        "share.square_50": success_of_text_squares(Under(square, PRIMARY)),
+        "weak.square_50": success_of_text_squares(Under(square, weak)),
+        "full_window.reach": farthest_start(localised, "full window"),
     }
     for name, number in quoted.items():
         value(name, number)
@@ -353,7 +310,7 @@ def name_values(open_results):
 
 def success_of_text_squares(result):
     """Share of correct boards, in percent, with the squares of the text."""
-    return 100 * float(successes(result, squares_across=TEXT_SQUARES).mean())
+    return 100 * float(result.column("success", squares_across=TEXT_SQUARES).mean())
 
 
 # Why a rotated board fails: candidates on side 1 and the distance t8.
@@ -389,8 +346,7 @@ def _draw_corners(panel, result):
     panel.imshow(image, cmap="gray", vmin=-120, vmax=375)
     panel.plot(*last.T, "x", color="black", ms=9, mew=2, label="true corner")
     for index, smoothing in enumerate(SMOOTHINGS):
-        prefix = Under(result, smoothing).prefix
-        (found,) = result.arrays(f"{prefix}candidates", **shown)
+        (found,) = result.arrays(*path_of(smoothing), "candidates", **shown)
         look = series(1 + index) | {"linestyle": "none"}
         panel.plot(*found.T, ms=6, label=smoothing, **look)
     middle = (last.min(axis=0) + last.max(axis=0)) / 2
@@ -407,19 +363,12 @@ def _draw_corners(panel, result):
 
 
 def _draw_gaps(panel, result):
-    rows = []
-    yaws = [c["yaw_deg"] for c in result.conditions]
-
-    def along(name):
-        return [result.column(name, yaw_deg=yaw)[0] for yaw in yaws]
-
-    steps = along("step_px")
+    rows, yaws, trials = [], result.levels("yaw_deg"), result.select()
+    steps = trials.column("step_px")
     panel.plot(yaws, steps, label="step between corners", **series(0))
     for index, smoothing in enumerate(SMOOTHINGS):
-        prefix = Under(result, smoothing).prefix
-        gap, merge = along(f"{prefix}gap_px"), along(f"{prefix}t8_px")
-        label = f"gap, {smoothing}"
-        panel.plot(yaws, gap, label=label, **series(1 + index))
+        gap, merge = trials.column(*path_of(smoothing), ("gap_px", "t8_px"))
+        panel.plot(yaws, gap, label=f"gap, {smoothing}", **series(1 + index))
         if smoothing == PRIMARY:
             panel.plot(yaws, merge, label="$t_8$", **series(6))
         rows += [
@@ -442,9 +391,9 @@ def fig_3_10(results):
     for panel, shape, title in zip(
         panels, ("flat", "bent"), ("(a) Undistorted", "(b) FOV 134°"), strict=True
     ):
-        (picture,) = result.arrays("picture", shape=shape)
+        (image,) = result.arrays("picture", shape=shape)
         (corners,) = result.arrays("corners", shape=shape)
-        panel.imshow(picture, cmap="gray", vmin=0, vmax=255)
+        panel.imshow(image, cmap="gray", vmin=0, vmax=255)
         panel.plot(*corners.T, "o", color="#d55e00", ms=2.5)
         panel.grid(visible=False)
         panel.set(title=title, xlabel="u (px)", ylabel="v (px)")
@@ -514,14 +463,7 @@ COLUMNS = (
 
 @figure(
     "fig_3_11",
-    needs=(
-        "fig_3_11_noise",
-        "fig_3_11_blur",
-        "fig_3_11_square",
-        "fig_3_11_fov",
-        "fig_3_11_yaw",
-        "fig_3_11_localised",
-    ),
+    needs=RESULTS_OF_3_11,
     evidence="rendered",
     published=(
         "s3_3_1_noise_fail",
@@ -540,8 +482,12 @@ def fig_3_11(results, published):
     places = [(0, 0), (0, 1), (0, 2), (2, 0), (2, 1)]
     for (row, column), sweep in zip(places, SWEEPS, strict=True):
         pair = panels[row, column], panels[row + 1, column]
-        rows += _draw_sweep(pair, results[experiment_of(sweep)], sweep)
-        _draw_printed(pair, sweep, published)
+        rows += _draw_sweep(pair, results[f"fig_3_11_{sweep}"], sweep)
+        if sweep in PRINTED_LIMIT:
+            for panel in pair:
+                panel.axvline(published[PRINTED_LIMIT[sweep]], **PRINTED)
+        if sweep != "blur":
+            pair[0].axhline(published["s3_3_1_maxerr"], **PRINTED)
     rows += _draw_basin(panels[2, 2], results["fig_3_11_localised"], published)
     panels[3, 2].set_axis_off()
     handles = panels[0, 0].get_legend_handles_labels()
@@ -582,8 +528,7 @@ def _draw_sweep(pair, result, sweep):
         if smoothing == PRIMARY:
             mean_look = {"look": series(0), "label": "mean error"}
             plot_interval(errors, x, mean, low, high, **mean_look)
-        share, least, most = 100 * np.array(right)
-        plot_interval(shares, x, share, least, most, look=look, label=smoothing)
+        plot_interval(shares, x, *100 * np.array(right), look=look, label=smoothing)
         rows += [(sweep, smoothing, *cells) for cells in zip(x, *found.T, strict=True)]
     errors.set(title=TITLES[sweep], ylim=(0, 8.4), ylabel="Error (px)")
     errors.sharex(shares)
@@ -594,7 +539,7 @@ def _draw_sweep(pair, result, sweep):
 
 def _row(result, condition):
     """Values of one level: COLUMNS from `largest` on."""
-    right = successes(result, **condition)
+    right = result.column("success", **condition)
     share = proportion(right)
     counts = len(right), int((1 - right).sum())
     means = result.column("mean_px", **condition)
@@ -604,15 +549,6 @@ def _row(result, condition):
     largest = np.nanmax(result.column("max_px", **condition))
     interval = middle["median_interval"]
     return (largest, middle["median"], *interval, *share[:3], *counts)
-
-
-def _draw_printed(pair, sweep, published):
-    """Draw the printed limit of a sweep and the printed largest error."""
-    if sweep in PRINTED_LIMIT:
-        for panel in pair:
-            panel.axvline(published[PRINTED_LIMIT[sweep]], **PRINTED)
-    if sweep != "blur":
-        pair[0].axhline(published["s3_3_1_maxerr"], **PRINTED)
 
 
 def _draw_basin(panel, result, published):
