@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chapters.ch03_planar_grids.s3_1_robustness.claims import judge_detect_8px
-from chapters.ch03_planar_grids.s3_1_robustness.report import SWEEPS, experiment_of
+from chapters.ch03_planar_grids.s3_1_robustness.report import SWEEPS
 from tests.judged_claims import readings_of
 from tests.made_results import OfLaw
 
@@ -25,7 +25,7 @@ def test_nearly_all_grids_in_order_are_less_than_8_px_off(largest, verdict, coun
         return largest
 
     results = {
-        experiment_of(s): OfLaw(
+        f"fig_3_11_{s}": OfLaw(
             [{"level": s, "levels": "full range"}], law, len(largest)
         )
         for s in SWEEPS

@@ -76,9 +76,7 @@ def test_sizes_of_orders_follow_from_misfits():
 @pytest.mark.parametrize("slant", [0.0, 1.0])
 def test_slanted_edges_cover_the_share_of_a_pixel(slant):
     condition = {"blur_px": 1e-3, "noise_grey": 0.0, "slant_px": slant, "light": "even"}
-    place, picture, inverse, *_ = codes.bit_pictures(
-        condition, np.random.default_rng(0)
-    )
+    place, picture, inverse, *_ = codes.bit_images(condition, np.random.default_rng(0))
     low, high = codes.LEVELS_GREY
     # A pixel whose middle is on the lit side is lit by half or more.
     lit = (picture - low) / (high - low) > 0.5

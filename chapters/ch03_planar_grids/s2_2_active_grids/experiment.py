@@ -115,8 +115,8 @@ def wrong_bit_trial(condition, rng):
     }
 
 
-def bit_pictures(condition, rng):
-    """(place (ROWS, W) from the first edge in cells, picture, inverse, white, black,
+def bit_images(condition, rng):
+    """(place (ROWS, W) from the first edge in cells, image, inverse, white, black,
     mean of sines): noisy, 8 bits.
 
     Edges fall between pixels, or anywhere: then they cross the rows at a slant.
@@ -178,7 +178,7 @@ def wrong_bits(pictures, patterns, bit, white=None, black=None):
 
 def bits_trial(condition, rng):
     """Wrong bits within 2 px of edges: with an inverse, and with three thresholds."""
-    place, picture, inverse, white, black, sines = bit_pictures(condition, rng)
+    place, picture, inverse, white, black, sines = bit_images(condition, rng)
     bit = np.floor(place).astype(int) % 2 == 1
     inner = (place > 0.5) & (place < place.max() - 0.5)
     near = inner & (EDGE_PX * np.abs(place - np.rint(place)) < NEAR_PX)

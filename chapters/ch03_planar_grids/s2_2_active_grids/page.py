@@ -1,11 +1,10 @@
 # %% [markdown]
 # # 3.2.2 Active grids: structured light on a monitor
 #
-# **Question.** A chessboard gives a few dozen points per image, and all
-# others must be interpolated. A monitor that displays a series of patterns
-# gives every pixel its own screen position. How is the position decoded, how
-# uncertain is it, and how do the responses of monitor and camera and
-# overexposure affect it?
+# **Question.** Between chessboard corners all points must be interpolated. A
+# monitor that displays a series of patterns gives every pixel its own screen
+# position. How is it decoded, how uncertain is it, and how do non-linear
+# responses and overexposure affect it?
 
 # %%
 from chapters.ch03_planar_grids.s2_2_active_grids.exercises import (
@@ -47,8 +46,8 @@ from repro.run import Plan, experiment
 # **Findings.**
 #
 # 1. **The profile is not sinusoidal, but low order.** One sine fits poorly and
-#    one further harmonic fits well, as in the thesis. A third order is visible
-#    at a gamma of 2.2. In the thesis it is not.
+#    one further harmonic fits well, as in the thesis. Unlike there, a third order
+#    is visible at a gamma of 2.2.
 # 2. **The phase tolerates this.** With the orders of the published fits the
 #    phase error is at most {glue:text}`response.three:.3f` % of a period. If the
 #    remaining misfit is order 5, it is {glue:text}`response.five:.2f` %.
@@ -73,39 +72,35 @@ from repro.run import Plan, experiment
 #
 # ## Terms
 #
-# - *Active grid*: phase-shift structured-light target on a monitor.
-# - *Cell*: one of 8 stripes along an axis, of width $w$. One period of the
-#   sinusoidal patterns fills a cell.
+# - *Active grid*: phase-shift structured light on a monitor.
+# - *Cell*: one of 8 stripes along an axis, of width $w$, one period of the sines.
 # - *Gray code*: stripes that number the cells with three bits. *Inverse*: the
 #   pattern with black and white exchanged.
 # - *Modulation* $B$: amplitude of a pixel's grey values over the sines.
 # - *Gamma*: exponent of the monitor's response.
 # - *Order* $n$: Fourier term with $n$ waves per period. Order 2 is the first
 #   harmonic of the thesis (E-3.09).
-# - *Misfit*: RMS residual of a fit to the *profile*, one period of the imaged
-#   sine.
+# - *Profile*: one period of the imaged sine. *Misfit*: RMS residual of its fit.
 # - *Blooming*: charge above the *full well* of a pixel flows into neighbours.
 #   *Clipped*: saturated.
 #
 # ## What the thesis claims
 #
-# Twenty patterns encode a position (Fig. 3.8). For each axis six are Gray-code
-# patterns and inverses, and four are sines, shifted by a quarter of a period.
+# Twenty patterns encode a position (Fig. 3.8). Each axis has three Gray-code
+# patterns with inverses and four sines, shifted by a quarter of a period.
 #
-# - A wrong bit at an edge costs one cell at most.
-# - Neither an offset of the grey values nor vignetting changes a position.
+# - A wrong bit at an edge costs one cell at most, with an inverse less often.
+# - Offset and vignetting do not change a position.
 # - The responses distort the sine without an effect on the phase (Fig. 3.9).
-# - Inverse patterns make decoding near edges more reliable.
 # - Blooming affects active grids less than chessboards. The midpoint of an edge
-#   in a pattern and its inverse reduces it further (confirmed here).
+#   in a pattern and its inverse reduces it further (confirmed).
 #
 # ## Model
 #
 # **Cell.** A pixel has the bit 1 where a pattern is lighter than its inverse.
-# The Gray bits $g_0 g_1 g_2$ give the number $b$ of the cell. A binary digit is
-# the exclusive or of all Gray bits up to it. Neighbouring cells differ in one
-# bit only, so a wrong bit at their edge gives one cell or the other. In plain
-# binary, cells 3 and 4 (011 and 100) differ in all three.
+# The Gray bits give the number $b$ of the cell. A binary digit is the exclusive
+# or of all Gray bits up to it. Neighbouring cells differ in one bit only, so a
+# wrong bit at their edge gives one cell or the other.
 #
 # **Position in the cell.** $I_1$ to $I_4$ are the grey values under the four
 # sines, with the mean $m$ and the phase $\phi$:
@@ -116,38 +111,31 @@ from repro.run import Plan, experiment
 #
 # and $B = \tfrac12\sqrt{(I_1 - I_3)^2 + (I_2 - I_4)^2}$. The thesis prints a
 # plain arctan, which covers half a period only (E-3.08). An offset cancels in
-# the differences, and a gain cancels in their ratio.
+# the differences, a gain in their ratio.
 #
 # **Location** along the axis:
 #
 # $$l_x = (b + d)\,w . \tag{3.24}$$
 #
-# **Predicted standard deviation.** Noise of SD $s$ in each grey value gives
-# the phase from $N$ steps an SD of $\sqrt{2/N}\,s/B$ rad. So
+# **Predicted SD.** Noise of standard deviation $s$ in each grey value gives the
+# phase from $N$ steps an SD of $\sqrt{2/N}\,s/B$ rad. So
 #
 # $$\sigma = \frac{w}{2\pi}\sqrt{\frac{2}{N}}\,\frac{s}{B} .$$
 #
-# The decoder measures $s$ as a function of the grey level.
+# **Edges of cells.** $b$ and $d$ need not change in the same pixel. Then (3.24)
+# has an error of a whole cell (E-3.20). The decoder ignores the bit without
+# contrast near the edge.
 #
-# **Edges of cells.** $b$ and $d$ come from different images and need not change
-# in the same pixel. Then (3.24) has an error of a whole cell (E-3.20). The
-# thesis smooths it away. The decoder ignores the bit that has lost its contrast
-# near a phase of 0 or 1.
-#
-# **7 × 7 filter.** The thesis smooths the images of the sines. The decoder
-# averages both differences of (3.23), scaled to the same $B$. The SD of
-# independent noise falls to a seventh. A curved phase gets a bias of about
-# 2 px² times the sum of its second derivatives.
+# **7 × 7 filter.** The decoder averages both differences of (3.23), scaled to
+# the same $B$. The SD of independent noise falls to a seventh.
 #
 # **Mask.** The decoder excludes pixels for low contrast or modulation, clipped
-# sines, inconsistent codes or phases, the border of the screen, and jumps. No
-# average reaches across them. The thesis's 3 × 3 mean and filling of holes are
-# off here.
+# sines, inconsistent codes or phases, the border of the screen, and jumps.
 #
 # **Harmonics.** The thesis fits a mean and the orders 1 to $h + 1$, with
-# $h = 0, 1, 2$ further harmonics.
-# [Appendix A](../appendix_a/phase_and_harmonics.ipynb) shows that four steps
-# are disturbed by the orders 3, 5, 7, but not by 2, 4, 6.
+# $h = 0, 1, 2$ further harmonics. The orders 3, 5, 7 disturb the phase from four
+# steps, the orders 2, 4, 6 do not
+# ([Appendix A](../appendix_a/phase_and_harmonics.ipynb)).
 
 # %% tags=["active-ipynb"]
 # show_code(phase_of, fitted)
@@ -155,9 +143,8 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## Experiment
 #
-# Images are rendered by the simulator with lens, noise and rounding, so the
-# true positions are known. Unstated settings were fixed before the runs
-# (`active_grid` and `radiometric` in the registry).
+# Images are rendered, so the true positions are known. Unstated settings were
+# fixed before the runs (`active_grid` and `radiometric` in the registry).
 
 # %%
 SEEDS = {"quick": 1, "full": 3}
@@ -187,36 +174,32 @@ def profiles(effort):
 # %% [markdown]
 # ## Discussion
 #
-# - **Third order.** For a power-law monitor order 3 vanishes at gammas of
-#   exactly 1 and 2. The thesis finds almost none, so its response was no power
-#   law or one close to 2. The claim is judged at 2.2. Rig `d200-lens` of Table
-#   3.8 uses 2 for this reason.
-# - **Amplitude.** The thesis does not state it. At 80 grey levels order 3
-#   exceeds the bound of the test, 0.43 grey levels. At 50, where one sine has
-#   the published misfit, it is just below.
-# - **Remainder.** The published fits leave 1.3 grey levels of unknown cause,
-#   and the phase error depends on that cause. The test profile is made from
-#   the published misfits, so only the phase error is a result.
-# - **sRGB camera.** Its curve cancels most of the gamma. Then one sine fits
-#   well and a harmonic improves it little, so the first claim fails.
+# - **Third order.** For a power-law monitor order 3 vanishes at gammas of 1 and
+#   2. The thesis finds almost none, so its gamma was close to 2 or its response
+#   no power law. The claim is judged at 2.2.
+# - **Amplitude** (not stated). At 80 grey levels order 3 exceeds the bound of the
+#   test, 0.43 grey levels. At 50, where one sine has the published misfit, it is
+#   just below.
+# - **Remainder.** The phase error depends on the cause of the last 1.3 grey
+#   levels of misfit. The test profile has the published misfits, so only the
+#   phase error is a result.
+# - **sRGB camera.** Its curve cancels most of the gamma. One sine then fits
+#   well, and the first claim fails.
 # - **Inverse or threshold.** On an edge of slope $a$ with noise $s$ the share
 #   of wrong bits is proportional to $s/a$. The inverse has slope $2a$ and noise
-#   $\sqrt2\,s$. So an exact threshold has $\sqrt2$ times as many. The noisy mean
-#   of white and black has $\sqrt3$, and that of four sines $\sqrt{2.5}$. **The
-#   test's factor of 2 cannot be reached** with edges anywhere in a pixel. With
-#   edges between pixels it is.
+#   $\sqrt2\,s$. So an exact threshold has $\sqrt2$ times as many, the noisy mean
+#   of white and black $\sqrt3$. **The test's factor of 2 cannot be reached** with
+#   edges anywhere in a pixel. With edges between pixels it is.
 # - **Blooming at corners.** The corners are at edges of cells, where a clipped
-#   sine still has the correct zero crossing. Elsewhere it has not. The decoder
-#   therefore masks clipped sines, which rejects most corners, and then the
-#   claim differs. The better remedy is less light.
-# - **Wrong bits** away from an edge can move a pixel across the whole monitor.
+#   sine keeps its zero crossing. If the decoder masks clipped sines, it rejects
+#   most corners, and the claim differs.
 #
 # ## Summary
 #
 # Active grids give every pixel a position with a predicted uncertainty, and
-# they tolerate offset, vignetting and moderate non-linearity. The claims on
-# harmonics and blooming hold under conditions that the thesis does not state.
-# Inverse patterns help, but by less than the factor required by the test.
+# tolerate offset, vignetting and moderate non-linearity. The claims on harmonics
+# and blooming hold under conditions that the thesis does not state. Inverse
+# patterns help, but by less than the test requires.
 #
 # ## Compared with the published numbers
 
@@ -226,11 +209,11 @@ def profiles(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Open this page as a notebook (`make lab`) and run all cells. Put an answer in
+# place of `None`, and run that cell again.
 #
-# **1.** A pixel has the Gray bits 1, 1, 0, the first being the coarsest. In
-# which cell is it? Cells count from 0.
+# **1.** A pixel has the Gray bits 1, 1, 0, the coarsest first. In which cell is
+# it? Cells count from 0.
 
 # %% tags=["active-ipynb"]
 # check(None, **cell_task())
@@ -243,8 +226,8 @@ def profiles(effort):
 # check(None, **place_task())
 
 # %% [markdown]
-# **3.** Its noise is 2 grey levels. What is the standard deviation of the
-# location in mm after averaging over 7 × 7 such pixels?
+# **3.** Its noise is 2 grey levels. What is the SD of the location in mm after
+# averaging over 7 × 7 such pixels?
 
 # %% tags=["active-ipynb"]
 # check(None, **sigma_task())

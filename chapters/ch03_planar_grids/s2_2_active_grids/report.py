@@ -1,6 +1,5 @@
 """Results of this page read: values of the prose, figures, tables, judgements."""
 
-from functools import partial
 from itertools import product
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy as np
 from chapters.ch03_planar_grids.s2_2_active_grids.experiment import (
     AMPLITUDE_GREY,
     DATA_SHEET_GAMMA,
-    HARMONICS,
     SLANT_PX,
 )
 from chapters.ch03_planar_grids.s2_2_active_grids.scenes import (
@@ -49,33 +47,8 @@ from repro.run import (
 PERCENT_OF_PERIOD = 100 / (2 * np.pi)
 # Options of questions that the text does not answer, the primary one first.
 AMPLITUDES = {"80 grey levels": 80.0, "50 grey levels": 50.0}
-THRESHOLDS = ("one grey value", "white and black", "mean of the sines")
-METHODS = (*CORNER_METHODS, "active grid")
 # Option of the question clipped_sines -> name of the active grid in a trial.
 CLIPPED = {"kept": "active grid", "left out": "masked"}
-
-
-def profile_column(result, camera, gamma, name):
-    """A value (views,) of the imaged period."""
-    return result.column(f"{camera}.{gamma}.{name}")
-
-
-def misfit_ratio(result, camera, gamma=DATA_SHEET_GAMMA):
-    """RMS misfit (views,) without further harmonics over that with one."""
-    rms = [profile_column(result, camera, gamma, f"rms_{k}") for k in (0, 1)]
-    return rms[0] / rms[1]
-
-
-def third_grey(result, camera, amplitude_grey=AMPLITUDE_GREY):
-    """RMS (views,) of order 3 for a sine of this amplitude, in grey levels.
-
-    Its square is the drop of the squared misfit. All orders are proportional to
-    the amplitude.
-    """
-    without, with_it = (
-        profile_column(result, camera, DATA_SHEET_GAMMA, f"rms_{k}") for k in (1, 2)
-    )
-    return np.sqrt(without**2 - with_it**2) * amplitude_grey / AMPLITUDE_GREY
 
 
 def bit_counts(result, edges, light, threshold):
@@ -84,72 +57,38 @@ def bit_counts(result, edges, light, threshold):
     """
     trials = result.select(slant_px=SLANT_PX[edges], light=light)
 
-    def total(name):
-        return trials.column(name).reshape(len(trials.conditions), -1).sum(axis=0)
+    def total(*path):
+        return trials.column(*path).reshape(len(trials.conditions), -1).sum(axis=0)
 
     return (
-        total(f"{threshold}.wrong"),
-        total("inverse.wrong"),
+        total(threshold, "wrong"),
+        total("inverse", "wrong"),
         total("pixels"),
-        int(total(f"{threshold}.only_threshold").sum()),
-        int(total(f"{threshold}.only_inverse").sum()),
+        int(total(threshold, "only_threshold").sum()),
+        int(total(threshold, "only_inverse").sum()),
     )
-
-
-def bloom_errors(result, method, exposure, share, name="rms_px"):
-    """RMS errors (trials,) in px, or located shares, of a method."""
-    return result.column(f"{method}.{exposure}.{share}.{name}")
-
-
-def bloom_growth(result, method, exposure, name="rms_px"):
-    """Growth (trials,) of the error by blooming, px."""
-    with_spill, without = (
-        bloom_errors(result, method, exposure, share, name)
-        for share in reversed(SHARES)
-    )
-    return with_spill - without
 
 
 def name_values(open_results):
     """Name the numbers that the page quotes."""
+    rests = open_results("exp_c3_radiometric_ok").by("rest").values()
+    three, five = (rest.column("largest_rad")[0] for rest in rests)
+    wrong, paired, *_ = bit_counts(
+        open_results("exp_c3_inverse_helps"), "anywhere", "falls off", "one grey value"
+    )
+    bloom, much = open_results("exp_c3_blooming"), (EXPOSURES[-1], SHARES[-1])
+    saddle, active = bloom.column(("saddle point", "active grid"), *much, "rms_px")
+    located = bloom.column("active grid", *much, "share")
     quoted = {
-        **of_response(open_results),
-        "bits.anywhere.falls_off.one_grey_value": threshold_factor(
-            open_results("exp_c3_inverse_helps")
-        ),
-        **of_blooming(open_results("exp_c3_blooming")),
+        "response.three": PERCENT_OF_PERIOD * three,
+        "response.five": PERCENT_OF_PERIOD * five,
+        "bits.anywhere.falls_off.one_grey_value": wrong.sum() / max(paired.sum(), 1),
+        "bloom.saddle": median_interval(saddle).value,
+        "bloom.active": median_interval(active).value,
+        "bloom.located": 100 * median_interval(located).value,
     }
     for name, number in quoted.items():
         value(name, number)
-
-
-def of_response(open_results):
-    """Phase errors by the published orders, in percent of a period."""
-    three, five = open_results("exp_c3_radiometric_ok").by("rest").values()
-    return {
-        "response.three": PERCENT_OF_PERIOD * three.column("largest_rad")[0],
-        "response.five": PERCENT_OF_PERIOD * five.column("largest_rad")[0],
-    }
-
-
-def threshold_factor(bits):
-    """Wrong bits by one grey value over those by the inverse, in uneven light."""
-    wrong, paired, *_ = bit_counts(bits, "anywhere", "falls off", THRESHOLDS[0])
-    return wrong.sum() / max(paired.sum(), 1)
-
-
-def of_blooming(bloom):
-    """Errors at the corners with the most light, and the located share in percent."""
-    much = EXPOSURES[-1]
-
-    def median(method, name="rms_px"):
-        return median_interval(bloom_errors(bloom, method, much, 1.0, name)).value
-
-    return {
-        "bloom.saddle": median("saddle point"),
-        "bloom.active": median("active grid"),
-        "bloom.located": 100 * median("active grid", "share"),
-    }
 
 
 # Figs. 3.8 and 3.9: patterns of an active grid, and the imaged sine.
@@ -158,7 +97,12 @@ def of_blooming(bloom):
 SHOWN_PX = (512, 384)
 # Of rig d200-lens, chosen from the published fits of Fig. 3.9.
 CHOSEN_GAMMA = 2.0
-MODELS = ("one sine", "one harmonic", "two harmonics")
+# Fitted model -> its misfit and its curve in a trial.
+MODELS = {
+    "one sine": ("rms_0", "fit_0"),
+    "one harmonic": ("rms_1", "fit_1"),
+    "two harmonics": ("rms_2", "fit_2"),
+}
 
 
 @figure("fig_3_8", needs=("exp_c3_20_patterns",), evidence="analytic")
@@ -177,15 +121,15 @@ def fig_3_8(results):
         cell.axis("off")
     for panel, row, group in (("a", axes[0], binary), ("b", axes[1], sines)):
         for cell, pattern in zip(row, group, strict=False):
-            picture = pattern_picture(pattern, SHOWN_PX)
-            cell.imshow(picture, cmap="gray", vmin=0, vmax=255)
+            image = pattern_picture(pattern, SHOWN_PX)
+            cell.imshow(image, cmap="gray", vmin=0, vmax=255)
             name = (
                 f"bit {pattern.bit}" + ("\ninverse" if pattern.inverse else "")
                 if pattern.kind == "gray"
                 else f"sine\n{360 * pattern.step // pattern.of}°"
             )
             cell.set_title(name, fontsize=8, loc="center", fontweight="normal")
-            data[name.replace("\n", ", ")] = picture[:, 0].tolist()
+            data[name.replace("\n", ", ")] = image[:, 0].tolist()
         row[0].text(-0.25, 0.5, f"({panel})", transform=row[0].transAxes, ha="right")
     both = counted.column("patterns", **counted.conditions[0])[0]
     right = (len(binary), len(sines)) == (6, 4) and both == 2 * len(patterns)
@@ -207,24 +151,18 @@ def fig_3_8(results):
 def fig_3_9(results):
     """A period of the rectified image with its fits, and misfits over gamma."""
     ran = results["fig_3_9"]
-    profile = ran.arrays("linear.profile")[0]
+    profile = ran.arrays("linear", "profile")[0]
     position = (np.arange(len(profile)) + 0.5) / len(profile)
     drawn, (left, right) = new_figure(1, 2, height_in=3.4)
-    left.plot(
-        position[::3],
-        profile[::3],
-        linestyle="",
-        marker=".",
-        color="#4a4a4a",
-        label="column means",
-    )
+    points = {"color": "#4a4a4a", "label": "column means"}
+    left.plot(position[::3], profile[::3], ".", **points)
     data = {"place": position.tolist(), "profile": profile.tolist()}
     gammas = ran.conditions[0]["gammas"]
-    for k, name in zip(HARMONICS, MODELS, strict=True):
-        fit = ran.arrays(f"linear.fit_{k}")[0]
+    for k, (name, (misfit, curve)) in enumerate(MODELS.items()):
+        fit = ran.arrays("linear", curve)[0]
         left.plot(position, fit, **series(k) | {"marker": ""}, label=name)
         data[name] = fit.tolist()
-        rms = [np.median(profile_column(ran, "linear", g, f"rms_{k}")) for g in gammas]
+        rms = np.median(ran.column("linear", gammas, misfit), axis=1)
         right.plot(gammas, rms, **series(k), label=name)
     left.set(
         xlabel="Position (periods)",
@@ -259,7 +197,7 @@ def fig_3_9(results):
 
 
 # Name in the trials of blooming -> name in the table.
-BLOOMED = {method: method for method in METHODS} | {
+BLOOMED = {method: method for method in (*CORNER_METHODS, "active grid")} | {
     "masked": "active grid, masked",
     "all pixels": "all pixels, masked",
 }
@@ -269,18 +207,14 @@ BLOOMED = {method: method for method in METHODS} | {
 def ext_blooming(results):
     """Errors at overexposure, with and without blooming."""
     ran = results["exp_c3_blooming"]
-    rows = [
-        (
-            exposure,
-            round(100 * share),
-            *(_of_located(bloom_errors(ran, n, exposure, share)) for n in BLOOMED),
-            *(
-                float(100 * np.median(bloom_errors(ran, n, exposure, share, "share")))
-                for n in BLOOMED
-            ),
+    rows = []
+    for exposure, share in product(EXPOSURES, SHARES):
+        errors = ran.column(tuple(BLOOMED), exposure, share, "rms_px")
+        located = 100 * np.median(
+            ran.column(tuple(BLOOMED), exposure, share, "share"), axis=1
         )
-        for exposure, share in product(EXPOSURES, SHARES)
-    ]
+        row = (exposure, round(100 * share), *map(_of_located, errors), *located)
+        rows.append(row)
     names = (
         "Light (full wells)",
         "Overflow (%)",
@@ -347,7 +281,10 @@ def _in_views(held, found, unit, of, views):
 )
 def judge_single_sine(results, options):
     """RMS0 at least three times RMS1, at the data-sheet gamma."""
-    ratio = misfit_ratio(results["fig_3_9"], options["camera_response"])
+    without, with_one = results["fig_3_9"].column(
+        options["camera_response"], DATA_SHEET_GAMMA, ("rms_0", "rms_1")
+    )
+    ratio = without / with_one
     of = f"ratio of the misfits, {_range(ratio)} over {len(ratio)} views"
     return _in_views(ratio >= MIN_RATIO, ratio, "1", of, "them")
 
@@ -359,9 +296,16 @@ def judge_single_sine(results, options):
     readings=("camera_response", "sine_amplitude"),
 )
 def judge_third_marginal(results, options):
-    """Order 3 has at most 0.43 grey levels, at the data-sheet gamma."""
-    ran, camera = results["fig_3_9"], options["camera_response"]
-    third = third_grey(ran, camera, AMPLITUDES[options["sine_amplitude"]])
+    """Order 3 has at most 0.43 grey levels, at the data-sheet gamma.
+
+    Its square is the drop of the squared misfit. All orders are proportional to
+    the amplitude.
+    """
+    without, with_it = results["fig_3_9"].column(
+        options["camera_response"], DATA_SHEET_GAMMA, ("rms_1", "rms_2")
+    )
+    amplitude = AMPLITUDES[options["sine_amplitude"]]
+    third = np.sqrt(without**2 - with_it**2) * amplitude / AMPLITUDE_GREY
     of = (
         f"RMS of order 3, {_range(third)} grey levels over {len(third)} views; "
         f"{MAX_THIRD_GREY} are 5 % of a misfit whose rest is the thesis's"
@@ -372,10 +316,12 @@ def judge_third_marginal(results, options):
 @numbers("fig_3_9", needs=("fig_3_9",), evidence="rendered")
 def values_of_fits(results):
     """Misfits with zero, one and two harmonics, medians over the views."""
-    misfits = partial(profile_column, results["fig_3_9"], "linear", DATA_SHEET_GAMMA)
+    misfits = results["fig_3_9"].column(
+        "linear", DATA_SHEET_GAMMA, ("rms_0", "rms_1", "rms_2")
+    )
     return {
-        f"fig3_9_rms_h{k}": Value.of_seeds(misfits(f"rms_{k}"), "grey levels")
-        for k in range(3)
+        f"fig3_9_rms_h{k}": Value.of_seeds(misfit, "grey levels")
+        for k, misfit in enumerate(misfits)
     }
 
 
@@ -404,12 +350,12 @@ def judge_radiometric(results, options):
 def judge_offset(results):
     """Phase change below 1e-12 rad for offsets of up to 50 grey levels."""
     ran = results["exp_c3_offset_cancels"]
-    formula, decoder = (ran.column(f"{n}_rad").max() for n in ("formula", "decoder"))
+    formula, decoder = ran.column(("formula_rad", "decoder_rad")).max(axis=1)
     return Reading.of(
         HOLDS if formula < ROUNDING_RAD else FAILS,
         float(formula),
         "rad",
-        "largest change in double precision; the decoder, on pictures "
+        "largest change in double precision; the decoder, on images "
         f"of 8 bits, changes by {decoder:.1g} rad",
     )
 
@@ -418,10 +364,8 @@ def judge_offset(results):
 def judge_vignetting(results):
     """Phase change below 1e-12 rad for gains of 0.2 to 1."""
     ran = results["exp_c3_vignetting"]
-    formula, sixteen, eight = (
-        ran.column(f"{name}_rad").max()
-        for name in ("formula", "decoder_16", "decoder_8")
-    )
+    names = ("formula_rad", "decoder_16_rad", "decoder_8_rad")
+    formula, sixteen, eight = ran.column(names).max(axis=1)
     return Reading.of(
         HOLDS if formula < ROUNDING_RAD else FAILS,
         float(formula),
@@ -435,10 +379,8 @@ def judge_vignetting(results):
 def judge_gray_single(results):
     """Neighbours differ in one bit; one wrong at its edge moves by one cell."""
     ran = results["exp_c3_gray_single"].select()
-    changed, shift, elsewhere, binary = (
-        int(ran.column(name).max())
-        for name in ("bits_changed", "shift", "shift_elsewhere", "binary_shift")
-    )
+    names = ("bits_changed", "shift", "shift_elsewhere", "binary_shift")
+    changed, shift, elsewhere, binary = ran.column(names).max(axis=1).astype(int)
     return Reading.of(
         HOLDS if changed == 1 and shift <= 1 else FAILS,
         float(shift),
@@ -476,7 +418,7 @@ def judge_inverse(results, options):
     anywhere = (options["bit_edges"], options["bit_light"]) == ("anywhere", "even")
     # The inverse has twice the slope, and the noise of two pixels.
     expected = np.sqrt(2 * (1 + NOISE_OF_THRESHOLD[options["bit_threshold"]]))
-    doubt = f"; cannot hold as read: theory gives {expected:.2f}" if anywhere else ""
+    doubt = f"; cannot hold: theory gives {expected:.2f}" if anywhere else ""
     return Reading.of(
         UNDECIDED if decision == HOLDS and p >= SIGNIFICANCE else decision,
         ratio,
@@ -486,17 +428,26 @@ def judge_inverse(results, options):
     )
 
 
-def growth_gap(ran, less, more):
-    """Difference in growth by blooming between two errors: Estimate, px.
+def growth_gap(less, more):
+    """Difference in growth by blooming between two errors (2, trials): Estimate, px.
 
-    less, more: (method, exposure) or (method, exposure, name), as of `bloom_growth`.
+    Both errors are without and with blooming.
     """
-    growths = (with_worst(bloom_growth(ran, *one)) for one in (less, more))
+    growths = (with_worst(with_it - without) for without, with_it in (less, more))
     return bootstrap(
         lambda a, b: np.median(b, axis=-1) - np.median(a, axis=-1),
         *growths,
         paired=True,
     )
+
+
+def comparison(less, more):
+    """Wins with blooming, and gaps in growth, at every exposure.
+
+    less, more: errors (exposures, 2, trials) px, without and with blooming.
+    """
+    won = wins(list(zip(less[:, 1], more[:, 1], strict=True)))
+    return won, [growth_gap(*pair) for pair in zip(less, more, strict=True)]
 
 
 @claim(
@@ -508,16 +459,13 @@ def growth_gap(ran, less, more):
 def judge_blooming(results, options):
     """At the corners the active grid has the smaller error, and it grows less."""
     ran, grid = results["exp_c3_blooming"], CLIPPED[options["clipped_sines"]]
+    of_grid = ran.column(grid, EXPOSURES, SHARES, "rms_px")
     won, gaps = [], []
-    for method in CORNER_METHODS:
-        pairs = [
-            tuple(bloom_errors(ran, name, exposure, 1.0) for name in (grid, method))
-            for exposure in EXPOSURES
-        ]
-        won += wins(pairs)
-        gaps += [growth_gap(ran, (grid, e), (method, e)) for e in EXPOSURES]
+    for of_corners in ran.column(tuple(CORNER_METHODS), EXPOSURES, SHARES, "rms_px"):
+        more_won, more_gaps = comparison(of_grid, of_corners)
+        won, gaps = won + more_won, gaps + more_gaps
     ratios = [w.ratio.value for w in won]
-    located = (bloom_errors(ran, grid, e, 1.0, "share") for e in EXPOSURES)
+    located = ran.column(grid, EXPOSURES, SHARES[-1], "share").mean(axis=1)
     return Reading.of(
         all_of([w.decision for w in won] + [gap.above(0.0) for gap in gaps]),
         float(min(ratios)),
@@ -528,7 +476,7 @@ def judge_blooming(results, options):
         "growth by spilling, corner less active grid: "
         + ", ".join(f"{gap.value:.2g}" for gap in gaps)
         + " px; share of the corners that the grid located: "
-        + ", ".join(f"{np.mean(share):.2f}" for share in located),
+        + ", ".join(f"{share:.2f}" for share in located),
     )
 
 
@@ -536,26 +484,21 @@ def judge_blooming(results, options):
 def judge_midpoints(results):
     """Midpoints have a smaller error than edges of one image, and it grows less."""
     ran = results["exp_c3_blooming"]
-    pairs = [
-        tuple(
-            bloom_errors(ran, "edges", e, 1.0, n) for n in ("midpoint", "one picture")
-        )
-        for e in EXPOSURES
-    ]
-    won = wins(pairs)
-    gaps = [
-        growth_gap(ran, ("edges", e, "midpoint"), ("edges", e, "one picture"))
-        for e in EXPOSURES
-    ]
+    kinds = ("midpoint", "one picture")
+    midpoint, one = (ran.column("edges", EXPOSURES, SHARES, kind) for kind in kinds)
+    won, gaps = comparison(midpoint, one)
     ratios = [w.ratio.value for w in won]
-    errors = (f"{np.median(b):.2f} and {np.median(a):.2f}" for a, b in pairs)
+    errors = (
+        f"{np.median(b):.2f} and {np.median(a):.2f}"
+        for a, b in zip(midpoint[:, 1], one[:, 1], strict=True)
+    )
     return Reading.of(
         all_of([w.decision for w in won] + [gap.above(0.0) for gap in gaps]),
         float(min(ratios)),
         "1",
-        "smallest ratio of medians, one picture over midpoint; medians of both (px) "
+        "smallest ratio of medians, one image over midpoint; medians of both (px) "
         f"at 1.05 and 1.2 full wells: {', '.join(errors)}; growth by spilling, one "
-        f"picture less midpoint: {', '.join(f'{gap.value:.2g}' for gap in gaps)} px",
+        f"image less midpoint: {', '.join(f'{gap.value:.2g}' for gap in gaps)} px",
     )
 
 
@@ -564,14 +507,14 @@ def judge_twenty(results):
     """Twenty patterns, and every pixel of the display decoded to itself."""
     ran = results["exp_c3_20_patterns"].select()
     count = ran.column("patterns")
-    wrong, pixels = (int(ran.column(name).sum()) for name in ("not_own", "pixels"))
+    wrong, pixels = ran.column(("not_own", "pixels")).sum(axis=1).astype(int)
     holds = (ran.column("bits") == 3).all() and (count == 20).all() and wrong == 0
     return Reading.of(
         HOLDS if holds else FAILS,
         float(count.max()),
         "patterns",
         f"{wrong} of {pixels} pixels of {len(ran.conditions)} monitors are decoded to "
-        "another pixel's place, each from what is sent to the monitor in 8 bits",
+        "the position of another pixel, from the patterns as sent in 8 bits",
     )
 
 
