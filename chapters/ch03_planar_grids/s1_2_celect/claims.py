@@ -7,7 +7,7 @@ from chapters.ch03_planar_grids.s1_2_celect.experiment import (
     BROKEN,
     MIN_SQUARE_PX,
 )
-from chapters.ch03_planar_grids.s1_2_celect.report import THRESHOLDS
+from chapters.ch03_planar_grids.s1_2_celect.report import THRESHOLDS, interior
 from raxel.features.celect import CelectSettings
 from repro.run import (
     FAILS,
@@ -37,11 +37,6 @@ NAMES = {
     },
     "highest_fov": {f"{fov} deg": fov for fov in BIG_FOVS},
 }
-
-
-def interior(squares, border):
-    """Number of interior corners of a board with a border of `border` squares."""
-    return int(np.prod(np.array(squares) - 1 - 2 * border))
 
 
 def if_enough(trials, decision):

@@ -1,6 +1,6 @@
 """Answers to the exercises of section 3.1.2."""
 
-from chapters.ch03_planar_grids.s1_2_celect.claims import interior
+from chapters.ch03_planar_grids.s1_2_celect.report import interior
 from raxel.features.celect import CelectSettings
 
 

@@ -51,20 +51,14 @@ def percent(trials, *settings):
     return 100 * float(trials.column(*settings, "success").mean())
 
 
+ARRAYS = ("steps", "corners", "edges", "lines", "outer", "grid", "s", "image")
+
+
 class Run:
     """The arrays of a recorded run (`trials.recorded`)."""
 
     def __init__(self, result):
-        for name in (
-            "steps",
-            "corners",
-            "edges",
-            "lines",
-            "outer",
-            "grid",
-            "s",
-            "image",
-        ):
+        for name in ARRAYS:
             setattr(self, name, result.arrays(name)[0])
 
     def step(self, index):
@@ -108,6 +102,11 @@ THRESHOLDS = {
     "t7": ("corner_band", "px", "distance of candidates from the trace"),
     "t8": ("merge", "px", "distance of candidates that are averaged"),
 }
+
+
+def interior(squares, border):
+    """Number of interior corners of a board with a border of `border` squares."""
+    return int(np.prod(np.array(squares) - 1 - 2 * border))
 
 
 def line_ends(centre, radius, line):

@@ -237,17 +237,18 @@ def numbers_fig_3_5(results):
 
 def name_values(open_results):
     """Name the numbers that the page quotes."""
+    swept = {name: Swept(open_results(f"fig_3_5_{name}")) for name in METHODS}
     quoted = {}
-    for name in METHODS:
-        swept = Swept(open_results(f"fig_3_5_{name}"))
-        best = np.median(swept.flat, axis=0).argmin() // max(len(swept.blurs), 1)
-        quoted[f"{name}.window"] = float(swept.windows[best])
-        quoted[f"{name}.gain_median"] = 100 * gain_of_bins(swept, np.median).value
+    for name, one in swept.items():
+        best = np.median(one.flat, axis=0).argmin() // max(len(one.blurs), 1)
+        quoted[f"{name}.window"] = float(one.windows[best])
+        quoted[f"{name}.gain_median"] = 100 * gain_of_bins(one, np.median).value
     for name, option in (
         ("interior", "best interior blur"),
         ("middle", "middle of the sweep"),
     ):
-        ratios = ratio_of_one_blur(swept, swept.mid_range_blurs(option))
+        places = swept["saddle"].mid_range_blurs(option)
+        ratios = ratio_of_one_blur(swept["saddle"], places)
         worst = max(ratios, key=lambda ratio: ratio.value)
         quoted[f"{name}.most"] = rounded(worst.value, (worst.low, worst.high))
     for name, number in quoted.items():
@@ -277,6 +278,8 @@ def medians_of(swept):
 @figure("fig_3_5", needs=("fig_3_5_derivative", "fig_3_5_saddle"), evidence="rendered")
 def fig_3_5(results):
     """Histograms of the best setting, next to the median residual."""
+    from matplotlib.colors import LogNorm
+
     derivative, saddle = (Swept(results[f"fig_3_5_{name}"]) for name in METHODS)
     over = medians_of(saddle)
     rows = (
@@ -302,8 +305,6 @@ def fig_3_5(results):
             over.min(axis=0),
         ),
     )
-    from matplotlib.colors import LogNorm
-
     drawn, axes = new_figure(3, 2, height_in=9.0, sharex=True, sharey="row")
     cells = []
     all_medians = np.concatenate([row[4].ravel() for row in rows])

@@ -196,9 +196,11 @@ def ext_two_facets(results):
     """RMS error over the distance from the ridge."""
     result = results["exp_c3_interp_discontinuous"]
     drawn, axes = new_figure(height_in=3.2)
-    rows, places = [], result.arrays("from_ridge_px")
+    rows, places = [], np.concatenate(result.arrays("from_ridge_px"))
+    place = np.unique(places)
     for name, label in RIDGE_NAMES.items():
-        place, size = _over_trials(places, result.arrays(name, "by_column_mm"))
+        sizes = np.concatenate(result.arrays(name, "by_column_mm"))
+        size = np.array([np.median(sizes[places == p]) for p in place])
         # Rounding errors would be drawn as a line down to the axis.
         drawn_size = np.where(size < SHOWN_MM[0], np.nan, size)
         masked = np.flatnonzero(np.diff(place) > 1) + 1
@@ -221,13 +223,6 @@ def ext_two_facets(results):
         "ends, all corners belong to the pixel's own mirror and the error is "
         "rounding.",
     )
-
-
-def _over_trials(places, sizes):
-    """Positions (n,) and the median (n,) over trials at each of them."""
-    place, size = np.concatenate(places), np.concatenate(sizes)
-    each = np.unique(place)
-    return each, np.array([np.median(size[place == p]) for p in each])
 
 
 # The claims of section 3.2.1.

@@ -9,9 +9,7 @@ from chapters.ch03_planar_grids.s3_1_robustness.report import (
     Under,
     full_range_levels,
     largest_errors,
-    levels_of,
     limit,
-    min_distance,
     sweeps_under,
 )
 from chapters.shared.grids import (
@@ -127,7 +125,7 @@ def reliable_up_to(result, name, share):
     0 if the first level does not.
     """
     last = 0
-    for level in levels_of(result, name):
+    for level in result.levels(name):
         if result.column("success", **{name: level}).mean() < share:
             break
         last = level
@@ -194,7 +192,7 @@ def judge_perspective_limit(results, options):
     text fail by construction and are not tested.
     """
     result = under(results["fig_3_11_yaw"], options)
-    yaws = [yaw for yaw in levels_of(result, "yaw_deg") if yaw <= 40]
+    yaws = [yaw for yaw in result.levels("yaw_deg") if yaw <= 40]
     rates = {yaw: rate(result, yaw_deg=yaw) for yaw in yaws}
     least = min(rates, key=lambda yaw: rates[yaw].value)
     return Reading.of(
@@ -236,7 +234,8 @@ def judge_pitch_limit(results, options):
 def judge_pitch_distance(results, options):
     """With squares of 50 px the nearest corners are 10 to 14 px apart."""
     name = DISTANCES[options["corner_distance"]]
-    apart = min_distance(results["fig_3_11_square"], name)
+    square = results["fig_3_11_square"]
+    apart = float(square.column(name, squares_across=TEXT_SQUARES)[0])
     return Reading.of(
         HOLDS if 10 <= apart <= 14 else FAILS,
         Estimate(apart, apart, apart),
@@ -256,7 +255,7 @@ def judge_small_square_fail(results, options):
     from scipy.optimize import isotonic_regression
 
     result = under(results["fig_3_11_square"], options)
-    across = levels_of(result, "squares_across")[::-1]
+    across = np.array(result.levels("squares_across"))[::-1]
     right = np.array(
         [result.column("success", squares_across=n).mean() for n in across]
     )
@@ -286,7 +285,7 @@ def judge_small_square_fail(results, options):
 def judge_fisheye_fail(results, options):
     """Below 0.5 somewhere beyond 134 deg."""
     result = under(results["fig_3_11_fov"], options)
-    fovs = [fov for fov in levels_of(result, "fov_deg") if fov > DEFAULTS["fov_deg"]]
+    fovs = [fov for fov in result.levels("fov_deg") if fov > DEFAULTS["fov_deg"]]
     rates = {fov: rate(result, fov_deg=fov) for fov in fovs}
     broken = [found.below(FAILURE_RATE) for found in rates.values()]
     some = UNDECIDED if UNDECIDED in broken else FAILS

@@ -69,11 +69,6 @@ def sweeps_under(results, smoothing, sweeps=tuple(SWEEPS)):
     return {s: Under(results[f"fig_3_11_{s}"], smoothing) for s in sweeps}
 
 
-def levels_of(result, name, **other):
-    """Levels (n,) along a sweep, in the order of the run."""
-    return np.array(result.levels(name, **other))
-
-
 def full_range_levels(sweeps):
     """(result, condition) of every level at full contrast, each condition once.
 
@@ -147,7 +142,7 @@ def bracketed(before, first, unit, reason):
 
 def smallest_square(result):
     """(square px, least spacing px) of the smallest square without failure."""
-    across = levels_of(result, "squares_across")
+    across = result.levels("squares_across")
     kept = [n for n in across if result.column("success", squares_across=n).min() == 1]
     if not kept:
         return np.nan, np.nan
@@ -155,17 +150,12 @@ def smallest_square(result):
     return float(SIZE_PX / max(kept)), float(spacing[0])
 
 
-def min_distance(result, name="least_px"):
-    """Smallest distance of corners (px) with the squares of the text."""
-    return float(result.column(name, squares_across=TEXT_SQUARES)[0])
-
-
 def degrading_blur(result):
     """(level before, first blur SD in px whose outcome is worse than 1 px's).
 
     Worse: a fifth fewer successes, or a mean error 1.25 times as large.
     """
-    levels = [b for b in levels_of(result, "blur_px") if b >= 1]
+    levels = [b for b in result.levels("blur_px") if b >= 1]
     right = [result.column("success", blur_px=b).mean() for b in levels]
     means = [
         np.nanmedian(result.column("mean_px", blur_px=b)) if right[k] else np.inf
@@ -184,7 +174,9 @@ def numbers_fig_3_11(results):
     noise = results["fig_3_11_noise"]
     ran, default = noise.settings, noise.settings["defaults"]
     square, spacing = smallest_square(swept[PRIMARY]["square"])
-    of_text = min_distance(results["fig_3_11_square"])
+    (of_text, *_) = results["fig_3_11_square"].column(
+        "least_px", squares_across=TEXT_SQUARES
+    )
     before, blurred = degrading_blur(swept[PRIMARY]["blur"])
     largest = {
         name: float(largest_errors(sweeps_under(results, name, WITHOUT_BLUR)).max())
@@ -297,20 +289,19 @@ def name_values(open_results):
         open_results(f"fig_3_11_{s}") for s in ("noise", "yaw", "square", "localised")
     )
     weak = OTHERS[0]
+    right, weak_right = (
+        Under(square, smoothing).column("success", squares_across=TEXT_SQUARES)
+        for smoothing in (PRIMARY, weak)
+    )
     quoted = {
         "weak.noise.lost": level_text(limit(Under(noise, weak), "noise_sd", **FULL)[1]),
         "weak.yaw.lost": level_text(limit(Under(yaw, weak), "yaw_deg")[1]),
-        "share.square_50": success_of_text_squares(Under(square, PRIMARY)),
-        "weak.square_50": success_of_text_squares(Under(square, weak)),
+        "share.square_50": 100 * float(right.mean()),
+        "weak.square_50": 100 * float(weak_right.mean()),
         "full_window.reach": farthest_start(localised, "full window"),
     }
     for name, number in quoted.items():
         value(name, number)
-
-
-def success_of_text_squares(result):
-    """Share of correct boards, in percent, with the squares of the text."""
-    return 100 * float(result.column("success", squares_across=TEXT_SQUARES).mean())
 
 
 # Why a rotated board fails: candidates on side 1 and the distance t8.
@@ -516,8 +507,8 @@ def _draw_sweep(pair, result, sweep):
     rows = []
     for index, smoothing in enumerate(SMOOTHINGS):
         one = Under(result, smoothing)
-        levels = levels_of(one, SWEEPS[sweep], levels="full range")
-        x = SIZE_PX / levels if sweep == "square" else levels.astype(float)
+        levels = np.array(one.levels(SWEEPS[sweep], levels="full range"), float)
+        x = SIZE_PX / levels if sweep == "square" else levels
         found = np.array(
             [_row(one, {SWEEPS[sweep]: v, "levels": "full range"}) for v in levels]
         )
