@@ -147,7 +147,7 @@ from repro.run import Plan, experiment
 # fixed before the runs (`active_grid` and `radiometric` in the registry).
 
 # %%
-SEEDS = {"quick": 1, "full": 3}
+RUNS = {"quick": 1, "full": 3}
 
 
 # %%
@@ -156,7 +156,7 @@ def profiles(effort):
     """One period of the imaged sine for several gammas and two cameras."""
     condition = {"coarseness": COARSENESS[effort], "gammas": GAMMAS[effort]}
     settings = {"amplitude_grey": AMPLITUDE_GREY}
-    return Plan(profile_trial, [condition], SEEDS[effort], settings)
+    return Plan(profile_trial, [condition], RUNS[effort], settings)
 
 
 # %% tags=["active-ipynb"]
