@@ -80,7 +80,8 @@ from repro.run import Plan, experiment
 # - *Equidistance law*: $r = f\theta$, with image radius $r$, focal length $f$
 #   and angle $\theta$ from the axis.
 # - *Residual*: the distance that remains in the *corrected view*, the undistorted
-#   (rectilinear) image, after a homography onto the known positions.
+#   (rectilinear) image, after a homography onto the known positions. It takes
+#   the place of the reprojection error, which a ray table does not have.
 # - *Exact rays*: those of the simulated camera. Their residual is the noise of
 #   the scored points alone.
 # - *Fresh noise*: a held-out measurement of the first grid.

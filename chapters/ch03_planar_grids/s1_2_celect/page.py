@@ -73,7 +73,8 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## Terms
 #
-# - *CELECT*: corner extraction by local edge contour tracing.
+# - *CELECT*: corner extraction by local edge contour tracing, for chessboards
+#   (checkerboards).
 # - *Correct board*: every corner has the right index and is within 8 px of
 #   its true position.
 # - $c_1 \dots c_4$: detected corners nearest to the clicks, clockwise.

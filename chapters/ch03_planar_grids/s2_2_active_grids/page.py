@@ -72,7 +72,7 @@ from repro.run import Plan, experiment
 #
 # ## Terms
 #
-# - *Active grid*: phase-shift structured light on a monitor.
+# - *Active grid*: phase-shift structured light on a monitor, as in deflectometry.
 # - *Cell*: one of 8 stripes along an axis, of width $w$, one period of the sines.
 # - *Gray code*: stripes that number the cells with three bits. *Inverse*: the
 #   pattern with black and white exchanged.
