@@ -7,7 +7,7 @@ import pytest
 
 from chapters.shared.central import noise as bench_noise
 from chapters.shared.central.noise import (
-    BENCH,
+    MATCHED,
     NOISES,
     SWEPT,
     DecodingNoise,
@@ -115,7 +115,7 @@ def test_a_verdict_that_the_factor_decides_is_left_open(turned):
 def test_a_verdict_on_one_side_of_its_bound_stands():
     for side in (True, False):
         made = over_the_sweep(Case(QUESTIONS), reading_at, lambda noise, s=side: s)
-        assert made == reading_at(BENCH)
+        assert made == reading_at(MATCHED)
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ def test_rays_of_every_camera_start_in_one_point_and_give_it_back(name):
     assert np.abs(off).max() < 1e-9
     found = s1_1_page.exact_trial({"camera": name}, rng)
     assert max(found.values()) < 1e-8
-    assert pinholes.picture_trial({"camera": name}, rng)["residual"] < 1e-11
+    assert pinholes.image_trial({"camera": name}, rng)["residual"] < 1e-11
 
 
 def test_a_camera_without_distortion_is_interpolated_exactly():

@@ -6,12 +6,12 @@ import yaml
 
 from chapters.shared.central.decoding_errors import (
     DecodingErrors,
-    drawn_again,
     lattice_rays,
     measured_errors,
+    redrawn_lattice,
     true_lattice,
 )
-from chapters.shared.central.sets import seen_grids, true_camera
+from chapters.shared.central.sets import scored_grids, true_camera
 from chapters.shared.rigs import RIGS
 from raxel.lab import load_rig, render_set
 
@@ -26,7 +26,7 @@ def seen(tmp_path_factory):
     path.write_text(yaml.safe_dump(data), "utf-8")
     render_set(load_rig(path), folder / "set", 0)
     rays, shape = lattice_rays(true_camera(folder / "set"), 1)
-    (grid,) = seen_grids(folder / "set")
+    (grid,) = scored_grids(folder / "set")
     points, cosine = true_lattice(rays, shape, grid.T_camera_grid, (376.9, 301.5))
     np.testing.assert_allclose(points, grid.points, atol=1e-4)
     return grid, cosine
@@ -35,7 +35,7 @@ def seen(tmp_path_factory):
 def test_what_is_drawn_again_is_like_what_was_rendered(seen):
     grid, cosine = seen
     found = measured_errors([seen])
-    again = drawn_again(found, grid.points, cosine, np.random.default_rng(1))
+    again = redrawn_lattice(found, grid.points, cosine, np.random.default_rng(1))
     here = grid.decoded.mask & np.isfinite(again[..., 0])
     assert here.sum() > 0.95 * grid.decoded.mask.sum()
     real = (grid.decoded.location - grid.points)[here]
@@ -62,7 +62,7 @@ def test_a_lattice_with_gaps_has_the_likeness_of_its_distance():
         0.01, np.array([[30.0, 30.0]]), np.ones(2),
     )  # fmt: skip
     points = np.full((400, 500, 2), 100.0)
-    drawn = drawn_again(
+    drawn = redrawn_lattice(
         errors, points, np.ones((400, 500)), np.random.default_rng(2), step=3
     )
     off = drawn - points

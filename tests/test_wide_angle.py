@@ -23,7 +23,7 @@ def test_clean_points_lie_on_the_rays_ahead_of_the_camera(camera):
     assert np.abs(off).max() < 1e-9 * np.abs(reach).max()
     normals = scene.T_base_grid[:, :3, 2]
     incidence = np.abs(scene.directions @ normals.T)
-    assert incidence.min() >= scene_of.LEAST_INCIDENCE
+    assert incidence.min() >= scene_of.MIN_INCIDENCE
 
 
 def test_circle_shows_the_field_of_view():

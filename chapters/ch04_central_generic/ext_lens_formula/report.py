@@ -24,45 +24,33 @@ TITLES = {
     "mirror": "mirror, decentred",
     "pupil": "fisheye, moving pupil",
 }
-# What the prose quotes: lens and model.
-QUOTED = (
-    ("fisheye", "kannala-brandt"),
-    ("mirror", "unified"),
-    ("mirror", "kannala-brandt"),
-    ("pupil", "kannala-brandt"),
-    ("pupil", "pupil"),
-)
 
 
 def error(result, lens, model):
     """Return the median held-out error (px) over trials, an Estimate."""
-    return median_interval(result.column(f"{model}.rms_px", lens=lens))
+    return median_interval(result.column(model, "rms_px", lens=lens))
 
 
 def ring_errors(result, lens, model):
     """Return the median errors (px) in rings about the image centre; NaN if empty."""
-    rings = np.array(result.arrays(f"{model}.ring_px", lens=lens))
+    rings = np.array(result.arrays(model, "ring_px", lens=lens))
     if not len(rings):
         return None
     known = np.isfinite(rings).any(axis=0)
     return np.where(known, np.nanmedian(np.where(known, rings, 0.0), axis=0), np.nan)
 
 
-def moved(result, lens):
-    """Return the number of trials in which the test finds a pupil shift."""
-    return int(np.nansum(result.column("pupil.test.moves", lens=lens)))
-
-
-def shift(result, lens):
-    """Return the median pupil shift (mm), an Estimate."""
-    return median_interval(result.column("pupil.test.shift_mm", lens=lens))
-
-
 def name_values(open_results):
     """Name the numbers of the prose."""
     result = open_results("ext_lens_known")
     value("trials", result.trials_per_condition)
-    for lens, model in QUOTED:
+    for lens, model in (
+        ("fisheye", "kannala-brandt"),
+        ("mirror", "unified"),
+        ("mirror", "kannala-brandt"),
+        ("pupil", "kannala-brandt"),
+        ("pupil", "pupil"),
+    ):
         value(f"{lens}.{model}", error(result, lens, model).value)
 
 
@@ -103,25 +91,25 @@ def lens_formula(results):
 def lens_formula_table(results):
     """Median errors of every model on every known lens."""
     result = results["ext_lens_known"]
+    tests = [
+        result.column("pupil.test", ("moves", "shift_mm"), lens=lens) for lens in LENSES
+    ]
+    errors = {
+        f"{NAMES[model]} (px)": [
+            Measured(*error(result, lens, model)[:3]) for lens in LENSES
+        ]
+        for model in MODELS
+    }
     return Table(
         {
             "Lens": [TITLES[lens] for lens in LENSES],
-            **{
-                f"{NAMES[model]} (px)": [
-                    _measured(error(result, lens, model)) for lens in LENSES
-                ]
-                for model in MODELS
-            },
-            "Pupil shift found (trials)": [moved(result, lens) for lens in LENSES],
+            **errors,
+            "Pupil shift found (trials)": [int(np.nansum(moves)) for moves, _ in tests],
             "Trials": [result.trials_per_condition for _ in LENSES],
-            "Pupil shift (mm)": [_measured(shift(result, lens)) for lens in LENSES],
+            "Pupil shift (mm)": [Measured.median(shift) for _, shift in tests],
         },
         "RMS error on exact held-out boards, medians over trials with 95 % "
         "intervals. The fitted corners have 0.1 px noise. The pupil shift is "
         "that from the axis to the largest angle in the data, 0 where the test "
         "finds none.",
     )
-
-
-def _measured(found):
-    return Measured(*found[:3])

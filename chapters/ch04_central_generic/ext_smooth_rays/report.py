@@ -2,8 +2,7 @@
 
 from chapters.ch04_central_generic.ext_smooth_rays.experiment import CONDITIONS, METHODS
 from repro.page import legend_below, look_of, new_figure, plot_estimates, value
-from repro.run import Drawing, Measured, Table, figure, median_interval, table
-from repro.run import columns as as_csv
+from repro.run import Drawing, Measured, Table, columns, figure, median_interval, table
 
 # Names of the methods, and the numbers that the page quotes.
 
@@ -15,32 +14,26 @@ NAMES = {
     "direct": "adjusted directly",
 }
 NOISES = (0.25, 0.5, 1.0)
-USUAL = {"lens": "bent", "noise": 0.5, "grids": 3}
-MANY = {"lens": "bent", "noise": 0.5, "grids": 10}
 
 
-def median(result, name, **condition):
+def median(result, method, measure, **condition):
     """Return the median over trials, an Estimate."""
-    return median_interval(result.column(name, **condition))
+    return median_interval(result.column(method, measure, **condition))
 
 
 def name_values(open_results):
-    """Name the numbers of the prose."""
+    """Name the numbers of the prose: bent lens, 0.5 px, three grids or ten (many)."""
     runs = open_results("ext_smooth_rays_runs")
-    quoted = {
-        "usual": (
-            "table.left_px",
-            "smooth.left_px",
-            "smooth.off_px",
-            "smooth.normalised",
-            "direct.normalised",
-        ),
-        "many": ("smooth.off_px",),
-    }
-    conditions = {"usual": USUAL, "many": MANY}
-    for what, names in quoted.items():
-        for name in names:
-            value(f"{what}.{name}", median(runs, name, **conditions[what]).value)
+    for name, method, measure, grids in (
+        ("usual", "table", "left_px", 3),
+        ("usual", "smooth", "left_px", 3),
+        ("usual", "smooth", "off_px", 3),
+        ("usual", "smooth", "normalised", 3),
+        ("usual", "direct", "normalised", 3),
+        ("many", "smooth", "off_px", 10),
+    ):
+        found = median(runs, method, measure, lens="bent", noise=0.5, grids=grids)
+        value(f"{name}.{method}.{measure}", found.value)
 
 
 # Ray errors of tables and fields.
@@ -60,9 +53,8 @@ def smooth_rays_figure(results):
     rows = []
     for axes, (measure, (title, label)) in zip(panels, MEASURES.items(), strict=True):
         for method in METHODS:
-            name = f"{method}.{measure}"
             found = [
-                median(result, name, lens="bent", noise=noise, grids=3)
+                median(result, method, measure, lens="bent", noise=noise, grids=3)
                 for noise in NOISES
             ]
             look = {"look": look_of(NAMES[method]), "label": NAMES[method]}
@@ -74,7 +66,7 @@ def smooth_rays_figure(results):
     legend_below(drawn, panels[0], ncols=4)
     return Drawing(
         drawn,
-        as_csv(("measure", "method", "noise_px", "median", "low", "high"), rows),
+        columns(("measure", "method", "noise_px", "median", "low", "high"), rows),
         "Ray errors against noise for four models: the ray table, the radial law "
         "fitted to it, the law with a smooth field fitted to the table, and the "
         "field adjusted together with the grid poses. Bent lens, three grids. "
@@ -96,22 +88,22 @@ def smooth_rays_honest_table(results):
     """Errors of all methods, and squared errors relative to the predicted ones."""
     result = results["ext_smooth_rays_runs"]
 
-    def cells(name):
-        return [Measured(*median(result, name, **c)[:3]) for c in CONDITIONS]
+    def cells(method, measure):
+        return [Measured(*median(result, method, measure, **c)[:3]) for c in CONDITIONS]
 
-    columns = {
-        "Lens": [c["lens"] for c in CONDITIONS],
-        "Noise (px)": [c["noise"] for c in CONDITIONS],
-        "Grids": [c["grids"] for c in CONDITIONS],
-    }
-    for method in METHODS:
-        columns[f"{NAMES[method]} (px)"] = cells(f"{method}.off_px")
-    for method in ("smooth", "direct"):
-        columns[f"squared error / predicted, {NAMES[method]}"] = cells(
-            f"{method}.normalised"
-        )
     return Table(
-        columns,
+        {
+            "Lens": [c["lens"] for c in CONDITIONS],
+            "Noise (px)": [c["noise"] for c in CONDITIONS],
+            "Grids": [c["grids"] for c in CONDITIONS],
+            **{f"{NAMES[method]} (px)": cells(method, "off_px") for method in METHODS},
+            **{
+                f"squared error / predicted, {NAMES[method]}": cells(
+                    method, "normalised"
+                )
+                for method in ("smooth", "direct")
+            },
+        },
         "Distance in the image after one rotation of all rays (RMS over 999 "
         "rays), and squared errors relative to the predicted variances (1 if "
         "the predictions are correct): medians over "

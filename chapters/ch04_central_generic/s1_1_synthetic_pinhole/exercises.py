@@ -11,15 +11,15 @@ TILT_DEG = 30.0
 HIT_MM = np.array([120.0, -80.0, -250.0])
 
 
-def picture_task():
+def image_task():
     """The ray from (120, -80, -250) to the centre crosses z = 0 after 250 of 750 mm,
     a third of the path, so x is two thirds of its value."""
     return {
-        "expected": picture_x,
+        "expected": image_x,
         "hint": "which part of the path to the centre is below the base grid?",
         "slips": {
             "That is the x of the point itself.": lambda: HIT_MM[0],
-            "That is the change of x along the ray.": lambda: HIT_MM[0] - picture_x(),
+            "That is the change of x along the ray.": lambda: HIT_MM[0] - image_x(),
         },
     }
 
@@ -51,7 +51,7 @@ def radius_task():
     }
 
 
-def picture_x():
+def image_x():
     """x (mm) on the base grid of the point HIT_MM."""
     share = -HIT_MM[2] / (CENTRE_MM[2] - HIT_MM[2])
     return float(HIT_MM[0] + share * (CENTRE_MM[0] - HIT_MM[0]))

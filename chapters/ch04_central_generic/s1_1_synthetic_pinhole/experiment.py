@@ -9,7 +9,7 @@ import numpy as np
 
 from chapters.shared.central import (
     CENTRE_MM,
-    LEAST_INCIDENCE,
+    MIN_INCIDENCE,
     PRINCIPAL,
     RADIUS_PX,
     RAYS,
@@ -108,7 +108,7 @@ def draw_points(draw, T_base_grid, rng):
         origins, directions = draw(rng)
         hits = [intersect_rays_plane(origins, directions, T) for T in T_base_grid]
         seen = [
-            hit.valid & (np.abs(directions @ T[:3, 2]) >= LEAST_INCIDENCE)
+            hit.valid & (np.abs(directions @ T[:3, 2]) >= MIN_INCIDENCE)
             for hit, T in zip(hits, T_base_grid, strict=True)
         ]
         points = np.stack([hit.points for hit in hits], axis=1)
@@ -124,7 +124,7 @@ FIELDS_DEG = {"quick": [60, 150], "full": [60, 90, 120, 150]}
 NOISE_PX = 0.5
 
 
-def picture_trial(condition, rng):
+def image_trial(condition, rng):
     """Residual of the homography from each grid to the base grid."""
     points = draw_points(camera_of(condition["camera"]), draw_poses(rng), rng)
     largest, in_mm = [], []
@@ -138,9 +138,9 @@ def picture_trial(condition, rng):
 
 
 @experiment("exp_c4_synth_pinhole", artefact="fig_4_1")
-def synthetic_pictures(effort):
+def synthetic_images(effort):
     """Noise-free cameras: test for a pinhole image on the base grid."""
-    return Plan(picture_trial, crossed(camera=CAMERAS), TRIALS[effort], SETTINGS)
+    return Plan(image_trial, crossed(camera=CAMERAS), TRIALS[effort], SETTINGS)
 
 
 def centre_error(solver, points):

@@ -9,7 +9,7 @@
 # %%
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.exercises import (
     focal_task,
-    picture_task,
+    image_task,
     radius_task,
 )
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.experiment import (
@@ -189,7 +189,7 @@ def exact_centres(effort):
 # coordinate of the image of the point $(120, -80, -250)$ on the base grid, in mm?
 
 # %% tags=["active-ipynb"]
-# check(None, **picture_task())
+# check(None, **image_task())
 
 # %% [markdown]
 # **2.** What is the focal length in the matrix $K$ of this synthetic camera, in mm and

@@ -33,46 +33,28 @@ SVD_CONDITIONS = {
 def name_values(open_results):
     """Name the numbers that the prose quotes."""
     minimal = open_results("exp_c4_min_triplets")
-    spoilt = open_results("exp_c4_ransac_h")
-    svd = precision_ratio(
-        open_results("exp_c4_svd_precision"), **SVD_CONDITIONS["noisy, normalised"]
-    )
-    found = {
-        "four_mm": largest(minimal, "length_mm", rays=4),
-        "scenes": minimal.trials_per_condition,
-        "ransac_most": largest_with_ransac(spoilt),
-        "svd.noisy, normalised": svd.value,
-    }
-    for name, number in found.items():
-        value(name, number)
-
-
-def largest_with_ransac(spoilt):
-    """Return the largest ratio of the errors with outliers (RANSAC) and without."""
-    ratios = [
-        ratio_of_medians(spoilt, "ransac_mm", "clean_mm", **c)
-        for c in spoilt.conditions
-    ]
+    value("four_mm", with_worst(minimal.column("length_mm", rays=4)).max())
+    value("scenes", minimal.trials_per_condition)
+    ratios = over_clean(open_results("exp_c4_ransac_h"), "ransac_mm")
     worst = max(ratios, key=lambda ratio: ratio.value)
-    return rounded(worst.value, (worst.low, worst.high))
+    value("ransac_most", rounded(worst.value, (worst.low, worst.high)))
+    svd = precision_ratio(open_results("exp_c4_svd_precision"), "noisy, normalised")
+    value("svd.noisy, normalised", svd.value)
 
 
-def largest(found, name, **condition):
-    """Return the largest error over trials; a failed trial counts as infinite."""
-    return float(with_worst(found.column(name, **condition)).max())
+def over_clean(result, name):
+    """Return the ratio of medians to the error without outliers, at every noise."""
+    return [
+        median_ratio(*result.column((name, "clean_mm"), **condition), paired=True)
+        for condition in result.conditions
+    ]
 
 
-def ratio_of_medians(found, one, other, **condition):
-    """Return the ratio of the medians of two errors of the same trials, an Estimate."""
-    a, b = (found.column(name, **condition) for name in (one, other))
-    return median_ratio(a, b, paired=True)
-
-
-def precision_ratio(found, **condition):
+def precision_ratio(result, pairs):
     """Return the residual in single over that in double precision, an Estimate."""
-    return ratio_of_medians(
-        found, "single_residual_mm", "double_residual_mm", **condition
-    )
+    names = ("single_residual_mm", "double_residual_mm")
+    errors = result.column(names, **SVD_CONDITIONS[pairs])
+    return median_ratio(*errors, paired=True)
 
 
 # Table on the precision of the SVD.
@@ -81,7 +63,7 @@ def precision_ratio(found, **condition):
 @table("ext_svd_precision", needs=("exp_c4_svd_precision",), evidence="synthetic")
 def ext_svd_precision(results):
     """Residuals and errors of 20 000 pairs in two precisions."""
-    found = results["exp_c4_svd_precision"]
+    result = results["exp_c4_svd_precision"]
     heads = {
         "Residual, single (mm)": "single_residual_mm",
         "Residual, double (mm)": "double_residual_mm",
@@ -91,8 +73,8 @@ def ext_svd_precision(results):
     rows = [
         (
             pairs,
-            *(float(np.median(found.column(key, **c))) for key in heads.values()),
-            Measured(*precision_ratio(found, **c)[:3]),
+            *np.median(result.column(tuple(heads.values()), **c), axis=-1).tolist(),
+            Measured(*precision_ratio(result, pairs)[:3]),
         )
         for pairs, c in SVD_CONDITIONS.items()
     ]
@@ -108,27 +90,23 @@ def ext_svd_precision(results):
 # Tests of the claims of section 4.1.2, as the registry states them.
 
 
-EXACT = 1e-6
 FULL_RANK = 8
-WITH_RANSAC, WITHOUT = 1.2, 5.0
-SVD_RATIO = 10.0
 
 
 @claim("c4_min_triplets", needs=("exp_c4_min_triplets",), evidence="analytic")
 def judge_minimum(results):
     """Exact from four rays; with three, each homography lacks two equations."""
-    found = results["exp_c4_min_triplets"]
-    length = largest(found, "length_mm", rays=4)
-    angle = largest(found, "angle_rad", rays=4)
-    ranks = found.column("rank", rays=3)
-    refused = np.isnan(found.column("length_mm", rays=3)).all()
-    holds = max(length, angle) < EXACT and ranks.max() < FULL_RANK and refused
+    result = results["exp_c4_min_triplets"]
+    errors = with_worst(result.column(("length_mm", "angle_rad"), rays=4))
+    length, angle = errors.max(axis=1).tolist()
+    ranks, three_mm = result.column(("rank", "length_mm"), rays=3)
+    without = ranks.max() < FULL_RANK and np.isnan(three_mm).all()
     return Reading.of(
-        holds,
+        bool(max(length, angle) < 1e-6 and without),
         length,
         "mm",
         f"largest error of a length from four rays in "
-        f"{found.trials_per_condition} scenes; of an angle {angle:.1g} "
+        f"{result.trials_per_condition} scenes; of an angle {angle:.1g} "
         f"rad. With three rays a homography has {ranks.max():.0f} "
         f"independent equations for {FULL_RANK} unknowns",
     )
@@ -137,22 +115,17 @@ def judge_minimum(results):
 @claim("c4_ransac_h", needs=("exp_c4_ransac_h",), evidence="synthetic")
 def judge_ransac(results):
     """At every level: 1.2 x at most with RANSAC, more than 5 x without."""
-    found = results["exp_c4_ransac_h"]
-    kept, spoilt = (
-        [ratio_of_medians(found, name, "clean_mm", **c) for c in found.conditions]
-        for name in ("ransac_mm", "spoilt_mm")
-    )
-    decision = all_of(
-        [r.below(np.nextafter(WITH_RANSAC, 2)) for r in kept]
-        + [r.above(WITHOUT) for r in spoilt]
-    )
+    result = results["exp_c4_ransac_h"]
+    kept, spoilt = (over_clean(result, name) for name in ("ransac_mm", "spoilt_mm"))
+    decisions = [r.below(np.nextafter(1.2, 2)) for r in kept]
+    decisions += [r.above(5.0) for r in spoilt]
     worst = max(kept, key=lambda ratio: ratio.high)
-    least = min(spoilt, key=lambda ratio: ratio.low)
+    smallest = min(spoilt, key=lambda ratio: ratio.low)
     without = "most trials give no centre at all"
-    if np.isfinite(least.value):
-        without = f"{least.value:.3g} at least (from {least.low:.3g})"
+    if np.isfinite(smallest.value):
+        without = f"{smallest.value:.3g} at least (from {smallest.low:.3g})"
     return Reading.of(
-        decision,
+        all_of(decisions),
         worst,
         "1",
         "error with RANSAC over the error without outliers, at the worst of "
@@ -168,12 +141,11 @@ def judge_ransac(results):
 )
 def judge_precision(results, options):
     """Single over double precision, in each of the four conditions."""
-    found = results["exp_c4_svd_precision"]
-    condition = SVD_CONDITIONS[options["svd_condition"]]
-    ratio = precision_ratio(found, **condition)
-    single = np.median(found.column("single_residual_mm", **condition))
+    result, pairs = results["exp_c4_svd_precision"], options["svd_condition"]
+    ratio = precision_ratio(result, pairs)
+    single = np.median(result.column("single_residual_mm", **SVD_CONDITIONS[pairs]))
     return Reading.of(
-        ratio.above(SVD_RATIO),
+        ratio.above(10.0),
         ratio,
         "1",
         f"the residual in single precision is {single:.2g} mm",
@@ -187,12 +159,8 @@ def judge_precision(results, options):
 )
 def values_of_the_minimum(results):
     """Unknowns that two homographies determine; smallest number of rays."""
-    found = results["exp_c4_min_triplets"]
-    enough = [
-        c["rays"]
-        for c in found.conditions
-        if (found.column("rank", **c) == FULL_RANK).all()
-    ]
+    by_rays = results["exp_c4_min_triplets"].by("rays").items()
+    enough = [n for n, found in by_rays if (found.column("rank") == FULL_RANK).all()]
     determined = results["sec_4_1_2_unknowns"].column("determined")
     return {
         "s4_1_2_triplets": Value(float(min(enough))),

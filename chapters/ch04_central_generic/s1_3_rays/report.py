@@ -18,54 +18,37 @@ from repro.run import (
 # Estimates for the figure and the prose of section 4.1.3.
 
 
-VARIANCE, ALONE = "variance", "linear grids alone"
+VARIANCE = "variance"
 
 
 def ray_error(result, weights, domain, posed):
     """Return the median error of the rays (mm) with some weights, an Estimate."""
-    return median_interval(result.column(f"ray_mm.{posed}.{weights}", domain=domain))
+    return median_interval(result.column("ray_mm", posed, weights, domain=domain))
 
 
-def best_factor(result, domain, posed):
-    """Return the factor of FACTORS with the smallest median error."""
-    found = [
-        ray_error(result, f"{factor:g}", domain, posed).value for factor in FACTORS
-    ]
-    return FACTORS[int(np.argmin(found))]
-
-
-def error_ratio(result, weights, other, posed):
-    """Return the ratio of the median errors with two weights, as text.
-
-    Both come from the same trials, with image noise.
-    """
-    errors = (
-        result.column(f"ray_mm.{posed}.{name}", domain="px")
-        for name in (weights, other)
-    )
-    ratio = median_ratio(*errors, paired=True)
-    return rounded(ratio.value, (ratio.low, ratio.high))
+def factor_errors(result, domain, posed):
+    """Return `ray_error` of every weight of FACTORS."""
+    return [ray_error(result, f"{factor:g}", domain, posed) for factor in FACTORS]
 
 
 def name_values(open_results):
-    """Name the numbers that the prose quotes."""
+    """Name the numbers that the prose quotes; image noise."""
     result = open_results("ext_ray_weights_trials")
     few, many = POSED[0], POSED[-1]
-    best = {
-        "few": best_factor(result, "px", few),
-        "many": best_factor(result, "px", many),
-    }
-    found = {
-        **{f"factor.{name}": factor for name, factor in best.items()},
-        "few.one": error_ratio(result, "1", f"{best['few']:g}", few),
-        "many.gain": error_ratio(result, f"{best['many']:g}", VARIANCE, many),
-        **{
-            f"many.{weights}": ray_error(result, weights, "px", many).value
-            for weights in (VARIANCE, ALONE)
-        },
-    }
-    for name, number in found.items():
-        value(name, number)
+    best = {}
+    for name, posed in (("few", few), ("many", many)):
+        errors = [found.value for found in factor_errors(result, "px", posed)]
+        best[name] = FACTORS[int(np.argmin(errors))]
+        value(f"factor.{name}", best[name])
+    for name, posed, weights in (
+        ("few.one", few, ("1", f"{best['few']:g}")),
+        ("many.gain", many, (f"{best['many']:g}", VARIANCE)),
+    ):
+        errors = result.column("ray_mm", posed, weights, domain="px")
+        ratio = median_ratio(*errors, paired=True)
+        value(name, rounded(ratio.value, (ratio.low, ratio.high)))
+    for weights in (VARIANCE, "linear grids alone"):
+        value(f"many.{weights}", ray_error(result, weights, "px", many).value)
 
 
 # Figure of section 4.1.3: error of the rays against the weights.
@@ -79,9 +62,7 @@ def ray_weights(results):
     rows = []
     for panel, domain in zip(axes, NOISE, strict=True):
         for index, posed in enumerate(POSED):
-            found = [
-                ray_error(result, f"{factor:g}", domain, posed) for factor in FACTORS
-            ]
+            found = factor_errors(result, domain, posed)
             label = f"other poses from {posed} rays"
             look = series(index)
             drawn_rows = plot_estimates(panel, FACTORS, found, look=look, label=label)
@@ -116,16 +97,13 @@ def ray_weights(results):
 # Test of the claim of section 4.1.3, as the registry states it.
 
 
-EQUAL = 1e-12
-
-
 @claim("c4_mats_intersection", needs=("exp_c4_mats_intersection",), evidence="analytic")
 def judge_mats_intersection(results):
     """-M^T S, stacked, equals M_i S ray by ray, sign included."""
     result = results["exp_c4_mats_intersection"]
-    largest = max(float(result.column(name).max()) for name in ("printed", "stacked"))
+    largest = float(result.column(("printed", "stacked")).max())
     return Reading.of(
-        largest < EQUAL,
+        largest < 1e-12,
         largest,
         reason="largest difference of a homogeneous coordinate, as a "
         "share of the point's largest; points differ from rays met with "

@@ -22,30 +22,21 @@ from repro.run import (
 # Numbers quoted on the page of section 4.1.4.
 
 
-ONE_POINT = 0.01  # maximum spread of ends that count as one, in spreads of the starts
-
-
 def name_values(open_results):
     """Name the numbers that the prose quotes: medians over scenes."""
     starts = open_results("exp_c4_centre_ba_unstable")
-    rest = starts.column("line_fitting.at_rest")
-    spread = starts.column("line_fitting.spread_over_starts")
-    found = {
-        **{
-            f"{scheme}.centre_mm": np.median(
-                np.concatenate(starts.arrays(f"{scheme}.ends_mm"))
-            )
-            for scheme in ("line_fitting", "consistent")
-        },
-        "linear.centre_mm": np.median(
-            np.concatenate(starts.arrays("consistent.starts_mm"))
-        ),
-        "scenes": starts.trials_per_condition,
-        "scenes.one_place": np.sum((rest == 1) & (spread < ONE_POINT)),
-        "scenes.no_rest": np.sum(rest < 1),
-    }
-    for name, number in found.items():
-        value(name, number)
+    for name, *path in (
+        ("line_fitting", "line_fitting", "ends_mm"),
+        ("consistent", "consistent", "ends_mm"),
+        ("linear", "consistent", "starts_mm"),
+    ):
+        errors = np.concatenate(starts.arrays(*path))
+        value(f"{name}.centre_mm", np.median(errors))
+    rest, spread = starts.column("line_fitting", ("at_rest", "spread_over_starts"))
+    value("scenes", starts.trials_per_condition)
+    # Ends count as one point if their spread is below 1 % of that of the starts.
+    value("scenes.one_place", np.sum((rest == 1) & (spread < 0.01)))
+    value("scenes.no_rest", np.sum(rest < 1))
 
 
 # Figure of section 4.1.4: final error of a free centre.
@@ -67,8 +58,9 @@ def free_centre_starts(results):
     drawn, axes = new_figure(1, 3, height_in=3.4, sharex=True, sharey=True)
     rows, ends = [], []
     for panel, scheme in zip(axes, TITLES, strict=True):
-        starts = result.arrays(f"{scheme}.starts_mm")
-        found = result.arrays(f"{scheme}.ends_mm")
+        starts, found = (
+            result.arrays(scheme, name) for name in ("starts_mm", "ends_mm")
+        )
         look = look_of(TITLES[scheme]) | {"linestyle": "", "ms": 3, "alpha": 0.6}
         for scene, (x, y) in enumerate(zip(starts, found, strict=True)):
             panel.plot(x, y, **look)
@@ -94,7 +86,7 @@ def free_centre_starts(results):
 # Tests of the claims of section 4.1.4, as the registry states them.
 
 
-READINGS = {
+QUESTIONS = {
     "third_scheme": {
         "lines pass near the centre": "line_fitting",
         "ray-point distances": "ray_point",
@@ -104,8 +96,6 @@ READINGS = {
         "over draws of noise": "spread_over_draws",
     },
 }
-MIN_SHARE, MIN_SPREAD = 0.2, 10.0
-EXACT_MM = 1e-9
 
 
 @claim(
@@ -116,18 +106,16 @@ EXACT_MM = 1e-9
 )
 def judge_centre_ba_unstable(results, options):
     """A fifth of the starts end above 1.1 of the best cost, or a spread over 10."""
-    case = Case(READINGS, options)
-    share, ratio = (
-        median_interval(
-            results["exp_c4_centre_ba_unstable"].column(
-                f"{case['third_scheme']}.{name}"
-            )
-        )
-        for name in ("above_best", case["centre_spread"])
+    case = Case(QUESTIONS, options)
+    share, ratio = map(
+        median_interval,
+        results["exp_c4_centre_ba_unstable"].column(
+            case["third_scheme"], ("above_best", case["centre_spread"])
+        ),
     )
-    decisions = (share.above(MIN_SHARE), ratio.above(MIN_SPREAD))
+    decisions = {share.above(0.2), ratio.above(10.0)}
     decision = HOLDS if HOLDS in decisions else UNDECIDED
-    if decisions == (FAILS, FAILS):
+    if decisions == {FAILS}:
         decision = FAILS
     return Reading.of(
         decision,
@@ -157,7 +145,7 @@ def judge_raypoint_formula(results):
     """The closed form equals a search along the line within 1e-9."""
     largest = results["exp_c4_raypoint_formula"].column("largest_mm").max()
     return Reading.of(
-        largest < EXACT_MM,
+        largest < 1e-9,
         float(largest),
         "mm",
         "largest difference from the least distance found by golden-section search",
@@ -169,15 +157,10 @@ def values_of_adjustment(results):
     """The number of unknowns, as a formula where it fits every count; of a ray, two."""
     found = _unknowns(results)
     formula = "6*(n-1)" if _as_printed(found) else ", ".join(map(str, found))
-    return {"s4_1_4_ba": Value(formula), "s4_1_4_ray": Value(freedoms_of_a_ray())}
-
-
-def freedoms_of_a_ray(direction=(0.36, 0.48, 0.8)):
-    """Degrees of freedom of a ray through the centre: the rank of its unit direction's
-    derivative by three free components.
-    """
-    along = np.array(direction)
-    return int(np.linalg.matrix_rank(np.eye(3) - np.outer(along, along)))
+    # A ray through the centre: rank of the derivative of its unit direction.
+    along = np.array((0.36, 0.48, 0.8))
+    freedoms = np.linalg.matrix_rank(np.eye(3) - np.outer(along, along))
+    return {"s4_1_4_ba": Value(formula), "s4_1_4_ray": Value(int(freedoms))}
 
 
 def _unknowns(results):

@@ -21,7 +21,7 @@ from chapters.shared.central import (
     lattice_rays,
     measured_errors,
     radial_lens,
-    seen_grids,
+    scored_grids,
     true_camera,
     true_lattice,
 )
@@ -152,7 +152,7 @@ def errors_of(found, true):
 
 GRID = {"quick": "kodak-megaplus-small", "full": "kodak-megaplus"}
 BOARDS = {"quick": "kodak-boards-small", "full": "kodak-boards"}
-SEEDS = {"quick": (0,), "full": (0, 1, 2)}
+RUNS = {"quick": (0,), "full": (0, 1, 2)}
 KODAK_SETS = {
     "quick": ("kodak-megaplus-small/0", "kodak-boards-small/0"),
     "full": (
@@ -258,7 +258,7 @@ def rendered_trial(condition, rng):
     size_mm = np.array(load_set(folder).target.monitor_mm)
     seen = []
     every, shape = lattice_rays(true_camera(folder), 1)
-    for grid in seen_grids(folder, threads=1):
+    for grid in scored_grids(folder, threads=1):
         _, cosine = true_lattice(every, shape, grid.T_camera_grid, size_mm)
         seen.append((grid, cosine))
     true = np.stack([grid.T_camera_grid for grid, _ in seen])
@@ -293,10 +293,10 @@ def chosen_pairs(camera, location, step, rng):
 
 
 @experiment("table_4_1_rendered", artefact="table_4_1", rendered=KODAK_SETS)
-def rendered_seeds(effort):
+def rendered_runs(effort):
     """Plan rendered runs, from images to errors."""
     conditions = crossed(
-        grid=[GRID[effort]], boards=[BOARDS[effort]], seed=SEEDS[effort]
+        grid=[GRID[effort]], boards=[BOARDS[effort]], seed=RUNS[effort]
     )
     return Plan(rendered_trial, conditions, 1, KODAK_SETTINGS)
 
@@ -314,12 +314,12 @@ def redrawn_trial(condition, rng, rig_name, seeds):
     return {"errors": found}
 
 
-def measured_seeds(results, effort):
+def measured_runs(results, effort):
     """Return (calibrated camera, decoding errors) of every rendered run."""
     rendered = results["table_4_1_rendered"]
     rig = rig_named(GRID[effort])
     seeds = []
-    for seed in SEEDS[effort]:
+    for seed in RUNS[effort]:
         trials = rendered.select(seed=seed)
         K, radial = (trials.arrays(f"zhang.{name}")[0] for name in ("K", "radial"))
         camera = PerspectiveCamera(K, radial, rig.camera.width, rig.camera.height)
@@ -334,10 +334,10 @@ def measured_seeds(results, effort):
     inputs=KODAK_RIGS,
     needs=("table_4_1_rendered",),
 )
-def redrawn_seeds(effort, results):
+def redrawn_runs(effort, results):
     """Plan scenes with the decoding errors of the rendered ones."""
     trial = partial(
-        redrawn_trial, rig_name=GRID[effort], seeds=measured_seeds(results, effort)
+        redrawn_trial, rig_name=GRID[effort], seeds=measured_runs(results, effort)
     )
     return Plan(trial, [{}], SCENES[effort], KODAK_SETTINGS)
 

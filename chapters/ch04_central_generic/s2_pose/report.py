@@ -1,7 +1,7 @@
 """Results of this page read: values of the prose, figures, tables."""
 
-from functools import partial
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -16,11 +16,10 @@ from chapters.ch04_central_generic.s2_pose.experiment import (
     PLANE_MM,
     RAYS,
     ROWS,
-    STANDARD,
     TABULATED,
     lattice,
 )
-from chapters.shared.central import BENCH, CENTRE_MM, OPTIONS
+from chapters.shared.central import CENTRE_MM, LEVEL_NAMES, MATCHED
 from raxel.geometry import apply_homography, homography_dlt, on_plane, pose, transform
 from raxel.show import Arrows, Labels, Points, Segments, Surface, framed
 from repro.page import (
@@ -34,7 +33,6 @@ from repro.page import (
 )
 from repro.page.space import scene_figure
 from repro.run import (
-    Case,
     Check,
     Drawing,
     Measured,
@@ -46,160 +44,63 @@ from repro.run import (
     table,
 )
 
-# Errors, ratios and counts of section 4.2, and the numbers of the text.
+# Errors of section 4.2, and the numbers of the text.
 
 
-# Bounds of the claims about Table 4.1.
-MIN_RANSAC_GAIN, MIN_ORDER_RATIO, MAX_STANDARD_RATIO = 1.5, 1.0, 2.0
 PRIMARY = {"domain": "px", "rays": RAYS[0], "unit": "length"}
-MEASURES = ("rotation_deg", "translation_percent")
-TABLE_MEASURES = ("rotation_deg", "translation_mm")
-IN_WORDS = {
-    "rotation_deg": "rotation",
-    "translation_percent": "translation",
-    "translation_mm": "translation",
+MEASURES = {
+    "rotation_deg": "Rotation error (deg)",
+    "translation_percent": "Translation error (%)",
 }
-QUOTED_NOISE_PX = 0.5
-ANY_TRIPLES = "any three points"  # of `APART`
+TABLE_MEASURES = ("rotation_deg", "translation_mm")
 
 
-def trials_of(result, estimator, measure, noise, **condition):
-    """Return errors (n,) of an estimator at one noise level, nan where it failed."""
-    condition = PRIMARY | condition
-    return result.column(f"{estimator}.{measure}", noise=noise, **condition)
-
-
-def table_trials(result, estimator, measure, outliers=ADDED_OUTLIERS, noise=BENCH):
-    """Return errors (n,) of the scenes or runs of Table 4.1, nan where it failed."""
-    return result.select().column(f"errors.{noise}.{outliers}.{estimator}.{measure}")
-
-
-class Scenes(Case):
-    """Redrawn scenes of Table 4.1 in one interpretation, at one noise level."""
-
-    def __init__(self, results, options=None, noise=BENCH):
-        super().__init__(
-            {"decoding_noise": OPTIONS, "standard_pose": STANDARD}, options
-        )
-        self.result, self.noise = results["table_4_1_redrawn"], noise
-
-    def ratio(self, over, under, measure):
-        """Return the ratio of median errors of two estimators, Estimate."""
-        errors = [
-            table_trials(self.result, name, measure, noise=self.noise)
-            for name in (over, under)
-        ]
-        return median_ratio(*errors, paired=True)
-
-
-def gains_of_ransac(scenes):
-    """Return {measure: CGSP without over with RANSAC}, Estimates."""
-    return {m: scenes.ratio("cgsp", "cgsp_ransac", m) for m in TABLE_MEASURES}
-
-
-def ratios_of_neighbours(scenes):
-    """Return {(measure, step): worse estimator over better}, Estimates."""
-    standard = scenes["standard_pose"]
-    steps = {
-        "standard over CGSP + RANSAC": (standard, "cgsp_ransac"),
-        "CGSP over standard": ("cgsp", standard),
-    }
-    return {
-        (measure, step): scenes.ratio(*steps[step], measure)
-        for measure, step in product(TABLE_MEASURES, steps)
-    }
-
-
-def standard_over_cgsp(scenes):
-    """Return {translation: standard over CGSP, both with RANSAC}, an Estimate."""
-    measure = "translation_mm"
-    return {measure: scenes.ratio(scenes["standard_pose"], "cgsp_ransac", measure)}
-
-
-def without_solution(result, kind):
-    """Return (triples without a pose, all triples) of one kind."""
-    lost = result.column(f"{kind}.without")
-    return int(lost.sum()), DRAWS * len(lost)
-
-
-def finite_of_four(result, plane):
-    """Return (samples of four points with a finite pose, all samples)."""
-    finite = result.column(f"finite.{plane}")
-    return int(finite.sum()), DRAWS * len(finite)
+def table_trials(result, estimator, measure, outliers=ADDED_OUTLIERS, noise=MATCHED):
+    """Return errors (..., n) of the scenes or runs of Table 4.1, nan if it failed."""
+    return result.select().column("errors", noise, outliers, estimator, measure)
 
 
 def name_values(open_results):
     """Name the numbers that the text quotes: medians over trials."""
-    rotations = partial(
-        trials_of,
-        open_results("fig_4_4_noise"),
-        measure="rotation_deg",
-        noise=QUOTED_NOISE_PX,
-    )
-    for name in ("three_points", "cgsp_ransac", "angular"):
-        value(f"{name}_deg", np.median(rotations(name)))
-    refining = median_ratio(rotations("three_points"), rotations("standard"))
-    value("refining", refining.value)
-    counts = open_results("exp_c4_3pt_no_solution")
-    value("lost_any", 100 * np.divide(*without_solution(counts, ANY_TRIPLES)))
+    trials = open_results("fig_4_4_noise").one(noise=0.5, **PRIMARY)
+    names = ("three_points", "cgsp_ransac", "angular")
+    for name, found in zip(names, trials.column(names, "rotation_deg"), strict=True):
+        value(f"{name}_deg", np.median(found))
+    errors = trials.column(("three_points", "standard"), "rotation_deg")
+    value("refining", median_ratio(*errors).value)
+    missing = open_results("exp_c4_3pt_no_solution").column("any three points.without")
+    value("lost_any", 100 * missing.mean() / DRAWS)
 
 
 # Figs 4.3 and 4.4.
 
 
-EXACT = 1e-9
 BASE, FURTHER, PLANE = (series(k)["color"] for k in (0, 1, 2))
 SHEET = "#9aa5b1"
 SIGHT = (0.35, 0.95, -0.42)
-UP = (0.0, 0.0, 1.0)
-LABELS = {
-    "rotation_deg": "Rotation error (deg)",
-    "translation_percent": "Translation error (%)",
-}
+HALF_MM = PITCH_MM * (COLUMNS - 1) / 2 + 30.0, PITCH_MM * (ROWS - 1) / 2 + 30.0
 
 
-class DrawnPose:
-    """The computed case of Fig. 4.3."""
+def gaps(case):
+    """Return relative errors of the drawn case.
 
-    def __init__(self, result):
-        for name in ("there", "rays", "normal", "image", "true", "found"):
-            setattr(self, name, result.arrays(name)[0])
-
-    def gaps(self):
-        """Return relative errors of the drawn case.
-
-        Distance of image points from ray and plane, residual of their homography,
-        and error of the pose that follows.
-        """
-        sight = self.image - CENTRE_MM
-        across = np.linalg.norm(np.cross(sight, self.rays), axis=1)
-        height = np.abs(sight @ self.normal - PLANE_MM)
-        axes = np.linalg.svd(self.normal[None])[2][1:]
-        flat = sight @ axes.T
-        H = homography_dlt(lattice(), flat)
-        return (
-            max(across.max(), height.max()) / PLANE_MM,
-            np.abs(apply_homography(H, lattice()) - flat).max() / PLANE_MM,
-            np.abs(self.found - self.true).max() / PLANE_MM,
-        )
-
-
-def sheet_of(T, margin_mm):
-    """Return corners (2, 2, 3) of a grid's sheet at a pose."""
-    x, y = (PITCH_MM * (n - 1) / 2 + margin_mm for n in (COLUMNS, ROWS))
-    flat = np.array([[[-x, -y, 0], [x, -y, 0]], [[-x, y, 0], [x, y, 0]]])
-    return transform(T, flat.reshape(-1, 3)).reshape(2, 2, 3)
-
-
-def plane_sheet(case):
-    """Return corners (2, 2, 3) of a piece of the synthetic plane."""
-    middle = CENTRE_MM + PLANE_MM * case.normal
-    across = np.cross(case.normal, [0.0, 1.0, 0.0])
-    across /= np.linalg.norm(across)
-    T = pose(
-        np.column_stack([across, np.cross(case.normal, across), case.normal]), middle
+    Distance of image points from ray and plane, residual of their homography, and
+    error of the pose that follows.
+    """
+    sight = case.image - CENTRE_MM
+    across = np.linalg.norm(np.cross(sight, case.rays), axis=1)
+    height = np.abs(sight @ case.normal - PLANE_MM)
+    flat = sight @ np.linalg.svd(case.normal[None])[2][1:].T
+    H = homography_dlt(lattice(), flat)
+    return (
+        max(across.max(), height.max()) / PLANE_MM,
+        np.abs(apply_homography(H, lattice()) - flat).max() / PLANE_MM,
+        np.abs(case.found - case.true).max() / PLANE_MM,
     )
-    x, y = 110.0, 90.0
+
+
+def sheet_at(T, x, y):
+    """Return corners (2, 2, 3) of a sheet at a pose; x, y: half its size."""
     flat = np.array([[-x, -y, 0], [x, -y, 0], [-x, y, 0], [x, y, 0]])
     return transform(T, flat).reshape(2, 2, 3)
 
@@ -207,17 +108,19 @@ def plane_sheet(case):
 def parts_of(case):
     """Return what is drawn: camera, rays, two grids and the plane between."""
     centre = np.broadcast_to(CENTRE_MM, case.there.shape)
-    base = on_plane(lattice())
-    origin = case.true[None, :3, 3]
-    plane = plane_sheet(case)
+    base, origin = on_plane(lattice()), case.true[None, :3, 3]
+    across = np.cross(case.normal, [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across)
+    R = np.column_stack([across, np.cross(case.normal, across), case.normal])
+    plane = sheet_at(pose(R, CENTRE_MM + PLANE_MM * case.normal), 110.0, 90.0)
     return [
         Segments(centre, case.there, SHEET, "calibrated rays", 1.0),
         Points(CENTRE_MM[None], INK, "camera centre", 11.0),
         Labels(CENTRE_MM[None] + [0, 0, 25], ["centre C"], INK),
-        Surface(sheet_of(np.eye(4), 30.0), BASE, 0.3, "base grid"),
+        Surface(sheet_at(np.eye(4), *HALF_MM), BASE, 0.3, "base grid"),
         Points(base, BASE, "points X", 6.0),
         Labels(base[:1], ["base grid, X"], BASE),
-        Surface(sheet_of(case.true, 30.0), FURTHER, 0.3, "further grid"),
+        Surface(sheet_at(case.true, *HALF_MM), FURTHER, 0.3, "further grid"),
         Points(case.there, FURTHER, "points X'", 6.0),
         Labels(case.there[-1:], ["further grid, X'"], FURTHER),
         Surface(plane, PLANE, 0.35, "synthetic plane"),
@@ -231,18 +134,20 @@ def parts_of(case):
 @figure("fig_4_3", needs=("fig_4_3_case",), evidence="analytic", scene=True)
 def fig_4_3(results):
     """Draw the further grid's image on the synthetic plane, in 3-D."""
-    case = DrawnPose(results["fig_4_3_case"])
+    names = ("there", "rays", "normal", "image", "true", "found")
+    case = SimpleNamespace(
+        **{name: results["fig_4_3_case"].arrays(name)[0] for name in names}
+    )
     scene = framed(
         parts_of(case),
         SIGHT,
-        up=UP,
+        up=(0.0, 0.0, 1.0),
         note="Rays from the camera centre intersect the further grid. Their "
         "intersections with the synthetic plane are a pinhole image of it.",
     )
-    ray, bent, off = case.gaps()
-    rows = [
-        (name, *point) for name in ("there", "image") for point in getattr(case, name)
-    ]
+    ray, bent, off = gaps(case)
+    rows = [("there", *point) for point in case.there]
+    rows += [("image", *point) for point in case.image]
     return Drawing(
         scene_figure(scene, height_in=4.6),
         columns(("points", "x_mm", "y_mm", "z_mm"), rows),
@@ -251,7 +156,7 @@ def fig_4_3(results):
         "pinhole image of the grid. The pose T maps the base grid (blue) to the "
         "further one.",
         Check(
-            max(ray, bent, off) < EXACT,
+            max(ray, bent, off) < 1e-9,
             "image points lie on their rays and on the plane, are a "
             f"homography of the grid, and give its pose: to {ray:.0e}, "
             f"{bent:.0e} and {off:.0e} of the plane's distance",
@@ -267,23 +172,18 @@ def fig_4_4(results):
     levels = result.levels("noise")
     drawn, axes = new_figure(1, 2, height_in=3.9)
     rows = []
-    for panel, measure in zip(axes, MEASURES, strict=True):
+    for panel, (measure, label) in zip(axes, MEASURES.items(), strict=True):
         for estimator in ESTIMATORS:
             found = [
-                median_interval(trials_of(result, estimator, measure, level))
+                median_interval(
+                    result.column(estimator, measure, noise=level, **PRIMARY)
+                )
                 for level in levels
             ]
-            rows += plot_estimates(
-                panel,
-                levels,
-                found,
-                (measure, estimator),
-                look=look_of(NAMES[estimator]),
-                label=NAMES[estimator],
-            )
-        panel.set(
-            xscale="log", yscale="log", xlabel="Noise SD (px)", ylabel=LABELS[measure]
-        )
+            name = NAMES[estimator]
+            look = {"look": look_of(name), "label": name}
+            rows += plot_estimates(panel, levels, found, (measure, estimator), **look)
+        panel.set(xscale="log", yscale="log", xlabel="Noise SD (px)", ylabel=label)
         panel.set_xticks(levels, [f"{level:g}" for level in levels])
         panel.minorticks_off()
     legend_below(drawn, axes[0], ncols=3)
@@ -300,26 +200,22 @@ def fig_4_4(results):
 # Table 4.1, from rendered images and redrawn scenes.
 
 
-PRINTED = ("standard", "cgsp", "cgsp_ransac")
+# Estimators in the ids of the registry.
+PRINTED = {"std_ransac": "standard", "cgsp": "cgsp", "cgsp_ransac": "cgsp_ransac"}
 BOTH = ("table_4_1_rendered", "table_4_1_redrawn")
-LEVELS = {"bench": "thesis-matched", "laboratory": "low-noise"}
 
 
 @table("table_4_1", needs=("table_4_1_rendered",), evidence="rendered")
 def table_4_1(results):
     """Tabulate pose errors of the three estimators, from rendered images."""
     result = results["table_4_1_rendered"]
-    units = ("Rotation error (°)", "Translation error (mm)")
-    rows = [
-        (unit, *(float(np.median(table_trials(result, e, measure))) for e in PRINTED))
-        for unit, measure in zip(units, TABLE_MEASURES, strict=True)
-    ]
+    errors = table_trials(result, tuple(PRINTED.values()), TABLE_MEASURES)
+    rotation, translation = np.median(errors, axis=-1).T.tolist()
+    rows = [("Rotation error (°)", *rotation), ("Translation error (mm)", *translation)]
     estimators = ("Standard + RANSAC", "CGSP", "CGSP + RANSAC")
     printed = {
         head: [f"t4_1_{short}_rot", f"t4_1_{short}_trans"]
-        for head, short in zip(
-            estimators, ("std_ransac", "cgsp", "cgsp_ransac"), strict=True
-        )
+        for head, short in zip(estimators, PRINTED, strict=True)
     }
     return Table(
         columns(("Error", *estimators), rows),
@@ -337,14 +233,11 @@ def all_of_table_4_1(results):
     rendered, redrawn = (results[name] for name in BOTH)
     rows = []
     for noise, outliers, name in product(TABULATED, OUTLIERS, ESTIMATORS):
-        cells = []
-        for measure in TABLE_MEASURES:
-            of_seeds, of_scenes = (
-                table_trials(result, name, measure, outliers, noise)
-                for result in (rendered, redrawn)
-            )
-            cells += [float(np.median(of_seeds)), Measured.median_or_none(of_scenes)]
-        rows.append((LEVELS[noise], outliers, NAMES[name], *cells))
+        choice = name, TABLE_MEASURES, outliers, noise
+        middles = np.median(table_trials(rendered, *choice), axis=-1)
+        turn, shift = map(Measured.median_or_none, table_trials(redrawn, *choice))
+        cells = float(middles[0]), turn, float(middles[1]), shift
+        rows.append((LEVEL_NAMES[noise], outliers, NAMES[name], *cells))
     return Table(
         columns(
             (

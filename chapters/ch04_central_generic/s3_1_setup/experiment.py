@@ -6,7 +6,7 @@ from chapters.shared.central import (
     FISH,
     OMNI,
     RIGS,
-    SEEDS,
+    RUNS,
     calibrated,
     decoded_grids,
     first_points,
@@ -142,5 +142,5 @@ def turned_conditions(effort):
     return [
         {"camera": camera, "rig": RIGS[camera], "seed": seed}
         for camera in (OMNI, FISH)
-        for seed in SEEDS[effort]
+        for seed in RUNS[effort]
     ]

@@ -1,82 +1,51 @@
 """The claims of section 4.3.2 and of its discussion.
 
-Most are judged run by run: a predicate takes the `Seeds` of an interpretation and
+Most are judged run by run: a predicate takes the `Runs` of an interpretation. It
 returns whether it is true (runs,), the measured value (runs,), its unit, and a reason.
 """
 
 import numpy as np
 
 from chapters.ch04_central_generic.s3_2_results.report import (
-    BRACKETS,
+    BOTH,
     CAMERAS,
-    CAUSTIC,
-    READINGS,
-    SEEDS_OF_BOTH,
-    Seeds,
+    QUESTIONS,
+    disagreement,
+    runs_of,
 )
-from chapters.shared.central import FISH, OMNI, judged_by_seed, over_the_sweep
+from chapters.shared.central import (
+    FISH,
+    OMNI,
+    counterpart_over_the_sweep,
+    judged_by_run,
+    over_the_sweep,
+)
 from repro.run import Case, Reading, claim, counterpart, proportion, with_worst
 
-MAX_OF_ALIGNED, STATED_MM = 2.0, 1.0
+MIN_RATIO, MAX_SIMILAR, MIN_REDUCTION = 5.0, 2.0, 0.4
+MAX_FISH, MIN_DEPTH = 5.0, 5.0  # % of a parameter
+MIN_TIGHTER, SIMILAR = 2.0, (0.7, 1.5)
 STANDARD = ("decoding_noise", "standard_method")
 SCATTERS = ("decoding_noise", "standard_method", "scatter_rays")
-# With the simulation of 4.1.5.
 WITH_SIMULATED = ("table_4_3_rendered", "table_4_3_redrawn", "fig_4_2_redrawn")
+STAGES = ("ray_mean_mm", "ba_mean_mm")  # before and after adjustment
 
 
-SIMULATED = "fig_4_2_redrawn"  # of 4.1.5
-MIN_RATIO, MAX_SIMILAR, MIN_REDUCTION = 5.0, 2.0, 0.4
-MAX_FISH, MIN_DEPTH = 5.0, 5.0
-MIN_TIGHTER, SIMILAR = 2.0, (0.7, 1.5)
-STAGES = ("ray_mean_mm", "ba_mean_mm")
-ORDERS = (("CGSP", "standard"), ("adjusted", "standard"), ("CGSP", "adjusted"))
+def ratios(runs, camera):
+    """Return standard over CGSP of the errors at both STAGES, (2, runs)."""
+    return np.divide(*runs.both(camera, STAGES))
 
 
-def error_pairs(seeds):
-    """What ORDERS compares: its name here, and in the simulation of 4.1.5."""
-    standard = seeds["standard_method"]
-    return {
-        "CGSP": ("cgsp.ray_mean_mm", "cgsp.linear.own_ray_mm"),
-        "standard": (f"{standard}.ray_mean_mm", f"{standard}.linear.own_ray_mm"),
-        "adjusted": (f"{standard}.ba_mean_mm", f"{standard}.ba.own_ray_mm"),
-    }
+def scatter(runs, camera, *path):
+    """Return a measure of the scatter of both methods, (2, ..., runs)."""
+    return runs.both(camera, runs.case["scatter_rays"], *path)
 
 
-def simulated_orders(seeds):
-    """{pair of ORDERS: whether its first is smaller}, of medians at most levels."""
-    result, names = seeds.results[SIMULATED], error_pairs(seeds)
-
-    def median(name, level):
-        found = result.column(names[name][1], domain="px", noise=level)
-        return np.median(with_worst(found))
-
-    levels = result.levels("noise")
-    return {
-        (small, large): sum(
-            median(small, level) < median(large, level) for level in levels
-        )
-        > len(levels) / 2
-        for small, large in ORDERS
-    }
-
-
-def centre_in_hull(seeds):
-    """The centre lies in the hull with CGSP, and outside without."""
-    standard, cgsp = seeds.scatter(FISH, "inside")
-    return (
-        (cgsp == 1) & (standard == 0),
-        cgsp,
-        "",
-        f"seeds with the centre inside: CGSP {np.nansum(cgsp):.0f}, "
-        f"standard {np.nansum(standard):.0f}",
-    )
-
-
-@claim("c4_omni_order_mag", needs=SEEDS_OF_BOTH, evidence="rendered", readings=STANDARD)
-@judged_by_seed(Seeds)
-def order_of_magnitude(seeds):
+@claim("c4_omni_order_mag", needs=BOTH, evidence="rendered", readings=STANDARD)
+@judged_by_run(QUESTIONS, *BOTH)
+def order_of_magnitude(runs):
     """Standard over CGSP on the mirror, before and after adjustment."""
-    before, after = (seeds.ratio(OMNI, stage) for stage in STAGES)
+    before, after = ratios(runs, OMNI)
     return (
         (before >= MIN_RATIO) & (after >= MIN_RATIO),
         before,
@@ -85,16 +54,11 @@ def order_of_magnitude(seeds):
     )
 
 
-@claim(
-    "c4_fish_smaller_gap", needs=SEEDS_OF_BOTH, evidence="rendered", readings=STANDARD
-)
-@judged_by_seed(Seeds)
-def smaller_gap(seeds):
+@claim("c4_fish_smaller_gap", needs=BOTH, evidence="rendered", readings=STANDARD)
+@judged_by_run(QUESTIONS, *BOTH)
+def smaller_gap(runs):
     """The fisheye's ratios lie between 1 and those of the other camera."""
-    omni, fish = (
-        np.array([seeds.ratio(camera, stage) for stage in STAGES])
-        for camera in (OMNI, FISH)
-    )
+    omni, fish = ratios(runs, OMNI), ratios(runs, FISH)
     return (
         np.all((fish > 1) & (fish < omni), axis=0),
         fish[0],
@@ -104,16 +68,12 @@ def smaller_gap(seeds):
     )
 
 
-@claim("c4_ba_reduces", needs=SEEDS_OF_BOTH, evidence="rendered", readings=STANDARD)
-@judged_by_seed(Seeds)
-def adjustment_reduces(seeds):
+@claim("c4_ba_reduces", needs=BOTH, evidence="rendered", readings=STANDARD)
+@judged_by_run(QUESTIONS, *BOTH)
+def adjustment_reduces(runs):
     """Adjustment takes 40 % of the standard error, on both cameras."""
-
-    def gain(camera):
-        before, after = (seeds.both(camera, stage)[0] for stage in STAGES)
-        return 1 - after / before
-
-    gains = np.array([gain(camera) for camera in CAMERAS.values()])
+    errors = [runs.both(camera, STAGES)[0] for camera in CAMERAS.values()]
+    gains = np.array([1 - after / before for before, after in errors])
     omni, fish = 100 * np.nanmedian(gains, axis=1)
     return (
         np.all(gains >= MIN_REDUCTION, axis=0),
@@ -124,16 +84,11 @@ def adjustment_reduces(seeds):
     )
 
 
-@claim(
-    "c4_raypoint_similar_cams",
-    needs=SEEDS_OF_BOTH,
-    evidence="rendered",
-    readings=STANDARD,
-)
-@judged_by_seed(Seeds)
-def similar_cameras(seeds):
+@claim("c4_raypoint_similar_cams", needs=BOTH, evidence="rendered", readings=STANDARD)
+@judged_by_run(QUESTIONS, *BOTH)
+def similar_cameras(runs):
     """CGSP's errors are alike on both cameras, the standard method's are not."""
-    omni, fish = (seeds.both(camera, "ray_mean_mm") for camera in (OMNI, FISH))
+    omni, fish = (runs.both(camera, "ray_mean_mm") for camera in (OMNI, FISH))
     standard, cgsp = np.maximum(omni / fish, fish / omni)
     return (
         (cgsp <= MAX_SIMILAR) & (standard >= MIN_RATIO),
@@ -144,18 +99,13 @@ def similar_cameras(seeds):
     )
 
 
-@claim(
-    "c4_accuracy_not_needed_ba",
-    needs=SEEDS_OF_BOTH,
-    evidence="rendered",
-    readings=STANDARD,
-)
-@judged_by_seed(Seeds)
-def unadjusted_ahead(seeds):
-    """CGSP as it comes out against the adjusted standard method."""
+@claim("c4_accuracy_not_needed_ba", needs=BOTH, evidence="rendered", readings=STANDARD)
+@judged_by_run(QUESTIONS, *BOTH)
+def better_unadjusted(runs):
+    """CGSP before adjustment is better than the adjusted standard method."""
     omni, fish = (
-        seeds.both(camera, "ray_mean_mm")[1] / seeds.both(camera, "ba_mean_mm")[0]
-        for camera in (OMNI, FISH)
+        cgsp[0] / standard[1]
+        for standard, cgsp in (runs.both(camera, STAGES) for camera in (OMNI, FISH))
     )
     return (
         omni < 1,
@@ -166,39 +116,47 @@ def unadjusted_ahead(seeds):
     )
 
 
+def orders(cgsp, standard, adjusted):
+    """Return which of three errors is smaller in each pair, (3, ...)."""
+    return np.array([cgsp < standard, adjusted < standard, cgsp < adjusted])
+
+
 @claim(
     "c4_agrees_simulated", needs=WITH_SIMULATED, evidence="rendered", readings=STANDARD
 )
-@judged_by_seed(Seeds)
-def orders_as_simulated(seeds):
-    """Ray-point errors stand in the order of the simulated ones, on both cameras."""
-    simulated = simulated_orders(seeds)
-    agreeing = []
-    for camera in (OMNI, FISH):
-        errors = {
-            name: seeds.of(camera, here)
-            for name, (here, _) in error_pairs(seeds).items()
-        }
-        agreeing += [
-            (errors[small] < errors[large]) == simulated[small, large]
-            for small, large in ORDERS
+def judge_agreement(results, options):
+    """Ray-point errors have the order of the simulated ones, on both cameras."""
+    case = Case(QUESTIONS, options)
+    standard = case["standard_method"]
+    levels = results["fig_4_2_redrawn"].by("noise", domain="px").values()
+    medians = [
+        [np.median(with_worst(level.column(*path, "own_ray_mm"))) for level in levels]
+        for path in (("cgsp", "linear"), (standard, "linear"), (standard, "ba"))
+    ]
+    simulated = orders(*np.array(medians)).sum(axis=1) > len(levels) / 2
+
+    def found_at(noise):
+        runs = runs_of(results, noise, **options)
+        agreeing = [
+            orders(cgsp[0], *errors) == simulated[:, None]
+            for errors, cgsp in (runs.both(camera, STAGES) for camera in (OMNI, FISH))
         ]
-    return (
-        np.all(agreeing, axis=0),
-        100 * np.mean(agreeing, axis=0),
-        "%",
-        "orders of two ray-point errors, three for each camera, that are those of the "
-        "simulation",
-    )
+        return (
+            np.all(agreeing, axis=(0, 1)),
+            100 * np.mean(agreeing, axis=(0, 1)),
+            "%",
+            "orders of two ray-point errors, three for each camera, that are those of "
+            "the simulation",
+        )
+
+    return counterpart_over_the_sweep(case, found_at)
 
 
-@claim(
-    "c4_params_fish_agree", needs=SEEDS_OF_BOTH, evidence="rendered", readings=STANDARD
-)
-@judged_by_seed(Seeds)
-def parameters_agree(seeds):
+@claim("c4_params_fish_agree", needs=BOTH, evidence="rendered", readings=STANDARD)
+@judged_by_run(QUESTIONS, *BOTH)
+def parameters_agree(runs):
     """Parameters of the fisheye agree, the depth of the other camera does not."""
-    fish, depth = seeds.disagreement(FISH), seeds.disagreement(OMNI, ("cz",))
+    fish, depth = disagreement(runs, FISH), disagreement(runs, OMNI, ("cz",))
     return (
         (fish <= MAX_FISH) & (depth > MIN_DEPTH),
         fish,
@@ -208,70 +166,59 @@ def parameters_agree(seeds):
     )
 
 
-@claim(
-    "c4_centrality_omni", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS
-)
-@judged_by_seed(Seeds)
-def omnidirectional_scatter(seeds):
+@claim("c4_centrality_omni", needs=BOTH, evidence="rendered", readings=SCATTERS)
+@judged_by_run(QUESTIONS, *BOTH)
+def omnidirectional_scatter(runs):
     """Tighter by a factor of two, rounder, nearer to Gaussian."""
-    (wide, tight), (flat, circular), (far, near) = (
-        seeds.scatter(OMNI, key) for key in ("rms_mm", "eigenvalues", "kurtosis")
-    )
-    tighter = wide / tight
+    standard, cgsp = scatter(runs, OMNI, ("rms_mm", "eigenvalues", "kurtosis"))
+    tighter = standard[0] / cgsp[0]
     parts = {
         "tighter": tighter >= MIN_TIGHTER,
-        "rounder": circular > flat,
-        "nearer to Gaussian": near < far,
+        "rounder": cgsp[1] > standard[1],
+        "nearer to Gaussian": cgsp[2] < standard[2],
     }
     shares = ", ".join(
         f"{word} in {100 * np.mean(part):.0f} %" for word, part in parts.items()
     )
-    holds = np.all(list(parts.values()), axis=0)
-    return holds, tighter, "", f"RMS ratio; {shares}"
+    return np.all(list(parts.values()), axis=0), tighter, "", f"RMS ratio; {shares}"
 
 
-@claim(
-    "c4_centrality_fish", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS
-)
-@judged_by_seed(Seeds)
-def fisheye_scatter(seeds):
+@claim("c4_centrality_fish", needs=BOTH, evidence="rendered", readings=SCATTERS)
+@judged_by_run(QUESTIONS, *BOTH)
+def fisheye_scatter(runs):
     """Alike in size, and not less Gaussian with CGSP."""
-    tighter = np.divide(*seeds.scatter(FISH, "rms_mm"))
-    far, near = seeds.scatter(FISH, "kurtosis")
+    standard, cgsp = scatter(runs, FISH, ("rms_mm", "kurtosis"))
+    tighter, gaussian = standard[0] / cgsp[0], cgsp[1] <= standard[1]
     alike = (tighter >= SIMILAR[0]) & (tighter <= SIMILAR[1])
     return (
-        alike & (near <= far),
+        alike & gaussian,
         tighter,
         "",
         f"RMS ratio; alike in {100 * np.mean(alike):.0f} %, "
-        f"not less Gaussian in {100 * np.mean(near <= far):.0f} %",
+        f"not less Gaussian in {100 * np.mean(gaussian):.0f} %",
     )
 
 
-@claim("c4_scatter_plane", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS)
-@judged_by_seed(Seeds)
-def compact_across(seeds):
+@claim("c4_scatter_plane", needs=BOTH, evidence="rendered", readings=SCATTERS)
+@judged_by_run(QUESTIONS, *BOTH)
+def compact_across(runs):
     """On no tilted plane is CGSP's scatter smaller than on the one across the rays."""
-    least = np.min(
-        [seeds.scatter(camera, "tilted_over_facing")[1] for camera in (OMNI, FISH)],
-        axis=0,
-    )
+    ratio = [scatter(runs, camera, "tilted_over_facing")[1] for camera in (OMNI, FISH)]
+    smallest = np.min(ratio, axis=0)
     return (
-        least >= 1,
-        least,
+        smallest >= 1,
+        smallest,
         "",
         "smallest RMS radius on a tilted plane over that on the plane across the rays",
     )
 
 
-@claim(
-    "c6_centrality_both", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS
-)
-@judged_by_seed(Seeds)
-def tighter_on_both(seeds):
+@claim("c6_centrality_both", needs=BOTH, evidence="rendered", readings=SCATTERS)
+@judged_by_run(QUESTIONS, *BOTH)
+def tighter_on_both(runs):
     """The scatter is tighter with CGSP on both cameras."""
     tighter = np.array(
-        [np.divide(*seeds.scatter(camera, "rms_mm")) for camera in (OMNI, FISH)]
+        [np.divide(*scatter(runs, camera, "rms_mm")) for camera in (OMNI, FISH)]
     )
     omni, fish = np.nanmedian(tighter, axis=1)
     return (
@@ -282,40 +229,40 @@ def tighter_on_both(seeds):
     )
 
 
-@claim("c4_hull", needs=SEEDS_OF_BOTH, evidence="rendered", readings=SCATTERS)
+@claim("c4_hull", needs=BOTH, evidence="rendered", readings=SCATTERS)
 def judge_hull(results, options):
-    """The centre lies in the hull with CGSP, and outside without, in most seeds."""
-
-    def share_at(noise):
-        holds, *_, words = centre_in_hull(Seeds(results, options, noise))
-        return proportion(holds.astype(float)), words
+    """The centre lies in the hull with CGSP, and outside without, in most runs."""
 
     def reading_at(noise):
-        share, words = share_at(noise)
-        return Reading.of(share.value > 0.5, share, reason=words)
+        runs = runs_of(results, noise, **options)
+        standard, cgsp = scatter(runs, FISH, "inside")
+        share = proportion(np.asarray((cgsp == 1) & (standard == 0), float))
+        return Reading.of(
+            share.value > 0.5,
+            share,
+            reason=f"runs with the centre inside: CGSP {np.nansum(cgsp):.0f}, "
+            f"standard {np.nansum(standard):.0f}",
+        )
 
-    def in_most_seeds(noise):
-        return share_at(noise)[0].value > 0.5
-
-    return over_the_sweep(Case(READINGS, options), reading_at, in_most_seeds)
+    return over_the_sweep(
+        Case(QUESTIONS, options),
+        reading_at,
+        lambda noise: reading_at(noise).verdict == "reproduced",
+    )
 
 
 @claim("c4_small_misalign", needs=("exp_c4_small_misalign",), evidence="rendered")
 def judge_misalignment(results):
-    """CGSP's error with a bracket 1 mm off against one that is right."""
+    """CGSP's error with a bracket offset of 1 mm is at most twice that without."""
     errors = {
-        offset: seeds.column("cgsp.ray_mean_mm")
-        for offset, seeds in results[BRACKETS].by("offset_mm").items()
+        offset: runs.column("cgsp", "ray_mean_mm")
+        for offset, runs in results["exp_c4_small_misalign"].by("offset_mm").items()
     }
-    aligned = errors.pop(0.0)
-    ratios = {offset: found / aligned for offset, found in errors.items()}
-    words = ", ".join(
-        f"{mm:g} mm {np.median(found):.2f}" for mm, found in ratios.items()
-    )
-    stated = ratios[STATED_MM]
+    over_aligned = {mm: found / errors[0.0] for mm, found in errors.items() if mm}
+    words = ", ".join(f"{mm:g} mm {np.median(r):.2f}" for mm, r in over_aligned.items())
     return counterpart(
-        stated <= MAX_OF_ALIGNED,
-        stated,
+        over_aligned[1.0] <= 2.0,
+        over_aligned[1.0],
         reason=f"error over that of an aligned bracket: {words}",
     )
 
@@ -323,9 +270,8 @@ def judge_misalignment(results):
 @claim("c4_caustic_floor", needs=("exp_c4_caustic_floor",), evidence="synthetic")
 def judge_caustic(results):
     """Exact rays scatter after CGSP by no less than their caustic spreads."""
-    scattered, caustic = (
-        results[CAUSTIC].column(name) for name in ("scatter_mm", "caustic_mm")
-    )
+    result = results["exp_c4_caustic_floor"]
+    scattered, caustic = result.column(("scatter_mm", "caustic_mm"))
     over = scattered / caustic
     return counterpart(
         (caustic > 0) & (over >= 1),

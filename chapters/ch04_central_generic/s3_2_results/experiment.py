@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.central import (
-    BENCH,
     LINEAR_GRIDS,
+    MATCHED,
     NOISES,
     OMNI,
     RIGS,
-    SEEDS,
+    RUNS,
     SMALL,
     SWEPT_NOISES,
     best_lines,
@@ -31,7 +31,7 @@ from chapters.shared.central import (
     measured_errors,
     parameters,
     scatter_of,
-    seen_grids,
+    scored_grids,
     shared_rays,
     true_camera,
     true_grids,
@@ -102,7 +102,7 @@ def rendered_trial(condition, rng):
         found = calibrated(rays.points, true)
         for method in found.values():
             crossing = method.pop("crossing", None)
-            if crossing is not None and name == BENCH:
+            if crossing is not None and name == MATCHED:
                 method["crossing"] = crossing[:: max(1, len(crossing) // N_DRAWN)]
         out[name] = found | _of_rays(rays, true)
     return out
@@ -126,7 +126,7 @@ def errors_trial(condition, rng):
     found = measured_errors(
         (grid, (rays.directions @ grid.T_camera_grid[:3, 2]).reshape(shape))
         for folder in folders
-        for grid in seen_grids(folder, count=LINEAR_GRIDS)
+        for grid in scored_grids(folder, count=LINEAR_GRIDS)
     )
     return {name: np.asarray(value) for name, value in found._asdict().items()} | {
         "share_of_outliers": found.outlier_share,
@@ -141,7 +141,7 @@ def errors_trial(condition, rng):
 def errors_conditions(effort):
     """Return a condition for each rig whose errors are measured."""
     rigs = [rig + SMALL[effort] for rig in RIGS.values()]
-    return [{"rig": rig, "seeds": list(SEEDS[effort])} for rig in rigs]
+    return [{"rig": rig, "seeds": list(RUNS[effort])} for rig in rigs]
 
 
 def redrawn_trial(condition, rng, errors):
@@ -172,7 +172,7 @@ def redrawn_conditions(effort):
     ]
 
 
-FACTOR_SEEDS = {"quick": 3, "full": 36}
+FACTOR_RUNS = {"quick": 3, "full": 36}
 MULTIPLIED = (1.0, 2.0, 4.0, 8.0)
 
 
@@ -266,7 +266,7 @@ def bracket_conditions(effort):
     return [
         {"offset_mm": offset, "rig": BRACKETS[offset], "seed": seed}
         for offset in OFFSETS_MM[effort]
-        for seed in SEEDS[effort]
+        for seed in RUNS[effort]
     ]
 
 

@@ -16,7 +16,7 @@ from chapters.ch04_central_generic.s3_2_results.exercises import (
 )
 from chapters.ch04_central_generic.s3_2_results.experiment import (
     BRACKET_SETS,
-    FACTOR_SEEDS,
+    FACTOR_RUNS,
     TRIALS,
     bracket_conditions,
     bracket_trial,
@@ -34,9 +34,9 @@ from chapters.ch04_central_generic.s3_2_results.report import ERRORS, name_value
 from chapters.shared.central import (
     GRID_RIGS,
     GRID_SETS,
-    LEAST_SPREAD,
     LINEAR_GRIDS,
-    MOST_RAYS,
+    MAX_RAYS,
+    MIN_SPREAD,
     DecodingErrors,
     crossings,
     facing_plane,
@@ -169,12 +169,12 @@ from repro.run import Plan, experiment
 @experiment(
     "table_4_3_rendered", artefact="table_4_3", shards={"full": 2}, rendered=GRID_SETS
 )
-def rendered_seeds(effort):
+def rendered_runs(effort):
     """Plan rendered runs of both cameras, from images to tables."""
     settings = {
-        "most_rays": MOST_RAYS,
+        "most_rays": MAX_RAYS,
         "grids": LINEAR_GRIDS,
-        "least_spread": LEAST_SPREAD,
+        "least_spread": MIN_SPREAD,
     }
     return Plan(rendered_trial, grid_conditions(effort), 1, settings)
 
@@ -192,7 +192,7 @@ def decoding_errors(effort):
     inputs=GRID_RIGS,
     needs=("table_4_3_errors",),
 )
-def redrawn_seeds(effort, results):
+def redrawn_runs(effort, results):
     """Plan new grid poses with the decoding errors of the rendered sets."""
     trial = partial(redrawn_trial, errors=DecodingErrors.by_rig(results[ERRORS]))
     return Plan(trial, redrawn_conditions(effort), TRIALS[effort], {})
@@ -207,7 +207,7 @@ def redrawn_seeds(effort, results):
 def bench_factor(effort, results):
     """Plan CGSP alone, with multiplied decoding errors."""
     trial = partial(cgsp_trial, errors=DecodingErrors.by_rig(results[ERRORS]))
-    return Plan(trial, cgsp_conditions(effort), FACTOR_SEEDS[effort], {})
+    return Plan(trial, cgsp_conditions(effort), FACTOR_RUNS[effort], {})
 
 
 # %%

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from chapters.ch04_central_generic.s3_2_results.experiment import MULTIPLIED, solved
-from chapters.shared.central import BENCH, FACTOR, FISH, NOISES, OMNI, OPTIONS, SWEPT
+from chapters.shared.central import FACTOR, FISH, MATCHED, NOISES, OMNI, OPTIONS, Runs
 from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
 from repro.page import INK, legend_below, new_figure, series, value
 from repro.run import (
@@ -23,97 +23,62 @@ from repro.run import (
     table,
 )
 
-# Section 4.3.2: the runs in one interpretation, and the numbers of the text.
+# The experiments of section 4.3.2, and the numbers of the text.
 
 
-RENDERED = "table_4_3_rendered"
-REDRAWN = "table_4_3_redrawn"
-BRACKETS = "exp_c4_small_misalign"
-CAUSTIC = "exp_c4_caustic_floor"
+RENDERED, REDRAWN = BOTH = ("table_4_3_rendered", "table_4_3_redrawn")
 ERRORS = "table_4_3_errors"
-
-SEEDS_OF_BOTH = ("table_4_3_rendered", "table_4_3_redrawn")
-SCATTER = {"all rays": "all", "rays whose points lie apart": "apart"}
-READINGS = {
+QUESTIONS = {
     "decoding_noise": OPTIONS,
     "standard_method": STANDARD_METHODS,
-    "scatter_rays": SCATTER,
+    "scatter_rays": {"all rays": "all", "rays whose points lie apart": "apart"},
 }
 CAMERAS = {"omni": OMNI, "fish": FISH}
-PARAMETERS = ("cx", "cy", "cz", "r2", "t2", "r3", "t3")
-UNITS = dict.fromkeys(PARAMETERS, "mm") | {"r2": "deg", "r3": "deg"}
+PARAMETERS = {
+    "cx": "centre, x (mm)",
+    "cy": "centre, y (mm)",
+    "cz": "centre, z (mm)",
+    "r2": "rotation of grid 2 (deg)",
+    "t2": "translation of grid 2 (mm)",
+    "r3": "rotation of grid 3 (deg)",
+    "t3": "translation of grid 3 (mm)",
+}
 
 
-class Seeds(Case):
-    """Values of all runs in one interpretation, at one noise level of the trials.
+def runs_of(results, noise=MATCHED, names=BOTH, **options):
+    """Return the `Runs` at one noise level in one interpretation, the primary one if
+    no option is given; the rendered runs come first."""
+    return Runs([results[name] for name in names], Case(QUESTIONS, options), noise)
 
-    The sweep of the factor has redrawn runs only. Otherwise the rendered runs come
-    first. A method that failed has nan.
-    """
 
-    def __init__(self, results, options=None, noise=BENCH):
-        super().__init__(READINGS, options)
-        self.results, self.noise = results, noise
-
-    def rendered(self, camera, key):
-        """Return a value of each rendered run of a camera, (runs,)."""
-        trials = self.results[RENDERED].select(camera=camera)
-        return trials.column(f"{self.noise}.{key}")
-
-    def of(self, camera, key):
-        """Return a value of each run of a camera, (runs,)."""
-        name = f"{self.noise}.{key}"
-        redrawn = self.results[REDRAWN].column(name, camera=camera)
-        if self.noise in SWEPT.values():
-            return redrawn
-        return np.concatenate([self.rendered(camera, key), redrawn])
-
-    def both(self, camera, key):
-        """Return a value of the standard method and of CGSP, (2, runs)."""
-        methods = self["standard_method"], "cgsp"
-        return np.array([self.of(camera, f"{method}.{key}") for method in methods])
-
-    def ratio(self, camera, key):
-        """Return the ratio of the standard method to CGSP, (runs,)."""
-        return np.divide(*self.both(camera, key))
-
-    def scatter(self, camera, key):
-        """Return a measure of the scatter of both methods, (2, runs)."""
-        return self.both(camera, f"{self['scatter_rays']}.{key}")
-
-    def disagreement(self, camera, parameters=PARAMETERS):
-        """Return the largest difference of CGSP from the standard, %, (runs,)."""
-        pairs = [self.both(camera, name) for name in parameters]
-        return np.max([100 * np.abs(b / a - 1) for a, b in pairs], axis=0)
+def disagreement(runs, camera, parameters=tuple(PARAMETERS)):
+    """Return the largest difference of CGSP from the standard method, %, (runs,)."""
+    standard, cgsp = runs.both(camera, parameters)
+    return np.max(100 * np.abs(cgsp / standard - 1), axis=0)
 
 
 def name_values(open_results):
     """Name the numbers that the text quotes."""
-    results = {name: open_results(name) for name in (RENDERED, REDRAWN)}
+    results = {name: open_results(name) for name in BOTH}
 
-    def ratio(camera, method, noise=BENCH):
-        seeds = Seeds(results, {"standard_method": method}, noise)
-        return np.nanmedian(seeds.ratio(camera, "ray_mean_mm"))
+    def ratio(camera, method, noise=MATCHED):
+        runs = runs_of(results, noise, standard_method=method)
+        return np.nanmedian(np.divide(*runs.both(camera, "ray_mean_mm")))
 
-    rejected = Seeds(results).rendered(OMNI, "left_out")
-    found = {
-        "omni.well_conditioned.ratio": ratio(OMNI, "well conditioned"),
-        "fish.well_conditioned.ratio": ratio(FISH, "well conditioned"),
-        "lab.omni.as_printed.ratio": ratio(OMNI, "as printed", "laboratory"),
-        "omni.left_out": 100 * np.median(rejected),
-        "redrawn": results[REDRAWN].trials_per_condition,
-        "factor": FACTOR,
-    }
-    for name, number in found.items():
-        value(name, number)
+    value("omni.well_conditioned.ratio", ratio(OMNI, "well conditioned"))
+    value("fish.well_conditioned.ratio", ratio(FISH, "well conditioned"))
+    value("lab.omni.as_printed.ratio", ratio(OMNI, "as printed", "laboratory"))
+    rejected = results[RENDERED].select(camera=OMNI).column(MATCHED, "left_out")
+    value("omni.left_out", 100 * np.median(rejected))
+    value("redrawn", results[REDRAWN].trials_per_condition)
+    value("factor", FACTOR)
 
 
 # Fig. 4.6, and the factor of the thesis-matched level.
 
 
-PANELS = ("as_printed", "cgsp")
+DRAWN = ("as_printed", "cgsp")
 MIN_SHARE = 0.98  # of the points inside a panel
-TICKS = 5
 
 
 @figure("fig_4_6", needs=("table_4_3_rendered",), evidence="rendered")
@@ -122,18 +87,24 @@ def fig_4_6(results):
     result = results[RENDERED]
     drawn, axes = new_figure(2, 2, height_in=7.2, sharex="row", sharey="row")
     rows = []
-    panels = product(CAMERAS.values(), PANELS)
-    for panel, (camera, method) in zip(axes.flat, panels, strict=True):
-        x, y, apart = crossings(result, camera, method)
+    shown = product(CAMERAS.values(), DRAWN)
+    for panel, (camera, method) in zip(axes.flat, shown, strict=True):
+        x, y, separated = crossings(result, camera, method)
         for good, colour, label in (
-            (apart < 1, "#e69f00", "close points"),
-            (apart > 0, "#0072b2", "separated points"),
+            (separated < 1, "#e69f00", "close points"),
+            (separated > 0, "#0072b2", "separated points"),
         ):
             panel.plot(
                 x[good], y[good], ".", color=colour, ms=2, alpha=0.5, label=label
             )
         panel.plot(0, 0, "+", color="#d00000", ms=14, mew=2, label="centre")
-        reach = shown_reach(result, camera)
+        # Half the side of a camera's panels: each holds MIN_SHARE of its points.
+        reach = 1.15 * max(
+            np.quantile(
+                np.abs(crossings(result, camera, each)[:2]).max(axis=0), MIN_SHARE
+            )
+            for each in DRAWN
+        )
         outside = np.mean(np.maximum(abs(x), abs(y)) > reach)
         panel.set(
             xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal",
@@ -141,12 +112,12 @@ def fig_4_6(results):
             xlabel="x (mm)", ylabel="y (mm)",
         )  # fmt: skip
         for axis in (panel.xaxis, panel.yaxis):
-            axis.set_major_locator(MaxNLocator(TICKS, prune="both"))
+            axis.set_major_locator(MaxNLocator(5, prune="both"))
         panel.text(
             0.98, 0.02, f"outside: {100 * outside:.1f} %", ha="right", va="bottom",
             fontsize=8.5, transform=panel.transAxes,
         )  # fmt: skip
-        points = zip(x.tolist(), y.tolist(), apart.tolist(), strict=True)
+        points = np.column_stack([x, y, separated]).tolist()
         rows += [(camera, LINEAR_NAMES[method], *point) for point in points]
     legend_below(drawn, axes[0, 0], ncols=3)
     return Drawing(
@@ -165,21 +136,11 @@ def fig_4_6(results):
 
 def crossings(result, camera, method):
     """Return x, y (N,) mm on the plane, and 1 where a ray's points are separated."""
-    return result.select(camera=camera).arrays(f"{BENCH}.{method}.crossing")[0].T
-
-
-def shown_reach(result, camera):
-    """Return half the side of a camera's panels, mm, to hold MIN_SHARE of each."""
-    return 1.15 * max(
-        np.quantile(np.maximum(abs(x), abs(y)), MIN_SHARE)
-        for x, y, _ in (crossings(result, camera, method) for method in PANELS)
-    )
+    return result.select(camera=camera).arrays(MATCHED, method, "crossing")[0].T
 
 
 SOLVED_FROM = ("t4_3_omni_cgsp_mean_pre",)
-NEAR = 0.01
 TICKS_MM = (0.02, 0.05, 0.1, 0.2)
-WORDS = {"bench": "correlated over 7 x 7 pixels", "white": "white"}
 
 
 @figure(
@@ -193,9 +154,9 @@ def ext_bench_factor(results, published):
     result, printed = results["bench_factor"], published[SOLVED_FROM[0]]
     drawn, axes = new_figure(1, 1, height_in=3.2)
     rows, solutions, gaps = [], [], []
-    for index, (noise, words) in enumerate(WORDS.items()):
-        means = np.array(result.arrays("mean_mm", noise=noise))
-        medians = np.median(means, axis=0)
+    errors = {MATCHED: "correlated over 7 x 7 pixels", "white": "white"}
+    for index, (noise, words) in enumerate(errors.items()):
+        medians = np.median(result.arrays("mean_mm", noise=noise), axis=0)
         factor, chosen = solved(result, printed, noise), NOISES[noise].factor
         reached = np.median(result.column("chosen_mm", noise=noise))
         axes.plot(MULTIPLIED, medians, label=words, **series(index))
@@ -214,7 +175,7 @@ def ext_bench_factor(results, published):
     axes.minorticks_off()
     axes.legend()
     check = Check(
-        max(gaps) <= NEAR,
+        max(gaps) <= 0.01,
         f"at the factors the median is within {100 * max(gaps):.1f} % of the printed "
         "number",
     )
@@ -233,23 +194,6 @@ def ext_bench_factor(results, published):
 # Tables 4.2 and 4.3, and their numbers.
 
 
-TABLES_WORDS = {
-    "cx": "centre, x (mm)",
-    "cy": "centre, y (mm)",
-    "cz": "centre, z (mm)",
-    "r2": "rotation of grid 2 (deg)",
-    "t2": "translation of grid 2 (mm)",
-    "r3": "rotation of grid 3 (deg)",
-    "t3": "translation of grid 3 (mm)",
-}
-SOLVED = (
-    "the factor of the thesis-matched level is solved from this number: it is near "
-    "the printed one by construction"
-)
-POSES_OF_THE_RIG = (
-    "the grid poses of the rig are those of Table 4.2: this is near the printed "
-    "value by construction"
-)
 # Names of methods and stages in the ids of the registry.
 PRINTED_METHODS = {"std": "as_printed", "cgsp": "cgsp"}
 PRINTED_STAGES = {"pre": "ray", "ba": "ba"}
@@ -258,27 +202,26 @@ PRINTED_STAGES = {"pre": "ray", "ba": "ba"}
 @table("table_4_2", needs=("table_4_3_rendered",), evidence="rendered")
 def table_4_2(results):
     """Tabulate centre and poses by each method, and the true ones, of the first set."""
-    seeds = Seeds(results)
-    rows = [
-        (
-            camera,
-            TABLES_WORDS[name],
-            *(
-                float(seeds.rendered(camera, f"{which}.{name}")[0])
-                for which in (*LINEAR_NAMES, "true")
-            ),
-        )
-        for camera, name in product(CAMERAS.values(), PARAMETERS)
+    runs = runs_of(results, names=(RENDERED,))
+    methods = (*LINEAR_NAMES, "true")
+    cells = [
+        runs.of(camera, methods, tuple(PARAMETERS))[..., 0].T
+        for camera in CAMERAS.values()
     ]
+    found = np.concatenate(cells).tolist()
+    places = product(CAMERAS.values(), PARAMETERS.values())
     printed = {
-        LINEAR_NAMES[which]: [
-            f"t4_2_{short}_{name}_{method}"
+        LINEAR_NAMES[method]: [
+            f"t4_2_{short}_{name}_{abbreviation}"
             for short, name in product(CAMERAS, PARAMETERS)
         ]
-        for method, which in PRINTED_METHODS.items()
+        for abbreviation, method in PRINTED_METHODS.items()
     }
     return Table(
-        columns(("Camera", "Parameter", *LINEAR_NAMES.values(), "true"), rows),
+        columns(
+            ("Camera", "Parameter", *LINEAR_NAMES.values(), "true"),
+            [(*place, *row) for place, row in zip(places, found, strict=True)],
+        ),
         "Camera centre in the frame of the base grid, and rotation and translation "
         "magnitudes of grids 2 and 3 relative to it: first rendered run of each "
         "camera, thesis-matched level. *True* is the point nearest to all rays, since "
@@ -296,26 +239,23 @@ HEADS = {
 }
 
 
-@table("table_4_3", needs=SEEDS_OF_BOTH, evidence="rendered")
+@table("table_4_3", needs=BOTH, evidence="rendered")
 def table_4_3(results):
     """Tabulate ray-point errors before and after adjustment, thesis-matched level."""
-    known = {which: method for method, which in PRINTED_METHODS.items()}
+    runs = runs_of(results)
     printed = {
         HEADS[f"{key}_{statistic}_mm"]: [
-            f"t4_3_{short}_{known[which]}_{statistic}_{stage}"
-            if which in known
-            else None
-            for short, which in product(CAMERAS, LINEAR_NAMES)
+            f"t4_3_{short}_{abbreviation}_{statistic}_{stage}" if abbreviation else None
+            for short, abbreviation in product(CAMERAS, ("std", None, "cgsp"))
         ]
         for stage, key in PRINTED_STAGES.items()
         for statistic in ("mean", "sd")
     }
-    seeds = Seeds(results)
     rows = [
         (
             camera,
             LINEAR_NAMES[method],
-            *(Measured.median(seeds.of(camera, f"{method}.{key}")) for key in HEADS),
+            *map(Measured.median, runs.of(camera, method, tuple(HEADS))),
         )
         for camera, method in product(CAMERAS.values(), LINEAR_NAMES)
     ]
@@ -331,42 +271,44 @@ def table_4_3(results):
     )
 
 
-@numbers("table_4_2", needs=SEEDS_OF_BOTH, evidence="rendered")
+@numbers("table_4_2", needs=BOTH, evidence="rendered")
 def numbers_of_table_4_2(results):
     """Return centre and pose magnitudes of the rendered runs, standard as printed."""
-    seeds = Seeds(results)
+    rendered = runs_of(results, names=(RENDERED,))
     found = {
-        f"t4_2_{short}_{name}_{method}": Value.of_seeds(
-            seeds.rendered(camera, f"{which}.{name}"),
-            UNITS[name],
-            put_in=POSES_OF_THE_RIG,
+        f"t4_2_{short}_{name}_{abbreviation}": Value.of_seeds(
+            rendered.of(camera, method, name),
+            "deg" if name in ("r2", "r3") else "mm",
+            put_in="the grid poses of the rig are those of Table 4.2: this is near the "
+            "printed value by construction",
         )
         for short, camera in CAMERAS.items()
         for name in PARAMETERS
-        for method, which in PRINTED_METHODS.items()
+        for abbreviation, method in PRINTED_METHODS.items()
     }
-    agree = Value.of_seeds(seeds.disagreement(FISH), "%")
+    agree = Value.of_seeds(disagreement(runs_of(results), FISH), "%")
     return found | {"t4_2_fish_agree": agree}
 
 
-@numbers("table_4_3", needs=SEEDS_OF_BOTH, evidence="rendered")
+@numbers("table_4_3", needs=BOTH, evidence="rendered")
 def numbers_of_table_4_3(results):
     """Return ray-point errors over all runs, standard as printed."""
-    seeds = Seeds(results)
-    errors = {
-        f"t4_3_{short}_{method}_{statistic}_{stage}": Value.of_seeds(
-            seeds.of(camera, f"{which}.{key}_{statistic}_mm"), "mm"
+    runs, (solved_from,) = runs_of(results), SOLVED_FROM
+    found = {
+        f"t4_3_{short}_{abbreviation}_{statistic}_{stage}": Value.of_seeds(
+            runs.of(camera, method, f"{key}_{statistic}_mm"), "mm"
         )
         for short, camera in CAMERAS.items()
-        for method, which in PRINTED_METHODS.items()
+        for abbreviation, method in PRINTED_METHODS.items()
         for stage, key in PRINTED_STAGES.items()
         for statistic in ("mean", "sd")
     }
-    solved_from = "t4_3_omni_cgsp_mean_pre"
-    errors[solved_from] = replace(errors[solved_from], put_in=SOLVED)
-    return errors | {
-        f"s4_4_ratio_{short}": Value.of_seeds(
-            seeds.ratio(camera, "ray_mean_mm"), "ratio"
-        )
-        for short, camera in CAMERAS.items()
-    }
+    for short, camera in CAMERAS.items():
+        ratio = np.divide(*runs.both(camera, "ray_mean_mm"))
+        found[f"s4_4_ratio_{short}"] = Value.of_seeds(ratio, "ratio")
+    solved_value = replace(
+        found[solved_from],
+        put_in="the factor of the thesis-matched level is solved from this number: it "
+        "is near the printed one by construction",
+    )
+    return found | {solved_from: solved_value}

@@ -8,19 +8,19 @@ from typing import NamedTuple
 import numpy as np
 
 from chapters.shared.central import (
-    BENCH,
     GRID_SETS,
+    MATCHED,
     NOISES,
     OMNI,
     RIGS,
-    SEEDS,
+    RUNS,
     SMALL,
     SWEPT_NOISES,
     DecodingErrors,
-    drawn_again,
     grid_conditions,
     lattice_rays,
-    seen_grids,
+    redrawn_lattice,
+    scored_grids,
     true_camera,
     true_lattice,
     true_poses,
@@ -161,7 +161,7 @@ def decoded_points(folder, step, rng, noises=NOISES):
     """
     nodes = np.s_[step // 2 :: step, step // 2 :: step]
     decoded, true = [], []
-    for grid in seen_grids(folder):
+    for grid in scored_grids(folder):
         seen = grid.decoded.mask[nodes][..., None]
         decoded.append(np.where(seen, grid.decoded.location[nodes], np.nan))
         true.append(grid.points[nodes])
@@ -183,7 +183,7 @@ def redrawn_points(rig, seed, step, rng, errors, noises, size_mm=(376.9, 301.5))
     """
     decoded, true = [], []
     for points, cosine in true_lattices(rig, seed, step, size_mm):
-        decoded.append(drawn_again(errors, points, cosine, rng, step))
+        decoded.append(redrawn_lattice(errors, points, cosine, rng, step))
         true.append(points)
     return _at_noises(decoded, true, step, rng, noises)
 
@@ -412,13 +412,13 @@ def edges_and_field(calibrations, points, lattice, name, folder):
     return out
 
 
-def pictures_trial(condition, rng):
+def images_trial(condition, rng):
     """Return two frames of the room, original and corrected by two calibrations."""
     name, rig = condition["camera"], condition["rig"]
     folder = rendered_set(rig, 0)
-    bench = {BENCH: NOISES[BENCH]}
+    bench = {MATCHED: NOISES[MATCHED]}
     lattice, points = decoded_points(folder, condition["step"], rng, bench)
-    found = calibrated(folder, lattice, points[BENCH], rng, ("printed", "cgsp"))
+    found = calibrated(folder, lattice, points[MATCHED], rng, ("printed", "cgsp"))
     laboratory = rig_named(rig).laboratory()
     out = {}
     for frame, turn in enumerate(TURNS_DEG[:VIEWS]):
@@ -509,13 +509,13 @@ def corner_residuals(found, lattice, view, scale):
     outward = metric[rays.valid] - metric[rays.valid].mean(axis=0)
     length = np.linalg.norm(outward, axis=1)
     radial = np.sum(residual * outward, axis=1) / np.maximum(length, 1e-9)
-    seam = beside_seam(found.sources, places, view)[rays.valid]
+    seam = near_seam(found.sources, places, view)[rays.valid]
     return np.column_stack(
         [metric[rays.valid], residual, np.degrees(angle), radial, seam]
     )
 
 
-def beside_seam(sources, places, view):
+def near_seam(sources, places, view):
     """Return corners (N,) within two columns of one calibrated by other grids."""
     height, width = sources.shape
     u, v = np.round(places).astype(int).T
@@ -559,7 +559,7 @@ def spearman(a, b):
     return float(np.corrcoef(*(np.argsort(np.argsort(v)) for v in (a, b)))[0, 1])
 
 
-def seed_trial(condition, rng):
+def run_trial(condition, rng):
     """Return residuals of all boards of a rendered run, by method."""
     rig, seed = condition["rig"], condition["seed"]
     grids = rendered_set(rig, seed)
@@ -573,7 +573,7 @@ def seed_trial(condition, rng):
         methods = SWEPT_METHODS if noise in SWEPT_NOISES else tuple(METHODS)
         found = calibrated(grids, lattice, seen, rng, methods)
         out[noise] = by_method(found, lattice, views, scale)
-        if noise != BENCH:
+        if noise != MATCHED:
             for method in out[noise].values():
                 method.pop("field", None)  # one is drawn
     return out
@@ -618,7 +618,7 @@ LINES_STEP = {"quick": 4, "full": 12}
 def boards(effort):
     """Plan corrected chessboards of the rendered runs of both cameras."""
     cases = [case | {"step": STEP[effort]} for case in grid_conditions(effort)]
-    return Plan(seed_trial, cases, 1, {"step_px": STEP[effort], "magnified": MAGNIFIED})
+    return Plan(run_trial, cases, 1, {"step_px": STEP[effort], "magnified": MAGNIFIED})
 
 
 @experiment(
@@ -630,7 +630,7 @@ def pictures(effort):
         {"camera": camera, "rig": name + SMALL[effort], "step": STEP[effort]}
         for camera, name in RIGS.items()
     ]
-    return Plan(pictures_trial, cases, 1, {"step_px": STEP[effort]})
+    return Plan(images_trial, cases, 1, {"step_px": STEP[effort]})
 
 
 @experiment(
@@ -647,7 +647,7 @@ def lines(effort, results):
         {
             "camera": camera,
             "rig": name + SMALL[effort],
-            "seeds": list(SEEDS[effort]),
+            "seeds": list(RUNS[effort]),
             "step": step,
         }
         for camera, name in RIGS.items()

@@ -6,11 +6,13 @@ import numpy as np
 
 from chapters.ch04_central_generic.s3_3_correction.experiment import MAGNIFIED, METHODS
 from chapters.shared.central import (
-    BENCH,
     FISH,
+    LEVEL_NAMES,
+    MATCHED,
     OMNI,
     OPTIONS,
-    judged_by_seed,
+    Runs,
+    judged_by_run,
     over_the_sweep,
 )
 from chapters.shared.methods import LINEAR_NAMES
@@ -18,7 +20,6 @@ from repro.page import look_of, new_figure, value
 from repro.run import (
     Case,
     Drawing,
-    Estimate,
     Measured,
     Reading,
     Table,
@@ -34,53 +35,28 @@ from repro.run import (
     with_worst,
 )
 
-# Results of section 4.3.2b in one interpretation, and the numbers of the text.
+# The experiments of section 4.3.2b, and the numbers of the text.
 
 
 BOARDS, LINES = "fig_4_9_boards", "fig_4_7_lines"
 NAMES = {method: LINEAR_NAMES[stage] for method, stage in METHODS.items()}
-READINGS = {
+QUESTIONS = {
     "decoding_noise": OPTIONS,
     "standard_method": {"as printed": "printed", "well conditioned": "conditioned"},
 }
-
-
-class Corrected(Case):
-    """Trials of one experiment in one interpretation, at one noise level."""
-
-    def __init__(self, result, options=None, noise=BENCH):
-        super().__init__(READINGS, options)
-        self.result, self.noise = result, noise
-
-    def of(self, camera, name):
-        """Return a value of each trial of a camera, (trials,)."""
-        return self.result.select(camera=camera).column(f"{self.noise}.{name}")
-
-    def both(self, camera, name):
-        """Return a value of the standard method and of CGSP, (2, trials)."""
-        methods = self["standard_method"], "cgsp"
-        return np.array([self.of(camera, f"{m}.{name}") for m in methods])
-
-    def ratio(self, camera, name):
-        """Return standard over CGSP, (trials,); a failed standard run is the worst."""
-        standard, cgsp = self.both(camera, name)
-        return with_worst(standard) / cgsp
+CAMERAS = {"omni": OMNI, "fish": FISH}
+PRINTED_METHODS = {"printed": "std", "cgsp": "cgsp"}  # in the ids of the registry
 
 
 def name_values(open_results):
     """Name the numbers that the text quotes: medians of the trials with a value."""
     boards, lines = open_results(BOARDS), open_results(LINES)
-
-    def median(result, noise, camera, name):
-        return np.nanmedian(Corrected(result, noise=noise).of(camera, name))
-
-    cameras = {"omni": OMNI, "fish": FISH}
-    for short, camera in cameras.items():
+    for short, camera in CAMERAS.items():
         for method in ("printed", "cgsp"):
-            mean = median(boards, "laboratory", camera, f"{method}.mean_mm")
-            value(f"lab.{short}.{method}.mean", mean)
-        worst = median(lines, BENCH, camera, "cgsp.worst_share")
-        value(f"{short}.cgsp.worst", 100 * worst)
+            means = boards.select(camera=camera).column("laboratory", method, "mean_mm")
+            value(f"lab.{short}.{method}.mean", np.nanmedian(means))
+        worst = lines.select(camera=camera).column(MATCHED, "cgsp", "worst_share")
+        value(f"{short}.cgsp.worst", 100 * np.nanmedian(worst))
 
 
 # Figs 4.7 to 4.9: a corrected room, and residuals of a chessboard.
@@ -88,51 +64,48 @@ def name_values(open_results):
 
 KEY_MM = 0.2  # of the arrow that shows the scale
 MAX_GREY = 30.0  # limit of the colours of a difference
-PANELS = (
-    ("(a) omnidirectional, standard", OMNI, "printed"),
-    ("(b) omnidirectional, CGSP", OMNI, "cgsp"),
-    ("(c) fisheye, standard", FISH, "printed"),
-    ("(d) fisheye, CGSP", FISH, "cgsp"),
-)
-FIGURES_METHODS = {"printed": "standard, as printed", "cgsp": "CGSP"}
-ROWS = (("frame", "original"), ("printed", "standard"), ("cgsp", "CGSP"))
-FRAMES = 2
 LETTERS = ("ab", "cd", "ef", "gh")  # row by row
 
 
 def _images(results, camera, height_in):
     """Draw original frames, standard, CGSP and their difference: four rows of two."""
-    result = results["fig_4_7_pictures"]
-    drawn, axes = new_figure(len(ROWS) + 1, FRAMES, height_in=height_in)
+    result = results["fig_4_7_pictures"].one(camera=camera)
+    drawn, axes = new_figure(len(LETTERS), 2, height_in=height_in)
     rows = []
-    for number, (name, words) in enumerate(ROWS):
-        for frame, panel in enumerate(axes[number]):
-            letter = LETTERS[number][frame]
+    for frame, column in enumerate(axes.T):
+        letters = [pair[frame] for pair in LETTERS]
+        shown = {
+            words: result.arrays(f"{name}_{frame}")
+            for name, words in (
+                ("frame", "original"), ("printed", "standard"), ("cgsp", "CGSP"),
+            )
+        }  # fmt: skip
+        for panel, letter, (words, image) in zip(
+            column[:-1], letters[:-1], shown.items(), strict=True
+        ):
             panel.set_title(f"({letter}) {words}, frame {frame + 1}")
             panel.set_axis_off()
-            found = result.arrays(f"{name}_{frame}", camera=camera)
-            if found:
-                panel.imshow(found[0], cmap="gray", vmin=0, vmax=255)
-                rows.append((letter, float(found[0].mean()), None))
-    for frame, panel in enumerate(axes[-1]):
-        letter = LETTERS[-1][frame]
-        panel.set_axis_off()
-        printed, cgsp = (
-            result.arrays(f"{name}_{frame}", camera=camera)
-            for name in ("printed", "cgsp")
-        )
-        if printed and cgsp:
-            off = difference(printed[0], cgsp[0])
-            shown = panel.imshow(off, cmap="RdBu", vmin=-MAX_GREY, vmax=MAX_GREY)
+            if image:
+                panel.imshow(image[0], cmap="gray", vmin=0, vmax=255)
+                rows.append((letter, float(image[0].mean()), None))
+        column[-1].set_axis_off()
+        if shown["standard"] and shown["CGSP"]:
+            off = difference(shown["standard"][0], shown["CGSP"][0])
+            colours = column[-1].imshow(off, cmap="RdBu", vmin=-MAX_GREY, vmax=MAX_GREY)
             rms = float(np.sqrt(np.nanmean(off**2)))
-            panel.set_title(f"({letter}) CGSP − standard, RMS {rms:.1f}")
-            rows.append((letter, None, rms))
+            column[-1].set_title(f"({letters[-1]}) CGSP − standard, RMS {rms:.1f}")
+            rows.append((letters[-1], None, rms))
     if axes[-1, 0].images:
         bar = drawn.colorbar(
-            shown, ax=axes[-1], location="bottom", shrink=0.5, aspect=40, extend="both"
+            colours,
+            ax=axes[-1],
+            location="bottom",
+            shrink=0.5,
+            aspect=40,
+            extend="both",
         )
         bar.set_label("Difference (grey levels)")
-    return drawn, columns(("panel", "mean_grey", "rms_difference_grey"), rows)
+    return drawn, columns(("panel", "mean_grey", "rms_difference_grey"), sorted(rows))
 
 
 def difference(printed, cgsp):
@@ -176,13 +149,17 @@ def fig_4_9(results):
     result = results[BOARDS]
     drawn, axes = new_figure(2, 2, height_in=5.4, sharex=True, sharey=True)
     rows = []
-    for panel, (title, camera, method) in zip(axes.flat, PANELS, strict=True):
-        found = result.select(camera=camera).arrays(f"{BENCH}.{method}.field")
-        panel.set(title=title, aspect="equal")
+    panels = product(((OMNI, "omnidirectional"), (FISH, "fisheye")), PRINTED_METHODS)
+    for panel, letter, ((camera, words), method) in zip(
+        axes.flat, "abcd", panels, strict=True
+    ):
+        found = result.select(camera=camera).arrays(MATCHED, method, "field")
+        name = NAMES[method].partition(",")[0]
+        panel.set(title=f"({letter}) {words}, {name}", aspect="equal")
         if not found:
             continue
         x, y, dx, dy = found[0][:, :4].T
-        colour = look_of(FIGURES_METHODS[method])["color"]
+        colour = look_of(NAMES[method])["color"]
         panel.plot(x, y, ".", color=colour, markersize=3)
         ends = np.column_stack([x + MAGNIFIED * dx, y + MAGNIFIED * dy])
         panel.update_datalim(ends)
@@ -212,42 +189,29 @@ def fig_4_9(results):
 # Table 4.4.
 
 
-NOISES = {"thesis-matched": BENCH, "low-noise": "laboratory"}
-COLUMNS = {
-    "Omnidirectional, mean (mm)": (OMNI, "mean"),
-    "Omnidirectional, SD (mm)": (OMNI, "sd"),
-    "Fisheye, mean (mm)": (FISH, "mean"),
-    "Fisheye, SD (mm)": (FISH, "sd"),
-}
-# Cameras, and methods of the thesis, in the ids of the registry.
-PRINTED_CAMERAS = {OMNI: "omni", FISH: "fish"}
-PRINTED_METHODS = {"printed": "std", "cgsp": "cgsp"}
-
-
 @table("table_4_4", needs=("fig_4_9_boards",), evidence="rendered")
 def table_4_4(results):
     """Tabulate residual statistics of both cameras by method."""
-    rows = list(product(NOISES.items(), NAMES))
-    cells = {
-        title: [
-            _cell(Corrected(results[BOARDS], noise=noise).of(camera, f"{m}.{name}_mm"))
-            for (_, noise), m in rows
+    rows = list(product(LEVEL_NAMES, NAMES))
+    cells, printed = {}, {}
+    for (short, camera), name in product(CAMERAS.items(), ("mean", "sd")):
+        words = {"mean": "mean", "sd": "SD"}[name]
+        title = f"{camera.capitalize()}, {words} (mm)"
+        trials = results[BOARDS].select(camera=camera)
+        found = [trials.column(*row, f"{name}_mm") for row in rows]
+        cells[title] = [
+            Measured.of_seeds(one) if np.isfinite(one).all() else None for one in found
         ]
-        for title, (camera, name) in COLUMNS.items()
-    }
-    printed = {
-        title: [
-            f"t4_4_{PRINTED_CAMERAS[camera]}_{PRINTED_METHODS[m]}_{name}"
-            if m in PRINTED_METHODS and noise == BENCH
+        printed[title] = [
+            f"t4_4_{short}_{PRINTED_METHODS[method]}_{name}"
+            if noise == MATCHED and method in PRINTED_METHODS
             else None
-            for (_, noise), m in rows
+            for noise, method in rows
         ]
-        for title, (camera, name) in COLUMNS.items()
-    }
     return Table(
         {
-            "Noise level": [words for (words, _), _ in rows],
-            "Method": [NAMES[m] for _, m in rows],
+            "Noise level": [LEVEL_NAMES[noise] for noise, _ in rows],
+            "Method": [NAMES[method] for _, method in rows],
             **cells,
         },
         "Residuals of chessboards after distortion correction: median, smallest and "
@@ -258,95 +222,89 @@ def table_4_4(results):
     )
 
 
-def _cell(found):
-    return Measured.of_seeds(found) if np.isfinite(found).all() else None
-
-
-# The claims of 4.3.2 about corrected pictures, and the numbers of Table 4.4.
+# The claims of 4.3.2 about corrected images, and the numbers of Table 4.4.
 #
-# Most are judged trial by trial: a predicate takes the `Corrected` trials of a reading
-# and returns whether it is true (trials,), what was measured (trials,), its unit, and
-# words.
+# Most are judged trial by trial: a predicate takes the `Runs` of an interpretation. It
+# returns whether it is true (trials,), the measured value (trials,), its unit, and a
+# reason.
 
 
-STRAIGHT, MIN_GAIN = 0.01, 1.05
-LINES_ALONE = ("fig_4_7_lines",)
-BOARDS_ALONE = ("fig_4_9_boards",)
-STANDARD = ("decoding_noise", "standard_method")
-REMOVED = 0.2
+MAX_BEND, MIN_GAIN, MAX_REMAINDER = 0.01, 1.05, 0.2
 MIN_RATIO, EQUAL = 1.3, (0.85, 1.25)
-MAX_BIAS, SEAM, SKEW = 0.25, 1.5, 0.3
+MAX_BIAS, MIN_SEAM, MIN_CORRELATION = 0.25, 1.5, 0.3
+STANDARD = ("decoding_noise", "standard_method")
 
 
-def _lines(results, options, noise=BENCH):
-    return Corrected(results[LINES], options, noise)
-
-
-def _boards(results, options, noise=BENCH):
-    return Corrected(results[BOARDS], options, noise)
-
-
-@claim("c4_lines_straight", needs=LINES_ALONE, evidence="rendered", readings=STANDARD)
+@claim(
+    "c4_lines_straight",
+    needs=("fig_4_7_lines",),
+    evidence="rendered",
+    readings=STANDARD,
+)
 def judge_lines_straight(results, options):
     """Worst edge within 1 % for both methods; CGSP ahead, omnidirectional."""
-
-    def shares_at(noise):
-        lines = Corrected(results[LINES], options, noise)
-        methods = lines["standard_method"], "cgsp"
-        return {
-            (camera, method): lines.of(camera, f"{method}.worst_share")
-            for camera, method in product((OMNI, FISH), methods)
-        }
+    case = Case(QUESTIONS, options)
+    methods = case["standard_method"], "cgsp"
+    edges = list(product((OMNI, FISH), methods))
 
     def found_at(noise):
-        shares = shares_at(noise)
-        worst = {key: median_interval(found) for key, found in shares.items()}
-        standard, cgsp = (with_worst(s) for (c, _), s in shares.items() if c == OMNI)
-        return worst, wins([(cgsp, standard)])[0]
+        runs = Runs([results[LINES]], case, noise)
+        shares = [runs.of(camera, one, "worst_share") for camera, one in edges]
+        standard, cgsp = map(with_worst, shares[:2])
+        return [median_interval(one) for one in shares], wins([(cgsp, standard)])[0]
 
     def reading_at(noise):
         worst, ahead = found_at(noise)
-        at = max(worst, key=lambda key: worst[key].value)
+        at = int(np.argmax([found.value for found in worst]))
+        camera, method = edges[at]
         return Reading.of(
-            all_of([*(e.below(STRAIGHT) for e in worst.values()), ahead.decision]),
-            Estimate(*(100 * end for end in worst[at][:3])),
+            all_of([*(found.below(MAX_BEND) for found in worst), ahead.decision]),
+            worst[at].times(100),
             "%",
-            f"largest deviation of an edge from its line, of its length: {at[0]}, "
-            f"{at[1]}; standard / CGSP of the omnidirectional camera "
+            f"largest deviation of an edge from its line, of its length: {camera}, "
+            f"{method}; standard / CGSP of the omnidirectional camera "
             f"{ahead.ratio.value:.3f} ({ahead.ratio.low:.3f} to "
             f"{ahead.ratio.high:.3f})",
         )
 
     def straight_and_ahead(noise):
         worst, ahead = found_at(noise)
-        straight = all(found.value < STRAIGHT for found in worst.values())
+        straight = all(found.value < MAX_BEND for found in worst)
         return straight and ahead.ratio.value >= MIN_GAIN
 
-    return over_the_sweep(Case(READINGS, options), reading_at, straight_and_ahead)
+    return over_the_sweep(case, reading_at, straight_and_ahead)
 
 
-@claim("c4_unwrap_fov", needs=LINES_ALONE, evidence="rendered", readings=STANDARD)
-@judged_by_seed(_lines)
+@claim(
+    "c4_unwrap_fov", needs=("fig_4_7_lines",), evidence="rendered", readings=STANDARD
+)
+@judged_by_run(QUESTIONS, LINES)
 def less_view(lines):
     """Less vertical view with the standard method, and its depth is why."""
     own, cgsp = lines.both(OMNI, "vertical_deg")
     same, _ = lines.both(OMNI, "equal_depth_deg")
     less = cgsp - own
-    left = np.abs(cgsp - same) / np.abs(less)
+    remainder = np.abs(cgsp - same) / np.abs(less)
     return (
-        (less > 0) & (left <= REMOVED),
+        (less > 0) & (remainder <= MAX_REMAINDER),
         less,
         "deg",
         "CGSP's vertical view less the standard one's; with equal depth "
-        f"{100 * np.nanmedian(left):.0f} % of the difference is left",
+        f"{100 * np.nanmedian(remainder):.0f} % of the difference is left",
     )
 
 
-@claim("c4_t44_omni", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
-@judged_by_seed(_boards)
+def ratios(boards, camera, *path):
+    """Return standard over CGSP, (..., trials); a failed standard is the worst."""
+    standard, cgsp = boards.both(camera, *path)
+    return with_worst(standard) / cgsp
+
+
+@claim("c4_t44_omni", needs=("fig_4_9_boards",), evidence="rendered", readings=STANDARD)
+@judged_by_run(QUESTIONS, BOARDS)
 def larger_residuals(boards):
     """Mean and SD of the standard residuals at least 1.3 times CGSP's."""
-    mean, spread = (boards.ratio(OMNI, name) for name in ("mean_mm", "sd_mm"))
+    mean, spread = ratios(boards, OMNI, ("mean_mm", "sd_mm"))
     return (
         (mean >= MIN_RATIO) & (spread >= MIN_RATIO),
         mean,
@@ -355,16 +313,21 @@ def larger_residuals(boards):
     )
 
 
-@claim("c4_t44_fish", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
-@judged_by_seed(_boards)
+@claim("c4_t44_fish", needs=("fig_4_9_boards",), evidence="rendered", readings=STANDARD)
+@judged_by_run(QUESTIONS, BOARDS)
 def equal_residuals(boards):
     """The means of the fisheye are nearly equal."""
-    mean = boards.ratio(FISH, "mean_mm")
+    mean = ratios(boards, FISH, "mean_mm")
     return (mean >= EQUAL[0]) & (mean <= EQUAL[1]), mean, "", "ratio of the means"
 
 
-@claim("c4_no_radial_bias", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
-@judged_by_seed(_boards)
+@claim(
+    "c4_no_radial_bias",
+    needs=("fig_4_9_boards",),
+    evidence="rendered",
+    readings=STANDARD,
+)
+@judged_by_run(QUESTIONS, BOARDS)
 def no_radial_bias(boards):
     """No quintile of radius has a mean radial residual of a quarter RMS."""
     worse = with_worst(boards.both(OMNI, "radial_bias")).max(axis=0)
@@ -377,49 +340,52 @@ def no_radial_bias(boards):
     )
 
 
-@claim("c4_seams", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
-@judged_by_seed(_boards)
+@claim("c4_seams", needs=("fig_4_9_boards",), evidence="rendered", readings=STANDARD)
+@judged_by_run(QUESTIONS, BOARDS)
 def seams(boards):
-    """Standard residuals are larger beside seams, CGSP's less so."""
+    """Standard residuals are larger near seams, CGSP's less so."""
     own, cgsp = boards.both(OMNI, "seam_ratio")
     return (
-        (own > SEAM) & (cgsp < own),
+        (own > MIN_SEAM) & (cgsp < own),
         own,
         "",
-        "mean residual beside seams over that elsewhere; CGSP "
-        f"{np.nanmedian(cgsp):.2f}",
+        f"mean residual near seams over that elsewhere; CGSP {np.nanmedian(cgsp):.2f}",
     )
 
 
-@claim("c4_skew_amplifies", needs=BOARDS_ALONE, evidence="rendered", readings=STANDARD)
-@judged_by_seed(_boards)
+@claim(
+    "c4_skew_amplifies",
+    needs=("fig_4_9_boards",),
+    evidence="rendered",
+    readings=STANDARD,
+)
+@judged_by_run(QUESTIONS, BOARDS)
 def skew(boards):
     """Residuals of the fisheye rise with the angle to the plane's normal."""
-    least = boards.both(FISH, "skew_spearman").min(axis=0)
+    smaller = boards.both(FISH, "skew_spearman").min(axis=0)
     return (
-        least >= SKEW,
-        least,
+        smaller >= MIN_CORRELATION,
+        smaller,
         "",
         "rank correlation of angle and residual, the smaller of both methods",
     )
 
 
-@numbers("table_4_4", needs=BOARDS_ALONE, evidence="rendered")
+@numbers("table_4_4", needs=("fig_4_9_boards",), evidence="rendered")
 def numbers_of_table_4_4(results):
     """Mean and SD of the residuals, the standard method as printed."""
-    boards = Corrected(results[BOARDS])
+    boards = Runs([results[BOARDS]], Case(QUESTIONS))
     return {
         f"t4_4_{short}_{name}_{statistic}": Value.of_seeds(
-            boards.of(camera, f"{method}.{statistic}_mm"), "mm"
+            boards.of(camera, method, f"{statistic}_mm"), "mm"
         )
-        for short, camera in (("omni", OMNI), ("fish", FISH))
-        for name, method in (("std", "printed"), ("cgsp", "cgsp"))
+        for short, camera in CAMERAS.items()
+        for method, name in PRINTED_METHODS.items()
         for statistic in ("mean", "sd")
     }
 
 
-@numbers("fig_4_9", needs=BOARDS_ALONE, evidence="rendered")
+@numbers("fig_4_9", needs=("fig_4_9_boards",), evidence="rendered")
 def numbers_of_fig_4_9(results):
     """How much longer than they are the vectors are drawn."""
-    drawn = results[BOARDS].settings["magnified"]
-    return {"fig4_9_scale": Value(drawn, unit="x")}
+    return {"fig4_9_scale": Value(results[BOARDS].settings["magnified"], unit="x")}

@@ -139,7 +139,7 @@ def true_pixels(camera, T_camera_target):
     return [camera.project(corners).pixels for corners in corners_of(T_camera_target)]
 
 
-def photograph(T_camera_target, rng):
+def recorded_image(T_camera_target, rng):
     """Return (image (h, w) of the part with the target, its first pixel (2,))."""
     rig = rig_named(RIG)
     parts, outlines = [], []
@@ -382,7 +382,7 @@ def detected_boards(poses, rng):
     }
     refused = {name: np.zeros((len(poses), len(BOARDS)), bool) for name in DETECTORS}
     for index, T in enumerate(poses):
-        picture, first = photograph(T, rng)
+        picture, first = recorded_image(T, rng)
         seen = zip(BOARDS, true_pixels(camera, T), strict=True)
         for k, (board, true) in enumerate(seen):
             lattice = (true - first).reshape(board.rows, board.columns, 2)

@@ -144,7 +144,7 @@ from repro.run import Plan, crossed, experiment
 # from the same board and image.
 
 # %%
-SEEDS = {"quick": 3, "full": 100}
+N_RUNS = {"quick": 3, "full": 100}
 
 
 def motion_trial(condition, rng, corners, decoding):
@@ -240,7 +240,7 @@ def trial_of(results, effort):
 
 
 @experiment("fig_4_10_rendered", artefact="fig_4_10", inputs=RIG_FILES, needs=MEASURED)
-def rendered_seeds(effort, results):
+def rendered_runs(effort, results):
     """Plan motions from the corners of the rendered images."""
     seeds = crossed(seed=range(RENDERED[effort]))
     return Plan(trial_of(results, effort), seeds, 1, SETTINGS | CALIBRATION)
@@ -253,9 +253,9 @@ def rendered_seeds(effort, results):
     inputs=RIG_FILES,
     needs=MEASURED,
 )
-def redrawn_seeds(effort, results):
+def redrawn_runs(effort, results):
     """Plan motions of further runs, with redrawn corners."""
-    return Plan(trial_of(results, effort), [{}], SEEDS[effort], SETTINGS | CALIBRATION)
+    return Plan(trial_of(results, effort), [{}], N_RUNS[effort], SETTINGS | CALIBRATION)
 
 
 # %% [markdown]

@@ -11,7 +11,7 @@ from chapters.ch04_central_generic.s3_4_motion.experiment import (
     STEP_MM,
     STEPS,
 )
-from chapters.shared.central import BENCH, OPTIONS, over_the_sweep
+from chapters.shared.central import LEVEL_NAMES, MATCHED, OPTIONS, over_the_sweep
 from chapters.shared.methods import LINEAR_NAMES
 from repro.page import INK, look_of, new_figure, value
 from repro.run import (
@@ -37,63 +37,34 @@ from repro.run import (
 # Methods of the trials -> words.
 NAMES = dict(zip(METHODS, LINEAR_NAMES.values(), strict=True))
 MEASURES = {"translation": "deviation_mm", "rotation": "off_deg"}
-MIN_GAIN = 1.05  # of the medians, required by the rule for wins
 SCALE = 4  # of the deviations in the drawing
-QUOTED_DETECTOR = "CELECT"
-
-
-READINGS = {
+QUESTIONS = {
     "decoding_noise": OPTIONS,
     "standard_method": {name: name for name in METHODS[:2]},
     "motion_corners": {name: name for name in DETECTORS},
 }
 
 
-def trials_of(result, motion, measure, method, detector, noise=BENCH):
-    """Return one measure of one method, (trials,), nan where it failed."""
-    return result.select().column(f"{noise}.{motion}.{detector}.{method}.{measure}")
-
-
-def ahead_at(result, options, motion, noise):
-    """Return wins(CGSP < standard) in one motion's measure, a `Comparison`."""
-    case = Case(READINGS, options)
-    ours, theirs = (
-        trials_of(
-            result, motion, MEASURES[motion], method, case["motion_corners"], noise
-        )
-        for method in ("CGSP", case["standard_method"])
-    )
-    return wins([(ours, theirs)])[0]
+def trials_of(result, motion, method, detector="CELECT", noise=MATCHED):
+    """Return a motion's measure by one or more methods, (..., trials)."""
+    trials = result.select()
+    return trials.column(noise, motion, detector, method, MEASURES[motion])
 
 
 def name_values(open_results):
     """Name the numbers that the text quotes: medians over the redrawn runs."""
     runs = open_results("fig_4_10_seeds")
-
-    def median(motion, method, noise=BENCH):
-        trials = trials_of(
-            runs, motion, MEASURES[motion], method, QUOTED_DETECTOR, noise
-        )
-        return np.median(with_worst(trials))
-
     for method, short in (("as printed", "printed"), ("CGSP", "cgsp")):
-        for motion in STEPS:
-            value(f"{motion}_{short}", median(motion, method))
-        lab = median("translation", method, "laboratory")
-        value(f"lab_translation_{short}", lab)
+        for name, motion, noise in (
+            ("translation", "translation", MATCHED),
+            ("rotation", "rotation", MATCHED),
+            ("lab_translation", "translation", "laboratory"),
+        ):
+            found = with_worst(trials_of(runs, motion, method, noise=noise))
+            value(f"{name}_{short}", np.median(found))
 
 
 # Fig. 4.10: the motion of the stage, reconstructed from rays.
-
-
-EXACT = 1e-9
-
-
-def drawn_arrays(result, motion, method, name):
-    """Return one array of the first rendered run, corners by CELECT."""
-    return result.arrays(f"{BENCH}.{motion}.{QUOTED_DETECTOR}.{method}.{name}", seed=0)[
-        0
-    ]
 
 
 def path_of(shifts, across):
@@ -102,9 +73,8 @@ def path_of(shifts, across):
     Deviations along the mean step are enlarged SCALE times; lateral ones are not.
     """
     mean = shifts.mean(axis=0)
-    ahead = mean / np.linalg.norm(mean)
-    off = shifts - mean
-    steps = np.column_stack([(mean + SCALE * off) @ ahead, off @ across])
+    forward, off = mean / np.linalg.norm(mean), shifts - mean
+    steps = np.column_stack([(mean + SCALE * off) @ forward, off @ across])
     return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
 
@@ -112,8 +82,8 @@ def widest(every):
     """Return the unit vector perpendicular to the motion with most deviation."""
     off = np.concatenate([s - s.mean(axis=0) for s in every])
     mean = np.mean([s.mean(axis=0) for s in every], axis=0)
-    ahead = mean / np.linalg.norm(mean)
-    off = off - np.outer(off @ ahead, ahead)
+    forward = mean / np.linalg.norm(mean)
+    off = off - np.outer(off @ forward, forward)
     return np.linalg.svd(off)[2][0]
 
 
@@ -122,26 +92,28 @@ def fig_4_10(results):
     """Draw (a) the translation, deviations enlarged; (b) the rotation."""
     result = results["fig_4_10_rendered"]
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
-    shifts = {
-        method: drawn_arrays(result, "translation", method, "shifts")
-        for method in METHODS
-    }
-    across = widest(list(shifts.values()))
+    # The first rendered run, corners by CELECT.
+    shifts, turned = (
+        [
+            result.arrays(MATCHED, motion, "CELECT", method, name, seed=0)[0]
+            for method in METHODS
+        ]
+        for motion, name in (("translation", "shifts"), ("rotation", "turned"))
+    )
+    across = widest(shifts)
     rows, gaps = [], []
     stage = STEP_DEG * np.arange(STEPS["rotation"] + 1)
-    for method in METHODS:
-        path = path_of(shifts[method], across)
-        left.plot(*path.T, label=NAMES[method], **look_of(NAMES[method]))
-        turned = drawn_arrays(result, "rotation", method, "turned")
-        off = np.concatenate([[0.0], turned]) - stage
-        right.plot(stage, off, **look_of(NAMES[method]))
+    judged = trials_of(result, "translation", METHODS)[:, 0]
+    for index, (method, name) in enumerate(NAMES.items()):
+        path = path_of(shifts[index], across)
+        left.plot(*path.T, label=name, **look_of(name))
+        off = np.concatenate([[0.0], turned[index]]) - stage
+        right.plot(stage, off, **look_of(name))
         rows += [("a", method, *place) for place in path]
         rows += [("b", method, *pair) for pair in zip(stage, off, strict=True)]
-        lateral = shifts[method] - shifts[method].mean(axis=0)
-        judged = trials_of(
-            result, "translation", "deviation_mm", method, QUOTED_DETECTOR
-        )[0]
-        gaps.append(abs(np.sqrt(np.mean(np.sum(lateral**2, axis=1))) - judged))
+        lateral = shifts[index] - shifts[index].mean(axis=0)
+        deviation = np.sqrt(np.mean(np.sum(lateral**2, axis=1)))
+        gaps.append(abs(deviation - judged[index]))
     for panel in (left, right):
         panel.axhline(0, color=INK, lw=0.8)
     left.set(
@@ -165,7 +137,7 @@ def fig_4_10(results):
         f"step, where deviations are enlarged {SCALE} times; (b) error of the "
         "accumulated rotation after each step of 10°.",
         Check(
-            bool(max(gaps) < EXACT),
+            bool(max(gaps) < 1e-9),
             "the drawn steps have the deviations that the claims judge, to "
             f"{max(gaps):.0e} mm",
         ),
@@ -175,25 +147,19 @@ def fig_4_10(results):
 # Errors of the motion by method and detector.
 
 
-NOISES = {BENCH: "thesis-matched", "laboratory": "low-noise"}
-
-
 @table("ext_motion", needs=("fig_4_10_seeds", "fig_4_10_rendered"), evidence="rendered")
 def motion_table(results):
     """Tabulate medians of both errors, redrawn and rendered."""
-    result, rendered = (
-        results[name] for name in ("fig_4_10_seeds", "fig_4_10_rendered")
-    )
+    both = [results[name] for name in ("fig_4_10_seeds", "fig_4_10_rendered")]
     rows = []
-    for noise, detector, method in product(NOISES, DETECTORS, NAMES):
+    for noise, detector, method in product(LEVEL_NAMES, DETECTORS, NAMES):
         cells = []
-        for motion, measure in MEASURES.items():
+        for motion in MEASURES:
             redrawn, found = (
-                trials_of(one, motion, measure, method, detector, noise)
-                for one in (result, rendered)
+                trials_of(one, motion, method, detector, noise) for one in both
             )
             cells += [Measured.median_or_none(redrawn), float(np.median(found))]
-        rows.append((NOISES[noise], detector, NAMES[method], *cells))
+        rows.append((LEVEL_NAMES[noise], detector, NAMES[method], *cells))
     return Table(
         columns(
             (
@@ -216,41 +182,48 @@ def motion_table(results):
 # The claims about Fig. 4.10, tested as the registry words them, and its settings.
 
 
-QUESTIONS = ("decoding_noise", "standard_method", "motion_corners")
-SEEDS = ("fig_4_10_seeds",)
+READINGS = ("decoding_noise", "standard_method", "motion_corners")
+MIN_GAIN = 1.05  # of the medians, required by the rule for wins
 
 
-def _judged(results, options, motion, what):
+def _judged(results, options, motion, words):
     """wins(CGSP < standard) in one motion's measure."""
-    result = results["fig_4_10_seeds"]
+    result, case = results["fig_4_10_seeds"], Case(QUESTIONS, options)
+    methods, detector = ("CGSP", case["standard_method"]), case["motion_corners"]
+
+    def found_at(noise):
+        return wins([tuple(trials_of(result, motion, methods, detector, noise))])[0]
 
     def reading_at(noise):
-        found = ahead_at(result, options, motion, noise)
+        found = found_at(noise)
         return Reading.of(
             found.decision,
             found.ratio,
             "x",
-            f"{what}, standard over CGSP; p = {found.p:.1g} over "
-            f"{result.trials_per_condition} seeds",
+            f"{words}, standard over CGSP; p = {found.p:.1g} over "
+            f"{result.trials_per_condition} runs",
         )
 
-    def ahead(noise):
-        return ahead_at(result, options, motion, noise).ratio.value >= MIN_GAIN
+    return over_the_sweep(
+        case, reading_at, lambda noise: found_at(noise).ratio.value >= MIN_GAIN
+    )
 
-    return over_the_sweep(Case(READINGS, options), reading_at, ahead)
 
-
-@claim("c4_motion_trans", needs=SEEDS, evidence="rendered", readings=QUESTIONS)
+@claim(
+    "c4_motion_trans", needs=("fig_4_10_seeds",), evidence="rendered", readings=READINGS
+)
 def judge_translation(results, options):
     """The deviation from the mean step is smaller with CGSP."""
     return _judged(results, options, "translation", "RMS deviation from the mean step")
 
 
-@claim("c4_motion_rot", needs=SEEDS, evidence="rendered", readings=QUESTIONS)
+@claim(
+    "c4_motion_rot", needs=("fig_4_10_seeds",), evidence="rendered", readings=READINGS
+)
 def judge_rotation(results, options):
     """The total rotation is nearer to 110 degrees with CGSP."""
-    what = "difference of the total rotation from 110 degrees"
-    return _judged(results, options, "rotation", what)
+    words = "difference of the total rotation from 110 degrees"
+    return _judged(results, options, "rotation", words)
 
 
 @numbers("fig_4_10", needs=("fig_4_10_seeds",), evidence="rendered")

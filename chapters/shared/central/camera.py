@@ -30,7 +30,7 @@ CENTRE_MM = np.array([0.0, 0.0, 600.0])
 SHIFT_MM = 150.0
 EULER_DEG = 30.0
 # |cos| of the angle between a ray and a plane's normal, at least.
-LEAST_INCIDENCE = 0.1
+MIN_INCIDENCE = 0.1
 # x right, y down, z ahead: the base grid's y and z, turned over.
 T_BASE_CAMERA = pose(np.diag([1.0, -1.0, -1.0]), CENTRE_MM)
 SIDE = 1  # sign of C_z, which data cannot tell
@@ -42,7 +42,7 @@ SETTINGS = {
     "centre_mm": CENTRE_MM.tolist(),
     "grids": "shifted by up to 150 mm along and turned by up to 30 deg about "
     "each axis, unbounded; none rejected",
-    "least_cosine_of_incidence": LEAST_INCIDENCE,
+    "least_cosine_of_incidence": MIN_INCIDENCE,
     "side": SIDE,
 }
 
@@ -104,7 +104,7 @@ def back_project(camera, pixels, T_base_grid):
         hit = intersect_rays_plane(rays.origins, rays.directions, T_camera_grid)
         incidence = np.abs(rays.directions @ T_camera_grid[:3, 2])
         points.append(hit.points)
-        seen.append(rays.valid & hit.valid & (incidence >= LEAST_INCIDENCE))
+        seen.append(rays.valid & hit.valid & (incidence >= MIN_INCIDENCE))
     return np.stack(points), np.stack(seen)
 
 

@@ -19,7 +19,7 @@ from raxel.geometry import inverse_pose, rotate, transform
 PHASES, ANGLES = (48, 8)  # cells of the bias, along a period and over the cosine
 LAG = 3  # px, at which the likeness of neighbours is measured
 OUTLYING = 5.0  # standard deviations
-FEWEST = 200  # pixels of a cell of cosines
+MIN_PIXELS = 200  # pixels of a cell of cosines
 MARGIN_PX = 6  # the decoder's
 
 
@@ -159,7 +159,7 @@ def _filled_along(sd):
 
 def _spread(values):
     """Robust standard deviation; 0 for too few values."""
-    return 1.4826 * np.median(np.abs(values)) if len(values) >= FEWEST else 0.0
+    return 1.4826 * np.median(np.abs(values)) if len(values) >= MIN_PIXELS else 0.0
 
 
 def _likeness(left):
@@ -176,7 +176,7 @@ def _likeness(left):
     return np.mean(both, axis=0)
 
 
-def drawn_again(errors, points, cosine, rng, step=1):
+def redrawn_lattice(errors, points, cosine, rng, step=1):
     """True points (h, w, 2) of a lattice of pixels as a decoder might give them.
 
     points: mm, NaN where a pixel sees no monitor; cosine: (h, w); step: px between
@@ -246,6 +246,6 @@ def drawn_lattices(rays, shape, poses, size_mm, step, rng, errors=None):
         points, cosine = true_lattice(rays, shape, T, size_mm)
         true.append(points)
         if errors is not None:
-            points = drawn_again(errors, points, cosine, rng, step)
+            points = redrawn_lattice(errors, points, cosine, rng, step)
         decoded.append(points)
     return np.stack(true), np.stack(decoded)

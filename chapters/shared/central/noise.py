@@ -1,9 +1,10 @@
-"""Decoding errors as large as those of the thesis's bench.
+"""Decoding errors at two levels, and claims judged on runs at these levels.
 
-The laboratory decodes its monitors more cleanly than the bench of 4.2 and 4.3 did. Its
-own error, decoded less true, is therefore multiplied by one factor, the same for every
-camera, after decoding and before any calibration. The factor is solved from one printed
-number by CGSP alone (`ext_bench_factor`) and stands in settings.yaml, decoding_noise.
+The simulator decodes its monitors with less error than the thesis's setup of 4.2 and
+4.3. Its errors (the low-noise level, "laboratory" in results) are therefore multiplied
+by one factor, the same for every camera, after decoding and before any calibration (the
+thesis-matched level). The factor is solved from one printed number by CGSP alone
+(`ext_bench_factor`) and is listed in settings.yaml, decoding_noise.
 """
 
 from __future__ import annotations
@@ -16,29 +17,28 @@ import numpy as np
 from raxel.features.active_grid import Decoded
 from repro.run import SHARE_OF_SEEDS, Case, Reading, counterpart
 
-# Solved by `ext_bench_factor`; their origin stands in settings.yaml, cam_d70_onevr.
+# Solved by `ext_bench_factor`; their origin: settings.yaml, cam_d70_onevr.
 FACTOR, WHITE_FACTOR = 5.26, 5.22
 # Of the factor, over which a verdict must not change.
 MULTIPLES = (0.5, 0.7, 1.0, 1.4, 2.0)
 
 
 class DecodingNoise(NamedTuple):
-    """What becomes of the laboratory's decoding errors.
+    """A change of the simulator's decoding errors.
 
-    factor: they are multiplied by it; white: each has a sign drawn for it alone, so
-    that errors are as large as they were in their place, and those of neighbours are
-    not correlated. As they come, they are alike over the 7 x 7 pixels of the decoder's
-    filter (3.2.2), and their bias repeats with the sines.
+    factor: multiplies them; white: each error gets a random sign, so that its size
+    stays and neighbours are not correlated. Unchanged errors are correlated over the
+    7 x 7 pixels of the decoder's filter (3.2.2); their bias repeats with the sines.
     """
 
     factor: float = 1.0
     white: bool = False
 
     def points(self, decoded, true, rng):
-        """Points (..., 2) mm as they are decoded with these errors.
+        """Return points (..., 2) mm, decoded with these errors.
 
-        decoded, true: (..., 2), NaN where there is none. A point whose truth is not
-        known, beside the monitor, stays as it is.
+        decoded, true: (..., 2), NaN where there is no point. A point without a true one
+        (off the monitor) is not changed.
         """
         if self == DecodingNoise():
             return decoded
@@ -51,74 +51,95 @@ class DecodingNoise(NamedTuple):
         return out
 
     def decoded(self, grid, rng) -> Decoded:
-        """What is decoded of a `ScoredGrid` with these errors; sigma follows."""
+        """Return a `ScoredGrid`'s Decoded with these errors; sigma is scaled too."""
         found = grid.decoded
         location = np.where(found.mask[..., None], found.location, np.nan)
         points = self.points(location, grid.points, rng)
         return replace(found, location=points, sigma=self.factor * found.sigma)
 
 
-# What the trials call the options of the ledger's question `decoding_noise`.
+# Options of the ledger's question `decoding_noise` -> names in the trials.
 OPTIONS = {"bench, 7 x 7": "bench", "bench, white": "white", "laboratory": "laboratory"}
-BENCH = "bench"
+MATCHED = "bench"  # the thesis-matched level
+LEVEL_NAMES = {MATCHED: "thesis-matched", "laboratory": "low-noise"}
 NOISES = {
     "laboratory": DecodingNoise(),
-    BENCH: DecodingNoise(FACTOR),
+    MATCHED: DecodingNoise(FACTOR),
     "white": DecodingNoise(WHITE_FACTOR, white=True),
 }
-# The rest of the sweep from half to twice the factor: what trials call it, its noise.
+# The rest of the sweep from half to twice the factor: multiple -> name in the trials.
 SWEPT = {m: f"bench_x{m:g}".replace(".", "_") for m in MULTIPLES if m != 1.0}
 SWEPT_NOISES = {name: DecodingNoise(m * FACTOR) for m, name in SWEPT.items()}
 
 
-# Claims at the bench's noise: no verdict that the factor decides.
+class Runs:
+    """Values of the runs of both cameras at one noise level, in one `Case`.
+
+    results: from which the runs come; the sweep of the factor is in the last one only.
+    A method that failed has nan.
+    """
+
+    def __init__(self, results, case, noise=MATCHED):
+        self.results = results[-1:] if noise in SWEPT.values() else results
+        self.case, self.noise = case, noise
+
+    def of(self, camera, *path):
+        """Return a value of each run of a camera, (..., runs)."""
+        trials = [one.select(camera=camera) for one in self.results]
+        return np.concatenate([t.column(self.noise, *path) for t in trials], axis=-1)
+
+    def both(self, camera, *path):
+        """Return a value of the standard method and of CGSP, (2, ..., runs)."""
+        return self.of(camera, (self.case["standard_method"], "cgsp"), *path)
 
 
 def over_the_sweep(case: Case, reading_at, side_at) -> Reading:
-    """The Reading of a claim in one case, undecided where the factor decides it.
+    """Return the Reading of a claim in one case, undecided if the factor decides it.
 
-    reading_at(noise): the Reading at a decoding noise, by the name that trials have for
-    it; side_at(noise): whether its point estimate is on the claim's side. The sweep is
-    run in the primary case alone, so only that one is held against it.
+    reading_at(noise): the Reading at a noise level, by its name in the trials;
+    side_at(noise): whether its point estimate is on the claim's side. The sweep exists
+    for the primary case only.
     """
     reading = reading_at(case["decoding_noise"])
     if not case.is_primary:
         return reading
-    side = side_at(BENCH)
-    turned = [m for m, noise in SWEPT.items() if side_at(noise) != side]
-    if not turned:
+    side = side_at(MATCHED)
+    changed = [f"{m:g}" for m, noise in SWEPT.items() if side_at(noise) != side]
+    if not changed:
         return reading
-    where = ", ".join(f"{m:g}" for m in turned)
-    reason = f"{reading.reason}; the estimate changes side at {where} times the factor"
-    return replace(reading, verdict="undecided", reason=reason)
+    reason = (
+        f"{reading.reason}; the estimate changes side at {', '.join(changed)} times"
+    )
+    return replace(reading, verdict="undecided", reason=f"{reason} the factor")
 
 
 def counterpart_over_the_sweep(case: Case, found_at) -> Reading:
-    """As `over_the_sweep`, for a claim that is judged seed by seed.
+    """Return the same for a claim that is judged run by run.
 
-    found_at(noise): whether it is true (seeds,), what was measured (seeds,), its unit
-    and the reason, as `counterpart` takes them.
+    found_at(noise): whether it is true (runs,), the measured value (runs,), its unit
+    and the reason, the arguments of `counterpart`.
     """
 
-    def most(noise):
-        holds = found_at(noise)[0]
-        return bool(np.mean(holds) >= SHARE_OF_SEEDS)
+    def in_most_runs(noise):
+        return bool(np.mean(found_at(noise)[0]) >= SHARE_OF_SEEDS)
 
-    return over_the_sweep(case, lambda noise: counterpart(*found_at(noise)), most)
+    return over_the_sweep(
+        case, lambda noise: counterpart(*found_at(noise)), in_most_runs
+    )
 
 
-def judged_by_seed(case_of):
-    """Decorate a predicate of the seeds of a reading as the test of a claim.
+def judged_by_run(questions, *names):
+    """Decorate a predicate of `Runs` as the test of a claim.
 
-    case_of(results, options[, noise]): the `Case` that the predicate takes; the bench's
-    noise if none is given. The predicate returns what `counterpart` takes.
+    questions: of the `Case`; names: of the experiments whose results have the runs. The
+    predicate returns the arguments of `counterpart`.
     """
 
     def decorate(predicate):
         def judge(results, options):
+            case, runs = Case(questions, options), [results[name] for name in names]
             return counterpart_over_the_sweep(
-                case_of(results, options),
-                lambda noise: predicate(case_of(results, options, noise)),
+                case, lambda noise: predicate(Runs(runs, case, noise))
             )
 
         return judge

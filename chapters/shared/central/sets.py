@@ -16,9 +16,9 @@ from raxel.sets import load_set, read_image
 OMNI, FISH = "omnidirectional", "fisheye"
 RIGS = {OMNI: "onevr-d70", FISH: "coolpix-4500-fce8"}
 SMALL = {"quick": "-small", "full": ""}
-SEEDS = {"quick": (0,), "full": (0, 1, 2)}
+RUNS = {"quick": (0,), "full": (0, 1, 2)}
 LINEAR_GRIDS = 3  # 4.3.1
-MOST_RAYS = 20_000  # 4.1.2
+MAX_RAYS = 20_000  # 4.1.2
 # Literals, which the workflow reads without running them.
 GRID_SETS = {
     "quick": ("onevr-d70-small/0", "coolpix-4500-fce8-small/0"),
@@ -39,7 +39,7 @@ class SharedRays(NamedTuple):
     """Rays that meet the three grids of the linear stage.
 
     points: (3, N, 2) mm, where they meet each; pixels: (N, 2); found: how many there
-    are in all, of which at most MOST_RAYS are here; left_out: share of these that the
+    are in all, of which at most MAX_RAYS are here; left_out: share of these that the
     RANSAC stage has taken for outliers.
     """
 
@@ -66,7 +66,7 @@ def grid_conditions(effort):
     return [
         {"camera": camera, "rig": RIGS[camera] + SMALL[effort], "seed": seed}
         for camera in RIGS
-        for seed in SEEDS[effort]
+        for seed in RUNS[effort]
     ]
 
 
@@ -82,14 +82,14 @@ def first_points(folder, count=LINEAR_GRIDS):
 def first_points_and_truth(folder, count=LINEAR_GRIDS):
     """As `first_points`, and the true points alike (count, H * W, 2), for scoring."""
     decoded, true = [], []
-    for grid in seen_grids(folder, count):
+    for grid in scored_grids(folder, count):
         seen = grid.decoded.mask[..., None]
         decoded.append(np.where(seen, grid.decoded.location, np.nan).reshape(-1, 2))
         true.append(grid.points.reshape(-1, 2))
     return np.array(decoded), np.array(true)
 
 
-def shared_rays(points, width, rng, most=MOST_RAYS):
+def shared_rays(points, width, rng, most=MAX_RAYS):
     """The SharedRays of decoded points (3, H * W, 2), without outliers.
 
     The RANSAC stage is that of the homographies between grids (4.3.1): a ray whose
@@ -157,7 +157,7 @@ def decoded_grids(folder, count=None, **options):
         yield view.label, decode(pictures, view.patterns, image_set.target, **settings)
 
 
-def seen_grids(folder, count=None, **options):
+def scored_grids(folder, count=None, **options):
     """Yield the `ScoredGrid` of each view of a rendered set, as `decoded_grids`."""
     poses = true_poses(folder)
     for name, found in decoded_grids(folder, count, **options):

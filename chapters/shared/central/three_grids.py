@@ -14,7 +14,7 @@ from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, on_plane, transform
 
 # Where grids cross, a ray's points nearly coincide and no line goes through them.
-LEAST_SPREAD = 0.1
+MIN_SPREAD = 0.1
 
 
 def calibrated(points, true, centrality=True, methods=tuple(LINEAR_STAGES)):
@@ -55,7 +55,7 @@ def _calibrated(stage, points, true, centrality):
 
 def _scatters(centre, points, poses):
     """Measures of the scatter of all rays, and of those whose points lie apart."""
-    apart = depth_spread(centre, points, poses) >= LEAST_SPREAD
+    apart = depth_spread(centre, points, poses) >= MIN_SPREAD
     lines = best_lines(points, poses)
     crossing = crossings(centre, lines)
 
