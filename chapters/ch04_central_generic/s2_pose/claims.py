@@ -389,7 +389,7 @@ def judge_fairly_well(results, options):
 
 @numbers("table_4_1", needs=("table_4_1_rendered",), evidence="rendered")
 def numbers_table_4_1(results):
-    """The cells of Table 4.1, medians over the rendered seeds."""
+    """The cells of Table 4.1, medians over the rendered runs."""
     result = results["table_4_1_rendered"]
     runs = result.select()
     measures = {"rot": ("rotation_deg", "deg"), "trans": ("translation_mm", "mm")}

@@ -132,7 +132,7 @@ def by_angles(directions, points, found):
 
 
 def scored(found, true):
-    """Return errors of a pose, or the reason why there is none."""
+    """Return errors of a pose, or the reason why it is missing."""
     if isinstance(found, str):
         return {"failed": found}
     return errors_of(found, true)

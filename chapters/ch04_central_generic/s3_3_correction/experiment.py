@@ -624,7 +624,7 @@ def boards(effort):
 @experiment(
     "fig_4_7_pictures", artefact="fig_4_7", rendered=GRID_SETS, shards={"full": 2}
 )
-def pictures(effort):
+def room_images(effort):
     """Plan two frames of a room by each camera, original and corrected."""
     cases = [
         {"camera": camera, "rig": name + SMALL[effort], "step": STEP[effort]}

@@ -182,7 +182,7 @@ def motion_table(results):
 # The claims about Fig. 4.10, tested as the registry words them, and its settings.
 
 
-READINGS = ("decoding_noise", "standard_method", "motion_corners")
+INTERPRETATIONS = ("decoding_noise", "standard_method", "motion_corners")
 MIN_GAIN = 1.05  # of the medians, required by the rule for wins
 
 
@@ -210,7 +210,10 @@ def _judged(results, options, motion, words):
 
 
 @claim(
-    "c4_motion_trans", needs=("fig_4_10_seeds",), evidence="rendered", readings=READINGS
+    "c4_motion_trans",
+    needs=("fig_4_10_seeds",),
+    evidence="rendered",
+    readings=INTERPRETATIONS,
 )
 def judge_translation(results, options):
     """The deviation from the mean step is smaller with CGSP."""
@@ -218,7 +221,10 @@ def judge_translation(results, options):
 
 
 @claim(
-    "c4_motion_rot", needs=("fig_4_10_seeds",), evidence="rendered", readings=READINGS
+    "c4_motion_rot",
+    needs=("fig_4_10_seeds",),
+    evidence="rendered",
+    readings=INTERPRETATIONS,
 )
 def judge_rotation(results, options):
     """The total rotation is nearer to 110 degrees with CGSP."""

@@ -1,4 +1,4 @@
-"""Chapter 4: the central cameras, their active grids, and the noise of decoding."""
+"""Chapter 4: central cameras, their active grids, and decoding errors."""
 
 from chapters.shared.central.camera import (
     CENTRE_MM,

@@ -1,9 +1,9 @@
-"""The simulated wide-angle camera of 4.1.5, before grids in any pose.
+"""The simulated wide-angle camera of 4.1.5, in front of grids in random poses.
 
-World = base grid, z = 0. The camera's centre is 600 mm above it and looks straight
-down. Other grids are shifted and turned at random, and no pose is rejected: a grid may
-be as good as parallel to another. Rays are those that meet every grid, not too nearly
-along it. Noise is drawn anew for every grid, the base grid included.
+World = base grid, z = 0. The camera is 600 mm above it and looks straight down. Other
+grids are shifted and rotated at random, and no pose is rejected: grids may be nearly
+parallel. Rays are those that meet every grid, not at grazing incidence. Every grid has
+its own noise, the base grid included.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ LENS_K1 = -0.1
 CENTRE_MM = np.array([0.0, 0.0, 600.0])
 SHIFT_MM = 150.0
 EULER_DEG = 30.0
-# |cos| of the angle between a ray and a plane's normal, at least.
+# Of |cos| of the angle between a ray and a plane's normal.
 MIN_INCIDENCE = 0.1
-# x right, y down, z ahead: the base grid's y and z, turned over.
+# x right, y down, z forward: y and z are those of the base grid, reversed.
 T_BASE_CAMERA = pose(np.diag([1.0, -1.0, -1.0]), CENTRE_MM)
-SIDE = 1  # sign of C_z, which data cannot tell
+SIDE = 1  # sign of C_z, which the data do not determine
 
 SETTINGS = {
     "image_px": [SIZE_PX, SIZE_PX],
@@ -48,11 +48,11 @@ SETTINGS = {
 
 
 class OutOfView(RuntimeError):
-    """No ray, or next to none, meets all grids."""
+    """Hardly any ray meets all grids."""
 
 
 def radial_lens(fov_deg=FOV_DEG, k1=LENS_K1):
-    """A pinhole with one radial term whose circle shows ``fov_deg``."""
+    """Return a pinhole camera with one radial term whose circle shows ``fov_deg``."""
     tangent = np.tan(np.radians(fov_deg) / 2)
     focal = RADIUS_PX / (tangent * (1 + k1 * tangent**2))
     K = np.array([[focal, 0, PRINCIPAL[0]], [0, focal, PRINCIPAL[1]], [0, 0, 1.0]])
@@ -60,7 +60,7 @@ def radial_lens(fov_deg=FOV_DEG, k1=LENS_K1):
 
 
 def equidistance(fov_deg):
-    """A fisheye with r = f theta whose circle shows ``fov_deg``."""
+    """Return a fisheye with r = f theta whose circle shows ``fov_deg``."""
     half = np.radians(fov_deg) / 2
     return FisheyeCamera(
         "equidistance", RADIUS_PX / half, PRINCIPAL, SIZE_PX, SIZE_PX, 1.1 * half
@@ -68,12 +68,12 @@ def equidistance(fov_deg):
 
 
 def wide_lens(fov_deg):
-    """The lens of 4.1.5 where the field of view is its, and a fisheye elsewhere."""
+    """Return the lens of 4.1.5 for its field of view, a fisheye for any other."""
     return radial_lens() if fov_deg == FOV_DEG else equidistance(fov_deg)
 
 
 def draw_poses(rng, grids=3, euler_deg=EULER_DEG):
-    """T_base_grid (grids, 4, 4): the base itself, then others at random."""
+    """Return T_base_grid (grids, 4, 4): the base itself, then random ones."""
     return np.stack(
         [np.eye(4)] + [_draw_pose(rng, euler_deg) for _ in range(grids - 1)]
     )
@@ -90,9 +90,9 @@ def _draw_pose(rng, euler_deg):
 
 
 def back_project(camera, pixels, T_base_grid):
-    """Points (n, N, 2) of n grids that pixels (N, 2) see, and which they are, (n, N).
+    """Return points (n, N, 2) of n grids that pixels (N, 2) see, and a mask (n, N).
 
-    pixels may be (n, N, 2), others for each grid.
+    pixels may be (n, N, 2), different ones for each grid.
     """
     if pixels.ndim == 2:
         by_grid = [camera.rays(pixels)] * len(T_base_grid)
@@ -109,9 +109,9 @@ def back_project(camera, pixels, T_base_grid):
 
 
 def draw_pixels(camera, T_base_grid, rng, rays=RAYS, half_mm=np.inf):
-    """Pixels (rays, 2), evenly over the circle, that see every grid.
+    """Return pixels (rays, 2), uniform over the circle, that see every grid.
 
-    half_mm: the grids reach so far from their origin along both axes.
+    half_mm: half the size of the grids along both axes.
     """
     kept = np.empty((0, 2))
     for _ in range(1000):
@@ -128,10 +128,10 @@ def draw_pixels(camera, T_base_grid, rng, rays=RAYS, half_mm=np.inf):
 
 @dataclass(frozen=True)
 class MeasuredGrids:
-    """One trial's measurements, with the truth that only scoring may use.
+    """One trial's measurements, with the true values, which only scoring may use.
 
-    pixels (N, 2); T_base_grid (n, 4, 4); points (n, N, 2): clean; noisy (n, N, 2): what
-    calibrations get. Rays that noise takes off a grid are left out.
+    pixels (N, 2); T_base_grid (n, 4, 4); points (n, N, 2): exact; noisy (n, N, 2): the
+    input of calibrations. Rays that noise moves off a grid are excluded.
     """
 
     camera: object
@@ -142,12 +142,12 @@ class MeasuredGrids:
 
     @property
     def directions(self):
-        """True unit directions (N, 3) of the rays in the base frame."""
+        """Return the true unit directions (N, 3) of the rays in the base frame."""
         return self.camera.rays(self.pixels).directions @ T_BASE_CAMERA[:3, :3].T
 
 
 def observe(camera, T_base_grid, pixels, noise, domain, rng):
-    """Grids measured by pixels that see all of them; noise: SD in px or mm."""
+    """Return MeasuredGrids of pixels that see all grids; noise: SD in px or mm."""
     points, _ = back_project(camera, pixels, T_base_grid)
     drawn = noise * rng.standard_normal(points.shape)
     if domain == "mm":
@@ -160,7 +160,7 @@ def observe(camera, T_base_grid, pixels, noise, domain, rng):
 
 
 def draw_scene(camera, noise, rng, *, grids=3, domain="px", rays=RAYS):
-    """MeasuredGrids with poses, rays and noise drawn anew."""
+    """Return MeasuredGrids with random poses, rays and noise."""
     T_base_grid = draw_poses(rng, grids)
     pixels = draw_pixels(camera, T_base_grid, rng, rays)
     return observe(camera, T_base_grid, pixels, noise, domain, rng)

@@ -1,9 +1,9 @@
-"""Decoding errors as rendered pictures have them, measured and drawn again.
+"""Decoding errors of rendered images, measured and redrawn.
 
-An error has two parts. The bias repeats with the sines: tone curves that do not undo
-each other shift the phase by an amount that depends on where in a period a pixel looks,
-and on how dim the monitor is there, which its angle decides. The rest is noise, alike
-in neighbours, since a window of pixels is averaged; a few errors are much larger.
+An error has two parts. The bias repeats with the sines: tone curves that do not cancel
+shift the phase. The shift depends on the position in a period and on the brightness of
+the monitor, which falls with the viewing angle. The rest is noise, correlated between
+neighbours because the decoder averages a window. A few errors are much larger.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy.signal import lfilter
 from raxel.geometry import inverse_pose, rotate, transform
 
 PHASES, ANGLES = (48, 8)  # cells of the bias, along a period and over the cosine
-LAG = 3  # px, at which the likeness of neighbours is measured
+LAG = 3  # px, at which the correlation of neighbours is measured
 OUTLYING = 5.0  # standard deviations
 MIN_PIXELS = 200  # pixels of a cell of cosines
 MARGIN_PX = 6  # the decoder's
@@ -26,11 +26,11 @@ MARGIN_PX = 6  # the decoder's
 class DecodingErrors(NamedTuple):
     """Errors of a decoder on one rig, for x and y of the monitor.
 
-    period_mm: (2,); bias_mm: (2, PHASES, ANGLES), by the place in a period and the
-    cosine of the viewing angle; sd_mm: (2, ANGLES), of what is left; correlation_px:
-    (2,), the distance at which likeness falls to 1/e; outlier_share: pixels that lie
-    off by more than OUTLYING of these deviations; outliers_mm: (n, 2) such errors.
-    stated: (2,), the decoder's own sigma over the deviation of what is left, rms.
+    period_mm: (2,); bias_mm: (2, PHASES, ANGLES), by the position in a period and the
+    cosine of the viewing angle; sd_mm: (2, ANGLES), of the noise; correlation_px: (2,),
+    the distance at which the correlation falls to 1/e; outlier_share: of the pixels
+    with a noise over OUTLYING of these deviations; outliers_mm: (n, 2) such errors.
+    stated: (2,), the decoder's own sigma over the deviation of the noise, rms.
     """
 
     period_mm: np.ndarray
@@ -43,7 +43,7 @@ class DecodingErrors(NamedTuple):
 
     @classmethod
     def read(cls, trials, prefix="", share="outlier_share"):
-        """Those that one trial of a result has left, under names with a prefix.
+        """Return those that one trial of a result stored, under names with a prefix.
 
         trials: a `Selection`; share: the name of the number `outlier_share`.
         """
@@ -56,14 +56,14 @@ class DecodingErrors(NamedTuple):
 
     @classmethod
     def by_rig(cls, result):
-        """{rig: DecodingErrors} of the result that measured those of several rigs."""
+        """Return {rig: DecodingErrors} of the result that measured several rigs."""
         return {
             rig: cls.read(trials, share="share_of_outliers")
             for rig, trials in result.by("rig").items()
         }
 
     def bias_at(self, points, cosine):
-        """Bias (..., 2) mm at true points (..., 2) seen at these cosines (...)."""
+        """Return the bias (..., 2) mm at true points (..., 2) and cosines (...)."""
         phase = points / self.period_mm % 1 * PHASES - 0.5
         angle = np.clip(cosine * ANGLES - 0.5, 0, ANGLES - 1)
         return np.stack(
@@ -79,13 +79,13 @@ class DecodingErrors(NamedTuple):
         )
 
     def sd_at(self, cosine):
-        """Standard deviation (..., 2) mm of the rest at these cosines (...)."""
+        """Return the standard deviation (..., 2) mm of the noise at cosines (...)."""
         middles = (np.arange(ANGLES) + 0.5) / ANGLES
         return np.stack([np.interp(cosine, middles, sd) for sd in self.sd_mm], -1)
 
 
 def measured_errors(seen, periods=(8, 8), size_mm=(376.9, 301.5)):
-    """The DecodingErrors of views (an iterable of (ScoredGrid, cosine (H, W))).
+    """Return the DecodingErrors of views, an iterable of (ScoredGrid, cosine (H, W)).
 
     periods: of the sines over the monitor of size_mm, by axis.
     """
@@ -108,7 +108,7 @@ def measured_errors(seen, periods=(8, 8), size_mm=(376.9, 301.5)):
 
 
 def _with_rest(kept, period, bias):
-    """The DecodingErrors, from what the bias leaves."""
+    """Return the DecodingErrors, with the statistics of the noise."""
     rest, near, stated, angles = [], [], [], []
     for error, here, cell, cosine, sigma in kept:
         left = np.full(error.shape, np.nan)
@@ -138,34 +138,34 @@ def _with_rest(kept, period, bias):
 
 
 def _cells(points, cosine, period):
-    """Index (N, 2) of each axis's cell of the bias."""
+    """Return the index (N, 2) of each axis's cell of the bias."""
     phase = (points / period % 1 * PHASES).astype(int) % PHASES
     angle = np.clip((cosine * ANGLES).astype(int), 0, ANGLES - 1)
     return phase * ANGLES + angle[:, None]
 
 
 def _filled(bias, counts):
-    """Cells that nobody saw take what others of their phase have."""
+    """Return the bias; empty cells get the mean of their phase."""
     seen = counts.reshape(bias.shape) > 0
     usual = (bias * seen).sum(2) / np.maximum(seen.sum(2), 1)
     return np.where(seen, bias, usual[..., None])
 
 
 def _filled_along(sd):
-    """Deviations (2, ANGLES); cells with too few pixels take the nearest's."""
+    """Return deviations (2, ANGLES); cells with few pixels are interpolated."""
     at = np.arange(ANGLES)
     return np.array([np.interp(at, at[s > 0], s[s > 0]) for s in sd])
 
 
 def _spread(values):
-    """Robust standard deviation; 0 for too few values."""
+    """Return the robust standard deviation, 0 for too few values."""
     return 1.4826 * np.median(np.abs(values)) if len(values) >= MIN_PIXELS else 0.0
 
 
 def _likeness(left):
-    """Correlation (2,) of what is left (H, W, 2) with its neighbours LAG px off.
+    """Return the correlation (2,) of noise (H, W, 2) with neighbours at LAG px.
 
-    Outliers count as far off as one that is none can be.
+    Outliers are clipped.
     """
     reach = OUTLYING * 1.4826 * np.nanmedian(np.abs(left), axis=(0, 1))
     both = []
@@ -177,11 +177,11 @@ def _likeness(left):
 
 
 def redrawn_lattice(errors, points, cosine, rng, step=1):
-    """True points (h, w, 2) of a lattice of pixels as a decoder might give them.
+    """Return points (h, w, 2) of a lattice of pixels with redrawn decoding errors.
 
-    points: mm, NaN where a pixel sees no monitor; cosine: (h, w); step: px between
-    neighbours of the lattice; rng: numpy Generator. Points within the decoder's
-    margin of such pixels are left out (NaN).
+    points: true ones, mm, NaN where a pixel sees no monitor; cosine: (h, w); step: px
+    between neighbours of the lattice; rng: numpy Generator. Points within the decoder's
+    margin of such pixels are NaN.
     """
     inside = np.isfinite(points[..., 0])
     reach = -(-MARGIN_PX // step)
@@ -203,25 +203,25 @@ def redrawn_lattice(errors, points, cosine, rng, step=1):
 
 
 def _alike(rng, shape, likeness):
-    """Unit Gaussian noise (h, w) whose neighbours, each way, correlate by so much."""
+    """Return unit Gaussian noise (h, w) with this correlation of neighbours."""
     noise = rng.standard_normal(shape)
     fresh = np.sqrt(1 - likeness**2)
     for _ in range(2):
-        noise[0] /= fresh  # nothing comes before it that would add to its variance
+        noise[0] /= fresh  # the first row has no predecessor that adds to its variance
         noise = lfilter([fresh], [1, -likeness], noise, axis=0).T
     return noise
 
 
 def lattice_rays(camera, step):
-    """`Rays` of every step-th pixel each way, and the lattice's shape (h, w)."""
+    """Return `Rays` of every step-th pixel in both directions, and the shape."""
     v, u = np.mgrid[step // 2 : camera.height : step, step // 2 : camera.width : step]
     return camera.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float)), u.shape
 
 
 def true_lattice(rays, shape, T_camera_grid, size_mm):
-    """Points (h, w, 2) mm that rays see of a monitor, NaN beside it; cosines (h, w).
+    """Return points (h, w, 2) mm of a monitor that rays see, and cosines (h, w).
 
-    The face of the monitor is seen, its z axis points away.
+    NaN off the monitor, whose z axis points away from its visible side.
     """
     origins = transform(inverse_pose(T_camera_grid), rays.origins)
     directions = rotate(inverse_pose(T_camera_grid), rays.directions)
@@ -236,10 +236,10 @@ def true_lattice(rays, shape, T_camera_grid, size_mm):
 
 
 def drawn_lattices(rays, shape, poses, size_mm, step, rng, errors=None):
-    """(true, decoded) points (n, h, w, 2) of monitors at poses (n, 4, 4).
+    """Return (true, decoded) points (n, h, w, 2) of monitors at poses (n, 4, 4).
 
-    rays, shape: of every step-th pixel (`lattice_rays`); errors: DecodingErrors to draw
-    again, or None to decode the true points.
+    rays, shape: of every step-th pixel (`lattice_rays`); errors: DecodingErrors to
+    redraw, or None to decode the true points.
     """
     true, decoded = [], []
     for T in poses:

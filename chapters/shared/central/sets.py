@@ -1,4 +1,4 @@
-"""The two cameras of section 4.3 before their active grids: sets, rays, truth."""
+"""The two cameras of section 4.3 and their active grids: sets, rays, true values."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ GRID_RIGS = (
 class SharedRays(NamedTuple):
     """Rays that meet the three grids of the linear stage.
 
-    points: (3, N, 2) mm, where they meet each; pixels: (N, 2); found: how many there
-    are in all, of which at most MAX_RAYS are here; left_out: share of these that the
-    RANSAC stage has taken for outliers.
+    points: (3, N, 2) mm, where they meet each; pixels: (N, 2); found: the number of
+    all, of which at most MAX_RAYS are here; left_out: share of these that RANSAC
+    rejects.
     """
 
     points: np.ndarray
@@ -50,7 +50,7 @@ class SharedRays(NamedTuple):
 
 
 class TrueGrids(NamedTuple):
-    """What is true of a set, in the frame of its base grid, for scoring.
+    """True values of a set, in the frame of its base grid, for scoring.
 
     centre: (3,) the point nearest to the rays that are scored; T_base_grid: (3, 4, 4);
     scatter_mm: RMS distance of these rays from it.
@@ -62,7 +62,7 @@ class TrueGrids(NamedTuple):
 
 
 def grid_conditions(effort):
-    """A condition for every rendered set of both cameras."""
+    """Return a condition for every rendered set of both cameras."""
     return [
         {"camera": camera, "rig": RIGS[camera] + SMALL[effort], "seed": seed}
         for camera in RIGS
@@ -71,7 +71,7 @@ def grid_conditions(effort):
 
 
 def first_points(folder, count=LINEAR_GRIDS):
-    """Decoded points (count, H * W, 2) of the first grids, NaN where there is none."""
+    """Return decoded points (count, H * W, 2) of the first grids, NaN if missing."""
     points = []
     for _, found in decoded_grids(folder, count):
         seen = np.where(found.mask[..., None], found.location, np.nan)
@@ -80,7 +80,7 @@ def first_points(folder, count=LINEAR_GRIDS):
 
 
 def first_points_and_truth(folder, count=LINEAR_GRIDS):
-    """As `first_points`, and the true points alike (count, H * W, 2), for scoring."""
+    """Return `first_points` and the true points (count, H * W, 2), for scoring."""
     decoded, true = [], []
     for grid in scored_grids(folder, count):
         seen = grid.decoded.mask[..., None]
@@ -90,10 +90,10 @@ def first_points_and_truth(folder, count=LINEAR_GRIDS):
 
 
 def shared_rays(points, width, rng, most=MAX_RAYS):
-    """The SharedRays of decoded points (3, H * W, 2), without outliers.
+    """Return the SharedRays of decoded points (3, H * W, 2), without outliers.
 
-    The RANSAC stage is that of the homographies between grids (4.3.1): a ray whose
-    points do not fit one of them is left out, for all methods alike.
+    RANSAC estimates the homographies between grids (4.3.1). A ray whose points do not
+    fit one of them is excluded for all methods.
     """
     common = np.flatnonzero(np.isfinite(points[..., 0]).all(axis=0))
     chosen = common
@@ -107,7 +107,7 @@ def shared_rays(points, width, rng, most=MAX_RAYS):
 
 
 def true_grids(camera, T_camera_grid, pixels):
-    """The TrueGrids of a camera, poses of the three grids, and rays of pixels."""
+    """Return the TrueGrids of a camera, poses of the three grids, and pixels."""
     T_base = inverse_pose(T_camera_grid[0])
     rays = camera.rays(pixels)
     centre = closest_point(rays)
@@ -122,19 +122,19 @@ def true_grids(camera, T_camera_grid, pixels):
 
 
 def true_grids_of_set(folder, pixels):
-    """The TrueGrids of a rendered set."""
+    """Return the TrueGrids of a rendered set."""
     poses = list(true_poses(folder).values())[:LINEAR_GRIDS]
     return true_grids(true_camera(folder), poses, pixels)
 
 
-# Rendered sets of active grids: decoded as anybody's, and their truth for scoring.
+# Rendered sets of active grids: decoded points, and true ones for scoring.
 
 
 class ScoredGrid(NamedTuple):
-    """What is decoded from a view, and what is true of it, for scoring alone.
+    """The decoded points of a view and its true ones, for scoring only.
 
-    decoded: Decoded; points: (H, W, 2) mm, the true point of each pixel, NaN beside
-    the monitor; T_camera_grid: (4, 4).
+    decoded: Decoded; points: (H, W, 2) mm, the true point of each pixel, NaN off the
+    monitor; T_camera_grid: (4, 4).
     """
 
     name: str
@@ -167,12 +167,12 @@ def scored_grids(folder, count=None, **options):
 
 
 def true_camera(folder):
-    """The camera that took a rendered set, for scoring."""
+    """Return the camera of a rendered set, for scoring."""
     return load_camera(folder / "truth" / "camera.npz")
 
 
 def true_poses(folder):
-    """{view: T_camera_grid (4, 4)} of a rendered set, mm, for scoring."""
+    """Return {view: T_camera_grid (4, 4)} of a rendered set, mm, for scoring."""
     text = (folder / "truth" / "poses.json").read_text("utf-8")
     poses = json.loads(text)["T_camera_target"]
     return {name: np.array(T) for name, T in poses.items()}

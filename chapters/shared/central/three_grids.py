@@ -1,4 +1,4 @@
-"""The methods of section 4.3 on the rays of three grids, scored alike."""
+"""The methods of section 4.3 on the rays of three grids, and their errors."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from raxel.calibration.adjust.centroid_rays import centroid_directions
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, on_plane, transform
 
-# Where grids cross, a ray's points nearly coincide and no line goes through them.
+# Where grids cross, a ray's points nearly coincide and do not determine its line.
 MIN_SPREAD = 0.1
 
 
 def calibrated(points, true, centrality=True, methods=tuple(LINEAR_STAGES)):
-    """What each of the methods makes of rays, points (3, N, 2) mm.
+    """Return the results of each method on rays, points (3, N, 2) mm.
 
-    By method: centre and poses as Table 4.2 has them, ray-point errors before and
-    after adjustment as Table 4.3, the scatter of Fig. 4.6, and errors against `true`
+    By method: centre and poses as in Table 4.2, ray-point errors before and after
+    adjustment as in Table 4.3, the scatter of Fig. 4.6, and errors against `true`
     (TrueGrids); or the code of its error.
     """
     out = {}
@@ -54,7 +54,7 @@ def _calibrated(stage, points, true, centrality):
 
 
 def _scatters(centre, points, poses):
-    """Measures of the scatter of all rays, and of those whose points lie apart."""
+    """Return measures of the scatter of all rays, and of those with separate points."""
     apart = depth_spread(centre, points, poses) >= MIN_SPREAD
     lines = best_lines(points, poses)
     crossing = crossings(centre, lines)
@@ -73,14 +73,14 @@ def _scatters(centre, points, poses):
 
 
 def depth_spread(centre, points, T_base_grid):
-    """How far apart the points of each ray lie, (N,), as a share of their distance."""
+    """Return the depth range of each ray's points, (N,), over their distance."""
     placed = transform(T_base_grid, on_plane(points))
     distance = np.linalg.norm(placed - centre, axis=2)
     return np.ptp(distance, axis=0) / distance.mean(axis=0)
 
 
 def parameters(centre, T_base_grid):
-    """The numbers of Table 4.2: centre (mm), |R| (deg) and |t| (mm) of grids 2, 3."""
+    """Return Table 4.2: centre (mm), |R| (deg) and |t| (mm) of grids 2 and 3."""
     found = dict(zip(("cx", "cy", "cz"), map(float, centre), strict=True))
     for number, T in enumerate(T_base_grid[1:], 2):
         found[f"r{number}"] = _turn(T)
@@ -93,7 +93,7 @@ def _turn(T):
 
 
 def ray_point_errors(points, centre, T_base_grid, directions):
-    """Distances (n * N,) mm of points from their rays, (4.18)."""
+    """Return distances (n * N,) mm of points from their rays, (4.18)."""
     placed = transform(T_base_grid, on_plane(points))
     return ray_point_distances(placed, centre, directions).ravel()
 
@@ -101,9 +101,9 @@ def ray_point_errors(points, centre, T_base_grid, directions):
 # How rays scatter about the centre of a calibration (4.3.2, Fig. 4.6).
 
 
-EDGE = 1e-9  # mm, a point so near to the hull lies in it
+EDGE = 1e-9  # mm, a point this near to the hull counts as inside
 GAUSSIAN_KURTOSIS = 8.0  # Mardia's, of two coordinates
-TILTS_DEG, TOWARDS = (10.0, 20.0, 30.0), 8  # of planes, in so many directions
+TILTS_DEG, TOWARDS = (10.0, 20.0, 30.0), 8  # of planes, and the number of directions
 
 
 class Lines(NamedTuple):
@@ -113,12 +113,12 @@ class Lines(NamedTuple):
     directions: np.ndarray
 
     def some(self, chosen):
-        """Those of them that are chosen (N,)."""
+        """Return the chosen (N,) lines."""
         return Lines(self.middles[chosen], self.directions[chosen])
 
 
 def best_lines(points, T_base_grid):
-    """The Lines nearest to the points of rays, (n, N, 2) mm on grids (n, 4, 4)."""
+    """Return the Lines nearest to points (n, N, 2) mm on grids (n, 4, 4)."""
     placed = transform(T_base_grid, on_plane(points))
     middles = placed.mean(axis=0)
     off = np.moveaxis(placed - middles, 1, 0)
@@ -127,16 +127,16 @@ def best_lines(points, T_base_grid):
 
 
 def facing_plane(directions):
-    """Axes (2, 3) in the plane that lies across directions (N, 3), as by (4.24).
+    """Return axes (2, 3) of the plane most nearly perpendicular to directions (N, 3).
 
-    Its normal makes the sum of squared sines of the angles to them least.
+    Its normal minimises the sum of squared sines of the angles to them (4.24).
     """
     _, vectors = np.linalg.eigh(directions.T @ directions)
     return vectors[:, :2].T
 
 
 def crossings(centre, lines):
-    """Where Lines cross the plane through the centre that lies across them.
+    """Return the crossings of Lines with the facing plane through the centre.
 
     (N, 2) mm; the centre is at (0, 0).
     """
@@ -148,8 +148,8 @@ def crossings(centre, lines):
 
 
 def tilted_over_facing(centre, lines):
-    """Smallest RMS distance from the centre at which Lines cross a tilted plane
-    through it, over that on the plane which lies across them.
+    """Return the smallest RMS distance from the centre at which Lines cross a tilted
+    plane through it, over that on the facing plane.
     """
     middles, directions = lines
     normals = normals_about(facing_plane(directions))
@@ -164,7 +164,7 @@ def tilted_over_facing(centre, lines):
 
 
 def normals_about(across):
-    """Unit normals (1 + planes, 3): that of the plane with axes (2, 3), then those of
+    """Return unit normals (1 + planes, 3): that of the plane with axes (2, 3), then of
     planes tilted from it by TILTS_DEG in TOWARDS directions."""
     ahead = np.cross(*across)
     towards = np.linspace(0, 2 * np.pi, TOWARDS, endpoint=False)
@@ -176,11 +176,11 @@ def normals_about(across):
 
 
 def scatter_of(crossing):
-    """Measures of the scatter of points (N, 2) about (0, 0).
+    """Return measures of the scatter of points (N, 2) about (0, 0).
 
     rms_mm: RMS distance from it; eigenvalues: ratio of the smaller to the larger of the
     covariance, 1 if it is the same in all directions; kurtosis: |b - 8| by Mardia,
-    0 of a Gaussian; inside: whether the convex hull holds it.
+    0 for a Gaussian; inside: whether it is in the convex hull.
     """
     off = crossing - crossing.mean(axis=0)
     covariance = off.T @ off / len(off)
