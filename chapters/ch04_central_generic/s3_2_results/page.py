@@ -2,10 +2,9 @@
 # # 4.3.2a Ray-point errors and centrality of two cameras
 #
 # **Question.** Does CGSP calibrate a nearly central camera more accurately than the
-# standard generic method? Given are a mirror camera with a misaligned bracket and a
-# fisheye with an entrance-pupil shift, each with three decoded active grids. Asked
-# are the distances of grid points from their rays, before and after bundle
-# adjustment, and of the rays from one centre.
+# standard generic method? A misaligned mirror camera and a fisheye with an
+# entrance-pupil shift view three active grids each. How far are the grid points from
+# their rays, and the rays from one centre?
 
 # %%
 from functools import partial
@@ -102,7 +101,7 @@ from repro.run import Plan, experiment
 # - *Thesis-matched level*: those errors times {glue:text}`factor:.2f`, so that CGSP's
 #   mean error on the mirror camera is the printed 0.19 mm. It applies unless stated.
 # - *Rendered run*: rendered images, decoded and calibrated. *Redrawn run*: new grid
-#   poses and decoding errors drawn from a model of the rendered ones.
+#   poses, and decoding errors as in the rendered ones.
 # - *Crossing*: where the line fitted to a ray's three points meets the plane through
 #   the centre. *Hull*: convex hull of the crossings.
 # - *Caustic*: envelope of the rays of a non-central lens.
@@ -114,11 +113,11 @@ from repro.run import Plan, experiment
 #   mirror camera's centre does not (Table 4.2).
 # - On the mirror camera CGSP's errors are about ten times smaller, before and after
 #   adjustment. On the fisheye the gap is smaller (Table 4.3).
-# - CGSP's errors are similar on both cameras, so the misalignment is not significant.
-#   They agree with the simulation of 4.1.
-# - On the mirror camera the crossings scatter less, and are closer to Gaussian, with
-#   CGSP. On the fisheye the methods are similar, but only CGSP's centre is in the
-#   hull (Fig. 4.6). The caustic bounds the scatter from below.
+# - CGSP's errors are similar on both cameras and agree with the simulation of 4.1. The
+#   misalignment is therefore not significant.
+# - With CGSP the mirror camera's crossings scatter less and are closer to Gaussian. On
+#   the fisheye only CGSP's centre is in the hull (Fig. 4.6), and the caustic bounds the
+#   scatter from below.
 # - The scatter is smallest on the plane most nearly perpendicular to the rays.
 
 # %% [markdown]
@@ -132,14 +131,11 @@ from repro.run import Plan, experiment
 # $$d_{ij} = \left\| (\mathbf r_i \cdot \mathbf p_{ij})\,\mathbf r_i -
 # \mathbf p_{ij} \right\|, \qquad \mathbf p_{ij} = \mathbf P_{ij} - \mathbf C.$$
 #
-# The adjustment of 4.1.4 varies $T_2$ and $T_3$ to minimise it and recomputes the
-# directions after each round.
+# The adjustment of 4.1.4 varies $T_2$ and $T_3$ to minimise it.
 #
-# For centrality, each ray is refitted to its three points without passing through
-# $\mathbf C$. The crossings $\mathbf x$ are taken on the plane through $\mathbf C$
-# most nearly perpendicular to the lines (4.24). Their covariance $S$ measures
-# isotropy. Mardia's kurtosis, the mean of $(\mathbf x^\top S^{-1} \mathbf x)^2$ about
-# the mean, is 8 for a Gaussian in two dimensions.
+# The crossings $\mathbf x$ are taken on the plane most nearly perpendicular to the
+# lines (4.24). Their covariance $S$ measures isotropy. Mardia's kurtosis, the mean of
+# $(\mathbf x^\top S^{-1} \mathbf x)^2$, is 8 for a Gaussian in two dimensions.
 
 # %% tags=["active-ipynb"]
 # show_code(crossings, facing_plane, scatter_of)
@@ -148,21 +144,18 @@ from repro.run import Plan, experiment
 # ## Experiment
 #
 # The rigs of [4.3.1](s3_1_setup.ipynb) are rendered and decoded. All methods get the
-# same rays: at most 20 000 that meet all three grids (4.1.2), without those that
-# RANSAC rejects. In addition, {glue:text}`redrawn` redrawn runs per camera have a
-# bias that depends on fringe phase and viewing angle, and spatially correlated noise.
-# Both are measured on the rendered runs.
+# same rays: at most 20 000 that meet all three grids (4.1.2), without those that RANSAC
+# rejects ({glue:text}`omni.left_out:.1f` % on the mirror camera). In addition, there
+# are {glue:text}`redrawn` redrawn runs per camera.
 #
 # **Noise level.** At the low-noise level CGSP leaves a fifth of the error printed in
-# Table 4.3, and verdicts may depend on the level. One factor for both cameras
-# therefore multiplies the decoding errors. It is solved from that printed number by
-# CGSP alone, with separate random numbers, before any claim is tested. That number is
-# marked *set*. [Section 4.2](s2_pose.ipynb) and the next pages use the same factor.
+# Table 4.3. The factor is the same for both cameras. It is solved from that number by
+# CGSP alone, before any claim is tested, and the number is marked *set*.
 #
-# **Interpretations.** The primary one keeps the errors as decoded, correlated over
-# the decoder's filter. The second makes them white by random signs, with its own
-# factor. The third is the low-noise level. A verdict is undecided if its estimate
-# changes side between half and twice the factor.
+# **Interpretations.** The primary one keeps the errors correlated over the decoder's
+# filter. The second makes them white, with its own factor. The third is the low-noise
+# level. A verdict is undecided if its estimate changes side between half and twice the
+# factor.
 
 
 # %%
@@ -241,41 +234,24 @@ def caustic(effort):
 # %% [markdown]
 # ## Discussion
 #
-# **Size of the lead.** The standard method as printed works in mm and divides by
-# single coefficients. This magnifies model errors: the bracket offset and the pupil
-# shift. On the mirror camera the effect is largest at the low-noise level, because
-# point noise affects all methods equally. On the fisheye the ratio grows with noise,
-# which destabilises the printed formulas. The thesis does not explain its 3.22 mm.
+# **Size of the lead.** The standard method as printed works in mm and divides by single
+# coefficients. This magnifies model errors, such as the bracket offset. Point noise
+# affects all methods equally and hides the effect.
 #
-# **Agreement with 4.1.5.** In the simulation, unadjusted CGSP beats the adjusted
-# standard method. The mirror camera agrees, by a small margin. The fisheye does not,
-# because its pupil shift increases the error and CGSP's poses are not adjusted.
+# **Agreement with 4.1.5.** As in the simulation, unadjusted CGSP is better than the
+# adjusted standard method on the mirror camera, but not on the fisheye.
 #
-# **Scatter.** Where two grids cross, a ray's points nearly coincide and its line is
-# undetermined. Such rays dominate the RMS and the kurtosis, widen the hull and favour
-# a tilted plane. The thesis excludes none. A second interpretation keeps only rays
-# with well-separated points.
-#
-# **Non-centrality.** Centrality alone would not reveal the bracket offset: the true
-# rays pass close to one point, compared with the extrapolated errors. Without noise
-# the fisheye's crossings scatter more than the caustic, because the estimated poses
-# absorb part of the pupil shift.
-#
-# **Outliers.** RANSAC rejects {glue:text}`omni.left_out:.1f` % of the mirror camera's
-# rays. Its threshold follows the noise, so it rejects more at the low-noise level.
-# Hardly any of these rays is decoded wrongly.
+# **Scatter.** Where two grids cross, a ray's points nearly coincide and do not
+# determine its line. The thesis keeps such rays, a second interpretation does not.
 #
 # **Limits.** Mirror shape, bracket offset and pupil shift are choices (4.3.1).
-# Redrawn runs have fewer rays than rendered ones. Table 4.3 gives 95 % intervals of
-# the median, the comparison below the range of the runs.
 
 # %% [markdown]
 # ## Summary
 #
-# CGSP's ray-point errors are smaller than those of the standard method as printed,
-# but far from ten times smaller, and good conditioning removes the difference. Bundle
-# adjustment makes the methods equal on both cameras without moving the centre. The
-# published gap on the mirror camera remains unexplained.
+# CGSP's ray-point errors are smaller than those of the standard method as printed, but
+# far from ten times, and good conditioning removes the difference. Bundle adjustment
+# makes the methods equal. The published gap on the mirror camera remains unexplained.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -290,8 +266,7 @@ def caustic(effort):
 # an answer and run that cell again.
 #
 # **1.** A ray meets three grids at 40, 60 and 80 mm from the centre. Each point has a
-# lateral error with a standard deviation of 0.04 mm. What is the standard deviation
-# (mm) of the fitted line at the centre?
+# lateral error of 0.04 mm (SD). What is the SD (mm) of the fitted line at the centre?
 
 # %% tags=["active-ipynb"]
 # check(None, **lever_task())
