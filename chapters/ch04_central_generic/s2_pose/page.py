@@ -1,10 +1,9 @@
 # %% [markdown]
 # # 4.2 Pose estimation of a further grid
 #
-# **Question.** Three grids calibrate only the pixels that see them, and a further
-# grid adds rays once its pose is known. The standard generic method estimates that
-# pose from three points at a time, CGSP from all points by linear equations. Asked is
-# which pose is more accurate, with noise and with outliers.
+# **Question.** A further grid adds calibrated rays once its pose is known. The standard
+# generic method estimates that pose from three points at a time, CGSP from all points.
+# Which pose is more accurate, with noise and with outliers?
 
 # %%
 import numpy as np
@@ -57,9 +56,8 @@ from repro.run import Plan, experiment
 # 1. **Three points alone give an inaccurate pose.** At 0.5 px of noise the rotation
 #    error is {glue:text}`three_points_deg:.2g`°. CGSP's linear pose has
 #    {glue:text}`cgsp_ransac_deg:.2g`°.
-# 2. **Refinement removes CGSP's lead.** Refined on all inliers, as 4.2.2 states, the
-#    standard pose improves by a factor of {glue:text}`refining:.0f` and is no worse
-#    than CGSP's.
+# 2. **Refinement removes CGSP's lead.** Refined on all inliers (4.2.2), the standard
+#    pose improves by a factor of {glue:text}`refining:.0f` and is no worse than CGSP's.
 # 3. **Angular refinement is better than both.** It is not in the thesis and reaches
 #    {glue:text}`angular_deg:.2g`° at the same noise.
 # 4. **With outliers the linear pose needs RANSAC.** With 0.3 % of outliers the
@@ -85,8 +83,8 @@ from repro.run import Plan, experiment
 #   minimising ray-point distances.
 # - *CGSP pose*: linear pose from the homography between the grid and a *synthetic
 #   plane*, a virtual image plane in front of the centre.
-# - *Angular refinement*: minimises angles between rays and directions to the points.
-# - *Rotation error*: angle of the rotation between estimated and true pose.
+# - *Angular refinement*: minimises angles between rays and directions to points.
+# - *Rotation error*: angle between estimated and true pose.
 # - *Low-noise level*: the simulator's own decoding errors. *Thesis-matched level*:
 #   those errors times the factor of [4.3.2a](s3_2_results.ipynb). Table 4.1 refers to
 #   the second.
@@ -97,11 +95,11 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## What the thesis claims
 #
-# - The linear pose beats the three-point pose at every noise level (Fig. 4.4).
+# - The linear pose is better than the three-point pose at every noise level (Fig. 4.4).
 #   Without outliers RANSAC brings no gain.
 # - On real images with few outliers (Table 4.1), CGSP with RANSAC is best and CGSP
 #   without it worst. The standard method does fairly well.
-# - Errors on real images are larger, because grids are smaller and farther away.
+# - Errors on real images are larger: grids are smaller and farther away.
 # - Three points are sensitive to noise unless well separated, and often give no
 #   solution. The linear pose always gives one, and is fast.
 # - The synthetic plane may have any orientation, ideally perpendicular to the rays.
@@ -109,24 +107,22 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## Model
 #
-# **Synthetic plane.** Ray $i$ sees a point $\mathbf{X}_i$ of the further grid, whose
-# grid coordinates are known. The ray intersects the synthetic plane in
-# $\mathbf{x}'_i$.
+# **Synthetic plane.** Ray $i$ sees a known point $\mathbf{X}_i$ of the further grid and
+# intersects the synthetic plane in $\mathbf{x}'_i$.
 
 # %% tags=["active-ipynb"]
 # show("fig_4_3")
 
 # %% [markdown]
-# All rays start in one point, so these points are a pinhole image of the grid,
-# whatever the lens. A 3 x 3 homography $H$ maps the grid to its image (4.20), and
+# All rays start in one point, so these points are a pinhole image of the grid. A
+# homography $H$ maps the grid to its image (4.20), and
 #
 # $$(K R_s)^{-1} H \simeq
 #   (\mathbf{t}_1 \;\; \mathbf{t}_2 \;\; \mathbf{t}_4 - \mathbf{C}) .
 # \tag{4.23}$$
 #
-# $K$ and $R_s$ are known, because the plane is chosen. $\mathbf{t}_1$ and
-# $\mathbf{t}_2$ are orthogonal unit vectors, which fixes the scale. The nearest
-# rotation is taken.
+# $K$ and $R_s$ are known, because the plane is chosen. Unit length of $\mathbf{t}_1$
+# and $\mathbf{t}_2$ fixes the scale, and the nearest rotation is taken.
 #
 # **Orientation.** The best normal $\mathbf{n}$ is as nearly parallel to all rays as
 # possible:
@@ -136,30 +132,26 @@ from repro.run import Plan, experiment
 #   \quad \|\mathbf{n}\| = 1 . \tag{4.24}$$
 #
 # The thesis prints no square, which has no closed form (E-4.07). With the square,
-# $\mathbf{n}$ is the eigenvector of $\sum \mathbf{r}_i \mathbf{r}_i^T$ with the
-# largest eigenvalue. Its sign makes $\mathbf{r}_i \cdot \mathbf{n} > 0$ for most
-# rays. Rays that point away from the plane are excluded and counted.
+# $\mathbf{n}$ is the eigenvector of $\sum \mathbf{r}_i \mathbf{r}_i^T$ with the largest
+# eigenvalue. Rays with $\mathbf{r}_i \cdot \mathbf{n} \le 0$ are excluded.
 
 # %% tags=["active-ipynb"]
 # show_code(synthetic_plane_normal)
 
 # %% [markdown]
 # **RANSAC.** Samples of four points give homographies. The best one is re-estimated
-# from all its inliers until they do not change. The standard method uses samples of
-# three ([section 2.4](../ch02_general_camera_model/s4_1_linear_and_pose.ipynb)) and
-# has no linear re-estimation.
+# from all its inliers. The standard method uses samples of three ([section
+# 2.4](../ch02_general_camera_model/s4_1_linear_and_pose.ipynb)).
 #
-# **Angles.** Image noise rotates rays, so the natural pose error is an angle. A
-# length grows with distance. It is the right error for noise in mm on the grid, where
-# angular refinement loses its lead.
+# **Angles.** Image noise rotates rays, so the natural error is an angle. For noise in
+# mm on the grid it is a length.
 
 # %% [markdown]
 # ## Experiment
 #
-# **Simulation.** The camera of 4.1.5 is 600 mm above the base grid. A further grid is
-# shifted by up to 150 mm and rotated by up to 30°. Each of 999 pixels gets its ray
-# from a noisy point of the base grid, and a noisy point of the further one. All
-# estimators use the same points and RANSAC threshold.
+# **Simulation.** In front of the camera of 4.1.5 a further grid is shifted by up to
+# 150 mm and rotated by up to 30°. Each of 999 pixels gets its ray from a noisy point of
+# the base grid, and a noisy point of the further one.
 
 # %%
 TRIALS = {"quick": 5, "full": 50}
@@ -204,19 +196,17 @@ def noise_sweep(effort):
 
 
 # %% [markdown]
-# **Images.** A perspective camera (Kodak MegaPlus 1.4i), calibrated by Zhang's
-# method, views an active grid in two rendered and decoded poses per run. Their
-# relative pose is compared with a laser scan that has 0.1 mm of noise. The thesis
-# reports less than 0.3 % outliers. Today's decoder leaves almost none, so 0.3 % of
-# the points are moved to random positions.
+# **Images.** A perspective camera, calibrated by Zhang's method, views an active grid
+# in two rendered and decoded poses per run. A laser scan with 0.1 mm of noise gives
+# their true relative pose. As outliers, 0.3 % of the points are moved to random
+# positions.
 
 # %% tags=["active-ipynb"]
 # show_code(with_outliers)
 
 # %% [markdown]
-# **Redrawn scenes.** The claims require 50 scenes. Further scenes have the poses of
-# the rig and the bias and correlated noise of the decoded images. No number of this
-# section is used to solve the thesis-matched factor.
+# **Redrawn scenes.** Further scenes have random poses and the bias and correlated noise
+# of the decoded images.
 
 # %% tags=["active-ipynb"]
 # show_table("table_4_1")
@@ -227,35 +217,25 @@ def noise_sweep(effort):
 # %% [markdown]
 # ## Discussion
 #
-# **Refinement.** Section 4.2 states that re-estimation from all inliers is impossible
-# with three points. Section 4.2.2 states that it is done nonlinearly, which is the
-# primary interpretation. CGSP then wins at no noise level. Without refinement it wins
-# at every level, as in Fig. 4.4: all points beat three.
+# **Refinement.** Section 4.2 rules out re-estimation from all inliers for three points.
+# Section 4.2.2 does it nonlinearly, which is the primary interpretation. Without it
+# CGSP wins at every noise level.
 #
-# **Three points.** RANSAC draws well-separated triples here. Close triples are about
-# ten times worse. The closed-form solver keeps double roots. A solver without them
-# loses more solutions.
+# **Three points.** Close triples are about ten times worse than well-separated ones.
 #
-# **Size of the errors.** The errors here are far smaller than in Table 4.1. Noise of
-# the laser scan dominates what remains with RANSAC. The simulator has a flat monitor,
-# no motion and a nearly perfect calibration. The thesis does not state how the scan
-# is aligned. The ranking of the best two estimators depends on the noise level.
+# **Size of the errors.** They are far smaller than in the thesis, and noise of the
+# laser scan dominates. The ranking of the best two estimators depends on the noise
+# level.
 #
 # **Threshold and statistic.** A length threshold rejects correct points that are far
-# away. An angle does not, and RANSAC then changes nothing without outliers. Medians
-# are compared here. The thesis plots means.
-#
-# **Better rays.** Rays from $n$ grids have $1/n$ of the variance of a point. The pose
-# error is then $\sqrt{1 + 1/n}$ times that of exact rays: 1.41 for one grid, 1.15 for
-# three.
+# away, an angle threshold does not. The thesis plots means, this page medians.
 
 # %% [markdown]
 # ## Summary
 #
 # The linear CGSP pose is far more accurate than a pose from three points, but the
-# refined standard pose of section 4.2.2 is as accurate. With outliers the linear pose
-# needs RANSAC, and tilting the synthetic plane by 30° makes no measurable difference.
-# Angular refinement, which the thesis does not use, is best for image noise.
+# refined standard pose of 4.2.2 is as accurate. With outliers the linear pose needs
+# RANSAC. Angular refinement is best for image noise.
 
 # %% [markdown]
 # ## Compared with the published numbers
