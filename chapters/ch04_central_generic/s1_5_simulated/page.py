@@ -3,8 +3,8 @@
 #
 # **Question.** CGSP (Central Generic Synthetic Pinhole calibration) and the standard
 # method of chapter 2 solve the same problem: camera centre and grid poses from ray
-# points. Which method is less sensitive to noise? Does bundle adjustment of the
-# standard method compensate for the difference?
+# points. Which is less sensitive to noise? Does bundle adjustment of the standard
+# method compensate?
 
 # %%
 from chapters.ch04_central_generic.s1_5_simulated.exercises import (
@@ -70,16 +70,14 @@ from repro.run import Plan, experiment
 # ## Terms
 #
 # - *Standard method*: linear stage of chapter 2, equations 2.15 to 2.25. *As printed*:
-#   its numerics as in the thesis, misprints corrected. *Well conditioned*: the same
-#   equations in normalised coordinates and by least squares.
+#   its numerics as in the thesis, misprints corrected (E-2.12). *Well conditioned*: the
+#   same equations in normalised coordinates and by least squares.
 # - *Adjustment*: scheme 2 of [4.1.4](s1_4_bundle_adjustment.ipynb). Poses move, rays
 #   follow the centroids, the centre is fixed.
 # - *Translation error*: error of the length, as in the thesis. *Rotation error*: angle
 #   of $R_\text{true}^\top R_\text{found}$.
-# - *Ray-point error*: mean distance of the rays from the true points on the three
-#   grids.
-# - *Moved points*: displacement of the points of grids 2 and 3 by the pose errors. A
-#   rotation and a shift can compensate each other, so this measure is safer.
+# - *Ray-point error*: mean distance of the rays from the true points.
+# - *Moved points*: displacement of the points of grids 2 and 3 by the pose errors.
 # - *Primary interpretation*: noise in px, as printed, the errors above, medians over
 #   trials.
 
@@ -98,40 +96,33 @@ from repro.run import Plan, experiment
 #
 # The base grid is the plane $z = 0$, and the camera looks down from
 # $\mathbf{C} = (0, 0, 600)$ mm. Two more grids are shifted by up to 150 mm and rotated
-# by up to 30° about each axis. A scene has 999 random pixels whose rays meet all three
-# grids. Every grid has its own noise. Identical noise would keep the three points of a
-# ray on one line, and every method would be exact.
+# by up to 30° about each axis. A scene has 999 random rays that meet all three grids.
+# Every grid has its own noise.
 
 # %% tags=["active-ipynb"]
 # show_code(draw_scene, draw_poses, observe)
 
 # %% [markdown]
-# **Methods.** All methods use the same points, and the adjustment follows each of them.
+# **Methods.** All methods use the same points. The adjustment follows each of them.
 
 # %% tags=["active-ipynb"]
 # show_code(calibrate)
 
 # %% [markdown]
-# **Errors.** The data fix the frame of the base grid, so no alignment is needed. The
-# thesis plots means over trials. The figure and the primary interpretation use medians,
-# because a few failures dominate the mean of the standard method. Alternative
-# interpretations are tested too: the length of the translation difference, distances
-# from the noisy points, and means.
+# **Errors.** The thesis plots means over trials. Medians are used here, because a few
+# failures, which count as the worst, dominate the mean of the standard method. Other
+# interpretations are tested too.
 
 # %% tags=["active-ipynb"]
 # show_code(errors)
 
 # %% [markdown]
-# The registry of settings lists what the text does not state, with a reason for each
-# choice. As printed, the shift $t_z$ is divided by $C_y$, which is 0 for this camera
-# (E-2.12). With noise the quotient equals $C_z + V_6/\lambda$, which is used here.
 
 # %% [markdown]
 # ## Experiment
 #
-# There are five noise levels, in px and in mm, with 50 trials each as in the thesis. In
-# one sweep every trial has its own grids, rays and noise. In the other only the noise
-# changes.
+# Five noise levels, in px and in mm, have 50 trials each, as in the thesis. In one
+# sweep every trial has its own grids and rays. In the other only the noise changes.
 
 
 # %%
@@ -160,9 +151,9 @@ def redrawn_sweep(effort):
 # %% [markdown]
 # ## From the standard method to CGSP in steps
 #
-# Both methods start from the homography $H$ from a grid to the base grid. The standard
-# method estimates its rows in two parts, the vectors $V$ and $W$, each up to a factor.
-# CGSP estimates $H$ at once. Each step changes one thing:
+# The standard method estimates the homography $H$ from a grid to the base grid in two
+# parts, the vectors $V$ and $W$, each up to a factor. CGSP estimates $H$ at once. Each
+# step changes one thing:
 #
 # - *As printed*: equations 2.15 to 2.25 in mm. The ratio $V_4/W_1$ sets the scale
 #   between $V$ and $W$.
@@ -189,26 +180,21 @@ def redrawn_sweep(effort):
 #
 # - **Numerics.** As printed, the scale depends on one rotation entry, $R_{31}$, and the
 #   depth of the centre on a product of two. Both are small for a grid that is hardly
-#   tilted about one axis. CGSP contains no such division. It is not better than the
-#   well-conditioned method, which avoids them too.
-# - **After CGSP.** With three grids, weights and a free centre show no significant
-#   gain. With ten grids the two together reduce the centre error (see the table).
-# - **Adjustment.** It finds the best poses and rays for a given centre. Rays through a
-#   wrong centre can still pass close to three noisy points. The distances to these
-#   points fall, but those to the true points hardly change.
+#   tilted. CGSP and the well-conditioned method avoid such divisions.
+# - **After CGSP.** Weights and a free centre show a significant gain only with ten
+#   grids.
+# - **Adjustment.** Rays through a wrong centre can still pass close to three noisy
+#   points. The distances to these points fall, but those to the true points hardly
+#   change.
 # - **Scatter.** The claim's test requires a factor of three for every quantity and
-#   level. The centre reaches it at 0.5 px, single poses do not always.
-# - **Failures.** As printed, the method fails in some trials, mostly with a negative
-#   $C_z^2$. These count as the worst.
-# - **Limits.** The thesis states neither noise nor grids nor lens. The noise here is
-#   Gaussian without outliers.
+#   level.
+# - **Limits.** The noise is Gaussian without outliers.
 #
 # ## Summary
 #
 # CGSP is more accurate than the printed standard method at every noise level, as the
 # thesis claims. The reason is numerical: the same equations without small divisors are
-# as accurate as CGSP. Adjustment with a fixed centre gains little, because the error of
-# the centre limits it.
+# as accurate. Adjustment gains little, because the error of the fixed centre limits it.
 #
 # ## Compared with the published numbers
 
@@ -228,9 +214,9 @@ def redrawn_sweep(effort):
 # check(None, **parameters_task())
 
 # %% [markdown]
-# **2.** A ray is joined to the mean of its three points, whose errors are independent
-# and equally large (SD). How large is the error (SD) of the mean, in units of that of
-# one point, for known centre and poses?
+# **2.** A ray joins the known centre to the mean of its three points, whose errors are
+# independent with the same SD. What is the SD of the mean, in units of that of one
+# point?
 
 # %% tags=["active-ipynb"]
 # check(None, **share_task())
