@@ -2,9 +2,9 @@
 # # 4.3.1 Experimental setup with a mirror camera and a fisheye
 #
 # **Question.** The methods of chapter 4 are compared on two cameras: a mirror camera
-# with a bracket and a fisheye. Simulated rigs replace the thesis's cameras. Asked are
-# the calibrated part of each field of view, and the effect of a lens shift between
-# grids.
+# with a bracket and a fisheye. Simulated rigs replace the thesis's cameras. Which part
+# of each field of view is calibrated, and what is the effect of a lens shift between
+# grids?
 
 # %%
 from chapters.ch04_central_generic.s3_1_setup.exercises import foci_task, shift_task
@@ -64,8 +64,7 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## Terms
 #
-# - *Rig*: simulated camera, monitor and grid poses. *Run*: one set of rendered
-#   images, with its own small pose changes.
+# - *Rig*: simulated camera, monitor and grid poses. *Run*: one set of rendered images.
 # - *Mirror camera*: omnidirectional (catadioptric) camera, a Nikon D70 below a
 #   hyperboloidal OneVR mirror. *Fisheye*: Nikon CoolPix 4500 with an FC-E8 converter.
 # - *Bracket offset*: misalignment of the mirror relative to the single-viewpoint
@@ -84,12 +83,11 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## What the thesis claims
 #
-# Section 4.3.1 describes a setup and claims little. Three grids enter the linear
-# stage. Three more extend the calibrated field of the mirror camera to about 207° by
-# 82°. Seven more extend that of the fisheye to about 94 % of 183°. Inverting the
-# camera shifts the lens of the D70 by more than 5 px of 3008, that of the CoolPix by
-# more than 9 px of 1600. Camera movement is therefore kept to a minimum. The mirror
-# is held by a bracket, and accurate alignment is not guaranteed.
+# Section 4.3.1 describes a setup. Three grids enter the linear stage. Three more extend
+# the calibrated field of the mirror camera to about 207° by 82°, seven more that of the
+# fisheye to about 94 % of 183°. Inverting the camera shifts the lens of the D70 by more
+# than 5 px and that of the CoolPix by more than 9 px. Camera movement is therefore
+# minimised. A bracket holds the mirror, without guarantee of accurate alignment.
 
 # %% [markdown]
 # ## Model
@@ -100,7 +98,7 @@ from repro.run import Plan, experiment
 #
 # with $r$ the distance from its axis. Rays towards the focus at $z = c$ are reflected
 # to the focus at $z = -c$. A camera with its pupil there has a single viewpoint. The
-# bracket offset and a small tilt make the camera only approximately central.
+# bracket offset makes the camera only approximately central.
 #
 # **The fisheye's** entrance pupil moves forward for oblique rays. The ray at angle
 # $\theta$ starts on the axis at
@@ -114,14 +112,13 @@ from repro.run import Plan, experiment
 # %% [markdown]
 # ## Experiment
 #
-# Known and chosen parameters of the rigs:
+# Parameters of the rigs:
 #
 # | parameter | value | source |
 # |---|---|---|
 # | images | 3008 × 2000 and 1600 × 1200 px | 4.3.1 |
 # | base grid | distance and position of the camera | Table 4.2 |
 # | grids 2 and 3 | rotation and translation, random directions | Table 4.2 |
-# | further grids | to 207° by 82°, and 94 % | 4.3.1 |
 # | mirror | $a = 29.3$, $b = 15.3$ mm, 75 mm wide | choice, as in 3.3.2 |
 # | bracket | offset 1.0 mm and 0.39° | choice: ruler and mirror outline |
 # | fisheye projection | equidistance, 1.65 mm | data sheet |
@@ -129,12 +126,11 @@ from repro.run import Plan, experiment
 # | monitor | 19 inch, 1280 × 1024 px, gamma 2.2, darker off-axis | 3.3.3, choice |
 # | patterns | 12 Gray-code, 8 sinusoidal | 3.2.2 |
 #
-# The rig files give a reason for each number. All numbers precede every calibration,
-# and the further grids are placed to give the printed fields. Each run varies the
-# poses by 2 mm and 1° (standard deviation).
+# All numbers precede every calibration, and the further grids are placed to give the
+# printed fields. Each run varies the poses by 2 mm and 1° (standard deviation).
 #
 # For the lens shift, both cameras are rendered again at reduced size, inverted for
-# grids 2 and 3. The shift is measured from the displacement of the decoded points.
+# grids 2 and 3.
 
 
 # %%
@@ -156,9 +152,8 @@ def turned_over(effort):
 # show_code(field_trial, shift_between)
 
 # %% [markdown]
-# The first three grids share rays in the centre, and each further grid overlaps with
-# the area calibrated before. The horizontal field is measured within ±1.5° of
-# elevation, the vertical field within ±1.5° of the direction of the base grid.
+# The horizontal field is measured within ±1.5° of elevation, the vertical field within
+# ±1.5° of the direction of the base grid.
 #
 # ## Lens shift
 
@@ -168,15 +163,12 @@ def turned_over(effort):
 # %% [markdown]
 # ## Discussion
 #
-# **Lens shift.** Its size is an input. Its effect is the result: the poses absorb the
-# shift, which resembles a small rotation of a grid. The rays still fit their points,
-# and the error appears in the centre and the poses. Keeping the cameras still, as the
-# thesis does, is therefore necessary.
+# **Lens shift.** The poses absorb the shift, which resembles a small rotation of a
+# grid. The rays still fit their points, and the error appears in the centre and the
+# poses. Keeping the cameras still, as the thesis does, is therefore necessary.
 #
 # **Limits.** The rigs are not the thesis's cameras. The mirror shape and the real
-# misalignment are unknown, and both determine how central the camera is.
-# [4.3.2a](s3_2_results.ipynb) varies the bracket offset. The camera body occludes
-# only the centre of the mirror, and the room is dark except for the monitor.
+# misalignment are unknown. [4.3.2a](s3_2_results.ipynb) varies the bracket offset.
 
 # %% [markdown]
 # ## Summary
