@@ -3,8 +3,8 @@
 #
 # **Question.** CGSP (Central Generic Synthetic Pinhole calibration) computes the
 # camera's centre and the grids' poses from homographies to the base grid. How do they
-# follow, how few rays suffice, and when do the data leave the centre undetermined? Do
-# outliers and the precision of the arithmetic matter?
+# follow, how few rays suffice, and do outliers and the precision of the arithmetic
+# matter?
 
 # %%
 import numpy as np
@@ -129,14 +129,13 @@ from repro.run import Plan, crossed, experiment
 # show_code(grid_pose)
 
 # %% [markdown]
-# **Degeneracy.** The system has four singular values, and the last is 0 on exact data.
-# The third is 0 too if the grids are parallel to each other or to the base, since they
-# then add no equations. Noise raises it. Below five times the estimated effect of
-# noise, the linear stage reports an undetermined centre.
+# **Degeneracy.** The last of the system's four singular values is 0 on exact data. The
+# third is 0 too if the grids are parallel to each other or to the base. Below five
+# times the effect of noise on it, the linear stage reports an undetermined centre.
 #
 # **Outliers.** Random samples of four pairs give candidate homographies. The lower
-# quartile of the distances ranks them and gives the noise level, even if most pairs are
-# wrong. Pairs beyond five times the noise are excluded.
+# quartile of the distances ranks them and gives the noise level. Pairs beyond five
+# times the noise are excluded.
 
 # %% tags=["active-ipynb"]
 # show_code(robust_start)
@@ -144,8 +143,7 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # **Weights.** Image noise moves a point on the base grid by more if the ray is long or
 # oblique. Division by this effect makes all equations equally uncertain. The thesis has
-# no weights, and the claims are judged without them. [Section
-# 4.1.5](s1_5_simulated.ipynb) compares both.
+# no weights, and the claims are judged without them.
 
 # %% tags=["active-ipynb"]
 # show_code(image_noise_weights)
@@ -153,9 +151,7 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # ## Experiment
 #
-# The camera is that of section 4.1.5: a radial lens of 100°, 600 mm above the base
-# grid. The 999 rays meet three grids, rotated by up to 30° about each axis. Every grid
-# has its own noise.
+# Camera, rays and grids are those of [section 4.1.5](s1_5_simulated.ipynb).
 #
 # **Four rays.** Four random rays without noise meet grids that are tilted against each
 # other by at least 5°. No three of their points are near one line.
@@ -164,8 +160,7 @@ from repro.run import Plan, crossed, experiment
 # show_code(minimal_trial)
 
 # %% [markdown]
-# **Outliers.** A decoding error moves a point anywhere on the grid. Here 5 % of each
-# grid's points are random in the bounding box of the others.
+# **Outliers.** Of each grid's points, 5 % are random in the bounding box of the others.
 
 # %%
 NOISES_PX = {"quick": [0.1, 2.0], "full": [0.1, 0.25, 0.5, 1.0, 2.0]}
@@ -208,13 +203,11 @@ def outliers(effort):
 #
 # - **Four triplets.** The two homographies contain 16 numbers for 15 unknowns, so one
 #   equation is redundant (E-4.14).
-# - **SVD.** The thesis describes normalised, measured points. There the residual *is*
-#   the noise, and single precision adds nothing. On exact points single precision costs
-#   more than a factor of ten, but far less than any noise. Single precision therefore
-#   does not explain the inaccurate package of 2009.
-# - **RANSAC.** A pair is lost if either point is wrong, which concerns about a tenth of
-#   the pairs. This should cost a twentieth of the precision. At one noise level the
-#   interval of the ratio includes the claim's bound of 1.2.
+# - **SVD.** The thesis describes normalised, measured points. There the residual is the
+#   noise. On exact points single precision costs more than a factor of ten, but far
+#   less than any noise. It does not explain the inaccurate package of 2009.
+# - **RANSAC.** At one noise level the interval of the ratio includes the claim's bound
+#   of 1.2.
 #
 # ## Summary
 #
