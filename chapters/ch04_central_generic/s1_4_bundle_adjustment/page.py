@@ -2,8 +2,8 @@
 # # 4.1.4 Bundle adjustment with a fixed or a free centre
 #
 # **Question.** Bundle adjustment can improve the grid poses and the centre that the
-# linear stage finds. The thesis adjusts the poses alone, because its adjustment of the
-# centre did not converge stably. Why does that scheme fail, and does another one work?
+# linear stage finds. The thesis adjusts the poses alone, because its scheme for the
+# centre did not converge stably. Why does it fail, and does another one work?
 
 # %%
 from chapters.ch04_central_generic.s1_4_bundle_adjustment.exercises import (
@@ -90,8 +90,7 @@ from repro.page import check, compared, open_results, show, show_code
 # **Drift of a free centre.** A line through three noisy points misses the centre, by
 # more the farther it is extrapolated. The cost of scheme 3 therefore falls if the grids
 # move apart or towards the centre. The ray-point distance has the same fault, but
-# smaller. Noise in the plane of a grid counts less for an oblique ray, so tilting the
-# grid lowers the cost. More rays do not help.
+# smaller. More rays do not help.
 #
 # **Consistent adjustment.** The measured quantity is a point $(x, y)$ in the frame of
 # grid $j$. There the ray starts in $\mathbf{c} = R_j^\top (\mathbf{C} - \mathbf{t}_j)$
@@ -107,11 +106,7 @@ from repro.page import check, compared, open_results, show, show_code
 #
 # and a root of $\Sigma^{-1}$ weights the residual. The weights must not follow the
 # parameters, or a larger $\Sigma$ would lower the cost. They are computed from the
-# linear solution, frozen, and updated once near convergence. Standard deviations in mm
-# from the decoder, if available, replace $\Sigma$.
-#
-# **Many rays.** Every ray adds two unknowns, which are eliminated one ray at a time. A
-# system of $6(n-1) + 3$ equations remains.
+# linear solution, frozen, and updated once near convergence.
 
 # %% [markdown]
 # ## Experiment
@@ -133,17 +128,14 @@ from repro.page import check, compared, open_results, show, show_code
 #   therefore *differs*.
 # - **Other interpretation.** Over draws of the noise, the centre of scheme 3 spreads
 #   more than ten times as far as that of the linear stage. Under this interpretation
-#   the claim is *reproduced*. A repeated experiment shows this spread, which resembles
-#   many minima.
+#   the claim is *reproduced*.
 # - **Ray-point distance.** With a free centre this scheme is independent of its start,
-#   too. Its spread over draws is no larger than that of the linear stage, because the
-#   drift is nearly the same in every draw. A small spread does not reveal it.
+#   too. Its drift is nearly the same in every draw, so a small spread does not reveal
+#   it.
 # - **Gain.** With three grids the consistent adjustment is about as accurate as the
 #   linear stage. All homographies of CGSP share the noise of the base grid, so more
 #   grids do not average it out. The adjustment does ([4.1.5](s1_5_simulated.ipynb)).
 # - **Limits.** The noise is Gaussian without outliers, and the camera is central.
-#   Nearly parallel grids are not excluded, and both their error and their predicted
-#   covariance are large.
 #
 # ## Summary
 #
