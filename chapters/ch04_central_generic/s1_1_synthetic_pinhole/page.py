@@ -2,9 +2,9 @@
 # # 4.1.1 Base grid as the image plane of a synthetic pinhole camera
 #
 # **Question.** Pinhole calibration cannot use the distorted images of a fisheye or a
-# mirror camera. The rays in front of the optics are straight, however, and those of a
-# central camera meet in one point. If a grid takes the role of the image plane, can any
-# pinhole method calibrate any central camera?
+# mirror camera. The rays of a central camera are straight, however, and meet in one
+# point. If a grid takes the role of the image plane, can any pinhole method calibrate
+# any central camera?
 
 # %%
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.exercises import (
@@ -120,7 +120,7 @@ from repro.run import Plan, crossed, experiment
 #
 # The 999 rays of a scene start in $\mathbf{C} = (0, 0, 600)$ mm. They meet the base
 # grid and two grids, rotated by up to 30° about each axis and shifted by up to 150 mm.
-# There is no noise. Four sources are used: the radial lens of section 4.1.5 (100°), an
+# There is no noise. There are four sources: the radial lens of section 4.1.5 (100°), an
 # equidistance fisheye of 183°, a hyperboloid mirror, and random directions without a
 # lens.
 
@@ -144,7 +144,7 @@ def exact_centres(effort):
 # %% [markdown]
 # **Chessboard as base grid.** Squares of 20 mm fill the image of the radial lens. A
 # homography for each square interpolates the board point of a pixel. The other two
-# grids are exact, so the error of the centre is due to the base grid alone.
+# grids are exact.
 
 # %% tags=["active-ipynb"]
 # show_code(interpolated, board_trial)
@@ -159,20 +159,20 @@ def exact_centres(effort):
 # ## Discussion
 #
 # - **Side of the camera.** The reflection of the scene in the base plane fits the same
-#   points. The user has to state the camera's side. The simulations use $C_z > 0$.
+#   points. The user has to state the camera's side.
 # - **Wang and Liu.** The thesis does not describe this method, and the paper was not
 #   available. The claim is therefore not comparable. The circles use the same
-#   orthogonality differently and perform equally well.
+#   orthogonality differently.
 # - **Chessboard.** The claim's test requires an error above 0.1 mm and above the effect
 #   of 0.1 px noise. Neither holds for squares of 20 mm. The bias grows with the
-#   squares, and more rays do not reduce it.
+#   squares.
 #
 # ## Summary
 #
 # The base grid turns every central camera into a pinhole camera, and two different
-# pinhole methods find its centre. The comparison of Sturm-Maybank with Wang-Liu cannot
-# be repeated, because the latter is not described. Interpolation between chessboard
-# corners biases the centre, but squares of 20 mm cost less than 0.1 px of noise.
+# pinhole methods find its centre. Wang-Liu is not described and cannot be compared.
+# Interpolation between chessboard corners biases the centre, but squares of 20 mm cost
+# less than 0.1 px of noise.
 #
 # ## Compared with the published numbers
 
