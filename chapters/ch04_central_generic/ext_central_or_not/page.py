@@ -1,10 +1,9 @@
 # %% [markdown]
 # # Testing whether a camera is central
 #
-# **Question.** Misaligned mirrors and fisheye lenses have rays that almost meet in
-# one point, and a central calibration treats them as if they did. Decoded points on
-# three grids are given. Asked is whether they can reveal a non-central camera, and
-# the distance of its rays from one point.
+# **Question.** Misaligned mirrors and fisheye lenses have rays that almost meet in one
+# point, and a central calibration treats them as if they did. Can decoded points on
+# three grids reveal a non-central camera, and the distance of its rays from one point?
 
 # %%
 from chapters.ch04_central_generic.ext_central_or_not.exercises import unknowns_task

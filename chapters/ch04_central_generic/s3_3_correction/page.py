@@ -1,10 +1,10 @@
 # %% [markdown]
 # # 4.3.2b Distortion correction with both calibrations
 #
-# **Question.** Does CGSP remove distortion from images better than the standard
-# generic method? The mirror camera and the fisheye of 4.3.1 are calibrated by both.
-# Asked are the residuals of corrected chessboards, and the straightness of corrected
-# edges in a room.
+# **Question.** Does CGSP remove distortion from images better than the standard generic
+# method? The mirror camera and the fisheye of 4.3.1 are calibrated by both. How large
+# are the residuals of corrected chessboards, and how straight are corrected edges of a
+# room?
 
 # %%
 from chapters.ch04_central_generic.s3_3_correction.exercises import (

@@ -3,8 +3,8 @@
 #
 # **Question.** Does a CGSP calibration recover the motion of a target more accurately
 # than the standard generic method? A calibrated mirror camera views a target of two
-# chessboards, which a stage translates and rotates by known amounts. Asked are the
-# translation and rotation that follow from the rays alone.
+# chessboards, which a stage translates and rotates by known amounts. Do its translation
+# and rotation follow from the rays alone?
 
 # %%
 from functools import partial
@@ -283,8 +283,7 @@ def redrawn_runs(effort, results):
 #
 # **Limits.** The bracket offset makes the camera non-central for all methods. Corners
 # outside the calibrated area are excluded. Board size, distance, stage direction and
-# step length are choices. The boards are large enough for corners at least 8 px
-# apart, and both remain visible during the rotation.
+# step length are choices. Both boards remain visible during the rotation.
 
 # %% [markdown]
 # ## Summary
