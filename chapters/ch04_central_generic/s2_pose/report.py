@@ -68,7 +68,9 @@ def name_values(open_results):
         value(f"{name}_deg", np.median(found))
     errors = trials.column(("three_points", "standard"), "rotation_deg")
     value("refining", median_ratio(*errors).value)
-    missing = open_results("exp_c4_3pt_no_solution").column("any three points.without")
+    missing = open_results("exp_c4_3pt_no_solution").column(
+        "any three points", "without"
+    )
     value("lost_any", 100 * missing.mean() / DRAWS)
 
 

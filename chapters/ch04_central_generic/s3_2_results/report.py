@@ -194,9 +194,14 @@ def ext_bench_factor(results, published):
 # Tables 4.2 and 4.3, and their numbers.
 
 
-# Names of methods and stages in the ids of the registry.
+# Names of methods and columns in the ids of the registry.
 PRINTED_METHODS = {"std": "as_printed", "cgsp": "cgsp"}
-PRINTED_STAGES = {"pre": "ray", "ba": "ba"}
+PRINTED_COLUMNS = {
+    "mean_pre": "ray_mean_mm",
+    "sd_pre": "ray_sd_mm",
+    "mean_ba": "ba_mean_mm",
+    "sd_ba": "ba_sd_mm",
+}
 
 
 @table("table_4_2", needs=("table_4_3_rendered",), evidence="rendered")
@@ -244,12 +249,11 @@ def table_4_3(results):
     """Tabulate ray-point errors before and after adjustment, thesis-matched level."""
     runs = runs_of(results)
     printed = {
-        HEADS[f"{key}_{statistic}_mm"]: [
-            f"t4_3_{short}_{abbreviation}_{statistic}_{stage}" if abbreviation else None
+        HEADS[key]: [
+            f"t4_3_{short}_{abbreviation}_{column}" if abbreviation else None
             for short, abbreviation in product(CAMERAS, ("std", None, "cgsp"))
         ]
-        for stage, key in PRINTED_STAGES.items()
-        for statistic in ("mean", "sd")
+        for column, key in PRINTED_COLUMNS.items()
     }
     rows = [
         (
@@ -295,13 +299,12 @@ def numbers_of_table_4_3(results):
     """Return ray-point errors over all runs, standard as printed."""
     runs, (solved_from,) = runs_of(results), SOLVED_FROM
     found = {
-        f"t4_3_{short}_{abbreviation}_{statistic}_{stage}": Value.of_seeds(
-            runs.of(camera, method, f"{key}_{statistic}_mm"), "mm"
+        f"t4_3_{short}_{abbreviation}_{column}": Value.of_seeds(
+            runs.of(camera, method, key), "mm"
         )
         for short, camera in CAMERAS.items()
         for abbreviation, method in PRINTED_METHODS.items()
-        for stage, key in PRINTED_STAGES.items()
-        for statistic in ("mean", "sd")
+        for column, key in PRINTED_COLUMNS.items()
     }
     for short, camera in CAMERAS.items():
         ratio = np.divide(*runs.both(camera, "ray_mean_mm"))

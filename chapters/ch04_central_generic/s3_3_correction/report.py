@@ -45,6 +45,7 @@ QUESTIONS = {
     "standard_method": {"as printed": "printed", "well conditioned": "conditioned"},
 }
 CAMERAS = {"omni": OMNI, "fish": FISH}
+STATISTICS = {"mean": "mean_mm", "sd": "sd_mm"}
 PRINTED_METHODS = {"printed": "std", "cgsp": "cgsp"}  # in the ids of the registry
 
 
@@ -64,6 +65,11 @@ def name_values(open_results):
 
 KEY_MM = 0.2  # of the arrow that shows the scale
 MAX_GREY = 30.0  # limit of the colours of a difference
+FRAMES = {
+    "original": ("frame_0", "frame_1"),
+    "standard": ("printed_0", "printed_1"),
+    "CGSP": ("cgsp_0", "cgsp_1"),
+}
 LETTERS = ("ab", "cd", "ef", "gh")  # row by row
 
 
@@ -74,12 +80,7 @@ def _images(results, camera, height_in):
     rows = []
     for frame, column in enumerate(axes.T):
         letters = [pair[frame] for pair in LETTERS]
-        shown = {
-            words: result.arrays(f"{name}_{frame}")
-            for name, words in (
-                ("frame", "original"), ("printed", "standard"), ("cgsp", "CGSP"),
-            )
-        }  # fmt: skip
+        shown = {words: result.arrays(keys[frame]) for words, keys in FRAMES.items()}
         for panel, letter, (words, image) in zip(
             column[:-1], letters[:-1], shown.items(), strict=True
         ):
@@ -194,11 +195,11 @@ def table_4_4(results):
     """Tabulate residual statistics of both cameras by method."""
     rows = list(product(LEVEL_NAMES, NAMES))
     cells, printed = {}, {}
-    for (short, camera), name in product(CAMERAS.items(), ("mean", "sd")):
+    for (short, camera), (name, key) in product(CAMERAS.items(), STATISTICS.items()):
         words = {"mean": "mean", "sd": "SD"}[name]
         title = f"{camera.capitalize()}, {words} (mm)"
         trials = results[BOARDS].select(camera=camera)
-        found = [trials.column(*row, f"{name}_mm") for row in rows]
+        found = [trials.column(*row, key) for row in rows]
         cells[title] = [
             Measured.of_seeds(one) if np.isfinite(one).all() else None for one in found
         ]
@@ -377,11 +378,11 @@ def numbers_of_table_4_4(results):
     boards = Runs([results[BOARDS]], Case(QUESTIONS))
     return {
         f"t4_4_{short}_{name}_{statistic}": Value.of_seeds(
-            boards.of(camera, method, f"{statistic}_mm"), "mm"
+            boards.of(camera, method, key), "mm"
         )
         for short, camera in CAMERAS.items()
         for method, name in PRINTED_METHODS.items()
-        for statistic in ("mean", "sd")
+        for statistic, key in STATISTICS.items()
     }
 
 
