@@ -2,9 +2,9 @@
 # # 5.1 The flexible mirror camera model
 #
 # **Question.** A general camera model would have to measure the ray of each pixel anew
-# whenever a mirror bends. The thesis models the shape of the mirror instead, with few
-# coefficients. Given viewing rays and scene rays, or scene points, which shapes agree
-# with them, and what removes the ambiguity?
+# whenever a mirror bends. The thesis models the shape of the mirror with few
+# coefficients. Which shapes agree with given viewing rays and scene rays, or scene
+# points, and what removes the ambiguity?
 
 # %%
 from chapters.ch05_flexible_mirror.s1_model.exercises import (
@@ -66,16 +66,16 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # ## Terms
 #
-# - *Viewing ray* $V_l$: unit vector from the camera's centre to the mirror point $S$.
-#   *Scene ray* $V_r$: unit vector from there to the scene. $N$: unit normal.
-# - $u$, $v$: image coordinates. $D(u,v)$: distance of the mirror along the viewing ray.
+# - *Viewing ray* $V_l$: unit vector from the camera to the mirror point $S$. *Scene
+#   ray* $V_r$: unit vector from there to the scene. $N$: unit normal.
+# - $u$, $v$: image coordinates; as indices, derivatives. $D(u,v)$: distance of the
+#   mirror along the viewing ray.
 # - $f_i$, $g_j$: quadratic B-splines. $c_{ij}$: coefficients. *Knot interval*: piece
 #   between two knots.
 # - *Fixed point*: point of the mirror whose position is known, here at the clamp.
-# - *Elastica*: exact shape of a thin bent sheet. *Squared slope*: its largest
-#   $(dv/dx)^2$.
-# - *Rank*: number of independent equations. The full model has 21 coefficients and
-#   needs 20.
+# - *Elastica*: exact shape of a thin bent sheet. *Squared slope*: largest $(dv/dx)^2$
+#   of the height $v$ over the position $x$.
+# - *Rank*: number of independent equations. For 21 coefficients up to scale it is 20.
 # - *Rig A*: the primary simulated set-up ([5.3.3a](s3_3_calibration.ipynb)).
 
 # %% [markdown]
@@ -84,10 +84,10 @@ from repro.run import Plan, crossed, experiment
 # - A thin plate, clamped at one edge and bent slightly, is a cubic (5.1).
 # - The shape follows from viewing and scene rays by linear equations, up to scale.
 #   About half as many pairs as coefficients suffice. The first and last knot intervals
-#   need features.
-# - Two ambiguities arise, of depth and of shape (Fig. 5.2). A fixed point removes both.
-# - Directions to distant points do not change with the mirror's shape (5.28). Mirror
-#   defects have more effect at larger depths (5.3.2).
+#   need features (points seen in the mirror).
+# - A fixed point removes the ambiguities of depth and of shape (Fig. 5.2).
+# - Directions to distant points do not change with the shape (5.28). Mirror defects
+#   have more effect at larger depths (5.3.2).
 
 # %% [markdown]
 # ## Model
@@ -106,32 +106,29 @@ from repro.run import Plan, crossed, experiment
 # $$ S(u, v) = D(u, v)\,V_l(u, v), \qquad
 # D(u,v) = \sum_{i=1}^{K_f}\sum_{j=1}^{K_g} c_{ij}\,f_i(u)\,g_j(v), \tag{5.3, 5.4} $$
 #
-# with $K_f$ × $K_g$ = 7 × 3 = 21 coefficients to be estimated. The normal is orthogonal
-# to both tangents, $\partial S/\partial u \cdot N = \partial S/\partial v \cdot N = 0$
-# (5.9, 5.10). Each pair of rays gives one equation of each kind, linear in $c_{ij}$
-# {cite}`halstead1996`. Two misprints are corrected: a missing transpose in (5.16), and
-# the order of coefficients in (5.25) (E-5.04, E-5.05).
+# with $K_fK_g=7\times3=21$ coefficients. The normal is orthogonal to both tangents,
+# $S_u\cdot N=S_v\cdot N=0$ (5.9, 5.10). Each pair of rays gives two linear equations in
+# $c_{ij}$ {cite}`halstead1996`. Misprints of (5.16) and (5.25) are corrected (E-5.04,
+# E-5.05).
 
 # %% tags=["active-ipynb"]
 # show_code(orthogonality_rows)
 
 # %% [markdown]
-# **Ambiguity of depth**, panel (a). The equations are homogeneous, so every multiple of
-# a solution $D$ is a solution.
+# **Ambiguity of depth**, Fig. 5.2a. Every multiple of a solution $D$ is a solution.
 #
-# **Ambiguity of shape**, panel (b). After a deflection the scene points are known and
-# not the scene rays. Each position on a viewing ray gives a scene ray to the scene
-# point, and both rays give the normal. So the slope of the mirror follows from its
-# distance. This is a differential equation of first order, with one solution for each
-# initial distance.
+# **Ambiguity of shape**, Fig. 5.2b. After a deflection only the scene points are known.
+# The normal halves the angle between the viewing ray and the direction to the scene
+# point, so the slope follows from the distance. This differential equation of first
+# order has one solution for each initial distance.
 
 # %% tags=["active-ipynb"]
 # show_code(anchored)
 
 # %% [markdown]
 # **Constraint.** The mirror does not move at the clamp. With the known distance there,
-# the coefficients are one particular solution plus a combination of directions that do
-# not change it (5.21). An ordinary least-squares problem remains.
+# the coefficients are one particular solution plus the directions that leave it
+# unchanged (5.21). An ordinary least-squares problem remains.
 
 # %% tags=["active-ipynb"]
 # show_code(shape_with_clamp)
@@ -139,9 +136,9 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # ## Experiment
 #
-# Each statement has its own experiment without noise. The mirrors are exact splines, 20
-# random ones where anything is drawn, or a beam in its plane of bending. The exception
-# is the test of fixed points, which are picked with an error of 1 px on rig A.
+# Each statement has its own experiment without noise, on 20 random spline mirrors or on
+# a beam in its plane of bending. Only the test of fixed points has noise: points are
+# picked on rig A with an error of 1 px.
 
 
 # %%
@@ -223,45 +220,35 @@ def defects(effort):
 # show("ext_beam_cubic")
 
 # %% [markdown]
-# The beam formula replaces the curvature by $d^2v/dx^2$, which holds for small slopes
-# only. The elastica keeps the exact curvature and the length of the sheet. At equal
-# force the two shapes are even closer than at equal deflection.
+# The cubic replaces the curvature by $d^2v/dx^2$, which holds for small slopes only.
 
 # %% [markdown]
 # ## Discussion
 #
-# **Number of pairs.** Each pair has two equations and the scale stays undetermined. So
-# $\lceil (K_f K_g - 1)/2\rceil$ pairs can suffice: 10 for 21 coefficients, not 10.5
-# (E-5.07). But each spline function is zero over most of the mirror, so the positions
-# of the pairs matter. Real features are not optimally spread, and many more are needed.
+# **Number of pairs.** $\lceil (K_f K_g - 1)/2\rceil$ pairs can suffice: 10 for 21
+# coefficients (E-5.07). But each spline function is zero over most of the mirror. Real
+# features are not optimally spread, and many more are needed.
 #
 # **Ends.** The first and last functions along each axis extend over one interval alone.
-# Without features there the rank falls. An empty inner interval is covered by functions
-# of its neighbours.
+# Without features there the rank falls.
 #
 # **Picked points.** The thesis moves hand-picked fixed points onto a line, because
-# small errors would have large effects. With the method's own convention, which reads
-# the fixed distance at the pick (5.19), the refinement makes little difference: a point
-# next to the clamp hardly moves. If the distance belongs to the true point and the pick
-# is elsewhere, features and clamp contradict each other, and picks without refinement
-# can be rejected.
+# small errors would have large effects. The method reads the fixed distance at the pick
+# (5.19), so the refinement makes no difference. If the distance belongs to the true
+# point, the error is larger without refinement, and some runs are rejected.
 #
-# **Distant scenes.** The rotation of a scene ray falls as one over the depth at large
-# depths. At small depths the camera's own distance matters
-# ([5.3.1](s3_1_simulated.ipynb)). A defect of 1 mrad rotates the scene ray by 2 mrad at
-# any depth, so the displacement is proportional to the depth. This limits the distance
-# of a board.
+# **Distant scenes.** The rotation of a scene ray falls as one over a large depth
+# ([5.3.1](s3_1_simulated.ipynb) has small ones). A defect displaces the visible point
+# in proportion to the depth.
 #
-# **Limits.** Without noise and with exact splines, these results are the best case.
-# Later sections test physical shapes and noise.
+# **Limits.** Exact splines without noise are the best case.
 
 # %% [markdown]
 # ## Summary
 #
-# Rays or scene points alone do not determine a mirror's shape, but one fixed point
-# does. The linear equations then need few pairs of rays, provided that they cover each
-# knot interval at the ends. A refinement of the fixed points is not essential under the
-# method's own convention.
+# Rays or scene points alone do not determine a mirror's shape. With one fixed point,
+# few pairs of rays suffice if they cover the end intervals. The fixed points need no
+# refinement under the method's own convention.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -272,28 +259,27 @@ def defects(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Run all cells of this notebook (`make lab`). Put an answer in place of `None`, and run
+# that cell again.
 #
-# **1.** A mirror has 9 x 4 spline coefficients. How many pairs of viewing and
-# scene rays are enough for its shape, if they are well spread?
+# **1.** A mirror has 9 x 4 spline coefficients. How many well spread pairs of viewing
+# and scene rays are enough for its shape?
 
 # %% tags=["active-ipynb"]
 # check(None, **pairs_task())
 
 # %% [markdown]
-# **2.** A defect rotates the mirror locally by 1 mrad. By how many mm is the visible
-# point displaced, on a wall 3 m from the mirror?
+# **2.** A defect rotates the mirror by 1 mrad. By how many mm does it displace the
+# visible point on a wall 3 m away?
 
 # %% tags=["active-ipynb"]
 # check(None, **defect_task())
 
 # %% [markdown]
 # **3.** Two mirrors have the same viewing and scene rays. One is
-# `curve(16.7).distances([0.0])` mm away at the middle of the image; the
-# other is twice as far away at the clamp. How far away is it at the middle,
-# in mm? (`from chapters.ch05_flexible_mirror.s1_model.trials.plane import
-# curve`)
+# `curve(16.7).distances([0.0])` mm away at the middle of the image, the other is twice
+# as far away at the clamp. How far away is the other at the middle, in mm?
+# (`from chapters.ch05_flexible_mirror.s1_model.experiment import curve`)
 
 # %% tags=["active-ipynb"]
 # check(None, **double_task())

@@ -1,10 +1,9 @@
-"""Results of this page read: values of the prose, figures, tables, judgements."""
+"""Values of the prose, figures and judgements of section 5.1, from its results."""
 
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s1_model.experiment import ANCHORS, SHAPE, VALUES
-from chapters.shared.mirror import DYNAMIC_MM, STAGES_MM, mirror_rig
-from chapters.shared.mirror import lattice as pixel_lattice
+from chapters.shared.mirror import DYNAMIC_MM, STAGES_MM, lattice, mirror_rig
 from raxel.cameras import centrality
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
@@ -13,85 +12,55 @@ from raxel.show.cameras import frustum, mirrors
 from repro.page import INK, legend_below, new_figure, series, value
 from repro.page.space import scene_figure
 from repro.run import (
-    Case,
     Check,
     Drawing,
     Reading,
     claim,
     columns,
     figure,
+    loglog_slope,
     median_interval,
     with_worst,
 )
 
-# Results of section 5.1 and the numbers that its page quotes.
-
-
-BEAM = {
-    "beam_compared": {
-        "bent to the same deflection": "same_deflection",
-        "by the same force": "same_force",
-    }
+# Values of the trials that the options of `beam_compared` select.
+BEAMS = {
+    "bent to the same deflection": "same_deflection",
+    "by the same force": "same_force",
 }
 # Squared slopes: the largest that the thesis states, and that of its usual deflection.
-SMALL = 0.036
-USUAL = 0.0036
+MAX_SLOPE2, USUAL_SLOPE2 = 0.036, 0.0036
 MIN_PAIRS = -(-(SHAPE[0] * SHAPE[1] - 1) // 2)
 """ceil((K_f K_g - 1) / 2), two equations from each pair of rays (E-5.07)."""
-OFF_ANCHOR = [number for number, factor in enumerate(ANCHORS) if factor != 1.0]
-
-
-def compared_beams(result, options=None):
-    """Differences (levels,) of elastica and cubic in a reading, and their levels."""
-    name = Case(BEAM, options)["beam_compared"]
-    levels = result.levels("slope2")
-    found = [float(result.column(name, slope2=level)[0]) for level in levels]
-    return np.array(levels), np.array(found)
-
-
-def slope_over(result, key, name):
-    """Log-log slope of a value over a condition's ``key``, and the values."""
-    levels = result.levels(key)
-    found = [float(np.mean(result.column(name, **{key: at}))) for at in levels]
-    return float(np.polyfit(np.log(levels), np.log(found), 1)[0]), found
-
-
-def rank_range(result, kind, pairs):
-    """Smallest and largest rank over the trials of a number of pairs."""
-    ranks = result.column(kind, pairs=pairs)
-    return int(ranks.min()), int(ranks.max())
+ALL_ANCHORS = tuple(f"anchor_{number}" for number in range(len(ANCHORS)))
+WRONG_ANCHORS = [
+    name for name, factor in zip(ALL_ANCHORS, ANCHORS, strict=True) if factor != 1.0
+]
 
 
 def name_values(open_results):
     """Name the numbers of the prose."""
-    for name, number in quoted(open_results).items():
-        value(name, number)
-
-
-def quoted(open_results):
-    """Name -> number, of what the prose quotes."""
-    levels, found = compared_beams(open_results("exp_c5_beam_cubic"))
+    beam = open_results("exp_c5_beam_cubic")
     shapes = open_results("exp_c5_shape_ambiguity")
     pairs = open_results("exp_c5_min_pairs")
     edges = open_results("exp_c5_edge_refine")
     usual, at_end = (
-        float(found[np.argmin(abs(levels - slope2))]) for slope2 in (USUAL, SMALL)
+        beam.column("same_deflection", slope2=slope2)[0]
+        for slope2 in (USUAL_SLOPE2, MAX_SLOPE2)
     )
-    return {
+    quoted = {
         "beam.usual": 100 * usual,
         "beam.end": 100 * at_end,
-        "shapes.off": min(
-            shapes.column(f"anchor_{n}.beyond_scale_mm")[0] for n in OFF_ANCHOR
-        ),
-        "pairs.random": float(np.median(pairs.column("random", pairs=MIN_PAIRS))),
-        **{
-            f"edge.{name}": float(np.nanmedian(edges.column(f"{name}_mm")))
-            for name in ("pick.picked", "pick.refined")
-        },
+        "shapes.off": shapes.column(WRONG_ANCHORS, "beyond_scale_mm").min(),
+        "pairs.random": np.median(pairs.column("random", pairs=MIN_PAIRS)),
+        "edge.pick.picked": np.nanmedian(edges.column("pick", "picked_mm")),
+        "edge.pick.refined": np.nanmedian(edges.column("pick", "refined_mm")),
     }
+    for name, number in quoted.items():
+        value(name, float(number))
 
 
-# Figs 5.1 and 5.2, drawn with computed mirrors, and the error of the cubic beam.
+# Figs 5.1 and 5.2, drawn with computed mirrors.
 
 
 FAINT = {"color": "#7a828c", "linewidth": 0.8, "marker": ""}
@@ -112,18 +81,17 @@ def fig_5_1(results):
     camera = rig.camera(BENT_MM)
     T = rig.board_pose(np.random.default_rng(0), DYNAMIC_MM, (BENT_MM,))
     points = transform(T, on_plane(rig.board.points()))
-    lattice = points.reshape(rig.board.rows, rig.board.columns, 3)
-    shown = lattice[SHOWN_CORNERS].reshape(-1, 3)
+    points = points.reshape(rig.board.rows, rig.board.columns, 3)
+    shown = points[SHOWN_CORNERS].reshape(-1, 3)
     pixels, seen = camera.project(shown)
     shown, met = shown[seen], camera.rays(pixels[seen])
     off = np.linalg.norm(np.cross(shown - met.origins, met.directions), axis=1).max()
-    eye = np.zeros_like(shown)
     blue, orange = series(0)["color"], series(1)["color"]
     names = {"camera": [0, 0, 0], "mirror": met.origins[-1], "scene point": shown[-1]}
     parts = [
         frustum(camera.viewer, BODY_MM),
         *mirrors(camera, opacity=0.8),
-        Arrows(eye, met.origins, blue, "viewing rays", 1.5),
+        Arrows(np.zeros_like(shown), met.origins, blue, "viewing rays", 1.5),
         Arrows(met.origins, shown, orange, "scene rays", 1.5),
         Points(shown, INK, "scene points", 8.0),
         *(Labels(np.array([at], float), [name], INK) for name, at in names.items()),
@@ -150,7 +118,7 @@ def fig_5_2(results):
     """Mirrors that have the same rays, or the same scene points."""
     trial = results["exp_c5_shape_ambiguity"].select()
     points = trial.arrays("points")[0]
-    curves = [trial.arrays(f"anchor_{n}.curve")[0] for n in range(len(ANCHORS))]
+    curves = [trial.arrays(anchor, "curve")[0] for anchor in ALL_ANCHORS]
     true = curves[ANCHORS.index(1.0)]
     copies = [factor * true for factor in ANCHORS]
     drawn, (left, right) = new_figure(1, 2, height_in=4.6, sharex=True, sharey=True)
@@ -168,13 +136,12 @@ def fig_5_2(results):
                 shown = 0.8 if kind == "depth" else 1.0
                 way = np.array([[0, 0], mirror[at], mirror[at] + shown * ray])
                 axes.plot(*way.T, **FAINT, linestyle="-")
-        axes.set_aspect("equal")
-        axes.set(xlabel="x (mm)")
+        axes.set(xlabel="x (mm)", aspect="equal")
     right.plot(*points[list(SHOWN)].T, **series(1) | {"linestyle": ""},
                label="scene point")  # fmt: skip
     left.set_ylabel("z (mm)")
     legend_below(drawn, right, ncols=4)
-    offset = max(trial.column(f"anchor_{n}.offset_mm")[0] for n in range(len(ANCHORS)))
+    offset = trial.column(ALL_ANCHORS, "offset_mm").max()
     return Drawing(
         drawn,
         columns(("ambiguity", "anchor", "x_mm", "z_mm"), rows),
@@ -193,13 +160,14 @@ def fig_5_2(results):
 def ext_beam_cubic(results):
     """Difference of elastica and cubic over the largest squared slope."""
     result, rows = results["exp_c5_beam_cubic"], []
+    levels = result.levels("slope2")
     drawn, axes = new_figure(height_in=3.6)
-    for number, option in enumerate(BEAM["beam_compared"]):
-        levels, found = compared_beams(result, {"beam_compared": option})
-        axes.plot(levels, 100 * found, **series(number), label=option)
-        rows += [(option, *row) for row in zip(levels, 100 * found, strict=True)]
+    for number, (option, name) in enumerate(BEAMS.items()):
+        percent = 100 * result.select().column(name)
+        axes.plot(levels, percent, **series(number), label=option)
+        rows += [(option, *row) for row in zip(levels, percent, strict=True)]
     axes.axhline(2, color=INK, linestyle=":", marker="", label="2 %")
-    axes.axvline(SMALL, color=INK, linestyle="--", marker="", label="0.036")
+    axes.axvline(MAX_SLOPE2, color=INK, linestyle="--", marker="", label="0.036")
     axes.set(xscale="log", yscale="log", xlabel="Largest squared slope")
     axes.set_ylabel("Difference (% of tip deflection)")
     legend_below(drawn, axes, ncols=4)
@@ -216,7 +184,7 @@ def ext_beam_cubic(results):
 
 
 MAX_BEAM = 0.02
-CLAIMS_EXACT, EXACT_MM = 1e-9, 1e-6
+EXACT_COEFFICIENTS, EXACT_MM = 1e-9, 1e-6
 SAME_POINT_MM, ANOTHER_SHAPE_MM = 1e-4, 0.1
 WORSE = 1e3
 RAISED = 3.0
@@ -232,16 +200,19 @@ INVERSE, PROPORTIONAL = (-1.1, -0.9), (0.95, 1.05)
 )
 def judge_beam_cubic(results, options):
     """Test that elastica and cubic agree within 2 % up to a squared slope of 0.036."""
-    levels, found = compared_beams(results["exp_c5_beam_cubic"], options)
-    most = float(found[levels <= SMALL].max())
-    beyond = levels[found >= MAX_BEAM]
+    result = results["exp_c5_beam_cubic"]
+    levels = np.array(result.levels("slope2"))
+    difference = result.select().column(BEAMS[options["beam_compared"]])
+    small = levels <= MAX_SLOPE2
+    largest = float(difference[small].max())
+    beyond = levels[difference >= MAX_BEAM]
     remark = f"2 % are reached at {beyond[0]:g}" if len(beyond) else "2 % not reached"
     return Reading.of(
-        most < MAX_BEAM,
-        100 * most,
+        largest < MAX_BEAM,
+        100 * largest,
         "%",
         f"largest difference over the deflection of the tip, at a squared slope of "
-        f"{levels[levels <= SMALL][-1]:g} ({options['beam_compared']}); "
+        f"{levels[small][-1]:g} ({options['beam_compared']}); "
         f"{remark}",
     )
 
@@ -252,11 +223,11 @@ def judge_depth_ambiguity(results):
     found = results["exp_c5_depth_ambiguity"]
     open_ones, off = found.column("open"), float(found.column("off").max())
     return Reading.of(
-        bool(np.all(open_ones == 1)) and off < CLAIMS_EXACT,
+        bool(np.all(open_ones == 1)) and off < EXACT_COEFFICIENTS,
         off,
         "1",
         f"largest distance of the null vector from the true coefficients, both of unit "
-        f"length, in {len(open_ones)} mirrors; coefficients left open: "
+        f"length, in {len(open_ones)} mirrors; undetermined coefficients: "
         f"{open_ones.min():.0f} to {open_ones.max():.0f}",
     )
 
@@ -265,11 +236,11 @@ def judge_depth_ambiguity(results):
 def judge_shape_ambiguity(results):
     """Test that curves with another anchor show the same points and other shapes."""
     found = results["exp_c5_shape_ambiguity"]
-    offset = max(found.column(f"anchor_{n}.offset_mm")[0] for n in range(len(ANCHORS)))
-    apart = min(found.column(f"anchor_{n}.beyond_scale_mm")[0] for n in OFF_ANCHOR)
+    offset = found.column(ALL_ANCHORS, "offset_mm").max()
+    apart = float(found.column(WRONG_ANCHORS, "beyond_scale_mm").min())
     return Reading.of(
-        offset < SAME_POINT_MM and apart > ANOTHER_SHAPE_MM,
-        float(apart),
+        bool(offset < SAME_POINT_MM and apart > ANOTHER_SHAPE_MM),
+        apart,
         "mm",
         "least RMS distance from the true curve after the best scaling, anchored 10 % "
         f"nearer or farther; points lie within {offset:.0e} mm of their scene rays",
@@ -280,13 +251,11 @@ def judge_shape_ambiguity(results):
 def judge_fix_removes(results):
     """Test that with one fixed point both stages recover the true mirror."""
     found = results["exp_c5_fix_removes"]
-    linear, refined = (
-        float(found.column(name).max()) for name in ("linear_mm", "refined_mm")
-    )
+    linear, refined = found.column(("linear_mm", "refined_mm")).max(axis=1)
     open_ones = found.column("open")
     return Reading.of(
-        bool(np.all(open_ones == 0)) and max(linear, refined) < EXACT_MM,
-        linear,
+        bool(np.all(open_ones == 0)) and bool(max(linear, refined) < EXACT_MM),
+        float(linear),
         "mm",
         f"largest error of a coefficient in {len(open_ones)} mirrors, linear stage; "
         f"refined from a start {found.column('start_mm').min():.2g} mm off or more: "
@@ -299,21 +268,18 @@ def judge_min_pairs(results):
     """Test that ten well spread pairs, not nine, have full rank less one."""
     found = results["exp_c5_min_pairs"]
     full = int(found.column("size", pairs=MIN_PAIRS)[0]) - 1
-    counts = found.levels("pairs")
-    ranks = {n: rank_range(found, "spread", n) for n in counts}
-    holds = all(
-        low == high == full if n >= MIN_PAIRS else high < full
-        for n, (low, high) in ranks.items()
-    )
-    random = float(np.median(found.column("random", pairs=MIN_PAIRS)))
+    counts = np.array(found.levels("pairs"))
+    ranks = np.array([found.column("spread", pairs=n) for n in counts])
+    enough = counts >= MIN_PAIRS
+    random = np.median(found.column("random", pairs=MIN_PAIRS))
     return Reading.of(
-        holds,
-        float(min(n for n, (low, _) in ranks.items() if low == full)),
+        bool(np.all(ranks[enough] == full) and np.all(ranks[~enough] < full)),
+        float(counts[ranks.min(axis=1) == full].min()),
         "count",
         f"least number of well spread pairs with rank {full} in all of "
-        f"{found.trials_per_condition} mirrors; {max(counts)} pairs have rank "
-        f"{ranks[max(counts)][1]}; {MIN_PAIRS} at random have rank {random:g} "
-        "(median)",
+        f"{found.trials_per_condition} mirrors; {counts.max()} pairs have rank "
+        f"{ranks[counts.argmax()].max():g}; {MIN_PAIRS} at random have rank "
+        f"{random:g} (median)",
     )
 
 
@@ -321,22 +287,17 @@ def judge_min_pairs(results):
 def judge_end_knots(results):
     """Test that without features in an end interval the rank or condition degrades."""
     found = results["exp_c5_end_knots"]
-    ranks, lost = [], []
-    for condition in found.conditions:
-        all_of_them, without = (
-            found.column(f"{kind}.rank", **condition) for kind in ("all", "without")
-        )
-        worse = [
-            found.column(f"{kind}.reciprocal", **condition)
-            for kind in ("all", "without")
-        ]
-        ranks.append(without - all_of_them)
-        lost.append((without < all_of_them) | (worse[0] > WORSE * worse[1]))
+    ends = [found.one(**condition) for condition in found.conditions]
+    rank, reciprocal = (
+        np.array([end.column(("all", "without"), name) for end in ends])
+        for name in ("rank", "reciprocal")
+    )
+    loss = rank[:, 0] - rank[:, 1]
     return Reading.of(
-        bool(np.all(lost)),
-        float(-np.max(ranks)),
+        bool(np.all((loss > 0) | (reciprocal[:, 0] > WORSE * reciprocal[:, 1]))),
+        float(loss.min()),
         "count",
-        f"least loss of rank over {len(ranks)} ends (both of u with 7 x 3 functions, "
+        f"least loss of rank over {len(ends)} ends (both of u with 7 x 3 functions, "
         f"both of u and of v with 7 x 5), {found.trials_per_condition} mirrors each",
     )
 
@@ -344,26 +305,30 @@ def judge_end_knots(results):
 @claim("c5_lin_ok_far", needs=("exp_c5_lin_ok_far",), evidence="analytic")
 def judge_far(results):
     """Test that the rotation of scene rays falls as one over a large depth."""
-    slope, found = slope_over(results["exp_c5_lin_ok_far"], "depth", "angle_deg")
+    result = results["exp_c5_lin_ok_far"]
+    angle = result.select().column("angle_deg")
+    slope = loglog_slope(result.levels("depth"), angle)
     return Reading.of(
         INVERSE[0] <= slope <= INVERSE[1],
         slope,
         "1",
-        f"log-log slope from 10 to 100 camera distances; mean angle {found[0]:.2f} "
-        f"to {found[-1]:.3f} deg",
+        f"log-log slope from 10 to 100 camera distances; mean angle {angle[0]:.2f} "
+        f"to {angle[-1]:.3f} deg",
     )
 
 
 @claim("c5_aberr_depth", needs=("exp_c5_aberr_depth",), evidence="analytic")
 def judge_aberration(results):
     """Test that a fixed rotation of the mirror displaces points by their depth."""
-    slope, found = slope_over(results["exp_c5_aberr_depth"], "depth", "moved_mm")
+    result = results["exp_c5_aberr_depth"]
+    moved = result.select().column("moved_mm")
+    slope = loglog_slope(result.levels("depth"), moved)
     return Reading.of(
         PROPORTIONAL[0] <= slope <= PROPORTIONAL[1],
         slope,
         "1",
-        f"log-log slope; a defect of 1 mrad moves what is seen by {found[0]:.2f} mm at "
-        f"250 mm and {found[-1]:.0f} mm at 10 m",
+        f"log-log slope; a defect of 1 mrad displaces the visible point by "
+        f"{moved[0]:.2f} mm at 250 mm and {moved[-1]:.0f} mm at 10 m",
     )
 
 
@@ -377,19 +342,16 @@ def judge_edges(results, options):
     """Test that picks with 1 px error triple the deflection error of refined ones."""
     found = results["exp_c5_edge_refine"]
     known = VALUES[options["clamp_value"]]
-    picked, refined = (
-        found.column(f"{known}.{name}_mm") for name in ("picked", "refined")
-    )
+    picked, refined = found.column(known, ("picked_mm", "refined_mm"))
     # A rejected stage has an infinite error.
     ratio = median_interval(with_worst(picked) / refined)
-    refused = int(np.count_nonzero(np.isnan(picked)))
     return Reading.of(
         ratio.low >= RAISED,
         ratio,
         reason="error of a deflection of 5 mm with fixed points picked 1 px off over "
         f"that with points refined to a line; medians {np.nanmedian(picked):.3f} and "
-        f"{np.nanmedian(refined):.3f} mm over {len(picked)} trials, {refused} of which "
-        "are refused as picked",
+        f"{np.nanmedian(refined):.3f} mm over {len(picked)} trials, "
+        f"{np.count_nonzero(np.isnan(picked))} of which are rejected as picked",
     )
 
 
@@ -398,7 +360,7 @@ def judge_centre(results):
     """Test that scene rays of a bent mirror miss a common point by over 0.1 mm."""
     rig = mirror_rig("A")
     flat, off = (
-        centrality(camera.rays(pixel_lattice(camera, CENTRE_PX)))
+        centrality(camera.rays(lattice(camera, CENTRE_PX)))
         for camera in map(rig.camera, STAGES_MM[:2])
     )
     return Reading.of(
