@@ -10,10 +10,9 @@ from chapters.ch05_flexible_mirror.s2_method.experiment import STAGES, Watch
 from chapters.ch05_flexible_mirror.s2_method.report import (
     STARTS,
     STARTS_SWEPT,
-    Ran,
-    Starts,
+    transitions,
 )
-from chapters.shared.mirror.levels import BENCHES, LEVEL, SAID, SWEPT
+from chapters.shared.mirror.levels import BENCHES, SAID, SWEPT
 from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of
 from tests.made_results import ROOT, of_columns
@@ -86,17 +85,6 @@ def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
         assert verdicts(made(at_ends=kept)) == ["reproduced"] * 3
 
 
-def test_refused_seeds_are_told_once_each():
-    ended = {f"{LEVEL}.{start}.{name}": 1.0 for start in ("linear", "true")
-             for name in ENDED}  # fmt: skip
-    said = {
-        f"{LEVEL}.refused": [None, "no", None],
-        f"{LEVEL}.true.refused": [None, None, "no"],
-    }
-    result = of_columns(({"geometry": "A"}, ended | said))
-    assert Starts.on({STARTS: result}, LEVEL).refused == 2
-
-
 def outer():
     inner()
 
@@ -125,14 +113,12 @@ def test_every_stage_that_is_watched_is_a_function_of_the_library():
 def test_ways_to_and_from_the_bending_are_those_of_both_its_neighbours():
     ways = {"held > pose": 1, "open > pose": 2, "pose > order": 3, "order > refused": 1}
     made = {f"ways.{way}": n for way, n in ways.items()} | {"stage1.steps": 3}
-    ran = Ran.of(of_columns(({}, made)))
-    assert [ran.times(*way) for way in (
-        ("held", "bend"), ("bend", "pose"), ("open", "bend"), ("knots", "open"),
-    )] == [1, 3, 2, 0]  # fmt: skip
-    drawn = [("held", "bend"), ("bend", "pose"), ("open", "bend"), ("pose", "order")]
-    assert ran.beyond(drawn, ["order"]) == []
-    assert ran.beyond(drawn[1:], []) == ["held > pose", "order > refused"]
-    assert ran.amounts()["steps"] == "3"
+    found = transitions(of_columns(({}, made)))
+    assert found["held", "bend"] == 1
+    assert found["bend", "pose"] == 3
+    assert found["open", "bend"] == 2
+    assert found["order", "refused"] == 1
+    assert ("open", "pose") not in found
 
 
 def test_exercises_are_judged_rightly():

@@ -4,16 +4,24 @@ import numpy as np
 
 from chapters.ch05_flexible_mirror.s2_method.experiment import SHAPES
 from chapters.ch05_flexible_mirror.s2_method.report import (
+    BACK,
     BOTH,
+    KNOTS,
     LOOPS,
     SAME,
+    STATIC,
     UNEVEN_UM,
-    Knots,
-    Starts,
-    StepSizes,
-    surfaces,
+    end_differences,
+    largest_step,
+    same_ends,
 )
-from chapters.shared.mirror import LEVEL, READINGS, over_completed, shape_name
+from chapters.shared.mirror import (
+    LABORATORY,
+    LEVEL,
+    READINGS,
+    over_completed,
+    shape_name,
+)
 from repro.run import (
     HOLDS,
     SIGNIFICANCE,
@@ -22,6 +30,7 @@ from repro.run import (
     Reading,
     all_of,
     claim,
+    median_interval,
     proportion,
     ratio_of,
     wins,
@@ -34,33 +43,34 @@ MIN_SHARE = 0.95
 def judge_linear_enough(results, options):
     """Cost and deflection from the linear estimate and from the true surface."""
 
-    def starts(bench):
-        return Starts.on(results, bench)
+    def same_at(level, runs):
+        return same_ends(end_differences(results, level))[runs]
 
-    def reading_of(bench, seeds):
-        found = starts(bench)
-        share = proportion(found.same()[seeds].astype(float))
+    def reading_of(level, runs):
+        off = end_differences(results, level)
+        share = proportion(same_at(level, runs).astype(float))
+        cost, deflection = np.max(off, axis=1, where=np.isfinite(off), initial=0.0)
         return Reading.of(
             share.above(np.nextafter(MIN_SHARE, 0)),
             share.times(100),
             "%",
-            f"of {np.count_nonzero(seeds)} deflections with cost and deflection of the "
+            f"of {np.count_nonzero(runs)} deflections with cost and deflection of the "
             f"tip within {100 * SAME:g} % of those from the true surface; largest "
-            f"difference {found.most_off('linear', 'cost_mm2'):.2g} % of the cost, "
-            f"{found.most_off('linear', 'deflection_mm'):.2g} % of the deflection",
+            f"difference {100 * cost:.2g} % of the cost, {100 * deflection:.2g} % of "
+            "the deflection",
         )
 
     return over_completed(
         Case(READINGS, options),
-        lambda bench: starts(bench).completed,
+        lambda level: np.isfinite(end_differences(results, level)[0]),
         reading_of,
-        lambda bench, seeds: np.mean(starts(bench).same()[seeds]) >= MIN_SHARE,
+        lambda level, runs: np.mean(same_at(level, runs)) >= MIN_SHARE,
     )
 
 
 @claim("c5_static_grid_bias", needs=("exp_c5_static_grid_bias",), evidence="synthetic")
 def judge_static_grids(results):
-    """Surface before any deflection: from interpolated squares over from each pixel.
+    """First surface with points interpolated in squares over that with exact ones.
 
     Fixed before the run: a mirror that is not deflected, uneven as at the first level;
     the surface as published, from (5.15), (5.16) and the scale; a square as its four
@@ -68,15 +78,17 @@ def judge_static_grids(results):
     one. The refined surface, and that of a smooth mirror, are reported. Six draws had
     been seen while the trial was written.
     """
-    grid, pixel = (surfaces(results, UNEVEN_UM, n) for n in ("grid", "pixel"))
+
+    def surfaces(stage, aberration_um):
+        return results[STATIC].column(
+            ("grid", "pixel"), stage, aberration_um=aberration_um
+        )
+
+    grid, pixel = surfaces("linear_mm", UNEVEN_UM)
     ratio = ratio_of("median", grid, pixel, paired=True)
     refined, even = (
-        ratio_of(
-            "median",
-            *(surfaces(results, um, n, stage) for n in ("grid", "pixel")),
-            paired=True,
-        ).value
-        for um, stage in ((UNEVEN_UM, "refined"), (0.0, "linear"))
+        ratio_of("median", *surfaces(stage, um), paired=True).value
+        for stage, um in (("refined_mm", UNEVEN_UM), ("linear_mm", 0.0))
     )
     return Reading.of(
         ratio.above(1.0),
@@ -101,15 +113,15 @@ def judge_step_sizes(results):
     correction. The runs are those of Table 5.5, whose back-projection
     (`c5_single_worse_bp`) and numbers of features had been seen.
     """
-    decisions, (common, back) = _better_in_steps(results, "laboratory")
-    _, on_bench = _better_in_steps(results, LEVEL)
+    decisions, (common, back) = _better_in_steps(results, LABORATORY)
+    _, (noisy_common, noisy_back) = _better_in_steps(results, LEVEL)
     return Reading.of(
         all_of(decisions),
         back.ratio,
         "x",
         f"back-projection, one step over three, p = {back.p:.1g}; features, three "
-        f"steps over one {common.ratio.value:.2f}, p = {common.p:.1g}; at the bench's "
-        f"noise {on_bench[1].ratio.value:.2f} and {on_bench[0].ratio.value:.2f}",
+        f"steps over one {common.ratio.value:.2f}, p = {common.p:.1g}; at the second "
+        f"level {noisy_back.ratio.value:.2f} and {noisy_common.ratio.value:.2f}",
     )
 
 
@@ -121,32 +133,33 @@ def judge_knot_tradeoff(results):
     smaller in the end; the median error of the shape without noise falls every time. A
     rejected run is not below one degree, and has the worst error.
     """
-    knots = Knots.of(results)
-    steps = np.array([knots.largest_step(shape) for shape in SHAPES])
-    off = np.array([knots.noise_free(shape).value for shape in SHAPES])
+    result, names = results[KNOTS], [shape_name(shape) for shape in SHAPES]
+    steps = np.array([largest_step(result, shape) for shape in SHAPES])
+    trials = result.column(names, "noise_free_mm")
+    off = np.array([median_interval(errors).value for errors in trials])
     shrinks = np.all(np.diff(steps) <= 0) and steps[-1] < steps[0]
     falls = np.all(off[1:] < off[:-1])
-    said = ", ".join(
-        f"{shape_name(shape)}: {step:g} mm and {1000 * error:.2g} um"
-        for shape, step, error in zip(SHAPES, steps, off, strict=True)
+    found = ", ".join(
+        f"{name}: {step:g} mm and {1000 * error:.2g} um"
+        for name, step, error in zip(names, steps, off, strict=True)
     )
     return Reading.of(
         bool(shrinks and falls),
         float(steps[0] - steps[-1]),
         "mm",
-        "largest step borne with the fewest knots less that with the most; step, and "
-        f"error of the shape without noise, for functions along u x v: {said}",
+        "largest tolerated step with the fewest knots less that with the most; step, "
+        f"and error of the shape without noise, for functions along u x v: {found}",
     )
 
 
-def _better_in_steps(results, bench):
+def _better_in_steps(results, level):
     """Decisions on features and back-projection, and their Comparisons."""
-    steps = StepSizes(results[LOOPS], bench)
-    pairs = [
-        (steps.common("single"), steps.common("staged")),
-        (steps.back("staged"), steps.back("single")),
-    ]
-    decisions, found = [], wins(pairs)
+    result = results[LOOPS]
+    # A rejected step has no common corners.
+    common = np.nan_to_num(result.column(level, ("single", *BACK), "common"))
+    staged, single = result.column(level, (BACK[-1], "single"), "back_mm")
+    found = wins([(common[0], common[1:].mean(axis=0)), (staged, single)])
+    decisions = []
     for one in found:
         decision = one.ratio.above(1.0)
         sure = decision != HOLDS or one.p < SIGNIFICANCE

@@ -51,7 +51,7 @@ from raxel.sets.patterns import patterns_of
 # Numbers of basis functions (Kf, Kg), and steps, mm.
 SHAPES = ((5, 3), (7, 3), (9, 4), (11, 5))
 STEPS_MM = (0.5, 1.0, 2.5, 3.75, 5.0, 7.5, 10.0, 15.0)
-# Without noise: the smallest step, which says least about what larger ones hide.
+# Without noise: the smallest step, where the spline itself limits the shape least.
 NOISE_FREE_MM = STEPS_MM[0]
 CORNER_PX = 0.2  # standard deviation of a corner along each axis
 COMPARED_PX = 168  # px between the pixels whose rays are compared
@@ -285,7 +285,7 @@ def counted(stage):
 # From which starts does the refinement of a deflection end in one place? (5.2.2)
 #
 # A mirror is bent by 5 mm and refined on the same features from three starts: the
-# linear estimate, as published; the true surface, which no calibration knows; and the
+# linear estimate, as published; the true surface, which no calibration has; and the
 # surface as it was before, which needs no linear stage.
 
 

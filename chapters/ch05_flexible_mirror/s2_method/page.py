@@ -1,11 +1,11 @@
 # %% [markdown]
 # # 5.2 The SPFC² calibration method
 #
-# **Question.** When a mirror bends, every ray of the camera changes and has to be
-# calibrated again. SPFC² (scene point based flexible mirror camera calibration)
-# measures the flat mirror once with a monitor. After each deflection it needs two
-# images of one chessboard. Its first estimate assumes an infinitely distant scene. Is
-# that estimate a sufficient start, and what may replace the monitor?
+# **Question.** When a mirror bends, every ray of the camera has to be calibrated again.
+# SPFC² (scene point based flexible mirror camera calibration) measures the flat mirror
+# once with a monitor. After each deflection it needs two images of one chessboard. Its
+# first estimate assumes an infinitely distant scene. Is that estimate a sufficient
+# start, and what may replace the monitor?
 
 # %%
 from functools import partial
@@ -58,7 +58,7 @@ from repro.run import Plan, crossed, experiment
 #    is calibrated in a few refinement steps.
 # 2. **The linear estimate is a sufficient start.** In
 #    {glue:text}`second.linear.same:.0f` % of the runs the refinement ends where it ends
-#    from the true surface. The shape before the deflection reaches
+#    from the true surface. From the shape before the deflection it does so in
 #    {glue:text}`second.before.same:.0f` %.
 # 3. **Static chessboards degrade the first surface of an uneven mirror.** Its error is
 #    {glue:text}`static.uneven.grid.linear:.0f` µm with them and
@@ -79,44 +79,37 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # ## Terms
 #
-# - *Primary calibration*: shape and position of the flat mirror, once. *Dynamic
-#   calibration*: update of the shape after a deflection.
+# - *Primary calibration*: shape and position of the flat mirror. *Dynamic calibration*:
+#   update of the shape after a deflection.
 # - *Active grid*: phase-shift structured-light target on a monitor. *Static grid*:
 #   printed chessboard.
-# - *Platter*: flat reference mirror (a hard-disk platter) on a chessboard, which shows
-#   the monitor to the camera.
+# - *Platter*: flat reference mirror (a hard-disk platter) on a chessboard.
 # - *Viewing ray* $V_l$: unit vector from camera to mirror. *Scene ray* $V_r$: from the
-#   mirror to the scene, by reflection. $S$: mirror point, $P$: scene point. Primes mean
-#   *after the deflection*.
-# - $f_i(u)\,g_j(v)$: products of B-splines with coefficients $\mathbf c$. *Knot
-#   interval*: piece between two knots.
+#   mirror to the scene. $S$: mirror point. $P$: scene point. Primes: after the
+#   deflection.
+# - $\mathbf c$: coefficients of the B-spline surface. *Clamp*: fixed mirror edge.
 # - $Z$, $D$: distances from the mirror to the board and to the camera.
-# - *Run*, *error levels*: as in [5.3.3a](s3_3_calibration.ipynb). Values are for the
-#   second solved error level unless stated.
+# - *Rig A*, *run*, *error levels*: as in [5.3.3a](s3_3_calibration.ipynb). Values are
+#   for the second solved level.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - Primary calibration is needed once. It needs the camera parameters, an active grid
-#   in two positions seen in the mirror, and its poses from a platter (Fig. 5.3).
-# - Dynamic calibration needs one chessboard, seen before and after a deflection. A
-#   linear estimate assumes a distant scene (5.28), and a refinement fits scene rays to
-#   corners (5.29).
-# - For small deflections the linear estimate suffices for convergence, although it is
-#   too small. Large deflections should be split.
-# - Static grids could replace the monitor, but interpolation between their corners may
-#   degrade the surface.
-# - More knots are more accurate and tolerate less deflection, since corners leave the
-#   knot intervals at the mirror's ends ([5.1](s1_model.ipynb)).
+# - Primary calibration needs an active grid in two positions, seen in the mirror, and
+#   its poses from a platter (Fig. 5.3).
+# - Dynamic calibration needs one chessboard, seen before and after a deflection. The
+#   linear estimate (5.28) suffices for small deflections; larger ones should be split.
+#   A refinement follows (5.29).
+# - Static grids may replace the monitor with some loss.
+# - More knots are more accurate and tolerate less deflection ([5.1](s1_model.ipynb)).
 
 # %% [markdown]
 # ## Model
 #
 # ### Pose of the monitor
 #
-# The camera does not see the monitor directly. The chessboard gives the pose of the
-# platter's plane, and the monitor reflected in the platter gives the pose $P^v$ of its
-# mirror image.
+# The chessboard gives the platter's plane. The monitor seen in the platter gives the
+# pose $P^v$ of its mirror image.
 
 # %% tags=["active-ipynb"]
 # show("fig_5_3")
@@ -128,11 +121,9 @@ from repro.run import Plan, crossed, experiment
 # $$ T^R = \begin{bmatrix} I - 2\mathbf n\mathbf n^T & -2d\,\mathbf n \\
 # 0 & 1 \end{bmatrix}, \tag{5.26} \qquad T^{AG} = T^R P^v . $$
 #
-# Two details matter (E-5.10). For a plane $\mathbf n\cdot\mathbf X = d$ the sign of the
-# shift is opposite. A reflection also changes handedness: if $P^v$ comes from a
-# homography, it is right-handed, and $T^R P^v$ is not a rotation. A flat grid has no
-# points along its third axis, so that axis is reversed. The thickness of the platter is
-# subtracted from the plane's distance.
+# A reflection changes handedness, so for a right-handed $P^v$ the product is not a
+# rotation. A flat grid has no points along its third axis, so that axis is reversed
+# (E-5.10, also for the sign of the shift).
 
 # %% tags=["active-ipynb"]
 # show_code(reflection, reflected_pose)
@@ -140,23 +131,20 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # ### Position of the mirror
 #
-# Each pixel sees one point of the monitor in either position. The line through both
-# points is its scene ray, and the mirror is where it meets the viewing ray. The normals
-# of the pairs of rays give the shape up to scale (5.15, 5.16) {cite}`halstead1996`. The
-# mirror points give the scale.
+# Each pixel sees one point of the monitor in either position. The line through both is
+# its scene ray, which meets the viewing ray at the mirror. The normals give the shape
+# up to scale (5.15, 5.16) {cite}`halstead1996`, and the mirror points give the scale.
 
 # %% tags=["active-ipynb"]
 # show_code(mirror_points)
 
 # %% [markdown]
-# The directions in (5.8) matter: with one ray reversed, the result is the tangent in
-# place of the normal (E-5.03).
+# With one ray of (5.8) reversed, the result is the tangent, not the normal (E-5.03).
 #
 # ### After a deflection
 #
-# The board's pose comes from the image before, with the known mirror. The camera is
-# non-central, so (2.26) is solved for all corners at once. The start is the best of
-# many triples of corners. Both tilts that a small image confuses are tried.
+# The image before gives the board's pose by (2.26), from the best of many triples of
+# corners.
 
 # %% tags=["active-ipynb"]
 # show_code(pose_from_non_central_rays)
@@ -164,20 +152,16 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # **Linear stage.** The scene rays are assumed unchanged, $V_r' \approx V_r$ (5.28),
 # while the viewing rays $V_l'$ of the corners are new. Equations (5.22) to (5.25) with
-# the clamp give the coefficients. In (5.25) the product has to be
-# $\mathbf f'(d\mathbf g'/dv)^T$, as in (5.16) (E-5.04, E-5.05), where primes are no
-# derivatives (E-5.09). One fixed point leaves $K_f K_g - 1$ unknowns. Points all along
-# the clamp leave fewer, and nearly dependent equations are excluded (E-5.08). Equations
-# (5.17) and (5.18) are correct (E-5.06), and 10 pairs of rays can suffice for 7 × 3
-# coefficients (E-5.07).
+# the clamp give the coefficients. Corrections are E-5.04, E-5.05 and E-5.09. Nearly
+# dependent equations of the clamp are excluded (E-5.08).
 
 # %% tags=["active-ipynb"]
 # show_code(shape_with_clamp)
 
 # %% [markdown]
 # **Refinement.** (5.29) is the distance $\Gamma$ of a corner $P$ from its scene ray.
-# The sum of squares over all corners is minimised, where $V_r'$ depends on the mirror
-# by the law of reflection (E-5.11). Here the distance is kept as a vector,
+# The sum of its squares over all corners is minimised (E-5.11). Here the distance is
+# kept as a vector,
 #
 # $$ \mathbf r = (I - V_r V_r^T)(P - S), \qquad
 # \lVert\mathbf r\rVert = \Gamma. $$
@@ -195,42 +179,21 @@ from repro.run import Plan, crossed, experiment
 # show_code(RayPoints.residuals, RayPoints.jacobian)
 
 # %% [markdown]
-# ### Extensions in the library
-#
-# - **Inverse depth** in place of distance: for a flat mirror $1/S_z$ is linear in image
-#   coordinates, so a spline represents it exactly.
-# - **Slope of the clamp**: the thesis states that a clamp fixes the first derivative,
-#   and uses the position alone. Both can be fixed.
-# - **Support**: shapes are rejected if an end knot interval holds no corner, if rays
-#   next to a knot are undetermined, or if the end bends implausibly. Residual and cost
-#   do not show such shapes.
-# - **Order and matches**: exchanged images are detected, and up to a quarter of wrong
-#   matches are excluded.
-#
-# The runs of this page use the published method, without inverse depth and slope.
-
-# %% [markdown]
 # ## Experiment
 #
-# **Three starts.** Each run has a primary calibration on rig A and one deflection of 5
-# mm, with its own errors. The refinement starts from the linear estimate, from the
-# spline nearest to the true surface, and from the mirror before. Two ends are the same
-# if cost and tip deflection agree within 1 %. Three error levels are tested, and half
-# and twice the second level's two numbers.
+# **Three starts.** Each run on rig A has a primary calibration and one deflection of 5
+# mm. The refinement starts from the linear estimate, from the spline nearest to the
+# true surface, and from the mirror before. Two ends are the same if cost and tip
+# deflection agree within 1 %.
 #
-# **Static grid.** A flat mirror shows the monitor in two positions. The screen position
-# of each pixel is exact, or interpolated in squares of 20 mm by the homography of their
-# corners (3.2).
+# **Static grid.** The screen position of each pixel is exact, or interpolated in
+# squares of 20 mm (3.2).
 #
-# **Three steps or one.** From the runs of [Table 5.5](s3_3_repeatability.ipynb), stage
-# 3 back to stage 0: both start from one camera and see one fixed board.
+# **Three steps or one.** The runs of [Table 5.5](s3_3_repeatability.ipynb) go back from
+# a deflection of 15 mm, in both ways with one start and one fixed board.
 #
-# **Knots.** A smooth mirror is bent by one step of 0.5 to 15 mm, and calibrated with
-# four numbers of knots and corner noise of 0.2 px. A step is tolerated if the mean ray
-# error is below 1° in nine of ten runs.
-#
-# **One run** for Fig. 5.4: three deflections, while a Python hook logs the start of
-# each stage.
+# **Knots.** A smooth mirror is bent by one step of 0.5 to 15 mm, with corner noise of
+# 0.2 px. A step is tolerated if the mean ray error is below 1° in nine of ten runs.
 
 
 # %%
@@ -305,41 +268,28 @@ def static_grids(effort):
 # show_code(one_deflection)
 
 # %% [markdown]
-# ## End points of the refinement
-
-# %% tags=["active-ipynb"]
-# show("ext_linear_start")
-
-# %% [markdown]
 # ## Discussion
 #
 # **The linear start** is sufficient, but so is a start that ignores the deflection. The
-# cost has a wide basin here, and the linear stage saves one step. The linear estimate
-# is far too small because the board, at $Z$ = 260 mm, is nearer to the mirror than the
-# camera is ([5.3.1](s3_1_simulated.ipynb)).
+# linear estimate is too small because the board, at $Z$ = 260 mm, is nearer to the
+# mirror than the camera is ([5.3.1](s3_1_simulated.ipynb)). The same end is not the
+# correct end ([5.3.3b](s3_3_deflections.ipynb)).
 #
-# **The same end is not the correct end.** Corners, noise and model determine which
-# shape has the least cost. [5.3.3b](s3_3_deflections.ipynb) tests how accurate it is.
+# **Static grids.** In a smooth mirror the interpolation bias is small. Waves of 45 to
+# 110 mm bend the images of the squares. The refinement removes most of the error.
 #
-# **Static grids.** In a smooth flat mirror the interpolation bias is negligible. Waves
-# of 45 to 110 mm bend the images of the squares, and the normals of (5.15) inherit the
-# error. The refinement removes most of it.
+# **Small steps.** Three steps of 5 mm have more common corners each than one of 15 mm,
+# but each adds a pose to estimate. Back-projection errors hardly differ. The verdict
+# counts rejected runs as the worst.
 #
-# **Small steps.** Three steps of 5 mm have more common corners each than one step of 15
-# mm. Back-projection errors hardly differ, since each step also adds a pose to
-# estimate. This verdict counts rejected runs as the worst.
-#
-# **Limits.** Only one deflection of 5 mm from an unbent mirror is tested. Fig. 5.4
-# counts one run, in which nothing is rejected. It names private functions of the
-# library (with a leading underscore) where these are the stage.
+# **Limits.** Only one deflection from an unbent mirror is tested.
 
 # %% [markdown]
 # ## Summary
 #
-# SPFC² needs one chessboard in two images after each deflection. Its linear estimate is
-# a sufficient start for the refinement, although even the shape before the deflection
-# is. The choice of knots trades accuracy for the largest step, and static grids cost
-# accuracy on an uneven mirror.
+# The linear estimate of SPFC² is a sufficient start, although even the shape before the
+# deflection is. The choice of knots trades accuracy for the largest step. Static grids
+# cost accuracy on an uneven mirror.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -350,8 +300,8 @@ def static_grids(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Run all cells of this notebook (`make lab`). Put an answer in place of `None`, and run
+# that cell again.
 #
 # **1.** The thickness of a platter, 0.4 mm, is neglected. What is the error of the
 # monitor's position, in mm?
@@ -360,15 +310,15 @@ def static_grids(effort):
 # check(None, **shift_task())
 
 # %% [markdown]
-# **2.** What is the determinant of $I - 2\mathbf n\mathbf n^T$, with a unit
-# vector $\mathbf n$?
+# **2.** What is the determinant of $I - 2\mathbf n\mathbf n^T$, with a unit vector
+# $\mathbf n$?
 
 # %% tags=["active-ipynb"]
 # check(None, **determinant_task())
 
 # %% [markdown]
-# **3.** The camera is 380 mm from the mirror, the board 260 mm. A tip is bent
-# by 5 mm. How many mm does $Z/(Z+D)$ give for the linear estimate?
+# **3.** The camera is 380 mm from the mirror, the board 260 mm. The tip is deflected by
+# 5 mm. How many mm does $Z/(Z+D)$ give for the linear estimate?
 
 # %% tags=["active-ipynb"]
 # check(None, **start_task())

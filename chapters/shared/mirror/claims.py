@@ -1,9 +1,9 @@
 """Claims of 5.3 about the thesis's flexible mirror: what the error level may decide.
 
-A claim is judged at the primary level and at two others (`mirror_bench`). It stays open
-where the three verdicts differ, and where its point estimate is on the other side of
-its bound at half or twice the primary level's numbers, which are known about as well as
-the printed ones that they are solved from.
+A claim is judged at the primary level and at two others (`mirror_bench`). It is
+undecided where the three verdicts differ, and where its point estimate is on the other
+side of its bound at half or twice the primary level's numbers, which are known about as
+well as the printed ones that they are solved from.
 
 Agreement and growth are judged on the runs that were completed; how many were rejected,
 and what the verdict is if each counts as a miss, stands in the reason.
@@ -20,11 +20,11 @@ from chapters.shared.mirror.levels import LEVEL, SAID, SWEPT
 from raxel.calibration.mirror.edges import SWINGING_DEG
 from repro.run import SHARE_OF_SEEDS, Case, Measured, Reading, counterpart
 
-# What the trials call the options of the ledger's questions.
-LEVELS = {said: level for level, said in SAID.items()}
+# Names in the trials of the options of the ledger's questions.
+LEVELS = {option: level for level, option in SAID.items()}
 SWINGING = {"as published": False, "rejected": True}
 GEOMETRIES = {"A": "A", "C": "C"}
-# Against which rays of stage 0 those of the primary stage are held (Table 5.3).
+# Measured rays of stage 0, for comparison with those of the primary stage (Table 5.3).
 GRIDS = {"the primary's own": "measured_deg", "measured anew": "anew_measured_deg"}
 READINGS = {
     "mirror_bench": LEVELS,
@@ -35,12 +35,12 @@ READINGS = {
 
 
 class BenchRuns(Case):
-    """Every seed at one error level: that of the reading, or an end of a sweep.
+    """Every run at one error level: that of the interpretation, or an end of a sweep.
 
     EXPERIMENTS: those of a kind of run, on geometry A, on A from half to twice the
-    primary level's numbers, and on other geometries by their names. Where a seed was
-    rejected, it has no values from there on: nan. Where the reading rejects mirrors
-    whose ends swing, a seed ends at the first such stage.
+    primary level's numbers, and on other geometries by their names. A rejected run has
+    no values from the rejection on: nan. Where the interpretation rejects mirrors whose
+    ends swing, a run ends at the first such stage.
     """
 
     EXPERIMENTS: ClassVar[tuple[str, str]]
@@ -62,81 +62,81 @@ class BenchRuns(Case):
         return self.result.trials_per_condition
 
     def raw(self, name):
-        """A value (seeds,) as it is stored, whatever swings."""
-        return self.result.column(f"{self.bench}.{name}")
+        """A value (runs,) as it is stored, whatever swings."""
+        return self.result.column(self.bench, name)
 
     def goes_on(self, place):
-        """Whether (seeds,) no mirror's end swung up to a stage, where that counts."""
-        on = np.ones(self.seeds, bool)
+        """Whether (runs,) no mirror's end swung up to a stage, where that counts."""
         if not self["swinging_ends"] or place not in self.SWINGS:
-            return on
-        for name in self.SWINGS[: self.SWINGS.index(place) + 1]:
-            # Not reached is nan: rejected for another reason, and not for this one.
-            on &= ~(self.raw(f"{name}.swing_deg") >= SWINGING_DEG)
-        return on
+            return np.ones(self.seeds, bool)
+        stages = self.SWINGS[: self.SWINGS.index(place) + 1]
+        # Not reached is nan: rejected for another reason, and not for this one.
+        swing = self.result.column(self.bench, stages, "swing_deg")
+        return ~np.any(swing >= SWINGING_DEG, axis=0)
 
     def at_place(self, place, name):
-        """A value (seeds,) of a stage, nan from the rejection on."""
-        return np.where(self.goes_on(place), self.raw(f"{place}.{name}"), np.nan)
+        """A value (runs,) of a stage, nan from the rejection on."""
+        found = self.result.column(self.bench, place, name)
+        return np.where(self.goes_on(place), found, np.nan)
 
     @classmethod
     def judged_by_seed(cls, results, options, predicate) -> Reading:
         """The Reading of a predicate of such runs, at the levels and over the sweep."""
         return counterpart_over_the_sweep(
             Case(READINGS, options),
-            lambda bench: predicate(cls(results, options, bench)),
+            lambda level: predicate(cls(results, options, level)),
         )
 
 
 def over_the_levels(case: Case, reading_at) -> Reading:
     """The Reading of a claim in one case, undecided where the error level decides.
 
-    reading_at(bench): the Reading at a level, by the name that trials have for it. The
-    other levels are asked of the primary case alone.
+    reading_at(level): the Reading at a level, by its name in the trials. The other
+    levels are judged in the primary case alone.
     """
-    reading = reading_at(case["mirror_bench"])
+    judged = reading_at(case["mirror_bench"])
     if not case.is_primary:
-        return reading
+        return judged
     verdicts = {level: reading_at(name).verdict for level, name in LEVELS.items()}
     if len(set(verdicts.values())) == 1:
-        return reading
-    said = ", ".join(f"{level} {verdict}" for level, verdict in verdicts.items())
-    reason = f"{reading.reason}; the verdict hangs on the error level: {said}"
-    return replace(reading, verdict="undecided", reason=reason)
+        return judged
+    each = ", ".join(f"{level} {verdict}" for level, verdict in verdicts.items())
+    reason = f"{judged.reason}; the verdict depends on the error level: {each}"
+    return replace(judged, verdict="undecided", reason=reason)
 
 
 def over_the_sweep(case: Case, reading_at, side_at) -> Reading:
     """As `over_the_levels`, undecided too where the estimate changes side in a sweep.
 
-    side_at(bench): whether the point estimate is on the claim's side at a level, or at
-    an end of the sweep. What is swept is the primary case alone.
+    side_at(level): whether the point estimate is on the claim's side at a level, or at
+    an end of the sweep. Only the primary case is swept.
     """
-    reading = over_the_levels(case, reading_at)
+    judged = over_the_levels(case, reading_at)
     if not case.is_primary:
-        return reading
+        return judged
     side = side_at(LEVEL)
     turned = [name for name in SWEPT if side_at(name) != side]
     if not turned:
-        return reading
-    reason = f"{reading.reason}; the estimate changes side at {', '.join(turned)}"
-    return replace(reading, verdict="undecided", reason=reason)
+        return judged
+    reason = f"{judged.reason}; the estimate changes side at {', '.join(turned)}"
+    return replace(judged, verdict="undecided", reason=reason)
 
 
 def counterpart_over_the_sweep(case: Case, found_at) -> Reading:
-    """As `over_the_sweep`, for a claim that is judged seed by seed.
+    """As `over_the_sweep`, for a claim that is judged run by run.
 
-    found_at(bench): whether it is true (seeds,), what was measured (seeds,), nan where
-    a run was rejected, its unit and the reason, as `counterpart` takes them.
+    found_at(level): whether it is true (runs,), what was measured (runs,), nan where a
+    run was rejected, its unit and the reason, as `counterpart` takes them.
     """
     return over_the_sweep(
         case,
-        lambda bench: of_completed(*found_at(bench)),
-        lambda bench: mostly(*found_at(bench)[:2]),
+        lambda level: of_completed(*found_at(level)),
+        lambda level: mostly(*found_at(level)[:2]),
     )
 
 
 def mostly(holds, found) -> bool:
-    """Whether a claim is true of nine in ten of the seeds (seeds,) with a value."""
+    """Whether a claim is true of nine in ten of the runs (runs,) with a value."""
     done = ~np.isnan(found)
     return bool(done.any() and np.mean(holds[done]) >= SHARE_OF_SEEDS)
 
@@ -144,39 +144,37 @@ def mostly(holds, found) -> bool:
 def over_completed(case: Case, done_at, reading_of, on_side) -> Reading:
     """As `over_the_sweep`, on the runs that were completed.
 
-    done_at(bench): which runs (seeds,) were; reading_of(bench, seeds), on_side(bench,
-    seeds): the Reading, and whether the estimate is on the claim's side, of some runs.
+    done_at(level): which runs (runs,) were; reading_of(level, some), on_side(level,
+    some): the Reading, and whether the estimate is on the claim's side, of some runs.
     """
 
-    def reading_at(bench):
-        return on_completed(done_at(bench), lambda seeds: reading_of(bench, seeds))
+    def reading_at(level):
+        return on_completed(done_at(level), lambda some: reading_of(level, some))
 
-    def side_at(bench):
-        done = done_at(bench)
-        return bool(done.any() and on_side(bench, done))
+    def side_at(level):
+        done = done_at(level)
+        return bool(done.any() and on_side(level, done))
 
     return over_the_sweep(case, reading_at, side_at)
 
 
 def of_completed(holds, found, unit="", reason="") -> Reading:
-    """The Reading of a claim judged seed by seed, on the runs that were completed.
+    """The Reading of a claim judged run by run, on the runs that were completed.
 
-    holds, found: (seeds,), found nan where a run was rejected.
+    holds, found: (runs,), found nan where a run was rejected.
     """
     done = ~np.isnan(found)
-
-    def judge(seeds):
-        return counterpart((holds & done)[seeds], found[seeds], unit, reason)
-
-    return on_completed(done, judge)
+    return on_completed(
+        done, lambda some: counterpart((holds & done)[some], found[some], unit, reason)
+    )
 
 
 def on_completed(done, judge) -> Reading:
     """The Reading of completed runs, with how many were rejected, and the verdict where
     each rejection counts as a miss.
 
-    done: (seeds,) which were completed; judge(seeds): the Reading of some of them,
-    (seeds,) bool, a run without a value as the worst.
+    done: (runs,) which were completed; judge(some): the Reading of some, (runs,) bool,
+    a run without a value as the worst.
     """
     if not done.any():
         rejected = f"all {len(done)} runs were rejected"
@@ -192,9 +190,7 @@ def on_completed(done, judge) -> Reading:
 
 
 # Cells of tables and words about runs, some of which were rejected.
-
-
-MEDIANS = "Medians over the seeds that came so far, with 95 % intervals."
+MEDIANS = "Medians over the runs that reached the stage, with 95 % intervals."
 
 
 def beside(ids, rows):
@@ -203,7 +199,7 @@ def beside(ids, rows):
 
 
 def reached(values):
-    """Median of the seeds (n,) that have a value, None without any."""
+    """Median of the runs (n,) that have a value, None without any."""
     known = values[np.isfinite(values)]
     return Measured.median(known) if len(known) else None
 

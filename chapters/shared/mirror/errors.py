@@ -1,6 +1,6 @@
 """Errors of corners and of decoded points in the rigs of chapter 5, drawn again.
 
-They are measured in rendered pictures (`measured`) and drawn again for many seeds. A
+They are measured in rendered images (`measured`) and drawn again for many runs. A
 decoding error has a bias, which repeats with the sines of the monitor, and a rest; a
 corner's error is any of those that were measured. An error level multiplies decoding
 errors by one factor, after decoding and before any calibration, and lays the platter a
@@ -57,11 +57,11 @@ class DecodingPool(NamedTuple):
 
 
 class MirrorErrors(NamedTuple):
-    """What the pictures of a rig leave of the truth.
+    """Errors of a rig, measured in its rendered images.
 
     corner, plate: (n, 2) px, of corners of the board in the mirror, and of the board of
     the platter; mirror, platter: DecodingPools of the monitor in the mirror and in the
-    platter; level: the Bench.
+    platter; level: a `Bench`.
     """
 
     corner: np.ndarray
@@ -72,7 +72,7 @@ class MirrorErrors(NamedTuple):
 
     @classmethod
     def read(cls, result, geometry):
-        """Those of a geometry, all seeds together, of the Result of `measured`.
+        """Those of a geometry, all runs together, of the Result of `measured`.
 
         Geometry C has the camera of A at the same distances, and its errors.
         """
@@ -156,7 +156,7 @@ def pool_of(error, true, period_mm):
 
 
 def measured(rig, rng):
-    """Errors in the rendered pictures of a MirrorRig, as a trial keeps them.
+    """Errors in the rendered images of a MirrorRig, as a trial keeps them.
 
     At the first and the last stage: a board in dynamic calibration's place, and the
     monitor's two positions, in bands of the mirror's window. The platter on its board,
@@ -211,7 +211,7 @@ def _finite(errors):
     return errors[np.isfinite(errors).all(axis=1)]
 
 
-# Gaussian errors for the rigs of chapter 5, where no measured ones are asked for.
+# Gaussian errors for the rigs of chapter 5, where no measured ones are required.
 
 
 # Standard deviations of a corner, px, and of a decoded point, mm, along each axis.
@@ -237,7 +237,7 @@ class GaussianErrors(NamedTuple):
     in_platter = in_mirror
 
     def mounted(self, platter, rng, positions):
-        """The `Platter` at each of the monitor's positions: where its board says."""
+        """The `Platter` at each of the monitor's positions, exactly on its board."""
         return [platter] * positions
 
     @property

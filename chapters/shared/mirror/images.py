@@ -1,7 +1,7 @@
-"""Pictures of the two rigs of chapter 5, rendered, and what is read out of them.
+"""Rendered images of the two rigs of chapter 5, and the points found in them.
 
-Only the window of the picture that the mirror fills is rendered; all pixels that go in
-and come out are those of the whole picture of 3072 x 2304. Nothing is kept on disk.
+Only the window of the image that the mirror fills is rendered; all pixels that go in
+and come out are those of the whole image of 3072 x 2304. Nothing is kept on disk.
 """
 
 from dataclasses import replace
@@ -40,13 +40,13 @@ CORNER_WINDOW, DARK, SMOOTH_PX = 31, 0.15, 2.0
 
 
 class MirroredBoard(NamedTuple):
-    """picture: (h, w) uint8; window: the `Crop` of the whole picture that it is."""
+    """Its pixels (h, w) uint8, and its window, a `Crop` of the whole image."""
 
     picture: np.ndarray
     window: tuple
 
     def corners(self, near):
-        """Corners (N, 2) px found next to places (N, 2), NaN where there is none.
+        """Corners (N, 2) px found next to places (N, 2), NaN where no corner is found.
 
         The saddle points of the grey values (3.1.3). A place whose window reaches
         beyond the mirror has none, for what is seen there draws the corner aside.
@@ -61,7 +61,7 @@ class MirroredBoard(NamedTuple):
         return found
 
     def _all_lit(self, place):
-        """Whether windows about places (N, 2) of the picture show the mirror alone."""
+        """Whether windows about places (N, 2) of the image show the mirror alone."""
         height, width = self.picture.shape
         at = np.rint(np.nan_to_num(place, nan=-1)).astype(int)
         inside = np.all((at >= 0) & (at < [width, height]), axis=1)
@@ -74,11 +74,11 @@ class MirroredBoard(NamedTuple):
 
 
 class MirroredGrid(NamedTuple):
-    """What a monitor's patterns were decoded to, in one window of the picture.
+    """Decoded points of a monitor's patterns, in one window of the image.
 
-    pixels: (n, 2) decoded ones, of the whole picture; points_mm: (n, 2) what they see
-    of the monitor; sigma_mm: (n, 2) the decoder's own standard deviations; truth_mm:
-    (n, 2), for scoring and for the bench's noise alone. A pixel that was decoded though
+    pixels: (n, 2) decoded ones, of the whole image; points_mm: (n, 2) what they see of
+    the monitor; sigma_mm: (n, 2) the decoder's own standard deviations; truth_mm: (n,
+    2), for scoring and for the levels' noise alone. A pixel that was decoded though
     its own middle looks past the monitor or the mirror is left out.
     """
 
@@ -121,8 +121,8 @@ def grid_picture(rig, camera, T_camera_monitor, seed, window=None):
 
 
 def scene_picture(rig, camera, scene, T_world_camera, rng):
-    """The picture (h, w) of a TexturedScene in the mirror, where the sheet of stage 0
-    fills the picture."""
+    """The image (h, w) of a TexturedScene in the mirror, where the sheet of stage 0
+    fills the image."""
     window = mirror_window(rig.camera(0.0))
     taken = windowed(replace(rig.rig, camera=camera), window)
     return taken.laboratory().photograph(scene, T_world_camera, rng)
@@ -137,7 +137,7 @@ def platter_camera(rig, platter):
 
 
 def platter_window(rig, platter):
-    """The `Crop` of the picture that the platter fills."""
+    """The `Crop` of the image that the platter fills."""
     angle = np.linspace(0, 2 * np.pi, ARC)
     rim = platter.radius_mm * np.column_stack([np.cos(angle), np.sin(angle)])
     points = transform(platter.T_camera_mirror, on_plane(rim))
@@ -145,7 +145,7 @@ def platter_window(rig, platter):
 
 
 def platter_picture(rig, platter, rng, T_camera_monitor=None, pattern=None):
-    """The whole picture (H, W) of a platter on its chessboard (Fig. 5.3b).
+    """The whole image (H, W) of a platter on its chessboard (Fig. 5.3b).
 
     The room's light is on the board; the platter shows the monitor, where its pose
     (4, 4) and a `raxel.sets.Pattern` are given, else a dark room.

@@ -1,11 +1,11 @@
-"""The error levels of chapter 5: the laboratory as it is, and two like the thesis's.
+"""The error levels of chapter 5: the low-noise one, and two like the thesis's.
 
-The laboratory is far cleaner than the bench of 5.3.3. At a solved level its decoding
+The low-noise level has far smaller errors than 5.3.3. At a solved level its decoding
 errors are times one factor and its mirror is made uneven by four waves. Both numbers
 are solved on geometry A with the method as published, by a job that judges nothing
 (`ext_mirror_bench`): at the first level from two printed numbers that other printed
 ones contradict, at the second from two others, with a platter that does not lie
-exactly where its board says. All 32 printed numbers had been seen when the two and the
+exactly on its board. All 32 printed numbers had been seen when the two and the
 platter's errors were chosen. Geometries B and C and section 5.3.2 take a level as it
 is.
 """

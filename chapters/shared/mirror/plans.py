@@ -1,4 +1,4 @@
-"""Plans of runs at the error levels of chapter 5, with errors from pictures."""
+"""Plans of runs at the error levels of chapter 5, with errors from rendered images."""
 
 from functools import partial
 
@@ -33,10 +33,9 @@ def bench_plan(results, trial, benches, seeds, geometry="A"):
 
 
 def on_each(run):
-    """The trial that gives {bench: run(rig, bench, errors, seed)}.
+    """The trial that gives each level's name its run (rig, level, errors, seed).
 
-    All benches have the same seed: what a run draws is drawn alike for each. Equal ones
-    are run once.
+    A run draws the same random numbers at all levels. Equal levels are run once.
     """
     return partial(_on_each, run)
 

@@ -1,11 +1,11 @@
 """The three rigs of chapter 5 with a flexible mirror, by name: "A", "B" and "C".
 
 `mirror_rig("A")` gives what the experiments of 5.3 use: the camera at every stage of
-deflection, with aberration and strain as wanted; boards in hand-held poses before the
-mirror, at least so many corners of which are seen at all the stages that are named;
+deflection, with aberration and strain as wanted; boards in hand-held poses in front of
+the mirror, at least so many corners of which are seen at all the stages that are named;
 the monitor's two positions; the platter on its chessboard; and the pixels of the
 visible line that is nearest to the clamp. All is in the frame of the viewer, mm and
-radians; nothing here is known to a calibration but boards, pixels and picture size.
+radians; a calibration is given boards, pixels and the size of the image alone.
 
 A and B were chosen before any calibration was run with them, by one question alone: is
 the target in view? C was chosen after all printed cells had been seen, by the turns of
@@ -61,16 +61,16 @@ DYNAMIC_MM, BACK_PROJECTION_MM = 260.0, 400.0
 # its middle off the middle of what the mirror shows, as a share of the distance.
 TILT, TURN, ASIDE = np.radians(20), np.radians(8), 0.04
 TRIES = 400
-# Fewest corners seen at all stages asked for: six for each of 21 spline coefficients
+# Fewest corners seen at all required stages: six for each of 21 spline coefficients
 # would be 126; what the mirror of A shows at 260 mm has room for some 110.
 LEAST_CORNERS = 90
 # A 1.8 inch hard disk's platter: outer and hub radius and thickness, mm. Larger ones
-# leave no room in the picture for a board beside them.
+# leave no room in the image for a board next to them.
 PLATTER_MM, HUB_MM, PLATTER_THICKNESS_MM = 24.0, 6.0, 0.381
 # Its board: columns, rows, pitch, and where on it the middle of the platter is, mm: to
 # one side, so that no corner is hidden.
 PLATTER_BOARD, PLATTER_AT = (9, 13, 5.0), (72.0, 30.0)
-# Its depth before the camera as a share of the clamp's.
+# Its depth in front of the camera as a share of the clamp's.
 PLATTER_DEPTH = 0.75
 
 
@@ -102,7 +102,7 @@ class Platter(NamedTuple):
 @lru_cache(maxsize=4)
 def mirror_rig(name, small=False):
     """The `MirrorRig` of geometry "A", "B" or "C"; small, of A and B: with 768 x 576 px
-    of four times the size, for pictures of quick builds and tests."""
+    of four times the size, for images of quick builds and tests."""
     files = (SMALL_FILES if small else FILES)[name]
     return MirrorRig(name, *(rig_named(PurePosixPath(path).stem) for path in files))
 
@@ -164,7 +164,7 @@ class MirrorRig:
     def corners(self, camera, T_camera_board):
         """(pixels (182, 2), seen (182,)) of the board's corners, exact.
 
-        seen: in the picture, and shown by the mirror.
+        seen: in the image, and shown by the mirror.
         """
         points = transform(T_camera_board, on_plane(self.board.points()))
         pixels, valid = camera.project(points)
@@ -173,7 +173,7 @@ class MirrorRig:
     def board_pose(
         self, rng, distance_mm=DYNAMIC_MM, deflections=(0.0,), least=LEAST_CORNERS
     ):
-        """T_camera_board (4, 4) of a board held before the mirror by hand.
+        """T_camera_board (4, 4) of a board held in front of the mirror by hand.
 
         Its middle is `distance_mm` from the mirror, on the line that the mirror's
         middle shows on average over the `deflections` (mm), up to 4 % of the distance
@@ -227,7 +227,7 @@ class MirrorRig:
     def platter(self, rng=None):
         """The `Platter`, so turned that the viewer sees both monitor positions in it.
 
-        It stands before the flexible mirror, its silver in the middle of the picture,
+        It is in front of the flexible mirror, its silver in the middle of the image,
         its board at the side that is farther away. rng: draws how far it is off by
         hand, 2 mm and 1 degree.
         """

@@ -1,8 +1,8 @@
-"""A flexible mirror calibrated in the laboratory's rigs: primary and dynamic stages.
+"""A flexible mirror calibrated in the simulated rigs: primary and dynamic stages.
 
-No picture is rendered here: corners and decoded points are where the true camera has
-them, with the errors that rendered pictures have (`mirror_errors`). A calibration gets
-what it would get from pictures: pixels, boards, the clamp's line, the mirror's edges.
+No image is rendered here: corners and decoded points are where the true camera has
+them, with the errors that rendered images have (`errors`). A calibration gets what it
+would get from images: pixels, boards, the clamp's line, the mirror's edges.
 The truth is used to score it.
 """
 
@@ -37,7 +37,7 @@ COMPARED_PX = 168
 # Boards that the camera sees directly: how many, how far away (mm) and how tilted.
 BOARDS, BOARD_MM, BOARD_TILT = 12, (650.0, 900.0), np.radians(30)
 CLAMP_PICKS, CLAMP_SD_PX = 9, 0.5
-# Points along each edge of the mirror that a person traces in a picture.
+# Points along each edge of the mirror that a person traces in an image.
 TRACED = 9
 
 
@@ -177,7 +177,7 @@ def measured_rays(rig, true, viewer, errors, rng, primary=None):
 
 
 def true_points(rig, camera, pixels, T_camera_monitor):
-    """Points (N, 2) mm of the monitor's lit face that pixels see, NaN beside it."""
+    """Points (N, 2) mm of the monitor's lit face that pixels see, NaN outside it."""
     rays = camera.rays(pixels)
     met = intersect_rays_plane(rays.origins, rays.directions, T_camera_monitor).points
     corner, size = rig.monitor.extent
@@ -187,7 +187,7 @@ def true_points(rig, camera, pixels, T_camera_monitor):
 
 
 def poses_in_platter(rig, viewer, T_camera_monitor, errors, rng):
-    """PlatterPoses of the monitor in all its places, a picture of the platter each."""
+    """PlatterPoses of the monitor in all its places, an image of the platter each."""
     platter = rig.platter(rng)
     board = platter.board.points()
     mounted = errors.mounted(platter, rng, len(T_camera_monitor))
@@ -234,7 +234,7 @@ def deflected(before, camera, pictures, points, held, method):
     """MirrorUpdate of one deflection.
 
     before: the calibrated camera; camera: the true one after it, of which the mirror's
-    edges are traced; pictures: pixels (N, 2) of the board before and after.
+    edges are traced; the pixels (N, 2) are of the board before and after.
     """
     return update_mirror(
         before, *pictures, points, held, method.settings, outline=outline(camera)
@@ -262,7 +262,7 @@ def outline(camera):
 
 
 def lattice(camera, step_px):
-    """Pixels (N, 2) of a lattice over the picture that see something in the mirror."""
+    """Pixels (N, 2) of a lattice over the image that see something in the mirror."""
     pixels = pixel_grid(camera.width // step_px, camera.height // step_px)
     pixels = step_px * pixels + step_px // 2
     return pixels[camera.rays(pixels).valid]
@@ -272,8 +272,8 @@ def lattice(camera, step_px):
 
 
 def by_code(run):
-    """The run (rig, bench, errors, seed) of which nothing is left but the code of the
-    error, `refused`, where its primary stage is rejected."""
+    """A run that returns only the code of the error where its primary stage is
+    rejected."""
     return partial(_by_code, run)
 
 
