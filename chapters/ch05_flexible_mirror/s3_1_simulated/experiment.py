@@ -178,7 +178,7 @@ SWEEPS = {
     "bend": (5.0, 10.0, 16.7, 25.0, 35.0, 45.0, 53.0),
 }  # fmt: skip
 TRIALS = {"quick": 3, "full": 100}
-# The set-up of the primary readings, and what one of them changes.
+# The set-up of the primary interpretations, and what one of them changes.
 BASE = {"pitch": "megaplus", "rows": 1, "sense": 1, "grid": "fills"}
 OTHERS = ({"pitch": "d200"}, {"pitch": "olympus"}, {"pitch": "film"}, {"rows": ROWS},
           {"sense": -1}, {"grid": "one size"})  # fmt: skip

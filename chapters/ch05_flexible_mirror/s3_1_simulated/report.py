@@ -1,4 +1,6 @@
-"""Results of this page read: values of the prose, figures, tables, judgements."""
+"""Values of the prose, figures and judgements of section 5.3.1, from its results."""
+
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,11 +31,9 @@ from repro.run import (
     with_worst,
 )
 
-# Trials that Fig. 5.5 and its claims use, and the numbers that the page quotes.
-
-
 RESULT = "fig_5_5_sweeps"
-READINGS = {
+# Names in the trials of the options of the ledger's questions, the primary one first.
+OPTIONS = {
     "averaged_trials": {"mean": "mean", "median": "median"},
     "reduced_curve": {
         "distance along the viewing rays": "distance",
@@ -61,68 +61,64 @@ MEAN_OF_BEAM = 3 / 8
 """Mean deflection of the beam (5.1) over that of its tip."""
 
 
-class CurveCase(Case):
-    """One interpretation of 5.3.1, with the primary option of all other questions."""
-
-    def __init__(self, options=None):
-        super().__init__(READINGS, options)
-
-    @property
-    def statistic(self):
-        """'mean' or 'median' of the trials."""
-        return self["averaged_trials"]
-
-    @property
-    def method(self):
-        """Name of this interpretation's method in the trials."""
-        return "known" if self["row_before"] else self["reduced_curve"]
-
-    def column(self, result, sweep, level, name):
-        """A value (trials,) of this set-up at a level; nan where failed."""
-        number = SWEEPS[sweep].index(level)
-        where = {"pitch": self["pixel_pitch"], "rows": self["corner_rows"],
-                 "sense": self["bend_sense"], "grid": self["grid_size"]}  # fmt: skip
-        return result.column(f"level_{number}.{name}", sweep=sweep, **where)
-
-    def errors(self, result, sweep, level, stage):
-        """Surface errors (trials,) of a stage, mm; the worst where one failed."""
-        name = f"{self.method}.{stage}.{self['surface_error']}"
-        return self._filled(self.column(result, sweep, level, name))
-
-    def missing(self, result, level):
-        """Share (trials,) of the tip's deflection that the linear stage misses."""
-        name = f"{self.method}.linear.tip_ratio"
-        return self._filled(1 - self.column(result, "depth", level, name))
-
-    def _filled(self, trials):
-        """Set a failure to infinity for a median, to the worst trial for a mean."""
-        if self.statistic == "median" or np.isnan(trials).all():
-            return with_worst(trials)
-        return with_worst(trials, np.nanmax(trials))
-
-    def along(self, result, sweep, stage, levels=None):
-        """Errors of a stage at the levels of a sweep, a list of (trials,)."""
-        return [
-            self.errors(result, sweep, level, stage)
-            for level in levels or SWEEPS[sweep]
-        ]
+PRIMARY = Case(OPTIONS)
 
 
-PRIMARY = CurveCase()
+def values(case, result, sweep, *name, levels=None):
+    """A value (levels, trials) of an interpretation over a sweep; nan where failed."""
+    numbers = [SWEEPS[sweep].index(level) for level in levels or SWEEPS[sweep]]
+    return result.column(
+        [f"level_{number}" for number in numbers],
+        *name,
+        sweep=sweep,
+        pitch=case["pixel_pitch"],
+        rows=case["corner_rows"],
+        sense=case["bend_sense"],
+        grid=case["grid_size"],
+    )
 
 
-def typical(statistic, trials):
-    """Mean or median of trials (n,), an Estimate."""
-    return bootstrap(OVER_TRIALS[statistic], trials)
+def method_of(case):
+    """Name of this interpretation's method in the trials."""
+    return "known" if case["row_before"] else case["reduced_curve"]
 
 
-def over_levels(statistic, levels, fit):
+def errors(case, result, sweep, stage, levels=None):
+    """Surface errors (levels, trials) of a stage, mm; the worst where one failed."""
+    path = method_of(case), stage, case["surface_error"]
+    return filled(case, values(case, result, sweep, *path, levels=levels))
+
+
+def missing(case, result):
+    """Share (levels, trials) of the tip's deflection that the linear stage misses."""
+    path = method_of(case), "linear", "tip_ratio"
+    return filled(case, 1 - values(case, result, "depth", *path))
+
+
+def filled(case, trials):
+    """Set failures (levels, trials) to infinity for a median, to the worst trial of a
+    level for a mean."""
+    worst = [
+        np.inf
+        if case["averaged_trials"] == "median" or np.isnan(level).all()
+        else np.nanmax(level)
+        for level in trials
+    ]
+    return with_worst(trials, np.array(worst)[:, None])
+
+
+def estimates(case, levels):
+    """Mean or median of the trials of each level (levels, trials), Estimates."""
+    return [bootstrap(OVER_TRIALS[case["averaged_trials"]], level) for level in levels]
+
+
+def over_levels(case, levels, fit):
     """Estimate of a fit to the levels' means or medians; a draw is one of all levels.
 
-    levels: a list of (n,), where trial i has the same grid and noise at all of them;
+    levels: (levels, trials), where trial i has the same grid and noise at all of them;
     fit: (levels, draws) -> (draws,).
     """
-    over = OVER_TRIALS[statistic]
+    over = OVER_TRIALS[case["averaged_trials"]]
     return bootstrap(
         lambda *trials: fit(np.stack([over(t) for t in trials])), *levels, paired=True
     )
@@ -149,25 +145,19 @@ def curvature(tip):
 
 def name_values(open_results):
     """Name the numbers of the prose, in the primary interpretation."""
-    result = open_results(RESULT)
-    for name, number in quoted(result).items():
-        value(name, number)
-
-
-def quoted(result):
-    """Name -> number, of what the prose quotes."""
-    default = DEFAULT["depth"]
-    return {
+    result, depth = open_results(RESULT), DEFAULT["depth"]
+    share = 1 - missing(PRIMARY, result)[SWEEPS["depth"].index(depth)]
+    levels = (0.0, 1.0, 3.0)
+    final = errors(PRIMARY, result, "noise", "final", levels).mean(axis=1)
+    quoted = {
         "camera.distance": rig_of(BASE["pitch"]).distance_mm,
-        f"ratio.{default:g}": 1 - float(np.mean(PRIMARY.missing(result, default))),
-        f"formula.{default:g}": 1 - missing_by_formula(default),
-        **{
-            f"noise.distance.{level:g}": float(
-                np.mean(PRIMARY.errors(result, "noise", level, "final"))
-            )
-            for level in (0.0, 1.0, 3.0)
-        },
+        f"ratio.{depth:g}": share.mean(),
+        f"formula.{depth:g}": 1 - missing_by_formula(depth),
     }
+    for level, mm in zip(levels, final, strict=True):
+        quoted[f"noise.distance.{level:g}"] = mm
+    for name, number in quoted.items():
+        value(name, float(number))
 
 
 # Fig. 5.5 and the bias of the linear stage.
@@ -180,17 +170,11 @@ AXES = {
 }
 DEPTH_TICKS, SHARE_TICKS = (500, 1000, 2000, 4000, 8000), (0.05, 0.1, 0.2, 0.5, 0.8)
 FORMULA = {"color": INK, "linestyle": ":", "marker": ""}
-HEIGHT = CurveCase({"reduced_curve": "height over the clamped line"})
+HEIGHT = Case(OPTIONS, {"reduced_curve": "height over the clamped line"})
 FINAL = (
     ("final, cubic of the image coordinate", PRIMARY, series(1)),
     ("final, cubic of the length", HEIGHT, series(2)),
 )
-PITCHES = {
-    "half of the MegaPlus": series(0),
-    "APS-C sensor": series(1),
-    "small sensor": series(2),
-    "film frame": series(3),
-}
 UNITS = {"noise": "px", "depth": "mm", "bend": "1/m"}
 
 
@@ -201,28 +185,25 @@ def fig_5_5(results):
     drawn, axes = new_figure(3, 2, height_in=7.8, sharex="row")
     for (left, right), (sweep, levels) in zip(axes, SWEEPS.items(), strict=True):
         x = [curvature(tip) if sweep == "bend" else tip for tip in levels]
-        formula = [_formula(sweep, level) for level in levels]
+        settings = [DEFAULT | {sweep: level} for level in levels]
+        formula = [linear_by_formula(at["depth"], at["bend"]) for at in settings]
         left.plot(x, formula, label="linear, by formula", **FORMULA)
         for axis, stage, curves in (
             (left, "linear", (("linear estimate", PRIMARY, series(0)),)),
             (right, "final", FINAL),
         ):
             for label, case, look in curves:
-                found = [
-                    typical(case.statistic, case.errors(result, sweep, level, stage))
-                    for level in levels
-                ]
+                found = estimates(case, errors(case, result, sweep, stage))
                 whose = (sweep, UNITS[sweep], label)
                 rows += plot_estimates(axis, x, found, whose, look=look, label=label)
-            axis.set_xlabel(AXES[sweep])
+            axis.set(xlabel=AXES[sweep], ylabel="Surface error (mm)")
             axis.set_ylim(bottom=0)
             if sweep == "depth":
                 _log_depth(axis)
-        left.set_ylabel("Surface error (mm)")
-        right.set_ylabel("Surface error (mm)")
     axes[0, 0].set_title("linear estimate")
     axes[0, 1].set_title("final estimate")
-    _legend_of(drawn, axes[0])
+    handles = [one for axis in axes[0] for one in axis.get_legend_handles_labels()[0]]
+    drawn.legend(handles=handles, loc="outside lower center", ncols=2)
     return Drawing(
         drawn,
         columns(("sweep", "unit", "estimate", "level", "mean_mm", "low", "high"), rows),
@@ -241,32 +222,15 @@ def _log_depth(axes):
     axes.set_xticks(DEPTH_TICKS, [f"{tick}" for tick in DEPTH_TICKS])
 
 
-def _formula(sweep, level):
-    at = DEFAULT | {sweep: level}
-    return linear_by_formula(at["depth"], at["bend"])
-
-
-def _legend_of(drawn, pair):
-    """One legend below, of both panels of a row."""
-    handles, labels = [], []
-    for axis in pair:
-        for all_of_figure, own in zip(
-            (handles, labels), axis.get_legend_handles_labels(), strict=True
-        ):
-            all_of_figure += own
-    drawn.legend(handles, labels, loc="outside lower center", ncols=2)
-
-
 @figure("ext_fig_5_5_bias", needs=("fig_5_5_sweeps",), evidence="synthetic")
 def ext_fig_5_5_bias(results):
     """Deflection that the linear stage misses, over depth, with D / (Z + D)."""
     result, rows = results[RESULT], []
     drawn, axes = new_figure(height_in=3.9)
     depths = SWEEPS["depth"]
-    for name, look in PITCHES.items():
-        case = CurveCase({"pixel_pitch": name})
-        found = [typical("mean", case.missing(result, depth)) for depth in depths]
-        pitch = case["pixel_pitch"]
+    for number, (name, pitch) in enumerate(OPTIONS["pixel_pitch"].items()):
+        case, look = Case(OPTIONS, {"pixel_pitch": name}), series(number)
+        found = estimates(case, missing(case, result))
         label = f"{name}, camera {rig_of(pitch).distance_mm / 1000:.2f} m away"
         rows += plot_estimates(axes, depths, found, (name,), look=look, label=label)
         dotted = [missing_by_formula(depth, pitch) for depth in depths]
@@ -338,19 +302,14 @@ def _monotonic(case, result, sweep, rising):
 
     Returns the decision, the ratio of neighbours nearest to 1 and its place.
     """
-    trials, levels = case.along(result, sweep, "linear"), SWEEPS[sweep]
-    found = {
-        (a, b): over_levels(
-            case.statistic,
-            [first, second],
-            lambda y: y[1] / y[0] if rising else y[0] / y[1],
-        )
-        for a, b, first, second in zip(
-            levels, levels[1:], trials, trials[1:], strict=False
-        )
-    }
-    at = min(found, key=lambda pair: found[pair].value)
-    return all_of([one.above(1.0) for one in found.values()]), found[at], at
+    trials, levels = errors(case, result, sweep, "linear"), SWEEPS[sweep]
+    found = [
+        over_levels(case, pair, lambda y: y[1] / y[0] if rising else y[0] / y[1])
+        for pair in pairwise(trials)
+    ]
+    at = min(range(len(found)), key=lambda k: found[k].value)
+    decision = all_of([one.above(1.0) for one in found])
+    return decision, found[at], (levels[at], levels[at + 1])
 
 
 @claim("c5_slope_small", needs=SWEPT, evidence="analytic")
@@ -360,16 +319,12 @@ def judge_slope_small(results):
     Slope is that of the metric curve; the sweep's end was set to the printed 0.036
     (E-5.13), so the verdict shows only that the text uses the beam's formula.
     """
-    case, result = CurveCase(), results[RESULT]
-    most = max(
-        np.max(case.column(result, sweep, level, "slope2"))
-        for sweep, levels in SWEEPS.items()
-        for level in levels
-    )
-    usual = np.max(case.column(result, "noise", DEFAULT["noise"], "slope2"))
+    result = results[RESULT]
+    steepest = max(values(PRIMARY, result, sweep, "slope2").max() for sweep in SWEEPS)
+    usual = values(PRIMARY, result, "noise", "slope2", levels=[DEFAULT["noise"]]).max()
     return Reading.of(
-        most <= MAX_SLOPE2,
-        float(most),
+        bool(steepest <= MAX_SLOPE2),
+        float(steepest),
         reason=f"at {SWEEPS['bend'][-1]:g} mm, the end of the sweep, which was put "
         f"where the printed 0.036 is reached; at {DEFAULT['bend']:g} mm {usual:.4f}",
     )
@@ -378,17 +333,13 @@ def judge_slope_small(results):
 @claim("c5_noise_final_more", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_noise_final_more(results, options):
     """From 0.5 to 3 px: growth of the final error over that of the linear one."""
-    case, result = CurveCase(options), results[RESULT]
+    case, result = Case(OPTIONS, options), results[RESULT]
     ends = [
-        case.errors(result, "noise", level, stage)
+        errors(case, result, "noise", stage, (NOISY[0], NOISY[-1]))
         for stage in ("final", "linear")
-        for level in (NOISY[0], NOISY[-1])
     ]
-    ratio = over_levels(case.statistic, ends, lambda y: y[1] / y[0] * y[2] / y[3])
-    final, linear = (
-        over_levels(case.statistic, pair, lambda y: y[1] / y[0])
-        for pair in (ends[:2], ends[2:])
-    )
+    ratio = over_levels(case, np.concatenate(ends), lambda y: y[1] / y[0] * y[2] / y[3])
+    final, linear = (over_levels(case, pair, lambda y: y[1] / y[0]) for pair in ends)
     return Reading.of(
         ratio.above(np.nextafter(MIN_GROWTH, 0)),
         ratio,
@@ -400,14 +351,14 @@ def judge_noise_final_more(results, options):
 @claim("c5_noise_final_linear", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_noise_final_linear(results, options):
     """Weighted line with R2 >= 0.97, log-log slope in [0.85, 1.15]."""
-    case, result = CurveCase(options), results[RESULT]
-    trials = case.along(result, "noise", "final", NOISY)
-    found = [typical(case.statistic, t) for t in trials]
+    case, result = Case(OPTIONS, options), results[RESULT]
+    trials = errors(case, result, "noise", "final", NOISY)
+    found = estimates(case, trials)
     spread = np.array([max(one.high - one.low, 1e-12) for one in found])
     line = weighted_line(
         np.array(NOISY), np.array([one.value for one in found]), 1 / spread**2
     )
-    slope = over_levels(case.statistic, trials, _slopes(NOISY))
+    slope = over_levels(case, trials, _slopes(NOISY))
     decision = slope.within(*PROPORTIONAL) if line.r2 >= MIN_R2 else FAILS
     return Reading.of(
         decision, slope, reason=f"log-log slope; R² of the weighted line {line.r2:.4f}"
@@ -417,15 +368,17 @@ def judge_noise_final_linear(results, options):
 @claim("c5_final_beats_linear", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_final_beats_linear(results, options):
     """wins(final < linear) at every level of the three sweeps with default noise."""
-    case, result = CurveCase(options), results[RESULT]
-    places = [("noise", DEFAULT["noise"])] + [
-        (sweep, level) for sweep in ("depth", "bend") for level in SWEEPS[sweep]
-    ]
-    pairs = [
-        tuple(case.errors(result, *at, stage) for stage in ("final", "linear"))
-        for at in places
-    ]
-    won = dict(zip(places, wins(pairs, case.statistic), strict=True))
+    case, result = Case(OPTIONS, options), results[RESULT]
+    swept = {"noise": (DEFAULT["noise"],)} | {k: SWEEPS[k] for k in ("depth", "bend")}
+    final, linear = (
+        np.concatenate(
+            [errors(case, result, sweep, stage, at) for sweep, at in swept.items()]
+        )
+        for stage in ("final", "linear")
+    )
+    places = [(sweep, level) for sweep, levels in swept.items() for level in levels]
+    found = wins(list(zip(final, linear, strict=True)), case["averaged_trials"])
+    won = dict(zip(places, found, strict=True))
     at = min(won, key=lambda place: won[place].ratio.value)
     ahead = sum(one.decision == HOLDS for one in won.values())
     return Reading.of(
@@ -439,10 +392,9 @@ def judge_final_beats_linear(results, options):
 @claim("c5_depth_decreases", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_depth_decreases(results, options):
     """Linear: falls at every step. Final: rank correlation <= -0.7 up to 3 m."""
-    case, result = CurveCase(options), results[RESULT]
+    case, result = Case(OPTIONS, options), results[RESULT]
     falls, ratio, at = _monotonic(case, result, "depth", rising=False)
-    final = case.along(result, "depth", "final", NEAR)
-    rank = over_levels(case.statistic, final, _ranks)
+    rank = over_levels(case, errors(case, result, "depth", "final", NEAR), _ranks)
     return Reading.of(
         all_of([falls, rank.below(MAX_RANK + 1e-9)]),
         rank,
@@ -455,11 +407,10 @@ def judge_depth_decreases(results, options):
 @claim("c5_depth_saturates", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_depth_saturates(results, options):
     """From 3 m on: the final error within 10 % of that at 3 m, at every level."""
-    case, result = CurveCase(options), results[RESULT]
-    first, *others = case.along(result, "depth", "final", FAR)
+    case, result = Case(OPTIONS, options), results[RESULT]
+    first, *others = errors(case, result, "depth", "final", FAR)
     ratios = [
-        over_levels(case.statistic, [first, other], lambda y: y[1] / y[0])
-        for other in others
+        over_levels(case, [first, other], lambda y: y[1] / y[0]) for other in others
     ]
     most = max(ratios, key=lambda one: abs(np.log(one.value)))
     return Reading.of(
@@ -473,7 +424,7 @@ def judge_depth_saturates(results, options):
 @claim("c5_curv_linear_rises", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_curv_linear_rises(results, options):
     """Test that the linear error rises from each curvature to the next."""
-    case = CurveCase(options)
+    case = Case(OPTIONS, options)
     rises, ratio, at = _monotonic(case, results[RESULT], "bend", rising=True)
     return Reading.of(
         rises, ratio, reason=f"least ratio of neighbours: {at[1]:g} over {at[0]:g} mm"
@@ -483,15 +434,13 @@ def judge_curv_linear_rises(results, options):
 @claim("c5_curv_final_largest", needs=SWEPT, evidence="synthetic", readings=ALL)
 def judge_curv_final_largest(results, options):
     """Largest final error over curvature above those over noise and over depth."""
-    case, result = CurveCase(options), results[RESULT]
-    over = {
-        name: case.along(result, name, "final") for name in ("bend", "noise", "depth")
-    }
-    count = len(over["bend"])
+    case, result = Case(OPTIONS, options), results[RESULT]
+    bend = errors(case, result, "bend", "final")
+    count = len(bend)
     most = {
         other: over_levels(
-            case.statistic,
-            [*over["bend"], *over[other]],
+            case,
+            [*bend, *errors(case, result, other, "final")],
             lambda y: np.max(y[:count], axis=0) / np.max(y[count:], axis=0),
         )
         for other in ("noise", "depth")
@@ -508,29 +457,25 @@ def judge_curv_final_largest(results, options):
 @claim("c5_bias_inverse_depth", needs=SWEPT, evidence="synthetic", readings=OF_TIP)
 def judge_bias_inverse_depth(results, options):
     """Log-log slope of 1 - linear / actual deflection over depth in [-1.3, -0.7]."""
-    case, result = CurveCase(options), results[RESULT]
+    case, result = Case(OPTIONS, options), results[RESULT]
     depths = SWEEPS["depth"]
-    trials = [case.missing(result, depth) for depth in depths]
-    slope = over_levels(case.statistic, trials, _slopes(depths))
-    ends = ", ".join(
-        f"{typical(case.statistic, trials[i]).value:.2f} at {depths[i]:g} mm"
-        for i in (0, -1)
-    )
+    trials = missing(case, result)
+    slope = over_levels(case, trials, _slopes(depths))
+    first, *_, last = (one.value for one in estimates(case, trials))
+    ends = f"{first:.2f} at {depths[0]:g} mm, {last:.2f} at {depths[-1]:g} mm"
     return Reading.of(
-        slope.within(*INVERSE),
-        slope,
-        reason=f"share of the deflection left out: {ends}",
+        slope.within(*INVERSE), slope, reason=f"missing share of the deflection: {ends}"
     )
 
 
 @numbers("fig_5_5", needs=SWEPT, evidence="synthetic")
 def numbers_fig_5_5(results):
     """Settings that the text states, as run, and its two results."""
-    result, case = results[RESULT], CurveCase()
+    result = results[RESULT]
     ran = result.settings
-    steepest = float(np.max(case.column(result, "bend", SWEEPS["bend"][-1], "slope2")))
-    final = case.along(result, "depth", "final")
-    depth = over_levels(case.statistic, final, _steady_from)
+    steepest = float(values(PRIMARY, result, "bend", "slope2").max(axis=1)[-1])
+    final = errors(PRIMARY, result, "depth", "final")
+    depth = over_levels(PRIMARY, final, _steady_from)
     return {
         "fig5_5_f": Value(ran["focal_mm"], unit="mm"),
         "fig5_5_w": Value(ran["image_px"][0], unit="px"),
