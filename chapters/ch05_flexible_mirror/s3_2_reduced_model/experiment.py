@@ -587,7 +587,7 @@ def moved_curve(curve, scan, parts, size_mm):
 
 
 def deflected_from(before, span, rig, line, pictures):
-    """The curve after a deflection; pictures: pixels (182, 2) before and after."""
+    """The curve after a deflection, from pixels (182, 2) before and after."""
     camera, points = ReducedCamera(rig.viewer, line.angle, before), rig.board.points()
     first, second = pictures
     T = pose_from_non_central_rays(camera.rays(first), points).T_camera_grid

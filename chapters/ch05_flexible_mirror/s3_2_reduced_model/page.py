@@ -61,7 +61,7 @@ FEWER = {"quick": 1, "full": 20}
 #    relative to the final one is {glue:text}`ratio.camera_mm:.1f` in the camera's
 #    frame. With aligned scans it is {glue:text}`ratio.shared_mm:.0f` or
 #    {glue:text}`ratio.alone_mm:.0f`.
-# 4. **An error of the primary curve persists in full.** Each millimetre added to it
+# 4. **An error of the primary curve persists or grows.** Each millimetre added to it
 #    causes {glue:text}`sensitivity.all:.1f` mm of final error.
 
 # %% [markdown]
@@ -71,7 +71,7 @@ FEWER = {"quick": 1, "full": 20}
 # | final error like the primary error | yes | yes |
 # | linear estimate at 280 mm, against the final one | poor | depends on the frame |
 # | cause of the primary error | higher orders, defects | mostly displacement |
-# | dynamic calibration sensitive to the primary one | very | persists in full |
+# | dynamic calibration sensitive to the primary one | very | error persists or grows |
 # | effect of mirror defects | grows with depth | proportional to depth |
 
 # %% [markdown]
@@ -86,26 +86,23 @@ FEWER = {"quick": 1, "full": 20}
 #   scan; one rigid motion that fits the curve before bending; one for each curve.
 # - *Rulings*: straight lines of a surface that bends in one direction. $v$: image
 #   coordinate along them.
-# - *Second solved error level* (primary, used unless stated): noise and mirror waves
-#   solved from two printed numbers of stage 0, the flat mirror
-#   ([5.3.3a](s3_3_calibration.ipynb)).
-# - *First solved error level*: larger, solved from two other printed numbers.
+# - *Second solved error level* (used unless stated): noise and mirror waves solved from
+#   two printed numbers of stage 0, the flat mirror ([5.3.3a](s3_3_calibration.ipynb)).
+#   *First solved error level*: larger noise and waves, from two other printed numbers.
 # - *Low-noise level*: errors of rendered images, and a smooth mirror.
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# A plastic mirror on aluminium is bent by a wire. A laser scanner measures the back of
-# the substrate before and after.
+# A wire bends a plastic mirror on aluminium. A laser scanner measures its back.
 #
 # - Defects of the mirror displace what is seen, more at larger depth (Fig. 5.6, a
 #   chessboard 5 m away).
 # - With the board at 280 mm the linear estimate "is relatively inaccurate, although the
 #   final estimate is still good".
 # - The primary error is "of similar magnitude" to the final one: dynamic calibration is
-#   very sensitive to it. The thesis attributes it to higher orders of the shape and to
-#   defects.
+#   very sensitive to it. Its causes are higher orders of the shape, and defects.
 # - The mean error between scan and estimate is 0.13 mm.
 
 # %% [markdown]
@@ -116,9 +113,7 @@ FEWER = {"quick": 1, "full": 20}
 #
 # **Dropping v.** The image is rotated until the clamp is vertical, and the vertical
 # coordinate is dropped. If the rulings are parallel to the image plane, nothing is
-# lost: seen along the rulings, reflection at the mirror is reflection at its section.
-# The mirrors here fulfil this roughly: rulings spread, the clamp leans, and waves occur
-# at the second level.
+# lost. The mirrors here are roughly so.
 #
 # **Primary curve.** Viewing and scene rays (5.2.1) give normals, which determine the
 # shape by (5.15), up to scale. The points where the rays meet give the scale.
@@ -133,11 +128,10 @@ FEWER = {"quick": 1, "full": 20}
 # %% [markdown]
 # ## Experiment
 #
-# The thesis does not state the camera, so geometry A of 5.3.3 replaces it. Corners and
-# decoded points have the errors of rendered images. Which corners the mirror shows is
-# known exactly. Every run draws boards, poses of monitor and reference mirror, waves
-# and all errors. How the scan came into the camera's frame is not stated: this is an
-# interpretation, as are the kind of cubic, the data of the primary curve and the
+# Geometry A replaces the thesis's camera, which is not stated. Corners and decoded
+# points have the errors of rendered images. Every run draws boards, poses of monitor
+# and reference mirror, waves and all errors. Four unstated choices are varied as
+# interpretations: frame of the scan, kind of cubic, data of the primary curve and
 # corners used.
 #
 # **Added error.** Viewing rays, corners and clamp are exact, and the mirror is smooth.
@@ -212,8 +206,7 @@ def pictures(effort):
 # show("fig_5_6")
 
 # %% [markdown]
-# The displacement is proportional to the depth, as [5.1](s1_model.ipynb) shows for one
-# slope.
+# The displacement is proportional to the depth ([5.1](s1_model.ipynb)).
 
 # %% tags=["active-ipynb"]
 # show("ext_reduced_errors")
@@ -225,13 +218,10 @@ def pictures(effort):
 # mirror is displaced: so small a shift sends almost the same rays to the board.
 #
 # **Propagation.** The clamp stays where the primary calibration puts it, and so does
-# the board. An error there persists, as the thesis says. But the thesis attributes the
-# primary error to higher orders and defects. Here these are the smaller part: alignment
-# removes most of the error.
+# the board. Higher orders and defects are the smaller part of the primary error.
 #
 # **Primary curve.** From the points alone, without normals, the final curve is worse: a
-# cubic through noisy points has wrong slopes at its ends. The other kind of cubic and
-# the middle strip of corners are judged below.
+# cubic through noisy points has wrong slopes at its ends.
 #
 # **Limits.** Double reflections and a substrate of varying thickness are not modelled,
 # and no match is wrong. Claims are judged on completed runs.
@@ -239,10 +229,10 @@ def pictures(effort):
 # %% [markdown]
 # ## Summary
 #
-# The final curve is as accurate as the primary one, as the thesis says, because errors
-# of the primary calibration persist. Most of the error is a displacement that residuals
-# and back-projection do not show, and not a defect of the shape. How poor the linear
-# estimate is depends on the frame of the scan, which the thesis does not state.
+# The final curve is as accurate as the primary one, because errors of the primary
+# calibration persist. Most of the error is a displacement, which residuals and
+# back-projection do not show. How poor the linear estimate is depends on the frame of
+# the scan, which the thesis does not state.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -256,8 +246,8 @@ def pictures(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then replace `None` with
-# an answer and run that cell again.
+# Run all cells of this notebook (`make lab`). Replace `None` with an answer, and run
+# that cell again.
 #
 # **1.** A defect has a slope of 1.5 mrad. By how many mm does it displace a chessboard
 # that is 5 m away?

@@ -1,4 +1,4 @@
-"""Results of this page read: values of the prose, figures, tables, judgements."""
+"""Values of the prose, figures and judgements of section 5.3.2, from its results."""
 
 import numpy as np
 from matplotlib.ticker import FixedFormatter
@@ -7,11 +7,15 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.experiment import (
     INJECTED_MM,
     PUBLISHED_WAY,
 )
-from chapters.shared.mirror import CONTRASTED, LEVEL, SAID, counterpart_over_the_sweep
-from chapters.shared.mirror import READINGS as BENCH_READINGS
+from chapters.shared.mirror import (
+    CONTRASTED,
+    LEVEL,
+    READINGS,
+    SAID,
+    counterpart_over_the_sweep,
+)
 from chapters.shared.mirror import SWEPT as ENDS
-from repro.page import INK, legend_below, look_of, new_figure, series
-from repro.page import value as name_value
+from repro.page import INK, legend_below, look_of, new_figure, series, value
 from repro.run import (
     Case,
     Drawing,
@@ -26,12 +30,9 @@ from repro.run import (
     with_worst,
 )
 
-# Trials of Fig. 5.7 and its claims, and the numbers quoted on the page.
-
-
 RUNS, SWEPT = "fig_5_7_runs", "fig_5_7_swept"
 SENSITIVITY = "exp_c5_primary_sensitivity"
-# Options of each question, as trials call them; each except the primary one is a
+# Names in the trials of the options of each question; each except the primary one is a
 # calibration of its own.
 WAYS = {
     "reduced_curve": {
@@ -51,63 +52,46 @@ FRAMES = {
         "each aligned": "alone_mm",
     }
 }
-READINGS = BENCH_READINGS | WAYS | FRAMES
+OPTIONS = READINGS | WAYS | FRAMES
 
 
-class ReducedCase(Case):
-    """One interpretation of 5.3.2, with primary options where none is given."""
+def errors(results, case, level, stages):
+    """Mean distances (stages, runs) of curves from the scan, mm; nan where rejected.
 
-    def __init__(self, options=None):
-        super().__init__(READINGS, options)
-
-    @property
-    def way(self):
-        """The trials' name of the calibration; at most one option differs."""
-        return next((self[q] for q in WAYS if self[q] != PUBLISHED_WAY), PUBLISHED_WAY)
-
-    def errors(self, results, bench, stage):
-        """Mean distances (seeds,) of a curve from the scan, mm; nan where rejected.
-
-        stage: "before", "linear" or "final".
-        """
-        name = f"{bench}.{self.way}.{stage}.{self['scan_frame']}"
-        return results[SWEPT if bench in ENDS else RUNS].column(name)
+    case: an interpretation, in which at most one calibration differs from the primary
+    one; stages: of "before", "linear" and "final".
+    """
+    ways = (case[question] for question in WAYS)
+    way = next((way for way in ways if way != PUBLISHED_WAY), PUBLISHED_WAY)
+    result = results[SWEPT if level in ENDS else RUNS]
+    return result.column(level, way, stages, case["scan_frame"])
 
 
-PRIMARY = ReducedCase()
-
-
-def finals(result, kind):
-    """Final errors (seeds, levels) mm with added errors; nan where rejected."""
-    return np.array(result.arrays("final_mm", kind=kind))
-
-
-def medians_by_kind(result, kind):
-    """Median final error of each level, mm; a rejected run counts as the worst."""
-    return np.median(with_worst(finals(result, kind)), axis=0)
+def final_errors(result, kind):
+    """Final errors (levels, runs) mm with added errors; nan where rejected."""
+    return np.array(result.arrays("final_mm", kind=kind)).T
 
 
 def final_over_injected(result, kind):
     """Slope of the median final error over the added error, Estimate."""
-    levels = list(finals(result, kind).T)
     return trend(
-        np.array(INJECTED_MM), levels, lambda x, y: float(np.polyfit(x, y, 1)[0])
+        np.array(INJECTED_MM),
+        list(final_errors(result, kind)),
+        lambda x, y: float(np.polyfit(x, y, 1)[0]),
     )
 
 
 def name_values(open_results):
     """Name the numbers of the prose: medians over the runs at the primary level."""
     result = open_results(RUNS)
-    whose = f"{LEVEL}.{PUBLISHED_WAY}"
-    before = result.column(f"{whose}.before.camera_mm")
-    name_value(f"{LEVEL}.before.camera_mm", float(np.nanmedian(before)))
-    for frame in FRAMES["scan_frame"].values():
-        linear, final = (
-            result.column(f"{whose}.{stage}.{frame}") for stage in ("linear", "final")
-        )
-        name_value(f"ratio.{frame}", float(np.nanmedian(linear / final)))
+    frames = list(FRAMES["scan_frame"].values())
+    found = result.column(LEVEL, PUBLISHED_WAY, ("before", "linear", "final"), frames)
+    before, linear, final = found
+    value(f"{LEVEL}.before.camera_mm", float(np.nanmedian(before[0])))
+    for frame, ratio in zip(frames, np.nanmedian(linear / final, axis=1), strict=True):
+        value(f"ratio.{frame}", float(ratio))
     slope = final_over_injected(open_results(SENSITIVITY), "all")
-    name_value("sensitivity.all", slope.value)
+    value("sensitivity.all", slope.value)
 
 
 # Fig. 5.6, Fig. 5.7, and errors of the curves of all runs.
@@ -126,21 +110,17 @@ SHARES = (5, 50, 95)
 def fig_5_6(results):
     """The chessboard in a smooth mirror, and in an uneven one."""
     result = results["fig_5_6_pictures"]
-    trial = result.select()
     drawn, panels = new_figure(1, 2, height_in=3.2)
     names = {"even": "smooth mirror", "uneven": "mirror of the second level"}
     for panel, (name, title) in zip(panels, names.items(), strict=True):
-        panel.imshow(trial.arrays(name)[0], cmap="gray", vmin=0, vmax=255)
+        panel.imshow(result.arrays(name)[0], cmap="gray", vmin=0, vmax=255)
         panel.set(title=title, xticks=[], yticks=[])
     depths = ("280", "1000", "5000")
-    moved = [float(result.column(f"moved.{depth}")[0]) for depth in depths]
+    moved = result.column("moved", depths)[:, 0]
     settings = result.settings
     return Drawing(
         drawn,
-        columns(
-            ("depth_mm", "mean_displacement_mm"),
-            list(zip(map(float, depths), moved, strict=True)),
-        ),
+        {"depth_mm": list(map(float, depths)), "mean_displacement_mm": list(moved)},
         f"A chessboard with squares of {settings['board'][2]:g} mm, "
         f"{settings['depth_mm'] / 1000:g} m from the unbent mirror of geometry A. "
         f"Left: smooth mirror. Right: unevenness of {settings['aberration_um']:g} µm "
@@ -154,13 +134,11 @@ def fig_5_6(results):
 def fig_5_7(results):
     """Scan and curves of one run, before and after, and their differences."""
     result = results["fig_5_7_curves"]
-    trial, settings = result.select(), result.settings
-    shapes = {
-        name: trial.arrays(name)[0] for name in (*CURVES, "true_before", "true_after")
-    }
+    scans = {"true_before": "true mirror", "true_after": None}
+    shapes = {name: result.arrays(name)[0] for name in (*CURVES, *scans)}
     drawn, (left, right) = new_figure(1, 2, height_in=3.8)
     rows = []
-    for name, label in (("true_before", "true mirror"), ("true_after", None)):
+    for name, label in scans.items():
         look = look_of("true mirror") | {"marker": ""}
         left.plot(*shapes[name], label=label, **look)
         rows += [(name, *row, 0.0) for row in shapes[name].T]
@@ -182,9 +160,10 @@ def fig_5_7(results):
         drawn,
         columns(("curve", "along_mm", "height_mm", "error_mm"), rows),
         "Left: the mirror before and after a push of "
-        f"{settings['deflection_mm']:g} mm near its free edge, true and estimated with "
-        f"the reduced model from a board at {settings['depth_mm']:g} mm; heights above "
-        "the flat sheet, in the camera's frame. Right: errors of the primary "
+        f"{result.settings['deflection_mm']:g} mm near its free edge, true and "
+        "estimated with the reduced model from a board at "
+        f"{result.settings['depth_mm']:g} mm; heights above the flat sheet, in the "
+        "camera's frame. Right: errors of the primary "
         "calibration and of the final estimate. One run, second level.",
     )
 
@@ -195,20 +174,13 @@ def ext_reduced_errors(results):
     result = results[RUNS]
     drawn, panels = new_figure(1, 2, height_in=3.6, sharey=True)
     frames = FRAMES["scan_frame"]
+    names = [frame.replace(" ", "\n", 1) for frame in frames]
     rows = []
-    for panel, bench in zip(panels, CONTRASTED, strict=True):
+    for panel, level in zip(panels, CONTRASTED, strict=True):
         for k, (stage, (label, _, look)) in enumerate(CURVES.items()):
             at = np.arange(len(frames)) + 0.2 * (k - 1)
-            found = np.array(
-                [
-                    np.nanpercentile(
-                        result.column(f"{bench}.{PUBLISHED_WAY}.{stage}.{frame}"),
-                        SHARES,
-                    )
-                    for frame in frames.values()
-                ]
-            )
-            low, middle, high = found.T
+            found = result.column(level, PUBLISHED_WAY, stage, list(frames.values()))
+            low, middle, high = np.nanpercentile(found, SHARES, axis=1)
             panel.errorbar(
                 at,
                 middle,
@@ -218,11 +190,10 @@ def ext_reduced_errors(results):
                 **look | {"linestyle": ""},
             )
             rows += [
-                (SAID[bench], stage, frame, *row)
-                for frame, row in zip(frames, found, strict=True)
+                (SAID[level], stage, *row)
+                for row in zip(frames, low, middle, high, strict=True)
             ]
-        names = [frame.replace(" ", "\n", 1) for frame in frames]
-        panel.set(title=SAID[bench], yscale="log")
+        panel.set(title=SAID[level], yscale="log")
         panel.set_xticks(range(len(frames)))
         panel.xaxis.set_major_formatter(FixedFormatter(names))
     panels[0].set_ylabel("Mean distance from the true mirror (mm)")
@@ -240,7 +211,7 @@ def ext_reduced_errors(results):
 # Claims about Fig. 5.7, tested as registered, and its numbers.
 
 
-SEEDS = ("fig_5_7_runs", "fig_5_7_swept")
+BOTH = ("fig_5_7_runs", "fig_5_7_swept")
 QUESTIONS = (
     "mirror_bench",
     "reduced_curve",
@@ -252,15 +223,13 @@ MIN_POOR, SIMILAR = 3.0, (0.5, 2.0)
 MIN_SLOPE = 0.5
 
 
-@claim("c5_red_final_good", needs=SEEDS, evidence="rendered", readings=QUESTIONS)
+@claim("c5_red_final_good", needs=BOTH, evidence="rendered", readings=QUESTIONS)
 def judge_final_good(results, options):
     """The linear error is three times the final one or more."""
-    case = ReducedCase(options)
+    case = Case(OPTIONS, options)
 
-    def found_at(bench):
-        linear, final = (
-            case.errors(results, bench, stage) for stage in ("linear", "final")
-        )
+    def found_at(level):
+        linear, final = errors(results, case, level, ("linear", "final"))
         reason = f"linear over final error; {_medians(linear=linear, final=final)}"
         # nan compares as false, and counts as rejected.
         return linear >= MIN_POOR * final, linear / final, "x", reason
@@ -268,15 +237,13 @@ def judge_final_good(results, options):
     return counterpart_over_the_sweep(case, found_at)
 
 
-@claim("c5_red_primary_limits", needs=SEEDS, evidence="rendered", readings=QUESTIONS)
+@claim("c5_red_primary_limits", needs=BOTH, evidence="rendered", readings=QUESTIONS)
 def judge_primary_limits(results, options):
     """The final error is between half and twice that of the primary calibration."""
-    case = ReducedCase(options)
+    case = Case(OPTIONS, options)
 
-    def found_at(bench):
-        before, final = (
-            case.errors(results, bench, stage) for stage in ("before", "final")
-        )
+    def found_at(level):
+        before, final = errors(results, case, level, ("before", "final"))
         ratio = final / before
         reason = f"final over primary error; {_medians(primary=before, final=final)}"
         return (ratio >= SIMILAR[0]) & (ratio <= SIMILAR[1]), ratio, "x", reason
@@ -300,7 +267,8 @@ def judge_primary_sensitivity(results):
     """
     result = results["exp_c5_primary_sensitivity"]
     slope = final_over_injected(result, "all")
-    ends = ", ".join(f"{mm:.3g}" for mm in medians_by_kind(result, "all")[[0, -1]])
+    # A rejected run counts as the worst.
+    medians = np.median(with_worst(final_errors(result, "all")), axis=1)
     others = ", ".join(
         f"{kind} {final_over_injected(result, kind).value:.2f}"
         for kind in ("shift", "tilt", "bend")
@@ -309,13 +277,14 @@ def judge_primary_sensitivity(results):
         slope.above(np.nextafter(MIN_SLOPE, 0)),
         slope,
         "1",
-        f"mm of final error for each mm; medians {ends} mm without and with most; "
+        f"mm of final error for each mm; medians {medians[0]:.3g}, {medians[-1]:.3g} "
+        "mm without and with most; "
         f"slopes of one part alone: {others}",
     )
 
 
 def _medians(**found):
-    """The medians of those seeds that have a value, in words."""
+    """The medians of those runs that have a value, in words."""
     middle = {name: median_and_range(v).value for name, v in found.items()}
     return ", ".join(f"{name} {value:.3g} mm" for name, value in middle.items())
 
@@ -324,7 +293,7 @@ def _medians(**found):
 def numbers_fig_5_7(results):
     """Settings stated in the text, as they were run, and the mean error."""
     settings = results[RUNS].settings
-    final = PRIMARY.errors(results, LEVEL, "final")
+    (final,) = errors(results, Case(OPTIONS), LEVEL, ("final",))
     return {
         "fig5_7_defl": Value(settings["deflection_mm"], unit="mm"),
         "fig5_7_depth": Value(settings["depth_mm"], unit="mm"),
