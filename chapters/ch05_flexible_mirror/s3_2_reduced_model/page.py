@@ -223,15 +223,14 @@ def pictures(effort):
 # **Primary curve.** From the points alone, without normals, the final curve is worse: a
 # cubic through noisy points has wrong slopes at its ends.
 #
-# **Limits.** Double reflections and a substrate of varying thickness are not modelled,
-# and no match is wrong. Claims are judged on completed runs.
+# **Limits.** Double reflections and a substrate of varying thickness are not modelled.
+# Claims are judged on completed runs.
 
 # %% [markdown]
 # ## Summary
 #
-# The final curve is as accurate as the primary one, because errors of the primary
-# calibration persist. Most of the error is a displacement, which residuals and
-# back-projection do not show. How poor the linear estimate is depends on the frame of
+# In the camera's frame the final curve is as accurate as the primary one, whose errors
+# persist. Most of the error is a displacement, which residuals do not show. How poor the linear estimate is depends on the frame of
 # the scan, which the thesis does not state.
 
 # %% [markdown]

@@ -127,7 +127,7 @@ def stage_0(level, errors, seed):
 
 
 def solved(values, levels, target):
-    """The level at which the median over runs of values (seeds, levels) is the target,
+    """The level at which the median over runs of values (runs, levels) is the target,
     interpolated linearly between levels; None where no level reaches it."""
     medians = np.nanmedian(values, axis=0)
     if not medians[0] <= target <= medians[-1]:

@@ -1,10 +1,10 @@
 # %% [markdown]
 # # 5.3.3a Primary calibration and error levels
 #
-# **Question.** The initial shape of a flexible mirror has to be measured once, and
-# every later update starts from it. The thesis uses two positions of a monitor that is
-# seen in the mirror, and prints 32 error figures, but neither its set-up nor its noise.
-# How large must simulated errors be for simulated runs to reach these figures?
+# **Question.** Every update of a flexible mirror starts from its initial shape. The
+# thesis measures it with two positions of a monitor seen in the mirror. It prints 32
+# error figures, but neither its set-up nor its noise. How large must simulated errors
+# be to reach these figures?
 
 # %%
 from functools import partial
@@ -67,14 +67,14 @@ from repro.run import Plan, crossed, experiment
 # 1. **The field of view grows by a factor of {glue:text}`fig5_10_fov:.2f` on rig A.**
 #    The thesis states about two. The factor depends on the rig.
 # 2. **Decoding errors alone do not explain the thesis's errors.** They would have to be
-#    {glue:text}`bench.factor:.2f` times the simulated ones. Most other printed numbers
-#    contradict so large a factor.
+#    {glue:text}`bench.factor:.2f` times the simulated ones. About half of the other
+#    printed numbers contradict so large a factor.
 # 3. **The primary level combines three causes.** They are
 #    {glue:text}`second.factor:.2f` times the decoding errors, a mirror uneven by
 #    {glue:text}`second.aberration:.1f` µm, and placement errors of the reference
 #    mirror.
-# 4. **Two kinds of numbers stay unexplained.** They are the distances of mirror points
-#    from their rays, and the residuals at all stages.
+# 4. **The residuals stay unexplained.** At the primary level they are too small at all
+#    stages. Distances of mirror points from their rays are too small in most runs.
 
 # %% [markdown]
 # | quantity | thesis | here |
@@ -88,55 +88,47 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # ## Terms
 #
-# - *Stage* $k$: the mirror is pushed by $5k$ mm, $k$ = 0 to 3.
-# - *Viewing ray*: from camera to mirror. *Scene ray*: its reflection.
-# - *Active grid*: phase-shift structured-light target on a monitor.
-# - *Decoded point*: screen position that a pixel sees.
-# - *Platter*: flat reference mirror on a chessboard, in which the camera sees the
-#   monitor.
-# - *Mirror point*: estimated intersection of a viewing ray and its scene ray.
+# - *Stage* $k$: the mirror is pushed by $5k$ mm, $k$ = 0 to 3. *Run*: one simulated
+#   experiment with its own random errors.
+# - *Viewing ray*: from camera to mirror. *Scene ray*: its reflection. *Mirror point*:
+#   estimated intersection of both.
+# - *Decoded point*: position on the monitor that a pixel sees.
+# - *Platter*: flat reference mirror on a chessboard, which shows the monitor.
 # - *Rigs*: A has a mirror of 160 mm, seen from 370 mm. B has 130 mm and 190 mm. C is A
 #   with a mirror of 212 mm.
 # - *Unevenness*: four waves of 45 to 110 mm on the mirror (RMS).
 # - *Fan*: rays of the mirror's middle line. Its angle is the field of view.
-# - *Elastica*: shape of a thin bent sheet of constant length.
 
 # %% [markdown]
 # ## What the thesis claims
 #
 # - A plastic mirror is clamped at one edge and pushed at the other, three times by 5
-#   mm.
-# - At stage 3 the field of view is about twice that of stage 0 (Fig. 5.10).
+#   mm. At stage 3 the field of view is about twice that of stage 0 (Fig. 5.10).
 # - The model has 7 functions along the mirror and 3 across (Fig. 5.9).
-# - The mean distance of 1056 mirror points from their rays is 0.86 mm. The travel of
-#   the monitor is found as 99.73 mm with a rotation of 0.14°, for 100 mm.
-# - The calibrated rays differ from measured ones by 0.19°.
+# - The mean distance of 1056 mirror points from their rays is 0.86 mm, and calibrated
+#   rays differ from measured ones by 0.19°.
 
 # %% [markdown]
 # ## Model
 #
-# **Rigs.** The thesis does not state where camera, mirror and monitor are. Three rigs
-# show how much depends on the distances. Rig C was chosen after all printed numbers
-# were known, because its rays rotate about as much as in Table 5.3. The sheet is an
-# elastica, and its rulings are slightly out of square.
+# **Rigs.** The thesis does not state where camera, mirror and monitor are. Rig C was
+# chosen after all printed numbers were known: its rays rotate as in Table 5.3.
 
 # %% tags=["active-ipynb"]
 # show("fig_5_8")
 
 # %% [markdown]
 # **Spline.** The distance of the mirror along viewing rays is a sum of products
-# $f_i(u)\,g_j(v)$ of quadratic B-splines (5.4). Their knots span the image of the
-# mirror, anew at each stage.
+# $f_i(u)\,g_j(v)$ of quadratic B-splines (5.4), with knots anew at each stage.
 
 # %% tags=["active-ipynb"]
 # show("fig_5_9")
 
 # %% [markdown]
-# **Primary calibration** (section 5.2.1). The monitor is seen in the mirror in two
-# positions, whose poses come from its image in the platter. Each pixel decodes one
-# point of either, and these two points give its scene ray. The normals bisect scene and
-# viewing rays and give the spline up to scale (5.15, 5.16). The mirror points give the
-# scale. Then the distances of all decoded points from their scene rays are minimised.
+# **Primary calibration** (5.2.1). Each pixel decodes one point of the monitor in either
+# position, and these two points give its scene ray. The monitor's poses come from the
+# platter. Normals give the spline up to scale (5.15, 5.16), and mirror points the
+# scale. Then the distances of decoded points from their scene rays are minimised.
 
 # %% tags=["active-ipynb"]
 # show_code(mirror_points)
@@ -144,11 +136,9 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # ## Experiment
 #
-# **Errors.** Images of boards, monitor and platter are rendered at full size, for rigs
-# A and B, and the errors of corners and decoded points are measured. Most of the
-# decoding error is the ripple that the monitor's gamma leaves (section 3.2.2).
-# Simulated runs redraw these errors: for a decoded point the bias at its phase and one
-# of the remaining errors.
+# **Errors** of corners and decoded points are measured in rendered images of rigs A and
+# B. Most of the decoding error is the ripple that the monitor's gamma leaves (3.2.2).
+# Runs redraw these errors.
 
 
 # %%
@@ -174,26 +164,22 @@ def picture_errors(effort):
 
 
 # %% [markdown]
-# **Error levels.** Claims about the thesis's own measurements may depend on the noise.
-# They are judged at three levels with the same random draws:
+# **Error levels.** Claims are judged at three levels with the same random draws:
 #
 # - *Low-noise level*: errors as measured in rendered images, smooth mirror.
-# - *First solved error level*: decoding errors multiplied by a factor, solved from the
-#   mean distance of mirror points (0.86 mm), and unevenness, solved from the residual
-#   of stage 1 (0.68 mm).
-# - *Second solved error level* (primary): factor and unevenness, solved from the mean
-#   angle to measured rays (0.19°) and the mean back-projection error (0.56 mm) of stage
-#   0. The platter's mirror is displaced on its board by 0.2 mm and 0.06° (SD) each time
-#   it is placed. At each position of the monitor it is displaced by another 0.2 mm and
-#   0.05°.
+# - *First solved error level*: a factor of the decoding errors, solved from the mean
+#   distance of mirror points (0.86 mm), and unevenness, solved from the residual of
+#   stage 1 (0.68 mm).
+# - *Second solved error level* (primary): both solved from the mean angle to measured
+#   rays (0.19°) and the mean back-projection error (0.56 mm) of stage 0. The platter is
+#   displaced by 0.2 mm and 0.06° (SD) each time it is placed. At each position of the
+#   monitor it is displaced by another 0.2 mm and 0.05°.
 #
-# Both pairs of numbers are solved on rig A with the published method, in separate runs,
-# before any claim is run with them. The printed numbers that they are solved from are
-# no evidence. The form of the second level was chosen after all 32 printed numbers were
-# known. So the count of numbers that it reaches tests nothing.
-#
-# A claim is undecided if its verdict differs between the levels, or if its estimate
-# changes side between half and twice the second level's numbers.
+# Both pairs are solved on rig A before any claim is run with them. The form of the
+# second level was chosen after all 32 printed numbers were known, so the count of
+# numbers that it reaches tests nothing. A claim is undecided if its verdict differs
+# between the levels, or if its estimate changes side between half and twice the second
+# level's numbers.
 
 # %% tags=["active-ipynb"]
 # show("ext_mirror_bench")
@@ -236,8 +222,8 @@ def _solving(results, trial, condition, level, seeds):
 
 
 # %% [markdown]
-# **View in the mirror.** A bookcase in the mirror at each stage, the angle of the fan,
-# and the displacement of board corners in the image.
+# **View in the mirror.** A bookcase is rendered at each stage, and the fan's angle and
+# the displacement of board corners are computed.
 
 
 # %%
@@ -264,12 +250,9 @@ def moved(effort):
 
 
 # %% [markdown]
-# **Predicted errors.** Errors of successive updates accumulate, and residuals do not
-# show them. A joint adjustment of all stages predicts an error for each ray from the
-# covariance of the coefficients. A real sheet is not exactly a spline. Its *misfit*,
-# the part of the residuals beyond the corner noise, is added to each ray. These runs
-# have Gaussian errors of 0.2 px and 0.01 mm, inverse depth, position and slope of the
-# clamp, and a prior on bending.
+# **Predicted errors.** A joint adjustment of all stages predicts an error for each ray
+# from the covariance of the coefficients. The *misfit*, the part of the residuals
+# beyond the corner noise of 0.2 px, is added to each ray.
 
 
 # %%
@@ -290,34 +273,30 @@ def trust_runs(effort):
 # show("ext_mirror_trust_figure")
 
 # %% [markdown]
-# On the uneven mirror of rig A, the prediction is close to the true error only with the
-# misfit term.
+# The prediction is close to the true error only with the misfit term. At stage 3 it is
+# somewhat too small.
 
 # %% [markdown]
 # ## Discussion
 #
-# **A level is a substitute.** Decoding errors, an uneven mirror and a displaced platter
-# are one guess at the causes of the thesis's errors.
+# **A level is a substitute**, one guess at the causes of the thesis's errors.
 #
-# **Why 0.86 and 0.68 mm stay unexplained.** The printed SD of the 0.86 mm is 0.47 of
-# the mean. Noise alone gives 0.73 to 1. A common offset of all points would explain it,
-# such as a platter that is not parallel to its board. The printed residual of stage 1
-# is larger than the back-projection error. Unevenness alone gives half to three
-# quarters of it, and a longer mirror more.
+# **Distances of mirror points.** The printed SD is about half of the mean of 0.86 mm.
+# With decoding noise alone the SD is nearly the mean. The displaced platter gives about
+# half, and single runs reach 0.86 mm.
 #
-# **Limits.** Corners are as sharp at the solved levels as at the low-noise level. They
-# are detected near their true positions, and pixels whose own ray misses the monitor
-# are excluded. So runs with redrawn errors have no missed or false corners. In
-# [runs from images](s3_3_deflections.ipynb) both occur. The field of view is that in
-# the plane of bending. Across it the mirror does not bend.
+# **Residuals.** The printed residual of stage 1 is larger than the back-projection
+# error. In the runs it is about half of that error at all three levels.
+#
+# **Limits.** There are no missed or false corners. In
+# [runs from images](s3_3_deflections.ipynb) both occur.
 
 # %% [markdown]
 # ## Summary
 #
-# Decoding errors that explain one printed number contradict most others. The primary
-# level therefore adds placement errors of the reference mirror, yet two kinds of
-# numbers remain unexplained. Later pages judge each claim at three levels, so that
-# conclusions which depend on the noise are visible.
+# Decoding errors that explain one printed number contradict about half of the others.
+# The primary level adds placement errors of the platter, yet the residuals stay too
+# small. Later pages judge each claim at three levels.
 
 # %% [markdown]
 # ## Compared with the published numbers
@@ -328,8 +307,8 @@ def trust_runs(effort):
 # %% [markdown]
 # ## Try it yourself
 #
-# Open this page as a notebook (`make lab`) and run all cells. Then put an
-# answer in place of `None`, and run that cell again.
+# Run all cells of this notebook (`make lab`). Put an answer in place of `None`, and run
+# that cell again.
 #
 # **1.** A mirror is clamped 150 mm from where it is pushed, by 15 mm. By how many
 # degrees does the scene ray at the load rotate?

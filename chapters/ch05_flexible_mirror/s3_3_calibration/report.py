@@ -1,16 +1,16 @@
-"""Results of this page read: values of the prose, figures, tables, judgements."""
+"""Values of the prose, figures, tables and judgements of 5.3.3a, from its results."""
 
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_3_calibration.experiment import (
     AMPLITUDES_UM,
     FACTORS,
-    STEPS,
     solved,
 )
 from chapters.shared.mirror import (
     BENCHES,
     FIRST,
+    LABORATORY,
     LEVELS,
     PUBLISHED,
     READINGS,
@@ -50,29 +50,24 @@ from repro.run import (
     table,
 )
 
-# Results of the primary calibration and of the views of the mirror.
-
-
 RUNS = "table_5_1_runs"
 # The experiment that solved each level.
 JOBS = {FIRST: "bench_mirror", SECOND: "bench_mirror_second"}
-FANS = "fig_5_10_fans"
-MOVED = "fig_5_10_moved"
-PICTURES, TRUST = "fig_5_10_pictures", "ext_mirror_trust_runs"
+FANS, MOVED = "fig_5_10_fans", "fig_5_10_moved"
 SURFACES = {"smooth": 0.0, "uneven by 10 µm": 10.0}
-LAST = len(STAGES_MM) - 1
 # Runs whose range is compared with a printed number.
 RANGE_OF = 20
-# The 32 measured numbers of 5.3.3's text and Tables 5.2 to 5.4: id -> its name in the
+STAGE_NAMES = tuple(f"stage{k}" for k in range(len(STAGES_MM)))
+# The 32 measured numbers of 5.3.3's text and Tables 5.2 to 5.4: id -> its path in the
 # results, and words.
 CELLS = {
-    "s5_3_3_pos_mean": ("miss_mm", "Distance of mirror points from rays (mm)"),
-    "s5_3_3_pos_sd": ("miss_sd_mm", "SD of this distance (mm)"),
-    "s5_3_3_ag_t": ("stage0.shift_mm", "Travel of the monitor, stage 0 (mm)"),
-    "s5_3_3_ag_r": ("stage0.turn_deg", "Rotation of the monitor, stage 0 (°)"),
+    "s5_3_3_pos_mean": (("miss_mm",), "Distance of mirror points from rays (mm)"),
+    "s5_3_3_pos_sd": (("miss_sd_mm",), "SD of this distance (mm)"),
+    "s5_3_3_ag_t": (("stage0", "shift_mm"), "Travel of the monitor, stage 0 (mm)"),
+    "s5_3_3_ag_r": (("stage0", "turn_deg"), "Rotation of the monitor, stage 0 (°)"),
 }
 CELLS |= {
-    f"t5_2_s{k}_{end}": (f"stage{k}.{name}", f"{words}, stage {k} ({unit})")
+    f"t5_2_s{k}_{end}": ((STAGE_NAMES[k], name), f"{words}, stage {k} ({unit})")
     for k in (1, 2, 3)
     for end, name, words, unit in (
         ("t", "shift_mm", "Travel of the monitor", "mm"),
@@ -80,7 +75,7 @@ CELLS |= {
     )
 }
 CELLS |= {
-    f"t5_3_s{k}_{end}": (f"stage{k}.{name}", f"{words}, stage {k} (°)")
+    f"t5_3_s{k}_{end}": ((STAGE_NAMES[k], name), f"{words}, stage {k} (°)")
     for k in (0, 1, 2, 3)
     for end, name, words in (
         ("mean", "measured_deg", "Angle to measured rays"),
@@ -88,7 +83,7 @@ CELLS |= {
     )
 }
 CELLS |= {
-    f"t5_4_s{k}_{end}": (f"stage{k}.{name}", f"{words}, stage {k} (mm)")
+    f"t5_4_s{k}_{end}": ((STAGE_NAMES[k], name), f"{words}, stage {k} (mm)")
     for k in (0, 1, 2, 3)
     for end, name, words in (
         ("bp_mean", "back_mm", "Back-projection"),
@@ -100,35 +95,15 @@ CELLS |= {
 }
 
 
-def of_cell(result, level, name):
+def of_cell(result, level, path):
     """Median and range (3,) of a number in the first RANGE_OF runs of a level."""
-    found = result.column(f"{level}.{name}")[:RANGE_OF]
-    return median_and_range(found)
+    return median_and_range(result.column(level, *path)[:RANGE_OF])
 
 
-def within(result, level, published):
-    """Whether each printed number of CELLS is in the range of the runs, {id: bool}."""
-    found = {}
-    for cell, (name, _) in CELLS.items():
-        middle = of_cell(result, level, name)
-        found[cell] = bool(middle.low <= published[cell] <= middle.high)
-    return found
-
-
-def fan_ratios(result, geometry, bench):
-    """Angle of the fan at the last stage over that at stage 0, (seeds,)."""
-    fans = np.array(result.arrays(bench, geometry=geometry))
-    return fans[:, LAST] / fans[:, 0]
-
-
-def moved_px(result, geometry):
-    """Mean displacement of the corners, (seeds, deflections) px."""
-    return np.array(result.arrays("moved_px", geometry=geometry))
-
-
-def trust_trials(result, geometry, surface):
-    """The trials of one geometry and one of SURFACES."""
-    return result.select(geometry=geometry, aberration_um=SURFACES[surface])
+def fan_ratios(result, geometry, level):
+    """Angle of the fan at the last stage over that at stage 0, (runs,)."""
+    fans = np.array(result.arrays(level, geometry=geometry))
+    return fans[:, -1] / fans[:, 0]
 
 
 def name_values(open_results):
@@ -139,8 +114,8 @@ def name_values(open_results):
         f"{FIRST}.factor": BENCHES[FIRST].factor,
         f"{SECOND}.factor": BENCHES[SECOND].factor,
         f"{SECOND}.aberration": BENCHES[SECOND].aberration_um,
-        f"{SECOND}.miss": of_cell(runs, SECOND, "miss_mm").value,
-        f"{SECOND}.residual": of_cell(runs, SECOND, "stage1.residual_mm").value,
+        f"{SECOND}.miss": of_cell(runs, SECOND, ("miss_mm",)).value,
+        f"{SECOND}.residual": of_cell(runs, SECOND, ("stage1", "residual_mm")).value,
     }
     for name, number in quoted.items():
         value(name, float(number))
@@ -156,7 +131,7 @@ NEAR = 0.01  # largest difference of the medians from the printed number, relati
 # View from above, with the mirror behind the camera.
 SIGHT, UP = (-0.15, -0.95, -0.35), (0.0, 0.0, 1.0)
 BODY_MM, PUSH_MM = 60.0, 60.0
-ACROSS, FIGURES_LEVELS = 241, (0.3, 0.5, 0.7)
+ACROSS, CONTOURS = 241, (0.3, 0.5, 0.7)
 ERRORS = {
     "true_deg": "true",
     "predicted_deg": "predicted",
@@ -183,7 +158,7 @@ def ext_mirror_bench(results, published):
         (SECOND, "angle_deg", "factor", "Angle to measured rays, stage 0 (°)"),
         (SECOND, "back_mm", "aberration_um", "Back-projection, stage 0 (mm)"),
     )
-    rows, said, gaps = [], [], []
+    rows, found, gaps = [], [], []
     for k, (level, name, number, measured) in enumerate(ways):
         result, panel = results[JOBS[level]], panels.flat[k]
         levels, chosen = along[number][0][level], getattr(BENCHES[level], number)
@@ -192,10 +167,10 @@ def ext_mirror_bench(results, published):
         printed = published[SOLVED_FROM[k]]
         reached = np.nanmedian(result.column(f"chosen_{name}"))
         panel.axhline(printed, color=INK, lw=1.0, ls="--", label="printed")
-        label = "median and quartiles"
         plot_interval(
-            panel, np.array(levels), middle, low, high, look=series(k), label=label
-        )
+            panel, np.array(levels), middle, low, high, look=series(k),
+            label="median and quartiles",
+        )  # fmt: skip
         panel.plot(chosen, reached, "+", color=INK, ms=13, mew=2, label="chosen")
         panel.set(
             xlabel=along[number][1], ylabel=measured, title="abcd"[k], ylim=(0, None)
@@ -205,15 +180,15 @@ def ext_mirror_bench(results, published):
         # The first level was solved with an earlier set of measured errors.
         if level == SECOND:
             gaps.append(abs(reached / printed - 1))
-        where = solved(values, levels, printed)
-        where = "nowhere" if where is None else f"at {where:.3g}"
-        said.append(f"({'abcd'[k]}) {printed:g} {where}, {chosen:g} is chosen")
+        crossing = solved(values, levels, printed)
+        where = "nowhere" if crossing is None else f"at {crossing:.3g}"
+        found.append(f"({'abcd'[k]}) {printed:g} {where}, {chosen:g} is chosen")
     check = Check(
         max(gaps) <= NEAR,
         "with the second level's numbers the medians are within "
         f"{100 * max(gaps):.1f} % of the printed ones",
     )
-    seeds = result.trials_per_condition
+    runs = result.trials_per_condition
     return Drawing(
         drawn,
         columns(("measure", "level", "low", "median", "high"), rows),
@@ -223,9 +198,9 @@ def ext_mirror_bench(results, published):
         "the first deflection, against the unevenness. Second level, with a displaced "
         "platter: (c) mean angle to the rays measured with the grids of the primary "
         "calibration, with the chosen unevenness; (d) mean back-projection error at "
-        f"stage 0, with the chosen factor. Rig A, published method, {seeds} runs. The "
-        f"printed numbers are reached: {'; '.join(said)}.",
-        check if seeds > 3 else None,
+        f"stage 0, with the chosen factor. Rig A, published method, {runs} runs. The "
+        f"printed numbers are reached: {'; '.join(found)}.",
+        check if runs > 3 else None,
     )
 
 
@@ -234,8 +209,7 @@ def fig_5_8(results):
     """Camera, mirror at two stages, load, monitor and board in space."""
     rig = mirror_rig("A")
     flat, bent = rig.camera(STAGES_MM[0]), rig.camera(STAGES_MM[-1])
-    rng = np.random.default_rng(0)
-    T = rig.board_pose(rng, deflections=STAGES_MM)
+    T = rig.board_pose(np.random.default_rng(0), deflections=STAGES_MM)
     load = rig.load_point(flat)
     # Drawn from behind the sheet, where the stage pushes or pulls.
     tail = load + PUSH_MM * rig.deflection_direction()
@@ -249,9 +223,9 @@ def fig_5_8(results):
     ]
     corner, size = rig.monitor.extent
     for number, pose_ in enumerate(rig.monitor_poses(), 1):
+        look = {"colour": series(number + 1)["color"], "opacity": 0.35}
         name = f"monitor, position {number}"
-        look = {"colour": series(number + 1)["color"], "opacity": 0.35, "label": name}
-        parts.append(plate(pose_, corner, size, **look))
+        parts.append(plate(pose_, corner, size, label=name, **look))
     scene = framed(parts, SIGHT, up=UP, note=rig.rig.summary)
     _, seen = rig.corners(flat, T)
     return Drawing(
@@ -280,7 +254,7 @@ def fig_5_9(results):
     for k, hill in enumerate(rows.T):
         colour = [series(k % 7)["color"]]
         axes.contour(
-            u, v, hill.reshape(u.shape), FIGURES_LEVELS, colors=colour, linewidths=1.0
+            u, v, hill.reshape(u.shape), CONTOURS, colors=colour, linewidths=1.0
         )
         top = np.argmax(hill)
         name = f"$f_{{{k % along + 1}}}g_{{{k // along + 1}}}$"
@@ -311,12 +285,12 @@ def fig_5_9(results):
 @figure("fig_5_10", needs=("fig_5_10_pictures", "fig_5_10_fans"), evidence="rendered")
 def fig_5_10(results):
     """The room in the mirror, stage by stage."""
-    pictures = results[PICTURES]
-    stages = pictures.conditions[0]["stages"]
+    rendered = results["fig_5_10_pictures"]
+    stages = rendered.conditions[0]["stages"]
     drawn, panels = new_figure(len(stages) // 2, 2, height_in=2.4 * len(stages) // 2)
-    fans = results[FANS].arrays("laboratory", geometry="A")[0]
+    fans = results[FANS].arrays(LABORATORY, geometry="A")[0]
     for panel, k in zip(np.ravel(panels), stages, strict=True):
-        panel.imshow(pictures.arrays(f"stage{k}")[0], cmap="gray", vmin=0, vmax=255)
+        panel.imshow(rendered.arrays(STAGE_NAMES[k])[0], cmap="gray", vmin=0, vmax=255)
         panel.set(title=f"stage {k}: {STAGES_MM[k]:g} mm", xticks=[], yticks=[])
     return Drawing(
         drawn,
@@ -333,14 +307,14 @@ def fig_5_10(results):
 )
 def trust_figure(results):
     """Predicted and true ray error over the stages, smooth and uneven, on A and B."""
-    result, rows, stages = results[TRUST], [], range(1, STEPS + 1)
+    result, rows = results["ext_mirror_trust_runs"], []
     drawn, axes = new_figure(2, 2, height_in=5.6, sharex=True, sharey="row")
-    for row, surface in zip(axes, SURFACES, strict=True):
+    for row, (surface, um) in zip(axes, SURFACES.items(), strict=True):
         for panel, geometry in zip(row, "AB", strict=True):
-            trials = trust_trials(result, geometry, surface)
+            trials = result.one(geometry=geometry, aberration_um=um)
             for number, (name, label) in enumerate(ERRORS.items()):
                 found = [
-                    median_interval(trials.column(f"stage{k}.{name}")) for k in stages
+                    median_interval(at) for at in trials.column(STAGE_NAMES[1:], name)
                 ]
                 rows += plot_estimates(
                     panel, np.add(STAGES_MM[1:], 0.3 * (number - 1)), found,
@@ -348,11 +322,9 @@ def trust_figure(results):
                     bars=True,
                 )  # fmt: skip
             panel.set_title(f"{geometry}, {surface}")
-        row[0].set_ylim(bottom=0)
-        row[0].set_ylabel("RMS ray error (deg)")
+        row[0].set(ylim=(0, None), ylabel="RMS ray error (deg)")
     for panel in axes[-1]:
-        panel.set_xticks(STAGES_MM[1:])
-        panel.set_xlabel("Deflection (mm)")
+        panel.set(xticks=STAGES_MM[1:], xlabel="Deflection (mm)")
     legend_below(drawn, axes[0, 0], ncols=3)
     return Drawing(
         drawn,
@@ -398,21 +370,20 @@ SET = {
 def levels_table(results, published):
     """Median and range of each measure at each level, and where the range contains the
     printed number."""
-    result = results[RUNS]
-    inside = {level: within(result, name, published) for level, name in LEVELS.items()}
-    rows = []
-    for cell, (name, words) in CELLS.items():
-        there = [
-            f"{level.split()[0]}{' (set)' if cell in SET.get(level, ()) else ''}"
-            for level in LEVELS
-            if inside[level][cell]
-        ]
-        middles = [of_cell(result, level, name) for level in LEVELS.values()]
-        rows.append((words, *(Measured(*m[:3]) for m in middles), ", ".join(there)))
+    result, rows = results[RUNS], []
+    inside = {level: [] for level in LEVELS}
+    for cell, (path, words) in CELLS.items():
+        found = [of_cell(result, level, path) for level in LEVELS.values()]
+        there = []
+        for level, of_runs in zip(LEVELS, found, strict=True):
+            if of_runs.low <= published[cell] <= of_runs.high:
+                inside[level].append(cell)
+                mark = " (set)" if cell in SET.get(level, ()) else ""
+                there.append(f"{level.split()[0]}{mark}")
+        rows.append((words, *(Measured(*m[:3]) for m in found), ", ".join(there)))
     counts = ", ".join(
-        f"{level} {sum(inside[level].values())} "
-        f"({sum(inside[level][cell] for cell in SET.get(level, ()))} of them set)"
-        for level in LEVELS
+        f"{level} {len(cells)} ({len({*cells} & {*SET.get(level, ())})} of them set)"
+        for level, cells in inside.items()
     )
     heads = [level[0].upper() + level[1:] for level in LEVELS]
     return Table(
@@ -443,7 +414,7 @@ def judge_field_of_view(results, options):
     """Test that the fan of rays at stage 3 is 1.6 to 2.4 times that at stage 0."""
     case = Case(READINGS, options)
 
-    def reading_at(level):
+    def judged_at(level):
         found = {g: fan_ratios(results[FANS], g, level) for g in "ABC"}
         ratio = median_interval(found[case["mirror_geometry"]])
         medians = ", ".join(f"{g} {np.median(of):.2f}" for g, of in found.items())
@@ -454,19 +425,19 @@ def judge_field_of_view(results, options):
             f"stage 3 over stage 0; on geometries {medians}",
         )
 
-    return over_the_levels(case, reading_at)
+    return over_the_levels(case, judged_at)
 
 
 @claim("c5_displacement", needs=("fig_5_10_moved",), evidence="synthetic")
 def judge_displacement(results):
     """Test that the mean displacement of the features rises with every deflection."""
-    moved = moved_px(results[MOVED], "A")
-    least = np.diff(moved, axis=1).min()
+    moved = np.array(results[MOVED].arrays("moved_px", geometry="A"))
+    growth = np.diff(moved, axis=1).min()
     return Reading.of(
-        bool(least > 0),
-        float(least),
+        bool(growth > 0),
+        float(growth),
         "px",
-        "least growth of the mean way from one deflection to the next, over "
+        "least growth of the mean displacement from one deflection to the next, over "
         f"{len(moved)} places of the board on geometry A; up to "
         f"{moved[:, -1].max():.0f} px at 15 mm",
     )
@@ -491,17 +462,16 @@ def judge_basis(results):
 def numbers_fig_5_9(results):
     """The numbers of basis functions, and their degree."""
     along, across = PUBLISHED.shape
-    degree = PUBLISHED.settings.degree[0]
     return {
         "fig5_9_kf": Value(along, unit="count"),
         "fig5_9_kg": Value(across, unit="count"),
         "fig5_9_n": Value(along * across, unit="count"),
-        "fig5_9_deg": Value(degree, unit="count"),
+        "fig5_9_deg": Value(PUBLISHED.settings.degree[0], unit="count"),
     }
 
 
 @numbers("fig_5_10", needs=("fig_5_10_fans",), evidence="synthetic")
 def numbers_fig_5_10(results):
     """Growth of the fan of rays."""
-    ratios = fan_ratios(results[FANS], "A", "laboratory")
+    ratios = fan_ratios(results[FANS], "A", LABORATORY)
     return {"fig5_10_fov": Value.median(ratios, unit="ratio")}
