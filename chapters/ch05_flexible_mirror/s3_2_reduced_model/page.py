@@ -230,8 +230,9 @@ def pictures(effort):
 # ## Summary
 #
 # In the camera's frame the final curve is as accurate as the primary one, whose errors
-# persist. Most of the error is a displacement, which residuals do not show. How poor the linear estimate is depends on the frame of
-# the scan, which the thesis does not state.
+# persist. Most of the error is a displacement, which residuals do not show. How poor
+# the linear estimate is depends on the frame of the scan, which the thesis does not
+# state.
 
 # %% [markdown]
 # ## Compared with the published numbers

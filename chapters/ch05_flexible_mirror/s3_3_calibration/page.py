@@ -102,17 +102,17 @@ from repro.run import Plan, crossed, experiment
 # %% [markdown]
 # ## What the thesis claims
 #
-# - A plastic mirror is clamped at one edge and pushed at the other, three times by 5
-#   mm. At stage 3 the field of view is about twice that of stage 0 (Fig. 5.10).
+# - A clamped plastic mirror is pushed three times by 5 mm. At stage 3 the field of view
+#   is about twice that of stage 0 (Fig. 5.10).
 # - The model has 7 functions along the mirror and 3 across (Fig. 5.9).
-# - The mean distance of 1056 mirror points from their rays is 0.86 mm, and calibrated
-#   rays differ from measured ones by 0.19°.
+# - The mean distance of 1056 mirror points from their rays is 0.86 mm. Calibrated rays
+#   differ from measured ones by 0.19°.
 
 # %% [markdown]
 # ## Model
 #
-# **Rigs.** The thesis does not state where camera, mirror and monitor are. Rig C was
-# chosen after all printed numbers were known: its rays rotate as in Table 5.3.
+# **Rigs.** Rig C was chosen after all printed numbers were known: its rays rotate as in
+# Table 5.3.
 
 # %% tags=["active-ipynb"]
 # show("fig_5_8")
@@ -126,9 +126,9 @@ from repro.run import Plan, crossed, experiment
 
 # %% [markdown]
 # **Primary calibration** (5.2.1). Each pixel decodes one point of the monitor in either
-# position, and these two points give its scene ray. The monitor's poses come from the
-# platter. Normals give the spline up to scale (5.15, 5.16), and mirror points the
-# scale. Then the distances of decoded points from their scene rays are minimised.
+# position, which gives its scene ray. Normals give the spline up to scale (5.15, 5.16),
+# and mirror points the scale. Then the distances of decoded points from their scene
+# rays are minimised.
 
 # %% tags=["active-ipynb"]
 # show_code(mirror_points)
@@ -222,8 +222,7 @@ def _solving(results, trial, condition, level, seeds):
 
 
 # %% [markdown]
-# **View in the mirror.** A bookcase is rendered at each stage, and the fan's angle and
-# the displacement of board corners are computed.
+# **View in the mirror.** A bookcase is rendered at each stage.
 
 
 # %%
@@ -279,17 +278,15 @@ def trust_runs(effort):
 # %% [markdown]
 # ## Discussion
 #
-# **A level is a substitute**, one guess at the causes of the thesis's errors.
-#
 # **Distances of mirror points.** The printed SD is about half of the mean of 0.86 mm.
 # With decoding noise alone the SD is nearly the mean. The displaced platter gives about
 # half, and single runs reach 0.86 mm.
 #
 # **Residuals.** The printed residual of stage 1 is larger than the back-projection
-# error. In the runs it is about half of that error at all three levels.
+# error. In the runs it is about half of that error at all levels.
 #
-# **Limits.** There are no missed or false corners. In
-# [runs from images](s3_3_deflections.ipynb) both occur.
+# **Limits.** A level is one guess at the causes of the thesis's errors. It has no
+# missed or false corners ([runs from images](s3_3_deflections.ipynb) have).
 
 # %% [markdown]
 # ## Summary
@@ -318,14 +315,14 @@ def trust_runs(effort):
 
 # %% [markdown]
 # **2.** The camera of rig A sees the whole flat mirror, 160 mm long. Predict the angle
-# of the fan at stage 3 in degrees, from the rotation of exercise 1.
+# of the fan at stage 3 in degrees, from exercise 1.
 
 # %% tags=["active-ipynb"]
 # check(None, **fan_task())
 
 # %% [markdown]
-# **3.** How many pairs of a viewing and a scene ray does the full model need at
-# least, before its scale is fixed?
+# **3.** How many pairs of viewing and scene rays does the full model need, before its
+# scale is fixed?
 
 # %% tags=["active-ipynb"]
 # check(None, **unknowns_task())
