@@ -278,18 +278,16 @@ def static_grids(effort):
 # **Static grids.** In a smooth mirror the interpolation bias is small. Waves of 45 to
 # 110 mm bend the images of the squares. The refinement removes most of the error.
 #
-# **Small steps.** Three steps of 5 mm have more common corners each than one of 15 mm,
-# but each adds a pose to estimate. Back-projection errors hardly differ. The verdict
-# counts rejected runs as the worst.
+# **Small steps** have more common corners, but each adds a pose to estimate, and
+# back-projection errors hardly differ. The verdict counts rejected runs as the worst.
 #
 # **Limits.** Only one deflection from an unbent mirror is tested.
 
 # %% [markdown]
 # ## Summary
 #
-# The linear estimate of SPFC² is a sufficient start, although even the shape before the
-# deflection is. The choice of knots trades accuracy for the largest step. Static grids
-# cost accuracy on an uneven mirror.
+# The linear estimate of SPFC² is a sufficient start, but even the shape before the
+# deflection is. Knots trade accuracy for the largest step. Static grids cost accuracy.
 
 # %% [markdown]
 # ## Compared with the published numbers

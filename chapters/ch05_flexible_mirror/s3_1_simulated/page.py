@@ -172,8 +172,8 @@ def sweeps(effort):
 # The mean deflection of a beam is 3/8 of that of its tip (dotted lines of Fig. 5.5).
 #
 # So the bias is inversely proportional to depth only for a grid much farther away than
-# the camera. With the primary sensor the log-log slope is outside the test's interval.
-# With a sensor of 23.6 mm, which puts the camera nearer, it is at its edge.
+# the camera. With a sensor of 23.6 mm, which puts the camera nearer, the log-log slope
+# is at the edge of the test's interval.
 
 # %% [markdown]
 # ## Discussion
@@ -196,14 +196,13 @@ def sweeps(effort):
 # that fills the view.
 #
 # **Limits.** The only errors are image noise and model misfit. Errors in mm are not
-# comparable with Fig. 5.5, whose camera geometry is not printed.
+# comparable with the thesis's, whose camera geometry is not printed.
 
 # %% [markdown]
 # ## Summary
 #
 # The nearness of the grid biases the linear estimate. The final estimate removes the
-# bias. Whether the noise claims hold depends on the sensor width, which the thesis does
-# not state.
+# bias. Whether the noise claims hold depends on the unstated sensor width.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -68,7 +68,7 @@ FEWER = {"quick": 1, "full": 20}
 # | question or quantity | thesis | here |
 # |---|---|---|
 # | final error (mm) | 0.13 | {glue:text}`fig5_7_err:.2f` (camera's frame) |
-# | final error like the primary error | yes | yes |
+# | final error like the primary error | yes | in the camera's frame |
 # | linear estimate at 280 mm, against the final one | poor | depends on the frame |
 # | cause of the primary error | higher orders, defects | mostly displacement |
 # | dynamic calibration sensitive to the primary one | very | error persists or grows |
@@ -206,7 +206,7 @@ def pictures(effort):
 # show("fig_5_6")
 
 # %% [markdown]
-# The displacement is proportional to the depth ([5.1](s1_model.ipynb)).
+# The displacement is proportional to depth ([5.1](s1_model.ipynb)).
 
 # %% tags=["active-ipynb"]
 # show("ext_reduced_errors")
@@ -250,7 +250,7 @@ def pictures(effort):
 # that cell again.
 #
 # **1.** A defect has a slope of 1.5 mrad. By how many mm does it displace a chessboard
-# that is 5 m away?
+# 5 m away?
 
 # %% tags=["active-ipynb"]
 # check(None, **aside_task())

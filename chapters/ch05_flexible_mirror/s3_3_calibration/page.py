@@ -65,7 +65,7 @@ from repro.run import Plan, crossed, experiment
 # **Findings.**
 #
 # 1. **The field of view grows by a factor of {glue:text}`fig5_10_fov:.2f` on rig A.**
-#    The thesis states about two. The factor depends on the rig.
+#    The factor depends on the rig.
 # 2. **Decoding errors alone do not explain the thesis's errors.** They would have to be
 #    {glue:text}`bench.factor:.2f` times the simulated ones. About half of the other
 #    printed numbers contradict so large a factor.
@@ -92,11 +92,11 @@ from repro.run import Plan, crossed, experiment
 #   experiment with its own random errors.
 # - *Viewing ray*: from camera to mirror. *Scene ray*: its reflection. *Mirror point*:
 #   estimated intersection of both.
-# - *Decoded point*: position on the monitor that a pixel sees.
+# - *Decoded point*: monitor position that a pixel sees.
 # - *Platter*: flat reference mirror on a chessboard, which shows the monitor.
 # - *Rigs*: A has a mirror of 160 mm, seen from 370 mm. B has 130 mm and 190 mm. C is A
 #   with a mirror of 212 mm.
-# - *Unevenness*: four waves of 45 to 110 mm on the mirror (RMS).
+# - *Unevenness*: waves of 45 to 110 mm on the mirror (RMS).
 # - *Fan*: rays of the mirror's middle line. Its angle is the field of view.
 
 # %% [markdown]
@@ -221,10 +221,6 @@ def _solving(results, trial, condition, level, seeds):
 # show_table("ext_mirror_levels")
 
 
-# %% [markdown]
-# **View in the mirror.** A bookcase is rendered at each stage.
-
-
 # %%
 @experiment("fig_5_10_pictures", artefact="fig_5_10", inputs=SMALL_A)
 def pictures(effort):
@@ -272,8 +268,7 @@ def trust_runs(effort):
 # show("ext_mirror_trust_figure")
 
 # %% [markdown]
-# The prediction is close to the true error only with the misfit term. At stage 3 it is
-# somewhat too small.
+# Only with the misfit term is the prediction close, and somewhat too small at stage 3.
 
 # %% [markdown]
 # ## Discussion
@@ -283,7 +278,7 @@ def trust_runs(effort):
 # half, and single runs reach 0.86 mm.
 #
 # **Residuals.** The printed residual of stage 1 is larger than the back-projection
-# error. In the runs it is about half of that error at all levels.
+# error. In the runs it is about half of it.
 #
 # **Limits.** A level is one guess at the causes of the thesis's errors. It has no
 # missed or false corners ([runs from images](s3_3_deflections.ipynb) have).
@@ -291,9 +286,9 @@ def trust_runs(effort):
 # %% [markdown]
 # ## Summary
 #
-# Decoding errors that explain one printed number contradict about half of the others.
-# The primary level adds placement errors of the platter, yet the residuals stay too
-# small. Later pages judge each claim at three levels.
+# Decoding errors alone contradict about half of the printed numbers. With placement
+# errors of the platter the residuals stay too small. Later claims are judged at three
+# levels.
 
 # %% [markdown]
 # ## Compared with the published numbers
