@@ -116,7 +116,7 @@ from repro.run import Plan, crossed, experiment
 
 # %% [markdown]
 # With the unit normal $\mathbf n$ towards the camera and the distance $d$ of the plane
-# $\mathbf n\cdot\mathbf X + d = 0$,
+# $\mathbf n\cdot\mathbf X + d = 0$, the monitor's pose is $T^{AG}$:
 #
 # $$ T^R = \begin{bmatrix} I - 2\mathbf n\mathbf n^T & -2d\,\mathbf n \\
 # 0 & 1 \end{bmatrix}, \tag{5.26} \qquad T^{AG} = T^R P^v . $$

@@ -138,7 +138,7 @@ from repro.run import Plan, crossed, experiment
 #
 # **Errors** of corners and decoded points are measured in rendered images of rigs A and
 # B. Most of the decoding error is the ripple that the monitor's gamma leaves (3.2.2).
-# Runs redraw these errors.
+# Runs redraw them.
 
 
 # %%
@@ -268,7 +268,7 @@ def trust_runs(effort):
 # show("ext_mirror_trust_figure")
 
 # %% [markdown]
-# Only with the misfit term is the prediction close, and somewhat too small at stage 3.
+# Only with the misfit term is the prediction close, but too small at stage 3.
 
 # %% [markdown]
 # ## Discussion
@@ -287,8 +287,7 @@ def trust_runs(effort):
 # ## Summary
 #
 # Decoding errors alone contradict about half of the printed numbers. With placement
-# errors of the platter the residuals stay too small. Later claims are judged at three
-# levels.
+# errors of the platter the residuals stay too small. Later claims use three levels.
 
 # %% [markdown]
 # ## Compared with the published numbers

@@ -165,7 +165,7 @@ def ext_mirror_bench(results, published):
         values = np.array(result.arrays(name))
         low, middle, high = np.nanpercentile(values, [25, 50, 75], axis=0)
         printed = published[SOLVED_FROM[k]]
-        reached = np.nanmedian(result.column(f"chosen_{name}"))
+        reached = np.nanmedian(result.column("chosen_" + name))
         panel.axhline(printed, color=INK, lw=1.0, ls="--", label="printed")
         plot_interval(
             panel, np.array(levels), middle, low, high, look=series(k),
