@@ -141,13 +141,10 @@ def test_the_start_page_quotes_what_there_is(tmp_path):
     trial = {"values": {"ours.right": 3, "ours.deep.x": 1, "n": 2}}
     write_json(tmp_path / "results" / "sweep.json", {"trials": [trial]})
     write_atomic(tmp_path / "table.csv", "a,b\n1,2\n")
-    quote = start.Quotable(tmp_path, [row("one"), row("two", regenerated="words")])
-    assert quote.trials_of("sweep") == [
-        {"ours": {"right": 3, "deep": {"x": 1}}, "n": 2}
-    ]
+    quote = start.Quotable(tmp_path)
+    assert quote.trials_of("sweep") == [trial["values"]]
     assert quote.lines_of("table") == [{"a": "1", "b": "2"}]
     for name, only in (("lines", True), ("photo", False)):
         write_json(tmp_path / f"{name}.json", {"lines": only})
         assert quote.only_lines(name) is only
     assert quote.trials_of("none") == quote.lines_of("none") == []
-    assert [quote.measured(i) for i in ("one", "two", "none")] == [True, False, False]

@@ -181,12 +181,13 @@ def start_page(root, base, pages=()):
 
 def test_the_start_page_begins_with_what_raxel_is_and_one_job(tmp_path):
     base = small_checkout(tmp_path)
-    said = {
-        "ext_fisheye_found": {"said.corners": "found in 9 of 9\n", "boards": 9},
-        "ext_fisheye_camera": {"said.calibrate": "rms 0.028 px\nand more\n"},
-        "ext_fisheye_look": {"said.undistort": "9 images in straight\n"},
+    fit = "tried: 1\nf: cgsp chosen: best\nf: cgsp, fitted boards: rms 0.028 px\nmore\n"
+    trials = {
+        "ext_fisheye_found": {"output.corners": "found in 9 of 9\n", "boards": 9},
+        "ext_fisheye_camera": {"output.calibrate": fit},
+        "ext_fisheye_look": {"output.undistort": "9 images in straight\n"},
     }
-    for name, values in said.items():
+    for name, values in trials.items():
         write_json(base / f"results/{name}.json", {"trials": [{"values": values}]})
     write_atomic(base / "ext_fisheye_views.svg", "<svg/>")
     start = start_page(tmp_path, base, ["guides/fisheye_in_ten_minutes"])
@@ -195,8 +196,10 @@ def test_the_start_page_begins_with_what_raxel_is_and_one_job(tmp_path):
     heading = "## Example: calibrate a fisheye"
     job = start[start.index(heading) : start.index("## Does the thesis hold")]
     assert "183° from 9 images of a chessboard" in job
-    for line in ("found in 9 of 9", "rms 0.028 px", "9 images in straight"):
+    lines = "\n".join(fit.splitlines()[1:3])
+    for line in ("found in 9 of 9", lines, "9 images in straight"):
         assert f"\n{line}\n" in job
+    assert "tried: 1" not in job
     assert 'src="figures/ext_fisheye_views.svg"' in job
     (base / "ext_fisheye_views.svg").unlink()
     assert heading not in start_page(tmp_path, base)

@@ -15,6 +15,7 @@ import numpy as np
 from chapters.shared.general import T_world_camera
 from chapters.shared.rigs import rig_named
 from raxel.calibration import calibrate_generic, calibrate_zhang
+from raxel.calibration.parametric.lens_formula import calibrate_lens
 from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
 from raxel.calibration.views.boards import board_views
 from raxel.cameras import load_camera
@@ -28,7 +29,12 @@ from raxel.geometry import nearest_rotation, pose, rotation_from_vector
 from raxel.lab import facade
 from raxel.lab.board_photograph import photograph_board
 from raxel.lab.target_poses import Visibility
-from raxel.multiview.perspective_view import perspective_view, source_pixels
+from raxel.multiview.perspective_view import (
+    perspective_view,
+    resample,
+    share_seen,
+    source_pixels,
+)
 from raxel.sets import Chessboard, ImageSet, View, load_set
 from raxel.sets.image_set import write_set
 
@@ -190,7 +196,7 @@ SET = "fisheye"
 CHECK = ("check", SET)
 CORNERS = ("corners", SET, "--json", "corners.json")
 CALIBRATE = (
-    "calibrate", SET, "--model", "generic", "--corners", "corners.json",
+    "calibrate", SET, "--model", "auto", "--corners", "corners.json",
     "--out", "camera.npz", "--json", "fit.json",
 )  # fmt: skip
 EVALUATE = (
@@ -254,13 +260,13 @@ def typed(arguments):
 def find_corners(size, pictures):
     """Run `raxel check` and `raxel corners`; return output, corners and counts."""
     with desk(size, pictures):
-        said = {"check": typed(CHECK), "corners": typed(CORNERS)}
+        output = {"check": typed(CHECK), "corners": typed(CORNERS)}
         boards = read_boards("corners.json", load_set(SET))
         content = json.loads(Path("corners.json").read_text("utf-8"))
     for entry in content["images"]:
         entry["milliseconds"] = None  # a result holds no times
     return {
-        "said": said,
+        "output": output,
         "boards": len(boards),
         "found": sum(board.detection.found for board in boards),
         "corners": np.frombuffer(json.dumps(content).encode(), np.uint8),
@@ -282,13 +288,15 @@ def calibrate(size, pictures, found):
     """Run `raxel calibrate` and `raxel evaluate`; return camera and residuals."""
     fit_views, kept_out = views_of(size, pictures, found)
     with desk(size, pictures, corners=found):
-        said = {"calibrate": typed(CALIBRATE), "evaluate": typed(EVALUATE)}
+        output = {"calibrate": typed(CALIBRATE), "evaluate": typed(EVALUATE)}
         file = Path("camera.npz").read_bytes()
         camera = load_camera("camera.npz")
+        fit = json.loads(Path("fit.json").read_text("utf-8"))
     return {
-        "said": said,
+        "output": output,
         "camera": np.frombuffer(file, np.uint8),
-        "ray_share": float(camera.mask.mean()),
+        "model": fit["model"],
+        "covered_share": fit["camera"]["share_of_image_under_boards"],
         "fitted_px": evaluate_camera(camera, fit_views).rms_px,
         "kept_out_px": evaluate_camera(camera, kept_out).rms_px,
     }
@@ -296,18 +304,20 @@ def calibrate(size, pictures, found):
 
 def look_through(size, pictures, calibrated, rng):
     """Run `raxel undistort`; return it with a street through the same pinhole."""
-    import cv2
-
     street = rig_of(size).laboratory().photograph(facade(), T_world_camera(), rng)
     with desk(size, pictures, camera=calibrated):
-        said = {"undistort": typed(UNDISTORT)}
+        output = {"undistort": typed(UNDISTORT)}
         camera = load_camera("camera.npz")
     sources = source_pixels(camera, perspective_view(camera))
-    ahead = cv2.remap(street, *cv2.split(sources), cv2.INTER_LINEAR)
-    return {"said": said, "street": street, "ahead": ahead}
+    return {
+        "output": output,
+        "street": street,
+        "ahead": resample(street, sources),
+        "seen_share": share_seen(sources, camera),
+    }
 
 
-# Three calibrations from the same corners, and their coverage.
+# Four calibrations from the same corners, and their coverage.
 
 
 def model_scores(size, fit_views, kept_out, rng):
@@ -324,8 +334,8 @@ def scored(rig, build, fit_views, kept_out, rng):
     camera = rig.camera
     try:
         made = build(fit_views, camera.width, camera.height, rng=rng).camera
-    except CalibrationError as refusal:
-        return {"reason": refusal.code}
+    except CalibrationError as error:
+        return {"reason": error.code}
     fitted = evaluate_camera(made, fit_views)
     kept = evaluate_camera(made, kept_out)
     return {
@@ -356,5 +366,8 @@ def against_truth(made, true):
 MODELS = {
     "zhang": lambda views, *size, rng: calibrate_zhang(views, *size),
     "opencv_fisheye": lambda views, *size, rng: calibrate_opencv_fisheye(views, *size),
+    "kannala_brandt": lambda views, *size, rng: calibrate_lens(
+        views, *size, "kannala-brandt"
+    ),
     "generic": calibrate_generic,
 }

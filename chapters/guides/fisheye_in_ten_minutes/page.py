@@ -89,7 +89,7 @@ def ext_fisheye_look(effort, made):
     needs=("ext_fisheye_pictures", "ext_fisheye_found"),
 )
 def ext_fisheye_scores(effort, made):
-    """Three models from the inner boards, and from all of them."""
+    """Four models from the inner boards, and from all of them."""
     size = SIZES[effort]
 
     def trial(condition, rng):
@@ -132,11 +132,12 @@ def ext_calibration_record(effort):
 # %% [markdown]
 # ## Findings
 #
-# 1. **The generic camera works for this lens.** It leaves {glue:text}`kept_px` RMS on
-#    held-out boards and has a ray for {glue:text}`ray_share` of all pixels.
-# 2. **OpenCV's fisheye model needs fewer boards**, but a lens that follows its
-#    formula. Zhang's pinhole model cannot represent such a lens. [The
-#    table](#ext_fisheye_models) compares the three.
+# 1. **`--model auto` selects the model**, the one with the smallest error on boards
+#    that were not fitted, here {glue:text}`model`. That camera leaves
+#    {glue:text}`kept_px` RMS on held-out boards.
+# 2. **The straightened image has no holes**, because a formula gives every pixel a ray.
+#    A generic camera has rays only where boards were. Zhang's pinhole model cannot
+#    represent such a lens. [The table](#ext_fisheye_models) compares the models.
 #
 # The images are rendered and cleaner than real ones. [Choice of a calibration
 # method](choose_a_method.ipynb) gives the errors on real cameras.
@@ -219,9 +220,10 @@ def ext_calibration_record(effort):
 # transcript(camera, CALIBRATE, EVALUATE)
 
 # %% [markdown]
-# `--report FOLDER` also writes a page with images of the corners, residuals and
-# coverage. `--model auto` fits other models, too, and keeps the one with the smallest
-# error on held-out boards.
+# `auto` divides the boards into four parts, fits each model without one part at a
+# time, and compares the errors on the part left out (cross-validation). A corner
+# without a ray counts as 5 px. `--report FOLDER` also writes a page with images of the
+# corners, residuals and coverage.
 #
 # ## Values of a good result
 #
@@ -230,15 +232,15 @@ def ext_calibration_record(effort):
 # | detected boards | all | {glue:text}`found_of` |
 # | RMS, held-out boards | as on real cameras | {glue:text}`kept_px` |
 # | RMS, fitted boards | at least half of that | {glue:text}`fitted_px` |
-# | `a ray for` | 90 % of the image circle | {glue:text}`ray_share` of all pixels |
+# | `boards cover` | 90 % of the image circle | {glue:text}`covered` of all pixels |
 # | lines with `warning:` | none | {glue:text}`warnings` |
 #
 # The command counts all pixels. A full circle of diameter D in an image of W × H
 # fills π D² / (4 W H) of them.
 #
-# A small error on fitted boards is no proof of accuracy, because a per-pixel ray
-# model follows the noise of its own corners. A small error where the camera has rays
-# gives no information about pixels without rays.
+# A small error on fitted boards is no proof of accuracy, because a flexible model
+# follows the noise of its own corners. Beyond all boards a formula extrapolates, and no
+# residual shows its error there. `calibrate` then prints a warning with an estimate.
 #
 # ## 4. Correct
 
@@ -270,15 +272,17 @@ def ext_calibration_record(effort):
 # show_table("ext_fisheye_models", digits=3)
 
 # %% [markdown]
-# OpenCV's fisheye model has eight parameters. The rendered lens follows its formula
-# exactly, so the comparison favours it. With the inner boards alone it has a ray for
-# every pixel. The generic camera has rays only where boards were, but needs no
-# formula. Real lenses follow the formula only approximately.
+# *OpenCV fisheye* and *Kannala-Brandt* share one formula, and the rendered lens
+# follows it exactly, so the comparison favours both. Kannala-Brandt gives every pixel
+# a ray even from the inner boards. The generic camera needs no formula, but many
+# boards. Real lenses follow the formula only approximately. For them `auto` can select
+# smooth rays (`spline`), which also cover the whole image.
 #
 # The fit of OpenCV's model starts from a planar view of each board, which a board
-# near 90° does not have. A fit that did not converge has a large residual. Repeat it
-# without the boards at the edge. [Choice of a calibration
-# method](choose_a_method.ipynb) compares the models on real cameras.
+# near 90° does not have. A fit that does not converge gives no camera or a large
+# residual. Repeat it without the boards at the edge. The fit of *Kannala-Brandt* has
+# no such limit. [Choice of a calibration method](choose_a_method.ipynb) compares the
+# models on real cameras.
 #
 # ## Limits
 #

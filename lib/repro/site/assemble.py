@@ -192,7 +192,7 @@ def _filled(
         "chapters": chapters,
         "counts": counts,
         "written_before": written_before(counts["changed"]),
-        "quote": Quotable(root / "figures" / effort, board),
+        "quote": Quotable(root / "figures" / effort),
         "built": {page.name for page in documents(chapters)},
         "table": chapter_table(board, chapters),
     }

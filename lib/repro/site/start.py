@@ -1,4 +1,4 @@
-"""What the start page may quote: verdicts, tables and trials of the build.
+"""What the start page may quote: figures, tables and trials of the build.
 
 An answer is empty where the build has no such thing: the page can leave it out.
 """
@@ -7,28 +7,15 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from numbers import Real
 from pathlib import Path
 
 
 @dataclass(frozen=True)
 class Quotable:
-    """The files below ``base``, and ``board``, the rows of the scoreboard."""
+    """The files below ``base``."""
 
     base: Path
-    board: Sequence[Mapping]
-
-    @cached_property
-    def row(self) -> dict[str, Mapping]:
-        """Rows of the scoreboard by id."""
-        return {row["id"]: row for row in self.board}
-
-    def measured(self, identifier: str) -> bool:
-        """Whether a row has a regenerated number."""
-        return isinstance(self.row.get(identifier, {}).get("regenerated"), Real)
 
     def drawn(self, figure: str) -> bool:
         """Whether the build has a figure."""
@@ -47,20 +34,9 @@ class Quotable:
             return list(csv.DictReader(file))
 
     def trials_of(self, experiment: str) -> list[dict]:
-        """Values of each trial of an experiment; `raxel.right` is nested in `raxel`."""
+        """Values of each trial of an experiment, name -> value."""
         path = self.base / "results" / f"{experiment}.json"
         if not path.is_file():
             return []
         trials = json.loads(path.read_text("utf-8"))["trials"]
-        return [_nested(trial["values"]) for trial in trials]
-
-
-def _nested(values: Mapping[str, object]) -> dict:
-    found: dict = {}
-    for name, value in values.items():
-        *outer, last = name.split(".")
-        place = found
-        for part in outer:
-            place = place.setdefault(part, {})
-        place[last] = value
-    return found
+        return [trial["values"] for trial in trials]
