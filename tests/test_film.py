@@ -39,6 +39,32 @@ def test_every_frame_is_on_the_page_with_its_label():
     assert page == film_page(made(), "Film & title")
 
 
+def test_a_slider_shows_figures_as_lines_and_loads_nothing():
+    def drawn(x):
+        figure, axes = style.new_figure(height_in=1.0)
+        axes.plot([0, x], [0, 1])
+        axes.set(xlabel="Place (mm)", ylabel="Share (%)")
+        return figure
+
+    slider = Film([Panel("", "A line.", [drawn(1), drawn(2)])], ("1 mm", "2 mm"), 0)
+    page = film_page(slider, "Slider")
+    words = json.loads(re.search(r'id="words">(.*?)</script>', page, re.S)[1])
+    assert words["perSecond"] == 0
+    for frame, x in zip(words["frames"][0], (1, 2), strict=True):
+        svg = base64.b64decode(frame.removeprefix("data:image/svg+xml;base64,"))
+        assert b"<svg" in svg
+        assert (
+            frame
+            == film_page(Film([Panel("", "", [drawn(x)])], ("",), 0), "")
+            .partition('img src="')[2]
+            .partition('"')[0]
+        )
+    assert len(set(words["frames"][0])) == 2
+    assert 'class="lines"' in page
+    assert "<figcaption>" not in page
+    assert not re.search(r'(?:src|href)="(?!data:)|url\(|import |fetch\(', page)
+
+
 def test_labels_and_frames_are_as_many_and_the_page_is_small(monkeypatch):
     with pytest.raises(ValueError, match=r"\[2, 3\] frames and labels"):
         film_page(made(labels=("a", "b")), "")

@@ -1,8 +1,10 @@
 """The guides: a table from made-up results, and exercises found in pages."""
 
+import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from chapters.guides.choose_a_method import page as choose_a_method
@@ -27,9 +29,13 @@ from chapters.guides.for_teachers.report import stated_times
 from chapters.shared.records import record
 from chapters.shared.run_times import rounded_seconds
 from repro.page import reader
-from repro.run.outcomes import Measured, Plan
+from repro.page.film import film_page
+from repro.page.method_looks import check_looks
+from repro.page.style import check_axes
+from repro.run.jobs import producer
+from repro.run.outcomes import Film, Measured, Panel, Plan
 from repro.workflow.work import Work
-from tests.made_results import of_columns, plan_of, written
+from tests.made_results import OfLaw, as_planned, of_columns, plan_of, written
 
 ROOT = Path(__file__).resolve().parents[1]
 METHODS = ("parametric", "generic_well_conditioned")
@@ -258,6 +264,56 @@ def test_a_lesson_has_four_steps_of_50_minutes_and_three_exercises(lesson):
             assert any(f"**{number}.**" in q for q in questions), (path, number)
             numbers += 1
     assert numbers == 3
+
+
+def of_three(name, condition):
+    """Three trials of a value that depends on its name and its condition."""
+    level = 1 + sum(map(ord, name)) % 7 + len(str(condition)) % 5
+    level += next((x for x in condition.values() if isinstance(x, int | float)), 0)
+    return level * np.array([1.0, 1.25, 1.5])
+
+
+def lesson_results(experiment):
+    """Results that the slider of a lesson reads, in the conditions of a full build."""
+    if experiment == "fig_2_1_tables":
+        return written(plan_of(experiment), experiment)
+    if experiment == "fig_5_10_fans":
+        fans = [np.array([19.0, 24.0, 30.0, 35.0]) + t for t in range(3)]
+        return as_planned(experiment, {"laboratory": fans})
+    if experiment == "ext_orders_of_steps":
+        names = [f"{k}.{n}" for k in ("sine", "cosine") for n in range(2, 18)]
+        return as_planned(experiment, lambda c: {n: of_three(n, c) for n in names})
+    return OfLaw(experiment, of_three, 3)
+
+
+@pytest.mark.parametrize("lesson", LESSONS, ids=range(1, len(LESSONS) + 1))
+def test_a_lesson_has_a_slider_that_begins_with_the_figure_of_the_page(lesson):
+    (name,) = re.findall(r'^# show\("(ext_lesson_\w+)"\)$', lesson, flags=re.M)
+    found = producer(ROOT, "figure", name)
+    assert found.details["scene"]
+    results = {need: lesson_results(need) for need in found.needs}
+    drawing = getattr(class_tables, name)(results)
+    check_axes(drawing.figure, name)
+    check_looks(drawing.figure, name)
+    words = re.search(r'id="words">(.*?)</script>', film_page(drawing.scene, name))
+    slider = json.loads(words[1])
+    (frames,) = slider["frames"]
+    assert slider["perSecond"] == 0
+    # Every position has a text of its own with a number, and another drawing.
+    assert all(re.search(r"\d", label) for label in slider["labels"])
+    assert len(set(frames)) == len(set(slider["labels"])) == len(frames) >= 4
+    still = Film([Panel("", "", [drawing.figure])], ("",), 0)
+    assert f'img src="{frames[0]}"' in film_page(still, name)
+    assert len({len(column) for column in drawing.data.values()}) == 1
+
+
+def test_rays_of_a_central_camera_meet_in_one_point_and_of_four_mirrors_in_four():
+    result = lesson_results("fig_2_1_tables")
+    middle = class_tables.PLANES_MM.index(0)
+    for camera, points in (("fisheye", 1), ("faceted", 4)):
+        crossings = class_tables.crossings(result, camera)
+        assert len(np.unique(crossings[middle].round(6), axis=0)) == points
+        assert len(np.unique(crossings[0].round(6), axis=0)) == 140
 
 
 def test_every_lesson_has_an_answer_sheet():

@@ -1,5 +1,8 @@
 """A film on a page: frames side by side that a reader plays, stops and steps through.
 
+With no frames per second it is a slider over them, without a button to play it. A frame
+is an image or a figure. A figure is kept as lines, whose light and dark change places
+on a dark page: one that contains images is a frame as `pictured`.
 The page loads nothing and works from the disk. Nothing moves before a reader opened it,
 and for one who asked the browser for less motion nothing before the button is pressed.
 """
@@ -13,6 +16,7 @@ from io import BytesIO
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
 
 from repro.page.templates import render
 from repro.run.outcomes import Film
@@ -34,8 +38,7 @@ def film_page(film: Film, title: str) -> str:
         {
             "title": panel.title,
             "says": panel.says,
-            "height": panel.pictures[0].shape[0],
-            "width": panel.pictures[0].shape[1],
+            "lines": isinstance(panel.pictures[0], Figure),
             "frames": [_address(picture) for picture in panel.pictures],
         }
         for panel in film.panels
@@ -45,14 +48,8 @@ def film_page(film: Film, title: str) -> str:
         "labels": list(film.labels),
         "perSecond": film.per_second,
     }
-    page = render(
-        "film",
-        title=title,
-        panels=panels,
-        last=len(film.labels) - 1,
-        first=film.labels[0],
-        words=json.dumps(words).replace("<", "\\u003c"),
-    )
+    shown = json.dumps(words).replace("<", "\\u003c")
+    page = render("film", title=title, panels=panels, labels=film.labels, words=shown)
     size = len(page.encode())
     if size > LARGEST_BYTES:
         raise ValueError(
@@ -70,10 +67,12 @@ def pictured(drawn: Figure, dpi: int) -> np.ndarray:
     return np.array(canvas.buffer_rgba())[..., :3]
 
 
-def _address(picture: np.ndarray) -> str:
-    """A picture as an address that holds it."""
-    from PIL import Image
-
-    buffer = BytesIO()
-    Image.fromarray(picture).save(buffer, "WEBP", quality=QUALITY, method=6)
-    return "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode()
+def _address(frame: np.ndarray | Figure) -> str:
+    """A frame as an address that holds it."""
+    buffer, kind = BytesIO(), "webp"
+    if isinstance(frame, Figure):
+        kind, undated = "svg+xml", dict.fromkeys(("Creator", "Date"))
+        frame.savefig(buffer, format="svg", metadata=undated)
+    else:
+        Image.fromarray(frame).save(buffer, "WEBP", quality=QUALITY, method=6)
+    return f"data:image/{kind};base64,{base64.b64encode(buffer.getvalue()).decode()}"
