@@ -9,8 +9,7 @@
 # %%
 from chapters.guides.for_teachers.exercises import exercise_list, pages_with_exercises
 from chapters.guides.for_teachers.report import stated_times
-from chapters.shared.run_times import rounded_seconds
-from repro.page import open_results, seconds, show, show_table, value
+from repro.page import show, show_table, value
 
 # Exercises are counted in the pages of the chapters; times are those of the README.
 READS_PAGES = True
@@ -29,12 +28,6 @@ READS_PAGES = True
 
 # %% tags=["active-ipynb"]
 # value("report_time", stated_times()["report"])
-
-# %% tags=["active-ipynb"]
-# value("fov", rounded_seconds(seconds("fig_2_3_fov")))
-
-# %% tags=["active-ipynb"]
-# value("trials", open_results("fig_2_3_fov").trials_per_condition)
 
 # %% [markdown]
 # ## Preparation
@@ -55,8 +48,7 @@ READS_PAGES = True
 # exercise is a cell that begins with `check(None`. Run all cells, replace `None` by the
 # answer, and run the cell again. A wrong answer gives a hint.
 #
-# `make answers` writes one sheet per lesson, with reasons and common mistakes, outside
-# the site and the archive.
+# `make answers` writes one sheet per lesson, with reasons and common mistakes.
 #
 # ## Lesson 1: rays instead of formulas
 #
@@ -131,8 +123,7 @@ READS_PAGES = True
 #
 # **Misunderstanding.** "The camera with the smaller residual is the better one."
 # Flexible models follow the noise. More trials narrow the interval but do not reduce
-# the error. In the build of this page, {glue:text}`trials` trials took
-# {glue:text}`fov` for the field of view, summed over the jobs.
+# the error.
 
 # %% tags=["active-ipynb"]
 # show("ext_lesson_residual")
@@ -195,7 +186,7 @@ READS_PAGES = True
 # ## Lesson 6: a flexible mirror
 #
 # **Goal.** Students predict from the slope of a mirror how far its field of view
-# widens, and check the prediction in a simulated rig.
+# widens.
 #
 # **Page.** [5.3.3a](../ch05_flexible_mirror/s3_3_calibration.ipynb). Students need
 # derivatives and the law of reflection. Bring a plastic mirror, a ruler and a phone.
