@@ -3,8 +3,7 @@
 #
 # **Question.** A lens can be calibrated with a parametric model or with a ray for
 # every pixel, and each choice has its own failures. Given the camera and its use,
-# which method is accurate, what does it need, and where does it give no answer? This
-# guide compares the methods on simulated, rendered and real images.
+# which method is accurate, what does it need, and where does it give no answer?
 
 # %%
 from chapters.guides.choose_a_method.experiment import (
@@ -78,13 +77,12 @@ def ext_stated_record(effort):
 
 # %% [markdown]
 # *Residual, clean*: mean distance to noise-free points, in px of the source image.
-# *Ray error*: angle to the true rays after the best rotation. For the sets of the
-# converter it covers the pixels where the generic camera has rays. *Held-out*: RMS
-# error in images that the calibration did not use, at the best board pose. *Corrected
-# view*: remaining distortion in the corrected view of such images, as in Table 2.2.
-# *Scatter of steps*: standard deviation of equal steps of a stage. *Generic*: for
-# simulated cameras and for the converter, its well-conditioned linear stage. The
-# findings of 2.5.1 and 2.5.2 quote the linear stage as printed.
+# *Ray error*: angle to the true rays after the best rotation, for the sets of the
+# converter at pixels where the generic camera has rays. *Held-out*: RMS error in
+# images that the calibration did not use, at the best board pose. *Corrected view*:
+# remaining distortion in the corrected view of such images, as in Table 2.2. *Scatter
+# of steps*: standard deviation of equal steps of a stage. *Generic*: for simulated
+# cameras and the converter, its well-conditioned linear stage.
 #
 # ## Findings
 #
@@ -102,8 +100,8 @@ def ext_stated_record(effort):
 #    {glue:text}`fisheye.share.all` of the image circle with boards up to the edge,
 #    {glue:text}`fisheye.share.inner` without.
 #
-# [Calibration of a fisheye in ten minutes](fisheye_in_ten_minutes.ipynb) shows how
-# the number and the positions of the boards decide the coverage.
+# [Calibration of a fisheye in ten minutes](fisheye_in_ten_minutes.ipynb) gives a plan
+# for the positions of the boards.
 
 # %% [markdown]
 # ## Methods
@@ -116,8 +114,7 @@ def ext_stated_record(effort):
 #   They need no initial values and estimate an entrance-pupil shift.
 #   `raxel calibrate SET --model kannala-brandt`, or `unified`
 # - **OpenCV fisheye** {cite}`kannala2006`: the radius is a polynomial of the angle
-#   from the axis, with eight parameters. Its fit does not always converge, so check
-#   the residual. It is included for comparison:
+#   from the axis. Its fit does not always converge. It is included for comparison:
 #   `raxel.calibration.parametric.opencv_fisheye`, in Python only.
 # - **Generic, unknown poses** ({cite}`sturm2004`; [section
 #   2.4](../ch02_general_camera_model/s4_generic_calibration.ipynb)): a per-pixel ray
@@ -133,50 +130,43 @@ def ext_stated_record(effort):
 #   `raxel.calibration.rays_from_known_motion`, in Python only.
 #
 # `raxel calibrate SET --model auto` fits all of them except OpenCV's and known
-# motion. It keeps the model with the smallest error on held-out images. A corner
-# without a ray counts as 5 px. Parametric models and smooth rays are compared on
-# cameras with known rays in chapter 4.
+# motion. It keeps the model with the smallest error on held-out images, where a corner
+# without a ray counts as 5 px.
 
 # %% [markdown]
 # ## Decision
 #
 # **1. Is the camera central?** A single lens is nearly central, and so is a mirror of
-# the right shape in the right position. Other mirrors, several plane mirrors, a
-# reflecting ball and a camera behind water are not. [The camera
-# zoo](../ch02_general_camera_model/s2_camera_models.ipynb) shows examples.
+# the right shape in the right position. Other mirrors and a camera behind water are
+# not. [The camera zoo](../ch02_general_camera_model/s2_camera_models.ipynb) shows
+# examples.
 #
-# - *No*: known motion, question 4. Zhang's and the generic method give a camera, but
-#   a wrong one. A fisheye with an entrance-pupil shift is the exception: a parametric
-#   model includes it.
+# - *No*: known motion, question 4. Zhang's and the generic method give a wrong camera.
+#   A parametric model includes the entrance-pupil shift of a fisheye.
 # - *Yes or unknown*: question 2. Three or more active grids allow a
 #   [test](../ch04_central_generic/ext_central_or_not.ipynb).
 #
 # **2. How wide is the field of view?** Angles are measured along the image diagonal.
 #
-# - *About 60°*: begin with Zhang.
-# - *About 120°*: try `--model auto`, and OpenCV's model in Python. The simulated lens
-#   follows the formula of that model, a real lens may not.
+# - *About 60°, or a wide lens that keeps lines straight*: begin with Zhang.
+# - *About 120°*: `--model auto`.
 # - *About 150°*: as 120°. Near the edge, take boards close and tilted: a board at a
 #   grazing angle constrains little.
-# - *180° or more*: no pinhole model has such rays. Use a parametric model, the
-#   generic method, or OpenCV's fisheye model without boards near 90°.
-#
-# The deviation from a pinhole decides, not the angle alone. A wide lens that keeps
-# lines straight is a case for Zhang.
+# - *180° or more*: as 150°. No pinhole model has such rays, and OpenCV's fisheye model
+#   needs boards away from 90°.
 #
 # **3. What is the camera used for?** A small residual does not prove accurate rays
 # ([section 2.5.1](../ch02_general_camera_model/s5_1_synthetic_data.ipynb)), so
 # compare the quantity that matters.
 #
-# - *Straight lines in images*: rows "corrected view". All methods agree on the least
-#   distorted set. Zhang's error grows with the distortion.
+# - *Straight lines in images*: rows "corrected view". Zhang's error grows with the
+#   distortion.
 # - *Poses and motion*: row "scatter of steps".
-# - *A ray for every pixel*: Zhang's model has one wherever its formula is invertible,
-#   whether correct or not. The generic method has one only where boards were.
+# - *A ray for every pixel*: a formula has one wherever it is invertible, correct or
+#   not. The generic method has one only where boards were.
 #
 # **4. Is the motion known?** The accuracy of the motion limits the result. The table
-# gives the ray error for a wrong motion. A ruler and a steady hand achieve about 1
-# mm.
+# gives the ray error for a wrong motion. A ruler achieves about 1 mm.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_known_motion")
@@ -184,8 +174,8 @@ def ext_stated_record(effort):
 # %% [markdown]
 # ## Detection of the board
 #
-# Accurate corners are the basis of a calibration. The table compares three automatic
-# detectors on images with mirrors, fisheyes and poor light, rendered and real.
+# The table compares three automatic detectors on images with mirrors, fisheyes and
+# poor light, rendered and real.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_detectors_in_short")
@@ -196,23 +186,19 @@ def ext_stated_record(effort):
 #
 # **If no board is detected**, a monitor can be the target. It displays phase-shift
 # structured light, an [active grid](../ch03_planar_grids/s2_2_active_grids.ipynb),
-# and every pixel decodes its screen position. Each pose takes 20 images or more
-# without any motion. Active grids are [weak at high
-# noise](../ch03_planar_grids/s3_3_active_grid_robustness.ipynb). [Your own
-# photographs](../your_photographs.md) gives the steps. No table of this page uses a
-# monitor.
+# and every pixel decodes its screen position. Each pose takes 20 images or more.
+# Active grids are [weak at high
+# noise](../ch03_planar_grids/s3_3_active_grid_robustness.ipynb).
 #
 # ## Predicted and actual errors
 #
-# Corners, decoded positions and calibrated parameters have predicted standard
-# deviations. The table compares them with the actual errors.
+# The table compares predicted standard deviations with actual errors.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_stated_errors", digits=3)
 
 # %% [markdown]
-# The record `data/records/stated.json` contains all cases. It includes reports of
-# failed assumptions: two cameras, a bent board, a rolling shutter.
+# The record `data/records/stated.json` contains all cases.
 #
 # ## Cost
 #
@@ -223,23 +209,17 @@ def ext_stated_record(effort):
 # | Generic, unknown poses | 3 | as Zhang; boards overlap and cover the image |
 # | General, known motion | 2 | measured stage; every pixel sees the target each time |
 #
-# Take more than the minimum, as in the rendered sets: the minimum determines the
-# camera badly. [Your own photographs](../your_photographs.md) describes the capture.
-# A parametric fit takes seconds. A per-pixel ray model takes longer, depending on
-# image size and number of boards.
+# The minimum determines the camera badly, so take more. [Your own
+# images](../your_photographs.md) describes the capture. A parametric fit takes
+# seconds, a per-pixel ray model longer.
 #
 # ## Limits
 #
 # - **Non-central cameras without known motion.** Boards determine an entrance-pupil
-#   shift, and active grids determine single rays without a common centre. For crossed
-#   slits, several mirrors or a reflecting ball the library can render images but not
-#   calibrate from unknown poses.
-# - **Other parametric models.** The zoo has more fisheye and mirror models. They are
-#   rendered but not fitted to real images.
+#   shift, and active grids determine single rays without a common centre. Crossed
+#   slits, several mirrors or a reflecting ball are not calibrated from unknown poses.
 # - **Board or monitor.** No camera of this page was calibrated with both.
-# - **Wrong boards.** No experiment uses a bent board or one of the wrong size. A
-#   common scale error of the pitch scales all lengths and leaves the rays of a
-#   central camera unchanged.
+# - **Wrong boards.** No experiment uses a bent board or one of the wrong size. A wrong
+#   pitch scales all lengths and leaves the rays of a central camera unchanged.
 # - **Nearly central cameras.** The effect of rays that miss the centre was measured
-#   for two rigs ([4.3.2](../ch04_central_generic/s3_2_results.ipynb)). A general rule
-#   is not known.
+#   for two rigs ([4.3.2](../ch04_central_generic/s3_2_results.ipynb)).

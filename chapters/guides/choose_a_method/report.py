@@ -23,11 +23,11 @@ from repro.run import (
     Measured,
     Table,
     cell,
+    columns,
     median_and_range,
     median_interval,
     table,
 )
-from repro.run import columns as as_csv
 
 # Comparison of the image sets of a build.
 
@@ -60,19 +60,17 @@ def compared_sets(results):
         for name, result in results.items()
         if name not in again
     ]
-    return sorted(sets, key=lambda s: s.name)
+    return sorted(sets, key=lambda one: one.name)
 
 
 def twins(results):
     """Return {set: earlier set} for sets with identical corners."""
     first, again = {}, {}
     for name, result in results.items():
-        found = [image.corners.tobytes() for image in Study(result).found]
-        key = tuple(sorted(found))
+        key = tuple(sorted(image.corners.tobytes() for image in Study(result).found))
         if key and key in first:
             again[name] = first[key]
-        else:
-            first[key] = name
+        first.setdefault(key, name)
     return again
 
 
@@ -112,7 +110,7 @@ class Counted(NamedTuple):
     """Images of one kind, and the number of correct and wrong boards per detector."""
 
     evidence: str
-    pictures: str
+    images: str
     count: int
     right: dict[str, int]
     wrong: dict[str, int]
@@ -121,17 +119,13 @@ class Counted(NamedTuple):
 
 def rendered_counts(results):
     """Return a Counted for each set of 3.3.2 and each range of its poses."""
+    names = {own: detector for detector, own in NAMES_OF_3_3_2.items()}
     found = []
     for name in RENDERED:
         for poses, some in results[name].by("poses").items():
-            right, returned = (
-                {
-                    detector: int(some.column(f"{own}.{what}").sum())
-                    for detector, own in NAMES_OF_3_3_2.items()
-                }
-                for what in ("success", "returned")
-            )
-            wrong = {d: returned[d] - right[d] for d in right}
+            counts = some.column(tuple(names), ("success", "returned")).sum(axis=-1)
+            right = dict(zip(names.values(), map(int, counts[:, 0]), strict=True))
+            wrong = dict(zip(right, map(int, counts[:, 1] - counts[:, 0]), strict=True))
             title = f"{some.conditions[0]['set']}, {poses} range"
             count = len(some.conditions)
             found.append(Counted("rendered", title, count, right, wrong, poses))
@@ -143,7 +137,7 @@ def recorded_counts(record):
     found = []
     for name, kept in record.by("set").items():
         right, wrong = (
-            {d: int(kept.column(f"{d}.{what}")[0]) for d in DETECTORS}
+            {d: int(kept.column(d, what)[0]) for d in DETECTORS}
             for what in ("right", "wrong")
         )
         count = int(kept.column("images")[0])
@@ -180,7 +174,7 @@ def count_columns(counted):
     """Return the columns of a table of Counted rows, numbers as numbers."""
     columns = {
         "Evidence": [c.evidence for c in counted],
-        "Set": [c.pictures for c in counted],
+        "Set": [c.images for c in counted],
         "Images": [c.count for c in counted],
     }
     for detector, name in DETECTORS.items():
@@ -193,6 +187,7 @@ def count_columns(counted):
 
 
 METHODS = ("parametric", "generic_well_conditioned")
+GENERIC = METHODS[1]
 PRIMARY = {"domain": "px", "extent": "unbounded"}
 FOVS_DEG = (60, 120, 150)
 NARROW_DEG = FOVS_DEG[0]
@@ -200,26 +195,25 @@ SIMULATED = {
     "clean.source.mean_px": "residual, clean (px)",
     "ray_deg": "ray error (deg)",
 }
-PROSE_MODELS = {"zhang": METHODS[0], "general": METHODS[1]}
-PROSE_PEER = "opencv_fisheye"
+BOTH = {"zhang": METHODS[0], "general": METHODS[1]}
 HELD_OUT, STEPS = "held_out.corrected.rms_px", "stage.grid.deviation_mm"
 
 
-def typical(result, name, **condition):
+def typical(result, *path, **condition):
     """Return the median over the trials; a failed one counts as the worst."""
-    return median_interval(result.column(name, **condition))
+    return median_interval(result.column(*path, **condition))
 
 
 def of_both(result, name, **condition):
     """Return the same value of Zhang's and of the generic method."""
-    return [typical(result, f"{method}.{name}", **condition) for method in METHODS]
+    return [typical(result, method, name, **condition) for method in METHODS]
 
 
 def of_peer(result, name, **condition):
     """Return the same value of OpenCV's fisheye model; None where it was not run."""
     if not any(condition.items() <= one.items() for one in result.conditions):
         return None
-    return typical(result, f"{PROSE_PEER}.{name}", **condition)
+    return typical(result, PEER, name, **condition)
 
 
 def peer_in_zoom(results, name, at):
@@ -230,15 +224,14 @@ def peer_in_zoom(results, name, at):
 
 def peer_column(results, name, at):
     """Return its value in every simulated run; None where a build has none."""
-    case = ZoomCase(
-        {key: results[key] for key in OF_SEEDS}, {"interpolation": "smooth"}
-    )
-    asked = any(
+    chosen = {key: results[key] for key in OF_SEEDS}
+    run = any(
         one["zoom"] == at and one.get("interpolation") == "smooth"
-        for key in OF_SEEDS
-        for one in results[key].conditions
+        for result in chosen.values()
+        for one in result.conditions
     )
-    return case.column(f"{PROSE_PEER}.{name}", at) if asked else None
+    case = ZoomCase(chosen, {"interpolation": "smooth"})
+    return case.column(f"{PEER}.{name}", at) if run else None
 
 
 def image_share(values):
@@ -249,10 +242,8 @@ def image_share(values):
 def held_out_share(zoom, at):
     """Return the median share of held-out corners with a ray of the generic camera."""
     rig = rig_of(at).target
-    stem = f"{METHODS[1]}.held_out"
-    lost, boards = (
-        zoom.column(f"{stem}.{what}", zoom=at) for what in ("left_out", "boards")
-    )
+    names = ("left_out", "boards")
+    lost, boards = zoom.column(GENERIC, "held_out", names, zoom=at)
     return image_share(1 - lost / (boards * rig.columns * rig.rows))
 
 
@@ -261,8 +252,8 @@ def named(results):
     fov = results["fig_2_3_fov"]
     out = recorded_facts(results["ext_calibration_record"])
     out |= fisheye_facts(results["ext_fisheye_scores"])
-    for model, method in PROSE_MODELS.items():
-        found = typical(fov, f"{method}.ray_deg", fov_deg=NARROW_DEG, **PRIMARY)
+    for model, method in BOTH.items():
+        found = typical(fov, method, "ray_deg", fov_deg=NARROW_DEG, **PRIMARY)
         out[f"{model}.ray_deg.{NARROW_DEG}"] = short(found)
     return out
 
@@ -270,15 +261,12 @@ def named(results):
 def recorded_facts(kept):
     """Return the errors of two methods on the widest real lens of the record."""
     widest = kept.conditions[int(kept.select().column("widest_deg").argmax())]
+    models = ("opencv_fisheye", "generic")
+    errors = kept.column("models", models, "px", **widest)[:, 0]
     return {
-        f"record.{model}": in_pixels(kept.column(f"models.{model}.px", **widest)[0])
-        for model in ("opencv_fisheye", "generic")
+        f"record.{model}": f"{error:.2g} px" if np.isfinite(error) else "no camera"
+        for model, error in zip(models, errors, strict=True)
     }
-
-
-def in_pixels(error):
-    """Return an error as text, or that there is no camera."""
-    return f"{error:.2g} px" if np.isfinite(error) else "no camera"
 
 
 def fisheye_facts(scores):
@@ -319,7 +307,6 @@ CAPTION = (
     "the generic camera, of the whole image, or of the image circle for the 183° "
     "lens; not measured for simulated cameras. "
 )
-GENERIC = METHODS[1]
 INNER, ALL = "inner", "all"
 WHICH = {INNER: "inner boards", ALL: "all boards"}
 HELD_OUT_PX = "residual, held-out (px)"
@@ -354,27 +341,26 @@ def simulated_rows(fov, fisheye):
 def rendered_rows(results):
     """Yield Table 2.2: errors in held-out images, and the stage."""
     zoom = results["table_2_2_redrawn"]
-    asked = [
+    wanted = [
         *((HELD_OUT, "corrected view (px)", at) for at in ZOOMS),
         (STEPS, "scatter of steps (mm)", STAGE_ZOOM),
     ]
-    for name, quantity, at in asked:
+    for name, quantity, at in wanted:
         zhang, generic = (as_cell(e) for e in of_both(zoom, name, zoom=at))
         peer = as_cell(peer_in_zoom(results, name, at))
         camera = f"fisheye converter, set {at}"
-        seen = zoom.column(f"{GENERIC}.share_of_image", zoom=at)
-        kept = held_out_share(zoom, at) if name == HELD_OUT else np.nan
-        shares = [finite(100 * share, None) for share in (kept, image_share(seen))]
+        image = image_share(zoom.column(GENERIC, "share_of_image", zoom=at))
+        corners = held_out_share(zoom, at) if name == HELD_OUT else np.nan
+        shares = [finite(100 * share, None) for share in (corners, image)]
         yield ("rendered", camera, quantity, zhang, peer, generic, *shares)
 
 
 def benchmark_rows(scores):
     """Yield ray errors on the rigs of the benchmarks."""
     for condition in scores.conditions:
-        found = [
-            finite(scores.column(f"{model}.rms_deg", **condition)[0])
-            for model in ("zhang", "opencv_fisheye", "general")
-        ]
+        models = ("zhang", PEER, "general")
+        errors = scores.column(models, "rms_deg", **condition)[:, 0]
+        found = map(finite, errors)
         share = scores.column("general.share_with_ray", **condition)[0]
         camera = f"fisheye converter, set {condition['rig'].rpartition('-')[2]}"
         circle = finite(100 * share, None)
@@ -384,15 +370,12 @@ def benchmark_rows(scores):
 def fisheye_rows(scores):
     """Yield errors of the fisheye guide: boards up to the edge, and inner boards."""
     for use, which in WHICH.items():
-        image, corners = (
-            finite(100 * scores.column(f"generic.{what}", boards=use)[0], None)
-            for what in ("image_with_ray", "corners_with_ray")
-        )
+        names = ("image_with_ray", "corners_with_ray")
+        shares = 100 * scores.column("generic", names, boards=use)[:, 0]
+        image, corners = (finite(share, None) for share in shares)
         for name, quantity in SCORED.items():
-            found = [
-                finite(scores.column(f"{model}.{name}", boards=use)[0])
-                for model in ("zhang", "opencv_fisheye", "generic")
-            ]
+            models = ("zhang", PEER, "generic")
+            found = map(finite, scores.column(models, name, boards=use)[:, 0])
             camera = f"fisheye, 183°, {which}"
             yield ("rendered", camera, quantity, *found, corners, image)
 
@@ -415,28 +398,18 @@ def recorded_rows(kept):
     for condition in kept.conditions:
         found = [
             recorded_cell(kept, model, condition)
-            for model in ("zhang", "opencv_fisheye", "generic")
+            for model in ("zhang", PEER, "generic")
         ]
-        shares = (
-            finite(100 * kept.column(name, **condition)[0], None)
-            for name in ("corners_with_ray", "image_with_ray")
-        )
-        yield (
-            "photographs",
-            f"{condition['set']} (record)",
-            HELD_OUT_PX,
-            *found,
-            *shares,
-        )
+        names = ("corners_with_ray", "image_with_ray")
+        shares = 100 * kept.column(names, **condition)[:, 0]
+        of_set = ("photographs", f"{condition['set']} (record)", HELD_OUT_PX)
+        yield (*of_set, *found, *(finite(share, None) for share in shares))
 
 
 def recorded_cell(kept, model, condition):
     """Return a recorded median with its interval, or `FAILED`."""
-    ends = [
-        kept.column(f"models.{model}.{x}", **condition)[0]
-        for x in ("px", "px_low", "px_high")
-    ]
-    return Measured(*ends) if np.isfinite(ends).all() else FAILED
+    ends = kept.column("models", model, ("px", "px_low", "px_high"), **condition)[:, 0]
+    return Measured(*ends.tolist()) if np.isfinite(ends).all() else FAILED
 
 
 def answers(results):
@@ -482,7 +455,7 @@ def ext_methods(results):
         *recorded_rows(results["ext_calibration_record"]),
         *photograph_rows(results["photograph_study"]),
     ]
-    return Table(as_csv(COLUMNS, rows), CAPTION + answers(results))
+    return Table(columns(COLUMNS, rows), CAPTION + answers(results))
 
 
 @table("ext_known_motion", needs=("fig_2_2_error",), evidence="synthetic")
@@ -490,11 +463,10 @@ def ext_known_motion(results):
     """Tabulate the ray error of the two-pose method for a wrong motion."""
     wrong = results["fig_2_2_error"]
     errors = [typical(wrong, "ray_deg.1", kind=kind) for kind in KINDS]
+    motions = [f"1 {unit} of {kind}" for kind, unit in KINDS.items()]
     return Table(
         {
-            "Error of the motion": [
-                f"1 {unit} of {kind}" for kind, unit in KINDS.items()
-            ],
+            "Error of the motion": motions,
             "Ray error (deg)": [as_cell(e) for e in errors],
         },
         "Ray error for a wrong motion of the target, in a simulated fisheye of 120° "

@@ -11,17 +11,19 @@ MADE_UP = {"fx": 500.0, "fy": 502.0, "u0": 322.0, "v0": 238.0, "k1": -0.25, "k2"
 def exercise_camera(study):
     """Return the set's Zhang camera as plain numbers, or an invented one."""
     size = {k: study.settings[f"{k}_px"] for k in ("width", "height")}
-    if study.refusal("zhang"):
+    if study.failure("zhang"):
         return size | MADE_UP
-    numbers = {name: study.fit(f"zhang.{name}_px") for name in ("fx", "fy", "u0", "v0")}
-    numbers |= {name: study.fit(f"zhang.{name}") for name in ("k1", "k2")}
+    numbers = {
+        name: study.fit("zhang", f"{name}_px") for name in ("fx", "fy", "u0", "v0")
+    }
+    numbers |= {name: study.fit("zhang", name) for name in ("k1", "k2")}
     return size | {name: round(x, 6) for name, x in numbers.items()}
 
 
 def exercise_corner(study):
     """Return a corner: pose of its board, position on the board, detected pixel."""
     camera = _camera(exercise_camera(study))
-    if study.refusal("zhang"):
+    if study.failure("zhang"):
         T = pose(rotation_from_vector([0.3, -0.2, 0.1]), [-2.0, -1.0, 12.0])
         point = np.array([4.0, 3.0])
         pixel = _predicted(camera, T, point) + [0.21, -0.13]

@@ -29,15 +29,13 @@ from chapters.photographs.set.experiment import (
 )
 from chapters.photographs.set.report import (
     about,
-    angles,
     comparison,
     coverage,
     exercise,
     found,
     general,
-    kept_out,
+    held_out,
     peer,
-    straightness,
     zhang,
 )
 from chapters.shared.images.notes import origin, title
@@ -99,19 +97,13 @@ def photograph_study(effort, folder):
 # value("peer", peer(study))
 
 # %% tags=["active-ipynb"]
-# value("kept_out", kept_out(study))
+# value("held_out", held_out(study))
 
 # %% tags=["active-ipynb"]
 # value("coverage", coverage(study))
 
 # %% tags=["active-ipynb"]
 # value("comparison", comparison(study))
-
-# %% tags=["active-ipynb"]
-# value("angles", angles(study))
-
-# %% tags=["active-ipynb"]
-# value("straightness", straightness(study))
 
 # %% tags=["active-ipynb"]
 # value("exercise", exercise(study))
@@ -177,7 +169,7 @@ def photograph_study(effort, folder):
 #
 # ## Residuals of held-out images
 #
-# {glue:text}`kept_out`
+# {glue:text}`held_out`
 
 # %% tags=["active-ipynb"]
 # show("ext_residuals")
@@ -193,11 +185,10 @@ def photograph_study(effort, folder):
 # show("ext_undistorted")
 
 # %% [markdown]
-# {glue:text}`straightness`
-#
-# The distances are in px of the corrected view, which magnifies the outer parts. The
-# homography hides errors of the pose and of the centre. The angles of the
-# cross-validation do not.
+# The number above each view is the RMS deviation of the board's corners from a
+# perspective image of a flat lattice, after the best homography. It is in px of the
+# corrected view, which magnifies the outer parts. The homography hides errors of the
+# pose and of the centre. The angles of the cross-validation do not.
 #
 # ## Compared models
 
@@ -214,8 +205,6 @@ def photograph_study(effort, folder):
 # show_table("ext_every_corner", digits=3)
 
 # %% [markdown]
-# {glue:text}`angles`
-#
 # A model is better if two conditions hold. A one-sided Wilcoxon signed-rank test over
 # the images gives p < 0.01. The ratio of the median errors is at least 1.05 over its
 # whole 95 % interval. With six images or fewer, no such test can decide.

@@ -1,13 +1,10 @@
 """Results of this page read: values of the prose, figures, tables."""
 
-import textwrap
 from collections import Counter
 
 import numpy as np
-from matplotlib.colors import LogNorm, to_rgb
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullLocator
+from matplotlib.colors import to_rgb
+from matplotlib.ticker import FixedFormatter, FixedLocator, LogLocator, NullFormatter
 
 from chapters.shared.images.notes import EMPTY_IN, note
 from chapters.shared.images.reading import (
@@ -19,26 +16,29 @@ from chapters.shared.images.reading import (
     PEER,
     Study,
     column,
+    counted,
     decided,
     paired,
     pooled_rms,
     share_with_ray,
 )
-from chapters.shared.images.reading import counted as counted_words
 from raxel.evaluation.comparison import MISSED_PX
-from repro.page import INK, WIDTH_IN, literal, look_of, new_figure
+from repro.page import WIDTH_IN, legend_below, literal, look_of, new_figure
 from repro.run import (
     Drawing,
     Measured,
     Table,
     cell,
+    columns,
     figure,
     in_columns,
     median_interval,
     table,
     wins,
 )
-from repro.run import columns as as_csv
+
+STUDY = "photograph_study"
+NEEDS = ("photograph_study",)
 
 # Sentences of an image set's page, complete for every outcome of the study.
 
@@ -49,11 +49,11 @@ def about(study):
     camera = literal(s["camera"])
     text = f"The camera: {camera}. " if camera else ""
     text += f"Its images are {s['width_px']} × {s['height_px']} px. "
-    counted = s["columns"] and s["rows"]
-    size = f"{s['columns']} × {s['rows']}" if counted else "an unknown number of"
+    known = s["columns"] and s["rows"]
+    size = f"{s['columns']} × {s['rows']}" if known else "an unknown number of"
     text += f"The chessboard has {size} interior corners"
     if s["pitch_mm"] is None:
-        return text + (". Its pitch is unknown, so lengths are in units of the pitch.")
+        return f"{text}. Its pitch is unknown, so lengths are in units of the pitch."
     return text + f" at a pitch of {s['pitch_mm']:g} mm."
 
 
@@ -64,35 +64,29 @@ def found(study):
         f"The detector {study.settings['detector']} finds the board in "
         f"{len(study.found)} of {_images(count)}."
     )
-    reasons = Counter(i.reason for i in study.images if not i.found)
+    reasons = _with_counts(i.reason for i in study.images if not i.found)
     if reasons:
-        text += f" Reasons for the others: {_counted(reasons)}."
-    evaluated = sum(image.use == "evaluate" for image in study.images)
-    if evaluated:
-        text += f" Used for evaluation only: {_images(evaluated)}."
+        text += f" Reasons for the others: {reasons}."
     return text
 
 
 def zhang(study):
     """Return the camera of Zhang's method, or why there is none."""
-    why = study.refusal("zhang")
+    why = study.failure("zhang")
     if why:
         return f"Zhang's method gives no camera ({literal(why)})."
-    n = {
-        name: study.fit(f"zhang.{name}")
-        for name in ("fx_px", "fy_px", "u0_px", "v0_px", "k1", "k2", "rms_px")
-    }
+    names = ("fx_px", "fy_px", "u0_px", "v0_px", "k1", "k2", "rms_px")
+    fx, fy, u0, v0, k1, k2, rms = (study.fit("zhang", name) for name in names)
     return (
-        f"Zhang's method gives focal lengths of {n['fx_px']:.1f} and "
-        f"{n['fy_px']:.1f} px, the principal point ({n['u0_px']:.1f}, "
-        f"{n['v0_px']:.1f}) px, and radial terms of {n['k1']:.3f} and "
-        f"{n['k2']:.3f}. The residual of its fit is {n['rms_px']:.3g} px RMS."
+        f"Zhang's method gives focal lengths of {fx:.1f} and {fy:.1f} px, the "
+        f"principal point ({u0:.1f}, {v0:.1f}) px, and radial terms of {k1:.3f} and "
+        f"{k2:.3f}. The residual of its fit is {rms:.3g} px RMS."
     )
 
 
 def general(study):
     """Return the camera of the generic method, or why there is none."""
-    why = study.refusal("general")
+    why = study.failure("general")
     if why:
         return f"The generic method gives no general camera ({literal(why)})."
     boards = len(study.in_sample)
@@ -102,23 +96,21 @@ def general(study):
         f"{study.fit('general.rays'):,.0f} pixels, "
         f"{100 * study.fit('general.share_with_ray'):.0f} % of the image."
     )
-    reasons = Counter(study.left_out.values())
-    if reasons:
-        text += f" Reasons for excluded boards: {_counted(reasons)}."
+    if study.left_out:
+        reasons = _with_counts(study.left_out.values())
+        text += f" Reasons for excluded boards: {reasons}."
     return text
 
 
 def peer(study):
     """Return the held-out error of OpenCV's fisheye model, or why there is none."""
     name = "OpenCV's fisheye model"
-    why = study.refusal(PEER)
+    why = study.failure(PEER)
     if why:
         return f"{name} gives no camera ({literal(why)})."
-    if not np.isfinite(study.fit(f"{PEER}.image_with_ray")):
-        return f"{name} was not fitted."
     rows = study.held_out
-    parts, refused = len(study.folds), len(study.fold_refusals(PEER))
-    text = f"{name} gives a camera in {parts - refused} of {parts} parts."
+    parts, failures = len(study.folds), len(study.fold_failures(PEER))
+    text = f"{name} gives a camera in {parts - failures} of {parts} parts."
     errors = [column(rows, "same", model, "rms_px") for model in (PEER, *NAMES)]
     known = np.isfinite(errors).all(axis=0)
     if not known.any():
@@ -131,28 +123,16 @@ def peer(study):
     return f"{text} The median held-out error is {', '.join(medians)}."
 
 
-def kept_out(study):
-    """Return the number of held-out images and of parts, with failures."""
-    rows = [row for row in study.held_out if row.own]
-    if not rows:
-        whys = {literal(study.why_nothing_kept_out(m)) for m in NAMES}
-        return (
-            "No image is held out of a successful calibration "
-            f"({'; '.join(sorted(whys))})."
-        )
-    count, parts = len(rows), len(study.folds)
-    text = (
+def held_out(study):
+    """Return the number of held-out images and of parts, or why there are none."""
+    count = sum(bool(row.own) for row in study.held_out)
+    if not count:
+        whys = sorted({literal(study.why_nothing_held_out(m)) for m in NAMES})
+        return f"No image is held out of a successful calibration ({'; '.join(whys)})."
+    return (
         f"{_images(count).capitalize()} are judged by cameras calibrated without "
-        f"them. The set has {parts} parts, and each is held out once."
+        f"them. The set has {len(study.folds)} parts, and each is held out once."
     )
-    for model, name in (("zhang", "Zhang's"), ("general", "the generic")):
-        reasons = Counter(study.fold_refusals(model))
-        if reasons:
-            text += (
-                f" With {reasons.total()} of the parts held out, {name} method gives "
-                f"no camera: {_counted(reasons)}."
-            )
-    return text
 
 
 def coverage(study):
@@ -166,19 +146,15 @@ def coverage(study):
         f"corners, the general camera for {shares['general']:.0f} %"
     )
     image = study.fit("general.share_with_ray")
-    if image == image:
-        text += f" and for {100 * image:.0f} % of the image"
-    return f"{text}."
+    share = f" and for {100 * image:.0f} % of the image" if np.isfinite(image) else ""
+    return f"{text}{share}."
 
 
 def comparison(study):
     """Return which model predicts better, by the rule that the page states."""
     zhangs, generals = paired(study.held_out, "rms_px")
     if not len(zhangs):
-        return (
-            "The two models cannot be compared: no held-out image has corners with "
-            "a ray of both."
-        )
+        return "The models cannot be compared: no held-out image has shared corners."
     for_general = wins([(generals, zhangs)])[0]
     for_zhang = wins([(zhangs, generals)])[0]
     ratio = for_general.ratio
@@ -196,57 +172,9 @@ def comparison(study):
     return text + "**These images do not decide between the two.**"
 
 
-def angles(study):
-    """Return the median angular errors over held-out images."""
-    pairs = dict(zip(NAMES, paired(study.held_out, "mean_deg"), strict=True))
-    if len(pairs["zhang"]):
-        where = "on shared corners"
-    else:
-        where = "on all corners with a ray"
-        rows = study.held_out
-        pairs = {m: column(rows, "own", m, "mean_deg") for m in NAMES}
-    parts = []
-    for model, values in pairs.items():
-        values = values[np.isfinite(values)]
-        if len(values):
-            e = median_interval(values)
-            parts.append(
-                f"{NAMES[model]} {e.value:.2g}° ({e.low:.2g}° to {e.high:.2g}°)"
-            )
-    if not parts:
-        return "There is no angular error to report."
-    return (
-        f"Median angles at the rays over held-out images, {where}: {', '.join(parts)}."
-    )
-
-
-def straightness(study):
-    """Return the remaining distortion of the board in the corrected view."""
-    names = {
-        "taken": "as taken",
-        "zhang": "through Zhang's model",
-        "general": "through the general camera",
-    }
-    left = {
-        name: study.fit(f"undistorted.{key}.distortion_px")
-        for key, name in names.items()
-    }
-    parts = [f"{name} {value:.3g} px" for name, value in left.items() if value == value]
-    if len(parts) < 2:
-        return "There is no undistorted board to measure."
-    if study.refusal("general"):
-        shared = "its corners"
-    else:
-        shared = "its corners that have a ray"
-    return (
-        "Deviation of the board from a perspective image of a flat lattice, RMS over "
-        f"{shared} after the best homography: {', '.join(parts)}."
-    )
-
-
 def exercise(study):
     """Return which camera the exercises use."""
-    if study.refusal("zhang"):
+    if study.failure("zhang"):
         return "This set has no Zhang camera, so the exercises use an invented one."
     return "The exercises use the Zhang camera of this set."
 
@@ -255,10 +183,10 @@ def _images(count):
     return "1 image" if count == 1 else f"{count} images"
 
 
-def _counted(reasons):
+def _with_counts(reasons):
     return "; ".join(
         literal(reason) + (f" ({count} times)" if count > 1 else "")
-        for reason, count in reasons.most_common()
+        for reason, count in Counter(reasons).most_common()
     )
 
 
@@ -266,6 +194,7 @@ def _counted(reasons):
 
 
 NO_RAY = "#e4d9d2"
+ARROW = "#0072b2"
 PATH = "#e69f00"
 START = "#d55e00"
 
@@ -278,17 +207,14 @@ def tinted(mask):
     return tint
 
 
-@figure(
-    "ext_corners", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
-)
+@figure("ext_corners", needs=NEEDS, evidence="photograph", per_set=BOARDS)
 def ext_corners(results):
     """Draw every image with its corners; rejected ones pale, with the reason."""
-    study = Study(results["photograph_study"])
+    study = Study(results[STUDY])
     images = study.images
     across = min(max(int(np.ceil(np.sqrt(1.4 * len(images)))), 3), 10)
     rows = max(1, int(np.ceil(len(images) / across)))
-    shape = study.settings["height_px"] / study.settings["width_px"]
-    height = rows * (WIDTH_IN / across * shape + 0.17) + 0.4
+    height = rows * (WIDTH_IN / across * _shape(study) + 0.17) + 0.4
     drawn, grid = new_figure(rows, across, height_in=height, squeeze=False)
     drawn.get_layout_engine().set(w_pad=0.03, h_pad=0.02, wspace=0, hspace=0)
     for axes in grid.ravel():
@@ -297,8 +223,8 @@ def ext_corners(results):
     # A letter is about 0.6 of the font size wide, with 72 points per inch.
     characters = int(0.9 * WIDTH_IN / across * 72 / (0.6 * size))
     for axes, image in zip(grid.ravel(), images, strict=False):
-        _one_photograph(axes, image, study.settings["width_px"], size, characters)
-    drawn.legend(handles=_corner_legend(study), loc="outside lower center", ncols=4)
+        _draw_corners(axes, image, study.settings["width_px"], size, characters)
+    legend_below(drawn, max(grid.ravel(), key=lambda axes: len(axes.lines)), ncols=3)
     return Drawing(
         drawn,
         _corner_data(study.found),
@@ -307,56 +233,25 @@ def ext_corners(results):
     )
 
 
-def _one_photograph(axes, image, width_px, size, characters):
-    height, width = image.thumbnail.shape
-    axes.imshow(
-        image.thumbnail,
-        cmap="gray",
-        vmin=0,
-        vmax=255,
-        alpha=1.0 if image.found else 0.3,
-        interpolation="none",
-    )
+def _draw_corners(axes, image, width_px, size, characters):
+    look = {"cmap": "gray", "vmin": 0, "vmax": 255, "interpolation": "none"}
+    axes.imshow(image.thumbnail, alpha=1.0 if image.found else 0.3, **look)
     use = "" if image.use == "calibrate" else " (evaluation)"
-    axes.set_title(
-        image.name + use, fontsize=size, fontweight="normal", pad=2, parse_math=False
-    )
+    font = {"fontsize": size, "fontweight": "normal", "parse_math": False}
+    axes.set_title(image.name + use, pad=2, **font)
     if not image.found:
-        axes.text(
-            width / 2,
-            height / 2,
-            textwrap.fill(image.reason, characters),
-            ha="center",
-            va="center",
-            fontsize=size,
-            parse_math=False,
-            bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none"},
-        )
+        note(axes, image.reason, characters, size)
         return
-    scale = width / width_px
-    lattice = (image.corners + 0.5) * scale - 0.5
+    lattice = (image.corners + 0.5) * image.thumbnail.shape[1] / width_px - 0.5
     lattice = lattice.reshape(-1, image.columns, 2)
     # A gap after each row separates its line from the next.
-    rows = np.pad(lattice, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(
-        -1, 2
-    )
-    axes.plot(*rows.T, ".-", color=PATH, linewidth=0.8, markersize=2)
-    axes.plot(*lattice[:, 0].T, "o", color=START, markersize=2.4)
-    axes.plot(*lattice[0, 0], "s", color="white", mec=START, mew=1.2, markersize=5)
-
-
-def _corner_legend(study):
-    handles = [
-        Line2D([], [], color=PATH, marker=".", linewidth=1, label="row of corners"),
-        Line2D([], [], color=START, marker="o", linestyle="", label="row starts"),
-        Line2D(
-            [], [], color="white", mec=START, marker="s", linestyle="",
-            label="first corner",
-        ),
-    ]  # fmt: skip
-    if len(study.found) < len(study.images):
-        handles.append(Patch(color="#d9d9d9", label="pale: no board detected"))
-    return handles
+    rows = np.pad(lattice, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan)
+    line = {"color": PATH, "linewidth": 0.8, "markersize": 2}
+    axes.plot(*rows.reshape(-1, 2).T, ".-", **line, label="row of corners")
+    starts = {"color": START, "markersize": 2.4}
+    axes.plot(*lattice[:, 0].T, "o", **starts, label="row starts")
+    first = {"color": "white", "mec": START, "mew": 1.2, "markersize": 5}
+    axes.plot(*lattice[0, 0], "s", **first, label="first corner")
 
 
 def _corner_data(images):
@@ -365,80 +260,77 @@ def _corner_data(images):
         for image in images
         for k, corner in enumerate(image.corners.tolist())
     ]
-    return as_csv(("image", "corner", "row", "column", "u_px", "v_px"), rows)
+    return columns(("image", "corner", "row", "column", "u_px", "v_px"), rows)
 
 
-@figure(
-    "ext_undistorted",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=BOARDS,
-)
+@figure("ext_undistorted", needs=NEEDS, evidence="photograph", per_set=BOARDS)
 def ext_undistorted(results):
     """Draw one image as taken, and undistorted by either model."""
-    study = Study(results["photograph_study"])
-    view = study.number("undistorted.view", part="fit")
+    study = Study(results[STUDY])
+    view = study.fit("undistorted.view")
     if not np.isfinite(view):
         drawn, axes = new_figure(height_in=EMPTY_IN)
-        note(axes, study.refusal("zhang"))
+        note(axes, study.failure("zhang"))
         return Drawing(drawn, {}, "Undistorted image: no camera.")
-    shape = study.settings["height_px"] / study.settings["width_px"]
-    drawn, axes = new_figure(1, 3, height_in=WIDTH_IN / 3 * shape + 0.75)
+    drawn, axes = new_figure(1, 3, height_in=WIDTH_IN / 3 * _shape(study) + 0.75)
     image = study.image(int(view))
     original = study.array("undistorted.original", part="fit")
     corners = study.array("undistorted.corners", part="fit")
     scale = original.shape[1] / study.settings["width_px"]
-    _picture(axes[0], original, None)
+    _show_image(axes[0], original)
     _frame_lines(axes[0], (corners + 0.5) * scale - 0.5, image.columns)
-    axes[0].set_title("As taken")
+    axes[0].set_title("As taken" + _distortion(study, "taken"))
     rows = _numbered("as taken", corners)
     for place, model in zip(axes[1:], MODELS, strict=True):
-        place.set_title(NAMES[model])
-        picture = study.array(f"undistorted.{model}.picture", part="fit")
-        if picture is None:
-            _picture(place, np.full_like(original, 255), None)
-            reason = study.text(f"undistorted.{model}.reason", part="fit")
-            note(place, study.refusal(model) or reason, 26)
+        place.set_title(NAMES[model] + _distortion(study, model))
+        view, mask, lattice = (
+            study.array("undistorted", model, name, part="fit")
+            for name in ("picture", "mask", "corners")
+        )
+        if view is None:
+            _show_image(place, np.full_like(original, 255))
+            reason = study.text("undistorted", model, "reason", part="fit")
+            note(place, study.failure(model) or reason, 26)
             continue
-        _picture(place, picture, study.array(f"undistorted.{model}.mask", part="fit"))
-        seen = study.array(f"undistorted.{model}.corners", part="fit")
-        _frame_lines(place, seen, image.columns)
-        rows += _numbered(NAMES[model], seen)
-    drawn.legend(
-        handles=[
-            Patch(color=NO_RAY, label="no ray, or outside the image"),
-            Line2D(
-                [], [], color=START, linewidth=1, label="chords of the board's outline"
-            ),
-        ],
-        loc="outside lower center",
-        ncols=2,
-    )
+        _show_image(place, view, mask)
+        _frame_lines(place, lattice, image.columns)
+        rows += _numbered(NAMES[model], lattice)
     towards = study.text("undistorted.towards", part="fit")
     centre = "mid-image" if towards == "mid-image" else "the middle of the board"
-    zoom = study.number("undistorted.zoom", part="fit")
+    zoom = study.fit("undistorted.zoom")
     return Drawing(
         drawn,
-        as_csv(("panel", "corner", "x_px", "y_px"), rows),
+        columns(("panel", "corner", "x_px", "y_px"), rows),
         f"{literal(image.name)}, as taken and undistorted, in a view towards {centre} "
         f"at {100 * zoom:.0f} % of the original scale there. Straight edges of the "
-        "scene must be straight.",
+        "scene must be straight. Lines: chords of the board's outline. Tinted: no ray, "
+        "or outside the image.",
     )
 
 
-def _picture(axes, picture, mask):
+def _shape(study):
+    """Return the height of the images over their width."""
+    return study.settings["height_px"] / study.settings["width_px"]
+
+
+def _show_image(axes, image, mask=None):
     axes.set_axis_off()
-    axes.imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="none")
+    axes.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="none")
     if mask is not None:
         axes.imshow(tinted(mask), interpolation="none")
 
 
-def _frame_lines(axes, corners, columns):
+def _frame_lines(axes, corners, across):
     """Draw straight chords between the outermost corners of the board."""
-    outer = corners[[0, columns - 1, len(corners) - 1, len(corners) - columns, 0]]
+    outer = corners[[0, across - 1, len(corners) - 1, len(corners) - across, 0]]
     height, width = axes.images[0].get_array().shape[:2]
     axes.plot(*outer.T, "-", color=START, linewidth=0.8)
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
+
+
+def _distortion(study, view):
+    left = study.fit("undistorted", view, "distortion_px")
+    return f": {left:.3g} px" if np.isfinite(left) else ""
 
 
 def _numbered(panel, corners):
@@ -449,51 +341,49 @@ def _numbered(panel, corners):
 # Figures of an image set: residual vectors and held-out errors.
 
 
-ARROWS = 1500
+MAX_ARROWS = 1500
 ARROW_SHARE = 0.05  # drawn length of the 95th percentile, as a share of the image width
 MAX_ARROW = 3.0  # times that; longer ones are truncated
 LOST = "#8a7a70"
+SCORED = {"own": "all corners", "same": "shared corners"}
 QUANTITIES = (("rms_px", "RMS residual (px)"), ("mean_deg", "Mean angle (deg)"))
 
 
-@figure(
-    "ext_residuals", needs=("photograph_study",), evidence="photograph", per_set=BOARDS
-)
+@figure("ext_residuals", needs=NEEDS, evidence="photograph", per_set=BOARDS)
 def ext_residuals(results):
     """Draw residual vectors of held-out corners, both models on one scale."""
-    study = Study(results["photograph_study"])
+    study = Study(results[STUDY])
     rows = study.held_out
     fields = {model: _field(rows, model) for model in MODELS}
-    scale = _arrow_scale(fields, study.settings["width_px"])
-    shape = study.settings["height_px"] / study.settings["width_px"]
-    height = WIDTH_IN / 2 * shape + 1.55 if scale else EMPTY_IN
-    drawn, axes = new_figure(1, 2, height_in=height, sharey=True)
+    lengths = np.concatenate([np.hypot(*f[:, 2:].T) for f in fields.values()])
+    known = np.isfinite(lengths).any()
+    long = max(np.nanpercentile(lengths, 95), 1e-6) if known else np.nan
+    width, height = study.settings["width_px"], study.settings["height_px"]
+    magnified = ARROW_SHARE * width / long
+    frame = (-0.5, width - 0.5, height - 0.5, -0.5)
+    height_in = WIDTH_IN / 2 * height / width + 1.2 if known else EMPTY_IN
+    drawn, axes = new_figure(1, 2, height_in=height_in, sharey=True)
     coverage = study.array("general.coverage", part="fit")
     for place, model in zip(axes, MODELS, strict=True):
-        _prepare(place, study, coverage if model == "general" else None)
+        if model == "general" and coverage is not None:
+            place.imshow(tinted(coverage), extent=frame)
+        place.set(xlim=frame[:2], ylim=frame[2:], aspect="equal", xlabel="u (px)")
         place.set_title(NAMES[model])
+        place.grid(False)
         if np.isfinite(fields[model][:, 2]).any():
-            colours = _arrows(place, fields[model], scale)
+            _arrows(place, fields[model], long, magnified)
         else:
-            note(place, study.why_nothing_kept_out(model))
-    if scale:
-        _colour_bar(drawn, axes, colours, scale)
-        drawn.legend(
-            handles=_residual_legend(coverage is not None),
-            loc="outside lower center",
-            ncols=2,
-        )
-    return Drawing(drawn, _residual_data(rows), _residual_caption(scale))
-
-
-def _residual_caption(scale):
-    if scale is None:
-        return "Residual vectors: no held-out corner."
-    return (
+            note(place, study.why_nothing_held_out(model))
+    axes[0].set_ylabel("v (px)")
+    caption = (
         "Residual vectors of held-out corners, detected minus predicted. Arrows are "
-        f"magnified {scale['magnified']:.2g} times, on the same scale for both models. "
-        f"Residuals above {scale['cut']:.2g} px are truncated."
+        f"magnified {magnified:.2g} times, on the same scale for both models. "
+        f"Residuals above {MAX_ARROW * long:.2g} px are truncated. Crosses: corners "
+        "without a ray. Tinted: pixels without a ray."
     )
+    if not known:
+        caption = "Residual vectors: no held-out corner."
+    return Drawing(drawn, _residual_data(rows), caption)
 
 
 def _field(rows, model):
@@ -506,92 +396,20 @@ def _field(rows, model):
     return np.concatenate(at) if at else np.empty((0, 4))
 
 
-def _colour_bar(drawn, axes, colours, scale):
-    bar = drawn.colorbar(
-        colours, ax=axes, location="bottom", shrink=0.6, aspect=35, extend="both"
-    )
-    bar.set_label("Residual (px)")
-    _plain_ticks(bar.ax, scale["norm"].vmin, scale["norm"].vmax)
-
-
-def _arrow_scale(fields, width_px):
-    """Return magnification, truncation length (px) and colour range of arrows."""
-    lengths = np.concatenate([np.hypot(*f[:, 2:].T) for f in fields.values()])
-    lengths = lengths[np.isfinite(lengths)]
-    if not len(lengths):
-        return None
-    long = max(np.percentile(lengths, 95), 1e-6)
-    low = max(np.percentile(lengths, 5), long / 1000)
-    return {
-        "magnified": ARROW_SHARE * width_px / long,
-        "cut": MAX_ARROW * long,
-        "key": _round_number(long),
-        "norm": LogNorm(min(low, long / 2), long),
-    }
-
-
-def _round_number(x):
-    """Return the largest of 1, 2, 5 times a power of ten not above ``x``."""
-    power = 10.0 ** np.floor(np.log10(x))
-    return max(step * power for step in (1, 2, 5) if step * power <= x * 1.0001)
-
-
-def _prepare(axes, study, coverage):
-    """Prepare the image's frame, grey-brown where the general camera has no ray."""
-    width, height = study.settings["width_px"], study.settings["height_px"]
-    frame = (-0.5, width - 0.5, height - 0.5, -0.5)
-    if coverage is not None:
-        axes.imshow(tinted(coverage), extent=frame)
-    axes.set(xlim=frame[:2], ylim=frame[2:], aspect="equal", xlabel="u (px)")
-    axes.grid(False)
-    if axes.get_subplotspec().is_first_col():
-        axes.set_ylabel("v (px)")
-
-
-def _arrows(axes, field, scale):
+def _arrows(axes, field, long, magnified):
+    """Draw residuals, those above MAX_ARROW times `long` truncated to it."""
     lost = ~np.isfinite(field[:, 2])
     axes.plot(*field[lost, :2].T, "x", color=LOST, markersize=2.5, mew=0.6)
-    seen = field[~lost]
-    seen = seen[:: int(np.ceil(len(seen) / ARROWS))]
-    length = np.hypot(seen[:, 2], seen[:, 3])
-    drawn = (
-        seen[:, 2:] * np.minimum(1, scale["cut"] / np.maximum(length, 1e-12))[:, None]
-    )
-    colours = axes.quiver(
-        *seen[:, :2].T,
-        *drawn.T,
-        length,
-        norm=scale["norm"],
-        cmap="cividis_r",
-        angles="xy",
-        scale_units="xy",
-        scale=1 / scale["magnified"],
-        width=0.004,
-        headwidth=3.5,
-        headlength=4,
-        headaxislength=3.5,
-    )
-    axes.quiverkey(
-        colours,
-        0.84,
-        1.05,
-        scale["key"],
-        f"{scale['key']:g} px",
-        labelpos="E",
-        labelsep=0.05,
-        color=INK,
-        fontproperties={"size": 9},
-    )
-    return colours
-
-
-def _residual_legend(table):
-    handles = [
-        Line2D([], [], color=LOST, marker="x", linestyle="", label="corner without ray")
-    ]
-    if table:
-        handles.append(Patch(color=NO_RAY, label="pixel without ray"))
-    return handles
+    some = field[~lost]
+    some = some[:: int(np.ceil(len(some) / MAX_ARROWS))]
+    length = np.hypot(*some[:, 2:].T)
+    truncated = np.minimum(1, MAX_ARROW * long / np.maximum(length, 1e-12))
+    arrows = axes.quiver(
+        *some[:, :2].T, *(some[:, 2:].T * truncated), color=ARROW, width=0.004,
+        angles="xy", scale_units="xy", scale=1 / magnified,
+    )  # fmt: skip
+    key = float(f"{long:.1g}")
+    axes.quiverkey(arrows, 0.84, 1.05, key, f"{key:g} px", labelpos="E", labelsep=0.05)
 
 
 def _residual_data(rows):
@@ -605,29 +423,23 @@ def _residual_data(rows):
             zip(row.image.corners, row.own[model].residuals_px, strict=True)
         )
     ]
-    return as_csv(names, found)
+    return columns(names, found)
 
 
-@figure(
-    "ext_cross_validation",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=BOARDS,
-)
+@figure("ext_cross_validation", needs=NEEDS, evidence="photograph", per_set=BOARDS)
 def ext_cross_validation(results):
     """Draw the error of every model in every held-out image, in px and degrees."""
-    study = Study(results["photograph_study"])
+    study = Study(results[STUDY])
     rows = study.held_out
     kind = "same" if len(paired(rows, "rms_px")[0]) else "own"
-    known = any(np.isfinite(column(rows, kind, m, "rms_px")).any() for m in MODELS)
+    known = np.isfinite([column(rows, kind, m, "rms_px") for m in MODELS]).any()
     height = max(2.4, min(1.4 + 0.2 * len(rows), 11)) if known else EMPTY_IN
     drawn, axes = new_figure(1, 2, height_in=height, sharey=True)
     if not known:
         for place, model in zip(axes, MODELS, strict=True):
             place.set_title(NAMES[model])
-            note(place, study.why_nothing_kept_out(model))
-        caption = "Errors in held-out images: none."
-        return Drawing(drawn, _error_data(rows), caption)
+            note(place, study.why_nothing_held_out(model))
+        return Drawing(drawn, _error_data(rows), "Errors in held-out images: none.")
     for place, (quantity, label) in zip(axes, QUANTITIES, strict=True):
         _errors_of(place, rows, kind, quantity)
         place.set_xlabel(label)
@@ -637,25 +449,14 @@ def ext_cross_validation(results):
     axes[0].yaxis.set_major_formatter(FixedFormatter(names))
     axes[0].tick_params(axis="y", labelsize=8 if len(rows) < 40 else 5)
     axes[0].set_ylim(len(rows) - 0.4, -0.6)
-    handles, _ = axes[0].get_legend_handles_labels()
-    drawn.legend(handles=handles, loc="outside lower center", ncols=3)
-    return Drawing(drawn, _error_data(rows), _error_caption(rows, kind))
-
-
-def _error_caption(rows, kind):
-    where = {
-        "same": "shared corners, with a ray of Zhang and of the general camera",
-        "own": "all corners with a ray of the model",
-    }
-    caption = (
-        f"Error in each held-out image, on {where[kind]}. Only the board's pose is "
-        "fitted. Lines and bands: medians over images with their 95 % intervals."
+    legend_below(drawn, axes[0], ncols=3)
+    return Drawing(
+        drawn,
+        _error_data(rows),
+        f"Error in each held-out image, on {SCORED[kind]}. Only the board's pose is "
+        "fitted. Lines and bands: medians over images with their 95 % intervals. No "
+        "mark: too few such corners.",
     )
-    errors = [column(rows, kind, model, "rms_px") for model in MODELS]
-    blank = int(np.sum(~np.isfinite(errors).any(axis=0)))
-    if blank:
-        caption += f" No mark: too few such corners ({blank} of {len(rows)} images)."
-    return caption
 
 
 def _errors_of(axes, rows, kind, quantity):
@@ -676,22 +477,9 @@ def _errors_of(axes, rows, kind, quantity):
         axes.axvline(middle.value, color=look["color"], linestyle=line, linewidth=1.2)
         axes.axvspan(middle.low, middle.high, color=look["color"], alpha=0.13, lw=0)
     axes.set_xscale("log")
-    good = every[np.isfinite(every)]
-    axes.set_xlim(good.min() / 1.2, good.max() * 1.2)
-    _plain_ticks(axes, *axes.get_xlim())
-
-
-def _plain_ticks(axes, low, high):
-    """Few ticks at round numbers of a logarithmic axis, written plainly."""
-    decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)))
-    for steps in ((1,), (1, 3), (1, 2, 5), (1, 1.5, 2, 3, 4, 5, 7)):
-        ticks = np.ravel(np.outer(decades, steps))
-        ticks = ticks[(ticks >= low) & (ticks <= high)]
-        if len(ticks) >= 3:
-            break
-    axes.xaxis.set_major_locator(FixedLocator(ticks))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:.6g}"))
-    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _error_data(rows):
@@ -706,36 +494,20 @@ def _error_data(rows):
 # Tables of an image set's page.
 
 
-SHARED = "shared corners"
 # Two focal lengths, principal point, and two or four radial terms.
 CAMERA_PARAMETERS = {"zhang": 6, PEER: 8}
 
-EVERY_CORNER = (
-    "Model",
-    "Held-out: RMS (px)",
-    "Median (px)",
-    "Corners with a ray (%)",
-    "Parts without a camera",
-    "Terms",
-    "Entrance pupil",
-)
 
-
-@table("ext_models", needs=("photograph_study",), evidence="photograph", per_set=BOARDS)
+@table("ext_models", needs=NEEDS, evidence="photograph", per_set=BOARDS)
 def ext_models(results):
     """Tabulate size, fitted and held-out errors, and coverage of every model."""
-    study = Study(results["photograph_study"])
-    rows = [
-        ("zhang", "own", "all corners"),
-        (PEER, "own", "all corners"),
-        ("zhang", "same", SHARED),
-        (PEER, "same", SHARED),
-        ("general", "same", SHARED),
-    ]
-    refused = [
-        f"{name}: {literal(study.refusal(model))}."
+    study = Study(results[STUDY])
+    rows = [("zhang", "own"), (PEER, "own")]
+    rows += [(model, "same") for model in ("zhang", PEER, "general")]
+    failures = [
+        f"{name}: {literal(study.failure(model))}."
         for model, name in ALL_NAMES.items()
-        if study.refusal(model)
+        if study.failure(model)
     ]
     caption = (
         "Errors and coverage of the models on the same images. Shared corners: "
@@ -745,11 +517,11 @@ def ext_models(results):
     )
     return Table(
         in_columns(_model_row(study, *row) for row in rows),
-        " ".join([caption, *refused]),
+        " ".join([caption, *failures]),
     )
 
 
-def _model_row(study, model, kind, scored_on):
+def _model_row(study, model, kind):
     parameters = CAMERA_PARAMETERS.get(model, 2 * study.fit("general.rays"))
     errors, degrees, corners = (
         column(study.held_out, kind, model, quantity)
@@ -758,8 +530,8 @@ def _model_row(study, model, kind, scored_on):
     all_corners = sum(row.corners for row in study.held_out)
     return {
         "Model": ALL_NAMES[model],
-        "Scored on": scored_on,
-        "Parameters": None if study.refusal(model) else _whole(parameters),
+        "Scored on": SCORED[kind],
+        "Parameters": None if study.failure(model) else _whole(parameters),
         "Fitted: RMS (px)": cell(pooled_rms(study.in_sample, kind, model)),
         "Held-out: RMS (px)": _median(errors),
         "Held-out: angle (deg)": _median(degrees),
@@ -767,19 +539,14 @@ def _model_row(study, model, kind, scored_on):
         "Corners scored (%)": cell(100 * np.nansum(corners) / all_corners)
         if all_corners
         else None,
-        "Image with a ray (%)": cell(100 * study.fit(f"{model}.image_with_ray")),
+        "Image with a ray (%)": cell(100 * study.fit(model, "image_with_ray")),
     }
 
 
-@table(
-    "ext_every_corner",
-    needs=("photograph_study",),
-    evidence="photograph",
-    per_set=BOARDS,
-)
+@table("ext_every_corner", needs=NEEDS, evidence="photograph", per_set=BOARDS)
 def ext_every_corner(results):
     """Tabulate every model on every held-out corner, smallest error first."""
-    study = Study(results["photograph_study"])
+    study = Study(results[STUDY])
     rows = [
         (
             name,
@@ -787,15 +554,19 @@ def ext_every_corner(results):
             found["median_px"],
             100 * found["share"],
             found["parts"],
-            _whole(study.fit(f"{model}.terms")),
+            _whole(study.fit(model, "terms")),
             _pupil(study, model),
         )
         for model, name in EVERY.items()
-        if (found := counted_words(study, model)) is not None
+        if (found := counted(study, model)) is not None
     ]
     rows.sort(key=lambda row: row[1])
+    names = (
+        "Model", "Held-out: RMS (px)", "Median (px)", "Corners with a ray (%)",
+        "Parts without a camera", "Terms", "Entrance pupil",
+    )  # fmt: skip
     return Table(
-        as_csv(EVERY_CORNER, rows),
+        columns(names, rows),
         "Errors of all models on every corner of the held-out images. A corner "
         f"without a ray counts as {MISSED_PX:g} px. The parametric models "
         "(Kannala-Brandt, unified sphere) select their terms from the fitted images. "
@@ -806,13 +577,13 @@ def ext_every_corner(results):
 
 def _pupil(study, model):
     """Return the outcome of the test for an entrance-pupil shift."""
-    moves = study.fit(f"{model}.pupil.moves")
+    names = ("moves", "p_value", "undecided")
+    moves, p_value, undecided = (study.fit(model, "pupil", name) for name in names)
     if not np.isfinite(moves):
         return ""
-    p_value = study.fit(f"{model}.pupil.p_value")
     level = "p < 0.0001" if p_value < 1e-4 else f"p = {p_value:.2g}"
     outcome = "moves" if moves else "fixed"
-    if study.fit(f"{model}.pupil.undecided") == 1:
+    if undecided == 1:
         outcome = "undecided, taken as fixed"
     return f"{outcome} ({level})"
 

@@ -1,4 +1,4 @@
-"""A study's result, as figures, tables and prose ask for it."""
+"""The result of a study, as figures, tables and prose read it."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ BOARDS = ("chessboard", "charuco")
 NAMES = {"zhang": "Zhang", "general": "General camera"}
 
 MODELS = ("zhang", "general")
-# What users of wide lenses know: it stands beside the two that are compared, is scored
-# on the corners that both of them have a ray for, and decides nothing.
+# A common model for wide lenses: scored on the corners with a ray of both compared
+# models, without a part in the decision.
 PEER = "opencv_fisheye"
 ALL_NAMES = {**NAMES, PEER: "OpenCV fisheye"}
 # Scored on every corner, and compared with the others on these.
@@ -31,7 +31,7 @@ EVERY = ALL_NAMES | OTHERS
 
 @dataclass(frozen=True)
 class Image:
-    """One photograph: whether and where the board was found, and a small copy."""
+    """One image: whether and where the board was found, and a small copy."""
 
     index: int
     name: str
@@ -45,9 +45,9 @@ class Image:
 
 @dataclass(frozen=True)
 class Score:
-    """Errors of one model in one photograph.
+    """Errors of one model in one image.
 
-    residuals_px (N, 2): found corner less prediction, NaN where there is none.
+    residuals_px (N, 2): detected corner minus prediction, NaN where there is none.
     """
 
     corners: int
@@ -59,7 +59,7 @@ class Score:
 
 @dataclass(frozen=True)
 class Row:
-    """Scores of one photograph: {model: Score} on own corners and on shared ones."""
+    """Scores of one image: {model: Score} on own corners and on shared ones."""
 
     image: Image
     corners: int
@@ -74,42 +74,42 @@ class Study:
         self.result = result
         self.settings = result.settings
 
-    def number(self, name: str, **condition) -> float:
-        """One number of a condition; nan where there is none."""
-        return float(self.result.column(name, **condition)[0])
+    def number(self, *path, **condition) -> float:
+        """Return one number of a condition; nan where there is none."""
+        return float(self.result.column(*path, **condition)[0])
 
-    def text(self, name: str, **condition) -> str:
-        """One text of a condition; empty where there is none."""
-        return self.result.texts(name, **condition)[0] or ""
+    def text(self, *path, **condition) -> str:
+        """Return one text of a condition; empty where there is none."""
+        return self.result.texts(*path, **condition)[0] or ""
 
-    def array(self, name: str, **condition) -> np.ndarray | None:
-        """One array of a condition; None where there is none."""
+    def array(self, *path, **condition) -> np.ndarray | None:
+        """Return one array of a condition; None where there is none."""
         if not self.result.path.with_suffix(".npz").is_file():
             return None
-        found = self.result.arrays(name, **condition)
+        found = self.result.arrays(*path, **condition)
         return found[0] if found else None
 
-    def fit(self, name: str) -> float:
-        """A number of the calibration from all images."""
-        return self.number(name, part="fit")
+    def fit(self, *path) -> float:
+        """Return a number of the calibration from all images."""
+        return self.number(*path, part="fit")
 
-    def refusal(self, model: str) -> str:
-        """Why the model gave no camera from all images; empty where it did."""
-        return self.text(f"{model}.reason", part="fit")
+    def failure(self, model: str) -> str:
+        """Return why the model gave no camera from all images; empty where it did."""
+        return self.text(model, "reason", part="fit")
 
     @cached_property
     def images(self) -> list[Image]:
-        """Every photograph that was looked at, in the order of the set."""
+        """Every image of the study, in the order of the set."""
         taken = self.result.levels("view", part="image")
         return [self._image(index, self.settings["images"][index]) for index in taken]
 
     def image(self, index: int) -> Image:
-        """The photograph of this number in the set."""
+        """The image of this number in the set."""
         return next(image for image in self.images if image.index == index)
 
     @property
     def found(self) -> list[Image]:
-        """The photographs in which the board was found."""
+        """The images in which the board was found."""
         return [image for image in self.images if image.found]
 
     def _image(self, index: int, name: str) -> Image:
@@ -129,34 +129,34 @@ class Study:
 
     @property
     def folds(self) -> list[int]:
-        """The parts of the cross-validation that keep out an image or more."""
+        """The parts of the cross-validation that hold out an image or more."""
         every = self.result.by("fold").items()
         return [fold for fold, one in every if one.column("kept_out")[0] > 0]
 
-    def fold_refusals(self, model: str) -> list[str]:
-        """Why the model gave no camera, for the parts where it gave none."""
-        of_parts = (self.text(f"{model}.reason", fold=fold) for fold in self.folds)
+    def fold_failures(self, model: str) -> list[str]:
+        """Return why the model gave no camera, for the parts where it gave none."""
+        of_parts = (self.text(model, "reason", fold=fold) for fold in self.folds)
         return [reason for reason in of_parts if reason]
 
     @property
     def left_out(self) -> dict[int, str]:
-        """Boards that the generic method left out of its table, with the reason."""
+        """Boards that the generic method excluded, with the reason."""
         reasons = {
-            image.index: self.text(f"general.left_out.{image.index}", part="fit")
+            image.index: self.text("general.left_out", image.index, part="fit")
             for image in self.found
         }
         return {index: reason for index, reason in reasons.items() if reason}
 
-    def why_nothing_kept_out(self, model: str) -> str:
-        """Why the model has no error in any photograph that was kept out."""
-        reasons = [self.refusal(model), *self.fold_refusals(model)]
+    def why_nothing_held_out(self, model: str) -> str:
+        """Return why the model has no error in any held-out image."""
+        reasons = [self.failure(model), *self.fold_failures(model)]
         reasons += [row.own[model].reason for row in self.held_out if model in row.own]
         given = [reason for reason in reasons if reason]
-        return given[0] if given else "no photograph was kept out"
+        return given[0] if given else "no image was held out"
 
     @cached_property
     def in_sample(self) -> list[Row]:
-        """Photographs that the cameras were calibrated from."""
+        """Images that the cameras were calibrated from."""
         return [
             self._row(image, part="fit")
             for image in self.found
@@ -165,10 +165,10 @@ class Study:
 
     @cached_property
     def held_out(self) -> list[Row]:
-        """Every photograph, by cameras that were calibrated without it.
+        """Every image, scored by cameras that were calibrated without it.
 
         One for evaluation is scored by the cameras from all images for calibration,
-        the others by those of the part that kept them out.
+        the others by those of the part that held them out.
         """
         scored = ((image, self._scored_in(image)) for image in self.found)
         return [self._row(image, **where) for image, where in scored if where]
@@ -177,29 +177,29 @@ class Study:
         if image.use != "calibrate":
             return {"part": "fit"}
         for fold in self.folds:
-            if np.isfinite(self.number(f"views.{image.index}.corners", fold=fold)):
+            if np.isfinite(self.number("views", image.index, "corners", fold=fold)):
                 return {"fold": fold}
         return None
 
     def _row(self, image: Image, **condition) -> Row:
-        stem = f"views.{image.index}"
-        corners = int(self.number(f"{stem}.corners", **condition))
+        path = ("views", image.index)
+        corners = int(self.number(*path, "corners", **condition))
         scores = (
-            {m: self._score(f"{stem}.{m}.{kind}", **condition) for m in names}
+            {m: self._score(*path, m, kind, **condition) for m in names}
             for kind, names in (("own", EVERY), ("same", ALL_NAMES))
         )
         return Row(image, corners, *({m: s for m, s in k.items() if s} for k in scores))
 
-    def _score(self, stem: str, **condition) -> Score | None:
-        corners = self.number(f"{stem}.corners", **condition)
+    def _score(self, *path, **condition) -> Score | None:
+        corners = self.number(*path, "corners", **condition)
         if not np.isfinite(corners):
             return None
         return Score(
             int(corners),
-            self.number(f"{stem}.rms_px", **condition),
-            self.number(f"{stem}.mean_deg", **condition),
-            self.text(f"{stem}.reason", **condition),
-            self.array(f"{stem}.residuals_px", **condition),
+            self.number(*path, "rms_px", **condition),
+            self.number(*path, "mean_deg", **condition),
+            self.text(*path, "reason", **condition),
+            self.array(*path, "residuals_px", **condition),
         )
 
 
@@ -233,10 +233,10 @@ def pooled_rms(rows: list[Row], kind: str, model: str) -> float:
 
 
 def counted(study, model):
-    """Errors of a model in a Study over every corner kept out; None without any.
+    """Return errors of a model over every held-out corner; None without any.
 
-    One without a ray, or in a photograph for which there is no camera, counts as
-    MISSED_PX. rms_px, median_px; share: corners with a ray; parts: of the
+    A corner without a ray, or in an image without a camera, counts as MISSED_PX.
+    rms_px, median_px; share: corners with a ray; parts: of the
     cross-validation, without a camera.
     """
     off, count = [], 0
@@ -247,20 +247,19 @@ def counted(study, model):
             off.append(lengths[np.isfinite(lengths)])
     if not count:
         return None
-    seen = np.concatenate([np.zeros(0), *off])
-    every = np.append(seen, np.full(count - len(seen), MISSED_PX))
+    known = np.concatenate([np.zeros(0), *off])
+    every = np.append(known, np.full(count - len(known), MISSED_PX))
     return {
         "rms_px": float(np.sqrt(np.mean(every**2))),
         "median_px": float(np.median(every)),
-        "share": len(seen) / count,
-        "parts": len(study.fold_refusals(model)),
+        "share": len(known) / count,
+        "parts": len(study.fold_failures(model)),
     }
 
 
 def decided(won):
-    """Whether a paired comparison of photographs comes out in favour.
+    """Return whether a paired comparison of images is decided in favour.
 
-    The number of photographs is what was brought, so it is not asked for here: with
-    few of them p cannot be small.
+    There is no minimum number of images, because with few of them p cannot be small.
     """
     return won.p < SIGNIFICANCE and won.ratio.low >= LEAST_RATIO
