@@ -118,7 +118,7 @@ def fisheye_cases():
     for use, answering in (("inner", 3), ("all", 2)):
         values = {"boards": 6, "opencv_fisheye.reason": "refused"}
         for model in ("zhang", "generic", "opencv_fisheye")[:answering]:
-            values |= {f"{model}.kept_out_px": 0.5, f"{model}.ray_deg": 0.25}
+            values |= {f"{model}.held_out_px": 0.5, f"{model}.ray_deg": 0.25}
             values |= {f"{model}.reason": "", f"{model}.image_with_ray": 0.9}
             values |= {f"{model}.corners_with_ray": 1.0}
         yield {"boards": use}, lambda t, values=values: values

@@ -310,7 +310,7 @@ CAPTION = (
 INNER, ALL = "inner", "all"
 WHICH = {INNER: "inner boards", ALL: "all boards"}
 HELD_OUT_PX = "residual, held-out (px)"
-SCORED = {"kept_out_px": HELD_OUT_PX, "ray_deg": "ray error (deg)"}
+SCORED = {"held_out_px": HELD_OUT_PX, "ray_deg": "ray error (deg)"}
 
 
 def as_cell(estimate):

@@ -173,7 +173,7 @@ def placed(rig, polar_deg, azimuth_deg, distance_mm, tilt_deg):
     return pose(R, distance_mm * ahead - R @ [*(corner + extent / 2), 0.0])
 
 
-def photograph(size, view, rng):
+def board_image(size, view, rng):
     """Return one image, a PNG file as bytes (uint8).
 
     The boards of the plan come first, then the held-out ones. The latter repeat
@@ -201,20 +201,20 @@ CALIBRATE = (
 )  # fmt: skip
 EVALUATE = (
     "evaluate", "camera.npz", SET, "--corners", "corners.json",
-    "--json", "kept_out.json",
+    "--json", "held_out.json",
 )  # fmt: skip
 UNDISTORT = ("undistort", "camera.npz", SET, "--out", "straight")
 FILES = {"corners": "corners.json", "camera": "camera.npz"}
 
 
 @contextlib.contextmanager
-def desk(size, pictures, **files):
+def desk(size, images, **files):
     """Provide a working directory with the set in it.
 
     files: result of a trial that keeps the bytes of a file under this name.
     """
     with tempfile.TemporaryDirectory() as room:
-        write_pictures(size, pictures, Path(room) / SET)
+        write_images(size, images, Path(room) / SET)
         for name, result in files.items():
             path = Path(room) / FILES[name]
             path.write_bytes(result.arrays(name)[0].tobytes())
@@ -222,14 +222,14 @@ def desk(size, pictures, **files):
             yield
 
 
-def write_pictures(size, pictures, folder):
+def write_images(size, images, folder):
     """Write the images as files, with the set.yaml that a user writes."""
     folder.mkdir()
     rig, views = rig_of(size), []
-    for condition in pictures.conditions:
+    for condition in images.conditions:
         index = condition["view"]
         name = f"{index + 1:02d}.png"
-        png = pictures.arrays("png", view=index)[0]
+        png = images.arrays("png", view=index)[0]
         (folder / name).write_bytes(png.tobytes())
         fits = index < len(places_of(size.plan))
         use = "calibrate" if fits else "evaluate"
@@ -257,9 +257,9 @@ def typed(arguments):
     return out.getvalue()
 
 
-def find_corners(size, pictures):
+def find_corners(size, images):
     """Run `raxel check` and `raxel corners`; return output, corners and counts."""
-    with desk(size, pictures):
+    with desk(size, images):
         output = {"check": typed(CHECK), "corners": typed(CORNERS)}
         boards = read_boards("corners.json", load_set(SET))
         content = json.loads(Path("corners.json").read_text("utf-8"))
@@ -273,9 +273,9 @@ def find_corners(size, pictures):
     }
 
 
-def views_of(size, pictures, found):
+def views_of(size, images, found):
     """Return the views to calibrate with and the held-out ones."""
-    with desk(size, pictures, corners=found):
+    with desk(size, images, corners=found):
         image_set = load_set(SET)
         boards = read_boards("corners.json", image_set)
     return tuple(
@@ -284,10 +284,10 @@ def views_of(size, pictures, found):
     )
 
 
-def calibrate(size, pictures, found):
+def calibrate(size, images, found):
     """Run `raxel calibrate` and `raxel evaluate`; return camera and residuals."""
-    fit_views, kept_out = views_of(size, pictures, found)
-    with desk(size, pictures, corners=found):
+    fit_views, held_out = views_of(size, images, found)
+    with desk(size, images, corners=found):
         output = {"calibrate": typed(CALIBRATE), "evaluate": typed(EVALUATE)}
         file = Path("camera.npz").read_bytes()
         camera = load_camera("camera.npz")
@@ -298,14 +298,14 @@ def calibrate(size, pictures, found):
         "model": fit["model"],
         "covered_share": fit["camera"]["share_of_image_under_boards"],
         "fitted_px": evaluate_camera(camera, fit_views).rms_px,
-        "kept_out_px": evaluate_camera(camera, kept_out).rms_px,
+        "held_out_px": evaluate_camera(camera, held_out).rms_px,
     }
 
 
-def look_through(size, pictures, calibrated, rng):
+def look_through(size, images, calibrated, rng):
     """Run `raxel undistort`; return it with a street through the same pinhole."""
     street = rig_of(size).laboratory().photograph(facade(), T_world_camera(), rng)
-    with desk(size, pictures, camera=calibrated):
+    with desk(size, images, camera=calibrated):
         output = {"undistort": typed(UNDISTORT)}
         camera = load_camera("camera.npz")
     sources = source_pixels(camera, perspective_view(camera))
@@ -320,16 +320,16 @@ def look_through(size, pictures, calibrated, rng):
 # Four calibrations from the same corners, and their coverage.
 
 
-def model_scores(size, fit_views, kept_out, rng):
+def model_scores(size, fit_views, held_out, rng):
     """Return {model: scores} of cameras from `fit_views`, on held-out views."""
     rig = rig_of(size)
     return {"boards": len(fit_views)} | {
-        name: scored(rig, build, fit_views, kept_out, rng)
+        name: scored(rig, build, fit_views, held_out, rng)
         for name, build in MODELS.items()
     }
 
 
-def scored(rig, build, fit_views, kept_out, rng):
+def scored(rig, build, fit_views, held_out, rng):
     """Return the scores of one calibration, or the code of its error."""
     camera = rig.camera
     try:
@@ -337,12 +337,12 @@ def scored(rig, build, fit_views, kept_out, rng):
     except CalibrationError as error:
         return {"reason": error.code}
     fitted = evaluate_camera(made, fit_views)
-    kept = evaluate_camera(made, kept_out)
+    kept = evaluate_camera(made, held_out)
     return {
         "reason": "",
         "fitted_px": fitted.rms_px,
-        "kept_out_px": kept.rms_px,
-        "kept_out_deg": kept.mean_deg,
+        "held_out_px": kept.rms_px,
+        "held_out_deg": kept.mean_deg,
         "corners_with_ray": kept.share_with_ray,
         **against_truth(made, camera),
     }

@@ -16,12 +16,12 @@ from chapters.guides.fisheye_in_ten_minutes.experiment import (
     LENS,
     SIZES,
     UNDISTORT,
+    board_image,
     calibrate,
     find_corners,
     inner_boards,
     look_through,
     model_scores,
-    photograph,
     places_of,
     views_of,
 )
@@ -45,7 +45,7 @@ def ext_fisheye_pictures(effort):
     size = SIZES[effort]
     count = len(places_of(size.plan)) + size.kept_out
     return Plan(
-        lambda condition, rng: photograph(size, condition["view"], rng),
+        lambda condition, rng: board_image(size, condition["view"], rng),
         [{"view": view} for view in range(count)],
         1,
         {"lens": LENS, "board": [size.columns, size.rows]},
@@ -93,10 +93,10 @@ def ext_fisheye_scores(effort, made):
     size = SIZES[effort]
 
     def trial(condition, rng):
-        fit, kept_out = views_of(size, *made.values())
+        fit, held_out = views_of(size, *made.values())
         if condition["boards"] == "inner":
             fit = fit[: inner_boards(size.plan)]
-        return model_scores(size, fit, kept_out, rng)
+        return model_scores(size, fit, held_out, rng)
 
     return Plan(trial, [{"boards": "inner"}, {"boards": "all"}], 1)
 
@@ -134,7 +134,7 @@ def ext_calibration_record(effort):
 #
 # 1. **`--model auto` selects the model**, the one with the smallest error on boards
 #    that were not fitted, here {glue:text}`model`. That camera leaves
-#    {glue:text}`kept_px` RMS on held-out boards.
+#    {glue:text}`held_out_px` RMS on held-out boards.
 # 2. **The straightened image has no holes**, because a formula gives every pixel a ray.
 #    A generic camera has rays only where boards were. Zhang's pinhole model cannot
 #    represent such a lens. [The table](#ext_fisheye_models) compares the models.
@@ -230,7 +230,7 @@ def ext_calibration_record(effort):
 # | Value | Good | Here |
 # |---|---|---|
 # | detected boards | all | {glue:text}`found_of` |
-# | RMS, held-out boards | as on real cameras | {glue:text}`kept_px` |
+# | RMS, held-out boards | as on real cameras | {glue:text}`held_out_px` |
 # | RMS, fitted boards | at least half of that | {glue:text}`fitted_px` |
 # | `boards cover` | 90 % of the image circle | {glue:text}`covered` of all pixels |
 # | lines with `warning:` | none | {glue:text}`warnings` |

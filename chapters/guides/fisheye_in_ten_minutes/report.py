@@ -30,15 +30,15 @@ def numbers(results):
     found, camera = results[FOUND], results[CAMERA]
     detected, boards = (int(found.column(name)[0]) for name in ("found", "boards"))
     warnings = output_of(camera, "calibrate").count("warning:")
-    names = ("covered_share", "fitted_px", "kept_out_px")
-    covered, fitted, kept = (camera.column(name)[0] for name in names)
+    names = ("covered_share", "fitted_px", "held_out_px")
+    covered, fitted, held_out = (camera.column(name)[0] for name in names)
     return {
         "model": camera.texts("model")[0],
         "covered": f"{100 * covered:.0f} %",
         "found_of": f"{detected} of {boards}",
         "warnings": str(warnings) if warnings else "none",
         "fitted_px": f"{fitted:.2g} px",
-        "kept_px": f"{kept:.2g} px",
+        "held_out_px": f"{held_out:.2g} px",
     }
 
 
@@ -74,8 +74,8 @@ def ext_fisheye_views(results):
 
 QUANTITIES = {
     "Fitted boards: RMS (px)": ("fitted_px", 1),
-    "Held-out boards: RMS (px)": ("kept_out_px", 1),
-    "Held-out boards: angle (deg)": ("kept_out_deg", 1),
+    "Held-out boards: RMS (px)": ("held_out_px", 1),
+    "Held-out boards: angle (deg)": ("held_out_deg", 1),
     "Corners with a ray (%)": ("corners_with_ray", 100),
     "Image circle with a ray (%)": ("image_with_ray", 100),
     "Error of the rays (deg)": ("ray_deg", 1),

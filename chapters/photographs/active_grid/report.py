@@ -44,10 +44,9 @@ class GridStudy:
         found = self.result.arrays(name, part="view", view=view)
         return found[0] if found else None
 
-    def refusal(self, model=""):
+    def failure(self, *model):
         """Return why there is no calibration, or none of this model."""
-        name = f"{model}.reason" if model else "reason"
-        return self.camera.texts(name)[0] or ""
+        return self.camera.texts(*model, "reason")[0] or ""
 
 
 def about(study):
@@ -101,7 +100,7 @@ def left_out(study):
     if not study.used:
         return "No pixel is decoded."
     reasons = {
-        why: np.mean(study.views.column(f"share.{why}")[study.used])
+        why: np.mean(study.views.column("share", why)[study.used])
         for code, why in REASONS.items()
         if code
     }
@@ -118,7 +117,7 @@ def precision(study):
     """Return the median predicted standard deviation, for each axis."""
     parts = []
     for axis in study.axes:
-        values = study.views.column(f"spread.{axis}.median")[study.used]
+        values = study.views.column("spread", axis, "median")[study.used]
         values = values[np.isfinite(values)]
         if len(values):
             unit = study.settings["unit"]
@@ -146,8 +145,8 @@ def doubted(study):
 
 def mirrored(study):
     """Return whether the grid appears mirrored."""
-    seen = study.views.texts("mirrored")
-    ways = {seen[k] for k in study.used} - {""}
+    of_views = study.views.texts("mirrored")
+    ways = {of_views[k] for k in study.used} - {""}
     if ways == {"True"}:
         return "The grid appears mirrored: correct for a camera that views a mirror."
     if ways == {"True", "False"}:
@@ -160,17 +159,15 @@ def mirrored(study):
 
 def camera(study):
     """Return the errors of a calibration from these views, or why there is none."""
-    why = study.refusal()
+    why = study.failure()
     if why:
         return f"There is no calibration: {literal(why)}."
     parts = []
     for model, name in MODELS.items():
-        refused = study.refusal(model)
-        if refused:
-            parts.append(f"{name}: {literal(refused)}")
+        if why := study.failure(model):
+            parts.append(f"{name}: {literal(why)}")
         else:
-            rms = study.camera.column(f"{model}.rms_px")[0]
-            deg = study.camera.column(f"{model}.mean_deg")[0]
+            rms, deg = study.camera.column(model, ("rms_px", "mean_deg"))[:, 0]
             parts.append(f"{name}: {rms:.3g} px RMS, {deg:.2g}° on average")
     return (
         f"Calibration from {study.camera.column('views')[0]:.0f} views. Errors in "
@@ -201,7 +198,7 @@ def noise_of(study):
 
 def noises(study):
     """Return the standard deviation of a grey value of 100 per view, (views,)."""
-    floor, slope = (study.views.column(f"noise.{name}") for name in ("floor", "slope"))
+    floor, slope = study.views.column("noise", ("floor", "slope"))
     return np.sqrt(floor + 100 * slope)
 
 
@@ -267,8 +264,8 @@ def ext_grid_places(results):
             )
             bar.set_label(f"{axis} on the monitor ({study.settings['unit']})")
     for view in views:
-        picture = study.array("picture", view)
-        axes[view, 0].imshow(picture, cmap="gray", vmin=0, vmax=255)
+        image = study.array("picture", view)
+        axes[view, 0].imshow(image, cmap="gray", vmin=0, vmax=255)
     return Drawing(
         drawn,
         _numbers(study),
@@ -295,13 +292,13 @@ def ext_grid_views(results):
     study = GridStudy(results[STUDY])
     columns = {"View": study.names}
     for why in REASONS.values():
-        shares = 100 * study.views.column(f"share.{why}")
+        shares = 100 * study.views.column("share", why)
         if max(shares) > 0:
             columns[f"{why.capitalize()} (%)"] = list(map(cell, shares))
     columns["Noise at grey value 100 (grey values)"] = list(map(cell, noises(study)))
     for axis in study.axes:
         for name, words in (("median", "median"), ("high", "90 % below")):
-            found = study.views.column(f"spread.{axis}.{name}")
+            found = study.views.column("spread", axis, name)
             title = f"σ {axis}, {words} ({study.settings['unit']})"
             columns[title] = list(map(cell, found))
         columns |= _of_response(study, axis)
@@ -323,7 +320,7 @@ def _of_response(study, axis):
     """Return columns of the response along an axis, none where it is not measured."""
     columns = {}
     for name, words in (("shift", "shift by the response"), ("left", "left of it")):
-        found = study.views.column(f"response.{axis}.{name}")
+        found = study.views.column("response", axis, name)
         if np.isfinite(found).any():
             title = f"{words.capitalize()} {axis} ({study.settings['unit']})"
             columns[title] = list(map(cell, found))
@@ -335,14 +332,14 @@ def ext_grid_camera(results):
     """Tabulate the held-out errors of cameras from these views."""
     study = GridStudy(results[STUDY])
     caption = "Errors in held-out views of cameras from the decoded positions."
-    if study.refusal():
-        caption = f"{caption} None: {literal(study.refusal())}."
+    if study.failure():
+        caption = f"{caption} None: {literal(study.failure())}."
     columns = {"Model": list(MODELS.values())}
-    for name, words in (
-        ("rms_px", "RMS (px)"),
-        ("median_px", "Median (px)"),
-        ("mean_deg", "Mean angle (deg)"),
-    ):
-        found = (study.camera.column(f"{model}.{name}") for model in MODELS)
-        columns[words] = [cell(*one) for one in found]
+    names = {
+        "RMS (px)": "rms_px",
+        "Median (px)": "median_px",
+        "Mean angle (deg)": "mean_deg",
+    }
+    for words, name in names.items():
+        columns[words] = list(map(cell, study.camera.column(tuple(MODELS), name)[:, 0]))
     return Table(columns, caption)

@@ -37,7 +37,7 @@ from raxel.sets import Charuco, load_set, read_image
 
 
 SUPERSAMPLED = 2
-MARGIN = 0.9  # corners lie within this share of the picture's half size
+MARGIN = 0.9  # corners lie within this share of the image's half size
 SMALLEST_ZOOM = 0.25
 MIN_N_CORNERS = 12  # a homography takes four; the rest show distortion
 COVERED_PERCENT = 98  # of the corners; one near 90 degrees would shrink all
