@@ -76,12 +76,8 @@ def twins(results):
 
 def _compared(name, study):
     rows = study.held_out
-    return Compared(
-        name,
-        _medians(rows),
-        share_with_ray(rows, "general") if rows else np.nan,
-        study.fit("general.image_with_ray"),
-    )
+    share = share_with_ray(rows, "general") if rows else np.nan
+    return Compared(name, _medians(rows), share, study.fit("general.image_with_ray"))
 
 
 def _medians(rows):
@@ -143,11 +139,6 @@ def recorded_counts(record):
         count = int(kept.column("images")[0])
         found.append(Counted("photographs", name, count, right, wrong))
     return found
-
-
-def every_count(results):
-    """Return a Counted for each set: rendered ones, then those of the record."""
-    return [*rendered_counts(results), *recorded_counts(results[RECORD])]
 
 
 def summed(counted, by=("evidence",)):
@@ -216,14 +207,8 @@ def of_peer(result, name, **condition):
     return typical(result, PEER, name, **condition)
 
 
-def peer_in_zoom(results, name, at):
-    """Return the value of OpenCV's fisheye model on a set of the converter."""
-    found = peer_column(results, name, at)
-    return None if found is None else median_interval(found)
-
-
 def peer_column(results, name, at):
-    """Return its value in every simulated run; None where a build has none."""
+    """Return OpenCV's fisheye model on a set of the converter, None without runs."""
     chosen = {key: results[key] for key in OF_SEEDS}
     run = any(
         one["zoom"] == at and one.get("interpolation") == "smooth"
@@ -347,7 +332,8 @@ def rendered_rows(results):
     ]
     for name, quantity, at in wanted:
         zhang, generic = (as_cell(e) for e in of_both(zoom, name, zoom=at))
-        peer = as_cell(peer_in_zoom(results, name, at))
+        runs = peer_column(results, name, at)
+        peer = None if runs is None else as_cell(median_interval(runs))
         camera = f"fisheye converter, set {at}"
         image = image_share(zoom.column(GENERIC, "share_of_image", zoom=at))
         corners = held_out_share(zoom, at) if name == HELD_OUT else np.nan
@@ -359,8 +345,7 @@ def benchmark_rows(scores):
     """Yield ray errors on the rigs of the benchmarks."""
     for condition in scores.conditions:
         models = ("zhang", PEER, "general")
-        errors = scores.column(models, "rms_deg", **condition)[:, 0]
-        found = map(finite, errors)
+        found = map(finite, scores.column(models, "rms_deg", **condition)[:, 0])
         share = scores.column("general.share_with_ray", **condition)[0]
         camera = f"fisheye converter, set {condition['rig'].rpartition('-')[2]}"
         circle = finite(100 * share, None)
@@ -487,8 +472,9 @@ def ext_known_motion(results):
 )
 def ext_detectors_in_short(results):
     """Tabulate correct boards of all rendered sets, and of all real images."""
+    counts = [*rendered_counts(results), *recorded_counts(results[RECORD])]
     return Table(
-        count_columns(summed(every_count(results), by=("evidence", "poses"))),
+        count_columns(summed(counts, by=("evidence", "poses"))),
         "Boards detected correctly and wrongly, given only the number of corners: the "
         "rendered sets of 3.3.2 by the range of their poses, and a record of real "
         "images of five cameras.",
