@@ -1,4 +1,4 @@
-"""Section 5.3.3 from pictures: what is read out of them, and what the table counts."""
+"""Section 5.3.3 from images: what is read out of them, and what the table counts."""
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def test_what_is_lit_is_traced_around_black_squares():
     np.testing.assert_allclose(around.max(axis=0), [260, 170], atol=3)
 
 
-def test_runs_from_pictures_stand_beside_those_with_redrawn_errors():
+def test_runs_from_images_are_compared_with_those_with_redrawn_errors():
     def of_run(condition):
         ended = condition["geometry"] == "B"
         return {

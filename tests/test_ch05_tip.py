@@ -8,9 +8,8 @@ import pytest
 from chapters.ch05_flexible_mirror.s3_3_deflections import claims
 from chapters.ch05_flexible_mirror.s3_3_deflections import experiment as tip
 from chapters.ch05_flexible_mirror.s3_3_deflections import report as runs
-from chapters.ch05_flexible_mirror.s3_3_deflections import report as tips
-from chapters.ch05_flexible_mirror.s3_3_deflections.report import ray_turns
-from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
+from chapters.ch05_flexible_mirror.s3_3_deflections.claims import ray_turns
+from chapters.shared.mirror.levels import BENCHES, SWEPT
 from chapters.shared.mirror.rigs import STAGES_MM, mirror_rig
 from tests.judged_claims import readings_of, verdicts
 from tests.made_results import of_columns
@@ -38,8 +37,8 @@ def of_bench(bench, seeds, times, refused=0):
 def made(times, swept=None, refused=0):
     results = {}
     for name, benches, seeds, here in (
-        (runs.TIPS, BENCHES, SEEDS, times),
-        (runs.TIPS_SWEPT, SWEPT, FEWER, times if swept is None else swept),
+        (claims.TIPS, BENCHES, SEEDS, times),
+        (claims.TIPS_SWEPT, SWEPT, FEWER, times if swept is None else swept),
     ):
         columns = {}
         for bench in benches:
@@ -63,17 +62,14 @@ def test_an_end_of_the_sweep_on_the_other_side_leaves_the_bench_open():
     assert verdicts(claims.judge_tip, made(4.0, refused=SEEDS))[0] == "undecided"
 
 
-def test_refused_seeds_have_no_value_and_are_counted():
-    found = tips.Tips.on(made(4.0, refused=7), LEVEL)
-    assert found.refused == 7
-    assert np.isfinite(found.ratio()).all()
+def test_rejected_runs_have_no_value_and_are_counted():
     (first, *_) = readings_of(claims.judge_tip, made(4.0, refused=7))
-    assert "7 of 100 seeds rejected" in first.reason
+    assert "7 of 100 runs rejected" in first.reason
 
 
 def test_moments_of_seeds_are_the_scatter_of_all_their_places():
     errors = np.random.default_rng(1).normal(0.3, 0.1, (30, 50))
-    found = tips.among_sd(errors.mean(axis=1), np.mean(errors**2, axis=1))
+    found = claims.among_sd(errors.mean(axis=1), np.mean(errors**2, axis=1))
     assert found == pytest.approx(errors.std())
 
 

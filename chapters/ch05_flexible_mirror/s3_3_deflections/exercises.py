@@ -6,11 +6,10 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.report import (
     STEP_MM,
     by_formula,
     camera_mm,
-    depth_for,
 )
 from chapters.shared.mirror import BACK_PROJECTION_MM, DYNAMIC_MM
 
-SHARE, ANGLE_DEG = 0.6, 0.2
+ANGLE_DEG = 0.2
 
 
 def linear_task():
@@ -24,21 +23,6 @@ def linear_task():
             ),
             "The denominator is the sum of both distances.": lambda: (
                 STEP_MM * DYNAMIC_MM / camera_mm()
-            ),
-        },
-        "tolerance": 0.03,
-    }
-
-
-def depth_task():
-    """Z / (Z + D) solved for Z."""
-    return {
-        "expected": lambda: depth_for(SHARE),
-        "hint": "solve Z/(Z+D) = 0.6 for Z",
-        "slips": {
-            "That would be the camera's share.": lambda: depth_for(1 - SHARE),
-            "The denominator is the sum of both distances, not D alone.": lambda: (
-                SHARE * camera_mm()
             ),
         },
         "tolerance": 0.03,

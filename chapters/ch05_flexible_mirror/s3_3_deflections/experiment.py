@@ -71,15 +71,15 @@ from raxel.sets.patterns import BLACK, WHITE
 # the noise of the error level; detection does not use it.
 
 
-# The board that the camera sees directly: its width as a share of the picture's at its
+# The board that the camera sees directly: its width as a share of the image's at its
 # middle distance, how far that varies, and how it is tilted.
 VIEWER_BOARD, VIEWER_SHARE = Chessboard(10, 7, 10.0), 0.4
 VIEWER_NEARER, VIEWER_TILT, TRIES = 0.2, np.radians((20, 40)), 500
 # Rows of a band of a window that is rendered of the monitor. Of each band the middle
 # row counts, where all windows of the decoder are whole, and so many places along it.
 BAND_PX, PLACES = 16, 40
-# What is lit in a picture of the mirror: brighter than this share of its white. Black
-# squares are; what lies beside the mirror is not.
+# What is lit in an image of the mirror: brighter than this share of its white. Black
+# squares are; what lies outside the mirror is not.
 LIT, OUTLINE_STEP = 0.15, 40
 
 
@@ -124,7 +124,7 @@ def drawn_scene(rig, bench, steps, rng):
     return MirrorRun(rig, bench, cameras, rig.monitor_poses(rng), boards)
 
 
-def read_pictures(scene, sizes, rng):
+def read_images(scene, sizes, rng):
     """ReadPictures of a MirrorRun with RunSizes. Raises CalibrationError where an
     image shows no board."""
     rig, camera = scene.rig, scene.cameras[0]
@@ -140,7 +140,7 @@ def read_pictures(scene, sizes, rng):
         steps.append(step)
         outlines.append(outline)
     platter = rig.platter(rng)
-    seen_flat = platter_pictures(scene, viewer, platter, sizes.bands, rng)
+    seen_flat = platter_images(scene, viewer, platter, sizes.bands, rng)
     clamp, thickness = ClampPicks(picks, CLAMP_SD_PX), platter.thickness_mm
     views = MirrorViews(viewer, tuple(grids), seen_flat, thickness, clamp, tuple(steps))
     return ReadPictures(views, outlines)
@@ -149,13 +149,13 @@ def read_pictures(scene, sizes, rng):
 def calibrated_viewer(rig, boards, rng):
     """The perspective camera by Zhang's method, from boards that it sees directly."""
     views = [
-        whole_board(*viewer_picture(rig, rng), VIEWER_BOARD, f"viewer {k}")
+        whole_board(*viewer_image(rig, rng), VIEWER_BOARD, f"viewer {k}")
         for k in range(boards)
     ]
     return calibrate_zhang(views, rig.viewer.width, rig.viewer.height).camera
 
 
-def viewer_picture(rig, rng):
+def viewer_image(rig, rng):
     """(image, its `Crop`) of VIEWER_BOARD, wholly visible, at a random position."""
     viewer, board = rig.viewer, VIEWER_BOARD
     taken = replace(rig.rig, camera=viewer, target=board, border_mm=board.pitch_mm)
@@ -226,7 +226,7 @@ def thinned(view, rows, step):
     )  # fmt: skip
 
 
-def platter_pictures(scene, viewer, platter, bands, rng):
+def platter_images(scene, viewer, platter, bands, rng):
     """PlatterPictures of the monitor in its positions. The platter is fixed, so one
     image shows its board."""
     rig = scene.rig
@@ -301,7 +301,7 @@ def rendered_trial(condition, rng, sizes):
     rig = mirror_rig(condition["geometry"], small=sizes.small)
     scene = drawn_scene(rig, BENCHES[condition["bench"]], sizes.steps, rng)
     try:
-        read = read_pictures(scene, sizes, rng)
+        read = read_images(scene, sizes, rng)
     except InputError as refusal:
         return {"refused": refusal.code}
     held_out = scoring_boards(scene, rng)
