@@ -6,14 +6,12 @@ import pytest
 from chapters.ch05_flexible_mirror.s3_3_repeatability import claims
 from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as conditioning
 from chapters.ch05_flexible_mirror.s3_3_repeatability import experiment as metric
-from chapters.ch05_flexible_mirror.s3_3_repeatability import report as causes
-from chapters.ch05_flexible_mirror.s3_3_repeatability.report import (
-    PANELS,
-    LoopRuns,
+from chapters.ch05_flexible_mirror.s3_3_repeatability.claims import (
     edge_ratios,
     next_to_clamp,
     way_to_clamp,
 )
+from chapters.ch05_flexible_mirror.s3_3_repeatability.report import PANELS, LoopRuns
 from chapters.shared.mirror.levels import BENCHES, SWEPT
 from chapters.shared.mirror.rigs import mirror_rig
 from raxel.geometry import transform
@@ -99,7 +97,7 @@ def seen_made(covered=1.2, reciprocal=2.0, lost=0, swinging=0, at=None):
     swinging: seeds that ended before step 4, or have a swinging end there."""
     rng = np.random.default_rng(3)
     found = {}
-    for name, benches in zip(causes.CONDITIONED, (BENCHES, SWEPT), strict=True):
+    for name, benches in zip(claims.CONDITIONED, (BENCHES, SWEPT), strict=True):
         values = {}
         for bench in benches:
             ratio = (at or {}).get(bench, covered)
@@ -146,7 +144,7 @@ def grown(without=0.3, with_metric=0.1, lost=0, spread=0.05, both=False):
                 values[f"{arm}.step{step}.{name}"] = trials
         gone = lost if arm == "without" else 0
         values[f"{arm}.refused"] = ["step 3: no"] * gone + [None] * (SEEDS - gone)
-    return {causes.METRIC: of_columns(({"geometry": "A"}, values))}
+    return {claims.METRIC: of_columns(({"geometry": "A"}, values))}
 
 
 @pytest.mark.parametrize(
@@ -167,19 +165,19 @@ def test_growth_without_the_metric_is_held_against_that_with_it(made, verdict):
 
 def test_a_seed_that_both_arms_reject_is_no_pair():
     result = grown(lost=30, both=True)
-    assert np.isnan(causes.without_less_metric(result[causes.METRIC])[:30]).all()
+    assert np.isnan(claims.without_less_metric(result[claims.METRIC])[:30]).all()
     told = of_rejected(claims.judge_metric, result)
     assert told == {("reproduced", "30 of 40", "differs")}
 
 
 def test_rates_are_slopes_and_rejections_the_worst():
     errors = 2 + 0.25 * np.arange(6)[:, None] + np.zeros((6, 2))
-    np.testing.assert_allclose(causes.rates(errors), 0.25)
-    result = grown(lost=3)[causes.METRIC]
-    found = causes.without_less_metric(result)
+    np.testing.assert_allclose(claims.rates(errors), 0.25)
+    result = grown(lost=3)[claims.METRIC]
+    found = claims.without_less_metric(result)
     assert np.isposinf(found[:3]).all()
     assert np.isfinite(found[3:]).all()
-    both = causes.while_both_go_on(result)
+    both = claims.while_both_go_on(result)
     np.testing.assert_allclose(both[3:], found[3:])
     np.testing.assert_allclose(both, 0.2, atol=0.4)
 

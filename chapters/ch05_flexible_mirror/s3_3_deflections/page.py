@@ -274,8 +274,8 @@ def tips_swept(effort, results):
 # %% [markdown]
 # ## From images to rays
 #
-# In a few runs all images are rendered, corners detected and monitor images decoded.
-# Only nine points at the clamp are picked by hand.
+# In a few runs all images are rendered and decoded. Only nine points at the clamp are
+# picked by hand.
 
 # %% tags=["active-ipynb"]
 # show_table("ext_mirror_rendered_table")

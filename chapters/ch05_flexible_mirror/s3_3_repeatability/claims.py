@@ -1,110 +1,116 @@
-"""The judgements of this page's claims."""
+"""The claims about repeated deflections, tested as the registry words them.
+
+A claim that is judged run by run returns whether it is true (runs,), the measured value
+(runs,), its unit, and words; nan where a run was rejected.
+"""
+
+from functools import lru_cache
 
 import numpy as np
+from scipy.stats import wilcoxon
 
 from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import (
+    ARMS,
     DEFLECTIONS_MM,
+    FEW,
+    MANY,
+    OUT,
     STEPS_MM,
 )
 from chapters.ch05_flexible_mirror.s3_3_repeatability.report import (
-    ARMS,
-    BACK,
     JUDGED,
-    MAX_DIFFERENT,
-    MAX_GROWTH,
-    MAX_SD,
-    MAX_WORSE,
     METRIC,
-    MIN_REDUCTION,
-    MIN_SD_MM,
     PANELS,
-    PLACED,
-    STARTED,
+    STEP_NAMES,
     STEPS,
-    THERE,
     LoopRuns,
-    LoopSights,
-    ReliefRuns,
-    below_at_the_edge,
-    better_conditioned,
-    decision_of,
-    edge_ratios,
-    error_growth,
-    in_places,
-    loop_closes,
-    loop_ratio,
-    pooled_sd,
-    reduction,
-    refused,
-    scatter_of_starts,
+    disagreement,
+    loop_error,
     single_difference,
-    steps_agree,
-    while_both_go_on,
-    without_less_metric,
 )
 from chapters.shared.mirror import (
+    BACK_PROJECTION_MM,
     READINGS,
-    counterpart_over_the_sweep,
+    BenchRuns,
+    mirror_rig,
     on_completed,
     over_completed,
     over_the_sweep,
+    shape_name,
 )
+from raxel.geometry import inverse_pose, transform
 from repro.run import (
     HOLDS,
+    OVER_TRIALS,
     SIGNIFICANCE,
     UNDECIDED,
     Case,
     Reading,
     all_of,
+    bootstrap,
     claim,
     median_interval,
+    ratio_of,
     wins,
+    with_worst,
 )
-
-# The claims about repeated deflections, tested as the registry words them.
-
 
 # Questions of the registry.
 OPEN = ("mirror_bench", "swinging_ends")
 LEVELS = ("mirror_bench",)
-
-
-def _case(options):
-    return Case(READINGS, options)
+MAX_APART, MAX_OPEN_MM = 6.0, 0.3
+MAX_DIFFERENT, MAX_GROWTH = 1.0, 5.0
+MAX_WORSE = 1.2
+MIN_SD_MM, MIN_REDUCTION = 0.05, 20.0
+MAX_SD = 1.0
+MAX_P = 0.05
+MIN_REMOVED = 50.0
+SAME_ROW_MM = 1e-6
+median = OVER_TRIALS["median"]
 
 
 @claim("c5_convex_concave", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_equivalent_steps(results, options):
-    """Test that equivalent steps agree within 6 %."""
-    return LoopRuns.judged_by_seed(results, options, steps_agree)
+    """Equivalent steps agree within 6 %."""
+
+    def found_by(runs):
+        apart = disagreement(runs)
+        words = "largest difference of equivalent steps"
+        return apart <= MAX_APART, apart, "%", words
+
+    return LoopRuns.judged_by_seed(results, options, found_by)
 
 
 @claim("c5_hysteresis", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_loop(results, options):
-    """Test that the sums of steps out and back agree within 0.3 mm."""
-    return LoopRuns.judged_by_seed(results, options, loop_closes)
+    """The sums of steps out and back agree within 0.3 mm."""
+
+    def found_by(runs):
+        off = loop_error(runs)
+        return off <= MAX_OPEN_MM, off, "mm", "sum of the steps out less that back"
+
+    return LoopRuns.judged_by_seed(results, options, found_by)
 
 
 @claim("c5_single_equals_staged", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_single_step(results, options):
-    """Test that the single step is within 1 % of the three: the median over runs."""
+    """The single step is within 1 % of the three: the median over runs."""
 
-    def differences(bench):
-        return single_difference(LoopRuns(results, options, bench))
+    def differences(level):
+        return single_difference(LoopRuns(results, options, level))
 
-    def middle(bench, seeds):
-        return median_interval(differences(bench)[seeds])
-
-    def reading_of(bench, seeds):
-        found = middle(bench, seeds)
+    def reading_of(level, some):
+        found = median_interval(differences(level)[some])
         decision = found.below(np.nextafter(MAX_DIFFERENT, 2))
         return Reading.of(decision, found, "%", "difference without sign")
 
     return over_completed(
-        _case(options),
-        lambda bench: np.isfinite(differences(bench)),
+        Case(READINGS, options),
+        lambda level: np.isfinite(differences(level)),
         reading_of,
-        lambda bench, seeds: middle(bench, seeds).value <= MAX_DIFFERENT,
+        lambda level, some: (
+            median_interval(differences(level)[some]).value <= MAX_DIFFERENT
+        ),
     )
 
 
@@ -112,7 +118,7 @@ def judge_single_step(results, options):
 def judge_single_back_projection(results, options):
     """wins(staged < single) in back-projection at stage 0, as the thesis has it."""
     return _judged_wins(
-        results, options, (f"step{BACK[-1]}", "single"), "single over staged"
+        results, options, (STEP_NAMES[-1], "single"), "single over staged"
     )
 
 
@@ -122,110 +128,170 @@ def judge_increase(results, options):
     return _judged_wins(
         results,
         options,
-        ("start", f"step{STEPS[-1]}"),
+        ("start", STEP_NAMES[-1]),
         "after six steps over before",
-        least=1.0,
+        bound=1.0,
     )
 
 
-def _judged_wins(results, options, places, words, least=None):
+def _judged_wins(results, options, places, words, bound=None):
     """The Reading of wins(first < second) in back-projection at two places of the loop.
 
-    least: a ratio above which the interval has to lie, in place of what `wins` asks.
+    bound: a ratio above which the interval has to lie, in place of the rule of `wins`.
     """
 
-    def pair_of(bench, name="back_mm"):
-        runs = LoopRuns(results, options, bench)
-        return [runs.of(place, name) for place in places]
+    def pair_of(level, name="back_mm"):
+        runs = LoopRuns(results, options, level)
+        return [runs.at_place(place, name) for place in places]
 
-    def won(bench, seeds, name="back_mm"):
-        return wins([tuple(one[seeds] for one in pair_of(bench, name))])[0]
+    def won(level, some, name="back_mm"):
+        return wins([tuple(one[some] for one in pair_of(level, name))])[0]
 
-    def reading_of(bench, seeds):
-        found = won(bench, seeds)
+    def reading_of(level, some):
+        found = won(level, some)
         decision = found.decision
-        if least is not None:
-            decision = found.ratio.above(least)
+        if bound is not None:
+            decision = found.ratio.above(bound)
             if decision == HOLDS and not found.p < SIGNIFICANCE:
                 decision = UNDECIDED
-        true = won(bench, seeds, "back_true_mm").ratio.value
+        true = won(level, some, "back_true_mm").ratio.value
         reason = f"{words}; p = {found.p:.1g}; on the board's true pose {true:.2f}"
         return Reading.of(decision, found.ratio, "x", reason)
 
     return over_completed(
-        _case(options),
-        lambda bench: np.isfinite(pair_of(bench)).all(axis=0),
+        Case(READINGS, options),
+        lambda level: np.isfinite(pair_of(level)).all(axis=0),
         reading_of,
-        lambda bench, seeds: won(bench, seeds).ratio.value > 1,
+        lambda level, some: won(level, some).ratio.value > 1,
     )
 
 
-def _completed(results, options):
-    """bench -> which runs (seeds,) completed all six steps."""
-    return lambda bench: LoopRuns(results, options, bench).completed
+def error_growth(errors):
+    """Slope of errors (steps, runs) on the step's number, % of the fitted line's value
+    at the first step, Estimate; a draw is one of whole sequences, and a rejected run
+    counts as the worst."""
+    x = np.arange(len(errors)) - (len(errors) - 1) / 2
+
+    def slope(*rows):
+        y = np.stack([median(row) for row in rows])
+        rise = np.tensordot(x, y, 1) / (x @ x)
+        return 100 * rise / (y.mean(axis=0) + x[0] * rise)
+
+    return bootstrap(slope, *with_worst(errors), paired=True)
+
+
+def _judged_loop(results, options, measure, bound, unit, words):
+    """The Reading of a measure (errors (steps, runs)) -> Estimate of back-projection
+    that is at most `bound`; words(Estimate on the true pose)."""
+
+    def found_by(level, some, name="back_mm"):
+        return measure(LoopRuns(results, options, level).at(name)[:, some])
+
+    def reading_of(level, some):
+        found = found_by(level, some)
+        reason = words(found_by(level, some, "back_true_mm"))
+        return Reading.of(found.below(np.nextafter(bound, 9)), found, unit, reason)
+
+    return over_completed(
+        Case(READINGS, options),
+        lambda level: LoopRuns(results, options, level).completed,
+        reading_of,
+        lambda level, some: found_by(level, some).value <= bound,
+    )
 
 
 @claim("c5_no_accumulation", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_accumulation(results, options):
     """Slope of the back-projection error over the six steps, at most 5 % a step."""
-
-    def growth(bench, seeds, name="back_mm"):
-        return error_growth(LoopRuns(results, options, bench), name, seeds)
-
-    def reading_of(bench, seeds):
-        found, true = (growth(bench, seeds, n) for n in ("back_mm", "back_true_mm"))
-        return Reading.of(
-            found.below(np.nextafter(MAX_GROWTH, 9)),
-            found,
-            "%",
+    return _judged_loop(
+        results,
+        options,
+        error_growth,
+        MAX_GROWTH,
+        "%",
+        lambda true: (
             f"rise of the medians for each of {len(STEPS)} steps, of the line's first "
             f"value; on the board's true pose {true.value:.1f} ({true.low:.1f} to "
-            f"{true.high:.1f}) %",
-        )
-
-    return over_completed(
-        _case(options),
-        _completed(results, options),
-        reading_of,
-        lambda bench, seeds: growth(bench, seeds).value <= MAX_GROWTH,
+            f"{true.high:.1f}) %"
+        ),
     )
 
 
 @claim("c5_concave_harmless", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_concave_steps(results, options):
     """Back-projection after the three steps back, at most 1.2 times that before."""
-
-    def ratio(bench, seeds, name="back_mm"):
-        runs = LoopRuns(results, options, bench)
-        after, before = runs.at(name, (BACK[-1], BACK[0] - 1))[:, seeds]
-        return loop_ratio(after, before)
-
-    def reading_of(bench, seeds):
-        found, true = (ratio(bench, seeds, n) for n in ("back_mm", "back_true_mm"))
-        return Reading.of(
-            found.below(np.nextafter(MAX_WORSE, 2)),
-            found,
-            "x",
+    return _judged_loop(
+        results,
+        options,
+        lambda errors: ratio_of("median", errors[-1], errors[OUT - 1], paired=True),
+        MAX_WORSE,
+        "x",
+        lambda true: (
             "after six steps over after three; on the board's true pose "
-            f"{true.value:.2f}",
-        )
-
-    return over_completed(
-        _case(options),
-        _completed(results, options),
-        reading_of,
-        lambda bench, seeds: ratio(bench, seeds).value <= MAX_WORSE,
+            f"{true.value:.2f}"
+        ),
     )
 
 
-def _refused_places(result, bench):
-    """Number of rejected calibrations, in words."""
-    lost = {
-        pitch: int(np.nansum(result.column(f"{bench}.refused_{pitch}")))
-        for pitch in ("coarse", "dense")
-    }
-    whole = in_places(result, bench, "coarse").size
-    return f"rejected of {whole}: {lost['coarse']}, with half the pitch {lost['dense']}"
+def in_places(result, level, pitch):
+    """Deflections (runs, places) mm of one pitch, nan where rejected."""
+    return np.array(result.arrays(level, pitch))
+
+
+def between_places(*found):
+    """SD of deflections between places, mm, (runs,) for each array (runs, places).
+
+    Of the places in which none was rejected; nan where fewer than two are left.
+    """
+    known = np.all(np.isfinite(found), axis=0)
+    enough = known.sum(axis=1) > 1
+    spread = np.full((len(found), len(known)), np.nan)
+    for row, mm in zip(spread, found, strict=True):
+        row[enough] = np.nanstd(np.where(known, mm, np.nan)[enough], axis=1, ddof=1)
+    return spread[:, enough]
+
+
+def pooled_sd(result, level):
+    """SD between places over all runs, mm, Estimate; runs are resampled."""
+    return bootstrap(_rms, *between_places(in_places(result, level, "coarse")))
+
+
+def reduction(result, level):
+    """Reduction of the SD between places by half the pitch, %, Estimate."""
+    pitches = (in_places(result, level, pitch) for pitch in ("coarse", "dense"))
+    return bootstrap(
+        lambda a, b: 100 * (1 - _rms(b) / _rms(a)),
+        *between_places(*pitches),
+        paired=True,
+    )
+
+
+def _rms(spread):
+    return np.sqrt(np.mean(spread**2, axis=-1))
+
+
+def _judged_places(results, options, measure, bound, unit, words):
+    """The Reading of a measure (result, level) -> Estimate that is at least `bound`."""
+    result = results["exp_c5_dense_grid"]
+
+    def reading_at(level):
+        found = measure(result, level)
+        coarse, dense = np.nansum(
+            result.column(level, ("refused_coarse", "refused_dense")), axis=1
+        )
+        return Reading.of(
+            found.above(np.nextafter(bound, 0)),
+            found,
+            unit,
+            f"{words}; rejected of {in_places(result, level, 'coarse').size}: "
+            f"{coarse:.0f}, with half the pitch {dense:.0f}",
+        )
+
+    return over_the_sweep(
+        Case(READINGS, options),
+        reading_at,
+        lambda level: measure(result, level).value >= bound,
+    )
 
 
 @claim(
@@ -236,43 +302,17 @@ def _refused_places(result, bench):
 )
 def judge_placement(results, options):
     """SD of the first step's deflection between poses of the board alone."""
-    result = results[PLACED]
-
-    def reading_at(bench):
-        found = pooled_sd(result, bench)
-        return Reading.of(
-            found.above(np.nextafter(MIN_SD_MM, 0)),
-            found,
-            "mm",
-            f"SD between places, all else held; {_refused_places(result, bench)}",
-        )
-
-    def on_side(bench):
-        return pooled_sd(result, bench).value >= MIN_SD_MM
-
-    return over_the_sweep(_case(options), reading_at, on_side)
+    words = "SD between places, all else held"
+    return _judged_places(results, options, pooled_sd, MIN_SD_MM, "mm", words)
 
 
 @claim(
     "c5_dense_grid", needs=("exp_c5_dense_grid",), evidence="rendered", readings=LEVELS
 )
 def judge_dense_grid(results, options):
-    """Test that half the pitch removes a fifth of the SD between board poses."""
-    result = results[PLACED]
-
-    def reading_at(bench):
-        found = reduction(result, bench)
-        return Reading.of(
-            found.above(np.nextafter(MIN_REDUCTION, 0)),
-            found,
-            "%",
-            f"less SD between places; {_refused_places(result, bench)}",
-        )
-
-    def on_side(bench):
-        return reduction(result, bench).value >= MIN_REDUCTION
-
-    return over_the_sweep(_case(options), reading_at, on_side)
+    """Half the pitch removes a fifth of the SD between board poses."""
+    words = "less SD between places"
+    return _judged_places(results, options, reduction, MIN_REDUCTION, "%", words)
 
 
 @claim(
@@ -283,34 +323,33 @@ def judge_dense_grid(results, options):
 )
 def judge_starts(results, options):
     """SD of the results of perturbed starts, 1 % of the deflection in both steps."""
-    result = results[STARTED]
+    steps = tuple(STEPS_MM)
 
-    def of_starts(bench):
-        return {
-            step: scatter_of_starts(result, bench, step, mm)
-            for step, mm in STEPS_MM.items()
-        }
+    def scatter(level):
+        """SD (steps, runs), %; nan where a start or the whole stage was rejected."""
+        sd = results["exp_c5_not_sensitive_init"].column(level, steps, "sd_mm")
+        return 100 * sd / np.array([*STEPS_MM.values()])[:, None]
 
-    def middles(bench, seeds):
-        return {s: median_interval(sd[seeds]) for s, sd in of_starts(bench).items()}
-
-    def reading_of(bench, seeds):
-        found = middles(bench, seeds)
+    def reading_of(level, some):
+        found = [median_interval(sd[some]) for sd in scatter(level)]
         bound = np.nextafter(MAX_SD, 2)
-        said = ", ".join(f"{step} mm {one.value:.2g} %" for step, one in found.items())
+        words = ", ".join(
+            f"{step} mm {one.value:.2g} %"
+            for step, one in zip(steps, found, strict=True)
+        )
         return Reading.of(
-            all_of([one.below(bound) for one in found.values()]),
-            max(found.values(), key=lambda one: one.value),
+            all_of([one.below(bound) for one in found]),
+            max(found, key=lambda one: one.value),
             "%",
-            f"SD of the deflection, the larger of two steps: {said}",
+            f"SD of the deflection, the larger of two steps: {words}",
         )
 
     return over_completed(
-        _case(options),
-        lambda bench: np.isfinite([*of_starts(bench).values()]).all(axis=0),
+        Case(READINGS, options),
+        lambda level: np.isfinite(scatter(level)).all(axis=0),
         reading_of,
-        lambda bench, seeds: all(
-            one.value <= MAX_SD for one in middles(bench, seeds).values()
+        lambda level, some: all(
+            median_interval(sd[some]).value <= MAX_SD for sd in scatter(level)
         ),
     )
 
@@ -320,24 +359,63 @@ def judge_lost_features(results):
     """Going back, the mean number of common corners falls with every deflection."""
     found = results["exp_c5_feature_loss"]
     back, out = (np.mean(found.arrays(way), axis=0) for way in ("back", "out"))
-    least = -np.diff(back).max()
+    lowest = -np.diff(back).max()
     numbers = ", ".join(f"{count:.0f}" for count in back)
+    deflections = ", ".join(f"{mm:g}" for mm in DEFLECTIONS_MM)
     return Reading.of(
-        bool(least > 0),
-        float(least),
+        bool(lowest > 0),
+        float(lowest),
         "count",
         "least loss from one deflection to the next on the way back from stage 3, of "
         f"means over {found.trials_per_condition} places of the board: {numbers} "
-        "common corners after "
-        + ", ".join(f"{mm:g}" for mm in DEFLECTIONS_MM)
-        + f" mm; out, where the view widens, {out[0]:.0f} to {out[-1]:.0f}",
+        f"common corners after {deflections} mm; out, where the view widens, "
+        f"{out[0]:.0f} to {out[-1]:.0f}",
     )
 
 
 # Claims about the vectors of Fig. 5.13: causes and countermeasures.
 
 
-MIN_REMOVED = 50.0
+def next_to_clamp(board, visible, way):
+    """Indices of the edge's corners: board (N, 2) mm, visible (N,), way: see
+    `way_to_clamp`."""
+    indices = np.flatnonzero(visible)
+    rows = np.round(board[indices, 1] / SAME_ROW_MM)
+    return np.array(
+        [
+            indices[rows == row][np.argmax(way * board[indices[rows == row], 0])]
+            for row in np.unique(rows)
+        ]
+    )
+
+
+@lru_cache(maxsize=1)
+def way_to_clamp():
+    """1 or -1: the sense of the board's x axis that the mirror shows towards its clamp,
+    of boards held in front of rig A."""
+    rig = mirror_rig("A")
+    T = rig.board_pose(np.random.default_rng(0), BACK_PROJECTION_MM)
+    camera, board = rig.camera(0.0), rig.board.points()
+    pixels, visible = rig.corners(camera, T)
+    mirror = transform(
+        inverse_pose(camera.T_viewer_mirror), camera.rays(pixels).origins
+    )
+    along = np.corrcoef(board[visible, 0], mirror[visible, 0])[0, 1]
+    return -int(np.sign(along))
+
+
+def edge_ratios(runs, place):
+    """Mean error at the edge next to the clamp over the mean of all corners, (runs,).
+
+    The edge: in each row of the board the visible corner nearest to the clamp.
+    """
+    found = np.full(runs.seeds, np.nan)
+    for run, own in zip(*runs.vectors(place), strict=True):
+        size = np.linalg.norm(own, axis=1)
+        known = np.isfinite(size)
+        edge = next_to_clamp(runs.board_mm, known, way_to_clamp())
+        found[run] = size[edge].mean() / size[known].mean()
+    return np.where(runs.goes_on(place), found, np.nan)
 
 
 @claim(
@@ -353,20 +431,31 @@ def judge_fixed_edge(results, options):
     row of the board, the visible corner nearest to the clamp; errors are those of
     the figure, in the fitted pose.
     """
-    case = Case(READINGS, options)
 
-    def found_at(bench):
-        runs = LoopRuns(results, options, bench)
-        below, worst, unit, said = below_at_the_edge(runs)
-        panels = []
-        for place in PANELS:
-            ratios = edge_ratios(runs, place)
-            known = ratios[np.isfinite(ratios)]
-            panels.append(f"{place} {np.count_nonzero(known < 1)} of {len(known)}")
-        said += f"; below in each panel, of the seeds with it: {', '.join(panels)}"
-        return below, worst, unit, said
+    def found_by(runs):
+        ratios = np.array([edge_ratios(runs, place) for place in PANELS])
+        worst = ratios.max(axis=0)
+        panels = ", ".join(
+            f"{place} {np.count_nonzero(row < 1)} of {np.isfinite(row).sum()}"
+            for place, row in zip(PANELS, ratios, strict=True)
+        )
+        words = (
+            "edge over all, the largest of four panels; below in each panel, of the "
+            f"simulated runs with it: {panels}"
+        )
+        return worst < 1, worst, "x", words
 
-    return counterpart_over_the_sweep(case, found_at)
+    return LoopRuns.judged_by_seed(results, options, found_by)
+
+
+CONDITIONED = ("exp_c5_concave_conditioning", "exp_c5_concave_conditioning_swept")
+
+
+class Views(BenchRuns):
+    """What the steps of a loop see, at one error level."""
+
+    EXPERIMENTS = CONDITIONED
+    SWINGS = STEP_NAMES
 
 
 @claim(
@@ -384,25 +473,58 @@ def judge_conditioning(results, options):
     clamp's subspace.
     """
 
-    def found_at(bench):
-        seen = LoopSights(results, options, bench)
-        better, least, unit, said = better_conditioned(seen)
-        said += "; medians out and back: " + "; ".join(
-            f"{words} {_middle(seen, name, THERE):.2g} and "
-            f"{_middle(seen, name, BACK):.2g}, larger in "
-            f"{np.sum(seen.back_over_out(name) > 1)}"
-            for name, words in (("covered", "share"), ("reciprocal", "reciprocal"))
-        )
-        return better, least, unit, said
+    def found_by(views):
+        words, ratios = [], []
+        for name, measure in (("covered", "share"), ("reciprocal", "reciprocal")):
+            found = np.array([views.at_place(step, name) for step in STEP_NAMES])
+            out, back = found[:OUT].mean(axis=0), found[OUT:].mean(axis=0)
+            ratios.append(back / out)
+            words.append(
+                f"{measure} {np.nanmedian(out):.2g} and {np.nanmedian(back):.2g}, "
+                f"larger in {np.sum(ratios[-1] > 1)}"
+            )
+        lesser = np.min(ratios, axis=0)
+        reason = "steps back over steps out, the lesser of both; medians out and back: "
+        return lesser > 1, lesser, "x", reason + "; ".join(words)
 
-    return counterpart_over_the_sweep(Case(READINGS, options), found_at)
+    return Views.judged_by_seed(results, options, found_by)
 
 
-def _middle(seen, name, steps):
-    """Median over runs of a measure's mean over some steps, of those that have it."""
-    found = seen.of_steps(name)[np.subtract(steps, 1)].mean(axis=0)
-    known = found[np.isfinite(found)]
-    return float(np.median(known)) if len(known) else np.nan
+def rates(errors):
+    """Slopes (runs,) of errors (steps, runs) on the step's number, per step."""
+    x = np.arange(len(errors)) - (len(errors) - 1) / 2
+    return x @ errors / (x @ x)
+
+
+def without_less_metric(result):
+    """Growth without the metric less that with it, (runs,), per step; infinite where
+    only that without was rejected, minus infinite where only the other was, nan where
+    both were."""
+    metric, without = map(rates, result.column(ARMS, STEP_NAMES, "back_mm"))
+    with np.errstate(invalid="ignore"):
+        return with_worst(without) - with_worst(metric)
+
+
+def while_both_go_on(result, name="back_mm"):
+    """The same over the steps that both arms reach, of runs with two or more."""
+    metric, without = result.column(ARMS, STEP_NAMES, name)
+    reached = np.isfinite(metric + without).sum(axis=0)
+    return np.array(
+        [
+            rates(without[:n, run]) - rates(metric[:n, run])
+            for run, n in enumerate(reached)
+            if n >= 2
+        ]
+    )
+
+
+def p_larger(differences):
+    """One-sided p (Wilcoxon's signed ranks) that differences (n,) are above 0; infinite
+    ones outrank all others."""
+    finite = np.abs(differences[np.isfinite(differences)])
+    largest = 1 + finite.max(initial=0)
+    ranked = np.clip(differences, -largest, largest)
+    return float(wilcoxon(ranked, alternative="greater").pvalue) if ranked.any() else 1
 
 
 @claim("c5_metric_fit_helps", needs=("exp_c5_metric_fit_helps",), evidence="rendered")
@@ -416,27 +538,43 @@ def judge_metric(results):
     result = results[METRIC]
     differences = without_less_metric(result)
     angle = while_both_go_on(result, "angle_deg")
-    lost = {arm: refused(result, arm) for arm in ARMS}
+    middle_angle = np.median(angle) if len(angle) else np.nan
+    metric, without = (
+        sum(text is not None for text in result.texts(arm, "refused")) for arm in ARMS
+    )
 
-    def judge(seeds):
+    def judge(some):
         # Rejected in both arms: no difference.
-        found = np.where(np.isnan(differences), 0.0, differences)[seeds]
-        decision, middle, p = decision_of(found)
+        found = np.where(np.isnan(differences), 0.0, differences)[some]
+        interval, p = median_interval(found), p_larger(found)
+        decision = interval.above(0.0)
         return Reading.of(
-            decision,
-            middle,
+            UNDECIDED if decision == HOLDS and p >= MAX_P else decision,
+            interval,
             "mm",
             f"growth for each step without the metric, less that with it; p = {p:.1g}; "
-            f"rejected without the metric {lost['without']}, with it "
-            f"{lost['metric']}; over the steps that both reach, of the rays, "
-            f"{_median(angle):.2g} degrees a step",
+            f"rejected without the metric {without}, with it {metric}; over the steps "
+            f"that both reach, of the rays, {middle_angle:.2g} degrees a step",
         )
 
     return on_completed(np.isfinite(differences), judge)
 
 
-def _median(values):
-    return float(np.median(values)) if len(values) else np.nan
+def rise_by_relief(trials, name="back_mm"):
+    """Relief over smooth mirror with the fewest functions, ratio of medians, Estimate;
+    and the share of the rise that the most functions remove, %, Estimate."""
+    few, many = (
+        with_worst(trials.column(("relief", "smooth"), shape_name(shape), name))
+        for shape in (FEW, MANY)
+    )
+
+    def share_removed(rough, smooth, rough_left, smooth_left):
+        left = median(rough_left) - median(smooth_left)
+        return 100 * (1 - left / (median(rough) - median(smooth)))
+
+    with np.errstate(invalid="ignore"):
+        removed = bootstrap(share_removed, *few, *many, paired=True)
+    return ratio_of("median", *few, paired=True), removed
 
 
 @claim("c5_high_order", needs=("exp_c5_high_order",), evidence="rendered")
@@ -448,15 +586,16 @@ def judge_high_order(results):
     first solved level; the removed share is that of the rise over a smooth mirror,
     which keeps its own residual with either number of functions.
     """
-    relief = ReliefRuns.of(results)
-    rise, removed = relief.rise(), relief.removed()
-    other = relief.rise("residual_mm"), relief.removed("residual_mm")
+    trials = results["exp_c5_high_order"].select(geometry="A")
+    rise, removed = rise_by_relief(trials)
+    rise_left, removed_left = rise_by_relief(trials, "residual_mm")
+    _, removed_angle = rise_by_relief(trials, "angle_deg")
     return Reading.of(
         all_of([rise.above(1.0), removed.above(np.nextafter(MIN_REMOVED, 0))]),
         removed,
         "%",
         f"of the rise by relief; with few functions it is {rise.value:.2f} times the "
         f"smooth mirror's ({rise.low:.2f} to {rise.high:.2f}); of the refinement's own "
-        f"distances {other[1].value:.0f} %, raised {other[0].value:.2f} times; of the "
-        f"angles to the true rays {relief.removed('angle_deg').value:.0f} %",
+        f"distances {removed_left.value:.0f} %, raised {rise_left.value:.2f} times; of "
+        f"the angles to the true rays {removed_angle.value:.0f} %",
     )

@@ -66,7 +66,7 @@ from repro.run import Plan, experiment
 #
 # 1. **Deflections repeat in the median.** Each step out agrees with its reverse to
 #    {glue:text}`s5_rep_agree:.1f` %, and the loop closes to
-#    {glue:text}`s5_rep_hyst_mm:.2f` mm (medians of the completed runs).
+#    {glue:text}`s5_rep_hyst_mm:.2f` mm.
 # 2. **One step of 15 mm finds the same deflection as three of 5 mm.** Its
 #    back-projection error is larger in {glue:text}`single.worse:.0f` % of the runs.
 # 3. **The rays do not return.** Their error against the true rays is
@@ -89,29 +89,24 @@ from repro.run import Plan, experiment
 # ## Terms
 #
 # - *Step*: one change of the deflection by 5 mm, followed by an update. Steps 1 to 3 go
-#   *out* to stage 3 (*convex* in the thesis), steps 4 to 6 *back* to stage 0
-#   (*concave*).
+#   *out* to stage 3 (*convex*), steps 4 to 6 *back* to stage 0 (*concave*).
 # - *Equivalent steps*: a step out and the step back that reverses it.
 # - *Single step*: release by 15 mm, followed by one update.
 # - *Loop error* (hysteresis): sum of the steps out minus sum of the steps back.
-# - *Residual*: distance of a corner from its scene ray after the fit.
-# - *Back-projection error*: distance between a board corner and the point where its ray
-#   meets the board, in the *fitted* or the *true* pose of the board.
-# - *Run*, *completed*, *rigs*: as in [5.3.3b](s3_3_deflections.ipynb). Values are for
-#   rig A at the *second solved error level* ([5.3.3a](s3_3_calibration.ipynb)).
+# - *Residual*, *back-projection error*, *fitted* and *true* pose, *run*, *completed*,
+#   *rigs*: as in [5.3.3b](s3_3_deflections.ipynb). Values are for rig A at the *second
+#   solved error level* ([5.3.3a](s3_3_calibration.ipynb)).
 
 # %% [markdown]
 # ## What the thesis claims
 #
-# - Equivalent steps agree within 4.74 %, and the loop error is 0.11 mm, 0.76 % of 15 mm
-#   (Table 5.5).
-# - The single step gives the same deflection within 0.14 %. So the cost function has a
-#   strong global minimum, and the start hardly matters. Elsewhere on the mirror the
-#   single step is worse: 2.74 mm of back-projection error against 1.84 mm.
-# - Recalibration adds error: 0.85 mm before, 1.84 mm at stage 3 and 1.84 mm back at
-#   stage 0. But errors do not accumulate, and the steps back add little (Fig. 5.13).
+# - Equivalent steps agree within 4.74 %, and the loop error is 0.11 mm (Table 5.5).
+# - The single step gives the same deflection within 0.14 %, so the start hardly
+#   matters. Elsewhere it is worse: 2.74 mm of back-projection error against 1.84 mm.
+# - Recalibration adds error: 0.85 mm before, 1.84 mm at stage 3 and back at stage 0.
+#   But errors do not accumulate, and the steps back add little (Fig. 5.13).
 # - A denser board would reduce the variation between experiments.
-# - The distortion in Fig. 5.13(a) is surface detail that the chosen functions cannot
+# - The distortion in Fig. 5.13(a) is surface detail that the functions cannot
 #   represent.
 
 # %% [markdown]
@@ -119,35 +114,29 @@ from repro.run import Plan, experiment
 #
 # The board does not move during a step. Its pose comes from the previous camera, and
 # the new mirror shape from the corners that both images show. So an error of the
-# previous camera enters the pose, and from there the new camera. With independent
-# errors of SD $\sigma$ in each step, the height at the load after $n$ steps has the
-# error
+# previous camera enters the new one. With independent errors of SD $\sigma$ in each
+# step, the height at the load after $n$ steps has the error
 #
 # $$ \sigma_n = \sqrt{n}\,\sigma , $$
 #
-# and with equal errors $n\sigma$, unless a constraint limits it. Two constraints exist:
-# the clamp's position, kept from the primary calibration, and the known board metric.
-#
-# The *deflection* of a step is the movement of the load between the shapes before and
-# after.
+# and with equal errors $n\sigma$, unless a constraint limits it. Constraints are the
+# clamp's position and the known board metric.
 
 # %% tags=["active-ipynb"]
 # show_code(travelled)
 
 # %% [markdown]
-# Residual and back-projection in the fitted pose do not show a rotation that all rays
-# have in common. Three errors that require the truth do: the height at the load, the
-# angle to the true rays, and back-projection in the true pose.
+# Residual and back-projection in the fitted pose do not show a rotation of all rays.
+# Three errors that require the truth do: the height at the load, the angle to the true
+# rays, and back-projection in the true pose.
 
 # %% [markdown]
 # ## Experiment
 #
-# The method is as published: distance spline of 7 × 3, fixed clamp position, no prior.
-# On the way out, the board has another pose in each step. On the way back it stays, so
-# the same two images also give the single step. Boards for back-projection are 400 mm
-# away. The same one is used at stage 0 before, after six steps and after the single
-# step. Errors of corners and decoded points are redrawn from rendered images, at three
-# [error levels](s3_3_calibration.ipynb).
+# The method is as published: distance spline of 7 × 3, fixed clamp position. On the way
+# out, the board has another pose in each step. On the way back it stays, so the same
+# two images also give the single step.
+# Errors of corners and decoded points are redrawn from rendered images.
 
 # %%
 SEEDS = {"quick": 2, "full": 100}
@@ -300,18 +289,11 @@ def film_pictures(effort):
 # show_table("table_5_5")
 
 # %% [markdown]
-# ## Sensitivity of the verdicts to the error level
-
-# %% tags=["active-ipynb"]
-# show_table("ext_table_5_5_sweep")
-
-# %% [markdown]
 # ## Tracking of a moving mirror
 #
-# A calibration can also follow the mirror while it moves. A board is fixed in front of
-# rig A, with a quarter of the pixels in each direction. The load moves out to 15 mm and
-# back in rendered images. The board's pose comes from the first image. Each further
-# image updates the shape, with corners tracked by optical flow. One update takes
+# The load moves out to 15 mm and back in
+# rendered images of a fixed board, whose pose comes from the first image. Each further
+# image updates the shape, with corners tracked by optical flow, in
 # {glue:text}`film.update_ms:.0f` ms.
 
 # %% tags=["active-ipynb"]
@@ -321,34 +303,27 @@ def film_pictures(effort):
 # ## Discussion
 #
 # **What holds.** The deflection at the load is recovered in three steps and in one.
-# Refinements from perturbed starts end at the same shape. Finer boards reduce the
+# Perturbed starts end at the same shape. Finer boards reduce the
 # variation between board poses. Unevenness raises the back-projection error of stage 0,
 # and 14 × 9 functions remove most of the increase, as the thesis supposes.
 #
-# **What a small residual hides.** The rays and the back-projection error in the true
-# pose are worse after six steps than before. An error of the board's pose and an error
-# of the shape compensate each other, and only the true pose separates them.
+# **What a small residual hides.** Errors of the board's pose and of the shape
+# compensate each other.
 #
-# **The single step** ends with the same image of the same board as the three steps. It
-# has fewer common corners, but fewer poses to estimate. In single runs, such as that of
-# Fig. 5.13, the two differ more than in the median.
+# **The single step** has fewer common corners, but fewer poses to estimate.
 #
 # **Known board metric.** Without it errors are larger at stage 3, but they decrease on
-# the way back. So there is no growth over six steps.
+# the way back.
 #
 # **Rejected runs.** A run is rejected if the common corners do not constrain an end of
-# the mirror. The table of sensitivity counts the completed runs. On rig B, with a short
-# mirror, few complete. All medians are of completed runs, and no claim counts a
-# rejected run as a miss.
+# the mirror. On rig B, with a short mirror, no run completes.
 #
-# **Why some loops do not close.** In nearly all of these the spline bends implausibly
-# at an end: the third step is too large and the last too small. The library rejects
-# most of them, the thesis does not. With that rejection the remaining runs agree
-# better, partly because it sorts by the cause of the misses.
+# **Why some loops do not close.** In more than half of these the spline bends
+# implausibly at an end: the third step is too large and the last too small. The library
+# rejects such splines, the thesis does not.
 #
-# **Limits.** Six steps are few, and pass through the same four shapes. A convex mirror
-# spreads the rays more, so errors at stages 3 and 0 are not comparable. The linear
-# share depends on the chosen distances, which the thesis does not state.
+# **Limits.** A convex mirror spreads the rays more, so errors at stages 3 and 0 are not
+# comparable.
 
 # %% [markdown]
 # ## Summary
