@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from chapters.ch05_flexible_mirror.s4_self_calibration import claims
-from chapters.ch05_flexible_mirror.s4_self_calibration import report as known
 from chapters.ch05_flexible_mirror.s4_self_calibration import report as runs
 from chapters.ch05_flexible_mirror.s4_self_calibration.experiment import Field
 from chapters.shared.mirror.levels import BENCHES, LEVEL, SWEPT
@@ -153,7 +152,7 @@ def steps(slope, seeds=40):
     """Results of runs whose errors rise by so many % for a step."""
     rng = np.random.default_rng(3)
     columns = {}
-    for k in range(1, known.STEPS + 1):
+    for k in range(1, claims.STEPS + 1):
         error = (1 + slope / 100 * k) * (0.04 if k % 2 else 0.05)
         for way in ("known", "boards"):
             columns[f"{way}.step{k}"] = error * (1 + 0.01 * rng.standard_normal(seeds))
@@ -186,16 +185,16 @@ def test_what_a_picture_shows_ends_at_the_rays_of_near_and_of_far_ones():
     assert field.shows(points).tolist() == [True, False, True, False, True]
 
 
-def test_a_figure_shows_one_seed_also_where_others_were_refused():
+def test_figure_shows_one_run_where_others_were_rejected():
     """All four seeds have an array of their number here; `came` says which have one."""
     numbers = np.arange(4.0)
     columns = {f"{LEVEL}.here": [np.full((2, 2), k) for k in numbers]}
     columns[f"{LEVEL}.number"] = numbers
     courses = runs.Courses({runs.RUNS: of_columns(({"geometry": "A"}, columns))})
-    assert courses.of_seed("here", 3, np.ones(4, bool))[0, 0] == 3
-    # Seeds 0 and 2 were refused and have no array: those of 1 and 3 come first.
+    assert courses.of_run(3, np.ones(4, bool), "here")[0, 0] == 3
+    # Seeds 0 and 2 were rejected and have no array: those of 1 and 3 come first.
     came = np.array([False, True, False, True])
-    assert courses.of_seed("here", 3, came)[0, 0] == 1
-    assert courses.of_seed("here", None, came).shape == (0, 2)
-    assert runs.first_seed(came, np.array([True, False, True, True])) == 3
-    assert runs.first_seed(came, ~came) is None
+    assert courses.of_run(3, came, "here")[0, 0] == 1
+    assert courses.of_run(None, came, "here").shape == (0, 2)
+    assert runs.first_run(came, np.array([True, False, True, True])) == 3
+    assert runs.first_run(came, ~came) is None

@@ -66,10 +66,9 @@ from repro.run import Plan, experiment
 #   the thesis's vertical curvature.
 # - $V_r$: direction of a scene ray. $Z$, $D$: distances from mirror to scene and
 #   camera.
-# - *Second solved error level* (primary): noise and mirror waves solved from two
-#   printed numbers of stage 0 ([5.3.3a](s3_3_calibration.ipynb)).
-# - *First solved error level*: larger, solved from two other printed numbers.
-# - *Low-noise level*: errors of rendered images, and a smooth mirror.
+# - *Error levels*: *second solved* (primary) and *first solved*, with noise and mirror
+#   waves solved from printed numbers; *low-noise*, with a smooth mirror
+#   ([5.3.3a](s3_3_calibration.ipynb)).
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
@@ -173,29 +172,24 @@ def known(effort):
 # ## Discussion
 #
 # **Sources of the error.** The finite depth explains a part. The rest accumulates,
-# because each step starts from the rays of the step before. At the second level, whose
-# mirror has waves, wrong coefficients at the free end grow from step to step. Runs are
-# rejected there, and some shapes no longer reach the load ([Table 5.9](#table_5_9)
-# counts those that do). No residual shows this.
+# because each step starts from the rays of the step before. At the second level wrong
+# coefficients at the free end grow from step to step. Runs are rejected there, and some
+# shapes no longer reach the load ([Table 5.9](#table_5_9) counts those that do).
 #
 # **What holds of 5.4.** In most low-noise runs the estimate gets worse from push to
-# push. Its agreement with a board's linear estimate at stage 3 is a coincidence: boards
-# improve from push to push. Clustered features cause sag at the low-noise level, evenly
-# spread ones much less ([features](#ext_self_features)). A run where self-calibration
-# is rejected and boards are not supports the claim that the method is of no use. Where
-# boards are rejected as well, the run does not count.
+# push. Boards improve, so the agreement at stage 3 is a coincidence. Clustered features
+# cause sag at the low-noise level, evenly spread ones much less
+# ([features](#ext_self_features)). A run where self-calibration is rejected and boards
+# are not supports the claim that the method is of no use.
 #
-# **Stereo.** The thesis assumes a baseline of several millimetres. But after a push a
-# feature is seen at another point of the mirror, much farther away than the push. So a
-# fixed baseline of 100 mm improves depths by less than the lengths suggest. Depth at
-# the clamp itself is not tested.
+# **Stereo.** After a push a feature is seen at another point of the mirror, much
+# farther away than the push. So a fixed baseline of 100 mm improves depths by less than
+# the lengths suggest.
 #
 # **Scene from four states.** The order of the centroids in the thesis is one draw: wall
 # and object are almost equally far away.
 #
-# **Limits.** Features have the errors of corners and no wrong matches. The mirror's
-# edges are known exactly. The thesis states neither where near features are nor how
-# features cluster.
+# **Limits.** Features have the errors of corners and no wrong matches.
 
 # %% [markdown]
 # ## Summary
