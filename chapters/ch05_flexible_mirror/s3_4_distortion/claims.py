@@ -19,7 +19,7 @@ from chapters.ch05_flexible_mirror.s3_4_distortion.report import (
 from chapters.shared.mirror import READINGS, over_completed
 from repro.run import Case, Reading, claim, ratio_of
 
-BENCHES = ("mirror_bench",)
+LEVELS = ("mirror_bench",)
 EXACT_MM, EXACT_PX = 1e-6, 1e-6
 MAX_GROWTH = 1.1
 
@@ -28,8 +28,8 @@ MAX_GROWTH = 1.1
 def judge_exact(results):
     """Radius of the corrected circle with the true mirror, its pose known, no noise.
 
-    Fixed before the run: all four stages, an even mirror and one as uneven as the
-    bench's.
+    Fixed before the run: all four stages, an even mirror and one as uneven as at
+    the primary level.
     """
     off = np.abs(exact_radii())
     return Reading.of(
@@ -40,18 +40,18 @@ def judge_exact(results):
     )
 
 
-@claim("c5_circle_radius", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_circle_radius", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_radius(results, options):
     """The radius within 1.5 % at all four stages."""
     return CircleRuns.judged_by_seed(results, options, radii_agree)
 
 
-@claim("c5_circle_conic", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_circle_conic", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_conic(results, options):
     """Distance from a conic grows stage by stage, and is nothing for a flat mirror.
 
-    Fixed before the run: the conic of least algebraic error, mean distances from it in
-    the picture as it was taken; the flat mirror has no lens distortion before it, which
+    Fixed before the run: the conic of least algebraic error, mean distances from it
+    in the image as recorded; the flat mirror has no lens distortion, which
     alone would bend a conic.
     """
     found = CircleRuns.judged_by_seed(results, options, conic_departs)
@@ -62,7 +62,7 @@ def judge_conic(results, options):
     return replace(found, reason=reason)
 
 
-@claim("c5_circle_no_system", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_circle_no_system", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_system(results, options):
     """Mean correlation of the residuals around the circle between stages below 0.3.
 
@@ -72,23 +72,24 @@ def judge_system(results, options):
     return CircleRuns.judged_by_seed(results, options, no_common_error)
 
 
-@claim("c5_face", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_face", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_face(results, options):
     """What a plane leaves of the distortion of a relief of 5 % of its depth.
 
     Fixed before the run: root mean squares of the landmarks after the homography of
-    least distances to the picture of the view's own pinhole, which has the relief's
+    least distances to the image of the view's own pinhole, which has the relief's
     parallax and no distortion.
     """
     return CircleRuns.judged_by_seed(results, options, face_corrected)
 
 
-@claim("c5_circle_no_accum", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_circle_no_accum", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_growth(results, options):
     """The circle's residual grows by 10 % at most, with its whole interval.
 
     Fixed before the run: stage 3 over stage 1, the first and the last that dynamic
-    calibration was applied to, medians, paired by seed; stage 3 over stage 0 is told.
+    calibration was applied to, medians, paired by run; stage 3 over stage 0 is
+    reported.
     """
 
     def ratio(bench, seeds, name="residual_mm", before=FIRST):

@@ -1,10 +1,9 @@
 # %% [markdown]
 # # 5.3.4 Distortion correction of a planar target
 #
-# **Question.** Correcting the image of a circle on a board is a simple test of a
-# calibrated flexible mirror. Given are the calibrated rays at four stages of bending
-# and the board's corners, from which its pose is estimated. Is the corrected circle
-# round, with the right radius? What does this show about the rays?
+# **Question.** A calibrated, bent mirror shows a board with a circle. The board's pose
+# is estimated from its corners. Is the corrected circle round, with the right radius?
+# What does this show about the rays?
 
 # %%
 from functools import partial
@@ -46,7 +45,7 @@ from repro.run import Plan, experiment
 # **Findings.**
 #
 # 1. **The radius is recovered.** Its median error is {glue:text}`radius.3` % at stage
-#    3. The thesis has 0.19 to 1.15 %. Some runs are rejected.
+#    3. The thesis has 0.19 to 1.15 %.
 # 2. **The radius shows little of the rays.** Their error is {glue:text}`angle.0`° at
 #    stage 0 and {glue:text}`angle.3`° at stage 3. The estimated pose absorbs errors of
 #    the rays ([radius and rays](#ext_circle_blind)).
@@ -76,10 +75,9 @@ from repro.run import Plan, experiment
 # - *Residual*: distance of a corrected point from the best-fit circle.
 # - *Ray error*: mean angle between calibrated and true scene rays.
 # - $S$, $V$: start on the mirror and direction of a scene ray.
-# - *Second solved error level* (primary, used unless stated): noise and mirror waves
-#   solved from two printed numbers of stage 0 ([5.3.3a](s3_3_calibration.ipynb)).
-# - *First solved error level*: larger, solved from two other printed numbers.
-# - *Low-noise level*: errors of rendered images, and a smooth mirror.
+# - *Error levels*: *second solved* (primary, used unless stated) and *first solved*,
+#   with noise and mirror waves solved from printed numbers; *low-noise*, with a smooth
+#   mirror ([5.3.3a](s3_3_calibration.ipynb)).
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
@@ -89,8 +87,6 @@ from repro.run import Plan, experiment
 # - Bending makes the best conic fit worse (Figs. 5.14a to 5.17a).
 # - Corrected circles have the measured radius at all stages (Table 5.6).
 # - Residuals neither accumulate nor have a common pattern (Figs. 5.14b to 5.17b).
-# - The pose and the circle both evaluate the calibration. A random plane would evaluate
-#   it once.
 # - A scene of low relief can be corrected as a plane (Fig. 5.19).
 
 # %% [markdown]
@@ -111,9 +107,9 @@ from repro.run import Plan, experiment
 # show_code(scored)
 
 # %% [markdown]
-# **A face.** Where the depth of a scene is unknown, a plane takes its place. A point in
-# front of the plane or behind it is shifted in proportion to the angle between its ray
-# and the ray of the desired pinhole. That part of the distortion remains.
+# **A face.** A plane takes the place of the unknown depth. A point in front of the
+# plane or behind it is shifted in proportion to the angle between its ray and the ray
+# of the desired pinhole.
 
 # %% tags=["active-ipynb"]
 # show_code(left_by_plane)
@@ -122,16 +118,14 @@ from repro.run import Plan, experiment
 # ## Experiment
 #
 # The mirror is calibrated as in [three deflections](s3_3_deflections.ipynb), with the
-# published method. At each stage a board of 14 x 13 corners is held at 400 mm, where
-# the mirror then looks. Corners under the circle's line are excluded. The line is the
-# middle between its two edges, measured at 90 points. Corners and line have the errors
-# of rendered images. In a few runs images of 768 x 576 pixels are rendered and measured
-# (Figs. 5.14 to 5.18).
+# published method. At each stage a board of 14 x 13 corners is held at 400 mm. The
+# circle is the middle between the two edges of a line, measured at 90 points. Corners
+# under the line are excluded. Corners and line have the errors of rendered images. In a
+# few runs images of 768 x 576 pixels are rendered and measured (Figs. 5.14 to 5.18).
 #
-# For the face the mirror is pushed by 12 mm in three steps: after a single push no
-# corner at the clamp is visible both before and after. A bust with a relief of 20 mm, 5
-# % of its depth, is held at 400 mm. The plane is half way into the relief, with errors
-# of 5 mm and 2° along each axis.
+# For the face the mirror is pushed by 12 mm in three steps. A bust with a relief of 20
+# mm is held at 400 mm. The plane is half way into the relief, with errors of 5 mm and
+# 2° along each axis.
 
 # %%
 SEEDS = {"quick": 1, "full": 36}
@@ -242,26 +236,20 @@ def face_picture(effort, results):
 # %% [markdown]
 # ## Discussion
 #
-# **Radius.** Without noise, with the true mirror and the true pose, it is exact to
-# rounding. With the true pose of the board instead of the estimated one, the radius
-# error of the calibrated mirror is larger. The better camera of the low-noise level
-# cannot be recognised from its circle.
+# **Radius.** With the true pose of the board instead of the estimated one, the radius
+# error of the calibrated mirror is larger.
 #
 # **Residuals.** They are small with the true mirror, so errors of corners and edges do
-# not cause them. They come from waves that the spline cannot represent. These waves
-# were solved from another printed number.
+# not cause them. They come from waves that the spline cannot represent.
 #
 # **Conic.** At the low-noise level the distance from a conic grows with bending. At the
-# second level waves distort stage 0 as well and hide the order in some runs.
+# second level waves distort stage 0 as well and can hide the order.
 #
-# **Face.** An evenly bent mirror shows a small part of a scene nearly as a homography
-# does. Our measure is what no homography removes. To the eye most of the distortion is
-# gone (Fig. 5.19), but the eye also counts the homography.
+# **Face.** Our measure is what no homography removes. To the eye most of the
+# distortion is gone (Fig. 5.19).
 #
 # **Limits.** Claims are judged on completed runs. Runs are rejected where no corner
-# remains at an end of the mirror. Evaluation on a random plane holds for central
-# cameras only; the thesis did not do it. At 400 mm a part of the circle can be outside
-# the image. The line is 4 mm wide, since the thesis states no width.
+# remains at an end of the mirror.
 
 # %% [markdown]
 # ## Summary

@@ -99,6 +99,7 @@ RUNS, SWEPT_RUNS = "table_5_6_runs", "table_5_6_swept"
 PICTURES = "fig_5_14_pictures"
 JUDGED = ("table_5_6_runs", "table_5_6_swept")
 STAGES = tuple(range(len(STAGES_MM)))
+STAGE_NAMES = tuple(f"stage{stage}" for stage in STAGES)
 # Magnification of the residuals in Figs. 5.14 to 5.17.
 SCALE = 50
 FIRST, LAST = 1, STAGES[-1]
@@ -112,43 +113,27 @@ class CircleRuns(BenchRuns):
     EXPERIMENTS = (RUNS, SWEPT_RUNS)
 
     def of(self, stage, name, way="published"):
-        """A value (seeds,) of one stage, nan where a run was rejected before."""
-        return self.result.column(f"{self.bench}.{way}.stage{stage}.{name}")
+        """A value (runs,) of one stage, nan where a run was rejected before."""
+        return self.at(name, way)[stage]
 
-    def at(self, name, way="published", stages=STAGES):
-        """A value (stages, seeds) of several stages."""
-        return np.array([self.of(stage, name, way) for stage in stages])
+    def at(self, name, way="published"):
+        """A value (stages, runs) of all stages."""
+        return self.result.column(self.bench, way, STAGE_NAMES, name)
 
     def face(self, name, camera="calibrated"):
-        """A value (seeds,) of the face."""
-        return self.result.column(f"{self.bench}.face.{camera}.{name}")
-
-    def came_to(self, stage, way="published"):
-        """Number of runs with a circle at a stage."""
-        return int(np.isfinite(self.of(stage, "radius_mm", way)).sum())
-
-    def refused(self):
-        """Number of runs that ended before the last stage."""
-        return self._codes("refused")
-
-    def face_refused(self):
-        """Number of runs without a camera for the face."""
-        return self._codes("face.refused")
-
-    def _codes(self, name):
-        codes = self.result.texts(f"{self.bench}.{name}")
-        return sum(code is not None for code in codes)
+        """A value (runs,) of the face."""
+        return self.result.column(self.bench, "face", camera, name)
 
     def profiles(self, stage):
-        """Residuals (seeds, PLACES) mm around the circle, outwards.
+        """Residuals (runs, PLACES) mm around the circle, outwards.
 
         nan where a run was rejected and where a point is not visible.
         """
         known = np.isfinite(self.of(stage, "radius_mm"))
         found = np.full((self.seeds, PLACES), np.nan)
-        arrays = self.result.arrays(f"{self.bench}.published.stage{stage}.profile")
         if known.any():
-            found[known] = arrays
+            path = "published", STAGE_NAMES[stage], "profile"
+            found[known] = self.result.arrays(self.bench, *path)
         return found
 
 
@@ -168,22 +153,23 @@ class PictureRuns(CircleRuns):
     def array(self, way, stage, name, run):
         """An array of a run that reached the stage."""
         before = self.of(stage, "radius_mm", way)[:run]
-        arrays = self.result.arrays(f"{self.bench}.{way}.stage{stage}.{name}")
+        arrays = self.result.arrays(self.bench, way, STAGE_NAMES[stage], name)
         return arrays[np.count_nonzero(np.isfinite(before))]
 
     def picture(self, stage, run):
         """Image of a run at a stage."""
-        return self.result.arrays(f"{self.bench}.picture.stage{stage}.grey")[run]
+        path = "picture", STAGE_NAMES[stage], "grey"
+        return self.result.arrays(self.bench, *path)[run]
 
     def corrected(self, run):
         """Image of the last stage, rectified to the board."""
-        return self.result.arrays(f"{self.bench}.corrected")[run]
+        return self.result.arrays(self.bench, "corrected")[run]
 
 
 # Claims of 5.3.4 for single runs.
 #
 # Each function takes the `CircleRuns` at an error level. It returns whether the claim
-# holds (seeds,), the measured value (seeds,), its unit, and words. A run that was
+# holds (runs,), the measured value (runs,), its unit, and words. A run that was
 # rejected before the last stage has no value.
 
 
@@ -198,7 +184,7 @@ def _by_stage(values):
 
 
 def radius_errors(runs, way="published"):
-    """Errors (stages, seeds) of the circle's radius, %."""
+    """Errors (stages, runs) of the circle's radius, %."""
     return 100 * (runs.at("radius_mm", way) / RADIUS_MM - 1)
 
 
@@ -227,7 +213,7 @@ def conic_departs(runs):
 
 
 def alike(runs):
-    """Mean correlation (seeds,) of the residuals around the circle of two stages."""
+    """Mean correlation (runs,) of the residuals around the circle of two stages."""
     profiles = [runs.profiles(stage) for stage in STAGES]
     return np.array(
         [
@@ -262,7 +248,7 @@ def no_common_error(runs):
 
 
 def face_left(runs, camera="calibrated"):
-    """Remaining distortion (seeds,) of a face over that of the image."""
+    """Remaining distortion (runs,) of a face over that of the image."""
     return runs.face("corrected_px", camera) / runs.face("raw_px", camera)
 
 
@@ -474,7 +460,7 @@ def ext_circle_blind(results):
 
 
 def angles_of(runs, way):
-    """Angles (stages, seeds) to the true rays; zero for the true mirror."""
+    """Angles (stages, runs) to the true rays; zero for the true mirror."""
     if way == "true":
         return np.zeros((len(STAGES), runs.seeds))
     return runs.at("angle_deg", way)
@@ -504,7 +490,7 @@ def table_5_6(results):
             (
                 SAID[bench],
                 stage,
-                runs.came_to(stage),
+                int(np.isfinite(runs.of(stage, "radius_mm")).sum()),
                 *(reached(runs.of(stage, f"{name}_mm")) for name in IN_MM),
                 reached(off[stage]),
                 reached(runs.of(stage, "angle_deg")),

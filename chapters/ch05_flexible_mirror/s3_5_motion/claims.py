@@ -31,7 +31,7 @@ from raxel.cameras.core.centrality import centrality
 from raxel.geometry.line_motion import pluecker_of_rays, side_products
 from repro.run import NOT_COMPARABLE, Case, Reading, claim
 
-BENCHES = ("mirror_bench",)
+LEVELS = ("mirror_bench",)
 MIN_SPREAD_MM, MAX_PRODUCT_MM = 0.5, 1e-6
 SCENE_SEED = 0
 
@@ -64,15 +64,15 @@ def judge_motion(results, options):
     return over_the_sweep(Case(READINGS, options), reading_at, side_at)
 
 
-@claim("c5_cylinder", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_cylinder", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_cylinder(results, options):
     """Scaled radius within 10 %, unscaled within 20 %."""
     return MotionRuns.judged_by_seed(results, options, radius_found)
 
 
-@claim("c5_points_on_cyl", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_points_on_cyl", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_markers(results, options):
-    """One of 25 markers misses the cylinder at most, median over seeds."""
+    """One of 25 markers misses the cylinder at most, median over runs."""
 
     def on(bench):
         return MotionRuns(results, options, bench)
@@ -85,12 +85,12 @@ def judge_markers(results, options):
     )
 
 
-@claim("c5_scale_unreliable", needs=JUDGED, evidence="rendered", readings=BENCHES)
+@claim("c5_scale_unreliable", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_scale(results, options):
     """The scatter of log scale falls with deflection; the scale is right at the most.
 
     Fixed before the run: the scale is the mean of five steps, pair by pair, over the
-    true one, with the camera of the published calibration, at stages 0 to 3. Seeds
+    true one, with the camera of the published calibration, at stages 0 to 3. Runs
     without one count as a factor of 100, and so do those that are off by more. The
     sweep has stage 3 alone, and there the median is held against the claim.
     """
@@ -110,7 +110,8 @@ def judge_scale(results, options):
 def judge_congruence(results):
     """Distance of stage 3's rays from the point next to them, and L_2^T G L_1.
 
-    Fixed: geometry A, an even mirror and one as uneven as the bench's, the rays of one
+    Fixed: geometry A, an even mirror and one as uneven as at the primary level, the
+    rays of one
     cylinder's marks in all six places; zero is below a millionth of a mm.
     """
     spreads, products = [], []

@@ -2,9 +2,9 @@
 # # 5.3.5a Motion from the rays of a bent mirror
 #
 # **Question.** A camera whose rays do not meet in one point can in principle measure
-# motion with its metric scale. Given are six images of a cylinder with 25 marks that
-# moves by 25 mm between images, seen in a calibrated, bent mirror. How accurate are
-# rotation, path and size? What do the rays determine at all?
+# motion with its metric scale. A cylinder with 25 marks moves by 25 mm between six
+# images in a calibrated, bent mirror. How accurate are rotation, path and size? What do
+# the rays determine at all?
 
 # %%
 from functools import partial
@@ -86,10 +86,9 @@ from repro.run import Plan, experiment
 # - $S$, $V$: start on the mirror and direction of a scene ray. $L$: its Plücker
 #   coordinates. $R$, $t$: rotation and translation. $\mathcal{E}$: generalised
 #   essential matrix.
-# - *Second solved error level* (primary, used unless stated): noise and mirror waves
-#   solved from two printed numbers of stage 0 ([5.3.3a](s3_3_calibration.ipynb)).
-# - *First solved error level*: larger, solved from two other printed numbers.
-# - *Low-noise level*: errors of rendered images, and a smooth mirror.
+# - *Error levels*: *second solved* (primary, used unless stated) and *first solved*,
+#   with noise and mirror waves solved from printed numbers; *low-noise*, with a smooth
+#   mirror ([5.3.3a](s3_3_calibration.ipynb)).
 # - *Geometry A*, *C*: assumed rigs, with mirrors of 160 and 212 mm at 370 mm.
 
 # %% [markdown]
@@ -99,8 +98,7 @@ from repro.run import Plan, experiment
 #   essential matrix, (5.30).
 # - Steps added up pair by pair agree with the truth after their mean is scaled to 25 mm
 #   (Table 5.7, Fig. 5.20).
-# - Rays that do not meet contain the scale. It becomes unreliable as the mirror becomes
-#   flat.
+# - Such rays contain the scale. It becomes unreliable as the mirror becomes flat.
 # - The cylinder's radius compares well with 62.98 mm. All points but one are within 3
 #   mm of the cylinder (Fig. 5.21).
 
@@ -115,18 +113,16 @@ from repro.run import Plan, experiment
 # \mathcal{E} = \begin{pmatrix} [t]_\times R & R \\ R & 0 \end{pmatrix}.
 # \tag{5.30} $$
 #
-# This is linear in $\mathcal{E}$ and needs 17 points. Then $R$ and $t$ are refined:
-# they minimise the distances between matched rays, in standard deviations of the noise.
+# This is linear in $\mathcal{E}$ and needs 17 points. Refined $R$ and $t$ minimise the
+# distances between matched rays.
 #
 # **Rotation or translation.** A step of the cylinder looks much like a rotation of the
 # camera. Only parallax distinguishes them: the nearest mark moves by
-# {glue:text}`parallax`° more than the farthest. Ray errors of that order, different
-# over the image, turn a translation into a rotation.
+# {glue:text}`parallax`° more than the farthest. Ray errors of that order turn a
+# translation into a rotation.
 #
-# **Length.** If all rays passed through one point, $t$ could have any length. The
-# length is determined only by the distances of the rays from a common point. The Fisher
-# information of the rays about rotation, direction and the logarithm of the length
-# bounds its variance for every unbiased method.
+# **Length.** Only the distances of the rays from a common point determine the length of
+# $t$. The Fisher information of the rays bounds its variance for every unbiased method.
 
 # %% tags=["active-ipynb"]
 # show_code(length_bounds)
@@ -135,14 +131,12 @@ from repro.run import Plan, experiment
 # ## Experiment
 #
 # The mirror is calibrated up to 15 mm as in [three
-# deflections](s3_3_deflections.ipynb), and the true mirror is evaluated for comparison.
-# The cylinder's axis is 450 mm from the mirror, chosen so that the marks stay in view.
-# It moves five times without rotation. The true camera sees all 25 marks in all six
-# positions, with Gaussian noise of 0.2 px along each axis. Matches are known.
+# deflections](s3_3_deflections.ipynb). The cylinder's axis is 450 mm from the mirror,
+# and it moves five times. The camera sees all 25 marks in all six
+# positions, with Gaussian noise of 0.2 px along each axis.
 #
-# Each pair of images is searched from samples of eight matches, then refined. Motions
-# that put most points behind the mirror come last. The bundle of six images starts from
-# the steps with given lengths.
+# Each pair of images is searched from samples of eight matches, then refined. The
+# bundle of six images starts from the steps with given lengths.
 
 # %% tags=["active-ipynb"]
 # show_code(pairwise)
@@ -218,27 +212,22 @@ def _plan(results, benches, seeds, alone, geometry="A"):
 # ## Discussion
 #
 # **Why the steps fail.** At the second level the first estimated rotation is about the
-# angle under which the step is seen: the translation is taken for a rotation. A nearer
-# cylinder is easier. The thesis states neither its distance nor the field of view.
+# angle under which the step is seen: the translation is taken for a rotation.
 #
 # **What can be observed.** Rotation, direction and the shape up to scale. Adding up
-# pairs does not help, since the length of each pair is undetermined on its own. So a
-# mean step near 31.34 mm means nothing: it varies widely between runs. More bending
-# does not help, waves of the mirror do. Six images of the same marks constrain one
-# length in many ways. But that requires accurate rays: the residuals of the published
-# calibration are several times the noise, and another length fits them best.
+# pairs does not help, since the length of each pair is undetermined on its own. Six
+# images of the same marks constrain one length in many ways. But that requires accurate
+# rays: the residuals of the published calibration are several times the noise, and
+# another length fits them best.
 #
-# **Scatter of the scale.** At the low-noise level it rather rises with bending. The
-# scale of a flat mirror follows from the calibration's error, which is similar in all
-# runs. So a repeatable scale is not a correct one.
+# **Scatter of the scale.** The scale of a flat mirror follows from the calibration's
+# error, which is similar in all runs.
 #
-# **Common centre.** The rays of a bent mirror miss a common point by millimetres, and
-# (5.30) holds to rounding without noise. A non-central camera does not necessarily
-# determine a length.
+# **Common centre.** The rays miss a common point by millimetres, and (5.30) holds to
+# rounding without noise.
 #
-# **Limits.** Claims are judged on completed runs. At the second level some runs have no
-# motion or no cylinder. Where the true mirror fails a claim as well, the claim is not
-# comparable.
+# **Limits.** Claims are judged on completed runs. Where the true mirror fails a claim
+# as well, the claim is not comparable.
 
 # %% [markdown]
 # ## Summary
@@ -268,8 +257,7 @@ def _plan(results, benches, seeds, alone, geometry="A"):
 
 # %% [markdown]
 # **2.** Its farthest marks are 36 mm farther away than its nearest. By how many degrees
-# do they move less? Compare with the ray errors of [three
-# deflections](s3_3_deflections.ipynb).
+# do they move less?
 
 # %% tags=["active-ipynb"]
 # check(None, **parallax_task())

@@ -63,7 +63,9 @@ JUDGED = ("table_5_7_runs", "table_5_7_swept")
 CAMERA, WAY = "published", "open"
 CAMERAS = ("true", "published")
 EACH_STEP = range(1, STEPS + 1)
+STEP_NAMES = tuple(f"step{k}" for k in EACH_STEP)
 STAGES = range(len(STAGES_MM))
+STAGE_NAMES = tuple(f"stage{stage}" for stage in STAGES)
 LAST = len(STAGES_MM) - 1
 
 
@@ -73,28 +75,22 @@ class MotionRuns(BenchRuns):
     EXPERIMENTS = (RUNS, SWEPT_RUNS)
     ELSEWHERE: ClassVar = {"C": LONGER}
 
-    def column(self, name):
-        """A value (seeds,) that a run has once."""
-        return self.result.column(f"{self.bench}.{name}")
+    def column(self, *path):
+        """A value (..., runs) that a run has once."""
+        return self.result.column(self.bench, *path)
 
     def of(self, name, camera=CAMERA, way=WAY):
-        """A value (seeds,) of a camera and a method."""
-        return self.column(f"{camera}.{way}.{name}")
+        """A value (runs,) of a camera and a method."""
+        return self.column(camera, way, name)
 
     def steps(self, name, camera=CAMERA, way=WAY):
-        """A value (5, seeds) after each step, all steps before added up."""
-        return np.array([self.of(f"step{k}.{name}", camera, way) for k in EACH_STEP])
+        """A value (5, runs) after each step, all steps before added up."""
+        return self.column(camera, way, STEP_NAMES, name)
 
     def scales(self, stage):
-        """Mean estimated step over the true one, (seeds,), at a stage."""
-        own = f"stage{stage}.mean_mm" if stage < LAST else f"{CAMERA}.{WAY}.mean_mm"
-        return self.column(own) / STEP_MM
-
-    def refused(self):
-        """Code of the error of each run (seeds,) without a motion, None with one."""
-        calibration = self.result.texts(f"{self.bench}.refused")
-        motion = self.result.texts(f"{self.bench}.{CAMERA}.refused")
-        return [a or b for a, b in zip(calibration, motion, strict=True)]
+        """Mean estimated step over the true one, (runs,), at a stage."""
+        path = (STAGE_NAMES[stage],) if stage < LAST else (CAMERA, WAY)
+        return self.column(*path, "mean_mm") / STEP_MM
 
     def drawn_camera(self):
         """The published calibration, the true mirror where that has no cylinder."""
@@ -102,7 +98,7 @@ class MotionRuns(BenchRuns):
         return CAMERA if has.any() else "true"
 
     def middling(self, off):
-        """Index of the run with a cylinder whose measure off (seeds,) is the median."""
+        """Index of the run with a cylinder whose measure off (runs,) is the median."""
         has = np.isfinite(self.of("radius_mm", self.drawn_camera()))
         order = np.argsort(np.where(has, off, np.nan))
         return int(order[(np.count_nonzero(has) - 1) // 2])
@@ -112,16 +108,16 @@ class MotionRuns(BenchRuns):
         has = self._has(name)
         if not has[seed]:
             return None
-        every = self.result.arrays(f"{self.bench}.{name}")
+        every = self.result.arrays(self.bench, name)
         return every[np.count_nonzero(has[:seed])]
 
     def _has(self, name):
-        """Which runs (seeds,) have an array: those with its number."""
-        beside = {"path": "mean_mm", "points": "radius_mm", "cylinder": "radius_mm"}
+        """Which runs (runs,) have an array: those with its number."""
+        number = {"path": "mean_mm", "points": "radius_mm", "cylinder": "radius_mm"}
         owner, last = name.rsplit(".", 1)
         if owner == "marks":
             return np.ones(self.seeds, bool)
-        return np.isfinite(self.column(f"{owner}.{beside[last]}"))
+        return np.isfinite(self.column(owner, number[last]))
 
 
 # Claims about the moving cylinder, for single runs and for all.
@@ -196,7 +192,7 @@ def markers_meet(runs, seeds):
 
 
 def log_scales(runs):
-    """Logarithms (4, seeds) of mean steps over the true one, at all stages."""
+    """Logarithms (4, runs) of mean steps over the true one, at all stages."""
     found = np.array([runs.scales(stage) for stage in STAGES])
     worst = np.where(np.isfinite(found), found, MAX_FACTOR)
     return np.log(np.clip(worst, 1 / MAX_FACTOR, MAX_FACTOR))
@@ -237,7 +233,7 @@ def scale_tells(runs, seeds):
 
 
 def scaled(runs, bench):
-    """Which runs (seeds,) have a scale: at all stages, in a sweep at the last."""
+    """Which runs (runs,) have a scale: at all stages, in a sweep at the last."""
     stages = (LAST,) if bench in SWEPT else STAGES
     return np.isfinite([runs.scales(stage) for stage in stages]).all(axis=0)
 
@@ -273,7 +269,7 @@ def name_values(open_results):
     value("true.given.last", quoted_median(turn[-1]))
     runs = MotionRuns(results, bench=LABORATORY)
     value("lab.published.open.off", quoted_median(runs.steps("off_mm")[-1]))
-    step_sd = runs.column(f"stage{LAST}.told1.length_percent")
+    step_sd = runs.column(STAGE_NAMES[LAST], "told1", "length_percent")
     value(f"lab.told.{LAST}", quoted_median(step_sd))
     length = runs.of("length_mm", way="together") / LENGTH_MM
     value("lab.published.six.share", quoted_median(length))
@@ -339,7 +335,7 @@ def fig_5_20(results):
     legend_below(drawn, panels[0], ncols=2)
     last = runs.array(f"{drawn_as}.{WAY}.path", seed)[-1]
     off = np.linalg.norm(last - true[-1])
-    told = runs.steps("off_mm", drawn_as)[-1][seed]
+    of_trial = runs.steps("off_mm", drawn_as)[-1][seed]
     return Drawing(
         drawn,
         columns(
@@ -349,7 +345,7 @@ def fig_5_20(results):
         f"step scaled to {STEP_MM:g} mm. Second level, the run with the median final "
         "error of those that have a cylinder.",
         Check(
-            bool(abs(off - told) < ROUNDING),
+            bool(abs(off - of_trial) < ROUNDING),
             f"the drawn final error of {off:.2f} mm is that of the trial",
         ),
     )
@@ -400,7 +396,7 @@ def fig_5_21(results):
     )
     draw_scene(right, scene)
     off = np.abs(np.linalg.norm(across[known], axis=1) - radius)
-    told = runs.of("fit_mm", camera)[seed]
+    of_trial = runs.of("fit_mm", camera)[seed]
     return Drawing(
         drawn,
         columns(
@@ -411,7 +407,7 @@ def fig_5_21(results):
         "to them, scaled by the mean step. Second level, the run with the median error "
         "of the radius. The circle of the true mirror has the same axis.",
         Check(
-            bool(abs(off.mean() - told) < 1e-6),
+            bool(abs(off.mean() - of_trial) < 1e-6),
             f"mean distance from the cylinder as drawn {off.mean():.3f} mm, as in the "
             "trial",
         ),
@@ -426,10 +422,9 @@ def ext_motion_scale(results):
     rows = []
     for index, bench in enumerate(CONTRASTED):
         runs = MotionRuns(results, bench=bench)
-        by_stage = [runs.column(f"stage{s}.told1.length_percent") for s in STAGES]
-        by_way = [
-            runs.column(f"stage{STAGES[-1]}.told{k}.length_percent") for k in EACH_STEP
-        ]
+        by_stage = runs.column(STAGE_NAMES, "told1", "length_percent")
+        ways = [f"told{k}" for k in EACH_STEP]
+        by_way = runs.column(STAGE_NAMES[LAST], ways, "length_percent")
         six = [runs.of("told_percent", "true", "together")]
         for panel, x, trials, look, label in (
             (left, STAGES_MM, by_stage, index, SAID[bench]),
@@ -517,7 +512,7 @@ def table_5_7(results):
 
 
 def of_runs(runs, found, unit):
-    """Return the Value of a measure (seeds,), and how many runs have none.
+    """Return the Value of a measure (runs,), and how many runs have none.
 
     Infinite where no run has one.
     """

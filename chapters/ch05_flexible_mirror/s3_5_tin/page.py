@@ -80,11 +80,9 @@ from repro.run import Plan, experiment
 #   normals of two faces.
 # - *Correlation*: of the distances from a plane with normal quantiles (Q-Q plot),
 #   outliers excluded; the smallest of three faces.
-# - *Second solved error level* (primary, used unless stated): noise and mirror waves
-#   solved from two printed numbers of stage 0, the flat mirror
-#   ([5.3.3a](s3_3_calibration.ipynb)).
-# - *First solved error level*: larger, solved from two other printed numbers.
-# - *Low-noise level*: errors of rendered images, and a smooth mirror.
+# - *Error levels*: *second solved* (primary, used unless stated) and *first solved*,
+#   with noise and mirror waves solved from printed numbers; *low-noise*, with a smooth
+#   mirror ([5.3.3a](s3_3_calibration.ipynb)).
 # - *Geometry A*: an assumed rig, with a mirror of 160 mm at 370 mm.
 
 # %% [markdown]
@@ -213,26 +211,22 @@ def pictures(effort, results):
 # **Sensitivity.** The tin is {glue:text}`way:.0f` mm from the mirror, where the two
 # rays of a point meet at {glue:text}`meet:.0f`°. A ray error of 0.05° displaces the ray
 # by a quarter of a millimetre and the point by more than 1 mm in depth. The two images
-# use different parts of the mirror, so the error varies over a face. A face is 70 mm
-# wide: a change of 1 mm over it rotates it by 0.8°.
+# use different parts of the mirror, so the error varies over a face. A change of 1 mm
+# over a face rotates it by 0.8°.
 #
 # **Which angle.** Most of the error is in the angle between the two upright faces. The
-# thesis has one tin and states neither its size nor its distance. Depth errors grow as
-# the angle between the rays decreases.
+# thesis has one tin and states neither its size nor its distance.
 #
 # **Normality.** With the true mirror only noise remains, and the distances are normal.
 # A calibration error leaves a smooth shape with a few bumps. Its histogram can look
-# like a bell, but the correlation distinguishes it from one. A normal distribution
-# would not prove a correct calibration either.
+# like a bell, but the correlation distinguishes it from one.
 #
 # **Rendered images.** SIFT finds as many matches as the thesis has. Few are wrong, and
 # the tests on rays and faces exclude most of those. The published calibration is again
 # worse than the true mirror.
 #
-# **Limits.** Many runs of the published calibration are rejected
-# ([Table](#ext_tin_ways)). The face of each match is known from the simulation, as a
-# person knows it from the image. A real tin has rounded edges. Drawn matches are evenly
-# spread and never wrong.
+# **Limits.** Some runs of the published calibration are rejected
+# ([Table](#ext_tin_ways)). The face of each match is known.
 
 # %% [markdown]
 # ## Summary

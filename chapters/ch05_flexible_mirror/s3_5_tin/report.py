@@ -34,7 +34,7 @@ from repro.run import Drawing, Table, Value, claim, columns, figure, numbers, ta
 # Claims about the tin for single runs.
 #
 # Each function takes the `TinRuns` at an error level. It returns whether the claim
-# holds (seeds,), the measured value (seeds,), its unit, and words. A rejected run has
+# holds (runs,), the measured value (runs,), its unit, and words. A rejected run has
 # no value.
 
 
@@ -78,7 +78,6 @@ def distances_normal(runs):
 RUNS, SWEPT_RUNS = "table_5_8_runs", "table_5_8_swept"
 JUDGED = ("table_5_8_runs", "table_5_8_swept")
 PICTURES = "fig_5_22_pictures"
-MATCHED = f"{LEVEL}.on_tin"
 # The true mirror, and the calibration of the thesis.
 WAYS = {"true": "true mirror", "published": "as published"}
 PUBLISHED = "published"
@@ -90,24 +89,20 @@ class TinRuns(BenchRuns):
     EXPERIMENTS = (RUNS, SWEPT_RUNS)
 
     def of(self, name, way=PUBLISHED):
-        """A value (seeds,) of a mirror, nan where a run was rejected."""
-        return self.result.column(f"{self.bench}.{way}.{name}")
+        """A value (runs,) of a mirror, nan where a run was rejected."""
+        return self.result.column(self.bench, way, name)
 
     def angles(self, way=PUBLISHED):
-        """Angles (3, seeds), degrees, of PAIRS."""
-        return np.array([self.of(f"angle.{pair}", way) for pair in PAIRS])
+        """Angles (3, runs), degrees, of PAIRS."""
+        return self.result.column(self.bench, way, "angle", tuple(PAIRS))
 
     def off(self, way=PUBLISHED):
-        """Errors (3, seeds) of the angles, degrees."""
+        """Errors (3, runs) of the angles, degrees."""
         return self.angles(way) - ANGLES_DEG[:, None]
 
     def normality(self, way=PUBLISHED, name="qq"):
-        """Correlations (3, seeds) with a normal law, of each face."""
-        return np.array([self.of(f"{name}.{face}", way) for face in FACES])
-
-    def refused(self, way=PUBLISHED):
-        """Code of the error of each run (seeds,) without a tin, None with one."""
-        return self.result.texts(f"{self.bench}.{way}.refused")
+        """Correlations (3, runs) with a normal law, of each face."""
+        return self.result.column(self.bench, way, name, tuple(FACES))
 
 
 # Numbers quoted on the page: medians, as words, over the runs that have a tin.
@@ -166,22 +161,22 @@ DRAWN_WAYS = ("true", PUBLISHED)
 BINS = 25
 
 
-def tin_model(result, bench=LEVEL, way=PUBLISHED):
+def tin_model(result, level=LEVEL, way=PUBLISHED):
     """(textured Surfaces and points, viewing direction (3,)) of the first run's tin.
 
     None where it has none.
     """
     parts = []
     for name in FACES:
-        sheets = result.arrays(f"{bench}.{way}.sheet.{name}")
+        sheets = result.arrays(level, way, "sheet", name)
         if not sheets:
             return None
-        texture = result.arrays(f"{bench}.{way}.texture.{name}")[0]
+        texture = result.arrays(level, way, "texture", name)[0]
         parts.append(Surface(sheets[0], texture=texture))
     # Viewed along the faces' normals, from outside.
     inside = np.mean([np.mean(part.points, axis=(0, 1)) for part in parts], axis=0)
     sight = -sum(_outward(part.points, inside) for part in parts)
-    points = result.arrays(f"{bench}.{way}.at")[0]
+    points = result.arrays(level, way, "at")[0]
     parts.append(Points(points, series(1)["color"], "matched points", POINT_PX))
     return parts, sight / np.linalg.norm(sight)
 
@@ -197,16 +192,16 @@ def _outward(sheet, inside):
 def model_figure(results):
     """Image of the tin in the mirror, and its model."""
     result = results[PICTURES]
-    bench, way = next(
+    level, way = next(
         (b, w)
-        for b, w in ((LEVEL, PUBLISHED), (LEVEL, "true"), ("laboratory", "true"))
+        for b, w in ((LEVEL, PUBLISHED), (LEVEL, "true"), (LABORATORY, "true"))
         if tin_model(result, b, w) is not None
     )
-    parts, sight = tin_model(result, bench, way)
+    parts, sight = tin_model(result, level, way)
     note = "Faces are planes through triangulated matches, coloured by calibrated rays."
     scene = framed(parts, tuple(sight), UP, note, aspect=ASPECT)
     drawn, axes = new_figure(1, 2, height_in=3.4)
-    picture = result.arrays(f"{bench}.picture")[0]
+    picture = result.arrays(level, "picture")[0]
     axes[0].imshow(picture, cmap="gray", vmin=0, vmax=255)
     axes[0].set(xticks=[], yticks=[])
     for panel, letter in zip(axes, "ab", strict=True):
@@ -217,13 +212,13 @@ def model_figure(results):
         columns(
             ("face", "points"),
             [
-                (name, int(np.sum(result.arrays(f"{bench}.{way}.face")[0] == k)))
+                (name, int(np.sum(result.arrays(level, way, "face")[0] == k)))
                 for k, name in enumerate(FACES)
             ],
         ),
         "The tin in the bent mirror, rendered (a), and its model (b): planes through "
         "matched features of each face, with the grey values of the image. Geometry A, "
-        f"{SAID[bench]}, mirror: {WAYS[way]}. The mirror image is reversed, the model "
+        f"{SAID[level]}, mirror: {WAYS[way]}. The mirror image is reversed, the model "
         "is not.",
         scene=scene,
     )
@@ -234,7 +229,7 @@ def distances_figure(results):
     """Histograms of the signed distances of each face, and normal curves."""
     result, rows = results[RUNS], []
     drawn, axes = new_figure(1, 3, height_in=3.0, sharey=True)
-    came = [np.isfinite(result.column(f"{LEVEL}.{w}.rms_mm")) for w in DRAWN_WAYS]
+    came = [np.isfinite(result.column(LEVEL, w, "rms_mm")) for w in DRAWN_WAYS]
     both = np.flatnonzero(np.logical_and.reduce(came))
     seed = both[0] if len(both) else 0
     for number, way in enumerate(DRAWN_WAYS):
@@ -242,8 +237,7 @@ def distances_figure(results):
             continue
         place = np.count_nonzero(came[number][:seed])
         distances, face = (
-            result.arrays(f"{LEVEL}.{way}.{name}")[place]
-            for name in ("distances", "face")
+            result.arrays(LEVEL, way, name)[place] for name in ("distances", "face")
         )
         for k, panel in enumerate(axes):
             d = distances[face == k]
@@ -346,7 +340,7 @@ def ext_tin_ways(results):
 
 
 def of_runs(runs, found, unit):
-    """Return the Value of a measure (seeds,), and how many runs have none."""
+    """Return the Value of a measure (runs,), and how many runs have none."""
     lost = np.count_nonzero(~np.isfinite(found))
     reason = f"{lost} of {runs.seeds} runs were rejected" if lost else ""
     return Value.of_seeds(found, unit, reason)
@@ -367,7 +361,7 @@ def numbers_of_table_5_8(results):
 @numbers("fig_5_22", needs=("fig_5_22_pictures",), evidence="rendered")
 def numbers_of_fig_5_22(results):
     """Translation of the camera, and matches on the tin in rendered images."""
-    counts = results["fig_5_22_pictures"].column(MATCHED)
+    counts = results["fig_5_22_pictures"].column(LEVEL, "on_tin")
     return {
         "s5_3_5_tin_t": Value(SHIFT_MM, unit="mm", put_in=MOVED),
         "s5_3_5_tin_n": Value.of_seeds(counts, "count"),
@@ -377,20 +371,20 @@ def numbers_of_fig_5_22(results):
 # Claims about the tin, tested as registered.
 
 
-CLAIMS_BENCHES = ("mirror_bench",)
+LEVELS = ("mirror_bench",)
 
 
-@claim("c5_tin_angles", needs=JUDGED, evidence="rendered", readings=CLAIMS_BENCHES)
+@claim("c5_tin_angles", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_angles(results, options):
     """The largest of three differences from the reference is 2.5 degrees at most.
 
     Fixed before the run: the calibration is the published one, stage by stage; the
-    motion between the pictures is known; seed by seed.
+    motion between the images is known; run by run.
     """
     return TinRuns.judged_by_seed(results, options, angles_found)
 
 
-@claim("c5_tin_normal", needs=JUDGED, evidence="rendered", readings=CLAIMS_BENCHES)
+@claim("c5_tin_normal", needs=JUDGED, evidence="rendered", readings=LEVELS)
 def judge_normal(results, options):
     """Correlation with a normal law of 0.99 or more, on each of the three faces.
 
