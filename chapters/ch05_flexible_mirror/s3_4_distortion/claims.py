@@ -92,29 +92,29 @@ def judge_growth(results, options):
     reported.
     """
 
-    def ratio(bench, seeds, name="residual_mm", before=FIRST):
-        runs = CircleRuns(results, options, bench)
+    def ratio(level, seeds, name="residual_mm", before=FIRST):
+        runs = CircleRuns(results, options, level)
         pair = (runs.of(stage, name)[seeds] for stage in (LAST, before))
         return ratio_of("median", *pair, paired=True)
 
-    def reading_of(bench, seeds):
-        growth = ratio(bench, seeds)
+    def reading_of(level, seeds):
+        growth = ratio(level, seeds)
         return Reading.of(
             growth.below(np.nextafter(MAX_GROWTH, 2)),
             growth,
             "x",
             "stage 3 over stage 1; over stage 0 "
-            f"{ratio(bench, seeds, before=0).value:.2f}; angles to the true rays grow "
-            f"{ratio(bench, seeds, 'angle_deg').value:.2f} times",
+            f"{ratio(level, seeds, before=0).value:.2f}; angles to the true rays grow "
+            f"{ratio(level, seeds, 'angle_deg').value:.2f} times",
         )
 
-    def done_at(bench):
-        runs = CircleRuns(results, options, bench)
+    def done_at(level):
+        runs = CircleRuns(results, options, level)
         return np.isfinite(runs.of(LAST, "residual_mm"))
 
     return over_completed(
         Case(READINGS, options),
         done_at,
         reading_of,
-        lambda bench, seeds: ratio(bench, seeds).value <= MAX_GROWTH,
+        lambda level, seeds: ratio(level, seeds).value <= MAX_GROWTH,
     )

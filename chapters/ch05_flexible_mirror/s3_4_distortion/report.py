@@ -483,12 +483,12 @@ PRINTED = {
 def table_5_6(results):
     """Residuals and radii of the corrected circle at four stages."""
     rows = []
-    for bench in BENCHES:
-        runs = CircleRuns(results, bench=bench)
+    for level in BENCHES:
+        runs = CircleRuns(results, bench=level)
         off = np.abs(radius_errors(runs))
         rows += [
             (
-                SAID[bench],
+                SAID[level],
                 stage,
                 int(np.isfinite(runs.of(stage, "radius_mm")).sum()),
                 *(reached(runs.of(stage, f"{name}_mm")) for name in IN_MM),

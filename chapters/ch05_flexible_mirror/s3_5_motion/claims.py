@@ -49,8 +49,8 @@ def judge_motion(results, options):
     calibration: not comparable.
     """
 
-    def reading_at(bench):
-        runs = MotionRuns(results, options, bench)
+    def reading_at(level):
+        runs = MotionRuns(results, options, level)
         found = of_completed(*follows(runs))
         true = of_completed(*follows(runs, "true"))
         reason = f"{found.reason}; with the true mirror: {true.verdict}, {true.reason}"
@@ -58,8 +58,8 @@ def judge_motion(results, options):
         verdict = NOT_COMPARABLE if alone else found.verdict
         return replace(found, verdict=verdict, reason=reason)
 
-    def side_at(bench):
-        return mostly(*follows(MotionRuns(results, options, bench))[:2])
+    def side_at(level):
+        return mostly(*follows(MotionRuns(results, options, level))[:2])
 
     return over_the_sweep(Case(READINGS, options), reading_at, side_at)
 
@@ -74,14 +74,14 @@ def judge_cylinder(results, options):
 def judge_markers(results, options):
     """One of 25 markers misses the cylinder at most, median over runs."""
 
-    def on(bench):
-        return MotionRuns(results, options, bench)
+    def on(level):
+        return MotionRuns(results, options, level)
 
     return over_completed(
         Case(READINGS, options),
-        lambda bench: np.isfinite(on(bench).of("missed")),
-        lambda bench, seeds: markers_meet(on(bench), seeds),
-        lambda bench, seeds: mostly_meet(on(bench), seeds),
+        lambda level: np.isfinite(on(level).of("missed")),
+        lambda level, seeds: markers_meet(on(level), seeds),
+        lambda level, seeds: mostly_meet(on(level), seeds),
     )
 
 
@@ -95,14 +95,14 @@ def judge_scale(results, options):
     sweep has stage 3 alone, and there the median is held against the claim.
     """
 
-    def on(bench):
-        return MotionRuns(results, options, bench)
+    def on(level):
+        return MotionRuns(results, options, level)
 
     return over_completed(
         Case(READINGS, options),
-        lambda bench: scaled(on(bench), bench),
-        lambda bench, seeds: scale_tells(on(bench), seeds),
-        lambda bench, seeds: scale_right(on(bench), seeds),
+        lambda level: scaled(on(level), level),
+        lambda level, seeds: scale_tells(on(level), seeds),
+        lambda level, seeds: scale_right(on(level), seeds),
     )
 
 

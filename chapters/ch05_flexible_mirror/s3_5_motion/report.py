@@ -232,9 +232,9 @@ def scale_tells(runs, seeds):
     )
 
 
-def scaled(runs, bench):
+def scaled(runs, level):
     """Which runs (runs,) have a scale: at all stages, in a sweep at the last."""
-    stages = (LAST,) if bench in SWEPT else STAGES
+    stages = (LAST,) if level in SWEPT else STAGES
     return np.isfinite([runs.scales(stage) for stage in stages]).all(axis=0)
 
 
@@ -420,21 +420,21 @@ def ext_motion_scale(results):
     """Uncertainty of a length, by stage and by baseline."""
     drawn, (left, right) = new_figure(1, 2, height_in=3.6, sharey=True)
     rows = []
-    for index, bench in enumerate(CONTRASTED):
-        runs = MotionRuns(results, bench=bench)
+    for index, level in enumerate(CONTRASTED):
+        runs = MotionRuns(results, bench=level)
         by_stage = runs.column(STAGE_NAMES, "told1", "length_percent")
         ways = [f"told{k}" for k in EACH_STEP]
         by_way = runs.column(STAGE_NAMES[LAST], ways, "length_percent")
         six = [runs.of("told_percent", "true", "together")]
         for panel, x, trials, look, label in (
-            (left, STAGES_MM, by_stage, index, SAID[bench]),
-            (right, PLACES_MM, by_way, index, SAID[bench]),
+            (left, STAGES_MM, by_stage, index, SAID[level]),
+            (right, PLACES_MM, by_way, index, SAID[level]),
             (
                 right,
                 PLACES_MM[-1:],
                 six,
                 2 + index,
-                f"{SAID[bench]}, six images at once",
+                f"{SAID[level]}, six images at once",
             ),
         ):
             some = [

@@ -53,7 +53,7 @@ def angles_found(runs):
         "deg",
         "largest difference of the three; by the true mirror "
         f"{middle(runs.of('off_deg', 'true'))} degrees; all three below the reference "
-        f"in {100 * below:.0f} % of the seeds",
+        f"in {100 * below:.0f} % of the simulated runs",
     )
 
 
@@ -282,12 +282,12 @@ MEDIANS = "Medians over the runs that have a tin, with 95 % intervals."
 def table_5_8(results):
     """Angles between the faces, estimated and true."""
     rows = []
-    for bench in BENCHES:
-        runs = TinRuns(results, bench=bench)
+    for level in BENCHES:
+        runs = TinRuns(results, bench=level)
         for k, pair in enumerate(PAIRS):
             rows.append(
                 (
-                    SAID[bench],
+                    SAID[level],
                     pair.replace("_", " - "),
                     reached(runs.angles(PUBLISHED)[k]),
                     float(ANGLES_DEG[k]),
@@ -311,12 +311,12 @@ def table_5_8(results):
 def ext_tin_ways(results):
     """Errors of angles, rays and planes, by mirror."""
     rows = []
-    for bench, way in ((b, w) for b in BENCHES for w in WAYS):
-        runs = TinRuns(results, bench=bench)
+    for level, way in ((b, w) for b in BENCHES for w in WAYS):
+        runs = TinRuns(results, bench=level)
         found = runs.of("off_deg", way)
         rows.append(
             (
-                SAID[bench],
+                SAID[level],
                 WAYS[way],
                 int(np.isfinite(found).sum()),
                 reached(runs.of("ray_deg", way)),

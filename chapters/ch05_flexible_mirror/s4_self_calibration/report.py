@@ -124,8 +124,8 @@ def fig_5_24(results):
     """Profiles of the middle line, found and true, of a run at each of two levels."""
     drawn, panels = new_figure(1, 2, height_in=3.8, sharey=True)
     rig, rows = mirror_rig("A"), []
-    for panel, bench in zip(panels, CONTRASTED, strict=True):
-        runs = Courses(results, bench=bench)
+    for panel, level in zip(panels, CONTRASTED, strict=True):
+        runs = Courses(results, bench=level)
         came = np.isfinite(runs.of(THESIS_SCENE, "angle_deg"))
         # A quick build has one push.
         pushed = [row for row in came if row.any()]
@@ -141,12 +141,12 @@ def fig_5_24(results):
                 path = THESIS_SCENE, STAGE_NAMES[k], "profile_mm"
                 curve = runs.of_run(seed, came[k], *path)
                 rows += [
-                    (SAID[bench], stage, *row)
+                    (SAID[level], stage, *row)
                     for row in zip(ALONG_MM, true, curve, strict=True)
                 ]
             panel.plot(ALONG_MM, curve, label=f"stage {stage}", **look)
         panel.set(
-            title=SAID[bench], xlabel="Distance from the clamp (mm)", ylim=(-4, 18)
+            title=SAID[level], xlabel="Distance from the clamp (mm)", ylim=(-4, 18)
         )
     panels[0].set_ylabel("Height above the flat sheet (mm)")
     legend_below(drawn, panels[0], ncols=4)
@@ -280,13 +280,13 @@ HEADS = {
 OF_FEATURES = [name for name in HEADS if name != "back_mm"]
 
 
-def _rows(runs, way, bench, names=tuple(HEADS)):
+def _rows(runs, way, level, names=tuple(HEADS)):
     of = {name: runs.of(way, name) for name in names}
     # Features as in 5.4 have a table of their own.
     features = () if way == THESIS_SCENE else (FEATURES[way],)
     return [
         (
-            SAID[bench],
+            SAID[level],
             *features,
             stage,
             int(np.isfinite(of["deflection_mm"][k]).sum()),
@@ -307,8 +307,8 @@ def table_5_9(results):
     """Deflections by linear self-calibration, features as in 5.4."""
     rows = [
         row
-        for bench in BENCHES
-        for row in _rows(Courses(results, bench=bench), THESIS_SCENE, bench)
+        for level in BENCHES
+        for row in _rows(Courses(results, bench=level), THESIS_SCENE, level)
     ]
     return Table(
         columns(_heads(), rows),
@@ -331,10 +331,10 @@ def ext_self_features(results):
     """Deflections with other distributions of features."""
     rows = [
         row
-        for bench in BENCHES
+        for level in BENCHES
         for way in SCENES
         if way != THESIS_SCENE
-        for row in _rows(Courses(results, bench=bench), way, bench, OF_FEATURES)
+        for row in _rows(Courses(results, bench=level), way, level, OF_FEATURES)
     ]
     return Table(
         columns(_heads("Features", names=OF_FEATURES), rows),
