@@ -418,12 +418,7 @@ def edge_ratios(runs, place):
     return np.where(runs.goes_on(place), found, np.nan)
 
 
-@claim(
-    "c5_fixed_edge_low",
-    needs=("table_5_5_runs", "table_5_5_swept"),
-    evidence="rendered",
-    readings=("mirror_bench", "swinging_ends"),
-)
+@claim("c5_fixed_edge_low", needs=JUDGED, evidence="rendered", readings=OPEN)
 def judge_fixed_edge(results, options):
     """Mean error at the board's edge next to the clamp, below that of all corners.
 
@@ -460,7 +455,7 @@ class Views(BenchRuns):
 
 @claim(
     "c5_concave_conditioning",
-    needs=("exp_c5_concave_conditioning", "exp_c5_concave_conditioning_swept"),
+    needs=CONDITIONED,
     evidence="rendered",
     readings=("mirror_bench", "swinging_ends"),
 )
