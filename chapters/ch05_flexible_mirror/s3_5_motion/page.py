@@ -4,7 +4,7 @@
 # **Question.** A camera whose rays do not meet in one point can in principle measure
 # motion with its metric scale. A cylinder with 25 marks moves by 25 mm between six
 # images in a calibrated, bent mirror. How accurate are rotation, path and size? What do
-# the rays determine at all?
+# rays determine at all?
 
 # %%
 from functools import partial
