@@ -143,11 +143,11 @@ def picture_trial(condition, rng):
     """Render the room, unwrap the image, detect its uprights."""
     lab = simulator(condition["size"])
     camera, view = lab.camera, view_of(lab.camera)
-    picture = lab.photograph(room(), T_world_camera(camera), rng, colour=True)
-    unwrapped = resample(picture, source_pixels(camera, view))
+    image = lab.photograph(room(), T_world_camera(camera), rng, colour=True)
+    unwrapped = resample(image, source_pixels(camera, view))
     row, columns = through_the_mirror(camera, view)
     return {
-        "picture": picture,
+        "picture": image,
         "unwrapped": unwrapped,
         "horizon_px": view.horizon,
         "radius_px": view.radius,
@@ -160,7 +160,7 @@ def picture_trial(condition, rng):
 
 
 @experiment("fig_1_1_picture", artefact="fig_1_1", inputs=RIGS)
-def picture(effort):
+def image(effort):
     """The room in the mirror, and its panorama."""
     settings = {"rig": RIG, "size": "pixels each way, as a share"}
     return Plan(picture_trial, [{"size": SIZES[effort]}], 1, settings)

@@ -138,9 +138,9 @@ def find(zoom, image):
 
 def found_in_images(zoom, poses, rng):
     """Render the boards and detect corners in every image: (Boards, images)."""
-    pictures = [render_board(zoom, T, rng) for T in poses]
-    found = np.stack([find(zoom, picture) for picture in pictures])
-    return Boards(found, true_corners(zoom, poses)), pictures
+    images = [render_board(zoom, T, rng) for T in poses]
+    found = np.stack([find(zoom, image) for image in images])
+    return Boards(found, true_corners(zoom, poses)), images
 
 
 def redrawn(zoom, poses, errors, rng):
@@ -289,7 +289,7 @@ def moran(positions, vectors, rng):
     nearest = np.argsort(distances, axis=1)[:, 1 : NEIGHBOURS + 1]
     centred = vectors - vectors.mean(axis=0)
     spread = np.sum(centred**2) / len(centred)
-    beside = np.mean(np.sum(centred[:, None] * centred[nearest], 2))
+    adjacent = np.mean(np.sum(centred[:, None] * centred[nearest], 2))
     shuffled = [rng.permutation(centred) for _ in range(PERMUTATIONS)]
     # Sums over neighbours, of all orders at once; the first is the order found.
     neighbours = np.zeros((len(centred), len(centred)))
@@ -298,7 +298,7 @@ def moran(positions, vectors, rng):
     sums = np.tensordot(neighbours, orders, axes=1)
     found, *others = np.sum(orders * sums, axis=(0, 2))
     beaten = np.count_nonzero(np.array(others) >= found)
-    return float(beside / spread), (beaten + 1) / (PERMUTATIONS + 1)
+    return float(adjacent / spread), (beaten + 1) / (PERMUTATIONS + 1)
 
 
 def stage_poses(camera, views):

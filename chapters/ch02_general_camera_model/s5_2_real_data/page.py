@@ -181,14 +181,14 @@ def rendered_trial(condition, rng, counts):
     """Score a run whose corners are detected in rendered images."""
     zoom = condition["zoom"]
     poses = draw_poses(zoom, counts, rng)
-    boards, pictures = {}, {}
+    boards, images = {}, {}
     for use, of_use in poses.items():
-        boards[use], pictures[use] = found_in_images(zoom, of_use, rng)
+        boards[use], images[use] = found_in_images(zoom, of_use, rng)
     errors = [seen.found - seen.true for seen in boards.values()]
     out, cameras = scores(zoom, boards, rng)
     out["errors"] = np.concatenate(errors)
     sample = example_view(zoom, boards)
-    out["sample"] = pictures["calibration"][sample]
+    out["sample"] = images["calibration"][sample]
     if zoom == STAGE_ZOOM:
         out |= fields(zoom, boards, sample, cameras)
     if zoom == FACADE_ZOOM:

@@ -86,8 +86,8 @@ def zoo_board(name, rng):
         white=rng.uniform(*DRAWN["white"]),
         background=rng.uniform(*DRAWN["background"]),
     )
-    picture = render(camera, np.eye(4), scene, samples=32)
-    picture = cv2.GaussianBlur(picture, (0, 0), rng.uniform(*DRAWN["blur_px"]))
+    image = render(camera, np.eye(4), scene, samples=32)
+    image = cv2.GaussianBlur(image, (0, 0), rng.uniform(*DRAWN["blur_px"]))
     white_e = rng.uniform(*DRAWN["white_e"])
     sensor = Sensor(
         white_e=white_e,
@@ -96,7 +96,7 @@ def zoo_board(name, rng):
         gamma=rng.uniform(*DRAWN["gamma"]),
     )
     corners = camera.project(transform(T, on_plane(board.points()))).pixels
-    return ZooBoard(sensor.expose(picture, rng), corners, board.columns, board.rows)
+    return ZooBoard(sensor.expose(image, rng), corners, board.columns, board.rows)
 
 
 def _drawn(camera, rng):

@@ -73,7 +73,7 @@ def ext_without_clicks(results):
         f"{len(result.conditions)} cameras of the zoo. Right: every corner within "
         f"{RIGHT_PX:g} px. Wrong: returned, but not right. Worst: largest corner "
         "error of a board, over the right boards.",
-        Check(wrong == 0, f"raxel returned {wrong} wrong boards; the aim is none"),
+        Check(wrong == 0, f"raxel returned {wrong} wrong boards; the aim is 0"),
     )
 
 
@@ -89,7 +89,7 @@ def ext_click_free_refusals(results):
         in_columns(rows),
         "Rejections by raxel of images that do not show the requested board. In "
         "order: share of the visible corners that the rejection reports, in order.",
-        Check(returned == 0, f"{returned} boards were returned; the aim is none"),
+        Check(returned == 0, f"{returned} boards were returned; the aim is 0"),
     )
 
 

@@ -56,10 +56,10 @@ def decoding_errors(camera, grid, T_camera_grid, rng):
 
     Also the true point (H, W, 2) mm at the centre of each pixel.
     """
-    pictures, patterns = rendered_images(camera, grid, T_camera_grid, rng)
+    images, patterns = rendered_images(camera, grid, T_camera_grid, rng)
     seen = points_seen(camera, T_camera_grid, grid.monitor_mm)
     decoded = {
-        name: decode(pictures, patterns, grid, smooth=smooth, linear=True, threads=1)
+        name: decode(images, patterns, grid, smooth=smooth, linear=True, threads=1)
         for name, smooth in SMOOTHED.items()
     }
     return {name: found.location - seen for name, found in decoded.items()}, seen
@@ -235,10 +235,10 @@ def jump_mm(camera, T_camera_monitor):
 def square_px(corners):
     """Mean width in px of a square, over neighbours in a row within a facet."""
     seen, _, places, own = corners
-    beside = np.all(np.diff(places, axis=0) == [1, 0], axis=1)
-    beside &= np.diff(own) == 0
+    adjacent = np.all(np.diff(places, axis=0) == [1, 0], axis=1)
+    adjacent &= np.diff(own) == 0
     steps = np.linalg.norm(np.diff(seen, axis=0), axis=1)
-    return float(steps[beside].mean())
+    return float(steps[adjacent].mean())
 
 
 # The camera and the grid of section 3.2.1.

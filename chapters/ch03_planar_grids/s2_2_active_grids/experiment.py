@@ -47,17 +47,17 @@ STRIP_ROWS = 8
 def displayed(plan, monitor_px):
     """(patterns, images (n, H, W) uint16) as sent to the monitor."""
     patterns = patterns_of(plan)
-    pictures = [pattern_picture(p, monitor_px) for p in patterns]
-    return patterns, np.array(pictures).astype(np.uint16)
+    images = [pattern_picture(p, monitor_px) for p in patterns]
+    return patterns, np.array(images).astype(np.uint16)
 
 
 def whole_display_trial(condition, rng):
     """Decode every monitor pixel from the patterns as sent."""
     size = tuple(condition["monitor_px"])
     plan = plan_of_cells(size, phase_steps=4)
-    patterns, pictures = displayed(plan, size)
+    patterns, images = displayed(plan, size)
     found = decode(
-        pictures, patterns, ActiveGrid(size), smooth=False, margin_px=0,
+        images, patterns, ActiveGrid(size), smooth=False, margin_px=0,
         noise=0.3, linear=True, threads=1,
     )  # fmt: skip
     place = np.indices(size[::-1])[::-1].transpose(1, 2, 0)
@@ -85,22 +85,22 @@ def wrong_bit_trial(condition, rng):
     bits = condition["bits"]
     cells = 2**bits
     size = (CELL_PX * cells, STRIP_ROWS)
-    patterns, pictures = displayed(PatternPlan((bits, 0), True), size)
-    beside = CELL_PX * np.arange(1, cells) - 1
+    patterns, images = displayed(PatternPlan((bits, 0), True), size)
+    adjacent = CELL_PX * np.arange(1, cells) - 1
     cell = np.arange(cells)
     changed = (cell ^ cell >> 1)[1:] ^ (cell ^ cell >> 1)[:-1]
     at_edge, elsewhere = [], []
     for bit in range(bits):
-        wrong = pictures.copy()
+        wrong = images.copy()
         pair = [2 * bit, 2 * bit + 1]
-        wrong[np.ix_(pair, range(STRIP_ROWS), beside)] = pictures[
-            np.ix_(pair[::-1], range(STRIP_ROWS), beside)
+        wrong[np.ix_(pair, range(STRIP_ROWS), adjacent)] = images[
+            np.ix_(pair[::-1], range(STRIP_ROWS), adjacent)
         ]
         found = decode(
             wrong, patterns, ActiveGrid(size),
             margin_px=0, noise=1.0, linear=True, threads=1,
         )  # fmt: skip
-        shift = np.abs(found.cells[STRIP_ROWS // 2, beside, 0] - cell[:-1])
+        shift = np.abs(found.cells[STRIP_ROWS // 2, adjacent, 0] - cell[:-1])
         changes = changed >> (bits - 1 - bit) & 1
         at_edge += shift[changes == 1].tolist()
         elsewhere += shift[changes == 0].tolist()
@@ -131,9 +131,9 @@ def bit_images(condition, rng):
 
     light = light_along(width, condition["light"])
 
-    def taken(picture):
+    def taken(image):
         soft = cv2.GaussianBlur(
-            picture * light, (0, 0), condition["blur_px"],
+            image * light, (0, 0), condition["blur_px"],
             borderType=cv2.BORDER_REPLICATE,
         )  # fmt: skip
         noisy = soft + rng.normal(0, condition["noise_grey"], soft.shape)
@@ -167,10 +167,10 @@ def _lit_length(x):
     return whole + np.maximum(x - 2 * whole - 1, 0)
 
 
-def wrong_bits(pictures, patterns, bit, white=None, black=None):
+def wrong_bits(images, patterns, bit, white=None, black=None):
     """Flags (ROWS, W) of pixels that the decoder reads wrong."""
     found = decode(
-        pictures, patterns, ActiveGrid(bit.shape[::-1]), white=white, black=black,
+        images, patterns, ActiveGrid(bit.shape[::-1]), white=white, black=black,
         margin_px=0, noise=1.0, linear=True, threads=1,
     )  # fmt: skip
     return found.cells[..., 0] != bit
@@ -178,22 +178,22 @@ def wrong_bits(pictures, patterns, bit, white=None, black=None):
 
 def bits_trial(condition, rng):
     """Wrong bits within 2 px of edges: with an inverse, and with three thresholds."""
-    place, picture, inverse, white, black, sines = bit_images(condition, rng)
+    place, image, inverse, white, black, sines = bit_images(condition, rng)
     bit = np.floor(place).astype(int) % 2 == 1
     inner = (place > 0.5) & (place < place.max() - 0.5)
     near = inner & (EDGE_PX * np.abs(place - np.rint(place)) < NEAR_PX)
     patterns = [Pattern("", "x", "gray", of=1, bit=0, inverse=i) for i in (False, True)]
-    mean = light_along(picture.shape[1], condition["light"]).mean()
-    levels = [np.full(picture.shape, mean * level) for level in LEVELS_GREY]
+    mean = light_along(image.shape[1], condition["light"]).mean()
+    levels = [np.full(image.shape, mean * level) for level in LEVELS_GREY]
     thresholds = {
         "one grey value": levels,
         "white and black": (white, black),
         "mean of the sines": (sines, sines),
     }
-    paired = wrong_bits(np.array([picture, inverse]), patterns, bit)[near]
+    paired = wrong_bits(np.array([image, inverse]), patterns, bit)[near]
 
     def beside_paired(light, dark):
-        wrong = wrong_bits(picture[None], patterns[:1], bit, light, dark)[near]
+        wrong = wrong_bits(image[None], patterns[:1], bit, light, dark)[near]
         return {
             "wrong": int(wrong.sum()),
             "only_threshold": int((wrong & ~paired).sum()),
@@ -300,9 +300,9 @@ def rectifying_map(view, rng):
     return np.float32(seen.T.reshape(2, *x.shape))
 
 
-def column_means(picture, seen):
+def column_means(image, seen):
     """Mean grey value of every column of the rectified image."""
-    return cv2.remap(picture.astype(np.float32), *seen, cv2.INTER_CUBIC).mean(
+    return cv2.remap(image.astype(np.float32), *seen, cv2.INTER_CUBIC).mean(
         axis=0, dtype=float
     )
 
@@ -348,8 +348,8 @@ def profile_trial(condition, rng):
         light = view.radiance(sine, monitor)
         for camera in CAMERAS:
             sensor = exposed(view.rig.sensor, gamma, camera, share)
-            picture = view.photographed([light], rng, sensor=sensor)[0]
-            means = column_means(picture, seen)
+            image = view.photographed([light], rng, sensor=sensor)[0]
+            means = column_means(image, seen)
             period = np.array_split(means, VIEW_CELLS)[PERIOD]
             fits = {count: fitted(period, count) for count in HARMONICS}
             sizes = enumerate(fits[HARMONICS[-1]][2], 1)
@@ -391,10 +391,10 @@ def _phases(count):
 def _found(lines):
     """Locations (n,) by the decoder of one period's steps (4, n)."""
     plan = PatternPlan(phase_steps=STEPS, phase_periods=(1.0, 0.0))
-    pictures = np.repeat(lines[:, None], LIGHT_ROWS, axis=1)
+    images = np.repeat(lines[:, None], LIGHT_ROWS, axis=1)
     monitor = ActiveGrid((lines.shape[1], LIGHT_ROWS))
     found = decode(
-        pictures, patterns_of(plan), monitor, smooth=False, margin_px=0, noise=0.3,
+        images, patterns_of(plan), monitor, smooth=False, margin_px=0, noise=0.3,
         linear=True, threads=1,
     )  # fmt: skip
     return found.location[LIGHT_ROWS // 2, :, 0].astype(float)

@@ -36,7 +36,7 @@ from repro.run import Plan, experiment
 REACH_PX = 14  # along a column; the next edge of a bit is two cells away
 
 
-def edge_errors(pictures, patterns, points, cell_mm):
+def edge_errors(images, patterns, points, cell_mm):
     """RMS distances (px), along columns, of the code's edges from the true ones.
 
     Charge flows along columns, so the edges across them are measured, of the code
@@ -44,8 +44,8 @@ def edge_errors(pictures, patterns, points, cell_mm):
     points: (H, W, 2) mm, what each pixel sees of the monitor; cell_mm: width of a cell.
     """
     own = {
-        (pattern.bit, pattern.inverse): picture
-        for picture, pattern in zip(pictures, patterns, strict=True)
+        (pattern.bit, pattern.inverse): image
+        for image, pattern in zip(images, patterns, strict=True)
         if (pattern.kind, pattern.axis) == ("gray", "y")
     }
     bits = 1 + max(bit for bit, _ in own)
@@ -81,7 +81,7 @@ def true_rows(seen, place):
     return rows
 
 
-def crossing(picture, rows):
+def crossing(image, rows):
     """Row (W,) px where each column of an image is midway between dark and bright.
 
     Of its darkest and brightest grey value within REACH_PX of `rows`; between the
@@ -91,7 +91,7 @@ def crossing(picture, rows):
     columns = np.flatnonzero(np.isfinite(rows))
     around = np.arange(-REACH_PX + 1, REACH_PX)
     v = np.rint(rows[columns, None]).astype(int) + around
-    grey = picture[v, columns[:, None]].astype(float)
+    grey = image[v, columns[:, None]].astype(float)
     above = grey - (grey.min(axis=1) + grey.max(axis=1))[:, None] / 2
     last = np.argmax((above[:, 1:] > 0) != (above[:, :1] > 0), axis=1)
     each = np.arange(len(columns))
@@ -173,13 +173,13 @@ def corner_error_in_grid(location, light):
     return rms_and_share(off[np.isfinite(off).all(axis=1)], len(off))
 
 
-def decoded_as_text(pictures, light):
+def decoded_as_text(images, light):
     """Locations (H, W, 2) mm by the filters of 3.2.2, without masking clipped sines.
 
     In 16-bit images no 8-bit value counts as clipped.
     """
     return decode(
-        pictures.astype(np.uint16), light.patterns, light.monitor,
+        images.astype(np.uint16), light.patterns, light.monitor,
         neighbours=True, fill=True, margin_px=MARGIN_PX, linear=True, threads=1,
     ).location  # fmt: skip
 
@@ -243,19 +243,19 @@ def bloom_trial(condition, rng):
     found = {}
     for exposure, share in product(EXPOSURES, SHARES):
         spilling, name = filling_sensor(exposure, share), f"{exposure}.{share}"
-        picture = spilling.expose(light.board, rng)
+        image = spilling.expose(light.board, rng)
         for corner, method in CORNER_METHODS.items():
             found[f"{corner}.{name}"] = corner_error(
-                method(picture, start), light.corners
+                method(image, start), light.corners
             )
-        pictures = np.array([spilling.expose(one, rng) for one in light.grid])
-        location = decoded_as_text(pictures, light)
-        masked = decode(pictures, light.patterns, light.monitor, linear=True, threads=1)
+        images = np.array([spilling.expose(one, rng) for one in light.grid])
+        location = decoded_as_text(images, light)
+        masked = decode(images, light.patterns, light.monitor, linear=True, threads=1)
         found[f"active grid.{name}"] = corner_error_in_grid(location, light)
         found[f"masked.{name}"] = corner_error_in_grid(masked.location, light)
         found[f"all pixels.{name}"] = grid_error(masked, light.points)
         found[f"edges.{name}"] = edge_errors(
-            pictures, light.patterns, light.points, LIT_MM / CELLS
+            images, light.patterns, light.points, LIT_MM / CELLS
         )
     return found
 

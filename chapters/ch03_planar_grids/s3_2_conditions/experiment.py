@@ -322,12 +322,12 @@ def _exposed(sheet, light, cut):
     """Return the image, or only its part `cut` (slices of rows and columns)."""
     rig = sheet.rig
     rng = np.random.default_rng(sheet.exposure)
-    beside, whole = light_of_room(rig)
+    aside, whole = light_of_room(rig)
     if sheet.irradiance.ndim == 3:
-        beside, whole = (np.repeat(x[..., None], 3, axis=2) for x in (beside, whole))
+        aside, whole = (np.repeat(x[..., None], 3, axis=2) for x in (aside, whole))
     (u, v), (height, width) = sheet.first, sheet.uv.shape[:2]
     place = slice(v, v + height), slice(u, u + width)
-    whole[place] = beside[place] + _lit(sheet, light)
+    whole[place] = aside[place] + _lit(sheet, light)
     mirror = mirror_in_view(rig.camera)
     specimen = np.random.default_rng(sheet.specimen)
     whole = rig.blemishes.apply(whole, mirror, specimen, rng)
@@ -544,8 +544,8 @@ def partial_trial(condition, rng):
 
 def partial_sb_trial(condition, rng):
     """Return the largest part of OpenCV's sector-based detector in the same image."""
-    picture = _large_picture(condition, rng)
-    return {OPENCV_SB: _by_detector(OPENCV_SB, *picture, condition["next_share"])}
+    image = _large_picture(condition, rng)
+    return {OPENCV_SB: _by_detector(OPENCV_SB, *image, condition["next_share"])}
 
 
 def _large_picture(condition, rng):

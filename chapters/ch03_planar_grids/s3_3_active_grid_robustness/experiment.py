@@ -87,13 +87,13 @@ def conditions(effort):
         if level != DEFAULT_LEVEL.get(name)
     ]
     return [
-        condition_of(name, level, pictures)
-        for pictures in SETS[effort]
+        condition_of(name, level, images)
+        for images in SETS[effort]
         for name, level in [("default", DEFAULT_MM), *swept]
     ]
 
 
-def condition_of(name, level, pictures):
+def condition_of(name, level, images):
     """Return one level: the views to open, and the changes of their images."""
     first, second = (f"distance-{DEFAULT_MM}", f"distance-{DEFAULT_MM}-second")
     if name == "distance":
@@ -104,7 +104,7 @@ def condition_of(name, level, pictures):
     return {
         "sweep": name,
         "level": level,
-        "set": pictures,
+        "set": images,
         "first": first,
         "second": second,
         "blur_px": level if name == "blur" else 0,
@@ -160,44 +160,44 @@ def pictures_of(name, view):
 @lru_cache(maxsize=4)
 def bright_pictures_of(name, view, exposure):
     """Return `pictures_of` a view with an exposure, (n, H, W) uint8."""
-    pictures = pictures_of(name, view)
+    images = pictures_of(name, view)
     if exposure == WITHIN:
-        return pictures
+        return images
     sensor = rig_named(name.partition("/")[0]).sensor
-    return np.stack([brighter(picture, sensor) for picture in pictures])
+    return np.stack([brighter(image, sensor) for image in images])
 
 
 @lru_cache(maxsize=2)
 def location_as_taken(name, view):
     """Return the grid position that each pixel of a view sees, (H, W, 2) mm."""
     image_set, views = opened(name)
-    pictures = pictures_of(name, view)
-    return location_of(pictures, views[view].patterns, image_set.target)
+    images = pictures_of(name, view)
+    return location_of(images, views[view].patterns, image_set.target)
 
 
-def brighter(picture, sensor):
+def brighter(image, sensor):
     """Return the image (H, W) uint8 of GAIN times the light, with overflowing wells.
 
     Charges are recovered from the grey values by the tone curve of the sensor.
     """
     table = (np.arange(256) / 255) ** sensor.gamma * GAIN
-    charge = bloom(table.astype(np.float32)[picture], 1.0, sensor.blooming)
+    charge = bloom(table.astype(np.float32)[image], 1.0, sensor.blooming)
     return sensor.develop(charge)
 
 
 def degraded(stacks, condition, rng):
     """Return stacks of images (n, H, W) uint8 with equal blur and noise."""
     stacks = [stack.copy() for stack in stacks]
-    for pictures in zip(*stacks, strict=True):
+    for images in zip(*stacks, strict=True):
         noise = np.float32(0)
         if condition["noise_grey"]:
-            noise = rng.standard_normal(pictures[0].shape, np.float32)
+            noise = rng.standard_normal(images[0].shape, np.float32)
             noise *= condition["noise_grey"]
-        for picture in pictures:
-            soft = picture.astype(np.float32)
+        for image in images:
+            soft = image.astype(np.float32)
             if condition["blur_px"]:
                 soft = cv2.GaussianBlur(soft, (0, 0), condition["blur_px"])
-            picture[:] = np.clip(np.rint(soft + noise), 0, 255)
+            image[:] = np.clip(np.rint(soft + noise), 0, 255)
     return stacks
 
 
@@ -209,7 +209,7 @@ def patterns_taken(rig, T, seed):
     return tuple(zip(*taken, strict=True))
 
 
-def location_of(pictures, patterns, target):
+def location_of(images, patterns, target):
     """Decode as in the thesis: its filters, and no mask for clipped sinusoids.
 
     The filters of 3.2.2 are 7 x 7 pixels of the sinusoids, the eight neighbours of
@@ -217,7 +217,7 @@ def location_of(pictures, patterns, target):
     counts as clipped.
     """
     return decode(
-        np.asarray(pictures, np.uint16),
+        np.asarray(images, np.uint16),
         patterns,
         target,
         neighbours=True,
@@ -363,9 +363,9 @@ def viewing_trial(condition, rng):
     rig = replace(rig, monitor=monitor, sensor=sensor)
     T = turned_monitor(condition["turn_deg"], rig.target.monitor_mm, rng)
     area = visible_areas(rig, T)
-    patterns, pictures = patterns_taken(rig, T, [condition["seed"]])
+    patterns, images = patterns_taken(rig, T, [condition["seed"]])
     found = decode(
-        np.stack(pictures), patterns, rig.target,
+        np.stack(images), patterns, rig.target,
         neighbours=True, fill=True, linear=True, threads=1,
     )  # fmt: skip
     names = np.array([REASONS[k] for k in sorted(REASONS)])[found.status]

@@ -59,15 +59,15 @@ def filter_trial(condition, rng):
     camera = calibrated(condition["boards"], condition["seed"])
     sources = source_pixels(camera, perspective_view(camera))
     image_set, view = capture_of(condition["rig"], condition["seed"], condition["pose"])
-    pictures, others = pictures_of(image_set, view)
-    pictures = np.array([resample(picture, sources) for picture in pictures])
+    images, others = pictures_of(image_set, view)
+    images = np.array([resample(image, sources) for image in images])
     lit = {k: resample(others[k], sources) for k in ("white", "black") if k in others}
     metric = image_set.target.chessboard_points()
     truth = rig_of(condition["rig"]).camera
     out = {}
     for name, options in FILTERS.items():
         grid = decode(
-            pictures, view.patterns, image_set.target,
+            images, view.patterns, image_set.target,
             fill=True, linear=True, **lit, **options,
         )  # fmt: skip
         for search, found_by in SEARCHES.items():
@@ -304,8 +304,8 @@ def localised_in_patches(camera, start, condition, rng):
     across = int(np.ceil(np.sqrt(len(start))))
     tiles = np.zeros((across, across, side, side))
     tiles.reshape(-1, side, side)[: len(start)] = light
-    picture = tiles.swapaxes(1, 2).reshape(across * side, across * side)
-    taken = camera.sensor.expose(picture, rng)
+    image = tiles.swapaxes(1, 2).reshape(across * side, across * side)
+    taken = camera.sensor.expose(image, rng)
     row, column = np.divmod(np.arange(len(start)), across)
     middle = np.column_stack([column, row]) * side + half
     found = sweep(taken, middle.astype(float), windows, blurs)
@@ -327,9 +327,9 @@ def decoded_in_patches(camera, start, metric, rng):
         light = light_of_patch(camera, shown, pixel, HALF_DECODED)
         side = light.shape[-1]
         taken = camera.sensor.expose(light.reshape(-1, side), rng)
-        *pictures, white, black = taken.reshape(-1, side, side)
+        *images, white, black = taken.reshape(-1, side, side)
         grid = decode(
-            np.array(pictures), patterns, rig.target, white=white, black=black,
+            np.array(images), patterns, rig.target, white=white, black=black,
             neighbours=True, fill=True, blur_px=camera.blur_sd(pixel), linear=True,
             threads=1,
         )  # fmt: skip
@@ -412,11 +412,11 @@ def straight_trial(condition, rng):
         taken, grid.location, grid.sigma, grid.mask, size, MM_PER_PX
     )
     truth = true_pose(image_set, view)
-    pictures = grey(taken), np.where(seen, grey(laid), np.nan)
+    images = grey(taken), np.where(seen, grey(laid), np.nan)
     paths = visible_paths(condition["rig"], condition["view"])
     rows = []
     for k, (edge, path) in enumerate(zip(room_edges(), paths, strict=True)):
-        pixels, places, at, on = edge_in_both(grid, path, pictures)
+        pixels, places, at, on = edge_in_both(grid, path, images)
         if len(places) < MIN_POINTS or length(places) < MIN_LENGTH_PX:
             continue
         bends = map(bend, (at, pixels, on, places))
@@ -432,7 +432,7 @@ def straight_trial(condition, rng):
     }
 
 
-def edge_in_both(grid, path, pictures):
+def edge_in_both(grid, path, images):
     """Return points of an edge before and after remapping, projected and detected.
 
     path: pixels (n, 2) that see it; pictures: before and after. Returns (m, 2) px
@@ -444,7 +444,7 @@ def edge_in_both(grid, path, pictures):
     if known.sum() < MIN_POINTS:
         return (np.empty((0, 2)),) * 4
     both = path[known], places[known] / MM_PER_PX - 0.5
-    found = [edge_points(*pair) for pair in zip(pictures, both, strict=True)]
+    found = [edge_points(*pair) for pair in zip(images, both, strict=True)]
     clear = smooth_run(found[0]) & smooth_run(found[1])
     return [points[clear] for points in (*both, *found)]
 
@@ -517,14 +517,14 @@ def location_at(grid, pixels):
     return np.where(inside[:, None], mixed, np.nan)
 
 
-def grey(picture):
+def grey(image):
     """Return an image in grey, float."""
-    if picture.ndim == 2:
-        return picture.astype(float)
-    return picture @ np.array([0.299, 0.587, 0.114])
+    if image.ndim == 2:
+        return image.astype(float)
+    return image @ np.array([0.299, 0.587, 0.114])
 
 
-def edge_points(picture, path):
+def edge_points(image, path):
     """Return points (n, 2) of the steepest intensity across a path (n, 2), or NaN."""
     from scipy.ndimage import map_coordinates, uniform_filter1d
 
@@ -534,7 +534,7 @@ def edge_points(picture, path):
     offsets = np.arange(-SEARCH_PX, SEARCH_PX + FINE_PX / 2, FINE_PX)
     spots = path[:, None] + offsets[:, None] * across[:, None]
     values = map_coordinates(
-        picture, [spots[..., 1], spots[..., 0]], order=1, cval=np.nan
+        image, [spots[..., 1], spots[..., 0]], order=1, cval=np.nan
     )
     slopes = np.abs(np.diff(values, axis=1)) / FINE_PX
     slopes[~np.isfinite(slopes)] = 0

@@ -52,16 +52,16 @@ def pictures_of(image_set, view):
     return patterns, others
 
 
-def decoded(image_set, view, prepare=lambda picture: picture, **options):
+def decoded(image_set, view, prepare=lambda image: image, **options):
     """Return (Decoded, chessboard or None) of a view.
 
     prepare: applied to every image first; options: of `decode`.
     """
     patterns, others = pictures_of(image_set, view)
-    others = {name: prepare(picture) for name, picture in others.items()}
+    others = {name: prepare(image) for name, image in others.items()}
     chessboard = others.pop("chessboard", None)
     found = decode(
-        np.array([prepare(picture) for picture in patterns]),
+        np.array([prepare(image) for image in patterns]),
         view.patterns,
         image_set.target,
         linear=True,
@@ -286,7 +286,7 @@ def corner_trial(condition, rng):
     camera = calibrated(condition["boards"], condition["seed"])
     sources = source_pixels(camera, perspective_view(camera))
     image_set, view = capture_of(condition["rig"], condition["seed"], condition["pose"])
-    grid, picture = decoded(
+    grid, image = decoded(
         image_set,
         view,
         lambda taken: resample(in_bits(taken, condition["bits"]), sources),
@@ -300,7 +300,7 @@ def corner_trial(condition, rng):
         "local fit": by_local_fit(grid, metric)[None],
     }
     start = starts(found["local fit"][0], metric)
-    found |= sweep(picture, start, condition["windows"], condition["blurs"])
+    found |= sweep(image, start, condition["windows"], condition["blurs"])
     truth = rig_of(condition["rig"]).camera
     out = {name: best_of(corners, metric) for name, corners in found.items()}
     for name, corners in found.items():
@@ -309,7 +309,7 @@ def corner_trial(condition, rng):
         out[name]["true_lens"] = {key: moved[key] for key in ("mean", "sd")}
     return out | {
         "metric": metric,
-        "largest_window_px": largest_window(start, picture.shape),
+        "largest_window_px": largest_window(start, image.shape),
         "square_px": square_px(start, metric),
         "middle": camera.K[:2, 2],
         "radial": camera.radial,
@@ -335,9 +335,9 @@ def mapped(corners, metric):
     return apply_homography(H, metric)
 
 
-def in_bits(picture, bits):
+def in_bits(image, bits):
     """Return an 8-bit image as it is, or in 16 bits to reduce rounding."""
-    return picture if bits == 8 else picture.astype(np.uint16) * 257
+    return image if bits == 8 else image.astype(np.uint16) * 257
 
 
 @cache
@@ -356,16 +356,16 @@ def through(camera, truth, corners):
     return rays[:, :2] / rays[:, 2:] @ truth.K[:2, :2].T + truth.K[:2, 2]
 
 
-def sweep(picture, start, windows, blurs):
+def sweep(image, start, windows, blurs):
     """Return {method: corners (settings..., n, 2)} at every setting, NaN if not found.
 
     A window that leaves the image at any corner finds none.
     """
-    if picture.dtype == np.uint16:
-        picture = (picture / 257).astype(np.float32)
-    slopes = gradient(picture.astype(float))
+    if image.dtype == np.uint16:
+        image = (image / 257).astype(np.float32)
+    slopes = gradient(image.astype(float))
     nowhere = np.full_like(start, np.nan)
-    fit = [window_inside(start, picture.shape, w // 2).all() for w in windows]
+    fit = [window_inside(start, image.shape, w // 2).all() for w in windows]
 
     def in_windows(method):
         pairs = zip(windows, fit, strict=True)
@@ -376,11 +376,11 @@ def sweep(picture, start, windows, blurs):
         return kept(ridges[:, :2], settled)
 
     def opencv(half):
-        moved = opencv_subpix(picture, start, half)
+        moved = opencv_subpix(image, start, half)
         return kept(moved, (moved != start).any(axis=1))
 
     def saddle(blur):
-        soft = blurred(picture.astype(float), blur)
+        soft = blurred(image.astype(float), blur)
         return in_windows(lambda window: kept(*fit_saddles(soft, start, window)))
 
     return {
@@ -470,10 +470,10 @@ def facet_trial(condition, rng):
     image_set, view = capture_of(condition["rig"], condition["seed"])
     blur = max(rig_of(condition["rig"]).optics.blur_sd_px)
     margin = int(np.ceil(3 + 3 * blur))
-    grid, picture = decoded(image_set, view, smooth=False, margin_px=margin)
+    grid, image = decoded(image_set, view, smooth=False, margin_px=margin)
     target = image_set.target
     laid, seen = remap_to_plane(
-        picture, grid.location, grid.sigma, grid.mask, target.monitor_mm, MM_PER_PX
+        image, grid.location, grid.sigma, grid.mask, target.monitor_mm, MM_PER_PX
     )
     metric = target.chessboard_points()
     square = float(np.linalg.norm(metric[1] - metric[0]))
@@ -489,9 +489,7 @@ def facet_trial(condition, rng):
 
     known = grid.mask & lit
     board = target.chessboard
-    drawn = (
-        {"picture": picture, "laid": laid, "seen": seen} if condition["drawn"] else {}
-    )
+    drawn = {"picture": image, "laid": laid, "seen": seen} if condition["drawn"] else {}
     return drawn | {
         "corner_squares": corner_errors(laid, seen, metric) / square,
         "corners": len(metric),
@@ -501,7 +499,7 @@ def facet_trial(condition, rng):
             [right(visible_corners(truth, metric, mine), mine) for mine in of_facets]
         ),
         "across": np.array([right(everywhere, mine) for mine in of_facets]),
-        "detector_found": bool(find_board(picture, board.columns, board.rows).found),
+        "detector_found": bool(find_board(image, board.columns, board.rows).found),
         "decoded": int(known.sum()),
         "decoded_elsewhere": int((grid.mask & ~known).sum()),
         "share_of_grid": float(seen.mean()),

@@ -422,25 +422,23 @@ def images_trial(condition, rng):
     laboratory = rig_named(rig).laboratory()
     out = {}
     for frame, turn in enumerate(TURNS_DEG[:VIEWS]):
-        picture = laboratory.photograph(room(), T_world_camera(name, folder, turn), rng)
-        out[f"frame_{frame}"] = shrunk(picture, 480)
+        image = laboratory.photograph(room(), T_world_camera(name, folder, turn), rng)
+        out[f"frame_{frame}"] = shrunk(image, 480)
         for method, one in found.items():
             if not isinstance(one, str):
-                out[f"{method}_{frame}"] = corrected(
-                    picture, one, lattice, name, folder
-                )
+                out[f"{method}_{frame}"] = corrected(image, one, lattice, name, folder)
     return out
 
 
-def shrunk(picture, width):
+def shrunk(image, width):
     """Return the image at about this width, neighbours averaged, uint8."""
-    factor = max(1, picture.shape[1] // width)
-    h, w = (n // factor * factor for n in picture.shape[:2])
-    blocks = picture[:h, :w].reshape(h // factor, factor, w // factor, factor)
+    factor = max(1, image.shape[1] // width)
+    h, w = (n // factor * factor for n in image.shape[:2])
+    blocks = image[:h, :w].reshape(h // factor, factor, w // factor, factor)
     return blocks.mean(axis=(1, 3)).round().astype(np.uint8)
 
 
-def corrected(picture, found, lattice, name, folder):
+def corrected(image, found, lattice, name, folder):
     """Return the image on a cylinder or plane through calibrated rays, uint8."""
     R_camera_view = level_axes(downwards(name, folder), middle_direction(folder)).T
     directions = view_directions(name) @ R_camera_view.T
@@ -448,7 +446,7 @@ def corrected(picture, found, lattice, name, folder):
     pixels = seen.pixels * lattice.step + lattice.step // 2
     pixels[~seen.valid] = np.nan
     shape = *directions.shape[:2], 2
-    return resample(picture, pixels.reshape(shape).astype(np.float32))
+    return resample(image, pixels.reshape(shape).astype(np.float32))
 
 
 def view_directions(name):
@@ -521,12 +519,12 @@ def near_seam(sources, places, view):
     u, v = np.round(places).astype(int).T
     bits = sources[np.clip(v, 0, height - 1), np.clip(u, 0, width - 1)]
     rows = bits.reshape(-1, view.columns)
-    beside = np.zeros(rows.shape, bool)
+    adjacent = np.zeros(rows.shape, bool)
     for shift in range(1, COLUMNS_OF_SEAM + 1):
         differs = rows[:, shift:] != rows[:, :-shift]
-        beside[:, shift:] |= differs
-        beside[:, :-shift] |= differs
-    return beside.ravel()
+        adjacent[:, shift:] |= differs
+        adjacent[:, :-shift] |= differs
+    return adjacent.ravel()
 
 
 def statistics(rows):

@@ -331,7 +331,7 @@ DETECTORS = ("CELECT", "without clicks")
 SWEPT_DETECTOR = "CELECT"  # along the sweep of the noise level
 
 
-def by_celect(picture, board, lattice, rng):
+def by_celect(image, board, lattice, rng):
     """Return corners (N, 2) from four clicks on the board, None if rejected.
 
     lattice: true corners (rows, columns, 2), which the user clicks.
@@ -339,22 +339,22 @@ def by_celect(picture, board, lattice, rng):
     clicks = outer(clockwise(lattice))
     clicks = clicks + CLICK_SD_PX * rng.standard_normal(clicks.shape)
     try:
-        found = find_celect(picture, board.columns, board.rows, clicks)
+        found = find_celect(image, board.columns, board.rows, clicks)
     except InputError:
         return None
     return in_order(found.corners, lattice) if found.found else None
 
 
-def by_hand(picture, board, lattice, rng):
+def by_hand(image, board, lattice, rng):
     """Return corners (N, 2) clicked one by one, then refined."""
     clicks = lattice.reshape(-1, 2)
     clicks = clicks + CLICK_SD_PX * rng.standard_normal(clicks.shape)
-    return refine(picture, clicks, board.columns, board.rows)
+    return refine(image, clicks, board.columns, board.rows)
 
 
-def without_clicks(picture, board, lattice):
+def without_clicks(image, board, lattice):
     """Return corners (N, 2) by the detector of whole boards, None if rejected."""
-    found = returned(CLICKLESS, picture, board.columns, board.rows)
+    found = returned(CLICKLESS, image, board.columns, board.rows)
     return None if found is None else in_order(found, lattice)
 
 
@@ -380,22 +380,22 @@ def detected_boards(poses, rng):
         name: [np.empty((len(poses), b.columns * b.rows, 2)) for b in BOARDS]
         for name in DETECTORS
     }
-    refused = {name: np.zeros((len(poses), len(BOARDS)), bool) for name in DETECTORS}
+    rejected = {name: np.zeros((len(poses), len(BOARDS)), bool) for name in DETECTORS}
     for index, T in enumerate(poses):
-        picture, first = recorded_image(T, rng)
+        image, first = recorded_image(T, rng)
         seen = zip(BOARDS, true_pixels(camera, T), strict=True)
         for k, (board, true) in enumerate(seen):
             lattice = (true - first).reshape(board.rows, board.columns, 2)
             found = {
-                "CELECT": by_celect(picture, board, lattice, rng),
-                "without clicks": without_clicks(picture, board, lattice),
+                "CELECT": by_celect(image, board, lattice, rng),
+                "without clicks": without_clicks(image, board, lattice),
             }
-            clicked = by_hand(picture, board, lattice, rng)
+            clicked = by_hand(image, board, lattice, rng)
             for name, corners in found.items():
-                refused[name][index, k] = corners is None
+                rejected[name][index, k] = corners is None
                 corners = clicked if corners is None else corners
                 errors[name][k][index] = corners - (true - first)
-    return errors, refused
+    return errors, rejected
 
 
 DECODED = {"quick": "onevr-d70-small", "full": "onevr-d70"}
@@ -409,7 +409,7 @@ def corner_trial(condition, rng, every):
     """Return corner errors and rejections of one run, in images of one motion."""
     setup = drawn_setup(rng)
     poses = target_poses(condition["motion"], setup)[::every]
-    errors, refused = detected_boards(poses, rng)
+    errors, rejected = detected_boards(poses, rng)
     return {
         "turn": setup.turn,
         "shift": setup.shift,
@@ -417,7 +417,7 @@ def corner_trial(condition, rng, every):
             name: {str(k): e for k, e in enumerate(of_boards)}
             for name, of_boards in errors.items()
         },
-        "refused": refused,
+        "refused": rejected,
     }
 
 

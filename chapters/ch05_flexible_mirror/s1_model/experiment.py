@@ -57,7 +57,7 @@ def edge_trial(condition, rng):
     line = clamp_line(rig.viewer, onto_edge).points(CLAMP_PICKS)
     places = {"picked": normalised(rig.viewer, picks), "refined": line}
     T = rig.board_pose(rng, deflections=STAGES_MM[:2])
-    pictures = [corners(rig, camera, T, rng) for camera in (first, second)]
+    images = [corners(rig, camera, T, rng) for camera in (first, second)]
     start = load_height(rig, before, first)
     out = {}
     for known in VALUES.values():
@@ -68,17 +68,17 @@ def edge_trial(condition, rng):
                 true = clamp_of_camera(before, fixed, slope=False)
                 held = Clamp(held.points, true.values)
             out[f"{known}.{name}_mm"] = abs(
-                travelled(rig, before, second, pictures, held) - start - STAGES_MM[1]
+                travelled(rig, before, second, images, held) - start - STAGES_MM[1]
             )
     return out
 
 
-def travelled(rig, before, true, pictures, held):
+def travelled(rig, before, true, images, held):
     """Estimated height at the load, mm; NaN where the stage is rejected."""
     try:
         found = update_mirror(
             before,
-            *pictures,
+            *images,
             rig.board.points(),
             held,
             PUBLISHED.settings,

@@ -90,12 +90,12 @@ def with_noise(rig, cameras, boards, errors, rng):
     poses = poses_in_platter(rig, viewer, true, errors, rng)
     flat = cameras[0.0]
     picks = rig.clamp_pixels(flat, CLAMP_PICKS, rng, CLAMP_SD_PX)
-    pictures = {
+    images = {
         mm: [seen_board(rig, c, T, errors, rng) for c in (flat, cameras[mm])]
         for mm, T in boards.items()
     }
     found = decoded(rig, flat, true, errors, rng)
-    return StepsSeen(viewer, *found, poses, clamp_line(viewer, picks), pictures)
+    return StepsSeen(viewer, *found, poses, clamp_line(viewer, picks), images)
 
 
 def without(rig, cameras, boards):
@@ -199,7 +199,7 @@ STAGES = {
     "refine": MIRROR + "refine.refine_shape",
     "open": MIRROR + "edges.edge_flags",
 }
-REFUSED = "refused"
+REJECTED = "refused"
 
 
 class Watch:
@@ -242,25 +242,25 @@ def watched_trial(condition, rng, errors):
     rig, bench = mirror_rig("A"), BENCHES[LEVEL]
     errors = errors.on(bench)
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=condition["seed"])
-    points, stages, refused = rig.board.points(), [], {}
+    points, stages, rejected = rig.board.points(), [], {}
     with Watch(STAGES) as watch:
         first = primary(rig, cameras[0], PUBLISHED, errors, rng)
         before = first.camera
         for k in (1, 2, 3):
             pair = cameras[k - 1 : k + 1]
             T = rig.board_pose(rng, deflections=STAGES_MM[k - 1 : k + 1])
-            pictures = [seen_board(rig, camera, T, errors, rng) for camera in pair]
+            images = [seen_board(rig, camera, T, errors, rng) for camera in pair]
             try:
                 found = deflected(
-                    before, pair[1], pictures, points, first.clamp, PUBLISHED
+                    before, pair[1], images, points, first.clamp, PUBLISHED
                 )
             except CalibrationError as refusal:
-                watch.order.append(REFUSED)
-                refused = {"refused": refusal.code}
+                watch.order.append(REJECTED)
+                rejected = {"refused": refusal.code}
                 break
             stages.append(found)
             before = found.camera
-    return refused | {
+    return rejected | {
         "ways": dict(watch.ways()),
         "boards": BOARDS,
         "positions": len(first.poses.T_camera_grid),
@@ -304,10 +304,10 @@ def one_deflection(rig, bench, errors, seed):
     flat, bent = (rig.camera(deflection, **uneven) for deflection in STEP_MM)
     first = primary(rig, flat, PUBLISHED, errors, rng)
     T = rig.board_pose(rng, deflections=STEP_MM)
-    pictures = [seen_board(rig, camera, T, errors, rng) for camera in (flat, bent)]
+    images = [seen_board(rig, camera, T, errors, rng) for camera in (flat, bent)]
     board = rig.board.points()
     try:
-        stage = deflected(first.camera, bent, pictures, board, first.clamp, PUBLISHED)
+        stage = deflected(first.camera, bent, images, board, first.clamp, PUBLISHED)
     except CalibrationError as refusal:
         return {"refused": refusal.code}
     starts = {
@@ -320,7 +320,7 @@ def one_deflection(rig, bench, errors, seed):
     for name, start in starts.items():
         found[name] = {"start_mm": load_height(rig, start, bent) - height}
         try:
-            camera, fit = refined(start, stage, pictures[1], board, first.clamp)
+            camera, fit = refined(start, stage, images[1], board, first.clamp)
         except CalibrationError as refusal:
             found[name]["refused"] = refusal.code
             continue

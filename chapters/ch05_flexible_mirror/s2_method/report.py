@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import patches
 
 from chapters.ch05_flexible_mirror.s2_method.experiment import (
-    REFUSED,
+    REJECTED,
     SHAPES,
     STAGES,
     STEPS_MM,
@@ -260,7 +260,7 @@ def fig_5_4(results):
     """Draw the stages of the code, with the count of each transition in a run."""
     result = results["fig_5_4_run"]
     ways = transitions(result)
-    rejections = [(stage, REFUSED) for stage in REJECTING]
+    rejections = [(stage, REJECTED) for stage in REJECTING]
     rows = [(*way, ways.get(way, 0)) for way in (*WAYS, AGAIN, *rejections)]
     undrawn = [way for way in ways if way not in (*WAYS, AGAIN, *rejections)]
     steps = result.column(("stage1", "stage2", "stage3"), "steps")[:, 0]
@@ -351,7 +351,7 @@ def _draw_ends(axes, ways, calibrated):
         axes.annotate(
             "", (a[0] + 0.6, a[1]), a, arrowprops={"arrowstyle": "-|>", "color": colour}
         )
-        axes.text(a[0] + 0.62, a[1], f"no: rejected  {ways.get((stage, REFUSED), 0)}",
+        axes.text(a[0] + 0.62, a[1], f"no: rejected  {ways.get((stage, REJECTED), 0)}",
                   fontsize=6.5, color=colour, ha="left", va="center",
                   bbox={"fc": "white", "ec": "none", "pad": 1}, zorder=5)  # fmt: skip
     x, y = _place("open")

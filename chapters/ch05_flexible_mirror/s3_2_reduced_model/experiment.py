@@ -368,8 +368,8 @@ def reduced_trial(condition, rng, errors, benches, ways):
         try:
             bent = looked_at(rig, bench, these, seed, boards[0])
         except CalibrationError as refusal:
-            refused = {"refused": refusal.code}
-            out[name] = dict.fromkeys((PUBLISHED_WAY, *ways), refused)
+            rejected = {"refused": refusal.code}
+            out[name] = dict.fromkeys((PUBLISHED_WAY, *ways), rejected)
             continue
         back = seen_board(rig, bent.cameras[1], boards[1], these, rng)
         out[name] = {way: scored(bent, WAYS[way]) for way in ways}
@@ -419,10 +419,10 @@ def looked_at(rig, bench, errors, seed, T_camera_board):
     rng = np.random.default_rng(seed)
     cameras = tuple(rig.camera(mm, bench.aberration_um, seed) for mm in DEFLECTIONS_MM)
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
-    pictures = tuple(
+    images = tuple(
         seen_board(rig, camera, T_camera_board, errors, rng) for camera in cameras
     )
-    return Bent(rig, cameras, first, pictures)
+    return Bent(rig, cameras, first, images)
 
 
 def before_bending(bent, way):
@@ -545,14 +545,14 @@ def sensitivity_trial(condition, rng):
     scans = [scan_of(rig, camera, line.angle) for camera in cameras]
     spans = [span_of(rig, camera, line) for camera in cameras]
     true = distances_next_to(scans[0].points, spans[0])
-    pictures = [np.where(s[:, None], p, np.nan)
+    images = [np.where(s[:, None], p, np.nan)
                 for p, s in (rig.corners(camera, T) for camera in cameras)]  # fmt: skip
     before, final = np.full((2, len(INJECTED_MM)), np.nan)
     for level, size_mm in enumerate(INJECTED_MM):
         curve = moved_curve(true, scans[0], parts, size_mm)
         before[level] = np.mean(np.abs(scans[0].off(curve)))
         try:
-            found = deflected_from(curve, spans[1], rig, line, pictures)
+            found = deflected_from(curve, spans[1], rig, line, images)
         except CalibrationError:
             continue
         final[level] = np.mean(np.abs(scans[1].off(found)))
@@ -586,10 +586,10 @@ def moved_curve(curve, scan, parts, size_mm):
     return curve.replaced(curve.coefficients + scale * change)
 
 
-def deflected_from(before, span, rig, line, pictures):
+def deflected_from(before, span, rig, line, images):
     """The curve after a deflection, from pixels (182, 2) before and after."""
     camera, points = ReducedCamera(rig.viewer, line.angle, before), rig.board.points()
-    first, second = pictures
+    first, second = images
     T = pose_from_non_central_rays(camera.rays(first), points).T_camera_grid
     both = np.isfinite(first + second).all(axis=1)
     clamp = at(line), float(before.distances([at(line)])[0])

@@ -194,7 +194,7 @@ def sensitivity(effort):
 
 
 @experiment("fig_5_6_pictures", artefact="fig_5_6", inputs=SMALL_A)
-def pictures(effort):
+def images(effort):
     """Fig. 5.6: a chessboard 5 m away, in a smooth mirror and in an uneven one."""
     return Plan(picture_trial, [{"geometry": "A"}], 1, SETTINGS)
 

@@ -74,11 +74,11 @@ def first_trial(condition, rng, errors):
         rig, drawn, these = found.rig, found.drawn, found.errors
         bent = rig.camera(STAGES_MM[1], amplitude_um, seed)
         T = rig.board_pose(drawn, deflections=STAGES_MM[:2])
-        pictures = [seen_board(rig, c, T, these, drawn) for c in (found.flat, bent)]
+        images = [seen_board(rig, c, T, these, drawn) for c in (found.flat, bent)]
         points, first = rig.board.points(), found.first
         try:
             stage = deflected(
-                first.camera, bent, pictures, points, first.clamp, PUBLISHED
+                first.camera, bent, images, points, first.clamp, PUBLISHED
             )
         except CalibrationError:
             return np.nan
@@ -198,24 +198,24 @@ def trust_trial(condition, rng):
     first = primary(rig, cameras[0], AIMED, errors, rng)
     # Not used: these draws keep those of the boards as they were.
     poses_in_platter(rig, first.camera.viewer, rig.monitor_poses(rng), errors, rng)
-    pictures = []
+    images = []
     for k in range(STEPS):
         T = rig.board_pose(rng, deflections=STAGES_MM[k : k + 2])
         pair = cameras[k : k + 2]
-        pictures.append([seen_board(rig, camera, T, errors, rng) for camera in pair])
+        images.append([seen_board(rig, camera, T, errors, rng) for camera in pair])
     try:
-        bundle = bundled(rig, cameras, first, pictures)
+        bundle = bundled(rig, cameras, first, images)
     except CalibrationError as refusal:
         return {"refused": refusal.code}
     return {f"stage{k}": of_rays(bundle, k, cameras[k]) for k in range(1, STEPS + 1)}
 
 
-def bundled(rig, cameras, first, pictures):
+def bundled(rig, cameras, first, images):
     """StageBundle of all stages and boards, from updates of each step."""
     board, points, updates = rig.board, rig.board.points(), []
     before, views = first.camera, []
     size, sd = (board.columns, board.rows), np.full(len(points), CORNER_PX)
-    for k, pair in enumerate(pictures):
+    for k, pair in enumerate(images):
         update = deflected(before, cameras[k + 1], pair, points, first.clamp, AIMED)
         updates.append(update)
         before = update.camera

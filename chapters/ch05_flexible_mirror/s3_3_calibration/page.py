@@ -223,7 +223,7 @@ def _solving(results, trial, condition, level, seeds):
 
 # %%
 @experiment("fig_5_10_pictures", artefact="fig_5_10", inputs=SMALL_A)
-def pictures(effort):
+def images(effort):
     """The room in the mirror."""
     stages = {"quick": [0, 3], "full": [0, 1, 2, 3]}[effort]
     return Plan(pictures_trial, [{"geometry": "A", "stages": stages}], 1, {})

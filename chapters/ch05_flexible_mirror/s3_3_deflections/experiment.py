@@ -178,9 +178,9 @@ def viewer_image(rig, rng):
     raise RuntimeError(f"geometry {rig.name}: no pose of {TRIES} shows the board")
 
 
-def whole_board(picture, window, board, name):
+def whole_board(image, window, board, name):
     """BoardView of a board that is wholly visible in a window of the image."""
-    found = find_board(picture, board.columns, board.rows)
+    found = find_board(image, board.columns, board.rows)
     if not found.found:
         raise CalibrationError(f"{name}: {found.reason}", code="no-board")
     corners = found.corners + [window.u, window.v]
@@ -234,8 +234,8 @@ def platter_images(scene, viewer, platter, bands, rng):
     outline = transform(platter.T_camera_board, on_plane(outline_of(*taken.extent)))
     window = window_around(rig.viewer, rig.viewer.project(outline).pixels)
     part = windowed(taken, window)
-    picture = platter_picture(PartOfRig(part), platter, rng)
-    board = whole_board(picture, window, platter.board, "platter")
+    image = platter_picture(PartOfRig(part), platter, rng)
+    board = whole_board(image, window, platter.board, "platter")
     camera, window = platter_camera(rig, platter), platter_window(rig, platter)
     grids = [
         flat_view(viewer, decoded(scene, camera, window, bands, k, rng))
@@ -260,12 +260,12 @@ def step_views(scene, k, picks, rng):
     rig, name = scene.rig, f"step {k + 1}"
     lattices = []
     for camera in scene.cameras[k : k + 2]:
-        picture, window = board_picture(rig, camera, scene.boards[k], rng)
-        found = lattice_of(find_board(picture, rig.board.columns, rig.board.rows))
+        image, window = board_picture(rig, camera, scene.boards[k], rng)
+        found = lattice_of(find_board(image, rig.board.columns, rig.board.rows))
         if found is None:
             raise CalibrationError(f"{name}: no board in the mirror", code="no-board")
         lattices.append(found._replace(corners=found.corners + [window.u, window.v]))
-        outline = lit_outline(picture) + [window.u, window.v]
+        outline = lit_outline(image) + [window.u, window.v]
     lattices[1] = labelled_like(*lattices, picks, name)
     names = f"{name} before", f"{name} after"
     views = on_one_lattice(lattices, rig.board, names)
@@ -273,9 +273,9 @@ def step_views(scene, k, picks, rng):
     return StepViews(*views, moved), outline
 
 
-def lit_outline(picture):
+def lit_outline(image):
     """Pixels (M, 2) around the bright part of an image (h, w): the mirror's edges."""
-    soft = cv2.GaussianBlur(picture, (0, 0), 2.0)
+    soft = cv2.GaussianBlur(image, (0, 0), 2.0)
     lit = (soft > LIT * np.quantile(soft, 0.99)).astype(np.uint8)
     around = cv2.findContours(lit, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     largest = max(around, key=cv2.contourArea)
@@ -437,8 +437,8 @@ def three_stages(rig, bench, errors, seed):
             continue
         T = rig.board_pose(rng, deflections=STAGES_MM[k - 1 : k + 1])
         pair = cameras[k - 1 : k + 1]
-        pictures = [seen_board(rig, camera, T, errors, rng) for camera in pair]
-        given = before, cameras[k], pictures, rig.board.points(), first.clamp, PUBLISHED
+        images = [seen_board(rig, camera, T, errors, rng) for camera in pair]
+        given = before, cameras[k], images, rig.board.points(), first.clamp, PUBLISHED
         try:
             stage = deflected(*given)
             found = of_deflection(rig, stage, height, cameras[k])
@@ -454,7 +454,7 @@ def three_stages(rig, bench, errors, seed):
 
 
 def linear_alone(rig, given, height, true):
-    """Linear estimate of a rejected deflection, mm; nothing where there is none. given:
+    """Linear estimate of a rejected deflection, mm; nothing if it is missing. given:
     as for `deflected`."""
     try:
         linear = linearly_deflected(*given)
@@ -560,19 +560,14 @@ def one_push(rig, bench, errors, seed):
     cameras = [rig.camera(mm, bench.aberration_um, seed) for mm in STEP_MM]
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
     T = rig.board_pose(rng, deflections=STEP_MM)
-    pictures = [seen_board(rig, camera, T, errors, rng) for camera in cameras]
+    images = [seen_board(rig, camera, T, errors, rng) for camera in cameras]
     try:
         stage = deflected(
-            first.camera,
-            cameras[1],
-            pictures,
-            rig.board.points(),
-            first.clamp,
-            PUBLISHED,
+            first.camera, cameras[1], images, rig.board.points(), first.clamp, PUBLISHED
         )
     except CalibrationError as refusal:
         return {"refused": refusal.code}
-    corners = sheet_mm(cameras[1], pictures[1][stage.used])
+    corners = sheet_mm(cameras[1], images[1][stage.used])
     inside = places_among(corners, cameras[1])
     places = {
         "load": [rig.load_point(true)[None] for true in cameras],

@@ -72,9 +72,9 @@ def loop(rig, bench, errors, seed):
 
     def step(before, start, end, T):
         """MirrorUpdate of one step, and how far it was found to go."""
-        pictures = [seen_board(rig, cameras[k], T, errors, rng) for k in (start, end)]
+        images = [seen_board(rig, cameras[k], T, errors, rng) for k in (start, end)]
         stage = deflected(
-            before, cameras[end], pictures, rig.board.points(), first.clamp, PUBLISHED
+            before, cameras[end], images, rig.board.points(), first.clamp, PUBLISHED
         )
         return stage, travelled(rig, before, stage, cameras[start], cameras[end])
 
@@ -161,14 +161,14 @@ def visible_in_steps(rig, bench, errors, boards, seed):
     before, found = first.camera, {}
     for number, T in enumerate(boards, 1):
         ends = [cameras[stage] for stage in LOOP[number - 1 : number + 1]]
-        pictures = [seen_board(rig, camera, T, errors, rng) for camera in ends]
+        images = [seen_board(rig, camera, T, errors, rng) for camera in ends]
         try:
             stage = deflected(
-                before, ends[1], pictures, rig.board.points(), first.clamp, PUBLISHED
+                before, ends[1], images, rig.board.points(), first.clamp, PUBLISHED
             )
         except CalibrationError as refusal:
             return found | {"refused": refusal.code}
-        common = [pixels[stage.used] for pixels in pictures]
+        common = [pixels[stage.used] for pixels in images]
         found[f"step{number}"] = {
             "swing_deg": stage.swing_deg,
             "covered": covered_share(ends[1], common[1]),
@@ -249,13 +249,13 @@ def film_trial(condition, rng):
     ]
     picked, seen = rig.corners(film.cameras[0], film.T_camera_board)
     first = taken[0].corners(np.where(seen[:, None], picked, np.nan))
-    pictures = [whole_picture(rig, one) for one in taken]
+    images = [whole_picture(rig, one) for one in taken]
     tracker = tracker_of(film, first)
-    following = FilmTracker(tracker, pictures[0], first, board.columns, board.rows)
-    frames = [frame(film, 0, tracker, pictures[0], first, tracker.follow(first))]
-    for k in range(1, len(pictures)):
-        corners, shape = following.follow(pictures[k])
-        frames.append(frame(film, k, tracker, pictures[k], corners.corners, shape))
+    following = FilmTracker(tracker, images[0], first, board.columns, board.rows)
+    frames = [frame(film, 0, tracker, images[0], first, tracker.follow(first))]
+    for k in range(1, len(images)):
+        corners, shape = following.follow(images[k])
+        frames.append(frame(film, k, tracker, images[k], corners.corners, shape))
     found = {name: np.stack([frame[name] for frame in frames]) for name in frames[0]}
     start = load_height(rig, film.first, film.cameras[0])
     return found | {
@@ -310,7 +310,7 @@ def tracker_of(film, pixels):
     return MirrorTracker(film.first, placed, film.clamp, METHOD)
 
 
-def frame(film, k, tracker, picture, corners, followed):
+def frame(film, k, tracker, image, corners, followed):
     """Stored values of image k: its errors, and what is drawn."""
     camera, found = film.cameras[k], tracker.camera_now()
     off = ray_angles(found, camera, lattice(camera, FILM_COMPARED_PX))
@@ -319,7 +319,7 @@ def frame(film, k, tracker, picture, corners, followed):
         "angle_deg": np.nanmean(off),
         "used": np.count_nonzero(followed.used),
         "picture": cv2.resize(
-            picture, None, fx=KEPT, fy=KEPT, interpolation=cv2.INTER_AREA
+            image, None, fx=KEPT, fy=KEPT, interpolation=cv2.INTER_AREA
         ),
         "corners": np.where(followed.used[:, None], corners, np.nan),
         **mirror_shape(camera, found),
@@ -411,7 +411,7 @@ def metric_trial(condition, rng, errors):
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
     first = primary(rig, cameras[0], PUBLISHED, errors, rng)
     out, stay = boards_of_loop(rig, rng)
-    pictures = [
+    images = [
         [
             seen_board(rig, cameras[stage], T, errors, rng)
             for stage in LOOP[number : number + 2]
@@ -422,13 +422,13 @@ def metric_trial(condition, rng, errors):
     for camera, deflection in zip(cameras, STAGES_MM, strict=True):
         T = rig.board_pose(rng, BACK_PROJECTION_MM, (deflection,))
         scored.append(seen_board(rig, camera, T, errors, rng))
-    return {arm: steps_of(rig, cameras, first, pictures, scored, arm) for arm in ARMS}
+    return {arm: steps_of(rig, cameras, first, images, scored, arm) for arm in ARMS}
 
 
-def steps_of(rig, cameras, first, pictures, scored, arm):
+def steps_of(rig, cameras, first, images, scored, arm):
     """{step: errors} of one arm; `refused` is the code of a rejection."""
     camera, board, found = first.camera, rig.board.points(), {}
-    for number, (before, after) in enumerate(pictures, 1):
+    for number, (before, after) in enumerate(images, 1):
         stage, true = LOOP[number], cameras[LOOP[number]]
         try:
             scene = scene_points(camera, before, board, arm)
@@ -490,13 +490,13 @@ def in_all_places(rig, bench, errors, seed):
     poses = [rig.board_pose(rng, deflections=ends) for _ in range(PLACES)]
 
     def deflection(T, points, kept):
-        pictures = [
+        images = [
             visible_points(camera, T, points) + shift[kept]
             for camera, shift in zip(cameras, off, strict=True)
         ]
         try:
             stage = deflected(
-                first.camera, cameras[1], pictures, points, first.clamp, PUBLISHED
+                first.camera, cameras[1], images, points, first.clamp, PUBLISHED
             )
         except CalibrationError:
             return np.nan
@@ -506,10 +506,10 @@ def in_all_places(rig, bench, errors, seed):
         pitch: np.array([deflection(T, *board) for T in poses])
         for pitch, board in boards.items()
     }
-    refused = {
+    rejected = {
         f"refused_{pitch}": int(np.isnan(mm).sum()) for pitch, mm in found.items()
     }
-    return found | refused
+    return found | rejected
 
 
 def boards_of_pitches(board):
@@ -600,11 +600,11 @@ def both_steps(rig, bench, errors, seed):
         pair = [cameras[k] for k in ends]
         first = primary(rig, pair[0], PUBLISHED, errors, rng)
         T = rig.board_pose(rng, deflections=[STAGES_MM[k] for k in ends])
-        pictures = [seen_board(rig, camera, T, errors, rng) for camera in pair]
+        images = [seen_board(rig, camera, T, errors, rng) for camera in pair]
         further = STEPS_MM[name] * shares(rng)
         try:
             stage = deflected(
-                first.camera, pair[1], pictures, rig.board.points(), first.clamp,
+                first.camera, pair[1], images, rig.board.points(), first.clamp,
                 PUBLISHED,
             )  # fmt: skip
         except CalibrationError as refusal:
@@ -612,7 +612,7 @@ def both_steps(rig, bench, errors, seed):
             continue
         once = travelled(rig, first.camera, stage, *pair)
         out[name] = {"deflection_mm": once["deflection_mm"]} | from_starts(
-            rig, pair, first, stage, pictures[1], further
+            rig, pair, first, stage, images[1], further
         )
     return out
 

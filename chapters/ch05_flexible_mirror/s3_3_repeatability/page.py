@@ -178,17 +178,6 @@ def swept(effort, results):
 
 
 @experiment(
-    "table_5_5_other",
-    artefact="table_5_5",
-    inputs=GEOMETRY_B,
-    needs=("sec_5_3_3_errors",),
-)
-def other(effort, results):
-    """Rig B, at all error levels."""
-    return bench_plan(results, on_each(by_code(loop)), BENCHES, FEWER[effort], "B")
-
-
-@experiment(
     "exp_c5_dense_grid",
     artefact="table_5_5",
     inputs=GEOMETRY_A,
@@ -316,7 +305,7 @@ def film_pictures(effort):
 # the way back.
 #
 # **Rejected runs.** A run is rejected if the common corners do not constrain an end of
-# the mirror. On rig B, with a short mirror, no run completes.
+# the mirror.
 #
 # **Why some loops do not close.** In more than half of these the spline bends
 # implausibly at an end: the third step is too large and the last too small. The library

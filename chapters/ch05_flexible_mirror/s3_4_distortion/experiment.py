@@ -138,9 +138,9 @@ def ring_outlines(rig, camera, T_camera_board, count):
     ]
 
 
-def ring_edges(rig, outlines, picture, window, across_px):
+def ring_edges(rig, outlines, image, window, across_px):
     """RingEdges in a window's image, searched for at the `ring_outlines`."""
-    light = (picture / picture.max()) ** rig.rig.sensor.gamma
+    light = (image / image.max()) ** rig.rig.sensor.gamma
     first = np.array([window.u, window.v], float)
     found = [
         edge_points(light, places - first, normals, across_px).pixels + first
@@ -174,8 +174,8 @@ def edges_trial(condition, rng, small=False):
         T = held(rig, deflection, int(rng.integers(2**32)))
         outlines = ring_outlines(rig, camera, T, DENSE)
         for window in bands(mirror_window(camera), count, BAND_PX):
-            picture = photographed(rig, camera, T, rng, window)
-            edges = ring_edges(rig, outlines, picture, window, ACROSS_PX)
+            image = photographed(rig, camera, T, rng, window)
+            edges = ring_edges(rig, outlines, image, window, ACROSS_PX)
             points = middle_of_line(camera, edges, T)
             apart = np.linalg.norm(points - centre, axis=1) - RADIUS_MM
             off.append(apart * edges.scale)
@@ -277,10 +277,10 @@ def left_by_plane(camera, true, T_bust, T_plane):
     }
 
 
-def off_homography(picture, ideal):
+def off_homography(image, ideal):
     """RMS, px of `ideal`, that the best homography from an image leaves."""
-    H = refine_homography(homography_dlt(picture, ideal), picture, ideal)
-    off = apply_homography(H, picture) - ideal
+    H = refine_homography(homography_dlt(image, ideal), image, ideal)
+    off = apply_homography(H, image) - ideal
     return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
 
 
@@ -551,8 +551,8 @@ def ring_pictures_trial(condition, rng, errors, sizes):
     ]
     out = {
         "picture": {
-            f"stage{k}": of_picture(cameras[k], sight) | {"grey": picture}
-            for k, (sight, picture) in enumerate(seen)
+            f"stage{k}": of_picture(cameras[k], sight) | {"grey": image}
+            for k, (sight, image) in enumerate(seen)
         },
         "true": {
             f"stage{k}": pictured(scene.rig, camera, camera, seen[k][0])
@@ -581,22 +581,22 @@ def rendered_sight(scene, camera, deflection, sizes, rng):
     """
     rig, T = scene.small, held(scene.rig, deflection, scene.seed)
     window = mirror_window(camera)
-    picture = np.zeros((camera.height, camera.width), np.uint8)
-    picture[window.place] = photographed(rig, camera, T, rng, window)
+    image = np.zeros((camera.height, camera.width), np.uint8)
+    image[window.place] = photographed(rig, camera, T, rng, window)
     outlines = ring_outlines(rig, camera, T, PLACES)
-    edges = ring_edges(rig, outlines, picture[window.place], window, sizes.across_px)
+    edges = ring_edges(rig, outlines, image[window.place], window, sizes.across_px)
     # Two unused numbers keep the random draws of later stages.
     rng.random(2)
-    corners = corners_in(rig, camera, T, picture)
-    return RingSight(T, corners, edges.pixels.mean(axis=0)), picture
+    corners = corners_in(rig, camera, T, image)
+    return RingSight(T, corners, edges.pixels.mean(axis=0)), image
 
 
-def corners_in(rig, true, T_camera_board, picture):
+def corners_in(rig, true, T_camera_board, image):
     """Pixels (N, 2) of the corners clear of the ring, NaN where none was found."""
     near, seen = rig.corners(true, T_camera_board)
     rows = np.flatnonzero(seen & off_ring(rig.board))
     found = np.full(near.shape, np.nan)
-    got = saddle_point(picture, near[rows], window=CORNER_WINDOW)
+    got = saddle_point(image, near[rows], window=CORNER_WINDOW)
     found[rows[got.converged]] = got.corners[got.converged]
     return found
 
@@ -629,12 +629,12 @@ def pictured(rig, camera, true, sight):
     }
 
 
-def laid_out(scene, camera, sight, picture, sizes):
+def laid_out(scene, camera, sight, image, sizes):
     """An image rectified to the board, in the pose that the camera estimates."""
     board, pitch = scene.rig.board.points(), scene.rig.board.pitch_mm
     T = on_board(scene.rig, camera, sight).T_camera_board
     corner, size = board.min(axis=0) - pitch, np.ptp(board, axis=0) + 2 * pitch
-    return plane_picture(camera, picture, T, corner, size, sizes.px_mm)[0]
+    return plane_picture(camera, image, T, corner, size, sizes.px_mm)[0]
 
 
 def face_picture_trial(condition, rng, errors, sizes):
@@ -646,7 +646,7 @@ def face_picture_trial(condition, rng, errors, sizes):
     camera = scene.small.camera(STEPS_MM[-1], **scene.uneven)
     T_bust, T_plane = placed_bust(scene.rig, scene.seed)
     laboratory = replace(scene.small.rig, camera=camera).laboratory()
-    picture = laboratory.photograph(BUST.scene(T_bust), np.eye(4), rng)
+    image = laboratory.photograph(BUST.scene(T_bust), np.eye(4), rng)
     found = camera
     if sizes.calibrated:
         try:
@@ -655,11 +655,11 @@ def face_picture_trial(condition, rng, errors, sizes):
             found = camera
     size = np.array(BUST.size)
     view = view_of_plane(found, T_plane, sizes.px_mm, -size / 2, size)
-    shown, _ = view_over_plane(found, picture, view, T_plane)
+    shown, _ = view_over_plane(found, image, view, T_plane)
     _, landmarks = BUST.landmarks()
     landmarks = transform(T_bust, landmarks)
     return {
-        "picture": picture,
+        "picture": image,
         "corrected": shown,
         "ideal_px": view_pixels(view, landmarks),
         "calibrated": found is not camera,

@@ -20,9 +20,9 @@ from chapters.shared.mirror import (
     SAID,
     STAGES_MM,
     BenchRuns,
-    beside,
     mirror_rig,
     reached,
+    with_published,
 )
 from chapters.shared.mirror import middle as words_of
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera
@@ -145,7 +145,7 @@ class PictureRuns(CircleRuns):
     def drawn(self):
         """(way, run) of the figures: the first run calibrated at all stages.
 
-        The first run of the true mirror where there is none.
+        The first run of the true mirror without one of its own.
         """
         came = np.flatnonzero(np.isfinite(self.of(LAST, "radius_mm")))
         return ("published", int(came[0])) if len(came) else ("true", 0)
@@ -304,7 +304,7 @@ def two_panels(results, stage):
     """The circle at one stage: in the image, and on the board after correction."""
     runs = PictureRuns(results, bench=LEVEL)
     way, run = runs.drawn()
-    picture = runs.picture(stage, run)
+    image = runs.picture(stage, run)
     line, points, left, centre = (
         runs.array(way, stage, name, run)
         for name in ("line_px", "points_mm", "residuals_mm", "centre_mm")
@@ -313,8 +313,8 @@ def two_panels(results, stage):
     drawn, (raw, board) = new_figure(1, 2, height_in=3.4)
     conic = algebraic_conic(line)
     off, _ = conic_distances(conic, line)
-    raw.imshow(picture, cmap="gray")
-    rows, across = picture.shape
+    raw.imshow(image, cmap="gray")
+    rows, across = image.shape
     u, v = np.meshgrid(np.arange(across), np.arange(rows))
     q = value_of_conics(conic, np.column_stack([u.ravel(), v.ravel()]).astype(float))
     raw.contour(u, v, q.reshape(rows, across), [0.0], colors=RED, linewidths=0.9)
@@ -386,14 +386,14 @@ def fig_5_18(results):
     """The image of stage 3, rectified to the board."""
     runs = PictureRuns(results, bench=LEVEL)
     way, run = runs.drawn()
-    picture = runs.corrected(run)
+    image = runs.corrected(run)
     drawn, axes = new_figure(height_in=4.4)
-    axes.imshow(picture, cmap="gray")
+    axes.imshow(image, cmap="gray")
     axes.set(xticks=[], yticks=[])
-    rows, across = picture.shape
+    rows, across = image.shape
     return Drawing(
         drawn,
-        columns(("rows", "columns", "mean_grey"), [(rows, across, picture.mean())]),
+        columns(("rows", "columns", "mean_grey"), [(rows, across, image.mean())]),
         "The image of Fig. 5.17 rectified to the board, in the pose estimated with "
         f"{CORRECTED_BY[way]}. Black: outside the mirror.",
     )
@@ -407,8 +407,8 @@ def fig_5_19(results):
     for panel, name, title in zip(
         axes, ("picture", "corrected"), ("(a) image", "(b) corrected"), strict=True
     ):
-        (picture,) = result.arrays(name)
-        panel.imshow(picture, cmap="gray")
+        (image,) = result.arrays(name)
+        panel.imshow(image, cmap="gray")
         panel.set(xticks=[], yticks=[], title=title)
     (ideal,) = result.arrays("ideal_px")
     way = "published" if result.column("calibrated")[0] else "true"
@@ -506,7 +506,9 @@ def table_5_6(results):
         "the mean ray error over the mirror and the position error of the board's "
         f"middle. Geometry A. {MEDIANS}",
         printed={
-            head: beside([f"t5_6_s{stage}_{end}" for stage in STAGES], len(rows))
+            head: with_published(
+                [f"t5_6_s{stage}_{end}" for stage in STAGES], len(rows)
+            )
             for head, end in PRINTED.items()
         },
     )

@@ -69,11 +69,11 @@ def bent_mirror(rig, bench, errors, T_camera_boards, rng):
     """The BentMirror at an error level, with boards in these poses."""
     seed = int(rng.integers(2**32))
     cameras = rig.stages(aberration_um=bench.aberration_um, seed=seed)
-    pictures = []
+    images = []
     for k, T in enumerate(T_camera_boards):
         pair = cameras[k : k + 2]
-        pictures.append([seen_board(rig, camera, T, errors, rng) for camera in pair])
-    return BentMirror(rig, cameras, errors, pictures)
+        images.append([seen_board(rig, camera, T, errors, rng) for camera in pair])
+    return BentMirror(rig, cameras, errors, images)
 
 
 def calibrations(bent, seed, ways=EVERY_WAY):
@@ -481,16 +481,16 @@ class TinPictures(NamedTuple):
 def taken_pictures(rig, camera, margin_px, rng):
     """TinPictures by a true camera of a rig, of the tin and some pixels around it."""
     T = two_places(camera, rng)
-    pictures, first = [], []
+    images, first = [], []
     for one in T:
         corners = transform(one, np.concatenate([face.corners() for face in faces()]))
         window = window_around(camera, camera.project(corners).pixels, margin_px)
         taken = windowed(replace(rig.rig, camera=camera), window).laboratory()
-        pictures.append(taken.photograph(tin_scene(one), np.eye(4), rng))
+        images.append(taken.photograph(tin_scene(one), np.eye(4), rng))
         first.append([window.u, window.v])
-    first, found = np.array(first, float), match_features(*pictures)
+    first, found = np.array(first, float), match_features(*images)
     found = found._replace(pixels=found.pixels + first[:, None])
-    return TinPictures(pictures, first, T, found, *truth_of(camera, T, found.pixels))
+    return TinPictures(images, first, T, found, *truth_of(camera, T, found.pixels))
 
 
 def truth_of(camera, T_camera_tin, pixels):

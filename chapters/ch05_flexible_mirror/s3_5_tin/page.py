@@ -181,7 +181,7 @@ def _plan(results, benches, seeds, ways):
     inputs=SMALL_A,
     needs=("sec_5_3_3_errors",),
 )
-def pictures(effort, results):
+def images(effort, results):
     """Two rendered images of the tin, matched, at two levels."""
     errors = {"A": MirrorErrors.read(results["sec_5_3_3_errors"], "A")}
     benches = SOME["pictures"]

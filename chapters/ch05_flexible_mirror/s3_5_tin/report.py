@@ -20,10 +20,10 @@ from chapters.shared.mirror import (
     LEVEL,
     SAID,
     BenchRuns,
-    beside,
     middle,
     mirror_rig,
     reached,
+    with_published,
 )
 from raxel.geometry import transform
 from raxel.show import Points, Surface, framed
@@ -201,8 +201,8 @@ def model_figure(results):
     note = "Faces are planes through triangulated matches, coloured by calibrated rays."
     scene = framed(parts, tuple(sight), UP, note, aspect=ASPECT)
     drawn, axes = new_figure(1, 2, height_in=3.4)
-    picture = result.arrays(level, "picture")[0]
-    axes[0].imshow(picture, cmap="gray", vmin=0, vmax=255)
+    image = result.arrays(level, "picture")[0]
+    axes[0].imshow(image, cmap="gray", vmin=0, vmax=255)
     axes[0].set(xticks=[], yticks=[])
     for panel, letter in zip(axes, "ab", strict=True):
         panel.set_title(f"({letter})")
@@ -295,8 +295,12 @@ def table_5_8(results):
                 )
             )
     ids = {
-        "As published (°)": beside([f"t5_8_{pair}_est" for pair in PAIRS], len(rows)),
-        "Reference (°)": beside([f"t5_8_{pair}_ref" for pair in PAIRS], len(rows)),
+        "As published (°)": with_published(
+            [f"t5_8_{pair}_est" for pair in PAIRS], len(rows)
+        ),
+        "Reference (°)": with_published(
+            [f"t5_8_{pair}_ref" for pair in PAIRS], len(rows)
+        ),
     }
     heads = ("Error level", "Faces", *ids, "True mirror (°)")
     return Table(

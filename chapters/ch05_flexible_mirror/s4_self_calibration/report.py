@@ -19,7 +19,7 @@ from chapters.shared.mirror import (
     mirror_rig,
     reached,
 )
-from chapters.shared.mirror import beside as with_published
+from chapters.shared.mirror import with_published as with_published
 from repro.page import INK, legend_below, new_figure, series, value
 from repro.run import (
     Drawing,

@@ -185,8 +185,8 @@ def board_image(size, view, rng):
     again = [k * len(places) // size.kept_out for k in range(size.kept_out)]
     place = [*places, *(places[k] for k in again)][view]
     T = held_at(rig, place, rng)
-    picture = photograph_board(rig, T, rng, np.random.default_rng(0))
-    return {"png": cv2.imencode(".png", picture)[1].ravel()}
+    image = photograph_board(rig, T, rng, np.random.default_rng(0))
+    return {"png": cv2.imencode(".png", image)[1].ravel()}
 
 
 # The commands of this page, run as they are typed, and their output.

@@ -54,8 +54,8 @@ def _shown(view):
 
 def view_part(folder, index, width_px):
     """Decode one view: counts, noise, sigma, and a small image of the positions."""
-    found, reason, warnings, picture, mirrored, *_ = decoded(folder, index)
-    step = max(1, int(np.ceil(picture.shape[1] / width_px)))
+    found, reason, warnings, image, mirrored, *_ = decoded(folder, index)
+    step = max(1, int(np.ceil(image.shape[1] / width_px)))
     counts = found.counts()
     every = found.mask.size
     seen = every - np.count_nonzero(found.status == DARK)
@@ -66,7 +66,7 @@ def view_part(folder, index, width_px):
         "share": {name: n / every for name, n in counts.items()},
         "decoded_of_lit": counts["decoded"] / max(seen, 1),
         "noise": {"floor": found.noise.floor, "slope": found.noise.slope},
-        "picture": as_8_bit(picture)[::step, ::step],
+        "picture": as_8_bit(image)[::step, ::step],
     }
     if reason:
         return result

@@ -40,7 +40,7 @@ class GridStudy:
         self.has_sines = any("phase" in name for name in shown)
 
     def array(self, name, view):
-        """Return one array of a view; None where there is none."""
+        """Return one array of a view; None if it is missing."""
         found = self.result.arrays(name, part="view", view=view)
         return found[0] if found else None
 
@@ -158,7 +158,7 @@ def mirrored(study):
 
 
 def camera(study):
-    """Return the errors of a calibration from these views, or why there is none."""
+    """Return the errors of a calibration from these views, or why it is missing."""
     why = study.failure()
     if why:
         return f"There is no calibration: {literal(why)}."

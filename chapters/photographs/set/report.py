@@ -71,7 +71,7 @@ def found(study):
 
 
 def zhang(study):
-    """Return the camera of Zhang's method, or why there is none."""
+    """Return the camera of Zhang's method, or why it is missing."""
     why = study.failure("zhang")
     if why:
         return f"Zhang's method gives no camera ({literal(why)})."
@@ -85,7 +85,7 @@ def zhang(study):
 
 
 def general(study):
-    """Return the camera of the generic method, or why there is none."""
+    """Return the camera of the generic method, or why it is missing."""
     why = study.failure("general")
     if why:
         return f"The generic method gives no general camera ({literal(why)})."
@@ -103,7 +103,7 @@ def general(study):
 
 
 def peer(study):
-    """Return the held-out error of OpenCV's fisheye model, or why there is none."""
+    """Return the held-out error of OpenCV's fisheye model, or why it is missing."""
     name = "OpenCV's fisheye model"
     why = study.failure(PEER)
     if why:
@@ -124,7 +124,7 @@ def peer(study):
 
 
 def held_out(study):
-    """Return the number of held-out images and of parts, or why there are none."""
+    """Return the number of held-out images and of parts, or why they are missing."""
     count = sum(bool(row.own) for row in study.held_out)
     if not count:
         whys = sorted({literal(study.why_nothing_held_out(m)) for m in NAMES})

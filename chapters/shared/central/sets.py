@@ -150,11 +150,11 @@ def decoded_grids(folder, count=None, **options):
     """
     image_set = load_set(folder)
     for view in image_set.views[:count]:
-        pictures = np.array(
+        images = np.array(
             [read_image(image_set, shown.image) for shown in view.patterns]
         )
         settings = {"linear": True, **options}
-        yield view.label, decode(pictures, view.patterns, image_set.target, **settings)
+        yield view.label, decode(images, view.patterns, image_set.target, **settings)
 
 
 def scored_grids(folder, count=None, **options):

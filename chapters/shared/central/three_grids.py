@@ -157,8 +157,8 @@ def tilted_over_facing(centre, lines):
     # Along a ray, from its middle to each plane: (planes, N).
     reach = -(normals @ off.T) / (normals @ directions.T)
     along = np.sum(off * directions, axis=1)
-    beside = off - along[:, None] * directions
-    squared = np.sum(beside**2, axis=1) + (along + reach) ** 2
+    adjacent = off - along[:, None] * directions
+    squared = np.sum(adjacent**2, axis=1) + (along + reach) ** 2
     facing, *tilted = np.sqrt(squared.mean(axis=1))
     return float(min(tilted) / facing)
 

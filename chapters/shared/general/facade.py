@@ -110,7 +110,7 @@ def on_line(points):
     return centre + ((points - centre) @ along)[:, None] * along
 
 
-def corrected_images(picture, cameras):
+def corrected_images(image, cameras):
     """Return the image resampled for a pinhole, by method, and upright.
 
     Upright: the generic method's view on a plane parallel to the front's
@@ -119,11 +119,11 @@ def corrected_images(picture, cameras):
     out = {}
     for method, camera in cameras.items():
         R = synthetic_plane(camera).T_camera_plane[:3, :3]
-        out[f"view.{method}"] = pinhole_image(picture, camera, R)
+        out[f"view.{method}"] = pinhole_image(image, camera, R)
     best = cameras.get("generic_as_printed")
     if best is not None:
         R = inverse_pose(T_world_camera())[:3, :3]
-        out["view.upright"] = pinhole_image(picture, best, R)
+        out["view.upright"] = pinhole_image(image, best, R)
     return out
 
 
@@ -154,12 +154,12 @@ def view_matrix(camera):
     return np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
 
 
-def pinhole_image(picture, camera, R_camera_view):
+def pinhole_image(image, camera, R_camera_view):
     """Return the image resampled for a pinhole that looks along the view's z."""
     view = PerspectiveView(
         view_matrix(camera), R_camera_view, np.zeros(3), camera.width, camera.height
     )
-    return resample(picture, source_pixels(camera, view))
+    return resample(image, source_pixels(camera, view))
 
 
 # From pixels to the corrected view of a calibrated camera, and back.

@@ -99,7 +99,7 @@ class ZoomCase(Case):
         self.results = results
 
     def column(self, method, zoom, *path):
-        """Return the values (..., runs) of a method, NaN where there is none.
+        """Return the values (..., runs) of a method, NaN if it is missing.
 
         method: `generic` is that of the interpretation. It may also be the first key
         of a value without a method.

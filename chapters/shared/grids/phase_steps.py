@@ -56,9 +56,9 @@ def decoder_error(profile, count, samples):
     low, high = steps.min(), steps.max()
     share = RANGE[0] + (RANGE[1] - RANGE[0]) * (steps - low) / (high - low)
     lines = np.rint(TOP * share).astype(np.uint16)
-    pictures = np.repeat(lines[:, None], STRIP_ROWS, axis=1)
+    images = np.repeat(lines[:, None], STRIP_ROWS, axis=1)
     found = decode(
-        pictures, patterns, monitor,
+        images, patterns, monitor,
         smooth=False, margin_px=0, noise=1.0, linear=True, threads=1,
     )  # fmt: skip
     place = found.location[STRIP_ROWS // 2, :, 0].astype(float)

@@ -47,7 +47,7 @@ class Image:
 class Score:
     """Errors of one model in one image.
 
-    residuals_px (N, 2): detected corner minus prediction, NaN where there is none.
+    residuals_px (N, 2): detected corner minus prediction, NaN if it is missing.
     """
 
     corners: int
@@ -75,15 +75,15 @@ class Study:
         self.settings = result.settings
 
     def number(self, *path, **condition) -> float:
-        """Return one number of a condition; nan where there is none."""
+        """Return one number of a condition; nan if it is missing."""
         return float(self.result.column(*path, **condition)[0])
 
     def text(self, *path, **condition) -> str:
-        """Return one text of a condition; empty where there is none."""
+        """Return one text of a condition; empty if it is missing."""
         return self.result.texts(*path, **condition)[0] or ""
 
     def array(self, *path, **condition) -> np.ndarray | None:
-        """Return one array of a condition; None where there is none."""
+        """Return one array of a condition; None if it is missing."""
         if not self.result.path.with_suffix(".npz").is_file():
             return None
         found = self.result.arrays(*path, **condition)

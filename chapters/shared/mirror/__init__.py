@@ -5,7 +5,6 @@ from chapters.shared.mirror.claims import (
     MEDIANS,
     READINGS,
     BenchRuns,
-    beside,
     counterpart_over_the_sweep,
     middle,
     mostly,
@@ -16,6 +15,7 @@ from chapters.shared.mirror.claims import (
     over_the_sweep,
     ranged,
     reached,
+    with_published,
 )
 from chapters.shared.mirror.errors import (
     CORNER_PX,
@@ -126,7 +126,6 @@ __all__ = [
     "angles_between",
     "back_projection",
     "bench_plan",
-    "beside",
     "board_picture",
     "by_code",
     "calibrated_viewer",
@@ -161,4 +160,5 @@ __all__ = [
     "seen_board",
     "shape_name",
     "true_points",
+    "with_published",
 ]

@@ -193,7 +193,7 @@ def on_completed(done, judge) -> Reading:
 MEDIANS = "Medians over the runs that reached the stage, with 95 % intervals."
 
 
-def beside(ids, rows):
+def with_published(ids, rows):
     """Ids of printed numbers for the rows of a table that begins with theirs."""
     return [*ids, *[None] * (rows - len(ids))]
 

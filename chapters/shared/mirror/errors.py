@@ -189,9 +189,9 @@ def measured(rig, rng):
             rig.monitor.target.monitor_mm, rig.monitor.patterns.phase_periods
         ),
     }
-    for name, pictures in (("mirror", grids), ("platter", reflected)):
-        true = np.concatenate([picture.truth_mm for picture in pictures])
-        points = np.concatenate([picture.points_mm for picture in pictures])
+    for name, images in (("mirror", grids), ("platter", reflected)):
+        true = np.concatenate([image.truth_mm for image in images])
+        points = np.concatenate([image.points_mm for image in images])
         kept = rng.permutation(len(true))[:MOST]
         found |= {f"{name}.true": true[kept], f"{name}.error": (points - true)[kept]}
     return found
@@ -199,11 +199,11 @@ def measured(rig, rng):
 
 def _plate_errors(rig, platter, rng):
     """Errors (n, 2) px of the corners of the platter's board."""
-    picture = platter_picture(rig, platter, rng)
-    height, width = picture.shape
+    image = platter_picture(rig, platter, rng)
+    height, width = image.shape
     points = transform(platter.T_camera_board, on_plane(platter.board.points()))
     true = rig.viewer.project(points).pixels
-    whole = MirroredBoard(picture, Crop(0, 0, width, height, width, height))
+    whole = MirroredBoard(image, Crop(0, 0, width, height, width, height))
     return _finite(whole.corners(true) - true)
 
 

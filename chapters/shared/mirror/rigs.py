@@ -79,7 +79,7 @@ class Platter(NamedTuple):
 
     board: the Chessboard; T_camera_board: (4, 4); centre_mm: (2,) the platter's in the
     board's plane; radius_mm, hub_mm: of the silvered ring; thickness_mm: of the
-    platter, whose silvered face is so far before the board, towards the camera;
+    platter, whose silvered face is so far in front of the board, towards the camera;
     T_board_off: (4, 4), by which the face is off that place, about its centre.
     """
 

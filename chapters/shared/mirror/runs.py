@@ -193,7 +193,7 @@ def poses_in_platter(rig, viewer, T_camera_monitor, errors, rng):
     mounted = errors.mounted(platter, rng, len(T_camera_monitor))
     on_plate = transform(platter.T_camera_board, on_plane(board))
     true = rig.viewer.project(on_plate).pixels
-    pictures = []
+    images = []
     for position, T in enumerate(T_camera_monitor):
         mirror = platter_camera(rig, mounted[position])
         lit = lattice(mirror, PLATTER_STEP_PX)
@@ -205,7 +205,7 @@ def poses_in_platter(rig, viewer, T_camera_monitor, errors, rng):
         size = platter.board.columns, platter.board.rows
         sure = np.full(len(board), errors.plate_sd_px)
         grid = np.full(len(points), sd_px)
-        pictures.append(
+        images.append(
             PlatterPicture(
                 BoardView(corners, board, *size, sd=sure),
                 BoardView(lit[known], points, len(points), 1, sd=grid),
@@ -213,7 +213,7 @@ def poses_in_platter(rig, viewer, T_camera_monitor, errors, rng):
                 position,
             )
         )
-    return grid_poses_in_platter(viewer, pictures, platter.thickness_mm)
+    return grid_poses_in_platter(viewer, images, platter.thickness_mm)
 
 
 def px_per_mm(pixels, points):
@@ -230,22 +230,22 @@ def seen_board(rig, camera, T_camera_board, errors, rng):
     return found
 
 
-def deflected(before, camera, pictures, points, held, method):
+def deflected(before, camera, images, points, held, method):
     """MirrorUpdate of one deflection.
 
     before: the calibrated camera; camera: the true one after it, of which the mirror's
     edges are traced; the pixels (N, 2) are of the board before and after.
     """
     return update_mirror(
-        before, *pictures, points, held, method.settings, outline=outline(camera)
+        before, *images, points, held, method.settings, outline=outline(camera)
     )
 
 
-def linearly_deflected(before, camera, pictures, points, held, method):
+def linearly_deflected(before, camera, images, points, held, method):
     """The mirror after one deflection as the linear stage leaves it, arguments as for
     `deflected`."""
     return linear_stage(
-        before, *pictures, points, held, method.settings, outline=outline(camera)
+        before, *images, points, held, method.settings, outline=outline(camera)
     )
 
 
