@@ -105,6 +105,7 @@ def contents():
         stem: {
             name: [e for e in items if e["id"] in kept[stem]]
             for name, items in content.items()
+            if isinstance(items, list)
         }
         for stem, content in files.items()
     }
