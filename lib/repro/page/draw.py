@@ -76,11 +76,11 @@ def _write_scene(found: discover.Producer, made: Drawing, out: Path) -> None:
 
 
 def _opened(made: Drawing | Table) -> str:
-    """What a reader of the page can open below a figure: "3-D", "film", or nothing."""
+    """What a reader of the page can open below a figure: a scene, a film, a slider."""
     scene = getattr(made, "scene", None)
-    if scene is None:
-        return ""
-    return "film" if isinstance(scene, Film) else "3-D"
+    if isinstance(scene, Film):
+        return "film" if scene.per_second else "slider"
+    return "3-D" if scene else ""
 
 
 def _check(made: Drawing | Table) -> dict | None:

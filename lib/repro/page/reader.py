@@ -34,7 +34,7 @@ from repro.run.sets_of_report import name_of
 # Results that this page has opened so far.
 _opened: list[str] = []
 # What can be opened below a figure, as a link says it.
-OPENED = {"3-D": "3-D scene", "film": "film"}
+OPENED = {"3-D": "3-D scene", "film": "film", "slider": "slider"}
 
 
 class Missing(FileNotFoundError):

@@ -175,7 +175,7 @@ class Panel:
 class Film:
     """Panels side by side, on a narrow screen below each other, to be played.
 
-    ``labels``: a few words for each frame; ``per_second``: frames.
+    ``labels``: a few words for each frame; ``per_second``: frames, 0 for a slider.
     """
 
     panels: Sequence[Panel]
