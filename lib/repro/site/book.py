@@ -41,7 +41,9 @@ def book(site: Path) -> str:
         for name in ("index.html", *names):
             article = ARTICLE.search((chapter / name).read_text("utf-8"))[0]
             title = re.search(r"<h1>(.*?)<a ", article, re.DOTALL)[1]
-            title = f"<b>{title}</b>" if name == "index.html" else title
+            if name == "index.html":
+                title = f"<b>{title}</b>"
+                article = article.replace("<details", "<details open")
             place = f"{chapter.name}-{name.removesuffix('.html')}"
             contents.append(f'<li><a href="#{place}">{title}</a></li>')
             articles.append(article.replace("<article", f'<article id="{place}"', 1))
