@@ -4,12 +4,15 @@ import re
 
 from repro.site import book
 
+MATHS = (
+    "<script>window.MathJax = {}</script><script src='../_static/tex-a.js'></script>"
+)
 PAGE = """<html><head><style>b</style>
 </head><body><article><h1>{0}<a href="#">#</a></h1>{1}</article></body></html>"""
 PAGES = {
     "index.html": ("Start", ""),
     "ch02_b/index.html": ("Two", '<a href="s2.html">2.2</a> <a href="s1.html">2.1</a>'),
-    "ch02_b/s1.html": ("2.1", '<img src="../figures/a.svg">'),
+    "ch02_b/s1.html": ("2.1", f'<img src="../figures/a.svg">{MATHS}'),
     "ch02_b/s2.html": ("2.2", ""),
     "ch01_a/index.html": ("One", '<a href="../scoreboard.html">all rows</a>'),
     "guides/index.html": ("Guides", ""),
@@ -32,6 +35,7 @@ def test_book_has_every_page_of_the_chapters_in_their_order(tmp_path):
     assert targets == re.findall(r'<article id="([^"]+)"', text)
     assert '<img src="../figures/a.svg">' in text
     assert "<style>b</style>" in text
+    assert MATHS in text.partition("<body>")[0]
 
 
 def test_missing_site_or_browser_is_one_line(tmp_path, monkeypatch):

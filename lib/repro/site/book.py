@@ -23,35 +23,37 @@ OPTIONS = (
     "--virtual-time-budget=600000",
 )
 ARTICLE = re.compile(r"<article.*?</article>", re.DOTALL)
+# Pages with formulas alone have the scripts that set them.
+MATHS = re.compile(r"<script(?:>window.MathJax| [^>]*/tex-).*?</script>")
 STYLE = """<style>
 @page { size: A4; margin: 18mm 16mm; }
 body { font-size: 10pt; } article { break-before: page; }
 h1, h2, h3 { break-after: avoid; } figure, tr, pre { break-inside: avoid; }
-.headerlink, button { display: none; }
+.headerlink, button { display: none; } mjx-container g { stroke: none; }
 </style>"""
 
 
 def book(site: Path) -> str:
     """One HTML page: contents, then the articles of all chapters and appendices."""
     chapters = [*sorted(site.glob("ch[0-9]*")), *sorted(site.glob("appendix_*"))]
-    contents, articles = [], []
+    contents, articles, maths = [], [], {}
     for chapter in chapters:
         index = ARTICLE.search((chapter / "index.html").read_text("utf-8"))[0]
         names = dict.fromkeys(re.findall(r'href="([\w.-]+\.html)"', index))
         for name in ("index.html", *names):
-            article = ARTICLE.search((chapter / name).read_text("utf-8"))[0]
-            title = re.search(r"<h1>(.*?)<a ", article, re.DOTALL)[1]
+            page = (chapter / name).read_text("utf-8")
+            maths |= dict.fromkeys(MATHS.findall(page))
+            article = ARTICLE.search(page)[0]
+            title = re.search(r"<h1>(.*?)<a ", article)[1]
             if name == "index.html":
                 title = f"<b>{title}</b>"
                 article = article.replace("<details", "<details open")
             place = f"{chapter.name}-{name.removesuffix('.html')}"
             contents.append(f'<li><a href="#{place}">{title}</a></li>')
             articles.append(article.replace("<article", f'<article id="{place}"', 1))
-    first = (chapters[0] / "index.html").read_text("utf-8")
-    head = re.search(r"<head>.*?</head>", first, re.DOTALL)[0]
-    listed = f"<h1>Raxel</h1><ul>{''.join(contents)}</ul>"
-    body = f"<body>{listed}{''.join(articles)}</body>"
-    return f"<!doctype html><html>{head}{STYLE}{body}</html>"
+    head = re.search(r"<head>.*?</head>", page, re.DOTALL)[0] + STYLE
+    body = f"<body><h1>Raxel</h1><ul>{''.join(contents)}</ul>{''.join(articles)}</body>"
+    return f"<!doctype html><html>{head}{''.join(maths)}{body}</html>"
 
 
 def main(site: Path, out: Path) -> str:
@@ -64,12 +66,11 @@ def main(site: Path, out: Path) -> str:
     with TemporaryDirectory(dir=site) as folder:
         page = Path(folder) / "book.html"
         page.write_text(book(site), "utf-8")
-        order = [browser, *OPTIONS, f"--user-data-dir={folder}/user"]
-        order += [f"--print-to-pdf={out.resolve()}", str(page)]
+        files = f"--user-data-dir={folder}/user", f"--print-to-pdf={out.resolve()}"
+        order = [browser, *OPTIONS, *files, page]
         done = subprocess.run(order, check=False, capture_output=True, text=True)
     return "" if done.returncode == 0 else done.stderr[-500:]
 
 
 if __name__ == "__main__":
-    fault = main(*map(Path, sys.argv[1:]))
-    sys.exit(f"make pdf: {fault}" if fault else 0)
+    sys.exit(main(*map(Path, sys.argv[1:])) or 0)
