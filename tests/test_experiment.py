@@ -74,7 +74,7 @@ def test_a_column_is_of_one_condition_or_refused(tmp_path):
     result = results.Result(tmp_path / "r.json")
     with pytest.raises(KeyError, match="2 conditions fit"):
         result.column("method.mean", extent="finite")
-    with pytest.raises(KeyError, match="no condition fits"):
+    with pytest.raises(KeyError, match="0 conditions fit"):
         result.column("method.mean", noise=7.0)
 
 
@@ -104,7 +104,7 @@ def test_a_selection_is_split_by_the_levels_of_a_key(tmp_path):
 @pytest.mark.parametrize("asked", [{"noise": 7.0}, {"nois": 0.5}, {"nois": None}])
 def test_a_selection_of_nothing_is_refused(tmp_path, asked):
     run_all(PLAN, 1, tmp_path / "r.json")
-    with pytest.raises(KeyError, match="no condition fits"):
+    with pytest.raises(KeyError, match="0 conditions fit"):
         results.Result(tmp_path / "r.json").select(**asked)
 
 

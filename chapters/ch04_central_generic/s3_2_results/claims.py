@@ -1,6 +1,6 @@
 """The claims of section 4.3.2 and of its discussion.
 
-Most are judged run by run: a predicate takes the `Runs` of an interpretation. It
+Most are judged run by run: a predicate takes the `CentralRuns` of an interpretation. It
 returns whether it is true (runs,), the measured value (runs,), its unit, and a reason.
 """
 

@@ -7,7 +7,15 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from chapters.ch04_central_generic.s3_2_results.experiment import MULTIPLIED, solved
-from chapters.shared.central import FACTOR, FISH, MATCHED, NOISES, OMNI, OPTIONS, Runs
+from chapters.shared.central import (
+    FACTOR,
+    FISH,
+    MATCHED,
+    NOISES,
+    OMNI,
+    OPTIONS,
+    CentralRuns,
+)
 from chapters.shared.methods import LINEAR_NAMES, STANDARD_METHODS
 from repro.page import INK, legend_below, new_figure, series, value
 from repro.run import (
@@ -46,9 +54,11 @@ PARAMETERS = {
 
 
 def runs_of(results, noise=MATCHED, names=BOTH, **options):
-    """Return the `Runs` at one noise level in one interpretation, the primary one if
+    """Return the `CentralRuns` at one noise level in one interpretation, the primary if
     no option is given; the rendered runs come first."""
-    return Runs([results[name] for name in names], Case(QUESTIONS, options), noise)
+    return CentralRuns(
+        [results[name] for name in names], Case(QUESTIONS, options), noise
+    )
 
 
 def disagreement(runs, camera, parameters=tuple(PARAMETERS)):

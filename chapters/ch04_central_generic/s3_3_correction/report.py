@@ -11,7 +11,7 @@ from chapters.shared.central import (
     MATCHED,
     OMNI,
     OPTIONS,
-    Runs,
+    CentralRuns,
     judged_by_run,
     over_the_sweep,
 )
@@ -225,7 +225,8 @@ def table_4_4(results):
 
 # The claims of 4.3.2 about corrected images, and the numbers of Table 4.4.
 #
-# Most are judged trial by trial: a predicate takes the `Runs` of an interpretation. It
+# Most are judged trial by trial: a predicate takes the `CentralRuns` of an
+# interpretation. It
 # returns whether it is true (trials,), the measured value (trials,), its unit, and a
 # reason.
 
@@ -249,7 +250,7 @@ def judge_lines_straight(results, options):
     edges = list(product((OMNI, FISH), methods))
 
     def found_at(noise):
-        runs = Runs([results[LINES]], case, noise)
+        runs = CentralRuns([results[LINES]], case, noise)
         shares = [runs.of(camera, one, "worst_share") for camera, one in edges]
         standard, cgsp = map(with_worst, shares[:2])
         return [median_interval(one) for one in shares], wins([(cgsp, standard)])[0]
@@ -375,7 +376,7 @@ def skew(boards):
 @numbers("table_4_4", needs=("fig_4_9_boards",), evidence="rendered")
 def numbers_of_table_4_4(results):
     """Mean and SD of the residuals, the standard method as printed."""
-    boards = Runs([results[BOARDS]], Case(QUESTIONS))
+    boards = CentralRuns([results[BOARDS]], Case(QUESTIONS))
     return {
         f"t4_4_{short}_{name}_{statistic}": Value.of_seeds(
             boards.of(camera, method, key), "mm"

@@ -72,7 +72,7 @@ SWEPT = {m: f"bench_x{m:g}".replace(".", "_") for m in MULTIPLES if m != 1.0}
 SWEPT_NOISES = {name: DecodingNoise(m * FACTOR) for m, name in SWEPT.items()}
 
 
-class Runs:
+class CentralRuns:
     """Values of the runs of both cameras at one noise level, in one `Case`.
 
     results: from which the runs come; the sweep of the factor is in the last one only.
@@ -129,7 +129,7 @@ def counterpart_over_the_sweep(case: Case, found_at) -> Reading:
 
 
 def judged_by_run(questions, *names):
-    """Decorate a predicate of `Runs` as the test of a claim.
+    """Decorate a predicate of `CentralRuns` as the test of a claim.
 
     questions: of the `Case`; names: of the experiments whose results have the runs. The
     predicate returns the arguments of `counterpart`.
@@ -139,7 +139,7 @@ def judged_by_run(questions, *names):
         def judge(results, options):
             case, runs = Case(questions, options), [results[name] for name in names]
             return counterpart_over_the_sweep(
-                case, lambda noise: predicate(Runs(runs, case, noise))
+                case, lambda noise: predicate(CentralRuns(runs, case, noise))
             )
 
         return judge

@@ -135,7 +135,7 @@ class Selection:
             i: have for i, have in self._conditions.items() if _fits(have, condition)
         }
         if not fits:
-            raise KeyError(f"{self._result.path}: no condition fits {condition}")
+            raise KeyError(f"{self._result.path}: 0 conditions fit {condition}")
         return Selection(self._result, fits)
 
     def by(self, key: str, **condition: object) -> dict[object, Selection]:
