@@ -7,11 +7,11 @@ import numpy as np
 
 from chapters.shared.mirror.rigs import mirror_rig
 from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.observations import normalised
 from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 from raxel.lab.board_photograph import photograph_board
 
 MOST_MM = 3.0  # the board is seen up to this deflection

@@ -5,7 +5,7 @@ import json
 import cv2
 import numpy as np
 
-from raxel.calibration.views.board_shape import BoardShape
+from raxel.calibration.views.correspondence import BoardShape
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.cameras.core.base import Projection
 from raxel.geometry.poses import pose, rotation_from_vector, transform

@@ -17,7 +17,7 @@ from raxel.cameras import (
 from raxel.cameras.core.base import pixel_grid
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.geometry.planes import intersect_rays_plane, on_plane
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 
 W, H = 3072, 2304
 VIEWER = PerspectiveCamera(

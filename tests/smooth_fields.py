@@ -3,7 +3,7 @@
 import numpy as np
 
 from raxel.cameras import KannalaBrandtCamera, RaySplineCamera
-from raxel.cameras.tables.cubic_field import control_shape
+from raxel.cameras.tables.interpolation import control_shape
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import nearest_rotation, pose, rotation_from_vector, transform
 

@@ -9,7 +9,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.noise import estimate_noise
+from raxel.features.active_grid.errors import estimate_noise
 from raxel.features.active_grid.phases import turns
 from raxel.sets import ActiveGrid, Pattern, PatternPlan
 from tests.active_grids import drawn

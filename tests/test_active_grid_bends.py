@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.bends import widen_at_bends
-from raxel.features.active_grid.bias import OF_SIGMA
 from raxel.features.active_grid.coding import plan_arrays, read_coding
+from raxel.features.active_grid.errors import OF_SIGMA, widen_at_bends
 from tests.active_grids import drawn
 
 SCENE = {"size": (320, 240), "monitor": (800, 600), "steps": 6, "blur": 1.0}

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
-from raxel.features.active_grid.bias import OF_SIGMA, OF_WINDOWS, squared_bias
-from raxel.features.active_grid.coding import read_coding
-from raxel.features.active_grid.layout import SQUARE
-from raxel.features.active_grid.undoing import no_ripple
+from raxel.features.active_grid.coding import SQUARE, read_coding
+from raxel.features.active_grid.errors import OF_SIGMA, OF_WINDOWS, squared_bias
+from raxel.features.active_grid.lines import no_ripple
 from raxel.sets import patterns_of, plan_of_cells
 from tests.active_grids import drawn
 

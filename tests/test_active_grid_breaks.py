@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from raxel.features.active_grid import breaks, decode
+from raxel.features.active_grid import decode
+from raxel.features.active_grid import phase_unwrapping as breaks
 from raxel.features.active_grid.coding import plan_arrays, read_coding
 from raxel.sets import PatternPlan
 from raxel.sets.model import Pattern

@@ -12,15 +12,18 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.checks import edges
+from raxel.features.active_grid.checks import phases as edges
+from raxel.features.active_grid.checks.code import sampled
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
-from raxel.features.active_grid.checks.frequencies import _offset_doubts, _windows
-from raxel.features.active_grid.checks.phases import edge_doubts
+from raxel.features.active_grid.checks.motion import OF_SINE
+from raxel.features.active_grid.checks.phases import (
+    _offset_doubts,
+    _windows,
+    edge_doubts,
+)
 from raxel.features.active_grid.checks.redundancy import LIGHT, MOTION, mismatch
-from raxel.features.active_grid.checks.sample import sampled
-from raxel.features.active_grid.checks.steadiness import OF_SINE
 from raxel.features.active_grid.coding import read_coding
-from raxel.features.active_grid.noise import Noise
+from raxel.features.active_grid.errors import Noise
 from raxel.sets import PatternPlan, plan_of_cells
 from tests.active_grids import drawn
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.folds import scatter_of_places, share_at_folds
+from raxel.features.active_grid.errors import scatter_of_places, share_at_folds
 from tests.active_grids import drawn
 
 SCENE = {"size": (320, 240), "monitor": (800, 600), "steps": 6}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from raxel.features.active_grid.bends import share_noise
-from raxel.features.active_grid.layout import DARK, DECODED, FILLED
-from raxel.features.active_grid.neighbours import fill_holes
+from raxel.features.active_grid.coding import DARK, DECODED, FILLED
+from raxel.features.active_grid.errors import share_noise
+from raxel.features.active_grid.phase_unwrapping import fill_holes
 
 PITCH = np.float32([2.0, 0.5])  # of places from column to column, along x and y
 

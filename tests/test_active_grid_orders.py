@@ -9,11 +9,19 @@ import pytest
 from raxel.errors import InputError
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
-from raxel.features.active_grid.coding import phase_weights, places_apart, read_coding
-from raxel.features.active_grid.layout import UNKNOWN
-from raxel.features.active_grid.noise import Noise
-from raxel.features.active_grid.orders import _cells, _phases
-from raxel.features.active_grid.periods import Phases, fitted_periods
+from raxel.features.active_grid.coding import (
+    UNKNOWN,
+    phase_weights,
+    places_apart,
+    read_coding,
+)
+from raxel.features.active_grid.errors import Noise
+from raxel.features.active_grid.phase_unwrapping import (
+    Phases,
+    _cells,
+    _phases,
+    fitted_periods,
+)
 from tests.active_grids import drawn, sines
 from tests.test_active_grid_checks import facets
 

@@ -7,17 +7,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.features.active_grid import decode, harmonics
-from raxel.features.active_grid.harmonics import bound_of_shares, harmonics_of_powers
-from raxel.features.active_grid.lines import basis_of
-from raxel.features.active_grid.noise import Noise
+from raxel.features.active_grid import decode
+from raxel.features.active_grid import response as harmonics
+from raxel.features.active_grid.errors import Noise
+from raxel.features.active_grid.lines import Ripple, basis_of, undone
 from raxel.features.active_grid.response import (
     _covariance,
     _of_fit,
     _of_pieces,
+    bound_of_shares,
+    harmonics_of_powers,
     response_warnings,
 )
-from raxel.features.active_grid.undoing import Ripple, undone
 from tests.active_grids import drawn
 
 SIZE = 480, 360

@@ -6,7 +6,7 @@ import pytest
 
 from raxel.features.active_grid import decode
 from raxel.features.active_grid.checks.doubts import examine
-from raxel.features.active_grid.checks.scatter import scatter_of_steps
+from raxel.features.active_grid.checks.redundancy import scatter_of_steps
 from tests.active_grids import drawn
 
 SCENE = {"size": (320, 240), "monitor": (800, 600), "blur": 1.0, "share": 1.3}

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from raxel.features.active_grid.coding import ALONE, DECODED, RIM, UNREADABLE
 from raxel.features.active_grid.decode import Decoded
-from raxel.features.active_grid.layout import ALONE, DECODED, RIM, UNREADABLE
-from raxel.features.active_grid.noise import Noise
-from raxel.features.active_grid.specks import without_specks
+from raxel.features.active_grid.errors import Noise
+from raxel.features.active_grid.view import without_specks
 
 MARGIN = 3
 

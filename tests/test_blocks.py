@@ -18,7 +18,7 @@ from raxel.calibration import (
 from raxel.calibration.smooth.table import _displacements
 from raxel.cameras import GeneralCamera
 from raxel.cameras.core.smooth_rays import SmoothRays
-from raxel.cameras.tables.inverse import TableInverse
+from raxel.cameras.tables.general import TableInverse
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.lab.monitor_views import points_seen
 from raxel.multiview.perspective_view import PerspectiveView, source_pixels
@@ -97,14 +97,14 @@ def smooth_grid():
 CASES = {
     "rays of a table": ("raxel.cameras.tables.general.BLOCK", 70, rays_of_table),
     "a table's pixels": ("raxel.cameras.tables.general.BLOCK", 7, pixels_of_table),
-    "a table searched": ("raxel.cameras.tables.inverse.SEARCH_BLOCK", 7, searched),
+    "a table searched": ("raxel.cameras.tables.general.SEARCH_BLOCK", 7, searched),
     "a lens undone": (
         "raxel.cameras.lenses.plane_map.BLOCK",
         7,
         lambda: ZOO["brown"].rays(3 * PIXELS).directions,
     ),
     "reflections": (
-        "raxel.cameras.mirrors.reflection_point.BLOCK",
+        "raxel.cameras.mirrors.curved.BLOCK",
         7,
         lambda: SPHERE.project(in_view(SPHERE)).pixels,
     ),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.generic.board_rays import ray_table
+from raxel.calibration.generic.board_growth import ray_table
 from raxel.calibration.views.correspondence import pixels_on_board
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform

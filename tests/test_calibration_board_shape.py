@@ -7,12 +7,17 @@ import pytest
 from scipy.stats import chi2
 
 from raxel.calibration import calibrate_lens
-from raxel.calibration.parametric import lens_board, lens_bundle, lens_fit
-from raxel.calibration.parametric.clustered import clustered_covariance
-from raxel.calibration.parametric.lens_board import _wald, board_test
-from raxel.calibration.parametric.lens_fit import FormulaFit, _criterion, covariance_of
-from raxel.calibration.parametric.lens_laws import LensFormula
-from raxel.calibration.views.board_shape import TERMS, BoardShape, shaped
+from raxel.calibration.parametric import lens_bundle, lens_fit
+from raxel.calibration.parametric import lens_formula as lens_board
+from raxel.calibration.parametric.lens_bundle import LensFormula
+from raxel.calibration.parametric.lens_fit import (
+    FormulaFit,
+    _criterion,
+    clustered_covariance,
+    covariance_of,
+)
+from raxel.calibration.parametric.lens_formula import _wald, board_test
+from raxel.calibration.views.correspondence import TERMS, BoardShape, shaped
 from raxel.geometry.planes import on_plane
 from tests.board_scenes import BOARD, HEIGHT, WIDTH, board_poses, views_of
 from tests.calibration_scenes import central_difference

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from raxel.calibration.mirror.bundle import (
+    BundleProblem,
+    State,
     _misfit,
     _sightings,
     _spaces,
@@ -14,10 +16,9 @@ from raxel.calibration.mirror.bundle import (
     _whitening,
     _widening,
     bundle_stages,
+    moved,
 )
-from raxel.calibration.mirror.bundle_system import BundleProblem, State, moved
-from raxel.calibration.mirror.clamp import Clamp, clamped
-from raxel.calibration.mirror.clamp_line import ClampLine, fixed_line
+from raxel.calibration.mirror.clamp import Clamp, ClampLine, clamped, fixed_line
 from raxel.calibration.pose.three_point import moved_pose
 from raxel.cameras import SplineMirrorCamera
 from raxel.errors import InputError

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.generic import central_test, central_views
+from raxel.calibration.generic import central_test
+from raxel.calibration.generic import central_test as central_views
 from raxel.calibration.generic.central_test import _judged, _squared_distance
 from raxel.calibration.views.correspondence import BoardView
 from raxel.geometry.poses import tangent_bases

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.linear.cgsp import image_noise_weights, linear_cgsp
-from raxel.calibration.linear.synthetic_pinhole import PINHOLE_METHODS
+from raxel.calibration.linear.cgsp import (
+    PINHOLE_METHODS,
+    image_noise_weights,
+    linear_cgsp,
+)
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
 from tests.calibration_scenes import meet_grids, scene

@@ -5,13 +5,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror import from_pictures
-from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera, clamped, soft_clamp
-from raxel.calibration.mirror.clamp_line import beam_give, clamp_line, fixed_line
+from raxel.calibration.mirror import images as from_pictures
+from raxel.calibration.mirror.clamp import (
+    Clamp,
+    beam_give,
+    clamp_line,
+    clamp_of_camera,
+    clamped,
+    fixed_line,
+    soft_clamp,
+)
 from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
 from raxel.errors import InputError
 from raxel.geometry import rotation_from_vector
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 from tests.mirror_scenes import VIEWER
 from tests.raised import raises_code
 

@@ -7,16 +7,16 @@ import pytest
 
 from raxel.calibration import adjust_consistent
 from raxel.calibration.adjust import ray_elimination as elimination
+from raxel.calibration.adjust.bundle import (
+    image_whitening,
+    squared_residuals,
+    start_directions,
+)
 from raxel.calibration.adjust.ray_elimination import (
     LOSSES,
     moved,
     normal_equations,
     steps_of_poses,
-)
-from raxel.calibration.adjust.whitening import (
-    image_whitening,
-    squared_residuals,
-    start_directions,
 )
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import angle_between_rotations

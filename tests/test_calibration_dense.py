@@ -9,10 +9,10 @@ from raxel.calibration import (
     dense_view,
     locate_pixels,
 )
-from raxel.calibration.generic.board_rays import ray_table
-from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.generic.board_growth import ray_table
+from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
 from raxel.calibration.views import dense
-from raxel.calibration.views.moments import add_points
+from raxel.calibration.views.correspondence import add_points
 from raxel.cameras.core.base import pixel_grid
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError

@@ -8,7 +8,7 @@ import pytest
 from raxel.calibration.generic import standard
 from raxel.calibration.generic.standard import calibrate_generic
 from raxel.calibration.views.correspondence import pixels_on_board
-from raxel.calibration.views.samples import sample_boards
+from raxel.calibration.views.dense import sample_boards
 from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation.cross_validation import evaluate_camera

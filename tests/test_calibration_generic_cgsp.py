@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from raxel.calibration import calibrate_cgsp, dense_view
-from raxel.calibration.generic import central_views, cgsp
-from raxel.calibration.generic.board_rays import ray_table
-from raxel.calibration.generic.central_views import centrality_of_views
+from raxel.calibration.generic import central_test as central_views
+from raxel.calibration.generic import cgsp
+from raxel.calibration.generic.board_growth import ray_table
+from raxel.calibration.generic.central_test import centrality_of_views
 from raxel.calibration.views import dense
 from raxel.cameras import AxialCamera, centrality
 from raxel.cameras.core.base import pixel_grid

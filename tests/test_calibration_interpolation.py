@@ -10,8 +10,11 @@ from raxel.calibration.views.correspondence import (
     locate_pixels,
     pixels_on_board,
 )
-from raxel.calibration.views.interpolation import corner_variance, interpolated_view
-from raxel.calibration.views.lattice_surface import refined_lattice
+from raxel.calibration.views.interpolation import (
+    corner_variance,
+    interpolated_view,
+    refined_lattice,
+)
 from raxel.cameras import (
     FieldOfViewCamera,
     FisheyeCamera,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from raxel.calibration import calibrate_lens
-from raxel.calibration.parametric.lens_laws import LensFormula, imaged_points
-from raxel.calibration.parametric.radial_alignment import LAWS
+from raxel.calibration.parametric.lens_bundle import LensFormula, imaged_points
+from raxel.calibration.parametric.lens_fit import LAWS
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import InputError

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.linear.bilinear import (
+from raxel.calibration.linear.standard import (
     bilinear_products,
     coefficient_vectors,
+    linear_as_printed,
+    linear_well_conditioned,
     solve_coefficients,
     table_2_1,
 )
-from raxel.calibration.linear.standard import linear_as_printed, linear_well_conditioned
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import angle_between_rotations, pose, rotation_from_vector
 from tests.calibration_scenes import meet_grids, scene

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.views.near_copies import near_copies
+from raxel.calibration.views.correspondence import near_copies
 from tests.board_scenes import board_poses, views_of
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric import opencv_fisheye
-from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.parametric import opencv_fits as opencv_fisheye
+from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
 from raxel.calibration.views.correspondence import BoardView
-from raxel.cameras.lenses.kannala_brandt import KannalaBrandtCamera
+from raxel.cameras.lenses.fisheye import KannalaBrandtCamera
 from raxel.errors import InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform

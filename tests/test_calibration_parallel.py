@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.views.parallel import refuse_parallel
+from raxel.calibration.views.correspondence import refuse_parallel
 from raxel.geometry import rotation_from_vector
 from tests.raised import raises_code
 

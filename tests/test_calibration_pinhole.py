@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric.pinhole import calibrate_pinhole
-from raxel.calibration.views.board_shape import BoardShape
+from raxel.calibration.parametric.lens_formula import calibrate_pinhole
+from raxel.calibration.views.correspondence import BoardShape
 from raxel.cameras import PerspectiveCamera
 from tests.board_scenes import BOARD, HEIGHT, WIDTH, board_poses, views_of
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from raxel.calibration.mirror.observations import other_tilt, seen_pose, sighting
 from raxel.calibration.mirror.platter import (
     PlatterPicture,
     _Problem,
@@ -12,7 +13,6 @@ from raxel.calibration.mirror.platter import (
     reflected_pose,
     reflection,
 )
-from raxel.calibration.mirror.sightings import other_tilt, seen_pose, sighting
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry import pose, rotate, transform, vector_from_rotation
 from raxel.geometry.planes import on_plane

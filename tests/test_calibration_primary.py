@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from raxel.calibration import rays_from_known_motion
+from raxel.calibration.mirror.observations import RayPoints
 from raxel.calibration.mirror.platter import grid_poses_in_platter
-from raxel.calibration.mirror.primary import _refined, calibrate_primary
-from raxel.calibration.mirror.primary_start import mirror_points
-from raxel.calibration.mirror.ray_points import RayPoints
+from raxel.calibration.mirror.primary import _refined, calibrate_primary, mirror_points
 from raxel.errors import InputError
 from raxel.geometry import intersect_rays_plane
 from tests.mirror_scenes import (

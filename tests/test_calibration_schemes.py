@@ -14,9 +14,9 @@ from raxel.calibration import (
     relax_poses,
 )
 from raxel.calibration.adjust.bundle import homogeneous
-from raxel.calibration.adjust.free_centre import concurrence_system
+from raxel.calibration.adjust.consistent import pose_vector, poses_of_vector
+from raxel.calibration.adjust.free_lines import concurrence_system
 from raxel.calibration.adjust.ray_elimination import moved
-from raxel.calibration.adjust.relaxation import pose_vector, poses_of_vector
 from raxel.calibration.generic.central_test import correlation
 from raxel.errors import InputError
 from raxel.geometry import (

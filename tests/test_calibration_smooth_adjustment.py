@@ -9,9 +9,8 @@ from raxel.calibration import BoardView, calibrate_spline
 from raxel.calibration.smooth import boards as smooth_boards
 from raxel.calibration.smooth import equations as linear_part
 from raxel.calibration.smooth.adjustment import adjust_spline
-from raxel.calibration.smooth.boards import _completed, _generic_start
+from raxel.calibration.smooth.boards import RayTrend, _completed, _generic_start
 from raxel.calibration.smooth.equations import CornersOfBoards, grid_of
-from raxel.calibration.smooth.trend import RayTrend
 from raxel.cameras import KannalaBrandtCamera
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector

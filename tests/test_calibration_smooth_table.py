@@ -6,13 +6,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from raxel.calibration.smooth import boards as smooth_trend
 from raxel.calibration.smooth import table as smooth_module
-from raxel.calibration.smooth import trend as smooth_trend
-from raxel.calibration.smooth.prior import free_polynomials, node_places, penalty_matrix
-from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
+from raxel.calibration.smooth.boards import trend_of_rays
+from raxel.calibration.smooth.equations import (
+    FieldSums,
+    band_of,
+    band_product,
+    free_polynomials,
+    node_places,
+    penalty_matrix,
+)
 from raxel.calibration.smooth.table import smoothed_rays
-from raxel.calibration.smooth.trend import trend_of_rays
-from raxel.cameras.tables.cubic_field import field_at, shares
+from raxel.cameras.tables.interpolation import field_at, shares
 from raxel.geometry.poses import pose, rotation_from_vector
 from tests.raised import raises_code
 from tests.smooth_fields import (

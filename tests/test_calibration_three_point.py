@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from raxel.calibration.pose.grunert import three_point_depths
 from raxel.calibration.pose.three_point import (
     pose_from_rays,
     pose_of_spread_triples,
@@ -13,6 +12,7 @@ from raxel.calibration.pose.three_point import (
     pose_three_point_ransac,
     ray_point_system,
     refine_pose_ray_point,
+    three_point_depths,
 )
 from raxel.geometry.poses import (
     angle_between_rotations,

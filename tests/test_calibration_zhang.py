@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError

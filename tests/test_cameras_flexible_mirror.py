@@ -11,9 +11,9 @@ from raxel.cameras import (
     camera_from,
     load_camera,
 )
-from raxel.cameras.mirrors.clamped_surface import ClampedMirror
+from raxel.cameras.mirrors.flexible import ClampedMirror
 from raxel.cameras.mirrors.profiles import BeamProfile, ElasticaProfile
-from raxel.cameras.mirrors.unevenness import Unevenness
+from raxel.cameras.mirrors.sheet_surface import Unevenness
 from raxel.errors import InputError
 from raxel.geometry import inverse_pose, rotate, transform
 

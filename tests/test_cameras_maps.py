@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from raxel.cameras import BrownCamera, KannalaBrandtCamera, TardifCamera
-from raxel.cameras.lenses.brown import BrownMap
-from raxel.cameras.lenses.kannala_brandt import AsymmetricMap
-from raxel.cameras.lenses.polar_polynomial import PolarMap
+from raxel.cameras.lenses.azimuthal import invert_rising, smallest_positive_root
+from raxel.cameras.lenses.fisheye import AsymmetricMap
+from raxel.cameras.lenses.perspective import BrownMap
+from raxel.cameras.lenses.polynomials import PolarMap
 from raxel.cameras.lenses.rational import CubicMap, LiftedMap
-from raxel.cameras.lenses.rising import invert_rising, smallest_positive_root
 from tests.camera_zoo import CUBIC, KB_K, KB_ODD, KB_TURN, SHAH, SIZE, K
 
 MAPS = {

@@ -14,8 +14,8 @@ from raxel.cameras import (
     caustic_points,
     centrality,
 )
-from raxel.cameras.mirrors.conic_surface import ConicMirror
-from raxel.cameras.mirrors.reflection_point import stationarity
+from raxel.cameras.mirrors.curved import stationarity
+from raxel.cameras.mirrors.quadric import ConicMirror
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from tests.mirror_cameras import (
     CENTRAL,

@@ -21,8 +21,8 @@ from raxel.cameras import (
     UnifiedSphereCamera,
     load_camera,
 )
-from raxel.cameras.lenses.brown import BrownMap
-from raxel.cameras.lenses.rising import smallest_positive_root
+from raxel.cameras.lenses.azimuthal import smallest_positive_root
+from raxel.cameras.lenses.perspective import BrownMap
 from tests.camera_zoo import (
     CENTRE,
     CUBIC,

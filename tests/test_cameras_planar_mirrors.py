@@ -13,7 +13,7 @@ from raxel.cameras import (
     centrality,
     load_camera,
 )
-from raxel.cameras.mirrors.ball import ball_facets
+from raxel.cameras.mirrors.bent import ball_facets
 from raxel.errors import InputError
 from raxel.geometry import pose, rotation_from_vector, vector_from_rotation
 from raxel.geometry.planes import intersect_rays_plane

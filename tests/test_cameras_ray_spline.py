@@ -11,7 +11,7 @@ from raxel.cameras import (
     RaySplineCamera,
     load_camera,
 )
-from raxel.cameras.tables.cubic_field import (
+from raxel.cameras.tables.interpolation import (
     control_shape,
     field_at,
     shares,

@@ -13,9 +13,9 @@ from raxel.cameras import (
     camera_from,
     load_camera,
 )
-from raxel.cameras.mirrors.spline_surface import SplineMirror
+from raxel.cameras.mirrors.spline import SplineMirror
 from raxel.errors import InputError
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 
 W, H = 640, 480
 K = [[690, 0, 319.5], [0, 690, 239.5], [0, 0, 1]]

@@ -21,7 +21,7 @@ from raxel.cameras import (
     camera_from,
     load_camera,
 )
-from raxel.cameras.lenses.brown import distortion_warp
+from raxel.cameras.lenses.perspective import distortion_warp
 from raxel.errors import InputError
 from tests.camera_zoo import (
     CENTRE,

@@ -12,7 +12,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness import report as cla
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness import report as results
 from chapters.shared.rigs import rig_named
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.lookup import pixels_of
+from raxel.features.active_grid.places import pixels_of
 from raxel.geometry.homography import apply_homography
 from raxel.lab.sensor import Sensor
 from repro.run.outcomes import Plan

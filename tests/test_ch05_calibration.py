@@ -27,10 +27,10 @@ from chapters.shared.mirror.scores import (
     load_height,
     ray_angles,
 )
-from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.observations import normalised
 from raxel.cameras import SplineMirrorCamera
 from raxel.geometry import inverse_pose
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 from tests.exercise_answers import misjudged
 from tests.judged_claims import verdicts
 from tests.made_results import ROOT, of_columns

@@ -12,7 +12,7 @@ from chapters.ch05_flexible_mirror.s3_2_reduced_model.report import FRAMES, RUNS
 from chapters.shared.mirror.levels import BENCHES
 from chapters.shared.mirror.levels import SWEPT as ENDS
 from chapters.shared.mirror.rigs import mirror_rig
-from raxel.calibration.mirror.curves import DistanceCurve, HeightCurve
+from raxel.calibration.mirror.reduced import DistanceCurve, HeightCurve
 from tests.exercise_answers import misjudged
 from tests.judged_claims import of_rejected, readings_of
 from tests.made_results import ROOT, as_planned, of_columns

@@ -14,9 +14,9 @@ from chapters.ch05_flexible_mirror.s3_3_deflections.report import rendered_table
 from chapters.shared.mirror.levels import BENCHES, FIRST, LABORATORY, SAID
 from chapters.shared.mirror.rigs import mirror_rig
 from chapters.shared.mirror.runs import lattice, outline
-from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.observations import normalised
 from raxel.cameras import SplineMirrorCamera
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 from tests.made_results import as_planned, of_columns
 
 

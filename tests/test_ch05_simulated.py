@@ -12,7 +12,7 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.report import (
     linear_by_formula,
     missing_by_formula,
 )
-from raxel.calibration.mirror.curves import reflected, viewing_rays
+from raxel.calibration.mirror.reduced import reflected, viewing_rays
 from tests.exercise_answers import misjudged
 from tests.judged_claims import readings_of
 from tests.made_results import ROOT, OfLaw

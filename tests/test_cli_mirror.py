@@ -12,7 +12,7 @@ import pytest
 
 from chapters.shared.mirror.rigs import mirror_rig
 from chapters.shared.mirror.scores import ray_angles
-from raxel.calibration.mirror.from_pictures import _platter, _steps, mirror_views
+from raxel.calibration.mirror.images import _platter, _steps, mirror_views
 from raxel.cameras import load_camera
 from raxel.cli import main
 from raxel.cli.mirror import _primary

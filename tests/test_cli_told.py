@@ -7,9 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric.lens_board import BoardTest
-from raxel.calibration.views.board_shape import BoardShape
-from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration.parametric.lens_formula import BoardTest
+from raxel.calibration.views.correspondence import BoardShape, BoardView
 from raxel.cameras import PerspectiveCamera
 from raxel.cli import decode, main, mirror, models, scores
 from raxel.cli.board_shape import shape_fields, shape_line

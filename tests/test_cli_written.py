@@ -15,11 +15,11 @@ from raxel.cli.described import camera_fields, centre_fields
 from raxel.cli.models import _terms
 from raxel.cli.stability import stability_fields
 from raxel.cli.wrong_points import wrong_fields, wrong_points
-from raxel.evaluation.back_projection import BackProjection
 from raxel.evaluation.board_corners import BoardCorners
+from raxel.evaluation.comparison import BackProjection
 from raxel.evaluation.cross_validation import Evaluation, ImageScore
 from raxel.evaluation.split_half import Division, SplitHalf
-from raxel.features.active_grid.noise import Noise
+from raxel.features.active_grid.errors import Noise
 from raxel.sets.model import ActiveGrid, Pattern
 from raxel.sets.words import BOARDS
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras import PerspectiveCamera
-from raxel.evaluation.corrections import CorrectionFields
 from raxel.evaluation.coverage import BeyondBoards, beyond_boards
 from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.misfit import CorrectionFields
 from raxel.evaluation.split_half import split_half
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform

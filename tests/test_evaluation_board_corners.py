@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric.zhang import calibrate_zhang
-from raxel.calibration.views.board_shape import BoardShape
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
+from raxel.calibration.views.correspondence import BoardShape
 from raxel.evaluation.board_corners import SURE, _displacements, board_corners
-from raxel.evaluation.corrections import correction_fields, seen_on, without_turns
 from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.evaluation.misfit import correction_fields, seen_on, without_turns
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import cross_matrix
 from tests.board_scenes import BOARD, COLUMNS, ROWS

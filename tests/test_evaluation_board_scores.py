@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.evaluation.board_scores import in_order_of, in_place
+from raxel.evaluation.cross_validation import in_order_of, in_place
 
 COLUMNS, ROWS = 5, 4
 LATTICE = np.stack(

@@ -7,10 +7,9 @@ boards' corners, halves of the images and single images are tested.
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric.zhang import calibrate_zhang
-from raxel.evaluation.board_corners import board_corners
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
+from raxel.evaluation.board_corners import board_corners, without_wrong_corners
 from raxel.evaluation.split_half import split_half
-from raxel.evaluation.wrong_corners import without_wrong_corners
 from raxel.geometry.planes import on_plane
 from tests.board_scenes import BOARD
 from tests.test_evaluation_split_half import CAMERA, COUNT, OTHER, SIZE, lens, views_of

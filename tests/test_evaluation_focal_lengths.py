@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.evaluation.focal_lengths import focal_lengths
+from raxel.evaluation.misfit import focal_lengths
 
 COUNT, WAYS = 14, 12
 

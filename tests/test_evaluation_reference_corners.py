@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.evaluation.reference_corners import corner_errors, is_right
+from raxel.evaluation.cross_validation import corner_errors, is_right
 from raxel.features.detector import Detection, refused
 from raxel.sets import Chessboard, ReferenceCorners
 from raxel.sets.reference import load_reference

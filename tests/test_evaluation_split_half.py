@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from raxel.calibration.generic.standard import calibrate_generic
-from raxel.calibration.parametric.zhang import calibrate_zhang
-from raxel.calibration.views.board_shape import BoardShape
-from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
+from raxel.calibration.views.correspondence import BoardShape, BoardView
 from raxel.cameras.lenses.perspective import PerspectiveCamera
-from raxel.evaluation.corrections import correction_fields
 from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.image_equations import image_equations, within_groups
+from raxel.evaluation.distortion import image_equations, within_groups
+from raxel.evaluation.misfit import correction_fields
 from raxel.evaluation.split_half import LEAST_PX, SURE, Division, _judged, split_half
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import rotation_from_vector, transform

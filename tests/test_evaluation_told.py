@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from raxel.calibration.views.correspondence import BoardView
-from raxel.evaluation import back_projection
+from raxel.evaluation import comparison as back_projection
 from raxel.evaluation.board_corners import BoardCorners
-from raxel.evaluation.corrections import CorrectionFields
 from raxel.evaluation.coverage import beyond_boards
-from raxel.evaluation.misfit import misfit
+from raxel.evaluation.misfit import CorrectionFields, misfit
 from raxel.evaluation.split_half import _difference
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, transform

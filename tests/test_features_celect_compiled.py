@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from raxel.features.celect import compiled
-from raxel.features.celect.hough import BINS, normal_of, vote
+from raxel.features.celect.trace import BINS, normal_of, vote
 
 SEEDS = range(4)
 

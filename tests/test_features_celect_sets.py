@@ -6,7 +6,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.features.boards import detect_boards
-from raxel.features.celect.clicked import find_celect
+from raxel.features.celect.algorithm import find_celect
 from raxel.sets import load_set, write_set
 from raxel.sets.model import Chessboard, ImageSet, View
 from tests.test_features_celect import CLICKS, COLUMNS, IMAGE, ROWS, TRUTH

@@ -8,19 +8,30 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from raxel.features.celect import CelectSettings, algorithm, along_contour
-from raxel.features.celect.algorithm import _Run, snapped
+from raxel.features.celect.algorithm import (
+    _Run,
+    average_close,
+    distance_to_trace,
+    processed,
+    snapped,
+)
 from raxel.features.celect.compiled import merged_lines
-from raxel.features.celect.hough import angle_apart, peaks_of, vote
-from raxel.features.celect.layers import Layers
-from raxel.features.celect.processing import average_close, distance_to_trace, processed
-from raxel.features.celect.radius import mean_side, side_lengths
-from raxel.features.celect.trace import Trace, Tracer, next_anchor, next_line
-from raxel.features.celect.window import (
+from raxel.features.celect.trace import (
+    Layers,
+    Trace,
+    Tracer,
+    angle_apart,
     canny_edges,
     clear_scale,
     harris_corners,
+    mean_side,
+    next_anchor,
+    next_line,
     open_window,
+    peaks_of,
+    side_lengths,
     smoothing_for,
+    vote,
 )
 
 PUBLISHED = CelectSettings()

@@ -14,9 +14,8 @@ from raxel.features.localise import (
     subpix,
 )
 from raxel.features.localise.ridges import _columns, _offsets
-from raxel.features.localise.saddle import _variance, fit_saddles
+from raxel.features.localise.saddle import _variance, fit_saddles, noise_variance
 from raxel.features.localise.subpix import opencv_subpix
-from raxel.features.localise.windows import noise_variance
 
 SIZE, PERIOD, BLUR = 420, 31.7, 1.5
 MARGIN = 40

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.geometry.damped import damped_step, descend, gauss_newton
+from raxel.geometry.least_squares import damped_step, descend, gauss_newton
 from tests.raised import raises_code
 
 STOP = {"iterations": 200, "tolerance": 1e-15, "rounding": 1e-28}

@@ -14,8 +14,7 @@ from raxel.geometry import (
     refine_homography,
     transfer_jacobian,
 )
-from raxel.geometry.homography import random_samples
-from raxel.geometry.robust_homography import CUT, robust_start
+from raxel.geometry.homography import CUT, random_samples, robust_start
 
 H_TRUE = np.array([[1.2, 0.1, 5], [-0.2, 0.9, 3], [1e-4, -2e-4, 1]])
 seeds = st.integers(0, 2**32 - 1)

@@ -3,14 +3,17 @@
 import numpy as np
 import pytest
 
-from raxel.geometry.line_motion import (
+from raxel.geometry.planes import pluecker_matrix_of_rays, pluecker_vector
+from raxel.geometry.poses import (
+    cross_matrix,
     generalised_essential,
     other_order,
     pluecker_of_rays,
+    pose,
+    rotation_from_vector,
     side_products,
+    transform,
 )
-from raxel.geometry.lines import pluecker_matrix_of_rays, pluecker_vector
-from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector, transform
 from tests.ray_scenes import unit
 
 T = pose(rotation_from_vector([0.3, -0.8, 0.5]), [20.0, -7.0, 11.0])

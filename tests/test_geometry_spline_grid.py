@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from raxel.errors import InputError
-from raxel.geometry.spline_grid import SplineGrid, basis, open_knots, spline_grid
+from raxel.geometry.spline_grids import SplineGrid, basis, open_knots, spline_grid
 
 ANGLE = 0.3
 

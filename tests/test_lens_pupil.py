@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from raxel.calibration import calibrate_lens
-from raxel.calibration.parametric import lens_pupil
+from raxel.calibration.parametric import lens_formula as lens_pupil
 from raxel.calibration.parametric.lens_bundle import stacked
-from raxel.calibration.parametric.lens_pupil import (
+from raxel.calibration.parametric.lens_formula import (
     MOVES,
     RESTS,
     UNDECIDED,

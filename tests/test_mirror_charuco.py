@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chapters.shared.mirror.rigs import DYNAMIC_MM, mirror_rig
-from raxel.calibration.mirror.from_pictures import _steps
+from raxel.calibration.mirror.images import _steps
 from raxel.geometry import pose, transform
 from raxel.geometry.planes import on_plane
 from raxel.lab import ImageTexture, Laboratory, Rectangle, TexturedScene

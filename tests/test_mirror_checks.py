@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.checks import check_apart, check_beside
+from raxel.calibration.mirror.stages import check_apart, check_beside
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import InputError
 from tests.raised import raises_code

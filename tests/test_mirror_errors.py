@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.cli import mirror
-from raxel.evaluation import mirror_errors
-from raxel.evaluation.mirror_errors import predicted_errors, viewers_aside
+from raxel.evaluation import comparison as mirror_errors
+from raxel.evaluation.comparison import predicted_errors, viewers_aside
 from raxel.geometry.poses import rotation_from_vector
 from tests.test_evaluation_split_half import CAMERA, COUNT, SIZE, views_of
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera, clamped
-from raxel.calibration.mirror.linear import (
+from raxel.calibration.mirror.observations import normalised
+from raxel.calibration.mirror.refine import (
     orthogonality_rows,
     reflection_normals,
     scaled_to_points,
     shape_up_to_scale,
     shape_with_clamp,
 )
-from raxel.calibration.mirror.sightings import normalised
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 from tests.bent_mirror_scenes import (
     VIEWER,
     bent,

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from chapters.shared.mirror.rigs import mirror_rig
-from raxel.calibration.mirror.flat_views import flat_view
-from raxel.calibration.mirror.from_pictures import _steps_in_part
-from raxel.calibration.mirror.partial_boards import (
+from raxel.calibration.mirror.images import _steps_in_part
+from raxel.calibration.mirror.observations import (
     TURNS,
     labelled_like,
     lattice_of,
     on_one_lattice,
 )
+from raxel.calibration.mirror.platter import flat_view
 from raxel.calibration.views.correspondence import BoardView
 from raxel.errors import InputError
 from raxel.features.detector import Detection, Partial, refused

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.curves import DistanceCurve, HeightCurve, viewing_rays
 from raxel.calibration.mirror.reduced import (
+    DistanceCurve,
+    HeightCurve,
     calibrate_reduced,
     place_row,
     ray_point_offsets,
     refine_reduced,
+    viewing_rays,
 )
 from raxel.errors import CalibrationError
 from tests.raised import raises_code

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.prior import bending_prior
-from raxel.calibration.mirror.ray_points import RayPoints
+from raxel.calibration.mirror.clamp import bending_prior, clamp_of_camera
+from raxel.calibration.mirror.observations import RayPoints, normalised
 from raxel.calibration.mirror.refine import camera_of_shape, ray_sd, refine_shape
-from raxel.calibration.mirror.sightings import normalised
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 from tests.bent_mirror_scenes import (
     GRID,
     T_VIEWER_MIRROR,

@@ -6,10 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror.checks import check_two_pictures
-from raxel.calibration.mirror.from_pictures import ordered_like
-from raxel.calibration.mirror.sightings import normalised
-from raxel.calibration.mirror.stages import SETTINGS, _outline, calibrate_mirror
+from raxel.calibration.mirror.images import ordered_like
+from raxel.calibration.mirror.observations import normalised
+from raxel.calibration.mirror.stages import (
+    SETTINGS,
+    _outline,
+    calibrate_mirror,
+    check_two_pictures,
+)
 from raxel.errors import CalibrationError, InputError
 from tests.made_mirror_views import board_view, edge, made_views, sheet, step_views
 from tests.mirror_scenes import board_pose

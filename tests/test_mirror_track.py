@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.clamp_line import FixedLine
+from raxel.calibration.mirror.clamp import FixedLine, clamp_of_camera
 from raxel.calibration.mirror.track import MirrorTracker
 from raxel.calibration.mirror.update import MirrorSettings
 from raxel.geometry.planes import on_plane

@@ -6,14 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.mirror import edges
-from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.edges import EVEN_MM, SWINGING_DEG, turns_if_even
-from raxel.calibration.mirror.prior import bending_prior, plane_through
-from raxel.calibration.mirror.ray_points import RayPoints
-from raxel.calibration.mirror.refine import ray_sd
-from raxel.calibration.mirror.sightings import normalised
-from raxel.calibration.mirror.support import need_support, support_of, supported_grid
+from raxel.calibration.mirror import refine as edges
+from raxel.calibration.mirror.clamp import bending_prior, clamp_of_camera, plane_through
+from raxel.calibration.mirror.observations import (
+    RayPoints,
+    need_support,
+    normalised,
+    support_of,
+    supported_grid,
+)
+from raxel.calibration.mirror.refine import EVEN_MM, SWINGING_DEG, ray_sd, turns_if_even
 from raxel.calibration.mirror.update import (
     ALIKE,
     MirrorSettings,
@@ -24,7 +26,7 @@ from raxel.calibration.mirror.update import (
 )
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 from tests.bent_mirror_scenes import (
     GRID,
     VIEWER,

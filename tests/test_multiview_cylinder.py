@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.cameras.linear.orthographic import OrthographicCamera
+from raxel.cameras.linear.line_cameras import OrthographicCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.multiview.cylindrical_view import cylindrical_view
 from raxel.multiview.perspective_view import resample, source_pixels

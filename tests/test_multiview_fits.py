@@ -5,8 +5,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
-from raxel.geometry.planes import on_plane
-from raxel.geometry.unit_sphere import stepped
+from raxel.geometry.planes import on_plane, stepped
 from raxel.multiview.fits.circles import fit_circle
 from raxel.multiview.fits.conics import (
     _system,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.cameras.core.centrality import closest_point
+from raxel.cameras.core.base import closest_point
 from raxel.errors import InputError
 from raxel.evaluation.distortion import distortion_residual
 from raxel.geometry import inverse_pose, pose, transform

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from raxel.calibration.views.board_shape import BoardShape
+from raxel.calibration.views.correspondence import BoardShape
 from raxel.report import active_grid, mirror, mirror_pictures
 from raxel.report.canvas import INK, MISSING, QUIET, STRIP, Canvas
 from raxel.report.mirror_pictures import profile_picture

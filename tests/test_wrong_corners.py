@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from raxel.cli import main
+from raxel.evaluation.board_corners import _beside_neighbours, without_wrong_corners
 from raxel.evaluation.misfit import misfit
-from raxel.evaluation.wrong_corners import _beside_neighbours, without_wrong_corners
 from tests.made_sets import COLUMNS, FISHEYE, PINHOLE, ROWS, boards_of, write_made_set
 from tests.test_evaluation_split_half import CAMERA, COUNT, views_of
 

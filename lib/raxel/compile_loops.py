@@ -16,7 +16,7 @@ from raxel.calibration import (
     pose_from_rays,
     relax_centrality,
 )
-from raxel.calibration.generic.board_rays import ray_table
+from raxel.calibration.generic.board_growth import ray_table
 from raxel.calibration.linear.cgsp import homography_to_base, image_noise_weights
 from raxel.calibration.smooth.adjustment import adjust_spline
 from raxel.calibration.smooth.table import smoothed_rays
@@ -28,8 +28,8 @@ from raxel.cameras import (
 )
 from raxel.features import find_board
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.lookup import pixels_of
-from raxel.features.active_grid.undoing import no_ripple, undone
+from raxel.features.active_grid.lines import no_ripple, undone
+from raxel.features.active_grid.places import pixels_of
 from raxel.features.celect import celect
 from raxel.geometry import (
     intersect_rays_plane,

@@ -8,15 +8,14 @@ import cv2
 import numpy as np
 from scipy.optimize import least_squares
 
+from raxel.calibration.adjust.bundle import frozen_whitening, start_directions
 from raxel.calibration.adjust.ray_elimination import moved
-from raxel.calibration.adjust.whitening import frozen_whitening, start_directions
-from raxel.calibration.linear.synthetic_pinhole import centre_of, scaled
+from raxel.calibration.linear.cgsp import centre_of, scaled
 from raxel.calibration.mirror.clamp import clamped
-from raxel.calibration.mirror.ray_points import RayPoints
-from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.observations import RayPoints, normalised
 from raxel.geometry import apply_homography
-from raxel.geometry.damped import damped_step
 from raxel.geometry.homography import normalising
+from raxel.geometry.least_squares import damped_step
 from raxel.sets.patterns import cell_width
 
 MIN_CONTRAST, MIN_MODULATION = 7, 5  # standard deviations, as in the decoder

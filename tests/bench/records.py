@@ -15,11 +15,10 @@ import cv2
 import numpy as np
 
 from raxel.calibration import BoardView, calibrate_generic, calibrate_zhang
-from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
 from raxel.calibration.views.boards import board_views
 from raxel.errors import InputError
-from raxel.evaluation.cross_validation import evaluate_camera
-from raxel.evaluation.reference_corners import corner_errors, is_right
+from raxel.evaluation.cross_validation import corner_errors, evaluate_camera, is_right
 from raxel.features import DETECTORS
 from raxel.features.boards import detect_boards
 from raxel.io.files import read_json, write_json

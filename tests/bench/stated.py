@@ -10,10 +10,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from raxel.calibration.parametric.lens_formula import calibrate_lens
-from raxel.calibration.parametric.pinhole import calibrate_pinhole
-from raxel.calibration.views.board_shape import BoardShape
-from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration.parametric.lens_formula import calibrate_lens, calibrate_pinhole
+from raxel.calibration.views.correspondence import BoardShape, BoardView
 from raxel.cameras import KannalaBrandtCamera, PerspectiveCamera
 from raxel.features import find_board
 from raxel.features.active_grid import decode

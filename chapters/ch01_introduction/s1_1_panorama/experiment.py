@@ -8,7 +8,7 @@ import numpy as np
 
 from chapters.shared.rigs import rig_named
 from raxel.cameras import PerspectiveCamera
-from raxel.cameras.linear.orthographic import OrthographicCamera
+from raxel.cameras.linear.line_cameras import OrthographicCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import Laboratory, room

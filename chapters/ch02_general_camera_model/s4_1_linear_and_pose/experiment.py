@@ -13,7 +13,7 @@ from raxel.calibration import (
     solve_coefficients,
     three_point_depths,
 )
-from raxel.calibration.views.samples import sample_boards
+from raxel.calibration.views.dense import sample_boards
 from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError
 from raxel.evaluation.distortion import angular_residual

@@ -22,8 +22,10 @@ from chapters.shared.general import (
     view,
 )
 from chapters.shared.methods import LINEAR, METHODS, SCALES, SCORINGS, STARTS
-from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import (
+    calibrate_opencv_fisheye,
+    calibrate_zhang,
+)
 from raxel.calibration.views.correspondence import BoardView
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.distortion import angular_residual

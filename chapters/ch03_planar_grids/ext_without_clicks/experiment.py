@@ -10,7 +10,7 @@ import numpy as np
 from chapters.shared.general import ZOO
 from chapters.shared.general import camera as zoo_camera
 from raxel.evaluation.benchmark import corner_errors
-from raxel.evaluation.board_scores import share_in_order
+from raxel.evaluation.cross_validation import share_in_order
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import Sensor, board_scene, render

@@ -12,24 +12,23 @@ import numpy as np
 from chapters.shared.grids import SyntheticBoard, clicks, outer, scored, steps_between
 from raxel.cameras import FisheyeCamera, QuadricMirrorCamera, camera_from
 from raxel.features.celect import CelectSettings, celect
-from raxel.features.celect.algorithm import snapped
-from raxel.features.celect.hough import angle_apart, peaks_of, vote
-from raxel.features.celect.layers import Layers
-from raxel.features.celect.processing import processed
+from raxel.features.celect.algorithm import processed, snapped
 from raxel.features.celect.trace import (
     FirstLine,
+    Layers,
+    Scale,
     Tracer,
+    angle_apart,
+    canny_edges,
+    clear_scale,
     first_line,
     near_lines,
     next_anchor,
     next_line,
-)
-from raxel.features.celect.window import (
-    Scale,
-    canny_edges,
-    clear_scale,
     open_window,
+    peaks_of,
     smoothing_for,
+    vote,
 )
 from raxel.geometry import (
     apply_homography,

@@ -26,8 +26,7 @@ from chapters.ch03_planar_grids.s1_3_localisation.report import name_values
 from chapters.shared.grids import SIZE_PX
 from raxel.features.localise import derivative, saddle_point
 from raxel.features.localise.ridges import fit_ridges, gradient
-from raxel.features.localise.saddle import blurred, fit_saddles
-from raxel.features.localise.windows import noise_variance
+from raxel.features.localise.saddle import blurred, fit_saddles, noise_variance
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, experiment
 

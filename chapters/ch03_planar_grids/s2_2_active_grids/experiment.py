@@ -24,7 +24,7 @@ from chapters.shared.grids import (
     wrapped,
 )
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.layout import REACH
+from raxel.features.active_grid.coding import REACH
 from raxel.sets import ActiveGrid, Pattern, PatternPlan, patterns_of, plan_of_cells
 from raxel.sets.patterns import pattern_picture
 from repro.run import Plan, experiment

@@ -11,7 +11,7 @@ import numpy as np
 
 from raxel.cameras import PerspectiveCamera
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.lookup import pixels_of
+from raxel.features.active_grid.places import pixels_of
 from raxel.features.localise import derivative, saddle_point
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform

@@ -25,7 +25,7 @@ from chapters.shared.grids import (
     rig_of,
 )
 from raxel.errors import InputError
-from raxel.evaluation.board_scores import distances, in_order_of
+from raxel.evaluation.cross_validation import distances, in_order_of
 from raxel.features.celect import along_contour, celect
 from raxel.features.tone_curve import undo_srgb
 from raxel.geometry import intersect_rays_plane, on_plane, transform

@@ -31,7 +31,7 @@ from chapters.shared.grids import (
     wiped,
 )
 from chapters.shared.rigs import rig_named
-from raxel.evaluation.board_scores import distances
+from raxel.evaluation.cross_validation import distances
 from raxel.features.celect import (
     OUTER_CORNER,
     TOO_FEW,
@@ -39,7 +39,7 @@ from raxel.features.celect import (
     CelectSettings,
     along_contour,
 )
-from raxel.features.celect.radius import side_lengths
+from raxel.features.celect.trace import side_lengths
 from raxel.features.localise.subpix import ITERATIONS
 from raxel.geometry import on_plane, transform
 from raxel.lab.board_photograph import grey_of, light_of_board, saved

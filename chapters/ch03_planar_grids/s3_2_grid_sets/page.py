@@ -46,7 +46,7 @@ from chapters.shared.grids import (
     returned,
 )
 from raxel.errors import InputError
-from raxel.evaluation.board_scores import in_order_of, in_place
+from raxel.evaluation.cross_validation import in_order_of, in_place
 from raxel.features.celect import celect
 from raxel.features.tone_curve import undo_srgb
 from repro.page import check, compared, open_results, show, show_code, show_table

@@ -9,7 +9,7 @@ import numpy as np
 from chapters.shared.grids import steps_between
 from chapters.shared.rigs import rig_named
 from raxel.features.active_grid import REASONS, decode
-from raxel.features.active_grid.lookup import pixels_of, points_at
+from raxel.features.active_grid.places import pixels_of, points_at
 from raxel.features.localise import derivative, saddle_point
 from raxel.geometry import pose, rotation_from_vector
 from raxel.geometry.homography import (

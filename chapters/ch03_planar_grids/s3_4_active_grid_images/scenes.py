@@ -5,11 +5,11 @@ from itertools import combinations
 
 import numpy as np
 
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.boards import board_views
 from raxel.features import DEFAULT_DETECTOR, find_board
 from raxel.features.active_grid import decode
-from raxel.features.active_grid.lookup import nearest_pixels
+from raxel.features.active_grid.places import nearest_pixels
 from raxel.features.boards import detect_boards
 from raxel.features.localise.ridges import fit_ridges, gradient
 from raxel.features.localise.saddle import blurred, fit_saddles

@@ -10,7 +10,7 @@ from raxel.calibration import (
     smoothed_rays,
 )
 from raxel.cameras import RaySplineCamera
-from raxel.cameras.tables.cubic_field import control_shape
+from raxel.cameras.tables.interpolation import control_shape
 from raxel.evaluation.distortion import distortion_residual
 from raxel.geometry import pose
 from raxel.geometry.poses import nearest_rotation

@@ -4,8 +4,11 @@ import numpy as np
 
 from chapters.shared.central import RAYS, SIDE, draw_scene, radial_lens
 from raxel.calibration.adjust.bundle import ray_point_distances
-from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
-from raxel.calibration.adjust.consistent import adjust_consistent
+from raxel.calibration.adjust.consistent import (
+    adjust_consistent,
+    centroid_directions,
+    centroid_weights,
+)
 from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.calibration.pose.three_point import ray_point_system, refine_pose_ray_point
 from raxel.errors import CalibrationError

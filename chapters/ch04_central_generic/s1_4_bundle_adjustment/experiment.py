@@ -13,9 +13,8 @@ from chapters.shared.central import (
     radial_lens,
 )
 from raxel.calibration.adjust.bundle import ray_point_residuals
-from raxel.calibration.adjust.consistent import adjust_consistent
-from raxel.calibration.adjust.free_centre import adjust_concurrence, adjust_ray_point
-from raxel.calibration.adjust.relaxation import pose_vector
+from raxel.calibration.adjust.consistent import adjust_consistent, pose_vector
+from raxel.calibration.adjust.free_lines import adjust_concurrence, adjust_ray_point
 from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.errors import CalibrationError
 from raxel.geometry import on_plane

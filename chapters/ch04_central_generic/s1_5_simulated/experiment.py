@@ -16,10 +16,11 @@ from chapters.shared.central import (
 )
 from chapters.shared.methods import LINEAR_STAGES, as_printed
 from raxel.calibration.adjust.bundle import ray_point_distances
-from raxel.calibration.adjust.centroid_rays import centroid_directions
-from raxel.calibration.adjust.consistent import adjust_consistent
-from raxel.calibration.adjust.relaxation import relax_poses
-from raxel.calibration.linear.bilinear import solve_coefficients
+from raxel.calibration.adjust.consistent import (
+    adjust_consistent,
+    centroid_directions,
+    relax_poses,
+)
 from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.calibration.linear.standard import (
     LinearSolution,
@@ -27,6 +28,7 @@ from raxel.calibration.linear.standard import (
     normalising_similarity,
     printed_depth,
     printed_pose,
+    solve_coefficients,
     solve_unknowns,
 )
 from raxel.errors import CalibrationError

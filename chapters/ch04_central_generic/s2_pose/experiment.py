@@ -26,7 +26,7 @@ from chapters.shared.central import (
     true_lattice,
 )
 from chapters.shared.rigs import rig_named
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.pose.grid_pose import (
     GRAZING,
     facing_plane_normal,

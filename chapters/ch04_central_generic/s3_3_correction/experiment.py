@@ -34,7 +34,7 @@ from raxel.calibration import (
     pose_from_rays,
     relaxed_start,
 )
-from raxel.calibration.adjust.centroid_rays import centroid_directions
+from raxel.calibration.adjust.consistent import centroid_directions
 from raxel.calibration.pose.grid_pose import synthetic_plane_normal
 from raxel.calibration.views.boards import board_views
 from raxel.cameras import GeneralCamera

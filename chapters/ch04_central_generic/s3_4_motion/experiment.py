@@ -27,7 +27,7 @@ from raxel.calibration import (
     relaxed_start,
 )
 from raxel.errors import CalibrationError, InputError
-from raxel.features.celect.clicked import find_celect
+from raxel.features.celect.algorithm import find_celect
 from raxel.features.opencv import refine
 from raxel.geometry import (
     on_plane,

@@ -12,23 +12,21 @@ from chapters.shared.mirror import (
     mirror_rig,
     outline,
 )
-from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera, clamped
-from raxel.calibration.mirror.clamp_line import clamp_line
-from raxel.calibration.mirror.curves import HeightCurve, reflected, viewing_rays
-from raxel.calibration.mirror.linear import (
+from raxel.calibration.mirror.clamp import Clamp, clamp_line, clamp_of_camera, clamped
+from raxel.calibration.mirror.observations import RayPoints, normalised
+from raxel.calibration.mirror.reduced import HeightCurve, reflected, viewing_rays
+from raxel.calibration.mirror.refine import (
     orthogonality_rows,
+    refine_shape,
     reflection_normals,
     shape_up_to_scale,
     shape_with_clamp,
 )
-from raxel.calibration.mirror.ray_points import RayPoints
-from raxel.calibration.mirror.refine import refine_shape
-from raxel.calibration.mirror.sightings import normalised
 from raxel.calibration.mirror.update import update_mirror
 from raxel.cameras import SplineMirrorCamera
 from raxel.cameras.mirrors.profiles import BeamProfile, ElasticaProfile
 from raxel.errors import CalibrationError
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 
 # Fixed points picked in the image, unchanged and refined to a line.
 

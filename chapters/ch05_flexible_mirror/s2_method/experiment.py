@@ -30,10 +30,10 @@ from chapters.shared.mirror import (
     shape_name,
     true_points,
 )
-from raxel.calibration.mirror.clamp_line import clamp_line, fixed_line
+from raxel.calibration.mirror.clamp import clamp_line, fixed_line
+from raxel.calibration.mirror.observations import magnification, normalised
 from raxel.calibration.mirror.primary import primary_from_points
 from raxel.calibration.mirror.refine import refine_shape
-from raxel.calibration.mirror.sightings import magnification, normalised
 from raxel.calibration.views.correspondence import BoardView
 from raxel.calibration.views.interpolation import interpolated_view
 from raxel.cameras import SplineMirrorCamera
@@ -183,7 +183,7 @@ def platter_trial(condition, rng):
 # Stage -> the function that does it, as Python finds it: module and name.
 MIRROR, POSE = "raxel.calibration.mirror.", "raxel.calibration.pose."
 STAGES = {
-    "viewer": "raxel.calibration.parametric.zhang.calibrate_zhang",
+    "viewer": "raxel.calibration.parametric.opencv_fits.calibrate_zhang",
     "platter": MIRROR + "platter.grid_poses_in_platter",
     "line": MIRROR + "clamp_line.clamp_line",
     "rays": "raxel.calibration.generic.known_motion.rays_from_known_motion",

@@ -4,23 +4,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.mirror.curves import (
+from raxel.calibration.mirror.reduced import (
     DistanceCurve,
     HeightCurve,
-    dot,
-    reflected,
-    viewing_rays,
-)
-from raxel.calibration.mirror.reduced import (
     calibrate_reduced,
+    dot,
     place_row,
     refine_reduced,
+    reflected,
+    viewing_rays,
 )
 from raxel.errors import CalibrationError
 
 # Section 5.3.1's scene in the plane: camera, bent mirror, a row of corners.
 #
-# Frames and units as in `raxel.calibration.mirror.curves`: the camera's centre is the
+# Frames and units as in `raxel.calibration.mirror.reduced`: the camera's centre is the
 # origin, z its principal axis, and pixels are normalised coordinates u = x / z.
 
 

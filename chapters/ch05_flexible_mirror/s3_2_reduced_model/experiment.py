@@ -22,10 +22,13 @@ from chapters.shared.mirror import (
     ray_angles,
     seen_board,
 )
-from raxel.calibration.mirror.clamp_line import clamp_line
-from raxel.calibration.mirror.curves import DistanceCurve, HeightCurve
-from raxel.calibration.mirror.reduced import calibrate_reduced
-from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.clamp import clamp_line
+from raxel.calibration.mirror.observations import normalised
+from raxel.calibration.mirror.reduced import (
+    DistanceCurve,
+    HeightCurve,
+    calibrate_reduced,
+)
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
 from raxel.cameras import Rays
 from raxel.errors import CalibrationError

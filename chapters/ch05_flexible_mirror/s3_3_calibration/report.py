@@ -19,7 +19,7 @@ from chapters.shared.mirror import (
     mirror_rig,
     over_the_levels,
 )
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 from raxel.show import Arrows, board, framed
 from raxel.show.boards import plate
 from raxel.show.cameras import frustum, mirrors, viewing_rays

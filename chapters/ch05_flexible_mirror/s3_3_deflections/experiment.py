@@ -32,14 +32,17 @@ from chapters.shared.mirror import (
 )
 from chapters.shared.mirror import lattice as pixel_lattice
 from raxel.calibration import BoardView
-from raxel.calibration.mirror.clamp_line import clamp_line, fixed_line
-from raxel.calibration.mirror.flat_views import flat_view
-from raxel.calibration.mirror.partial_boards import (
+from raxel.calibration.mirror.clamp import clamp_line, fixed_line
+from raxel.calibration.mirror.observations import (
     labelled_like,
     lattice_of,
     on_one_lattice,
 )
-from raxel.calibration.mirror.platter import PlatterPicture, grid_poses_in_platter
+from raxel.calibration.mirror.platter import (
+    PlatterPicture,
+    flat_view,
+    grid_poses_in_platter,
+)
 from raxel.calibration.mirror.primary import calibrate_primary
 from raxel.calibration.mirror.stages import (
     ClampPicks,
@@ -48,7 +51,7 @@ from raxel.calibration.mirror.stages import (
     calibrate_mirror,
 )
 from raxel.calibration.mirror.update import update_mirror
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.dense import dense_view
 from raxel.errors import CalibrationError, InputError
 from raxel.features import find_board

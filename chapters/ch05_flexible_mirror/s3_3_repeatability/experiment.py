@@ -36,12 +36,14 @@ from chapters.shared.mirror import (
     shape_name,
 )
 from chapters.shared.run_times import timed
-from raxel.calibration.mirror.clamp import clamped
-from raxel.calibration.mirror.clamp_line import clamp_line, fixed_line
-from raxel.calibration.mirror.linear import orthogonality_rows, reflection_normals
+from raxel.calibration.mirror.clamp import clamp_line, clamped, fixed_line
+from raxel.calibration.mirror.observations import normalised
 from raxel.calibration.mirror.primary import primary_from_points
-from raxel.calibration.mirror.refine import refine_shape
-from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.refine import (
+    orthogonality_rows,
+    refine_shape,
+    reflection_normals,
+)
 from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
 from raxel.calibration.mirror.update import MirrorSettings, update_from_scene
 from raxel.calibration.pose.non_central import pose_from_non_central_rays

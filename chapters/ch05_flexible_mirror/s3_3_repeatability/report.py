@@ -12,7 +12,7 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import (
     update_seconds,
 )
 from chapters.shared.mirror import STAGES_MM, BenchRuns, mirror_rig, reached
-from raxel.calibration.mirror.edges import SWINGING_DEG
+from raxel.calibration.mirror.refine import SWINGING_DEG
 from raxel.geometry import intersect_rays_plane, transform
 from raxel.geometry.planes import on_plane
 from raxel.show import Polyline, Scene, Segments, Surface, framed

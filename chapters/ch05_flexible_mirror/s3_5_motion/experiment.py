@@ -15,8 +15,7 @@ from chapters.shared.mirror import (
     ray_angles,
     seen_board,
 )
-from raxel.cameras.core.base import Rays
-from raxel.cameras.core.centrality import closest_point
+from raxel.cameras.core.base import Rays, closest_point
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import (
     angle_between_rotations,

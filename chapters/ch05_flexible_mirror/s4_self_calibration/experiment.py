@@ -25,14 +25,14 @@ from chapters.shared.mirror import (
     seen_board,
 )
 from raxel.calibration.mirror.clamp import clamp_of_camera
+from raxel.calibration.mirror.observations import normalised
 from raxel.calibration.mirror.self_calibration import linear_update, met_points
-from raxel.calibration.mirror.sightings import normalised
 from raxel.calibration.mirror.update import update_from_scene, update_mirror
 from raxel.cameras import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 
 # An unknown scene in front of the mirror: a wall, a plane, an object (5.4).
 #

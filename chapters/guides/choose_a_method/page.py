@@ -115,7 +115,7 @@ def ext_stated_record(effort):
 #   `raxel calibrate SET --model kannala-brandt`, or `unified`
 # - **OpenCV fisheye** {cite}`kannala2006`: the radius is a polynomial of the angle
 #   from the axis. Its fit does not always converge. It is included for comparison:
-#   `raxel.calibration.parametric.opencv_fisheye`, in Python only.
+#   `raxel.calibration.parametric.opencv_fits`, in Python only.
 # - **Generic, unknown poses** ({cite}`sturm2004`; [section
 #   2.4](../ch02_general_camera_model/s4_generic_calibration.ipynb)): a per-pixel ray
 #   model with a single viewpoint. The board poses are estimated.

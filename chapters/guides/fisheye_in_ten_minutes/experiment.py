@@ -16,7 +16,7 @@ from chapters.shared.general import T_world_camera
 from chapters.shared.rigs import rig_named
 from raxel.calibration import calibrate_generic, calibrate_zhang
 from raxel.calibration.parametric.lens_formula import calibrate_lens
-from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
 from raxel.calibration.views.boards import board_views
 from raxel.cameras import load_camera
 from raxel.cameras.registry import camera_from

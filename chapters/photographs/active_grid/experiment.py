@@ -8,7 +8,7 @@ from raxel.calibration import calibrate_generic, calibrate_zhang
 from raxel.calibration.views.dense import dense_view
 from raxel.errors import InputError
 from raxel.evaluation.comparison import compare_models
-from raxel.features.active_grid.layout import DARK
+from raxel.features.active_grid.coding import DARK
 from raxel.features.active_grid.view import decode_view
 from raxel.features.detector import as_8_bit
 from raxel.sets import load_set

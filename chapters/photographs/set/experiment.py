@@ -15,8 +15,8 @@ from raxel.calibration import (
     calibrate_lens,
     calibrate_zhang,
 )
-from raxel.calibration.parametric.lens_pupil import MOVES, UNDECIDED
-from raxel.calibration.parametric.opencv_fisheye import calibrate_opencv_fisheye
+from raxel.calibration.parametric.lens_formula import MOVES, UNDECIDED
+from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
 from raxel.calibration.smooth.boards import calibrate_spline
 from raxel.calibration.views.boards import board_views
 from raxel.errors import InputError

@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 
 from chapters.shared.methods import LINEAR_STAGES
 from raxel.calibration import ray_point_distances, relax_poses
-from raxel.calibration.adjust.centroid_rays import centroid_directions
+from raxel.calibration.adjust.consistent import centroid_directions
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, on_plane, transform
 

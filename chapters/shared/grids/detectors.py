@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from chapters.shared.grids.synthetic_board import SyntheticBoard
-from raxel.evaluation.board_scores import in_place
+from raxel.evaluation.cross_validation import in_place
 from raxel.features import find_board
 from raxel.features.localise.subpix import opencv_subpix
 from raxel.features.opencv import chessboard_corners, chessboard_corners_sb

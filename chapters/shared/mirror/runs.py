@@ -16,11 +16,11 @@ import numpy as np
 from chapters.shared.mirror.images import platter_camera
 from chapters.shared.mirror.scores import angles_between
 from raxel.calibration import rays_from_known_motion
-from raxel.calibration.mirror.clamp_line import clamp_line, fixed_line
+from raxel.calibration.mirror.clamp import clamp_line, fixed_line
 from raxel.calibration.mirror.platter import PlatterPicture, grid_poses_in_platter
 from raxel.calibration.mirror.primary import primary_from_points
 from raxel.calibration.mirror.update import MirrorSettings, linear_stage, update_mirror
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.correspondence import BoardView
 from raxel.cameras.core.base import pixel_grid
 from raxel.errors import CalibrationError

@@ -7,21 +7,26 @@ from raxel.calibration.adjust.bundle import (
     ray_point_distances,
     ray_point_residuals,
 )
-from raxel.calibration.adjust.centroid_rays import centroid_directions, centroid_weights
-from raxel.calibration.adjust.consistent import ConsistentResult, adjust_consistent
-from raxel.calibration.adjust.free_centre import (
+from raxel.calibration.adjust.consistent import (
+    ConsistentResult,
+    adjust_consistent,
+    centroid_directions,
+    centroid_weights,
+    relax_poses,
+)
+from raxel.calibration.adjust.free_lines import (
     FreeCentreResult,
+    FreeLines,
     adjust_concurrence,
     adjust_ray_point,
+    relax_centrality,
 )
-from raxel.calibration.adjust.free_lines import FreeLines, relax_centrality
-from raxel.calibration.adjust.relaxation import relax_poses
 from raxel.calibration.generic.board_growth import GenericCalibration
 from raxel.calibration.generic.central_test import CentralTest, centrality_test
-from raxel.calibration.generic.cgsp import calibrate_cgsp
-from raxel.calibration.generic.further_grids import (
+from raxel.calibration.generic.cgsp import (
     CentralCalibration,
     calibrate_central,
+    calibrate_cgsp,
     relaxed_start,
 )
 from raxel.calibration.generic.known_motion import (
@@ -29,24 +34,23 @@ from raxel.calibration.generic.known_motion import (
     rays_from_known_motion,
 )
 from raxel.calibration.generic.standard import calibrate_generic
-from raxel.calibration.linear.bilinear import (
-    bilinear_products,
-    coefficient_vectors,
-    solve_coefficients,
-    table_2_1,
-)
 from raxel.calibration.linear.cgsp import CgspSolution, linear_cgsp
 from raxel.calibration.linear.standard import (
     LinearSolution,
+    bilinear_products,
+    coefficient_vectors,
     linear_as_printed,
     linear_well_conditioned,
+    solve_coefficients,
+    table_2_1,
 )
 from raxel.calibration.mirror.bundle import StageBundle, StageView, bundle_stages
-from raxel.calibration.mirror.clamp import Clamp, clamp_of_camera
-from raxel.calibration.mirror.clamp_line import (
+from raxel.calibration.mirror.clamp import (
+    Clamp,
     ClampLine,
     FixedLine,
     clamp_line,
+    clamp_of_camera,
     edge_picks,
     fixed_line,
 )
@@ -69,7 +73,7 @@ from raxel.calibration.mirror.update import (
     update_mirror,
 )
 from raxel.calibration.parametric.lens_formula import LensCalibration, calibrate_lens
-from raxel.calibration.parametric.zhang import ZhangCalibration, calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import ZhangCalibration, calibrate_zhang
 from raxel.calibration.pose.grid_pose import (
     AngularPose,
     facing_plane_normal,
@@ -78,7 +82,6 @@ from raxel.calibration.pose.grid_pose import (
     refine_pose_angular,
     synthetic_plane_normal,
 )
-from raxel.calibration.pose.grunert import three_point_depths
 from raxel.calibration.pose.non_central import (
     NonCentralPose,
     pose_from_non_central_rays,
@@ -88,6 +91,7 @@ from raxel.calibration.pose.three_point import (
     pose_from_rays,
     pose_three_point_ransac,
     refine_pose_ray_point,
+    three_point_depths,
 )
 from raxel.calibration.smooth.adjustment import SplineAdjustment, adjust_spline
 from raxel.calibration.smooth.boards import SplineCalibration, calibrate_spline

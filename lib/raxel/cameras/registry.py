@@ -1,24 +1,27 @@
 """All kinds of camera by name."""
 
-from raxel.cameras.core.named_fields import argument_names
-from raxel.cameras.lenses.axial import AxialCamera
-from raxel.cameras.lenses.brown import BrownCamera
-from raxel.cameras.lenses.fisheye import FisheyeCamera
-from raxel.cameras.lenses.kannala_brandt import KannalaBrandtCamera
-from raxel.cameras.lenses.moving_pupil import MovingPupilCamera
-from raxel.cameras.lenses.perspective import PerspectiveCamera
-from raxel.cameras.lenses.polar_polynomial import ShahAggarwalCamera
-from raxel.cameras.lenses.radial_laws import FieldOfViewCamera, MicusikPajdlaCamera
-from raxel.cameras.lenses.rational import LiftedRationalCamera, RationalCubicCamera
-from raxel.cameras.lenses.ray_polynomials import (
+from raxel.cameras.core.storage import argument_names
+from raxel.cameras.lenses.fisheye import FisheyeCamera, KannalaBrandtCamera
+from raxel.cameras.lenses.moving_pupil import AxialCamera, MovingPupilCamera
+from raxel.cameras.lenses.perspective import BrownCamera, PerspectiveCamera
+from raxel.cameras.lenses.polynomials import (
     DivisionCamera,
+    FieldOfViewCamera,
+    MicusikPajdlaCamera,
     ScaramuzzaCamera,
+    ShahAggarwalCamera,
     TardifCamera,
 )
-from raxel.cameras.lenses.unified_sphere import UnifiedSphereCamera
-from raxel.cameras.linear.orthographic import OrthographicCamera
-from raxel.cameras.linear.pushbroom import PushbroomCamera
-from raxel.cameras.linear.xslits import XSlitsCamera
+from raxel.cameras.lenses.rational import (
+    LiftedRationalCamera,
+    RationalCubicCamera,
+    UnifiedSphereCamera,
+)
+from raxel.cameras.linear.line_cameras import (
+    OrthographicCamera,
+    PushbroomCamera,
+    XSlitsCamera,
+)
 from raxel.cameras.mirrors.bent import BentMirrorCamera
 from raxel.cameras.mirrors.flexible import FlexibleMirrorCamera
 from raxel.cameras.mirrors.planar import PlanarMirrorsCamera

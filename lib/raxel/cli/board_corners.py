@@ -1,6 +1,6 @@
 """Where a board's corners lie beside where they are said to, in words and as JSON."""
 
-from raxel.evaluation.image_equations import MIN_N_BOARDS
+from raxel.evaluation.distortion import MIN_N_BOARDS
 
 
 def corner_fields(found):

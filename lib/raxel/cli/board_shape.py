@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.calibration.parametric.lens_board import FEWEST, STRETCH
-from raxel.calibration.views.board_shape import BENDS, TERMS, BoardShape
-from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration.parametric.lens_formula import FEWEST, STRETCH
+from raxel.calibration.views.correspondence import BENDS, TERMS, BoardShape, BoardView
 from raxel.cli.scores import known
 from raxel.errors import InputError
 from raxel.io.documents import shown, validate

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.calibration.generic.central_views import centrality_of_views
+from raxel.calibration.generic.central_test import centrality_of_views
 from raxel.cli import described, models, scores
 from raxel.cli.beyond import beyond_fields, beyond_warnings
 from raxel.cli.board_corners import corner_fields, corner_line, corner_warnings
@@ -18,11 +18,10 @@ from raxel.cli.stability import stability_fields, stability_line, stability_warn
 from raxel.cli.warnings import of_left_out, print_warnings
 from raxel.cli.wrong_points import wrong_fields, wrong_points, wrong_warnings
 from raxel.errors import InputError
-from raxel.evaluation.board_corners import board_corners
+from raxel.evaluation.board_corners import board_corners, without_wrong_corners
 from raxel.evaluation.comparison import compare_models
 from raxel.evaluation.misfit import misfit
 from raxel.evaluation.split_half import split_half
-from raxel.evaluation.wrong_corners import without_wrong_corners
 from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_report
 from raxel.sets import load_set

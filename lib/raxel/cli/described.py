@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.views.near_copies import near_copies
+from raxel.calibration.views.correspondence import near_copies
 from raxel.cli.scores import known
 from raxel.evaluation.coverage import board_counts, field_of_view
 

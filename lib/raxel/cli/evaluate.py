@@ -8,8 +8,8 @@ from raxel.cli.seen import check_options, seen_in
 from raxel.cli.warnings import of_left_out, print_warnings
 from raxel.cli.wrong_points import wrong_fields, wrong_points, wrong_warnings
 from raxel.errors import InputError
+from raxel.evaluation.board_corners import without_wrong_corners
 from raxel.evaluation.misfit import misfit
-from raxel.evaluation.wrong_corners import without_wrong_corners
 from raxel.io.files import check_can_be_written, write_json
 from raxel.sets import load_set
 from raxel.sets.words import words_of

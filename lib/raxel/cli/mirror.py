@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.calibration.mirror.from_pictures import mirror_views
+from raxel.calibration.mirror.images import mirror_views
 from raxel.calibration.mirror.stages import calibrate_mirror
 from raxel.calibration.views.boards import board_views
 from raxel.cli.outputs import check_written
 from raxel.cli.scores import known
 from raxel.cli.warnings import print_warnings
 from raxel.errors import CalibrationError, InputError
-from raxel.evaluation.mirror_errors import predicted_errors, viewers_aside
+from raxel.evaluation.comparison import predicted_errors, viewers_aside
 from raxel.features.boards import detect_boards
 from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_mirror_report

@@ -12,7 +12,7 @@ from raxel.cli.evaluate import check_size
 from raxel.cli.mirror import NOT_OF_A_MIRROR, check_mirror_written
 from raxel.cli.warnings import of_left_out, print_warnings
 from raxel.errors import InputError
-from raxel.evaluation.back_projection import back_projection
+from raxel.evaluation.comparison import back_projection
 from raxel.evaluation.cross_validation import evaluate_camera
 from raxel.features.boards import detect_boards
 from raxel.io.files import check_can_be_written, write_json

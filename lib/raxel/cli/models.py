@@ -9,15 +9,17 @@ import numpy as np
 
 from raxel.calibration.generic.cgsp import calibrate_cgsp
 from raxel.calibration.generic.standard import calibrate_generic
-from raxel.calibration.parametric.lens_board import BoardTest
-from raxel.calibration.parametric.lens_formula import calibrate_lens
-from raxel.calibration.parametric.lens_pupil import UNDECIDED
-from raxel.calibration.parametric.pinhole import calibrate_pinhole
+from raxel.calibration.parametric.lens_formula import (
+    UNDECIDED,
+    BoardTest,
+    calibrate_lens,
+    calibrate_pinhole,
+)
 from raxel.calibration.smooth.boards import calibrate_spline
 from raxel.cameras.core.base import Camera
 from raxel.cli.described import WHAT_BENDS
 from raxel.cli.scores import known
-from raxel.evaluation.wrong_corners import without_wrong_corners
+from raxel.evaluation.board_corners import without_wrong_corners
 
 SEED = 0
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.views.boards import board_views
+from raxel.calibration.views.correspondence import near_copies
 from raxel.calibration.views.dense import dense_view
-from raxel.calibration.views.near_copies import near_copies
 from raxel.cli.boards import boards_for
 from raxel.cli.warnings import of_handedness
 from raxel.errors import CalibrationError, InputError

@@ -1,6 +1,6 @@
 """How far halves of the photographs agree about the camera, in words and as JSON."""
 
-from raxel.evaluation.image_equations import MIN_N_BOARDS
+from raxel.evaluation.distortion import MIN_N_BOARDS
 
 POSSIBLE = (
     "boards longer one way than stated, or bent; pictures of several cameras, or of "

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from raxel.cameras.core.centrality import closest_point
+from raxel.cameras.core.base import closest_point
 from raxel.cameras.io import load_camera
 from raxel.errors import InputError
+from raxel.evaluation.cross_validation import corner_errors, is_right
 from raxel.evaluation.distortion import angular_residual
-from raxel.evaluation.reference_corners import corner_errors, is_right
 from raxel.geometry.poses import nearest_rotation
 from raxel.sets.reference import load_reference
 

@@ -10,9 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.views.near_copies import near_copies
+from raxel.calibration.mirror.stages import calibrate_mirror
+from raxel.calibration.parametric.lens_bundle import LensFormula, adjusted, stacked
+from raxel.calibration.parametric.lens_fit import FormulaFit, covariance_of
+from raxel.calibration.parametric.opencv_fits import found_corners
+from raxel.calibration.pose.non_central import pose_from_non_central_rays
+from raxel.calibration.views.correspondence import check_view, near_copies
 from raxel.errors import CalibrationError
-from raxel.evaluation.cross_validation import cross_validate
+from raxel.evaluation.cross_validation import cross_validate, evaluate_camera
+from raxel.geometry.planes import intersect_rays_plane
+from raxel.geometry.poses import nearest_rotation
 
 # What a point counts as that a model has no ray for, and the most that any counts as.
 MISSED_PX = 5.0
@@ -177,3 +184,119 @@ def _parts_of_all(evaluations, parts):
     folds_of = [{score.fold for score in e.images} for e in evaluations.values()]
     whole = set.intersection(*folds_of)
     return [parts[fold] for fold in sorted(whole)]
+
+
+# How wrong are the rays of a mirror that bends? What the fit says, and what it
+# cannot. Three things make rays wrong. Noise of the corners and the monitor's points:
+# the bundle's covariance. A mirror that is no such spline: what residuals have beyond
+# the corners' noise, however much that hides of it. And the viewer's own calibration,
+# which the fit takes for exact: every pose of a board and every shape comes through
+# it. That one is asked by calibrating again, with viewers that are a standard
+# deviation aside, along each direction in which their parameters scatter. An error of
+# a direction has two components; of one with this root mean square length half are
+# smaller than sqrt(ln 2) of it. What a common rotation of all rays does is a choice
+# of axes and no error. Frame: the viewer's.
+
+
+PINHOLE = LensFormula("perspective", 2, 0, 0)
+MEDIAN = np.sqrt(np.log(2))  # of the length of two equal components, in its RMS
+
+
+def viewers_aside(camera, boards):
+    """Viewers, each one standard deviation aside: a PerspectiveCamera's parameters by
+    the BoardViews that it was fitted to, along the axes of their covariance."""
+    K = camera.K
+    values = np.array([K[0, 0], K[1, 1], *K[:2, 2], *camera.radial])
+    poses = [score.T_camera_grid for score in evaluate_camera(camera, boards).images]
+    seen = stacked([found_corners(view) for view in boards], near_copies(boards))
+    fit = FormulaFit(PINHOLE, adjusted(PINHOLE, values, poses, seen, "tukey"))
+    variances, axes = np.linalg.eigh(covariance_of(fit, seen).covariance)
+    return [
+        PINHOLE.camera(
+            values + np.sqrt(max(variance, 0.0)) * axis, camera.width, camera.height
+        )
+        for variance, axis in zip(variances, axes.T, strict=True)
+    ]
+
+
+def predicted_errors(views, found, pixels, aside=()):
+    """Median error that is expected of each stage's rays, degrees: an array (N,) each.
+
+    views: MirrorViews; found: their MirrorCalibration; pixels: (N, 2) for each stage;
+    aside: viewers a standard deviation aside, none where that is not known. NaN where
+    a stage has no ray. Raises CalibrationError where another viewer gives no mirror.
+    """
+    squares = [
+        2 * _noise(found, stage, own) ** 2 + 2 * _misfit(found, stage) ** 2
+        for stage, own in enumerate(pixels)
+    ]
+    for viewer in aside:
+        other = calibrate_mirror(views._replace(viewer=viewer))
+        R = _turn(viewer, views.viewer, np.concatenate(pixels))
+        for stage, own in enumerate(pixels):
+            rays = [one.cameras[stage].rays(own).directions for one in (other, found)]
+            squares[stage] += np.sum((rays[0] @ R.T - rays[1]) ** 2, axis=1)
+    return [MEDIAN * np.degrees(np.sqrt(each)) for each in squares]
+
+
+def _noise(found, stage, pixels):
+    """(N,) radians, of one component, by the covariance alone."""
+    sd, misfit = found.bundle.ray_sd(stage, pixels), found.bundle.misfit[stage]
+    return np.sqrt(np.maximum(sd**2 - misfit**2, 0.0))
+
+
+def _misfit(found, stage):
+    """Radians, of one component: what residuals have beyond the corners' noise, small
+    or not; what the bundle tells of it where it is sure."""
+    own = [k for k, view in enumerate(found.views) if view.stage == stage]
+    stated = [found.views[k].view.sd for k in own]
+    off = np.radians(found.residuals_deg(stage))
+    if not own or any(sd is None for sd in stated) or len(off) == 0:
+        return found.bundle.misfit[stage]
+    residuals = np.concatenate([found.bundle.residuals[k] for k in own])
+    times = np.mean(residuals**2) / np.nanmean(np.concatenate(stated) ** 2)
+    beyond = np.mean(off**2) / 2 * max(1 - 1 / times, 0.0)
+    return max(np.sqrt(beyond), found.bundle.misfit[stage])
+
+
+def _turn(viewer, other, pixels):
+    """Rotation (3, 3) that takes the directions of a viewer to those of another."""
+    mine, its = (one.rays(pixels).directions for one in (viewer, other))
+    known = np.isfinite(mine).all(axis=1) & np.isfinite(its).all(axis=1)
+    return nearest_rotation(its[known].T @ mine[known])
+
+
+# Where corners fall when they are cast back onto their board, in mm (5.3.3). Of a
+# camera that has no centre, such as one that looks into a mirror. The board's pose is
+# the one that the camera itself finds: a shape that is wrong all over may hide in it,
+# so beside these errors stand those against a known shape where there is one.
+
+
+class BackProjection(NamedTuple):
+    """Of one board: T_camera_grid (4, 4), its own pose, None where none was found, for
+    `reason`; errors_mm (N, 2): where the rays of its corners meet its plane, less the
+    corners, NaN where a corner was not found or has no ray."""
+
+    name: str
+    T_camera_grid: np.ndarray | None
+    errors_mm: np.ndarray
+    reason: str = ""
+
+    @property
+    def distances_mm(self):
+        """Lengths (n,) of the errors that are known."""
+        found = np.linalg.norm(self.errors_mm, axis=1)
+        return found[np.isfinite(found)]
+
+
+def back_projection(camera, view):
+    """BackProjection of a BoardView, whose pose is found from the camera's rays."""
+    view = check_view(view)
+    rays = camera.rays(view.pixels)
+    unknown = np.full(view.pixels.shape, np.nan)
+    try:
+        T = pose_from_non_central_rays(rays, view.points).T_camera_grid
+    except CalibrationError as fault:
+        return BackProjection(view.name, None, unknown, str(fault))
+    met = intersect_rays_plane(rays.origins, rays.directions, T)
+    return BackProjection(view.name, T, met.points - view.points)

@@ -10,14 +10,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from raxel.calibration.pose.three_point import moved_pose
+from raxel.calibration.views.correspondence import board_points, once_each
 from raxel.errors import InputError
 from raxel.geometry.homography import (
     apply_homography,
     homography_dlt,
     refine_homography,
 )
-from raxel.geometry.planes import intersect_rays_plane
-from raxel.geometry.poses import nearest_rotation, pose
+from raxel.geometry.least_squares import damped_step
+from raxel.geometry.planes import intersect_rays_plane, on_plane
+from raxel.geometry.poses import cross_matrix, nearest_rotation, pose, transform
 
 
 class SyntheticPlane(NamedTuple):
@@ -98,3 +101,195 @@ def angular_residual(directions, reference, *, aligned=True):
         directions = directions @ nearest_rotation(reference.T @ directions).T
     across = np.linalg.norm(np.cross(directions, reference), axis=1)
     return np.arctan2(across, np.sum(directions * reference, axis=1))
+
+
+# Pose of a board by its reprojection error in px, for a camera of any kind. A camera
+# that does not fit is off by other amounts in px than in angle: far from the axis of
+# a wide lens a pinhole turns a small angle into many px. The pose that is best in
+# angle is then not the best in px, and each error is judged at its own best pose.
+
+
+STEP_PX = 0.5  # to each side, for the derivatives of the rays
+MOST_STEPS = 50
+ENOUGH = 1e-6  # a cost that falls by a smaller share is at rest
+ROUNDING_PX = 1e-11
+
+
+def refine_pose_in_pixels(camera, pixels, points, T_camera_grid):
+    """Pose that minimises the squared distances in px of posed points from pixels.
+
+    camera: any Camera that projects; pixels: (N, 2), found; points: (N, 2) on a flat
+    board, or (N, 3) in its frame; T_camera_grid: (4, 4), the start. Those corners count
+    that the camera can project from the start. A step that puts one of them where the
+    camera has no pixel is not taken: no pose is better for having lost its worst
+    corners, and the error is never larger than at the start. Levenberg-Marquardt; how a
+    pixel moves with its point comes from the rays around it.
+
+    Returns the pose (4, 4) and residuals (N, 2), found less projected, NaN for corners
+    that do not count.
+    """
+    pixels, solid = np.asarray(pixels, float), np.asarray(points, float)
+    if solid.shape[1] == 2:
+        solid = on_plane(solid)
+    T = np.array(T_camera_grid, float)
+    residuals = pixels - camera.project(transform(T, solid)).pixels
+    counted = np.isfinite(residuals[:, 0])
+    found, solid, off = pixels[counted], solid[counted], residuals[counted]
+    cost, damping = np.sum(off**2), 1e-6
+    for _ in range(MOST_STEPS):
+        if cost <= len(off) * ROUNDING_PX**2:
+            break
+        jacobian = pose_jacobian(camera, found - off, solid, T)
+        gradient = jacobian.T @ -off.ravel()
+        step = damped_step(jacobian.T @ jacobian, gradient, damping)
+        if -step @ gradient <= ENOUGH * cost:
+            break
+        trial = moved_pose(T, step)
+        new = found - camera.project(transform(trial, solid)).pixels
+        new_cost = np.sum(new**2)
+        if new_cost < cost:
+            at_rest = cost - new_cost <= ENOUGH * cost
+            T, off, cost = trial, new, new_cost
+            damping = max(damping / 10, 1e-12)
+            if at_rest:
+                break
+        else:
+            damping *= 10
+            if damping > 1e8:
+                break
+    residuals[counted] = off
+    return T, residuals
+
+
+def pose_jacobian(camera, pixels, solid, T):
+    """(2N, 6): how projected pixels of points (N, 3) in the board's frame move with the
+    step of `moved_pose`.
+
+    Zero for a pixel around which there are too few rays: it then pulls at no step, and
+    still counts in what a step leads to.
+    """
+    along = np.broadcast_to(np.eye(3), (len(solid), 3, 3))
+    motion = T[:3, :3] @ np.concatenate([-cross_matrix(solid), along], axis=2)
+    by_point = pixels_by_point(camera, pixels, transform(T, solid))
+    return (by_point @ motion).reshape(-1, 6)
+
+
+def pixels_by_point(camera, pixels, points):
+    """Derivatives (N, 2, 3) of pixels by points that they see; zero where unknown.
+
+    With X = o(p) + l d(p) a change of X across the ray is B dp, and B = o' + l d'
+    across the ray: the pseudo-inverse of B is what is asked for.
+    """
+    steps = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+    around = (pixels + steps[:, None]).reshape(-1, 2)
+    rays = camera.rays(around)
+    o, d = (a.reshape(5, -1, 3) for a in (rays.origins, rays.directions))
+    distance = np.linalg.norm(points - o[0], axis=1)
+    at = o + distance[:, None] * d
+    across = np.stack([_slope(at[[0, 1, 2]]), _slope(at[[0, 3, 4]])], axis=2)
+    along = np.einsum("ni,nik->nk", d[0], across)
+    across = across - d[0][:, :, None] * along[:, None, :]
+    square = np.swapaxes(across, 1, 2) @ across
+    known = np.isfinite(square).all(axis=(1, 2))
+    size = np.trace(square, axis1=1, axis2=2)
+    known &= np.linalg.det(np.where(known[:, None, None], square, 0)) > 1e-16 * size**2
+    by_point = np.zeros((len(pixels), 2, 3))
+    by_point[known] = np.linalg.solve(square[known], np.swapaxes(across[known], 1, 2))
+    return by_point
+
+
+def _slope(values):
+    """Change per px of values (3, N, 3) at the middle and a step to either side.
+
+    From both sides where both are known, else from one.
+    """
+    middle, after, before = values
+    both = (after - before) / (2 * STEP_PX)
+    one = np.where(np.isfinite(after), after - middle, middle - before) / STEP_PX
+    return np.where(np.isfinite(both), both, one)
+
+
+# Normal equations of each image for parameters that all images share. Each image's
+# pose is free and eliminated. The joint solution leaves the scatter of single
+# corners. What one image requires beyond the joint solution is of scatter alone too,
+# if each corner errs independently: its squares then have a known sum, and whatever
+# moves the corners of one image together makes that sum larger.
+
+
+MIN_N_BOARDS = 6  # three in each half
+WIDTH, RAYLEIGH = 6.0, 1.1774  # of wrong corners; median distance at unit scale
+MIN_SD_PX = 0.01  # of a coordinate: no corner is known better
+SINGULAR = 1e-9  # of the largest eigenvalue: undetermined
+
+
+def scored_pairs(scores, views):
+    """[(ImageScore, view), ...] of all views with a score, near copies once."""
+    pairs = zip(scores, views, strict=True)
+    return once_each([pair for pair in pairs if np.isfinite(pair[0].rms_px)])
+
+
+def near_corners(pairs):
+    """(K,) bool of each view: corners no farther off than WIDTH times their scatter."""
+    distances = [np.linalg.norm(score.residuals_px, axis=1) for score, _ in pairs]
+    typical = np.nanmedian(np.concatenate(distances)) / RAYLEIGH
+    return [own <= WIDTH * max(typical, MIN_SD_PX) for own in distances]
+
+
+def image_equations(camera, pairs, shape, corners, fields, moves=None):
+    """(normal (n, K, K), right (n, K), variance) of images, for shared parameters.
+
+    The parameters are factors of CorrectionFields and, after these, of displacements
+    (N, 3, M) of the board's points, in its frame: moves. variance: of a coordinate
+    about the joint solution; corners: (N,) bool of each view, those that count; shape:
+    BoardShape or None.
+    """
+    squares, free = [], 0
+    for (score, view), own in zip(pairs, corners, strict=True):
+        off, solid = score.residuals_px[own], board_points(view.points[own], shape)
+        pixels, T = view.pixels[own] - off, score.T_camera_grid
+        along = np.broadcast_to(np.eye(3), (len(solid), 3, 3))
+        shifts = [-cross_matrix(solid), along] + ([] if moves is None else [moves[own]])
+        by_point = pixels_by_point(camera, pixels, transform(T, solid)) @ T[:3, :3]
+        by_shift = by_point @ np.concatenate(shifts, axis=2)
+        corrected = fields.terms(pixels, camera) @ fields.mixing
+        rows = [corrected, by_shift[..., 6:], off[..., None]]
+        rows = np.concatenate(rows, axis=2)
+        rows = rows.reshape(off.size, rows.shape[2])
+        of_pose, _ = np.linalg.qr(by_shift[..., :6].reshape(off.size, 6))
+        rows = rows - of_pose @ (of_pose.T @ rows)
+        squares.append(rows.T @ rows)
+        free += max(off.size - 6, 0)
+    squares = np.array(squares)
+    whole = squares.sum(axis=0)
+    root, _ = inverse_root(whole[:-1, :-1])
+    left = whole[-1, -1] - np.sum((root.T @ whole[:-1, -1]) ** 2)
+    variance = max(left / max(free - root.shape[1], 1), MIN_SD_PX**2)
+    return squares[:, :-1, :-1], squares[:, :-1, -1], variance
+
+
+def inverse_root(normal):
+    """W of W W', the pseudo-inverse of a normal matrix, and its axes."""
+    size, axes = np.linalg.eigh(normal)
+    known = size > SINGULAR * size[-1]
+    return axes[:, known] / np.sqrt(size[known]), axes[:, known]
+
+
+def within_groups(normal, right, groups):
+    """(variance, freedom): of scatter that explains how far images lie from the joint
+    solution of their group, and the number of independent squares.
+
+    normal (n, K, K), right (n, K): their equations; groups: (n,) bool each. As squares
+    are larger in some directions than in others, each image has fewer than directions
+    (F. E. Satterthwaite 1946, doi:10.2307/3002019).
+    """
+    expected, products = 0.0, 0.0
+    for group in groups:
+        root, axes = inverse_root(normal[group].sum(axis=0))
+        share = root.T @ normal[group] @ root
+        joint = root @ (root.T @ right[group].sum(axis=0))
+        excess = (right[group] - normal[group] @ joint) @ root @ axes.T
+        expected += np.einsum("nii->", share) - np.sum(share**2)
+        products = products + excess.T @ excess
+    squares = np.trace(products)
+    several = squares**2 / np.sum(products**2)
+    return squares / expected, (len(right) - len(groups)) * several

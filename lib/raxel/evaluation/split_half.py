@@ -17,7 +17,7 @@ boards moved differently in each, and no mean of them is known to be right.
 
 One image may differ from all others: cropped, rotated or mirrored, say. Then it is one
 part of a division, and all others are the second. And images of two cameras may be
-mixed in a way that no such division approaches (`raxel.evaluation.focal_lengths`).
+mixed in a way that no such division approaches (`raxel.evaluation.misfit`).
 
 A step of least squares from the fitted camera is each half's fit: no camera is fitted
 again, so this takes little time, is the same for formulas and smooth rays (OpenCV's fit
@@ -39,21 +39,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.evaluation.corrections import (
-    correction_fields,
-    rms_moved,
-    seen_on,
-    with_radial_terms,
-    without_turns,
-)
 from raxel.evaluation.coverage import BeyondBoards, beyond_boards
-from raxel.evaluation.focal_lengths import FocalLengths, focal_lengths
-from raxel.evaluation.image_equations import (
+from raxel.evaluation.distortion import (
     MIN_N_BOARDS,
     image_equations,
     near_corners,
     scored_pairs,
     within_groups,
+)
+from raxel.evaluation.misfit import (
+    FocalLengths,
+    correction_fields,
+    focal_lengths,
+    rms_moved,
+    seen_on,
+    with_radial_terms,
+    without_turns,
 )
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import rotate, transform

@@ -10,7 +10,7 @@ size given and without, all of them right within a pixel, where 'opencv' found 5
 'opencv-sb' 47 with their size given.
 """
 
-from raxel.features.celect.clicked import find_celect
+from raxel.features.celect.algorithm import find_celect
 from raxel.features.detector import Detection, Partial, refused, verified
 from raxel.features.find import find_board
 from raxel.features.lattice import order_of_clicks, symmetries

@@ -12,18 +12,15 @@ from raxel.geometry.homography import (
     transfer_jacobian,
 )
 from raxel.geometry.homography_stream import HomographyFit, fit_homography
-from raxel.geometry.lines import (
-    pluecker_matrix,
-    pluecker_matrix_of_rays,
-    pluecker_vector,
-)
-from raxel.geometry.plane_pose import pose_from_homography
 from raxel.geometry.planes import (
     PlaneIntersection,
     intersect_lines_plane,
     intersect_rays_plane,
     on_plane,
     plane_of_pose,
+    pluecker_matrix,
+    pluecker_matrix_of_rays,
+    pluecker_vector,
 )
 from raxel.geometry.poses import (
     angle_between_rotations,
@@ -32,6 +29,7 @@ from raxel.geometry.poses import (
     inverse_pose,
     nearest_rotation,
     pose,
+    pose_from_homography,
     rotate,
     rotation_from_vector,
     transform,

@@ -12,7 +12,58 @@ import math
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.geometry.consensus import best_hypothesis, checked_generator
+
+# Random sample consensus with a truncated cost: one loop for every model. Sources:
+# Fischler and Bolles 1981, doi:10.1145/358669.358692; Torr and Zisserman 2000,
+# doi:10.1006/cviu.1999.0832 (truncated cost).
+
+
+def best_hypothesis(
+    propose, squared_errors, limit, *, sample_size, confidence, most_trials, batch
+):
+    """The hypothesis with the least truncated squared error, or None if none came.
+
+    propose(count): stack (m, ...) of hypotheses from ``count`` samples, m may differ
+    from count. squared_errors(hypotheses): (m, N), NaN counts as beyond the limit.
+    limit: squared error from which on a pair counts as wrong.
+
+    Samples are drawn in batches until, at the share of right pairs of the best
+    hypothesis so far, one sample of ``sample_size`` right pairs has been met with
+    probability ``confidence``; at most ``most_trials``, rounded up to a batch.
+    """
+    best, best_cost, drawn, needed = None, math.inf, 0, most_trials
+    while drawn < needed:
+        hypotheses = propose(batch)
+        drawn += batch
+        if len(hypotheses) == 0:
+            continue
+        squared = squared_errors(hypotheses)
+        right = squared < limit
+        cost = np.where(right, squared, limit).sum(axis=1)
+        i = int(np.argmin(cost))
+        if cost[i] < best_cost:
+            best, best_cost = hypotheses[i], cost[i]
+            trials = trials_needed(np.mean(right[i]), sample_size, confidence)
+            needed = min(most_trials, trials)
+    return best
+
+
+def trials_needed(share, sample_size, confidence):
+    """Samples needed to meet one of right pairs only, at a share of right pairs."""
+    miss = 1 - share**sample_size
+    if miss <= 0:
+        return 0
+    return math.log(1 - confidence) / math.log(miss) if miss < 1 else math.inf
+
+
+def checked_generator(model, rng):
+    """Refuse what is no numpy Generator; model: its name, for errors."""
+    if not isinstance(rng, np.random.Generator):
+        raise InputError(
+            f"{model}: found {type(rng).__name__} for rng; give "
+            "numpy.random.default_rng(seed)"
+        )
+
 
 BLOCK = 1 << 16
 
@@ -76,7 +127,7 @@ def homography_ransac(
     linear fits to its inliers until they no longer change. Returns H (3, 3) and inliers
     (N,) bool. Raises InputError when the input is refused as in `homography_dlt`, or no
     sample determines H. Any four points agree with some H: judge the number of inliers,
-    not only their share. See `raxel.geometry.consensus` for the sources.
+    not only their share. See `raxel.geometry.homography` for the sources.
     """
     source, target, w = _checked(source, target, None)
     checked_generator("homography", rng)
@@ -303,3 +354,57 @@ def four_point_homographies(source, target, picks):
 def _within(H, source, target, threshold):
     gap = np.linalg.norm(apply_homography(H, source) - target, axis=1)
     return gap < threshold
+
+
+# A homography to start from where some pairs are wrong, and where to cut them off.
+
+
+CUT = 5.0  # standard deviations
+JUDGES = 2000  # pairs that judge the samples
+QUARTER = 0.7585  # lower quartile of distances, noise of standard deviation 1 per axis
+ROUNDING = 1e-9  # of the spread of the target: no pair is cut for less
+
+
+def robust_start(source, target, rng, sigma=None):
+    """H (3, 3) that most pairs agree on, and the distance from which on they do not.
+
+    source, target: (N, 2), N >= 4; rng: numpy Generator; sigma: standard deviation of a
+    pair's distance per axis, in the target frame; None takes it from the data.
+
+    Samples of four pairs, as many as meet one of right pairs with probability 0.999
+    while half of the pairs are wrong. The best has the smallest lower quartile of
+    distances: it holds whatever the other three quarters are, so a wrong majority is
+    seen by its number. Rounds of linear fits to what agrees follow.
+    Least quantile of squares: Rousseeuw 1984, doi:10.1080/01621459.1984.10477105.
+    """
+    trials = int(np.ceil(trials_needed(0.5, 4, 0.999)))
+    picks = random_samples(rng, len(source), trials)
+    judges = rng.permutation(len(source))[:JUDGES]
+    T_s, T_t = normalising(source), normalising(target)
+    hypotheses = four_point_homographies(
+        apply_homography(T_s, source), apply_homography(T_t, target), picks
+    )
+    hypotheses = np.linalg.inv(T_t) @ hypotheses @ T_s
+    if len(hypotheses) == 0:
+        raise InputError(
+            "homography: no four points in general position found; the points lie on "
+            "one line or are repeated"
+        )
+    gaps = _distances(hypotheses, source[judges], target[judges])
+    H = hypotheses[np.argmin(np.quantile(gaps, 0.25, axis=1))]
+    least = ROUNDING * np.sqrt(np.mean((target - np.median(target, axis=0)) ** 2))
+    for _ in range(5):
+        gap = _distances(H, source, target)
+        noise = np.quantile(gap, 0.25) / QUARTER if sigma is None else sigma
+        limit = max(CUT * noise, least)
+        right = gap < limit
+        if np.count_nonzero(right) < 4:
+            break
+        H = homography_dlt(source[right], target[right])
+    return H, limit
+
+
+def _distances(H, source, target):
+    mapped = apply_homography(H, source)
+    gap = np.hypot(*np.moveaxis(mapped - target, -1, 0))
+    return np.where(np.isfinite(gap), gap, np.inf)

@@ -4,9 +4,8 @@ import re
 
 import numpy as np
 
-from raxel.cameras.core.named_fields import argument_names
-from raxel.cameras.core.storage import DEEPEST
-from raxel.cameras.mirrors.ball import ball_facets
+from raxel.cameras.core.storage import DEEPEST, argument_names
+from raxel.cameras.mirrors.bent import ball_facets
 from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.cameras.registry import CAMERAS, camera_from, with_nested

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import CalibrationError
-from raxel.geometry.damped import descend, gauss_newton
+from raxel.geometry.least_squares import descend, gauss_newton
 from raxel.multiview.motion_information import TOLD, inverse_information
 from raxel.multiview.ray_gaps import (
     FEWEST,

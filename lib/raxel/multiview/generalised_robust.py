@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import bdtrc
 
 from raxel.errors import CalibrationError
-from raxel.geometry.consensus import best_hypothesis, checked_generator
+from raxel.geometry.homography import best_hypothesis, checked_generator
 from raxel.multiview.generalised_motion import adjusted, need_length
 from raxel.multiview.motion_samples import (
     SAMPLE,

@@ -10,8 +10,7 @@ geometry that is only assumed).
 
 import numpy as np
 
-from raxel.cameras.core.base import pixel_grid
-from raxel.cameras.core.centrality import closest_point
+from raxel.cameras.core.base import closest_point, pixel_grid
 from raxel.errors import InputError
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import inverse_pose, rotate, transform

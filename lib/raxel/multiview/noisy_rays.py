@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.core.base import Rays
-from raxel.cameras.core.centrality import closest_point
+from raxel.cameras.core.base import Rays, closest_point
 from raxel.errors import CalibrationError
 
 STEP_PX = 0.25  # over which a camera's rays are differenced

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.core.base import pixel_grid
-from raxel.cameras.core.centrality import closest_point
+from raxel.cameras.core.base import closest_point, pixel_grid
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import InputError
 

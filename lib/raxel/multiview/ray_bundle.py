@@ -16,10 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.core.base import Rays
-from raxel.cameras.core.centrality import centrality, closest_point
+from raxel.cameras.core.base import Rays, centrality, closest_point
 from raxel.errors import CalibrationError
-from raxel.geometry.damped import descend
+from raxel.geometry.least_squares import descend
 from raxel.geometry.poses import inverse_pose, pose, tangent_bases
 from raxel.multiview.motion_information import inverse_information
 from raxel.multiview.noisy_rays import with_noise

@@ -20,8 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.core.base import Rays
-from raxel.cameras.core.centrality import centrality, closest_point
+from raxel.cameras.core.base import Rays, centrality, closest_point
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector, tangent_bases
 from raxel.multiview.noisy_rays import with_noise

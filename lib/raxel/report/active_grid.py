@@ -3,7 +3,7 @@
 import numpy as np
 
 from raxel.features.active_grid import REASONS
-from raxel.features.active_grid.layout import (
+from raxel.features.active_grid.coding import (
     ALONE,
     BESIDE,
     BREAK,

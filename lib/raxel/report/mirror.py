@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.mirror.sightings import normalised
+from raxel.calibration.mirror.observations import normalised
 from raxel.features.detector import as_8_bit
 from raxel.report.canvas import encoded
 from raxel.report.folder import PAGE

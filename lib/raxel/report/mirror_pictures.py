@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from raxel.calibration.mirror.prior import plane_through
-from raxel.calibration.mirror.sightings import normalised
-from raxel.calibration.mirror.support import support_of
+from raxel.calibration.mirror.clamp import plane_through
+from raxel.calibration.mirror.observations import normalised, support_of
 from raxel.report.active_grid import level_lines
 from raxel.report.canvas import INK, MISSING, QUIET, Canvas
 from raxel.report.pictures import COLOURS, PALE

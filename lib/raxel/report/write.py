@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from raxel.calibration.views.board_shape import board_points
+from raxel.calibration.views.correspondence import board_points
 from raxel.features.detector import as_8_bit
 from raxel.geometry.poses import transform
 from raxel.report.canvas import encoded

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.boards import board_views
 from raxel.cameras.io import load_camera
 from raxel.errors import CalibrationError, InputError

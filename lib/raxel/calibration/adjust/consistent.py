@@ -14,7 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.adjust.bundle import check_shared
+from raxel.calibration.adjust.bundle import (
+    BundleResult,
+    check_shared,
+    frozen_whitening,
+    homogeneous,
+    residuals_of,
+    squared_residuals,
+    start_directions,
+)
 from raxel.calibration.adjust.ray_elimination import (
     BEND,
     LOSSES,
@@ -22,13 +30,103 @@ from raxel.calibration.adjust.ray_elimination import (
     normal_equations,
     steps_of_poses,
 )
-from raxel.calibration.adjust.whitening import (
-    frozen_whitening,
-    squared_residuals,
-    start_directions,
-)
+from raxel.calibration.pose.three_point import refine_pose_ray_point
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry.damped import damped_step
+from raxel.geometry.least_squares import damped_step
+from raxel.geometry.planes import on_plane
+from raxel.geometry.poses import (
+    pose,
+    rotation_from_vector,
+    transform,
+    vector_from_rotation,
+)
+
+# Rays through the centre and the centroid of their points (4.1.3), and its weights. A
+# point P_j on grid j, l_j away from the centre, has an error e_j across its ray. The
+# centroid with weights w_j turns the ray by sum(w_j e_j) / sum(w_j l_j). Errors that
+# are independent with variances v_j do least harm with w_j = l_j / v_j. Noise of the
+# image has v_j proportional to l_j^2, and then near points count more; noise in mm
+# has one v, and then far points do; a grid whose pose is itself an estimate adds what
+# the pose's covariance does to its points, and counts less. That is the reason for
+# the thesis's rule, which gives the grids of the linear stage more weight.
+
+
+def centroid_directions(points, seen, centre, T_base_grid, weights=None):
+    """Unit directions (N, 3) from the centre to the weighted centroids of the points.
+
+    points: (n, N, 2) mm; seen: (n, N) bool; centre: (3,); T_base_grid: (n, 4, 4);
+    weights: (n,) of the grids or (n, N), above zero; default: all equal. NaN for a ray
+    that sees no grid. Raises InputError for weights that are not above zero.
+    """
+    return joined_rays(points, seen, centre, weights)(T_base_grid)
+
+
+def joined_rays(points, seen, centre, weights=None):
+    """T_base_grid -> `centroid_directions`, for points that do not change."""
+    seen = np.asarray(seen, bool)
+    weights = np.ones(len(seen)) if weights is None else np.asarray(weights, float)
+    weights = np.broadcast_to(weights.T, seen.T.shape).T
+    if not np.all(weights > 0, where=seen):
+        raise InputError("rays: field 'weights': not above 0 where a point is seen")
+    flat, shares = _seen_points(points, seen), np.where(seen, weights, 0.0)
+
+    def directions(T_base_grid):
+        p = _from_centre(flat, seen, centre, T_base_grid)
+        middle = np.einsum("jn,jnk->nk", shares, p)
+        length = np.linalg.norm(middle, axis=1, keepdims=True)
+        return middle / np.where(length > 0, length, np.nan)
+
+    return directions
+
+
+def centroid_weights(points, seen, centre, T_base_grid, covariances, noise, domain):
+    """Weights (n, N) of points for `centroid_directions`: length over variance.
+
+    covariances: (n, 6, 6) of the poses, rotation vector in the grid's frame and
+    translation in the base frame, zero for those taken as exact; noise: of the image in
+    rad (domain "image") or of the points in mm (domain "plane").
+
+    Errors of neighbouring points on one grid are not independent: its pose moves them
+    together. The weights are the best for each ray, seen alone.
+    """
+    if domain not in ("image", "plane"):
+        raise InputError(f"rays: domain {domain!r}; expected 'image' or 'plane'")
+    seen = np.asarray(seen, bool)
+    p = _from_centre(_seen_points(points, seen), seen, centre, T_base_grid)
+    length = np.linalg.norm(p, axis=2)
+    u = p / np.where(length > 0, length, 1.0)[..., None]
+    variance = (noise * length) ** 2
+    if domain == "plane":
+        # Of the noise in the plane, what is across the ray, per axis.
+        normal = np.einsum("jnk,jk->jn", u, T_base_grid[:, :3, 2])
+        variance = noise**2 * (1.0 + normal**2) / 2
+    for j, covariance in enumerate(covariances):
+        variance[j] += _moved_across(points[j], T_base_grid[j], covariance, u[j])
+    return np.where(seen, length / np.where(variance > 0, variance, 1.0), 0.0)
+
+
+def _moved_across(points, T, covariance, u):
+    """Mean variance (N,) per axis across rays u of points of a grid, by its pose."""
+    x, y = np.nan_to_num(points).T
+    motion = np.zeros((len(points), 3, 6))
+    motion[:, :, 0] = y[:, None] * T[:3, 2]
+    motion[:, :, 1] = -x[:, None] * T[:3, 2]
+    motion[:, :, 2] = x[:, None] * T[:3, 1] - y[:, None] * T[:3, 0]
+    motion[:, :, 3:] = np.eye(3)
+    spread = motion @ covariance @ np.swapaxes(motion, 1, 2)
+    along = np.einsum("ni,nik,nk->n", u, spread, u)
+    return (np.trace(spread, axis1=1, axis2=2) - along) / 2
+
+
+def _seen_points(points, seen):
+    """Points (n, N, 3) of the grids in their own frames, zero where not seen."""
+    return on_plane(np.where(seen[..., None], points, 0.0))
+
+
+def _from_centre(flat, seen, centre, T_base_grid):
+    """P - C (n, N, 3) in the base frame, zero where not seen."""
+    return np.where(seen[..., None], transform(T_base_grid, flat) - centre, 0.0)
+
 
 # The weights are frozen anew when the first adjustment is as close as this, in SDs.
 CLOSE = 0.1
@@ -253,3 +351,71 @@ def _inverse(normal):
             code="parallel-grids",
         )
     return np.outer(unit, unit) * (axes / sizes @ axes.T)
+
+
+# Relaxation over the grids' poses: the bundle adjustment that the thesis uses
+# (4.1.4). The centre stays. Each round moves the poses, 6 (n - 1) numbers, by one
+# step against the ray-point distances (4.18) with the rays as they are; then every
+# ray is joined anew to the centroid of its points. The rays follow, they are not
+# adjusted. While a round lasts no pose knows of the others, so each takes its own
+# step of six. `raxel.calibration.adjust.bundle` minimises the same distances over
+# rays and poses together. Here rays hold the poses back, and poses the rays: rounds
+# are cheap, but many.
+
+
+def relax_poses(
+    points, seen, centre, T_base_grid, *, weights=None, iterations=500, tolerance=1e-6
+):
+    """Poses by relaxation, rays re-joined to the centroid after each round.
+
+    points: (n, N, 2) mm; seen: (n, N) bool; centre: (3,), kept; T_base_grid: (n, 4, 4)
+    start; grid 0 is the base, whose pose is the identity. weights: (n,) or (n, N), of
+    the centroid; the thesis gives the grids of the linear stage more. tolerance: it
+    ends when a round changes the cost by less than this share.
+
+    Returns BundleResult; its costs, of ray-point distances, may also rise: a round does
+    not minimise over the rays. Raises CalibrationError when a grid shares fewer than
+    three rays with the others, or values are not finite.
+    """
+    seen = np.asarray(seen, bool)
+    check_shared(seen)
+    unknowns = pose_vector(T_base_grid)
+    joined, q = joined_rays(points, seen, centre, weights), homogeneous(points, seen)
+    looks = [points[j, seen[j]] for j in range(len(points))]
+    costs = []
+    for _ in range(iterations + 1):
+        poses = poses_of_vector(unknowns)
+        u = joined(poses)
+        costs.append(float(np.sum(residuals_of(q, centre, poses, u) ** 2)))
+        if not np.isfinite(costs[-1]):
+            raise CalibrationError(
+                "relaxation: the points or poses are not finite", code="not-finite"
+            )
+        if len(costs) > 1 and abs(costs[-2] - costs[-1]) <= tolerance * costs[-1]:
+            return BundleResult(poses, u, np.array(costs), True)
+        unknowns = pose_vector(_moved_once(looks, seen, centre, poses, u))
+    return BundleResult(poses, u, np.array(costs), False)
+
+
+def pose_vector(T_base_grid):
+    """The unknowns (6 (n - 1),): Rodrigues vector, translation of all but the base."""
+    turns = vector_from_rotation(T_base_grid[1:, :3, :3])
+    return np.concatenate([turns, T_base_grid[1:, :3, 3]], axis=1).ravel()
+
+
+def poses_of_vector(unknowns):
+    """Poses (n, 4, 4) of a vector (6 (n - 1),), the base's first."""
+    both = unknowns.reshape(-1, 2, 3)
+    moving = pose(rotation_from_vector(both[:, 0]), both[:, 1])
+    return np.concatenate([np.eye(4)[None], moving])
+
+
+def _moved_once(looks, seen, centre, poses, u):
+    """Poses after one step each, the rays as they are; looks: the points seen of each
+    grid."""
+    moved = poses.copy()
+    for j in range(1, len(poses)):
+        moved[j], _ = refine_pose_ray_point(
+            u[seen[j]], looks[j], poses[j], origins=centre, iterations=1
+        )
+    return moved

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry.lines import pluecker_matrix_of_rays
+from raxel.geometry.planes import pluecker_matrix_of_rays
 from raxel.geometry.poses import inverse_pose, transform
 
 BLOCK = 1 << 16  # rays handled at once, which bounds the temporaries

@@ -34,10 +34,9 @@ from raxel.calibration.linear.standard import (
     normalising_similarity,
     solve_grid_pairs,
 )
-from raxel.calibration.views.correspondence import check_view
+from raxel.calibration.views.correspondence import check_view, refuse_parallel
+from raxel.calibration.views.dense import BoardSamples, sample_boards
 from raxel.calibration.views.interpolation import interpolated_view
-from raxel.calibration.views.parallel import refuse_parallel
-from raxel.calibration.views.samples import BoardSamples, sample_boards
 from raxel.errors import CalibrationError
 
 OBSERVATIONS = 30_000  # pixel-board pairs of the final adjustment

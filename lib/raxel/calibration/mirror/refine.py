@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.mirror.clamp import TRUNCATION, clamped, soft_clamp
-from raxel.calibration.mirror.ray_points import RayPoints
-from raxel.cameras.mirrors.spline import SplineMirrorCamera
+from raxel.calibration.mirror.observations import ENDS, RayPoints
+from raxel.cameras.mirrors.spline import SplineMirrorCamera, depth_rows, sense
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry.damped import descend, gauss_newton
+from raxel.geometry.least_squares import descend, gauss_newton
 
 ITERATIONS, AT_REST = 50, 1e-7
 ROUNDING = 1e-9  # standard deviations: residuals of points that fit exactly
@@ -187,3 +187,237 @@ def _inverse(normal, count, grid):
             code="open-coefficients",
         )
     return (vectors / eigen) @ vectors.T / np.outer(scale, scale)
+
+
+# Shape of a mirror from viewing and scene directions, linearly (5.8-5.25). The
+# bisector of the two directions is the mirror's normal, and the surface's tangents
+# are at right angles to it: two linear equations for the spline's coefficients from
+# each pair. They leave its size open, which known mirror points or a clamp settle.
+# Sources: Swaminathan, Nayar, Grossberg 2003; Halstead et al. 1996,
+# doi:10.1145/237170.237272.
+
+
+# Of the largest singular value: what is below says nothing but rounding.
+RANK = 1e-10
+
+
+def reflection_normals(viewing, scene):
+    """Unit normals (N, 3) into the mirror (5.8), of directions (N, 3).
+
+    viewing: from the camera to the mirror; scene: from the mirror to the scene. One
+    that points the other way gives a tangent in place of the normal (E-5.03).
+    """
+    viewing, scene = _unit(viewing), _unit(scene)
+    return _unit(viewing - scene)
+
+
+def orthogonality_rows(p, normals, grid, quantity):
+    """Rows (2N, K) whose products with the coefficients vanish (5.15, 5.16).
+
+    p: (N, 2) normalised image coordinates; normals: (N, 3) unit. First the N rows of
+    the derivative by x, then those by y. A residual is S_x . N, mm, for the quantity
+    "distance", and S_z^2 times smaller for "inverse depth".
+    """
+    B, B_x, B_y = depth_rows(grid, p, quantity)
+    along = sense(quantity) * (np.sum(p * normals[:, :2], axis=1) + normals[:, 2])
+    return np.vstack(
+        [
+            normals[:, :1] * B + along[:, None] * B_x,
+            normals[:, 1:2] * B + along[:, None] * B_y,
+        ]
+    )
+
+
+def shape_up_to_scale(p, normals, grid, quantity, *, equilibrate=True):
+    """Coefficients (K,) of unit length from normals alone, all in front (5.15, 5.16).
+
+    p: (N, 2); normals: (N, 3). The smallest singular vector, also where misfit gives
+    the matrix full rank; equilibrate: columns are brought to one length first. Raises
+    CalibrationError where directions leave more open than the size.
+    """
+    A = orthogonality_rows(p, normals, grid, quantity)
+    scale = _column_lengths(A) if equilibrate else np.ones(grid.size)
+    _, size, Vt = np.linalg.svd(A / scale, full_matrices=len(A) < grid.size)
+    rank = np.count_nonzero(size > RANK * size[0])
+    if rank < grid.size - 1:
+        raise CalibrationError(
+            f"mirror shape: {len(p)} directions leave {grid.size - rank} of {grid.size}"
+            " coefficients open; give more of them, spread over all knot intervals, or"
+            " fewer knots",
+            code="open-coefficients",
+        )
+    c = Vt[grid.size - 1] / scale
+    values = depth_rows(grid, p, quantity)[0] @ c
+    if not (np.all(values > 0) or np.all(values < 0)):
+        raise CalibrationError(
+            "mirror shape: part of the mirror comes out behind the camera; the"
+            " directions do not belong together",
+            code="behind-camera",
+        )
+    return c * np.sign(values[0]) / np.linalg.norm(c)
+
+
+def scaled_to_points(coefficients, grid, quantity, points):
+    """The coefficients (K,) at the scale at which the mirror meets points (N, 3) best.
+
+    points: of the mirror, viewer's frame, mm, such as the places where viewing and
+    scene rays meet (5.2.1); those outside the knots do not count.
+    """
+    points = np.asarray(points, float)
+    p = points[:, :2] / points[:, 2:]
+    inside = grid.inside(p)
+    if not inside.any():
+        raise CalibrationError(
+            "mirror shape: no point of the mirror lies in its knots",
+            code="outside-knots",
+        )
+    found = depth_rows(grid, p[inside], quantity)[0] @ coefficients
+    depth = found if quantity == "distance" else 1 / found
+    # Points on the same viewing ray: their depths compare as they do.
+    along = np.sum(p[inside] ** 2, axis=1) + 1
+    wanted = points[inside, 2]
+    scale = np.sum(along * depth * wanted) / np.sum(along * depth**2)
+    return coefficients * scale if quantity == "distance" else coefficients / scale
+
+
+def shape_with_clamp(
+    p, normals, grid, quantity, clamp, *, truncation=TRUNCATION, further=None
+):
+    """Coefficients (K,) from normals and a Clamp, by least squares (5.22-5.25).
+
+    p: (N, 2) normalised image coordinates; normals: (N, 3) unit; clamp, truncation:
+    see `clamped`; further: rows (R, K) and values (R,) of more equations, such as a
+    prior's, in the unit of `orthogonality_rows`. Columns are equilibrated. Raises
+    CalibrationError where coefficients are left open.
+    """
+    space = clamped(grid, clamp, truncation)
+    A = orthogonality_rows(p, normals, grid, quantity)
+    values = np.zeros(len(A))
+    if further is not None:
+        A, values = np.vstack([A, further[0]]), np.append(values, further[1])
+    M = A @ space.directions
+    scale = _column_lengths(M)
+    gap = values - A @ space.particular
+    free, _, rank, _ = np.linalg.lstsq(M / scale, gap, rcond=RANK)
+    if rank < M.shape[1]:
+        raise CalibrationError(
+            f"mirror shape: {len(p)} directions and the clamp leave "
+            f"{M.shape[1] - rank} of {grid.size} coefficients open; give features in "
+            "all knot intervals, or fewer knots",
+            code="open-coefficients",
+        )
+    return space.coefficients(free / scale)
+
+
+def _column_lengths(A):
+    length = np.linalg.norm(A, axis=0)
+    return np.where(length > 0, length, 1.0)
+
+
+def _unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+# How much of a shape next to the outermost knots is a guess. Two questions that need
+# no truth. How uncertain are rays at the knots, by the covariance? And how would they
+# turn at the ends if the mirror bent there as evenly as a sheet does? Residuals
+# answer neither: beyond the last feature a spline goes on as the misfit of that
+# feature says, multiplied, and fits all the same.
+
+
+# Standard deviations of rays at the knots, degrees: flagged, and refused.
+UNCERTAIN_DEG, OPEN_DEG = 0.3, 5.0
+# By how much rays at an end turn where a prior of EVEN_MM is put upon the shape, mean
+# over ALONG places, degrees: flagged, and refused. Chosen on seeds that judge nothing,
+# geometries A and B on both benches. There each of the 17 ends whose rays were 1.5
+# degrees off or more, on average, is flagged, and each of the 14 beyond 2 refused.
+UNEVEN_DEG, SWINGING_DEG = 3.0, 5.0
+EVEN_MM, ALONG = 0.1, 5
+
+
+def edge_flags(grid, quantity, fit, widening, evenly, swinging_deg):
+    """By how much rays at an end would turn at most (degrees), and flags (list of text)
+    for what is a guess of a ShapeFit, next to knots and ends.
+
+    widening: of its covariance, by the misfit; evenly: PriorRows of a mirror that bends
+    so; swinging_deg: the turn from which on the shape is rejected. Raises
+    CalibrationError, naming the place, where it is anything.
+    """
+    c, covariance = fit.coefficients, fit.covariance
+    flags = uncertain_knots(grid, quantity, c, covariance)
+    turns = turns_if_even(grid, quantity, c, widening * covariance, evenly)
+    return max(turns.values(), default=0.0), flags + swinging_ends(turns, swinging_deg)
+
+
+def uncertain_knots(grid, quantity, coefficients, covariance):
+    """Flags (list of text) where rays next to a knot are uncertain.
+
+    Raises CalibrationError where they are anything.
+    """
+    u, v = np.meshgrid(*grid.breaks)
+    places = grid.unturned(np.column_stack([u.ravel(), v.ravel()]))
+    sd = np.degrees(ray_sd(places, grid, quantity, coefficients, covariance))
+    worst = np.argmax(sd)
+    text = (
+        f"rays next to knot {worst % len(grid.breaks[0])} along u, "
+        f"{worst // len(grid.breaks[0])} along v, are uncertain by {sd[worst]:.2g} "
+        "degrees"
+    )
+    if not sd[worst] < OPEN_DEG:
+        raise CalibrationError(
+            f"mirror shape: {text}; give features there, fewer knots, or a prior",
+            code="uncertain-shape",
+        )
+    return [text] if sd[worst] > UNCERTAIN_DEG else []
+
+
+def swinging_ends(turns, limit_deg):
+    """Flags (list of text) for outermost knot intervals that bend as no sheet does.
+
+    turns: of `turns_if_even`. Raises CalibrationError where an end is a guess: its rays
+    would turn by limit_deg or more.
+    """
+    flags = []
+    for (axis, _, place), turn in turns.items():
+        text = (
+            f"the {place} knot interval along {axis}: rays would turn by {turn:.2g} "
+            "degrees if the mirror bent there as evenly as a sheet"
+        )
+        if not turn < limit_deg:
+            raise CalibrationError(
+                f"mirror shape: {text}; give features that reach the edge, fewer "
+                "knots, or a prior, and see that board, viewer and clamp stayed",
+                code="swinging-end",
+            )
+        if turn > UNEVEN_DEG:
+            flags.append(f"{text}; few features")
+    return flags
+
+
+def turns_if_even(grid, quantity, coefficients, covariance, evenly):
+    """{one of ENDS: degrees} by which rays at that end turn if a prior joins the shape.
+
+    covariance: (K, K), widened by the misfit; evenly: as `edge_flags` has it. Along an
+    axis of one interval there is no such end.
+    """
+    towards = covariance @ evenly.rows.T
+    normal = evenly.rows @ towards + evenly.sd**2 * np.eye(len(evenly.rows))
+    gap = evenly.values - evenly.rows @ coefficients
+    step = towards @ np.linalg.solve(normal, gap)
+    ends = [end for end in ENDS if len(grid.breaks["uv".index(end[0])]) > 2]
+    if not ends:
+        return {}
+    places = grid.unturned(np.concatenate([_along(grid, end) for end in ends]))
+    change = RayPoints(places, grid, quantity).direction_jacobian(coefficients) @ step
+    angles = np.degrees(np.linalg.norm(change, axis=1)).reshape(len(ends), ALONG)
+    return dict(zip(ends, angles.mean(axis=1), strict=True))
+
+
+def _along(grid, end):
+    """ALONG places (n, 2) of the knots' box, turned, along one of its ends."""
+    axis, place = "uv".index(end[0]), end[1]
+    other = grid.breaks[1 - axis]
+    found = np.empty((ALONG, 2))
+    found[:, axis] = grid.breaks[axis][place]
+    found[:, 1 - axis] = np.linspace(other[0], other[-1], ALONG)
+    return found

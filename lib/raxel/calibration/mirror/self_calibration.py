@@ -10,14 +10,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.mirror.linear import reflection_normals, shape_with_clamp
-from raxel.calibration.mirror.refine import camera_of_shape
-from raxel.calibration.mirror.sightings import normalised
-from raxel.calibration.mirror.support import clamped_end, need_support, support_of
+from raxel.calibration.mirror.observations import (
+    clamped_end,
+    need_support,
+    normalised,
+    support_of,
+)
+from raxel.calibration.mirror.refine import (
+    camera_of_shape,
+    reflection_normals,
+    shape_with_clamp,
+)
 from raxel.calibration.mirror.update import MirrorSettings
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 
 FEWEST = 12  # matches, for the coefficients that a clamp leaves open
 # Rays more nearly parallel than this determine no point, radians.

@@ -10,16 +10,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.mirror.clamp import clamped, soft_clamp
-from raxel.calibration.mirror.prior import bending_prior, plane_through
-from raxel.calibration.mirror.ray_points import RayPoints
+from raxel.calibration.mirror.clamp import (
+    bending_prior,
+    clamped,
+    plane_through,
+    soft_clamp,
+)
+from raxel.calibration.mirror.observations import MIN_POSE_CORNERS as FEWEST
+from raxel.calibration.mirror.observations import (
+    RayPoints,
+    clamped_end,
+    magnification,
+    need_support,
+    normalised,
+    support_of,
+)
 from raxel.calibration.mirror.refine import residual_sd, stacked
-from raxel.calibration.mirror.sightings import FEWEST, magnification, normalised
-from raxel.calibration.mirror.support import clamped_end, need_support, support_of
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.features.film import FilmCorners, next_corners
-from raxel.geometry.damped import damped_step
+from raxel.geometry.least_squares import damped_step
 
 # A picture that moves less is settled, as a share of the standard deviations.
 SETTLED, STEPS = 1e-3, 6

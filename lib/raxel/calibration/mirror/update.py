@@ -11,24 +11,27 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.mirror.bundle import FIRM
-from raxel.calibration.mirror.clamp import TRUNCATION
-from raxel.calibration.mirror.edges import EVEN_MM, SWINGING_DEG, edge_flags
-from raxel.calibration.mirror.linear import reflection_normals, shape_with_clamp
-from raxel.calibration.mirror.matches import wrong_matches
-from raxel.calibration.mirror.prior import bending_prior, plane_through
-from raxel.calibration.mirror.refine import (
-    ShapeFit,
-    camera_of_shape,
-    ray_sd,
-    refine_shape,
-)
-from raxel.calibration.mirror.sightings import magnification, normalised
-from raxel.calibration.mirror.support import (
+from raxel.calibration.mirror.clamp import TRUNCATION, bending_prior, plane_through
+from raxel.calibration.mirror.observations import (
     Support,
     clamped_end,
+    magnification,
     need_support,
+    normalised,
     support_of,
     supported_grid,
+    wrong_matches,
+)
+from raxel.calibration.mirror.refine import (
+    EVEN_MM,
+    SWINGING_DEG,
+    ShapeFit,
+    camera_of_shape,
+    edge_flags,
+    ray_sd,
+    refine_shape,
+    reflection_normals,
+    shape_with_clamp,
 )
 from raxel.calibration.pose.non_central import (
     NonCentralPose,
@@ -39,7 +42,7 @@ from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
-from raxel.geometry.spline_grid import spline_grid
+from raxel.geometry.spline_grids import spline_grid
 
 # Residuals beyond this many medians belong to wrong matches.
 FAR, ROUNDS = 10.0, 5

@@ -1,8 +1,8 @@
 """A lens formula fitted to boards or dense grids, without a guess.
 
 From nothing to a fit: `raxel.calibration.parametric.lens_fit`. Whether the entrance
-pupil moves: `raxel.calibration.parametric.lens_pupil`; whether the board is flat:
-`raxel.calibration.parametric.lens_board`.
+pupil moves: `raxel.calibration.parametric.lens_formula`; whether the board is flat:
+`raxel.calibration.parametric.lens_formula`.
 
 Sources: Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153; Geyer and Daniilidis 2000,
 doi:10.1007/3-540-45053-X_29.
@@ -13,30 +13,310 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.parametric.lens_board import BoardTest, board_test
-from raxel.calibration.parametric.lens_bundle import WIDTH, stacked
+from raxel.calibration.parametric.lens_bundle import (
+    WIDTH,
+    LensFormula,
+    adjusted,
+    stacked,
+)
 from raxel.calibration.parametric.lens_fit import (
     KEPT,
     PUPIL,
+    RADIAL,
     FormulaFit,
     GivenBoards,
     covariance_of,
     fitted_law,
+    free_of,
+    kept_out_squares,
+    refitted,
     start_of,
 )
-from raxel.calibration.parametric.lens_laws import LensFormula
-from raxel.calibration.parametric.lens_pupil import (
-    SURE,
-    PupilTest,
-    agreed,
-    pupil_shift,
-    pupil_test,
-)
-from raxel.calibration.parametric.zhang import found_corners
-from raxel.calibration.views.near_copies import near_copies
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang, found_corners
+from raxel.calibration.views.correspondence import BENDS, TERMS, BoardShape, near_copies
 from raxel.cameras.core.base import Camera
+from raxel.cameras.lenses.moving_pupil import pupil_heights
+from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import transform
+
+# Is the board flat, and as long one way as the other, as it is said to be? A camera
+# takes in most of a board's shape, and its rays are off by several times what the
+# residuals show. So the shape is fitted with the camera: two bends and a twist, and
+# how much longer x is against y. It is used where two tests ask for it. One holds
+# what was found against its covariance, for corners that err together within a
+# photograph; the other asks whether boards that are kept out are predicted better,
+# beyond what the gain scatters by from board to board. With few photographs nothing
+# is asked, since a bend of the board and one of the lens are then the same. That x is
+# longer is told by boards turned about the line of sight, or tilted: with all boards
+# upright the camera's pixels may as well be oblong. Its standard deviation says so by
+# itself. Sources of the idea that the board is to be fitted, too: J.-M. Lavest, M.
+# Viala and M. Dhome 1998, doi:10.1007/BFb0055665; K. H. Strobl and G. Hirzinger 2011,
+# doi:10.1109/ICCVW.2011.6130369.
+
+
+STRETCH = TERMS[len(BENDS) :]
+FEWEST = 6  # photographs: a degree of freedom for each of four terms, and two
+BOARD_SURE = 1e-3  # of the test that takes corners of a photograph to err together
+GAIN = 2.0  # standard errors of the gain on boards kept out
+MIN_GAIN_PX = 1e-3  # a smaller one is a formula's that is nearly the lens's
+
+
+class BoardTest(NamedTuple):
+    """Is the board as it is said to be? shape: BoardShape, as found where nothing of it
+    is taken as given; sd (4,) of its values; used: names of those that the camera's
+    fit took; p_bends and p_stretch: how often a flat board does as much; flat_px,
+    shaped_px: RMS distances on boards kept out, without the terms asked for and with
+    them, NaN where none was asked for."""
+
+    shape: BoardShape
+    sd: np.ndarray
+    used: tuple
+    p_bends: float
+    p_stretch: float
+    flat_px: float
+    shaped_px: float
+
+    @property
+    def taken(self):
+        """The BoardShape that the camera's fit took: 0 for what is not used."""
+        values = [
+            value if name in self.used else 0.0
+            for name, value in zip(TERMS, self.shape.values, strict=True)
+        ]
+        return self.shape._replace(values=np.array(values))
+
+
+def board_test(fit, boards, before=None):
+    """BoardTest of a FormulaFit; None for too few photographs.
+
+    What the fit has of the shape stays; of the rest is asked whether it is to be used.
+    before: the BoardTest that led to this fit, None for one of flat boards.
+    """
+    count = boards.groups.max() + 1
+    if count < FEWEST:
+        return None
+    shape, covariance, estimated = _found_shape(fit, boards)
+    p_values = [
+        _wald(shape.values[own], estimated[own, own], count)
+        for own in (slice(len(BENDS)), slice(len(BENDS), None))
+    ]
+    asked = tuple(
+        name
+        for names, p_value in zip((BENDS, STRETCH), p_values, strict=True)
+        for name in names
+        if p_value < BOARD_SURE or name in fit.formula.board
+    )
+    px = (before.flat_px, before.shaped_px) if before else (np.nan, np.nan)
+    found = BoardTest(
+        shape, np.sqrt(np.diag(covariance)), fit.formula.board, *p_values, *px
+    )
+    if asked == fit.formula.board:
+        return found
+    squares = [
+        kept_out_squares(each, boards)
+        for each in (fit, _shaped_board(fit, asked, boards))
+    ]
+    gain = boards.of_groups(squares[0] - squares[1])
+    gain /= np.bincount(boards.groups)
+    error = np.std(gain, ddof=1) / np.sqrt(len(gain))
+    pays = np.mean(gain) > max(GAIN * error, MIN_GAIN_PX**2)
+    px = [float(np.sqrt(np.mean(of_boards))) for of_boards in squares]
+    if before is None:
+        found = found._replace(flat_px=px[0], shaped_px=px[1])
+    return found._replace(used=asked, shaped_px=px[1]) if pays else found
+
+
+def _found_shape(fit, boards):
+    """The BoardShape of a fit, the covariance (4, 4) of its values and the same as it
+    is estimated; those that the fit has none of come from another, in which all are
+    free."""
+    free = _shaped_board(fit, TERMS, boards)
+    own = slice(-len(TERMS), None)
+    covariances = _covariances(free, boards)[:, own, own].copy()
+    values = free.result.values[own].copy()
+    if fit.formula.board:
+        of_fit = [fit.formula.names.index(name) for name in fit.formula.board]
+        of_shape = [TERMS.index(name) for name in fit.formula.board]
+        values[of_shape] = fit.result.values[of_fit]
+        of_board = _covariances(fit, boards)[:, of_fit][:, :, of_fit]
+        covariances[np.ix_((0, 1), of_shape, of_shape)] = of_board
+    shape = boards.shape(free.formula, free.result.values)
+    return shape._replace(values=values), *covariances
+
+
+def _covariances(fit, boards):
+    """(2, P, P): of errors, and as it is estimated."""
+    found = covariance_of(fit, boards)
+    return np.array([found.covariance, found.estimated])
+
+
+def _shaped_board(fit, names, boards):
+    formula = fit.formula._replace(board=names)
+    return refitted(fit, formula, boards, "tukey", fit.result.scales)
+
+
+def _wald(values, covariance, photographs):
+    """p-value of values (k,) being 0; photographs: what the covariance was told by."""
+    from scipy.stats import f as fisher
+
+    ratio = values @ np.linalg.solve(covariance, values) / len(values)
+    return float(fisher.sf(ratio, len(values), photographs - 1))
+
+
+# Is a lens central, or does its entrance pupil move along the axis? A pupil that
+# moves bends the image in the angle alone, as any radial term does, and more for near
+# points than for far ones, as none does. A law that lacks a lens's bend takes a
+# moving pupil for it. So it is asked beside a law that has as many radial terms more
+# as the pupil has of its own, of a likelihood-ratio test, which takes every corner to
+# err for itself; and where that says yes, of boards that are kept out. There the gain
+# must be larger than boards scatter: its sign could as well have been the other one
+# on each of them, and only in few of all such draws is their sum so large. Where two
+# laws are asked and say otherwise, that one counts which predicts kept-out boards
+# better; the other is undecided. Sources: the moving pupil, Gennery 2006,
+# doi:10.1007/s11263-006-5168-1; signs exchanged, Fisher, The Design of Experiments,
+# 1935, section 21.
+
+
+PUPIL_SURE = 1e-3  # of the ratio test
+MIN_RESIDUAL_PX = 1e-3  # residuals below it tell nothing of a pupil
+CHANCE = 0.02  # of a gain on kept-out boards: six of six boards are enough, five not
+LEAST_GAIN_PX = 0.01  # no corner is known better
+DRAWN = 14  # boards, or sums of some, whose signs are exchanged: 2^14 draws
+MOVES, RESTS, UNDECIDED = "moves", "rests", "undecided"
+
+
+class PupilTest(NamedTuple):
+    """Does the entrance pupil move?
+
+    verdict: "moves", "rests" or "undecided". p_value: of the likelihood-ratio (F) test,
+    for corners that err independently; where it finds something, central_px and
+    moving_px: RMS distances on boards kept out, chance: how often exchanged signs make
+    so large a gain of them, and shift: how far the pupil moves over the angles seen, in
+    the board's unit, with shift_sd (else NaN). against: a law that predicts boards
+    better and says otherwise, "" where there is none.
+    """
+
+    p_value: float
+    central_px: float
+    moving_px: float
+    chance: float
+    shift: float
+    shift_sd: float
+    verdict: str
+    against: str = ""
+
+    @property
+    def moves(self):
+        """Whether all that was asked says so."""
+        return self.verdict == MOVES
+
+
+class AskedLaw(NamedTuple):
+    """A law, its FormulaFits with a pupil that rests (bent: with more radial terms),
+    and the PupilTest that asks whether it does."""
+
+    law: str
+    central: FormulaFit
+    bent: FormulaFit
+    test: PupilTest
+
+
+def pupil_test(law, central, boards):
+    """AskedLaw of a law's FormulaFit with a pupil that rests."""
+
+    def again(fit, **terms):
+        formula = fit.formula._replace(**terms)
+        return refitted(fit, formula, boards, "tukey", central.result.scales)
+
+    bent = again(central, radial=RADIAL + PUPIL)
+    moving = [again(fit, pupil=PUPIL) for fit in (central, bent)]
+    p_value = _ratio_test(bent, moving[1], boards)
+    if p_value > PUPIL_SURE:
+        test = PupilTest(p_value, *[np.nan] * 5, RESTS)
+        return AskedLaw(law, central, bent, test)
+    _, without = _best((central, bent), boards)
+    best, with_it = _best(moving, boards)
+    errors = [_rms(squares, boards) for squares in (without, with_it)]
+    gain = (without - with_it) * boards.seen.sum(axis=1)
+    gain = boards.of_groups(gain)
+    chance = _chance(gain[np.isfinite(gain)])
+    verdict = _said(*errors, chance)
+    test = PupilTest(p_value, *errors, chance, *pupil_shift(best, boards), verdict)
+    return AskedLaw(law, central, bent, test)
+
+
+def agreed(own, other, boards):
+    """The PupilTest of one AskedLaw beside that of another law."""
+    if own.test.verdict == other.test.verdict:
+        return own.test
+    if _error_px(own, boards) <= _error_px(other, boards):
+        return own.test
+    return own.test._replace(verdict=UNDECIDED, against=other.law)
+
+
+def _said(central_px, moving_px, chance):
+    if not moving_px < central_px:
+        return RESTS
+    if chance < CHANCE and central_px**2 - moving_px**2 > LEAST_GAIN_PX**2:
+        return MOVES
+    return UNDECIDED
+
+
+def _ratio_test(central, moving, boards):
+    """p-value of the F test: the same formula and loss, with and without a pupil that
+    moves."""
+    from scipy.stats import f as fisher
+
+    free, q = free_of(moving, boards), moving.formula.pupil
+    less, more = (
+        max(fit.result.cost, free * MIN_RESIDUAL_PX**2) for fit in (central, moving)
+    )
+    return float(fisher.sf((less - more) / q / (more / free), q, free))
+
+
+def _best(fits, boards):
+    """The fit that predicts kept-out boards best, and its mean squares (n,) px^2."""
+    tried = [(fit, kept_out_squares(fit, boards)) for fit in fits]
+    return min(tried, key=lambda each: _rms(each[1], boards))
+
+
+def _rms(squares, boards):
+    known = np.isfinite(squares)
+    if not known.any():
+        return np.inf
+    weights = boards.seen.sum(axis=1)[known]
+    return float(np.sqrt(np.average(squares[known], weights=weights)))
+
+
+def _chance(gain):
+    """How often the sum of gains (n,), each of either sign, is as large as theirs."""
+    if len(gain) > DRAWN:
+        gain = np.bincount(np.arange(len(gain)) % DRAWN, gain)
+    signs = 1.0 - 2 * (np.arange(2 ** len(gain))[:, None] >> np.arange(len(gain)) & 1)
+    return float(np.mean(signs @ gain >= gain.sum() * (1 - 1e-12)))
+
+
+def _error_px(asked, boards):
+    """RMS distance on kept-out boards by what predicts them best."""
+    test = asked.test
+    if np.isfinite(test.central_px):
+        return min(test.central_px, test.moving_px)
+    return _rms(_best((asked.central, asked.bent), boards)[1], boards)
+
+
+def pupil_shift(fit, boards):
+    """How far the pupil moves over the angles that are seen, and its deviation."""
+    points = transform(fit.result.T_camera_grid, boards.points)[boards.seen]
+    theta = np.arctan2(np.hypot(*points[:, :2].T), points[:, 2]).max()
+    a = fit.formula.parts(fit.result.values)[3]
+    first = fit.formula.names.index("a1")
+    own = slice(first, first + len(a))
+    powers = theta ** (2 * np.arange(1, len(a) + 1))
+    covariance = covariance_of(fit, boards).covariance[own, own]
+    shift = pupil_heights(np.array([theta]), a)[0][0]
+    return float(shift), float(np.sqrt(max(powers @ covariance @ powers, 0.0)))
+
 
 LAWS = ("kannala-brandt", "unified")
 UNDETERMINED = 0.2  # of a focal length, as its standard deviation
@@ -57,7 +337,7 @@ class LensCalibration(NamedTuple):
     root mean square distance of all corners, wrong ones among them; formula: its terms;
     values (P,) and covariance (P, P) of its parameters, and error_factor, by which
     their standard deviations are larger than if every corner erred for itself
-    (`raxel.calibration.parametric.clustered`); wrong: WrongCorners; pupil: PupilTest,
+    (`raxel.calibration.parametric.lens_fit`); wrong: WrongCorners; pupil: PupilTest,
     board: BoardTest, each None where nothing was tested.
     """
 
@@ -152,7 +432,7 @@ def _proposed(law, given, flat=False):
     central, asked = _asked(law, given, flat)
     test = asked.test
     for other in LAWS:
-        if test.p_value <= SURE and other != law:
+        if test.p_value <= PUPIL_SURE and other != law:
             test = agreed(asked, _asked(other, given, flat)[1], boards)
     found = [central._replace(pupil=test)]
     if test.moves:
@@ -218,3 +498,58 @@ def _completed(proposal, boards, views, width, height):
 
 def _unseen(camera, points, seen):
     return ~camera.project(points.reshape(-1, 3)).valid.reshape(seen.shape) & seen
+
+
+# Zhang's pinhole with what users ask beside it: deviations, and the board's shape.
+# The fit is that of `calibrate_zhang`. From there the same terms and the poses are
+# adjusted once more: that gives their covariance, and a board that is bent or longer
+# one way is fitted with them, as with other formulas. Where the board is taken as
+# stated the camera stays the one that OpenCV fitted.
+
+
+PINHOLE = LensFormula("perspective", 2, 0, 0)
+
+
+class PinholeCalibration(NamedTuple):
+    """camera; T_camera_grid (n, 4, 4), in the board's unit; formula: names of its
+    parameters; values (P,) and covariance (P, P) of these, None where points lie behind
+    what was fitted; error_factor, board: as of a LensCalibration."""
+
+    camera: PerspectiveCamera
+    T_camera_grid: np.ndarray
+    formula: LensFormula
+    values: np.ndarray
+    covariance: np.ndarray | None
+    error_factor: float
+    board: BoardTest | None
+
+
+def calibrate_pinhole(views, width, height):
+    """PinholeCalibration of views of a planar board; arguments and errors as of
+    `calibrate_zhang`."""
+    found = calibrate_zhang(views, width, height)
+    K = found.camera.K
+    values = np.array([K[0, 0], K[1, 1], *K[:2, 2], *found.camera.radial])
+    boards = stacked([found_corners(view) for view in views], near_copies(views))
+    fit = FormulaFit(
+        PINHOLE, adjusted(PINHOLE, values, found.T_camera_grid, boards, "tukey")
+    )
+    if not np.isfinite(fit.result.cost):
+        return PinholeCalibration(
+            found.camera, found.T_camera_grid, PINHOLE, values, None, np.nan, None
+        )
+    test = board_test(fit, boards)
+    while test and test.used != fit.formula.board:
+        formula = PINHOLE._replace(board=test.used)
+        fit = refitted(fit, formula, boards, "tukey")
+        test = board_test(fit, boards, test)
+    camera, poses = found.camera, found.T_camera_grid
+    if fit.formula.board:
+        values, poses = fit.result.values, fit.result.T_camera_grid
+        fx, fy, cx, cy, *radial = values[: len(PINHOLE.names)]
+        K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
+        camera = PerspectiveCamera(K, radial, width, height)
+    told = covariance_of(fit, boards)
+    return PinholeCalibration(
+        camera, poses, fit.formula, values, told.covariance, told.factor, test
+    )

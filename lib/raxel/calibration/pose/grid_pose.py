@@ -24,12 +24,12 @@ from raxel.calibration.pose.three_point import (
     ray_errors,
 )
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry.damped import descend, gauss_newton
 from raxel.geometry.homography import (
     homography_dlt,
     homography_ransac,
     refit_to_inliers,
 )
+from raxel.geometry.least_squares import descend, gauss_newton
 from raxel.geometry.poses import nearest_rotation, pose, tangent_bases
 
 # Cosine to the plane's normal below which a ray counts as behind the plane: its point

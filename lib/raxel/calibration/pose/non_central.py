@@ -17,8 +17,7 @@ from raxel.calibration.pose.three_point import (
     ray_point_system,
     refine_pose_ray_point,
 )
-from raxel.cameras.core.base import Rays
-from raxel.cameras.core.centrality import closest_point
+from raxel.cameras.core.base import Rays, closest_point
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector
 

@@ -15,9 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.calibration.smooth import equations as linear_part
-from raxel.calibration.smooth.equations import CornersOfBoards, grid_of
-from raxel.calibration.smooth.prior import free_polynomials, node_places
-from raxel.cameras.tables.cubic_field import shares
+from raxel.calibration.smooth.equations import (
+    CornersOfBoards,
+    free_polynomials,
+    grid_of,
+    node_places,
+)
+from raxel.cameras.tables.interpolation import shares
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane

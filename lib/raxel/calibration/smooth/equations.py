@@ -21,14 +21,193 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from raxel.calibration.smooth.prior import FADE, far_from_data, penalty_matrix
-from raxel.cameras.tables.cubic_field import (
+from raxel.cameras.tables.interpolation import (
     control_shape,
+    cubic_shares,
     field_at,
     shares,
     undisplaced,
 )
 from raxel.geometry.poses import cross_matrix, pose, rotation_from_vector
+
+# What is expected of a smooth field before anything is measured. Squared second
+# differences of neighbouring control values count against it, and a share TIE of the
+# values' own squares. Control values about whose middle nothing was measured are tied
+# to zero besides: so the field fades where there is no target, and the rays to the
+# trend's. When errors are stated that tie does not count. In a table of rays that tie
+# is FAR of what the data of a cell would weigh: data of which such a value sees a
+# tail determine it less than that. Corners of boards are few, and every tail counts:
+# there the tie is FADE times their own squares, and weakens with all else that is
+# expected where corners are exact. Tied firmly next to data that know it well, a
+# field would be bent among them. Polynomials to the third degree count as unknown
+# when errors are stated: a trend that was fitted to the same data has such errors,
+# which no smoothness takes away. Sources: P. Eilers and B. Marx 1996,
+# doi:10.1214/ss/1038425655 (penalised splines); G. Wahba 1983,
+# doi:10.1111/j.2517-6161.1983.tb01239.x (the covariance of such a fit).
+
+
+TIE, FAR, FADE = 1 / 4, 1e-3, 1.0
+
+
+def penalty_matrix(shape):
+    """(K, K) sparse, of the K = rows * columns control values of one coordinate."""
+    from scipy.sparse import eye_array, kron
+
+    rows, columns = shape
+    down, along = eye_array(rows), eye_array(columns)
+    bends = [
+        kron(_differences(rows, (1.0, -2.0, 1.0)), along),
+        kron(down, _differences(columns, (1.0, -2.0, 1.0))),
+        np.sqrt(2) * kron(_differences(rows, (-1.0, 1.0)),
+                          _differences(columns, (-1.0, 1.0))),
+    ]  # fmt: skip
+    total = sum(part.T @ part for part in bends)
+    return (total + TIE * eye_array(rows * columns)).tocsr()
+
+
+def far_from_data(covered):
+    """(K,) bool: control values about whose middle no cell is covered.
+
+    covered: (rows - 3, columns - 3) bool, cells in which something was measured. Cells
+    beyond the image count as their neighbours in it.
+    """
+    framed = np.pad(covered, 2, mode="edge")
+    pairs = framed[:-1] | framed[1:]
+    return ~(pairs[:, :-1] | pairs[:, 1:]).ravel()
+
+
+def _differences(count, steps):
+    from scipy.sparse import diags_array
+
+    order = len(steps) - 1
+    return diags_array(steps, offsets=range(order + 1), shape=(count - order, count))
+
+
+def free_polynomials(shape):
+    """Control values (K, 10) of the polynomials in u and v to the third degree."""
+    down, along = (_powers(count) for count in shape)
+    columns = [
+        np.outer(down[i], along[j]).ravel() for i in range(4) for j in range(4 - i)
+    ]
+    return np.column_stack(columns)
+
+
+def _powers(count):
+    """Control values of 1, x, x^2, x^3 on count values, x from -1 to 1."""
+    knot, half = np.arange(count) - (count - 1) / 2, (count - 1) / 2
+    return [
+        np.ones(count),
+        knot / half,
+        (knot**2 - 1 / 3) / half**2,
+        (knot**3 - knot) / half**3,
+    ]
+
+
+def node_places(shape, spacing):
+    """Pixels (rows, columns, 2) at the corners of the cells and half-way between."""
+    rows, columns = (2 * (count - 3) + 1 for count in shape)
+    v, u = np.mgrid[:rows, :columns] * (spacing / 2) - 0.5
+    return np.stack([u, v], axis=-1)
+
+
+# A smooth field fitted to values at pixels: sums over millions, then few unknowns.
+# The field is `raxel.cameras.tables.interpolation`'s. Least squares needs of the data
+# no more than a band of the normal matrix, which is summed up pixel by pixel, in as
+# many parts as are kept out in turn.
+
+
+class FieldSums:
+    """Sums of one spacing of cells over an image, in `parts` parts.
+
+    normal: (parts, rows, columns, 4, 7), products of a control value's share with those
+    0 to 3 rows on and -3 to 3 columns on; right: (parts, rows, columns, 2); squares,
+    weights: (parts,); cells: (rows - 3, columns - 3), how many pixels fell into each.
+    """
+
+    def __init__(self, width, height, spacing, parts):
+        self.spacing, self.shape = float(spacing), control_shape(width, height, spacing)
+        rows, columns = self.shape
+        self.normal = np.zeros((parts, rows, columns, 4, 7))
+        self.right = np.zeros((parts, rows, columns, 2))
+        self.squares, self.weights = np.zeros(parts), np.zeros(parts)
+        self.cells = np.zeros((rows - 3, columns - 3), np.int64)
+
+    def add(self, pixels, values, weights, part):
+        """Add values (N, 2) at pixels (N, 2) of the image, with weights (N,), each to
+        the part (N,) it belongs to."""
+        _add(
+            pixels, values, weights, part, self.spacing,
+            self.normal, self.right, self.squares, self.weights, self.cells,
+        )  # fmt: skip
+
+    def band(self, parts):
+        """The lower band (3 columns + 4, rows * columns) of the sum over parts."""
+        rows, columns = self.shape
+        summed = self.normal[parts].sum(axis=0)
+        band = np.zeros((3 * columns + 4, rows * columns))
+        for down in range(4):
+            for along in range(-3 if down else 0, 4):
+                # The later value of a pair that would leave its row does not exist.
+                band[down * columns + along] += summed[:, :, down, along + 3].ravel()
+        return band
+
+    def quadratic(self, part, control):
+        """Sum over a part of weights times squared distances from the field (K, 2)."""
+        product = band_product(self.band([part]), control)
+        right = self.right[part].reshape(-1, 2)
+        return float(
+            self.squares[part] - 2 * np.vdot(right, control) + np.vdot(product, control)
+        )
+
+
+def band_of(matrix, width):
+    """The lower band (width, K) of a sparse symmetric matrix (K, K)."""
+    below = matrix.tocoo()
+    row, column = below.coords
+    keep = row >= column
+    band = np.zeros((width, matrix.shape[0]))
+    band[(row - column)[keep], column[keep]] = below.data[keep]
+    return band
+
+
+def band_product(band, values):
+    """Symmetric matrix of this lower band times values (K, 2)."""
+    product = band[0][:, None] * values
+    for offset in range(1, len(band)):
+        line = band[offset, : len(values) - offset, None]
+        if line.any():
+            product[offset:] += line * values[:-offset]
+            product[:-offset] += line * values[offset:]
+    return product
+
+
+@numba.njit(cache=True)
+def _add(pixels, values, weights, part, spacing, normal, right, squares, total, cells):
+    # The loop over pixels sums one cell's products after the other: 16 x 16 of them.
+    b, slope, d = np.empty(4), np.empty(4), np.empty(4)
+    for n in range(len(pixels)):
+        w = weights[n]
+        if not w > 0:
+            continue
+        x, y = (pixels[n, 0] + 0.5) / spacing, (pixels[n, 1] + 0.5) / spacing
+        i = min(max(int(x), 0), cells.shape[1] - 1)
+        j = min(max(int(y), 0), cells.shape[0] - 1)
+        cubic_shares(x - i, b, slope)
+        cubic_shares(y - j, d, slope)
+        f = part[n]
+        cells[j, i] += 1
+        total[f] += w
+        squares[f] += w * (values[n, 0] ** 2 + values[n, 1] ** 2)
+        for k in range(4):
+            for m in range(4):
+                share = w * d[k] * b[m]
+                right[f, j + k, i + m, 0] += share * values[n, 0]
+                right[f, j + k, i + m, 1] += share * values[n, 1]
+                for p in range(k, 4):
+                    first = m if p == k else 0
+                    for q in range(first, 4):
+                        normal[f, j + k, i + m, p - k, q - m + 3] += share * d[p] * b[q]
+
 
 STEP = 1e-5  # of a point's distance, for how its image moves
 GAUGE = 1e3  # times the largest of the normal matrix, against common rotations
@@ -44,7 +223,7 @@ class CornersOfBoards(NamedTuple):
 
 class FieldGrid(NamedTuple):
     """cells along the longer side; spacing px; shape of the control values; penalty
-    (K, K) and ties (K,) of `raxel.calibration.smooth.prior`."""
+    (K, K) and ties (K,) of `raxel.calibration.smooth.equations`."""
 
     cells: int
     spacing: float

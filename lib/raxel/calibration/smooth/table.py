@@ -13,16 +13,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.smooth.prior import (
+from raxel.calibration.smooth.boards import MIN_RAYS, trend_of_rays
+from raxel.calibration.smooth.equations import (
     FAR,
+    FieldSums,
+    band_of,
+    band_product,
     far_from_data,
     free_polynomials,
     node_places,
     penalty_matrix,
 )
-from raxel.calibration.smooth.sums import FieldSums, band_of, band_product
-from raxel.calibration.smooth.trend import MIN_RAYS, trend_of_rays
-from raxel.cameras.tables.cubic_field import field_at, shares
+from raxel.cameras.tables.interpolation import field_at, shares
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose

@@ -13,11 +13,219 @@ BoardView; whatever takes views takes either.
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
-from raxel.calibration.views.moments import add_runs
-from raxel.errors import InputError
+from raxel.errors import CalibrationError, InputError
+from raxel.geometry.planes import on_plane
 from raxel.sets.uncertainty import check_sd
+
+# Second moments of the points that a pixel sees, summed over millions of pairs. About
+# the camera's centre a pixel's points (x, y, z) leave nine sums: of xx, yy, zz, xy,
+# xz, yz, x, y and z. Inside a cell of a board the points are a homography of the
+# pixel, so about the centre they are three linear forms in (u, v, 1) over a fourth;
+# along a row these change by one number alone.
+
+
+@numba.njit(cache=True)
+def add_runs(sums, rows, first, stop, cell, forms, weight):
+    """Add the points of runs of pixels, times weight, to sums (H, W, 9); forms
+    (cells, 4, 3), the fourth is what the other three are divided by."""
+    rest = np.empty(4)
+    for run in range(len(rows)):
+        v = rows[run]
+        form = forms[cell[run]]
+        for k in range(4):
+            rest[k] = form[k, 2] + form[k, 1] * v
+        for u in range(first[run], stop[run]):
+            w = form[3, 0] * u + rest[3]
+            x = (form[0, 0] * u + rest[0]) / w
+            y = (form[1, 0] * u + rest[1]) / w
+            z = (form[2, 0] * u + rest[2]) / w
+            _add(sums[v, u], x, y, z, weight)
+
+
+@numba.njit(cache=True)
+def add_points(sums, location, sigma, plane, weight):
+    """Add the points of a dense view, times weight/sigma^2, to sums (H, W, 9).
+
+    location, sigma: (H, W, 2), NaN where nothing was seen; plane: (3, 3), from (x, y,
+    1) of the grid to the base frame about the centre.
+    """
+    height, width, _ = location.shape
+    for v in range(height):
+        for u in range(width):
+            a, b = float(location[v, u, 0]), float(location[v, u, 1])
+            if not (np.isfinite(a) and np.isfinite(b)):
+                continue
+            x = plane[0, 0] * a + plane[0, 1] * b + plane[0, 2]
+            y = plane[1, 0] * a + plane[1, 1] * b + plane[1, 2]
+            z = plane[2, 0] * a + plane[2, 1] * b + plane[2, 2]
+            variance = sigma[v, u, 0] ** 2 + sigma[v, u, 1] ** 2
+            _add(sums[v, u], x, y, z, weight / variance)
+
+
+@numba.njit(cache=True)
+def _add(of_pixel, x, y, z, weight):
+    of_pixel[0] += weight * (x * x)
+    of_pixel[1] += weight * (y * y)
+    of_pixel[2] += weight * (z * z)
+    of_pixel[3] += weight * (x * y)
+    of_pixel[4] += weight * (x * z)
+    of_pixel[5] += weight * (y * z)
+    of_pixel[6] += weight * x
+    of_pixel[7] += weight * y
+    of_pixel[8] += weight * z
+
+
+# Boards that are all parallel leave the camera open, whatever a fit says.
+
+
+MIN_TILT_DEG = 3.0  # between boards that count as tilted against each other
+
+
+def refuse_parallel(rotations, method, needed):
+    """Raise CalibrationError without ``needed`` (2 or 3) boards tilted pairwise.
+
+    rotations: (n, 3, 3) of the boards as fitted, any common frame; method: for the
+    message. Parallel boards share one vanishing line, so whatever focal length or
+    centre a fit came to rest at, it finds them parallel: the poses themselves tell. A
+    centre that came out far away leaves the tilts to the noise, and a board or two may
+    seem tilted by chance; three of them pairwise do not.
+    """
+    normals = rotations[:, :, 2]
+    cosine = np.clip(np.abs(normals @ normals.T), 0.0, 1.0)
+    angles = np.degrees(np.arccos(cosine))
+    apart = angles >= MIN_TILT_DEG
+    pairs = apart.astype(int)
+    found = apart if needed == 2 else apart & (pairs @ pairs > 0)
+    if not found.any():
+        what = "the boards are parallel"
+        if angles.max() >= MIN_TILT_DEG:
+            what += ", or no camera with a single centre fits them"
+        widest = f"widest pair {angles.max():.1f}"
+        raise CalibrationError(
+            f"{method}: no {needed} boards are tilted against each other by"
+            f" {MIN_TILT_DEG:.0f} degrees ({widest}): {what}; tilt them more",
+            code="parallel-grids",
+        )
+
+
+# Photographs that show the board where another one does: frames of a film, say. They
+# share more than the board: what light, blur and the grid of pixels do to corners
+# there. So they say hardly more than one of them, and what they share looks like the
+# board's, or like another camera's. Where a fit takes all of them, its covariance and
+# its tests count them together, as they do the corners of one photograph.
+
+
+NEAR = 0.01  # of the board's radius in the image: no two are held so still by chance
+
+
+def near_copies(views):
+    """(n,) indices: of each of n BoardViews the first that shows the board where it
+    does, its own where none does, or where every pixel was read by itself."""
+    first, kept = np.arange(len(views)), []
+    for k, view in enumerate(views):
+        if view.every_pixel:
+            continue
+        radius = np.sqrt(np.nanmean(np.nanvar(view.pixels, axis=0)))
+        near = [j for j in kept if _apart(views[j], view) <= NEAR * radius]
+        if near:
+            first[k] = near[0]
+        else:
+            kept.append(k)
+    return first
+
+
+def _apart(one, other):
+    """RMS distance in px along an axis of corners that both found; infinite where they
+    are of other boards or fewer than half are shared."""
+    if one.pixels.shape != other.pixels.shape:
+        return np.inf
+    squares = (one.pixels - other.pixels) ** 2
+    both = np.isfinite(squares[:, 0])
+    most = max(np.isfinite(each.pixels[:, 0]).sum() for each in (one, other))
+    return np.sqrt(squares[both].mean()) if both.sum() > most / 2 else np.inf
+
+
+def once_each(pairs):
+    """Those of [(ImageScore, BoardView), ...] that are no near copies of others."""
+    first = near_copies([view for _, view in pairs])
+    return [pair for k, pair in enumerate(pairs) if first[k] == k]
+
+
+# The shape of a board that is not quite flat, or longer one way than stated. One
+# board is in all photographs, so one shape is. To first order in how far a sheet
+# leaves its plane it is a quadratic: two bends and a twist. Paper on a bent support
+# bends without being stretched: what rises draws the rest towards the middle. With r
+# a point from the board's middle and H the curvatures, that is z = r . H r / 2, shift
+# in the plane = -z H r / 3, which for a cylinder keeps lengths along the sheet to the
+# third order. Apart from this a board may be longer along x against y than it is said
+# to be, by the printer's or the monitor's doing. That it is larger both ways no
+# photograph of it tells.
+
+
+BENDS = ("bend_x", "bend_y", "twist")
+TERMS = (*BENDS, "stretch")
+
+
+class BoardShape(NamedTuple):
+    """middle (2,) and half (2,), of its sides, in the board's unit, and values (4,).
+
+    The values: bend_x and bend_y, how far the ends of x and of y lie behind the middle,
+    along z; twist, how far the corner where x and y end does beyond these, all in the
+    board's unit; stretch, how much longer x is against y, 0.01 being 1 %.
+    """
+
+    middle: np.ndarray
+    half: np.ndarray
+    values: np.ndarray
+
+    def points(self, flat):
+        """Points (..., 2), as stated, of the board where they are, (..., 3)."""
+        return shaped(flat, self)[0]
+
+    def seen_on_plane(self, flat, directions):
+        """Where rays that see points (N, 2) of the board meet the plane z = 0, (N, 2);
+        directions: (N, 3), in the frame of the board."""
+        placed = self.points(flat)
+        return placed[:, :2] - placed[:, 2:] * directions[:, :2] / directions[:, 2:]
+
+
+def board_points(flat, shape):
+    """Points (..., 3) of stated ones (..., 2): of a BoardShape, of a plane for None."""
+    return on_plane(flat) if shape is None else shape.points(flat)
+
+
+def shaped(flat, shape):
+    """Points (..., 3) of a BoardShape for stated ones (..., 2), and how they move with
+    its values, (..., 3, 4)."""
+    r = np.asarray(flat, float) - shape.middle
+    (bend_x, bend_y, twist, stretch), (a, b) = shape.values, shape.half
+    x, y = r[..., 0] / a, r[..., 1] / b
+    z = bend_x * x**2 + bend_y * y**2 + twist * x * y
+    z_by = np.stack([x**2, y**2, x * y], axis=-1)
+    # H r, by its parts: 2 / a^2, 1 / (a b) and 2 / b^2 of the bends and the twist.
+    zero = np.zeros_like(x)
+    slope_by = np.stack(
+        [
+            np.stack([2 * x / a, zero, y / a], axis=-1),
+            np.stack([zero, 2 * y / b, x / b], axis=-1),
+        ],
+        axis=-2,
+    )
+    slope = slope_by @ np.array([bend_x, bend_y, twist])
+    wider = r * np.array([stretch / 2, -stretch / 2])
+    points = on_plane(np.asarray(flat, float) + wider - z[..., None] * slope / 3)
+    points[..., 2] = z
+    by_values = np.zeros((*points.shape, 4))
+    by_values[..., :2, :3] = (
+        -(z_by[..., None, :] * slope[..., None] + z[..., None, None] * slope_by) / 3
+    )
+    by_values[..., 2, :3] = z_by
+    by_values[..., 0, 3], by_values[..., 1, 3] = r[..., 0] / 2, -r[..., 1] / 2
+    return points, by_values
+
 
 BLOCK = 1 << 15  # pixels handled at once
 FEW = 1 << 10  # of them tested against every cell at once
@@ -100,7 +308,7 @@ class BoardView(NamedTuple):
 
     def add_moments(self, sums, T_base_grid, centre, weight=1.0):
         """Add to sums (height, width, 9) those of every pixel's point about the centre,
-        times weight, as `raxel.calibration.views.moments` lays them out."""
+        times weight, as `correspondence` lays them out."""
         height, width, _ = sums.shape
         cells = board_cells(self)
         if len(cells.corners) == 0:

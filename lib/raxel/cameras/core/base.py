@@ -14,6 +14,41 @@ from raxel.cameras.core.storage import write_camera
 from raxel.errors import InputError
 from raxel.io.documents import one_line
 
+# How far from central a set of rays is (2.3.1).
+
+
+def closest_point(rays):
+    """The point (3,) with the least sum of squared distances to the rays' lines.
+
+    rays: `Rays`, camera frame; those that are not valid do not count. Where many
+    points do equally well, as for parallel rays, the one nearest the mean origin.
+    """
+    origins, directions = _lines(rays)
+    middle = origins.mean(axis=0)
+    across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
+    target = np.einsum("nij,nj->i", across, origins - middle)
+    step = np.linalg.lstsq(across.sum(axis=0), target, rcond=1e-12)[0]
+    return middle + step
+
+
+def centrality(rays):
+    """Smallest RMS distance of the rays' lines from one point, in mm.
+
+    rays: `Rays`. Zero for a central camera. Lines are taken as endless, as the centre
+    behind a convex mirror is met by no half-line.
+    """
+    origins, directions = _lines(rays)
+    reach = closest_point(rays) - origins
+    return float(np.sqrt(np.mean(np.sum(np.cross(reach, directions) ** 2, axis=1))))
+
+
+def _lines(rays):
+    keep = rays.valid
+    if not keep.any():
+        raise ValueError("no valid ray")
+    return rays.origins[keep], rays.directions[keep]
+
+
 # Pixels and millimetres beyond this have no ray and no pixel: their squares and the
 # products of these must not overflow.
 REMOTE = 1e100
@@ -199,3 +234,31 @@ def pixel_grid(width, height):
     """All pixel centres of an image, row by row: (height * width, 2)."""
     v, u = np.mgrid[:height, :width]
     return np.column_stack([u.ravel(), v.ravel()]).astype(float)
+
+
+# Cameras that hold another camera: the viewer of mirrors, the lens of a field.
+
+
+def nested_fields(name, camera):
+    """The fields of a nested camera, by the names that `CameraFile.nested` reads."""
+    size = {"width": np.array(camera.width), "height": np.array(camera.height)}
+    fields = {"kind": np.array(camera.kind)} | size | camera._fields()
+    return {f"{name}.{key}": value for key, value in fields.items()}
+
+
+def finite_rows(points):
+    """Points (N, 3), NaN in rows that are not finite or far beyond any scene."""
+    return near_rows(points, 3)
+
+
+def checked_rigid(name, T):
+    """A read-only pose (4, 4), or InputError naming the field."""
+    T = checked_array(name, T, (4, 4))
+    R = T[:3, :3]
+    rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-9 and np.linalg.det(R) > 0
+    if not (rigid and np.array_equal(T[3], [0, 0, 0, 1])):
+        raise InputError(
+            f"field '{name}': not a pose; give a rotation, a translation in mm and the "
+            "last row 0 0 0 1"
+        )
+    return T

@@ -14,6 +14,13 @@ from raxel.cameras.core.base import (
     checked_positive,
     checked_word,
 )
+from raxel.cameras.lenses.azimuthal import (
+    AzimuthalCamera,
+    invert_rising,
+    smallest_positive_root,
+)
+from raxel.cameras.lenses.perspective import distortion_warp
+from raxel.cameras.lenses.plane_map import PlaneMap
 from raxel.errors import InputError
 
 PROJECTIONS = ("equidistance", "equisolid", "stereographic")
@@ -132,3 +139,196 @@ class FisheyeCamera(Camera):
             file.number("height"),
             file.number("max_angle"),
         )
+
+
+# Kannala and Brandt's fisheye model (2.9), symmetric and complete.
+
+
+class AsymmetricMap(PlaneMap):
+    """theta (cos phi, sin phi) to (r + D_r) u_r + D_t u_phi (2.9).
+
+    The polynomials hold one power of theta less than the model's: the factor theta
+    that all terms share is the length of the argument.
+    """
+
+    def __init__(self, k, radial_l, radial_i, tangential_m, tangential_j, radius):
+        self._k, self._l, self._m = k[::-1], radial_l[::-1], tangential_m[::-1]
+        self._i, self._j = radial_i, tangential_j
+        super().__init__(radius)
+
+    def value(self, p):
+        out, around, unit, normal = self._polar(p)
+        theta = np.hypot(*p.T)[:, None]
+        return theta * (out[0][:, None] * unit + around[0][:, None] * normal)
+
+    def jacobian(self, p):
+        (R, R_theta, R_phi), (T, T_theta, T_phi), unit, normal = self._polar(p)
+        along = R_theta[:, None] * unit + T_theta[:, None] * normal
+        across = (R_phi - T)[:, None] * unit + (R + T_phi)[:, None] * normal
+        return along[:, :, None] * unit[:, None] + across[:, :, None] * normal[:, None]
+
+    def _polar(self, p):
+        """(value / theta, d/dtheta, d/dphi / theta) along u_r and u_phi; the two."""
+        squared, phi = np.sum(p * p, axis=1), np.arctan2(p[:, 1], p[:, 0])
+        unit = np.column_stack([np.cos(phi), np.sin(phi)])
+        normal = np.column_stack([-np.sin(phi), np.cos(phi)])
+        wave, slope = harmonics(self._i, phi)
+        swing, swing_slope = harmonics(self._j, phi)
+        (k, k_theta), (size, size_theta), (turn, turn_theta) = (
+            odd_polynomial(terms, squared) for terms in (self._k, self._l, self._m)
+        )
+        out = (k + size * wave, k_theta + size_theta * wave, size * slope)
+        around = (turn * swing, turn_theta * swing, turn * swing_slope)
+        return out, around, unit, normal
+
+
+def odd_polynomial(descending, squared):
+    """P(theta) / theta and P'(theta) of c1 theta + c2 theta^3 + ..."""
+    odd = 2 * np.arange(len(descending))[::-1] + 1
+    return np.polyval(descending, squared), np.polyval(odd * descending, squared)
+
+
+def harmonics(c, phi):
+    """c1 cos phi + c2 sin phi + c3 cos 2 phi + c4 sin 2 phi, and its derivative."""
+    cosine, sine = np.cos(phi), np.sin(phi)
+    cosine_2, sine_2 = np.cos(2 * phi), np.sin(2 * phi)
+    value = c[0] * cosine + c[1] * sine + c[2] * cosine_2 + c[3] * sine_2
+    slope = c[1] * cosine - c[0] * sine + 2 * (c[3] * cosine_2 - c[2] * sine_2)
+    return value, slope
+
+
+class KannalaBrandtCamera(AzimuthalCamera):
+    """r = k1 theta + k2 theta^3 + ... + k5 theta^9, with optional asymmetric terms.
+
+    k: 2 to 5 coefficients; pixels_per_unit: (mu, mv), pixels per unit of r;
+    principal_point: (2,). With mu, mv = fx, fy and k1 = 1 the symmetric model is
+    OpenCV's fisheye model. The asymmetric terms of (2.9) are
+
+        D_r = (l1 theta + l2 theta^3 + l3 theta^5)
+              (i1 cos phi + i2 sin phi + i3 cos 2 phi + i4 sin 2 phi)
+
+    along the radius and D_t, the same with m and j, across it:
+
+    radial_l (3,) and radial_i (4,), tangential_m (3,) and tangential_j (4,), each pair
+    given together or left out. In their place tangential, (p1, p2), and prism, (s1,
+    s2), may add a decentring that the model does not have, as `BrownMap` defines it,
+    to r / k1, with (x, y) = theta (cos phi, sin phi).
+
+    The camera sees as far as r rises, at most to pi; with terms that are not
+    symmetric, inside the first circle on which the map folds.
+
+    6 (k1, k2) to 23 parameters, counted as the authors do; tangential and prism are two
+    each. Three of the 23 are scales that cancel: between k and mu, mv, between l and i,
+    between m and j.
+    Source: Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153. Raises InputError
+    naming the field, also for an r that does not rise.
+    """
+
+    kind = "kannala-brandt"
+
+    def __init__(
+        self,
+        k,
+        pixels_per_unit,
+        principal_point,
+        width,
+        height,
+        radial_l=(),
+        radial_i=(),
+        tangential_m=(),
+        tangential_j=(),
+        max_angle=None,
+        tangential=(0, 0),
+        prism=(0, 0),
+    ):
+        check_size(self, width, height)
+        self.k = checked_array("k", k, (None,))
+        if not 2 <= len(self.k) <= 5:
+            raise InputError(
+                f"field 'k': {len(self.k)} coefficients found; give k1, k2 and at most "
+                "three more"
+            )
+        if not self.k[0] > 0:
+            raise InputError(
+                f"field 'k': k1 = {self.k[0]} found; r must rise from the axis, so "
+                "give a positive k1"
+            )
+        self.pixels_per_unit = checked_positive(
+            "pixels_per_unit", pixels_per_unit, (2,)
+        )
+        self.principal_point = checked_array("principal_point", principal_point, (2,))
+        self.radial_l, self.radial_i = _pair("radial", "l", "i", radial_l, radial_i)
+        self.tangential_m, self.tangential_j = _pair(
+            "tangential", "m", "j", tangential_m, tangential_j
+        )
+        self.tangential = checked_array("tangential", tangential, (2,))
+        self.prism = checked_array("prism", prism, (2,))
+        self._off_axis = bool(np.any(self.tangential) or np.any(self.prism))
+        asymmetric = len(self.radial_l) or len(self.tangential_m)
+        if asymmetric and self._off_axis:
+            raise InputError(
+                "field 'tangential' or 'prism': found beside asymmetric terms; give "
+                "one of the two"
+            )
+        self.symmetric = not (asymmetric or self._off_axis)
+        affine = np.diag(self.pixels_per_unit) * (self.k[0] if self._off_axis else 1.0)
+        limits, warp = self._own_limits()
+        self._set_up(affine, self.principal_point, max_angle, *limits, warp)
+
+    @property
+    def parameters(self):
+        """k, the terms that are not symmetric, and four of the affine map."""
+        return (
+            len(self.k)
+            + 7 * bool(len(self.radial_l))
+            + (7 * bool(len(self.tangential_m)) + 4)
+            + 2 * bool(np.any(self.tangential))
+            + 2 * bool(np.any(self.prism))
+        )
+
+    def _own_limits(self):
+        if self._off_axis:
+            radial = self.k[1:] / self.k[0]
+            off_axis = self.tangential, self.prism
+            return (math.pi, math.pi), distortion_warp(radial, *off_axis)
+        if not self.symmetric:
+            terms = [
+                _or_zeros(self.radial_l, 3),
+                _or_zeros(self.radial_i, 4),
+                _or_zeros(self.tangential_m, 3),
+                _or_zeros(self.tangential_j, 4),
+            ]
+            return (math.pi, math.pi), lambda r: AsymmetricMap(self.k, *terms, r)
+        rise = np.zeros(2 * len(self.k) - 1)
+        rise[::2] = self.k * (2 * np.arange(len(self.k)) + 1)
+        turn = min(smallest_positive_root(rise), math.pi)
+        return (turn, float(turn * odd_polynomial(self.k[::-1], turn**2)[0])), None
+
+    def _radius(self, angle):
+        if not self.symmetric:
+            return angle
+        return angle * odd_polynomial(self.k[::-1], angle**2)[0]
+
+    def _angle(self, radius):
+        if not self.symmetric:
+            return radius
+        return invert_rising(
+            self._radius,
+            lambda angle: odd_polynomial(self.k[::-1], angle**2)[1],
+            radius,
+            self.max_angle,
+        )
+
+
+def _pair(name, first, second, amplitudes, waves):
+    """Both of a pair of asymmetric terms, or neither."""
+    if np.size(amplitudes) == 0 and np.size(waves) == 0:
+        return np.zeros(0), np.zeros(0)
+    return (
+        checked_array(f"{name}_{first}", amplitudes, (3,)),
+        checked_array(f"{name}_{second}", waves, (4,)),
+    )
+
+
+def _or_zeros(terms, length):
+    return terms if len(terms) else np.zeros(length)

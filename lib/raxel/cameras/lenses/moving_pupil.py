@@ -4,11 +4,149 @@ import math
 
 import numpy as np
 
-from raxel.cameras.core.base import Camera, Rays, checked_array, near_rows
-from raxel.cameras.core.named_fields import NamedFields
-from raxel.cameras.core.nested import nested_fields
+from raxel.cameras.core.base import (
+    Camera,
+    Rays,
+    checked_array,
+    near_rows,
+    nested_fields,
+)
+from raxel.cameras.core.storage import NamedFields
 from raxel.cameras.lenses.azimuthal import AzimuthalCamera
+from raxel.cameras.lenses.fisheye import RIM, FisheyeCamera
 from raxel.errors import InputError
+
+# Axial camera: a fisheye whose entrance pupil moves along the axis (2.2.4).
+
+
+AXIAL_ITERATIONS = 100
+# Half the field of view of common fisheye lenses, a little more than 90 degrees.
+USUAL_ANGLE = math.radians(95)
+
+
+class AxialCamera(NamedFields, Camera):
+    """A fisheye lens (2.5 to 2.8) whose rays cross its axis at different heights.
+
+    The ray at angle theta to the axis (+z) starts at (0, 0, z0(theta)) with
+        z0 = (theta / sin(theta) - 1) (e0 + e1 theta^2 + ...),
+    pupil_shift = (e0, e1, ...), (n,) in mm, n >= 0. Near the axis z0 grows with
+    theta^2: the entrance pupil of a real fisheye moves so. The other arguments are
+    those of FisheyeCamera; max_angle is below pi, where z0 has no limit.
+    Rays of neighbouring theta meet z0'(theta) sin(theta) along the ray from the axis.
+    A point beyond that on its ray has the pixel of this ray; one before it has that of
+    another ray, if there is one on which it lies beyond.
+    Raises InputError for values out of range.
+    Source: axial cameras, Sturm 2005, doi:10.1109/CVPR.2005.237; the moving pupil,
+    Gennery 2006, doi:10.1007/s11263-006-5168-1.
+    """
+
+    kind = "axial"
+
+    def __init__(
+        self,
+        projection,
+        focal_px,
+        principal_point,
+        pupil_shift,
+        width,
+        height,
+        max_angle=USUAL_ANGLE,
+    ):
+        self._lens = FisheyeCamera(
+            projection, focal_px, principal_point, width, height, max_angle
+        )
+        self.width, self.height = self._lens.width, self._lens.height
+        self.projection, self.focal_px = projection, self._lens.focal_px
+        self.principal_point = self._lens.principal_point
+        self.pupil_shift = checked_array("pupil_shift", pupil_shift, (None,))
+        self.max_angle = self._lens.max_angle
+        if not self.max_angle < math.pi - 1e-6:
+            raise InputError(
+                f"field 'max_angle': found {max_angle}; give radians below pi, where "
+                "the pupil would be at infinity"
+            )
+
+    @property
+    def central(self):
+        """Whether the pupil stands still."""
+        return not self.pupil_shift.any()
+
+    @property
+    def parameters(self):
+        """Focal length, principal point and the terms of the shift."""
+        return 3 + len(self.pupil_shift)
+
+    def pupil(self, angle):
+        """Height z0 (N,) of the pupil on the axis, and dz0/dtheta, at angles (N,)."""
+        sinc = np.sinc(angle / math.pi)
+        growth = 1 / sinc - 1
+        # d(theta / sin theta): the series takes over where the difference cancels.
+        small = np.abs(angle) < 1e-3
+        sine = np.where(small, 1.0, np.sin(angle))
+        slope = np.where(
+            small,
+            angle / 3 + 7 * angle**3 / 90,
+            (sine - angle * np.cos(angle)) / sine**2,
+        )
+        shift = self.pupil_shift[::-1] if len(self.pupil_shift) else np.zeros(1)
+        value = np.polyval(shift, angle**2)
+        rise = 2 * angle * np.polyval(np.polyder(shift), angle**2)
+        return growth * value, slope * value + growth * rise
+
+    def rays(self, pixels):
+        """Rays of pixels (N, 2); origins on the axis."""
+        rays = self._lens.rays(pixels)
+        z0, _ = self.pupil(_axial_angle(rays.directions))
+        origins = rays.origins + np.column_stack([0 * z0, 0 * z0, z0])
+        return Rays(origins, rays.directions, rays.valid)
+
+    def project(self, points):
+        """Pixels of points (N, 3): of the ray on which each lies beyond the caustic."""
+        points = near_rows(points, 3)
+        angle = self._angles(np.hypot(points[:, 0], points[:, 1]), points[:, 2])
+        z0, slope = self.pupil(angle)
+        from_pupil = points - np.column_stack([0 * z0, 0 * z0, z0])
+        with np.errstate(invalid="ignore"):
+            distance = np.linalg.norm(from_pupil, axis=1)
+            clear = distance > slope * np.sin(angle)
+        return self._lens.project(np.where(clear[:, None], from_pupil, np.nan))
+
+    def _angles(self, across, z):
+        """theta of the ray through (across, z); NaN where there is none.
+
+        (z - z0) sin(theta) - across cos(theta) rises through zero there: Newton
+        inside a bracket, which bisection keeps.
+        """
+        low = np.zeros_like(across)
+        high = np.full_like(across, self.max_angle + RIM)
+        start = np.arctan2(across, z)
+        angle, done = np.clip(start, low, high), ~np.isfinite(start)
+        with np.errstate(all="ignore"):
+            for _ in range(AXIAL_ITERATIONS):
+                z0, slope = self.pupil(angle)
+                sine, cosine = np.sin(angle), np.cos(angle)
+                miss = (z - z0) * sine - across * cosine
+                rise = (z - z0) * cosine + across * sine - slope * sine
+                low = np.where(miss < 0, angle, low)
+                high = np.where(miss > 0, angle, high)
+                new = angle - miss / rise
+                settled = np.abs(new - angle) <= 2e-16 * np.maximum(angle, 1e-3)
+                new = np.where((new >= low) & (new <= high), new, (low + high) / 2)
+                angle = np.where(done, angle, new)
+                done |= settled | (miss == 0) | (high - low <= 4e-16)
+                if done.all():
+                    break
+            z0, _ = self.pupil(angle)
+            miss = (z - z0) * np.sin(angle) - across * np.cos(angle)
+            meets = np.abs(miss) <= 1e-12 * (np.hypot(across, z) + np.abs(z0))
+        return np.where(meets, angle, np.nan)
+
+
+def _axial_angle(directions):
+    """Angle to +z of unit directions (N, 3)."""
+    x, y, z = directions.T
+    return np.arctan2(np.hypot(x, y), z)
+
 
 ITERATIONS = 60
 ENOUGH = 1e-15

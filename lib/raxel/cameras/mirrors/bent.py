@@ -2,11 +2,84 @@
 
 import numpy as np
 
-from raxel.cameras.core.nested import nested_fields
+from raxel.cameras.core.base import checked_positive, nested_fields
 from raxel.cameras.mirrors.curved import MirrorCamera
 from raxel.cameras.mirrors.sheet_surface import SheetMirror
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector
+
+# The facets of a mirror ball: square mirrors in rows, each glued on a little askew.
+
+
+MAX_FACETS = 5000
+
+
+def ball_facets(ball_radius, distance, facet_size, gap, cap, tilt_sd=0.0, specimen=0):
+    """Poses (F, 4, 4) and outlines (F, 4, 2) of the facets towards a viewer, mm.
+
+    The ball's centre is at (0, 0, distance + ball_radius) in the viewer's frame, its
+    poles are above and below. Rows of facets run around it, `gap` apart. cap: radians,
+    facets whose middles are so far from the point next to the viewer are there.
+    tilt_sd: radians, standard deviation of the tilt that glueing gives a facet about
+    either side; specimen: whole number from which these tilts are drawn.
+
+    z of a facet points away from the ball. Rows start from the equator, and a row has
+    as many facets as fit, one of them straight ahead. Raises InputError naming the
+    field.
+    """
+    radius = float(checked_positive("ball_radius", ball_radius))
+    size = float(checked_positive("facet_size", facet_size))
+    away = float(checked_positive("distance", distance))
+    for name, value, most in (
+        ("gap", gap, radius),
+        ("cap", cap, np.pi / 2),
+        ("tilt_sd", tilt_sd, np.pi / 8),
+    ):
+        if not 0 <= value <= most:
+            raise InputError(f"field '{name}': found {value}; give 0 to {most:.4g}")
+    pitch = size + gap
+    if 2 * np.pi * (1 - np.cos(cap)) * (radius / pitch) ** 2 > MAX_FACETS:
+        raise InputError(
+            f"field 'facet_size': found {facet_size} on a ball of {ball_radius} mm; "
+            f"give larger ones, {MAX_FACETS} at most"
+        )
+    normals = _normals(radius, pitch, cap)
+    if not len(normals):
+        raise InputError(f"field 'cap': found {cap}, which holds no facet; give more")
+    down = np.array([0.0, 1.0, 0.0])
+    x = np.cross(down, normals)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    R = np.stack([x, np.cross(normals, x), normals], axis=2)
+    if specimen != int(specimen) or specimen < 0:
+        raise InputError(f"field 'specimen': found {specimen}; give a whole number")
+    tilts = np.random.default_rng(int(specimen)).normal(0, tilt_sd, (len(R), 2))
+    R = R @ rotation_from_vector(np.pad(tilts, ((0, 0), (0, 1))))
+    middles = [0, 0, away + radius] + radius * normals
+    half = size / 2
+    square = [[-half, -half], [half, -half], [half, half], [-half, half]]
+    return pose(R, middles), [square] * len(R)
+
+
+def _normals(radius, pitch, cap):
+    """Unit normals (F, 3) of the facets within the cap, rows from above to below."""
+    reach = int(cap * radius / pitch)
+    normals = []
+    for row in range(-reach, reach + 1):
+        latitude = row * pitch / radius
+        count = max(1, int(2 * np.pi * radius * np.cos(latitude) / pitch))
+        longitude = 2 * np.pi * (np.arange(count) - count // 2) / count
+        level = np.cos(latitude)
+        normals.append(
+            np.column_stack(
+                [
+                    level * np.sin(longitude),
+                    np.full(count, np.sin(latitude)),
+                    -level * np.cos(longitude),
+                ]
+            )
+        )
+    normals = np.concatenate(normals)
+    return normals[-normals[:, 2] >= np.cos(cap)]
 
 
 class BentMirrorCamera(MirrorCamera):

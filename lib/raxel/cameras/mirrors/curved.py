@@ -2,11 +2,16 @@
 
 import numpy as np
 
-from raxel.cameras.core.base import Camera, Projection, Rays, as_rows
-from raxel.cameras.core.nested import checked_rigid, finite_rows
-from raxel.cameras.linear.orthographic import OrthographicCamera
-from raxel.cameras.mirrors.reflection_point import reflection_points
-from raxel.cameras.mirrors.viewer import checked_viewer
+from raxel.cameras.core.base import (
+    Camera,
+    Projection,
+    Rays,
+    as_rows,
+    checked_rigid,
+    finite_rows,
+)
+from raxel.cameras.linear.line_cameras import OrthographicCamera
+from raxel.errors import InputError
 from raxel.geometry.poses import inverse_pose, rotate, transform
 
 # A stationary path is a reflection if light retraces it: misses relative to the
@@ -83,3 +88,183 @@ class MirrorCamera(Camera):
             straight = off <= RETRACE_ANGLE * along + slack
             seen = self.viewer.project(transform(self.T_viewer_mirror, M)).valid
             return seen & met.valid & (miss <= slack) & (along > 0) & straight
+
+
+# The camera that looks into mirrors: which ones can.
+
+
+def checked_viewer(viewer):
+    """The viewer, if a mirror camera can have it.
+
+    Raises InputError for anything but an OrthographicCamera or a central camera with
+    its centre at the origin of its frame.
+    """
+    if not isinstance(viewer, Camera):
+        raise InputError(
+            f"field 'viewer': found {type(viewer).__name__}; give a camera"
+        )
+    if isinstance(viewer, OrthographicCamera):
+        return viewer
+    centre = getattr(viewer, "origins", None)
+    if centre is None:
+        centre = getattr(viewer, "centre", None)
+    if not viewer.central or (centre is not None and np.any(centre)):
+        raise InputError(
+            f"field 'viewer': a {viewer.kind} camera whose rays do not all start at "
+            "the origin of its frame; a central viewer or an orthographic one is needed"
+        )
+    return viewer
+
+
+# The point of a mirror that shows a scene point to a viewer (Alhazen's problem). By
+# Fermat the length of the path from the viewer over the mirror point M to the scene
+# point is stationary. In the chart p of `ConicMirror.point` that is two equations
+# g(p) = J^T (a + b) = 0, J the derivatives of M, a the unit direction in which light
+# reaches M from the viewer's side, b the unit vector from the scene point to M.
+
+
+BLOCK = 2048
+# Rings and spokes of the grid of starts, and how many of them are tried: a convex
+# mirror has one reflection, a concave one may have several close together.
+CONVEX_GRID, CONCAVE_GRID = (8, 16, 4), (12, 24, 24)
+ITERATIONS = 80
+# Of the chart's extent at the rim: a Newton step this small is the last one needed.
+LAST_STEP = 1e-12
+LONGEST_STEP = 0.3
+MARGIN = 1.5
+
+
+def reflection_points(mirror, points, arrivals, accept):
+    """Mirror points (N, 3) of scene points (N, 3), NaN where there is none.
+
+    mirror: `ConicMirror`, everything in its frame, mm. arrivals(M (n, 3)) gives unit
+    directions (n, 3) from the viewer to M and the curvature of their wave front (n,),
+    one over the distance, zero for parallel rays. accept(M, points) -> (n,) bool tells
+    which stationary points are true reflections: one that is not, such as a reflection
+    off the back, gives way to the next start. A point seen several times, as concave
+    mirrors allow, gets the reflection whose coarse start was the best; of two that
+    nearly coincide, next to the caustic, the grid of starts may miss both.
+    """
+    found = np.full((len(points), 3), np.nan)
+    for first in range(0, len(points), BLOCK):
+        block = points[first : first + BLOCK]
+        starts = _starts(mirror, block, arrivals)
+        open_rows = np.arange(len(block))
+        for k in range(starts.shape[1]):
+            p = starts[open_rows, k]
+            scene = block[open_rows]
+            known = np.isfinite(p[:, 0]) & np.isfinite(scene).all(axis=1)
+            rows, p, scene = open_rows[known], p[known], scene[known]
+            p, settled = _newton(mirror, p, scene, arrivals)
+            M = mirror.point(p)[0]
+            good = settled & accept(M, scene)
+            found[first + rows[good]] = M[good]
+            open_rows = np.setdiff1d(open_rows, rows[good], assume_unique=True)
+    return found
+
+
+def stationarity(mirror, p, points, arrivals):
+    """Equations (N, 2) that vanish with g, and their derivative (N, 2, 2), in mm^2.
+
+    They are g times the distance l from M to the scene point: J^T (l a + M - X). For a
+    point next to the mirror g alone turns abruptly, while these stay nearly linear.
+    """
+    M, J, second = mirror.point(p)
+    a, a_curvature = arrivals(M)
+    reach = M - points
+    # A point on the mirror has no direction, and gets no reflection.
+    distance = np.linalg.norm(reach, axis=1)
+    distance = np.where(distance > 0, distance, np.nan)
+    total = distance[:, None] * a + reach
+    square = np.einsum("nik,nil->nkl", J, J)
+    along_a = np.einsum("nik,ni->nk", J, a)
+    along_b = np.einsum("nik,ni->nk", J, reach / distance[:, None])
+    turn = square - along_a[:, :, None] * along_a[:, None, :]
+    slope = np.einsum("nikl,ni->nkl", second, total) + square
+    slope += (distance * a_curvature)[:, None, None] * turn
+    slope += along_a[:, :, None] * along_b[:, None, :]
+    return np.einsum("nik,ni->nk", J, total), slope
+
+
+def _starts(mirror, points, arrivals):
+    """Chart points to begin at (N, S, 2), NaN after the last of a row.
+
+    They are the local minima, best first, on a polar grid over the mirror, of how far
+    the bisector of the two directions is from the normal; on a concave mirror other
+    places of the grid follow. Last comes the place of the mirror next to a point so
+    near to it that the grid is too coarse.
+    """
+    rings, spokes, count = CONCAVE_GRID if mirror.inside else CONVEX_GRID
+    extent = mirror.chart_extent
+    ring = extent * (np.arange(rings) + 0.5) / rings
+    angle = 2 * np.pi * np.arange(spokes) / spokes
+    p = ring[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    p = p.reshape(-1, 2)
+    M = mirror.point(p)[0]
+    n = mirror.normals(M)
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    a, _ = arrivals(M)
+    b = M - points[:, None]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        b /= np.linalg.norm(b, axis=2, keepdims=True)
+        total = a + b
+        across = np.sum(total**2, axis=2) - np.einsum("nki,ki->nk", total, n) ** 2
+        behind = (np.einsum("nki,ki->nk", b, n) > 0) | (np.sum(a * n, axis=1) > 0)
+    cost = np.where(behind, across + 4, across).reshape(-1, rings, spokes)
+    cost = np.where(np.isfinite(cost), cost, np.inf)
+    padded = np.pad(cost, ((0, 0), (1, 1), (0, 0)), constant_values=np.inf)
+    lowest = (cost <= padded[:, :-2]) & (cost <= padded[:, 2:])
+    lowest &= (cost <= np.roll(cost, 1, axis=2)) & (cost <= np.roll(cost, -1, axis=2))
+    cost = np.where(lowest, cost, cost + 8 if mirror.inside else np.inf)
+    cost = cost.reshape(len(points), -1)
+    order = np.argsort(cost, axis=1, kind="stable")[:, :count]
+    chosen = p[order]
+    chosen[~np.isfinite(np.take_along_axis(cost, order, axis=1))] = np.nan
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        next_to = mirror.chart(points)
+        length = np.linalg.norm(next_to, axis=1, keepdims=True)
+        next_to *= np.minimum(1, extent / length)
+    return np.concatenate([chosen, next_to[:, None]], axis=1)
+
+
+def _newton(mirror, p, points, arrivals):
+    """Solve g = 0 by Newton steps, halved until |g| falls. Returns p and which settled.
+
+    Each row goes its own way, so no result depends on its neighbours.
+    """
+    extent = mirror.chart_extent
+    limit = MARGIN * extent
+    p, settled = p.copy(), np.zeros(len(p), bool)
+    rows = np.arange(len(p))
+    g, H = stationarity(mirror, p, points, arrivals)
+    share = np.ones(len(p))
+    for _ in range(ITERATIONS):
+        with np.errstate(all="ignore"):
+            step = _solve(H, -g)
+            length = np.linalg.norm(step, axis=1)
+            share_now = share * np.minimum(1, LONGEST_STEP * extent / length)
+        last = length <= LAST_STEP * extent
+        trial = p[rows] + step * np.where(last, 1, share_now)[:, None]
+        usable = np.linalg.norm(trial, axis=1) < limit
+        trial = np.where(usable[:, None], trial, p[rows])
+        new_g, new_H = stationarity(mirror, trial, points[rows], arrivals)
+        better = np.sum(new_g**2, axis=1) < np.sum(g**2, axis=1)
+        better = usable & (better | last)
+        p[rows[better]] = trial[better]
+        settled[rows[last & usable]] = True
+        share = np.where(better, np.minimum(1, 2 * share), share / 2)
+        g = np.where(better[:, None], new_g, g)
+        H = np.where(better[:, None, None], new_H, H)
+        going = ~last & np.isfinite(length) & (share > 1e-9)
+        if not going.any():
+            break
+        rows, g, H, share = rows[going], g[going], H[going], share[going]
+    return p, settled
+
+
+def _solve(H, g):
+    """H^-1 g for 2 x 2 matrices (N, 2, 2); not finite where singular."""
+    det = H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0]
+    x = H[:, 1, 1] * g[:, 0] - H[:, 0, 1] * g[:, 1]
+    y = H[:, 0, 0] * g[:, 1] - H[:, 1, 0] * g[:, 0]
+    return np.column_stack([x, y]) / det[:, None]

@@ -5,11 +5,19 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from raxel.cameras.core.base import Camera, Projection, Rays, as_rows, checked_array
-from raxel.cameras.core.nested import checked_rigid, finite_rows, nested_fields
-from raxel.cameras.linear.orthographic import OrthographicCamera
-from raxel.cameras.mirrors.ball import ball_facets
-from raxel.cameras.mirrors.viewer import checked_viewer
+from raxel.cameras.core.base import (
+    Camera,
+    Projection,
+    Rays,
+    as_rows,
+    checked_array,
+    checked_rigid,
+    finite_rows,
+    nested_fields,
+)
+from raxel.cameras.linear.line_cameras import OrthographicCamera
+from raxel.cameras.mirrors.bent import ball_facets
+from raxel.cameras.mirrors.curved import checked_viewer
 from raxel.errors import InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform

@@ -1,15 +1,280 @@
 """Catadioptric camera from its geometry: a viewer and a quadric mirror (2.2.3)."""
 
+import math
+from typing import NamedTuple
+
+import numba
 import numpy as np
 
-from raxel.cameras.core.base import checked_array
-from raxel.cameras.core.nested import nested_fields
-from raxel.cameras.linear.orthographic import OrthographicCamera
-from raxel.cameras.mirrors.conic_surface import ConicMirror
-from raxel.cameras.mirrors.curved import MirrorCamera
-from raxel.cameras.mirrors.viewer import checked_viewer
+from raxel.cameras.core.base import (
+    MAX_SCALE,
+    MIN_SCALE,
+    checked_array,
+    checked_positive,
+    checked_word,
+    nested_fields,
+)
+from raxel.cameras.linear.line_cameras import OrthographicCamera
+from raxel.cameras.mirrors.curved import MirrorCamera, checked_viewer
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, rotation_from_vector, transform
+
+# Mirrors whose surface is a conic turned about its axis: hit, reflect, parametrise.
+# One formula holds for all of them. In the mirror's frame, with the apex at the
+# origin and the axis along +z into the curve, x^2 + y^2 = 2 R z - kappa z^2, kappa =
+# 1 - e^2, R the radius of curvature at the apex and e the eccentricity: 0 for a
+# sphere, below 1 for a prolate ellipsoid, 1 for a paraboloid, above 1 for a
+# hyperboloid of two sheets. The foci are at z = R / (1 + e) and R / (1 - e). Lengths
+# are mm.
+
+
+SHAPES = {
+    "hyperboloid": ("a", "b"),
+    "paraboloid": ("f",),
+    "ellipsoid": ("a", "b"),
+    "sphere": ("R",),
+}
+SIDES = ("outside", "inside")
+# Rounding of a length relative to the mirror's size, so that its rim is part of it.
+RIM = 1e-12
+# Along a leaving ray, in radii of curvature: nearer hits are the point it leaves.
+LEAVING = 1e-9
+
+
+class Reflection(NamedTuple):
+    """points (N, 3) on the mirror, unit directions (N, 3) leaving it, valid (N,)."""
+
+    points: np.ndarray
+    directions: np.ndarray
+    valid: np.ndarray
+
+
+class ConicMirror:
+    """The part of the surface up to a rim, silvered on one side.
+
+    shape and axes: 'hyperboloid' (a, b) with z^2/a^2 - r^2/b^2 = 1 about its middle;
+    'ellipsoid' (a, b), a > b, with z^2/a^2 + r^2/b^2 = 1; 'paraboloid' (f,), its focal
+    length; 'sphere' (R,). rim_radius, hole_radius: distances from the axis, mm; no
+    mirror goes beyond its widest circle. side: 'outside' (convex) or 'inside'.
+    Raises InputError naming the field that no mirror can have.
+    """
+
+    def __init__(self, shape, axes, rim_radius, hole_radius, side):
+        self.radius, self.eccentricity, self.kappa = conic_of(shape, axes)
+        checked_word("side", side, SIDES)
+        self.rim, self.inside = self._checked_rim(rim_radius), side == "inside"
+        self.hole = float(checked_array("hole_radius", hole_radius, ()))
+        if not 0 <= self.hole < self.rim:
+            raise InputError(
+                f"field 'hole_radius': found {hole_radius}; it must be at least 0 and "
+                f"less than the rim, {self.rim:g} mm"
+            )
+        self.height = self.rim * self.slope_at(self.rim)
+        stretch = (1 + self.eccentricity) / self.kappa if self.kappa else math.inf
+        self.foci = np.array([1 / (1 + self.eccentricity), stretch]) * self.radius
+
+    def _checked_rim(self, rim_radius):
+        rim = float(checked_positive("rim_radius", rim_radius))
+        widest = self.radius / math.sqrt(self.kappa) if self.kappa > 0 else math.inf
+        if rim > widest * (1 + RIM):
+            raise InputError(
+                f"field 'rim_radius': found {rim_radius}; the surface is only "
+                f"{widest:g} mm wide from its axis"
+            )
+        return rim
+
+    def slope_at(self, across):
+        """z / across at a distance from the axis: the parameter |p| of `point`."""
+        root = np.sqrt(np.maximum(self.radius**2 - self.kappa * across**2, 0))
+        return across / (self.radius + root)
+
+    def depth(self, points):
+        """x^2 + y^2 - 2 R z + kappa z^2 of points (N, 3): zero on the surface."""
+        x, y, z = points.T
+        return x * x + y * y - z * (2 * self.radius - self.kappa * z)
+
+    def encloses(self, points):
+        """Whether points (N, 3) lie within the surface, where its foci may be."""
+        beyond = points[:, 2] > 0
+        return beyond & (self.depth(points) < 0)
+
+    def normals(self, points):
+        """Normals (N, 3), not unit, towards the silvered side."""
+        x, y, z = points.T
+        out = np.column_stack([x, y, self.kappa * z - self.radius])
+        return -out if self.inside else out
+
+    def reflect(self, origins, directions):
+        """Meet rays with the mirror and turn them: exact to rounding.
+
+        origins, directions: (N, 3), the latter unit. Not valid where the first part of
+        the mirror met is its back, or the ray meets the mirror again after leaving.
+        """
+        shape = self.radius, self.kappa, self.hole, self.rim, self.height
+        rays = (np.ascontiguousarray(a, float) for a in (origins, directions))
+        return Reflection(*_reflected(*rays, shape, self.inside))
+
+    def quadric_meetings(self, origins, directions):
+        """Roots (N, 2) of the quadric along lines, NaN where none; not sorted.
+
+        The larger root from a sum without cancellation, the other by Vieta's product.
+        """
+        o, d = origins, directions
+        weight = np.array([1.0, 1.0, self.kappa])
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            a = np.sum(weight * d * d, axis=1)
+            b = np.sum(weight * o * d, axis=1) - self.radius * d[:, 2]
+            c = self.depth(o)
+            q = -(b + np.copysign(np.sqrt(b * b - a * c), b))
+            return np.column_stack([q / a, c / q])
+
+    def chart(self, points):
+        """Chart coordinates p (N, 2) of places next to points (N, 3), see `point`."""
+        if self.kappa <= 0:
+            return points[:, :2] / (2 * self.radius)
+        across = np.sum(points[:, :2] ** 2, axis=1)
+        return points[:, :2] * (points[:, 2] / across)[:, None]
+
+    @property
+    def chart_extent(self):
+        """|p| at the rim."""
+        if self.kappa <= 0:
+            return self.rim / (2 * self.radius)
+        return self.slope_at(self.rim)
+
+    def point(self, p):
+        """Surface points (N, 3) of chart coordinates p (N, 2), pure numbers.
+
+        Open surfaces: x and y over 2 R. Closed ones: the slopes x/r z/r and y/r z/r of
+        the line from the apex, 2 R (p, |p|^2) / (1 + kappa |p|^2), which reach past the
+        widest circle. Near the apex both are the same.
+        Returns the points, their first derivatives (N, 3, 2) and second (N, 3, 2, 2).
+        """
+        return self._open_point(p) if self.kappa <= 0 else self._closed_point(p)
+
+    def _open_point(self, p):
+        double = 2 * self.radius
+        across = double * p
+        square = np.sum(across**2, axis=1)
+        root = np.sqrt(self.radius**2 - self.kappa * square)
+        points = np.column_stack([across, square / (self.radius + root)])
+        first = np.zeros((len(p), 3, 2))
+        first[:, :2] = double * np.eye(2)
+        first[:, 2] = double * across / root[:, None]
+        second = np.zeros((len(p), 3, 2, 2))
+        bend = self.kappa * across[:, :, None] * across[:, None, :]
+        bend = np.eye(2) + bend / root[:, None, None] ** 2
+        second[:, 2] = double**2 * bend / root[:, None, None]
+        return points, first, second
+
+    def _closed_point(self, p):
+        square = np.sum(p * p, axis=1)
+        scale = 1 / (1 + self.kappa * square)
+        lifted = np.column_stack([p, square])
+        d_lifted = np.zeros((len(p), 3, 2))
+        d_lifted[:, :2] = np.eye(2)
+        d_lifted[:, 2] = 2 * p
+        d_scale = -2 * self.kappa * p * scale[:, None] ** 2
+        dd_scale = (
+            8 * self.kappa**2 * p[:, :, None] * p[:, None, :] * scale[:, None, None]
+            - 2 * self.kappa * np.eye(2)
+        ) * scale[:, None, None] ** 2
+        cross = d_lifted[:, :, :, None] * d_scale[:, None, None, :]
+        second = lifted[:, :, None, None] * dd_scale[:, None]
+        second += cross + np.swapaxes(cross, 2, 3)
+        second[:, 2] += 2 * np.eye(2) * scale[:, None, None]
+        first = d_lifted * scale[:, None, None]
+        first += lifted[:, :, None] * d_scale[:, None, :]
+        double = 2 * self.radius
+        return double * lifted * scale[:, None], double * first, double * second
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _reflected(origins, directions, shape, inside):
+    """`Reflection` of rays (N, 3), (N, 3) on a mirror of `shape`: radius, kappa, radii
+    of hole and rim, height."""
+    radius = shape[0]
+    points, leaving = np.full((2, len(origins), 3), np.nan)
+    valid = np.zeros(len(origins), np.bool_)
+    for n in range(len(origins)):
+        o, d = origins[n], directions[n]
+        first = min(*_meetings(o[0], o[1], o[2], d[0], d[1], d[2], shape))
+        if not first < np.inf:
+            continue
+        x, y, z = o[0] + first * d[0], o[1] + first * d[1], o[2] + first * d[2]
+        u, v, w = x, y, shape[1] * z - radius
+        if inside:
+            u, v, w = -u, -v, -w
+        towards = d[0] * u + d[1] * v + d[2] * w
+        if not towards < 0:
+            continue
+        turn = 2 * towards / (u * u + v * v + w * w)
+        u, v, w = d[0] - turn * u, d[1] - turn * v, d[2] - turn * w
+        length = math.sqrt(u * u + v * v + w * w)
+        u, v, w = u / length, v / length, w / length
+        for again in _meetings(x, y, z, u, v, w, shape):
+            if LEAVING * radius < again < np.inf:
+                break
+        else:
+            valid[n] = True
+            points[n, 0], points[n, 1], points[n, 2] = x, y, z
+            leaving[n, 0], leaving[n, 1], leaving[n, 2] = u, v, w
+    return points, leaving, valid
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _meetings(ox, oy, oz, dx, dy, dz, shape):
+    """Distances at which a ray meets the mirror, two; inf where it does not."""
+    radius, kappa = shape[:2]
+    # The roots of `quadric_meetings`.
+    a = dx * dx + dy * dy + kappa * dz * dz
+    b = ox * dx + oy * dy + kappa * oz * dz - radius * dz
+    c = ox * ox + oy * oy - oz * (2 * radius - kappa * oz)
+    q = -(b + math.copysign(math.sqrt(b * b - a * c), b))
+    one, other = q / a, c / q
+    if not (one > 0 and _carries(ox + one * dx, oy + one * dy, oz + one * dz, shape)):
+        one = np.inf
+    if not (
+        other > 0 and _carries(ox + other * dx, oy + other * dy, oz + other * dz, shape)
+    ):
+        other = np.inf
+    return one, other
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _carries(x, y, z, shape):
+    """Whether a point of the quadric lies between hole and rim of the mirror."""
+    _, _, hole, rim, height = shape
+    across, scale = math.hypot(x, y), RIM * rim
+    # A second sheet, or the far half of an ellipsoid, is as wide.
+    middle = height * (1 + RIM) + scale
+    return hole - scale <= across <= rim + scale and -scale <= z <= middle
+
+
+def conic_of(shape, axes):
+    """(R, e, kappa) of a shape and its axes; InputError if no such surface exists."""
+    names = SHAPES[checked_word("shape", shape, SHAPES)]
+    listed = axes if isinstance(axes, list) else np.atleast_1d(axes)
+    axes = checked_array("axes", listed, (None,))
+    if len(axes) != len(names) or not ((axes > MIN_SCALE) & (axes < MAX_SCALE)).all():
+        raise InputError(
+            f"field 'axes': found {axes.tolist()}; the {shape} needs positive "
+            f"({', '.join(names)}) in mm"
+        )
+    if shape == "sphere":
+        return axes[0], 0.0, 1.0
+    if shape == "paraboloid":
+        return 2 * axes[0], 1.0, 0.0
+    a, b = axes
+    if shape == "hyperboloid":
+        return b * b / a, math.hypot(a, b) / a, -((b / a) ** 2)
+    if not a > b:
+        raise InputError(
+            f"field 'axes': found {axes.tolist()}; the ellipsoid's a must exceed b, "
+            "so that its foci lie on the axis"
+        )
+    return b * b / a, math.sqrt((a - b) * (a + b)) / a, (b / a) ** 2
+
 
 # How far from the focus, mm, a viewer may be and still make a central camera.
 AT_FOCUS = 1e-9

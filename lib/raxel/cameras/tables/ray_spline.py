@@ -1,7 +1,7 @@
 """Any central camera: a lens formula, and a smooth field of what it leaves.
 
 A pixel p has the ray that another camera, the trend, has for p + s(p). The field s, in
-px, is a cubic B-spline (`raxel.cameras.tables.cubic_field`). A formula takes care of
+px, is a cubic B-spline (`raxel.cameras.tables.interpolation`). A formula takes care of
 what is large, even of the view beyond 180 degrees; the spline of what no formula knows.
 In px the field's errors are those of corners and decoded points, the same over the
 image and in all directions, whatever the lens does. A trend whose pupil moves lends
@@ -18,10 +18,11 @@ from raxel.cameras.core.base import (
     check_size,
     checked_array,
     checked_positive,
+    checked_rigid,
     near_rows,
+    nested_fields,
 )
-from raxel.cameras.core.nested import checked_rigid, nested_fields
-from raxel.cameras.tables.cubic_field import (
+from raxel.cameras.tables.interpolation import (
     control_shape,
     field_at,
     steepest,
@@ -29,6 +30,34 @@ from raxel.cameras.tables.cubic_field import (
 )
 from raxel.errors import InputError
 from raxel.geometry.poses import inverse_pose, rotate, transform
+
+# The look-up table of a general camera and the interpolation between its cells.
+
+
+class RayTable:
+    """One ray per pixel centre; a cell without a ray holds NaN.
+
+    directions: (H, W, 3) unit; origins: (3,) for a central camera or (H, W, 3);
+    mask: (H, W) bool, which pixels have a ray.
+    Between pixel centres directions and origins are bilinear; the direction is then
+    normalised by whoever needs a unit vector.
+    """
+
+    def __init__(self, directions, origins):
+        self.directions, self.origins = directions, origins
+        self.mask = np.isfinite(directions[..., 0])
+        self.height, self.width = self.mask.shape
+
+    @property
+    def central(self):
+        return self.origins.ndim == 1
+
+    @property
+    def rows(self):
+        """Directions (H * W, 3) and origins, likewise or (1, 3), as
+        `raxel.cameras.tables.interpolation` takes them."""
+        return self.directions.reshape(-1, 3), self.origins.reshape(-1, 3)
+
 
 # With steeper fields than this two pixels might share a ray.
 STEEPEST = 0.9

@@ -11,17 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from raxel.features.active_grid.bends import share_noise, widen_at_bends
-from raxel.features.active_grid.bias import OF_NEIGHBOURS, OF_WINDOWS, squared_bias
-from raxel.features.active_grid.blur import Blur, measured_blur
-from raxel.features.active_grid.breaks import EVERY, find_breaks
-from raxel.features.active_grid.coding import plan_arrays
-from raxel.features.active_grid.folds import (
-    scatter_of_places,
-    share_at_folds,
-    widen_at_folds,
-)
-from raxel.features.active_grid.layout import (
+from raxel.features.active_grid.coding import (
     AHEAD,
     ALONE,
     BESIDE,
@@ -35,19 +25,40 @@ from raxel.features.active_grid.layout import (
     SATURATED,
     UNREADABLE,
     CodePlan,
+    PictureStack,
     Ripples,
     empty_rows,
+    plan_arrays,
     strips_of,
 )
-from raxel.features.active_grid.neighbours import fill_holes, smooth_neighbours
-from raxel.features.active_grid.noise import Noise, estimate_noise
-from raxel.features.active_grid.orders import told_cells
+from raxel.features.active_grid.errors import (
+    OF_NEIGHBOURS,
+    OF_WINDOWS,
+    Blur,
+    Noise,
+    estimate_noise,
+    measured_blur,
+    scatter_of_places,
+    share_at_folds,
+    share_noise,
+    squared_bias,
+    widen_at_bends,
+    widen_at_folds,
+)
+from raxel.features.active_grid.lines import ripples_of
+from raxel.features.active_grid.phase_unwrapping import (
+    EVERY,
+    fill_holes,
+    find_breaks,
+    leave_out_breaks,
+    smooth_neighbours,
+    told_cells,
+    trim_rim,
+    trim_sides,
+)
 from raxel.features.active_grid.places import place_rows
 from raxel.features.active_grid.reading import read_rows
 from raxel.features.active_grid.response import UNTOLD, Response, measured_response
-from raxel.features.active_grid.rim import leave_out_breaks, trim_rim, trim_sides
-from raxel.features.active_grid.stack import PictureStack
-from raxel.features.active_grid.undoing import ripples_of
 from raxel.io.machine import processors
 
 ROWS_AT_ONCE = 128

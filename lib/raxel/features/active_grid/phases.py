@@ -6,7 +6,7 @@ Written as `reading`; compiled into `places`.
 import numpy as np
 from numba import njit
 
-from raxel.features.active_grid.layout import (
+from raxel.features.active_grid.coding import (
     BREAKS,
     COSINE,
     COSINES,

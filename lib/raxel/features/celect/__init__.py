@@ -3,18 +3,18 @@
 `celect` is the algorithm of section 3.1.2, `CelectSettings` its values.
 """
 
-from raxel.features.celect.algorithm import celect
-from raxel.features.celect.result import (
+from raxel.features.celect.algorithm import (
     OUTER_CORNER,
     TOO_FEW,
     TOO_MANY,
     TRACING,
     CelectResult,
+    CelectSettings,
     ContourFailure,
     ContourTrace,
     along_contour,
+    celect,
 )
-from raxel.features.celect.settings import CelectSettings
 
 __all__ = [
     "OUTER_CORNER",

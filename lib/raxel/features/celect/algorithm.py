@@ -5,35 +5,342 @@ two counts go in; the corners of the board come out in order, without any model 
 the camera bends the image.
 """
 
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
 
-from raxel.features.celect.hough import orientation
-from raxel.features.celect.processing import distinct, processed
-from raxel.features.celect.radius import corner_distances, mean_side, side_lengths
-from raxel.features.celect.result import (
-    OUTER_CORNER,
-    TOO_FEW,
-    TOO_MANY,
-    TRACING,
-    CelectResult,
-    ContourFailure,
-    ContourTrace,
-)
-from raxel.features.celect.settings import CelectSettings
-from raxel.features.celect.trace import FirstLine, Tracer
-from raxel.features.celect.user_input import (
-    checked_clicks,
-    checked_contours,
-    checked_count,
-    checked_image,
-    contour_counts,
-)
-from raxel.features.celect.window import (
+from raxel.errors import InputError
+from raxel.features.celect.trace import (
+    FirstLine,
+    Tracer,
     clear_scale,
+    corner_distances,
     harris_corners,
+    mean_side,
     open_window,
+    orientation,
+    side_lengths,
     smoothing_for,
 )
+from raxel.features.detector import Partial, refused, verified
+from raxel.features.opencv import refine
+
+# Every value of CELECT in one place: the thesis's, and those it leaves open.
+
+
+@dataclass(frozen=True)
+class CelectSettings:
+    """Values of Tables 3.1 and 3.2, the column rules, and what the thesis leaves open.
+
+    A share is one of s, the contour's length scale in px: s_i of Table 3.1 for side i,
+    and the window radius of the previous column's rule for a column (errata E-3.05).
+    t1 and t2 take the number as Hough bins and degrees (E-3.02). Names that end in px
+    or deg have that unit. Exceptions: `column_radius` is a share of the previous
+    column's mean side, `column_merge` of its least distance of corners, `growth` of
+    the radius, `integration` of the smoothing, `harris_share`, `canny_high` and
+    `canny_low` of what is clear in the clicked windows, `least_votes` of the first
+    peak's votes. `smoothing` is one of the smallest s_i.
+
+    An ablation is another value (`most_growths=0`, `split_peaks=0`, `wrap=0`).
+    """
+
+    # Table 3.1 and section 3.1.2: the window radius.
+    radius_divisor: float = 1.9
+    column_radius: float = 0.5
+    growth: float = 0.2
+    # Table 3.2.
+    split_peaks: float = 0.5  # t1
+    wrap: float = 0.125  # t2
+    near_centre: float = 0.4  # t3
+    first_angle_deg: float = 15.0  # t4
+    edge_band: float = 0.1  # t5
+    arrival: float = 0.56  # t6
+    corner_band: float = 0.4  # t7
+    merge: float = 0.8  # t8
+    column_merge: float = 0.47
+    peaks: tuple[int, int] = (2, 5)
+
+    # Not stated in the thesis.
+    radius_scale: float = 1.0
+    most_growths: int = 4
+    steps_per_square: int = 6
+    smoothing: float = 0.085
+    smoothing_limits_px: tuple[float, float] = (0.5, 1.5)
+    integration: float = 1.0
+    harris_k: float = 0.04
+    harris_share: float = 0.1
+    canny_high: float = 0.3
+    canny_low: float = 0.12
+    suppression_deg: int = 10
+    suppression_radius: float = 0.2
+    least_votes: float = 0.5
+    least_band_px: float = 1.0
+
+
+# What CELECT returns: the corners in order, or which contour failed and why.
+
+
+OUTER_CORNER = "outer corner"
+TRACING = "tracing"
+TOO_FEW = "too few corners"
+TOO_MANY = "too many corners"
+
+
+class ContourFailure(NamedTuple):
+    """A contour that failed, at which stage, and why.
+
+    `contour`: 'corner 1'..'corner 4' of the clicks, 'side 1'..'side 4', 'column 2'...
+    `stage`: one of OUTER_CORNER, TRACING, TOO_FEW, TOO_MANY. `reason`: one line.
+    `found`, `wanted`: numbers of corners.
+    """
+
+    contour: str
+    stage: str
+    reason: str
+    found: int
+    wanted: int
+
+
+class ContourTrace(NamedTuple):
+    """The trace of one contour: what was stepped through and what was found.
+
+    anchors (n, 2) px, from end corner to end corner unless tracing failed. radii px of
+    the window at each anchor but the last. s: the contour's length scale in px.
+    candidates (m, 2): corners as detected. inliers (k, 2): those near the trace, with
+    the two end corners. merged (j, 2): in order. steps: of `trace.Step`, if recorded.
+    """
+
+    name: str
+    anchors: np.ndarray
+    radii: np.ndarray
+    s: float
+    candidates: np.ndarray
+    inliers: np.ndarray
+    merged: np.ndarray
+    steps: tuple = ()
+
+
+class CelectResult(NamedTuple):
+    """The corners of a board in the order of the clicks.
+
+    corners (rows, columns, 2) px (u, v): row 0 runs from the first click to the second,
+    column 0 from the first to the fourth; nan where nothing was found. found: all of
+    them are there. outer_corners (4, 2): the clicks after snapping, nan where there was
+    no corner. failures: in the order in which they happened. contours: a ContourTrace
+    for every contour that was traced.
+    """
+
+    found: bool
+    corners: np.ndarray
+    columns: int
+    rows: int
+    outer_corners: np.ndarray
+    failures: tuple[ContourFailure, ...]
+    contours: tuple[ContourTrace, ...]
+
+
+def along_contour(name, lattice):
+    """What a lattice (rows, columns, ...) has along one contour: (n, ...).
+
+    `name` is that of a ContourTrace, 'side 1'..'side 4' or 'column 1'...; the lattice
+    has a value for each corner, in the order of the clicks. Sides 1 and 3 are its first
+    and last row, sides 2 and 4 its last and first column, in the order of the lattice.
+    """
+    kind, number = name.split()
+    if kind == "column":
+        return lattice[:, int(number) - 1]
+    sides = lattice[0], lattice[:, -1], lattice[-1], lattice[:, 0]
+    return sides[int(number) - 1]
+
+
+# Corner processing: from the candidates along a contour to its corners in order.
+
+
+class Processed(NamedTuple):
+    """Corners of a contour: `inliers` (m, 2) of the candidates, `merged` (k, 2)."""
+
+    inliers: np.ndarray
+    merged: np.ndarray
+
+
+def processed(candidates, anchors, band, distance):
+    """The corners of a contour, in order from its first end to its last.
+
+    Parameters
+    ----------
+    candidates : (n, 2) px. anchors : (m, 2) px along the contour, its two end corners
+        first and last; these count as candidates too.
+    band, distance : px, t7 and t8.
+
+    What the thesis leaves open: a corner that lies beyond either end corner, along the
+    first or last piece of the trace, is dropped.
+    """
+    ends = anchors[[0, -1]]
+    everything = np.vstack((ends, candidates)) if len(candidates) else ends
+    everything = distinct(everything)
+    inliers = everything[distance_to_trace(everything, anchors) < band]
+    labels = average_close(inliers, distance)
+    labels = np.unique(labels, return_inverse=True)[1]
+    size = np.bincount(labels)
+    merged = np.column_stack([np.bincount(labels, c) / size for c in inliers.T])
+    first, last = (labels[(inliers == end).all(axis=1).argmax()] for end in ends)
+    place = position_along(merged, anchors)
+    kept = (place >= place[first]) & (place <= place[last])
+    order = np.argsort(place[kept], kind="stable")
+    return Processed(inliers, merged[kept][order])
+
+
+def distinct(points):
+    """Points (n, 2) without repetitions, by rising u, then v."""
+    ordered = points[np.lexsort(points.T[::-1])]
+    new = np.ones(len(points), bool)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    return ordered[new]
+
+
+def distance_to_trace(points, anchors):
+    """Distance (n,) in px to the line through the two nearest anchors, (3.20-22)."""
+    off = np.linalg.norm(points[:, None] - anchors[None], axis=2)
+    nearest = np.argsort(off, axis=1, kind="stable")[:, :2]
+    a, b = anchors[nearest[:, 0]], anchors[nearest[:, 1]]
+    along = b - a
+    length = np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)
+    across = points - a
+    return np.abs(along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]) / length
+
+
+def position_along(points, anchors):
+    """Arc length (n,) in px at which points (n, 2) lie along the trace (m, 2).
+
+    Of the trace's pieces the nearest counts. The first and the last piece go on beyond
+    the ends: a point there has a negative position, or one above the whole length.
+    """
+    pieces = np.diff(anchors, axis=0)
+    lengths = np.linalg.norm(pieces, axis=1)
+    real = lengths > 0
+    starts, pieces, lengths = anchors[:-1][real], pieces[real], lengths[real]
+    before = np.concatenate(([0.0], np.cumsum(lengths)[:-1]))
+    units = pieces / lengths[:, None]
+    along = np.einsum("nmk,mk->nm", points[:, None] - starts[None], units)
+    low, high = np.zeros_like(lengths), lengths.copy()
+    low[0], high[-1] = -np.inf, np.inf
+    along = np.clip(along, low, high)
+    nearest = starts[None] + along[..., None] * units[None]
+    piece = np.linalg.norm(points[:, None] - nearest, axis=2).argmin(axis=1)
+    return before[piece] + along[np.arange(len(points)), piece]
+
+
+def average_close(corners, distance):
+    """Labels (n,) of groups of corners (n, 2) px within `distance` of each other.
+
+    The rule of t8: a chain of close corners is one corner (single linkage).
+    """
+    close = np.linalg.norm(corners[:, None] - corners[None], axis=2) < distance
+    labels = np.arange(len(corners))
+    while True:
+        least = np.where(close, labels, len(corners)).min(axis=1)
+        if (least == labels).all():
+            return labels
+        labels = least
+
+
+# What the user gives CELECT, checked: image, clicks, counts, contours by hand.
+
+
+LEAST_COUNT = 2
+LEAST_SQUARE_PX = 3.0
+
+
+def checked_image(image):
+    """The image as a grey array (h, w) of uint8 or uint16, or InputError."""
+    image = np.asarray(image)
+    if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16) or not image.size:
+        raise InputError(
+            f"image: found an array of shape {image.shape} and type {image.dtype}; "
+            "give a grey image (height, width) of 8 or 16 bits"
+        )
+    return image
+
+
+def checked_count(name, value):
+    """A count of corners as an int, or InputError."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise InputError(f"{name}: found {value!r}; give a whole number of corners")
+    if value < LEAST_COUNT:
+        raise InputError(f"{name}: found {value}; give {LEAST_COUNT} corners or more")
+    return int(value)
+
+
+def checked_points(name, points, count, image):
+    """Points (count, 2) float64 inside the image, or InputError."""
+    try:
+        array = np.array(points, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        array = np.empty(0)
+    if array.shape != (count, 2) or not np.isfinite(array).all():
+        raise InputError(
+            f"{name}: found shape {array.shape}; give {count} finite points (u, v)"
+        )
+    height, width = image.shape
+    beyond = (array < -0.5) | (array > (width - 0.5, height - 0.5))
+    if beyond.any():
+        index = int(beyond.any(axis=1).argmax())
+        u, v = array[index]
+        raise InputError(
+            f"{name}[{index}]: found ({u:g}, {v:g}), outside the image of {width} x "
+            f"{height} px; give points inside it"
+        )
+    return array
+
+
+def checked_clicks(outer_corners, columns, rows, image):
+    """The four clicks (4, 2), round the board and far enough apart, or InputError."""
+    clicks = checked_points("outer_corners", outer_corners, 4, image)
+    if _cross(*clicks) or _cross(*np.roll(clicks, 1, axis=0)):
+        raise InputError(
+            "outer_corners: found two sides that cross; give the four corners in order "
+            "round the board"
+        )
+    sides = np.linalg.norm(np.roll(clicks, -1, axis=0) - clicks, axis=1)
+    squares = sides / (np.array([columns, rows, columns, rows]) - 1)
+    if squares.min() < LEAST_SQUARE_PX:
+        raise InputError(
+            f"outer_corners: found a side with squares of {squares.min():.2g} px; give "
+            f"corners of a board with squares of {LEAST_SQUARE_PX:g} px or more"
+        )
+    return clicks
+
+
+def checked_contours(given, columns, rows, image):
+    """Corners by hand, {contour: (n, 2)}, of known names and counts, or InputError."""
+    counts = contour_counts(columns, rows)
+    checked = {}
+    for name, points in (given or {}).items():
+        if name not in counts:
+            raise InputError(
+                f"given_contours: found {name!r}; give one of {', '.join(counts)}"
+            )
+        field = f"given_contours[{name!r}]"
+        checked[name] = checked_points(field, points, counts[name], image)
+    return checked
+
+
+def contour_counts(columns, rows):
+    """How many corners each contour has, {name: count}, in the order of tracing."""
+    counts = {f"side {i}": (columns, rows)[(i - 1) % 2] for i in range(1, 5)}
+    return counts | {f"column {k}": rows for k in range(2, columns)}
+
+
+def _cross(a, b, c, d):
+    """Whether the segments ab and cd cross."""
+    return _turn(a, b, c) * _turn(a, b, d) < 0 and _turn(c, d, a) * _turn(c, d, b) < 0
+
+
+def _turn(a, b, c):
+    (x, y), (p, q) = b - a, c - a
+    return x * q - y * p
+
 
 PUBLISHED = CelectSettings()
 
@@ -254,3 +561,41 @@ def _from_start(corners, start):
     """Corners (n, 2) by hand in the direction of the trace: from `start` on."""
     first, last = np.linalg.norm(corners[[0, -1]] - start, axis=1)
     return corners if first <= last else corners[::-1]
+
+
+# CELECT as a detector of an image set: clicks from set.yaml, corners refined.
+
+
+def find_celect(image, columns, rows, outer_corners, contours=()):
+    """The board between four clicks, by CELECT, then refined as OpenCV's corners are.
+
+    `image` (height, width) uint8 or uint16; `columns` and `rows` count interior corners
+    and must be known; `outer_corners` (4, 2) px clockwise, None where nobody clicked;
+    `contours` (name, points) pairs of contours by hand. Returns a Detection; a refused
+    one has the ordered part, and names the contour that failed. Raises InputError as
+    `celect`.
+    """
+    if columns is None or rows is None:
+        reason = "celect needs target.columns and target.rows"
+        return refused(columns, rows, reason)
+    if outer_corners is None:
+        return refused(columns, rows, "celect needs outer_corners, the four clicks")
+    given = {name: np.array(points) for name, points in contours}
+    result = celect(image, outer_corners, columns, rows, given_contours=given)
+    if not result.found:
+        return _with_part(result)
+    corners = refine(image, result.corners.reshape(-1, 2), columns, rows)
+    return verified(corners, columns, rows, image)
+
+
+def _with_part(result):
+    first = result.failures[0]
+    reason = f"{first.contour}: {first.stage}: {first.reason}"
+    if first.contour == "side 1" and first.found == result.rows != first.wanted:
+        reason += "; the second click is the other end of the first row"
+    detection = refused(result.columns, result.rows, reason)
+    seen = np.isfinite(result.corners[..., 0])
+    if not seen.any():
+        return detection
+    part = Partial(result.corners[seen], np.argwhere(seen))
+    return detection._replace(partial=part)

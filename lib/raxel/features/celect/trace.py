@@ -4,10 +4,337 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
-from raxel.features.celect.hough import Peaks, angle_apart, normal_of, peaks_of, vote
-from raxel.features.celect.layers import Layers
+# Length scales of the contours: Table 3.1 for the sides, the rule for the columns.
+
+
+def side_lengths(outer_corners, columns, rows, divisor):
+    """s_1..s_4 (4,) in px of Table 3.1, from corners (4, 2) clockwise.
+
+    `columns` and `rows` count corners, so s is a little less than half a square
+    (errata E-3.01).
+    """
+    sides = np.linalg.norm(np.roll(outer_corners, -1, axis=0) - outer_corners, axis=1)
+    return sides / (divisor * np.array([columns, rows, columns, rows]))
+
+
+def mean_side(previous, settings):
+    """s in px of a column from the corners (n, 2) of the previous one."""
+    return settings.column_radius * corner_distances(previous).mean()
+
+
+def corner_distances(corners):
+    """Distances (n - 1,) in px between consecutive corners (n, 2) of a contour."""
+    return np.linalg.norm(np.diff(corners, axis=0), axis=1)
+
+
+# Edges and corners of an image, made tile by tile as the windows come to need them.
+# Neighbouring windows overlap, so every pixel would be smoothed and searched several
+# times. A tile is searched once, on a patch that reaches as far beyond it as anything
+# within depends on; only the hysteresis of Canny's method could reach farther.
+
+
+TILE_PX = 160
+
+
+class Layers:
+    """The edge pixels S_c (3.8) and the corner candidates of an image.
+
+    `image` (h, w) grey, `scale` its `window.Scale`, `settings` a CelectSettings.
+    """
+
+    def __init__(self, image, scale, settings):
+        self.image = image
+        self.scale = scale
+        self.settings = settings
+        self._edges, self._corners = {}, {}
+
+    def edges(self, centre, radius):
+        """Edge pixels (n, 2) within `radius` px of a centre (2,)."""
+        return self._within(self._edges, centre, radius)
+
+    def corners(self, centre, radius):
+        """Corners (m, 2) px within `radius` px of a centre (2,)."""
+        return self._within(self._corners, centre, radius)
+
+    def _within(self, layer, centre, radius):
+        from raxel.features.celect.compiled import within
+
+        pieces = []
+        for tile in self._tiles(centre, radius):
+            if tile not in layer:
+                self._search(tile)
+            pieces.append(within(layer[tile], centre, radius))
+        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+
+    def _tiles(self, centre, radius):
+        """The tiles (column, row) of the image that a window touches."""
+        (u, v), (height, width) = centre.tolist(), self.image.shape
+        columns, rows = _span(u, radius, width), _span(v, radius, height)
+        return [(column, row) for column in columns for row in rows]
+
+    def _search(self, tile):
+        low = np.array(tile) * TILE_PX
+        high = low + TILE_PX
+        reach = margin(self.scale.smoothing)
+        first, across, down = gradients(
+            self.image, low - reach, high + reach, self.scale.smoothing
+        )
+        # The circle about the tile; what lies beyond the tile is its neighbours'.
+        middle, radius = (low + high - 1) / 2, TILE_PX
+        window = Window(middle, radius, first, across, down)
+        settings = self.settings
+        edges = canny_edges(window, self.scale, settings.canny_high, settings.canny_low)
+        corners = harris_corners(window, self.scale, settings)
+        self._edges[tile] = _inside(edges, low, high)
+        self._corners[tile] = _inside(corners, low, high)
+
+
+def _span(middle, radius, size):
+    """The tiles of a side of `size` px within a radius of a place on it."""
+    first, last = int((middle - radius) // TILE_PX), int((middle + radius) // TILE_PX)
+    return range(max(first, 0), min(last, (size - 1) // TILE_PX) + 1)
+
+
+def _inside(points, low, high):
+    """The points (n, 2) of a tile, as float64."""
+    (u, v), (left, top), (right, bottom) = points.T, low - 0.5, high - 0.5
+    inside = (u >= left) & (u < right) & (v >= top) & (v < bottom)
+    return points[inside].astype(float)
+
+
+# Lines in a window: a local Hough transform, its peaks, and what is done to them. A
+# line is (R, theta): its distance from the window's centre in px, with a sign, and
+# its orientation in degrees, modulo 180. The orientation is that of the line itself,
+# not of its normal (errata E-3.03): R = (p - centre) . n, n the direction of theta
+# turned by +90 degrees in (u, v). So (R, theta) and (-R, theta + 180) are the same
+# line.
+
+
+BINS = 180
+
+
+class Peaks(NamedTuple):
+    """Lines of a window: `lines` (n, 2) of (R px, theta deg), `votes` (n,)."""
+
+    lines: np.ndarray
+    votes: np.ndarray
+
+
+def orientation(vector):
+    """Orientation of a vector (2,) in degrees, from 0 to below 180."""
+    return float(np.degrees(np.arctan2(vector[1], vector[0])) % 180)
+
+
+def angle_apart(a, b):
+    """Angle between orientations in degrees, modulo 180: from 0 to 90 (E-3.03)."""
+    apart = np.abs(np.subtract(a, b)) % 180
+    return np.minimum(apart, 180 - apart)
+
+
+def normal_of(theta_deg):
+    """Unit vector (2,) across a line of this orientation: its direction, + 90 deg."""
+    theta = math.radians(theta_deg)
+    return np.array([-math.sin(theta), math.cos(theta)])
+
+
+def vote(points, centre, radius):
+    """The Hough space of a window, (2 m + 1, 180) float32, R = 0 in the middle row.
+
+    Bins of 1 px by 1 degree, lightly smoothed; nothing is smoothed across the border
+    of the angle, which `peaks_of` takes care of.
+    """
+    from raxel.features.celect.compiled import hough_space
+
+    points = np.ascontiguousarray(points, float)
+    return hough_space(points, centre, int(np.ceil(radius)) + 1)
+
+
+def peaks_of(space, settings, s):
+    """The lines S_h of a window from its Hough space, (3.1), with their votes.
+
+    Non-maximal suppression from 0 to 179 degrees, a second one across the border of
+    the angle (`wrap`, t2), then the mean of peaks that are close (`split_peaks`, t1).
+    `s` is the length in px that scales t1 and t2.
+    """
+    from raxel.features.celect.compiled import lines_of
+
+    suppress = (
+        max(1, round(settings.suppression_radius * s)),
+        settings.suppression_deg,
+    )
+    wrap, split = float(settings.wrap * s), float(settings.split_peaks * s)
+    box = np.ones([2 * half + 1 for half in suppress], np.uint8)
+    found = lines_of(
+        space,
+        cv2.dilate(space, box),
+        settings.peaks,
+        suppress,
+        settings.least_votes,
+        wrap,
+        split,
+    )
+    return Peaks(found[:, :2], found[:, 2])
+
+
+# The circular window that moves along a contour: its edges and its corners. Gradients
+# are taken after Gaussian smoothing, on a patch wide enough that nothing of them
+# depends on where the window ends. The scale of the gradients (what is an edge, what
+# is a corner) comes from the four windows that the user clicked.
+
+
+MARGIN_IN_SD = 3.0
+"""How far a Gaussian reaches, in its standard deviations."""
+
+FULL_SCALE = 4000.0
+"""Value of the reference gradient in the whole numbers that Canny's method takes."""
+
+
+class Smoothing(NamedTuple):
+    """Standard deviations in px: of the grey values, and of the tensor of a corner."""
+
+    grey: float
+    tensor: float
+
+
+class Scale(NamedTuple):
+    """What a clear edge and a clear corner are in this image, smoothed like this.
+
+    `gradient`: grey levels per pixel. `response`: of the corner detector.
+    """
+
+    smoothing: Smoothing
+    gradient: float
+    response: float
+
+
+class Window(NamedTuple):
+    """A circle of the image with the gradients of the square patch around it.
+
+    `centre` (2,) pixels (u, v); `radius` px; `first` (2,) pixel (u, v) of the patch's
+    first element; `gradient_u`, `gradient_v` (h, w) float32, grey levels per pixel.
+    """
+
+    centre: np.ndarray
+    radius: float
+    first: np.ndarray
+    gradient_u: np.ndarray
+    gradient_v: np.ndarray
+
+    def within(self, mask):
+        """Pixels (n, 2) inside the circle where the mask (h, w) uint8 is set."""
+        from raxel.features.celect.compiled import set_within
+
+        return set_within(mask, self.first, self.centre, float(self.radius))
+
+
+def smoothing_for(s, settings):
+    """The Smoothing of an image whose smallest contour scale is `s` px."""
+    grey = float(np.clip(settings.smoothing * s, *settings.smoothing_limits_px))
+    return Smoothing(grey, settings.integration * grey)
+
+
+def open_window(image, centre, radius, smoothing):
+    """The Window of an image (height, width) around a centre (2,).
+
+    The image's own border repeats its outermost pixels, and no pixel beyond it is ever
+    an edge or a corner.
+    """
+    centre = np.asarray(centre, float)
+    reach = radius + margin(smoothing)
+    low = np.floor(centre - reach).astype(int)
+    high = np.ceil(centre + reach).astype(int) + 1
+    return Window(centre, radius, *gradients(image, low, high, smoothing))
+
+
+def margin(smoothing):
+    """How many px around a pixel decide whether it is an edge or a corner."""
+    return math.ceil(MARGIN_IN_SD * (smoothing.grey + smoothing.tensor)) + 2
+
+
+def gradients(image, low, high, smoothing):
+    """First pixel (2,), and gradients (h, w) along u and v, of part of an image.
+
+    `low`, `high` (2,): first pixel (u, v) and the one after the last; what lies beyond
+    the image is left out.
+    """
+    height, width = image.shape
+    left, top = np.maximum(low, 0)
+    right, bottom = min(high[0], width), min(high[1], height)
+    patch = image[top:bottom, left:right].astype(np.float32)
+    smooth = blurred(patch, smoothing.grey)
+    across, down = (
+        cv2.Sobel(
+            smooth,
+            cv2.CV_32F,
+            *order,
+            ksize=1,
+            scale=0.5,
+            borderType=cv2.BORDER_REPLICATE,
+        )
+        for order in ((1, 0), (0, 1))
+    )
+    return np.array([left, top], np.int32), across, down
+
+
+def blurred(image, sd):
+    """A Gaussian blur that ends at MARGIN_IN_SD; the border's pixels are repeated."""
+    size = 2 * math.ceil(MARGIN_IN_SD * sd) + 1
+    return cv2.GaussianBlur(image, (size, size), sd, borderType=cv2.BORDER_REPLICATE)
+
+
+def canny_edges(window, scale, high, low):
+    """Edge pixels (n, 2) of a window by Canny's method, S_c (3.8).
+
+    `high` and `low` are the two thresholds, as shares of the image's clear gradient.
+    """
+    factor = FULL_SCALE / scale.gradient
+    across, down = (
+        cv2.multiply(g, 1.0, scale=factor, dtype=cv2.CV_16S)
+        for g in (window.gradient_u, window.gradient_v)
+    )
+    edges = cv2.Canny(
+        across, down, low * FULL_SCALE, high * FULL_SCALE, L2gradient=True
+    )
+    return window.within(edges)
+
+
+def harris_response(window, tensor_px, k):
+    """Harris's R = det M - k trace(M)^2 over the patch of a window, (h, w)."""
+    from raxel.features.celect.compiled import response_of, structure_tensor
+
+    tensor = structure_tensor(window.gradient_u, window.gradient_v)
+    return response_of(blurred(tensor, tensor_px), np.float32(k))
+
+
+def harris_corners(window, scale, settings):
+    """Corner pixels (n, 2) of a window: local maxima of Harris's response.
+
+    A maximum counts from `harris_share` of the image's clear response on.
+    """
+    response = harris_response(window, scale.smoothing.tensor, settings.harris_k)
+    least = max(settings.harris_share * scale.response, np.finfo(np.float32).tiny)
+    peaks = (response >= cv2.dilate(response, None)) & (response >= least)
+    return window.within(peaks.view(np.uint8))
+
+
+def clear_scale(windows, smoothing, settings):
+    """The Scale of an image from the windows around its clicked corners.
+
+    Of each window the largest gradient and response count, of the windows the median:
+    one window with glare or clutter does not matter. Both are 0 in a flat image.
+    """
+    gradients, responses = [], []
+    for window in windows:
+        steep = np.hypot(window.gradient_u, window.gradient_v)
+        response = harris_response(window, smoothing.tensor, settings.harris_k)
+        inside = window.within(np.ones(steep.shape, np.uint8)) - window.first
+        u, v = inside.T
+        gradients.append(steep[v, u].max(initial=0.0))
+        responses.append(response[v, u].max(initial=0.0))
+    return Scale(smoothing, float(np.median(gradients)), float(np.median(responses)))
 
 
 class Step(NamedTuple):

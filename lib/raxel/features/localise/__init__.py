@@ -4,9 +4,8 @@
 Windows are full odd widths in px, but for OpenCV's function, which takes half windows.
 """
 
-from raxel.features.localise.result import Localised
 from raxel.features.localise.ridges import derivative
-from raxel.features.localise.saddle import saddle_point
+from raxel.features.localise.saddle import Localised, saddle_point
 from raxel.features.localise.subpix import corner_subpix
 
 LOCALISERS = {

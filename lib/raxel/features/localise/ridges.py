@@ -2,8 +2,14 @@
 
 import numpy as np
 
-from raxel.features.localise.result import checked, localised, still_there
-from raxel.features.localise.windows import fits, gather, noise_variance
+from raxel.features.localise.saddle import (
+    checked,
+    fits,
+    gather,
+    localised,
+    noise_variance,
+    still_there,
+)
 
 ITERATIONS = 40
 RECENTRINGS = 3

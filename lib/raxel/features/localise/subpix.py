@@ -3,8 +3,14 @@
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features.localise.result import checked, inverted, localised
-from raxel.features.localise.windows import fits, gather, noise_variance
+from raxel.features.localise.saddle import (
+    checked,
+    fits,
+    gather,
+    inverted,
+    localised,
+    noise_variance,
+)
 
 TERMINATION_PX = 0.1
 ITERATIONS = 100

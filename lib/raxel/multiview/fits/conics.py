@@ -10,7 +10,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.geometry.homography import normalising
-from raxel.geometry.unit_sphere import stepped, tangents
+from raxel.geometry.planes import stepped, tangents
 from raxel.multiview.fits.orthogonal import checked_points, least_distances
 
 OPEN = 1e-9  # fifth singular value over the first of points that determine no conic

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.geometry.damped import descend, gauss_newton
+from raxel.geometry.least_squares import descend, gauss_newton
 
 ITERATIONS, AT_REST = 100, 1e-13
 ROUNDING = 1e-15  # of the points' extent: distances of exact points

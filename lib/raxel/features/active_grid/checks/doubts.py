@@ -11,14 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.features.active_grid.checks.code import code_doubts
-from raxel.features.active_grid.checks.edges import moved_doubts
-from raxel.features.active_grid.checks.motion import motion_doubts
-from raxel.features.active_grid.checks.phases import phase_doubts
-from raxel.features.active_grid.checks.sample import Doubt, sampled
-from raxel.features.active_grid.checks.steadiness import step_errors, unsteady_light
-from raxel.features.active_grid.coding import read_coding
-from raxel.features.active_grid.layout import BESIDE, DARK, SATURATED
+from raxel.features.active_grid.checks.code import Doubt, code_doubts, sampled
+from raxel.features.active_grid.checks.motion import (
+    motion_doubts,
+    step_errors,
+    unsteady_light,
+)
+from raxel.features.active_grid.checks.phases import moved_doubts, phase_doubts
+from raxel.features.active_grid.coding import BESIDE, DARK, SATURATED, read_coding
 from raxel.sets.patterns import pattern_picture
 
 # Of the pixels that see the monitor: shares that are worth a word, or too many.

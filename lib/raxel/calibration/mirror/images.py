@@ -7,17 +7,17 @@ photograph of the platter too many, or of the viewer's boards, is left out and n
 
 import numpy as np
 
-from raxel.calibration.mirror.clamp_line import FEWEST, clamp_line, edge_picks
-from raxel.calibration.mirror.flat_views import flat_view
-from raxel.calibration.mirror.partial_boards import (
+from raxel.calibration.mirror.clamp import FEWEST, clamp_line, edge_picks
+from raxel.calibration.mirror.observations import (
     labelled_like,
     lattice_of,
+    magnification,
+    normalised,
     on_one_lattice,
 )
-from raxel.calibration.mirror.platter import PlatterPicture
-from raxel.calibration.mirror.sightings import magnification, normalised
+from raxel.calibration.mirror.platter import PlatterPicture, flat_view
 from raxel.calibration.mirror.stages import ClampPicks, MirrorViews, StepViews
-from raxel.calibration.parametric.zhang import calibrate_zhang
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.boards import board_views
 from raxel.calibration.views.dense import dense_view
 from raxel.cameras.io import load_camera

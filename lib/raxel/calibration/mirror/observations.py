@@ -1,0 +1,507 @@
+"""A board of which a mirror shows a part: the same corners before and after a bend.
+
+A board that reaches beyond the mirror has no corner to count from. Its lattice, as
+found in one picture, may be turned and shifted against that of another. What tells is
+the clamp: there the mirror stays, so both pictures show the same places of the board
+there. Where on the lattice these are, is run on from the corners to the clamp.
+"""
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.calibration.pose.grid_pose import refine_pose_angular
+from raxel.calibration.pose.three_point import placed_points
+from raxel.calibration.views.correspondence import BoardView
+from raxel.cameras.mirrors.spline import depth_rows, normal_rows
+from raxel.errors import CalibrationError, InputError
+from raxel.features.detector import Partial
+from raxel.geometry.homography import homography_dlt
+from raxel.geometry.poses import nearest_rotation, pose, pose_from_homography
+from raxel.geometry.spline_grids import spline_grid
+
+# Points of a flat target in the picture of a central camera, and its pose from them.
+# Image points are normalised: (x/z, y/z) of the viewing ray, without distortion.
+# Their errors are told in pixels, by the local magnification of the camera.
+
+
+MIN_POSE_CORNERS = 6  # corners: a pose's six numbers from twelve
+LEAST_SD_PX = 1e-3  # no corner is known better, also where it is true by construction
+
+
+class Sighting(NamedTuple):
+    """image (N, 2), normalised; scale (N,) px for a unit of it; points (N, 2) of the
+    target, mm; sd (N,) px, of each corner along an axis, NaN where unknown."""
+
+    image: np.ndarray
+    scale: np.ndarray
+    points: np.ndarray
+    sd: np.ndarray
+    unknown_sd: bool = False
+
+    def alike(self):
+        """The same, with all corners equally certain, as is unknown how much."""
+        return self._replace(sd=np.ones(len(self.points)), unknown_sd=True)
+
+    def residuals(self, p):
+        """(2N,) px over sd: found less projected, of points p (N, 3) ahead."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            projected = np.where(p[:, 2:] > 0, p[:, :2] / p[:, 2:], np.nan)
+        return ((self.image - projected) * (self.scale / self.sd)[:, None]).ravel()
+
+    def change(self, p, motion):
+        """(2N, k): change of the residuals as points p move, motion (N, 3, k)."""
+        depth = p[:, 2]
+        weight = -self.scale / self.sd / depth
+        projected = (p[:, :2] / depth[:, None])[:, :, None]
+        across = motion[:, :2] - projected * motion[:, 2:]
+        return (weight[:, None, None] * across).reshape(2 * len(p), -1)
+
+
+def normalised(viewer, pixels):
+    """(x/z, y/z) (N, 2) of pixels' viewing rays, NaN where there is none ahead."""
+    d = viewer.rays(pixels).directions
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(d[:, 2:] > 0, d[:, :2] / d[:, 2:], np.nan)
+
+
+def magnification(viewer, pixels):
+    """Pixels (N,) for a unit of `normalised`, the mean over directions, by area."""
+    step = 0.5 * np.eye(2)
+    ends = np.concatenate([np.asarray(pixels) + s for s in (*step, *-step)])
+    ends = normalised(viewer, ends).reshape(2, 2, -1, 2)
+    across, down = ends[0] - ends[1]
+    area = np.abs(across[:, 0] * down[:, 1] - across[:, 1] * down[:, 0])
+    return 1 / np.sqrt(area)
+
+
+def sighting(viewer, view, name):
+    """Sighting of the corners of a view that were found and have a viewing ray.
+
+    Raises CalibrationError for fewer than FEWEST.
+    """
+    pixels, points = np.asarray(view.pixels, float), np.asarray(view.points, float)
+    sd = np.full(len(pixels), np.nan) if view.sd is None else np.asarray(view.sd, float)
+    image = normalised(viewer, pixels)
+    found = np.isfinite(image).all(axis=1)
+    if np.count_nonzero(found) < MIN_POSE_CORNERS:
+        raise CalibrationError(
+            f"{name}: found {np.count_nonzero(found)} corners; at least "
+            f"{MIN_POSE_CORNERS} are needed",
+            code="too-few-corners",
+        )
+    scale = magnification(viewer, pixels[found])
+    return Sighting(
+        image[found], scale, points[found], np.maximum(sd[found], LEAST_SD_PX)
+    )
+
+
+def seen_pose(seen):
+    """T_camera_grid (4, 4), right-handed, of the target of a Sighting.
+
+    From the homography, then by least angles. A flat target that is small or far has a
+    second minimum, of the opposite tilt: both are tried. Raises CalibrationError for
+    points that leave the pose open.
+    """
+    rays = np.column_stack([seen.image, np.ones(len(seen.image))])
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    try:
+        first = pose_from_homography(homography_dlt(seen.points, seen.image))
+    except InputError as error:
+        raise CalibrationError(f"pose of a board: {error}", code=error.code) from None
+    starts = first, other_tilt(first, seen.points)
+    found = [refine_pose_angular(rays, seen.points, T) for T in starts]
+    return min(found, key=lambda refined: refined.rms).T_camera_grid
+
+
+def other_tilt(T_camera_grid, points):
+    """The pose (4, 4) that looks alike from far: tilted the other way to the line of
+    sight, about the middle of points (N, 2)."""
+    middle = points.mean(axis=0)[None]
+    at = placed_points(middle, T_camera_grid)[0]
+    sight = at / np.linalg.norm(at)
+    axes = T_camera_grid[:3, :2]
+    R = nearest_rotation(axes - 2 * np.outer(sight, sight @ axes))
+    return pose(R, at - R[:, :2] @ middle[0])
+
+
+# Distances of scene points from the scene rays of a spline mirror (5.29), as vectors.
+# The length of the vector is the thesis's scalar distance: the sum of squares is the
+# same, but the root in the scalar makes Gauss-Newton stall, and the vector's Jacobian
+# is smooth. With the normal m = M c, linear in the coefficients c, the unit viewing
+# ray V, the scene ray V_r = V - 2 (V . m) m / m.m, q = P - S and a = V_r . q: r = (I
+# - V_r V_r^T) q dr/dc = -(a I + V_r q^T) G M - (I - V_r V_r^T) dS/dc G = -2 [m V^T /
+# m.m + (V . m) / m.m I - 2 (V . m) / (m.m)^2 m m^T]
+
+
+STEP = 1e-6  # of normalised image coordinates, for the change with the viewing ray
+
+
+class RayPoints:
+    """Viewing rays fixed, coefficients to be found: what does not change is kept.
+
+    p: (N, 2) normalised image coordinates, inside the grid's box; grid: SplineGrid;
+    quantity: see `spline_surface`. It takes some 1.5 kB for each point and 21
+    coefficients.
+    """
+
+    def __init__(self, p, grid, quantity):
+        self.p, self.grid, self.quantity = p, grid, quantity
+        rows = depth_rows(grid, p, quantity)
+        self.depth_rows = rows[0]
+        self.normal_rows = normal_rows(p, rows, quantity)
+        self.w = np.column_stack([p, np.ones(len(p))])
+        self.viewing = self.w / np.linalg.norm(self.w, axis=1, keepdims=True)
+
+    def surface(self, c):
+        """Mirror points (N, 3), unit scene directions (N, 3) of coefficients (K,)."""
+        m = self.normal_rows @ c
+        turn = 2 * _dot(self.viewing, m) / _dot(m, m)
+        scene = self.viewing - turn[:, None] * m
+        depth = self.depth_rows @ c
+        depth = depth if self.quantity == "distance" else 1 / depth
+        return depth[:, None] * self.w, scene
+
+    def in_front(self, c):
+        """Whether all mirror points lie before the viewer."""
+        return bool(np.all(self.depth_rows @ c > 0))
+
+    def residuals(self, c, points):
+        """Vectors (N, 3), mm, from the scene rays to points (N, 3)."""
+        S, scene = self.surface(c)
+        q = points - S
+        return q - _dot(scene, q)[:, None] * scene
+
+    def jacobian(self, c, points):
+        """(N, 3, K): change of the residuals with the coefficients."""
+        S, scene = self.surface(c)
+        by_direction, across = self._parts(scene, points - S)
+        jacobian = (by_direction @ self._turning(c)) @ self.normal_rows
+        sliding = np.einsum("nij,nj->ni", across, self._slide(c))
+        jacobian -= sliding[:, :, None] * self.depth_rows[:, None, :]
+        return jacobian
+
+    def direction_jacobian(self, c):
+        """(N, 3, K): change of the unit scene directions with the coefficients."""
+        return self._turning(c) @ self.normal_rows
+
+    def across(self, c):
+        """(N, 3, 3): change of the residuals with the points."""
+        scene = self.surface(c)[1]
+        return np.eye(3) - scene[:, :, None] * scene[:, None, :]
+
+    def picture_jacobian(self, c, points):
+        """(N, 3, 2): change of the residuals with the viewing rays' p, by differences.
+
+        One-sided where the other side lies outside the box.
+        """
+        shifts = STEP * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+        ends = (self.p + shifts[:, None]).reshape(-1, 2)
+        stay = np.tile(self.p, (4, 1))
+        ends = np.where(self.grid.inside(ends)[:, None], ends, stay)
+        off = RayPoints(ends, self.grid, self.quantity)
+        off = off.residuals(c, np.tile(points, (4, 1))).reshape(2, 2, -1, 3)
+        ends = ends.reshape(2, 2, -1, 2)
+        width = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=2)
+        return np.moveaxis((off[:, 0] - off[:, 1]) / width[:, :, None], 0, 2)
+
+    def _parts(self, scene, q):
+        a = _dot(scene, q)
+        by_direction = -scene[:, :, None] * q[:, None, :]
+        by_direction -= a[:, None, None] * np.eye(3)
+        return by_direction, np.eye(3) - scene[:, :, None] * scene[:, None, :]
+
+    def _turning(self, c):
+        """G (N, 3, 3): change of scene directions with the normals m."""
+        V, m = self.viewing, self.normal_rows @ c
+        mm, Vm = _dot(m, m), _dot(V, m)
+        G = m[:, :, None] * (V / mm[:, None])[:, None, :]
+        G += (Vm / mm)[:, None, None] * np.eye(3)
+        G -= (2 * Vm / mm**2)[:, None, None] * m[:, :, None] * m[:, None, :]
+        return -2 * G
+
+    def _slide(self, c):
+        """(N, 3): change of mirror points with what the depth rows give."""
+        if self.quantity == "distance":
+            return self.w
+        return -self.w / ((self.depth_rows @ c) ** 2)[:, None]
+
+
+def _dot(a, b):
+    return np.einsum("ni,ni->n", a, b)
+
+
+# Wrong matches between a flat grid and a picture of it in a smooth mirror. Over the
+# grid the picture is a smooth function: a cubic in the grid's coordinates leaves some
+# pixels where features belong to their points, and many where they do not.
+
+
+# Powers of a cubic in two coordinates.
+CUBIC = [(i, j) for i in range(4) for j in range(4 - i)]
+ROUNDS, SETTLED = 30, 1e-2
+# Beyond this many medians of the right ones, and px, a feature is wrong.
+FAR, LEAST_PX = 6.0, 8.0
+
+
+def wrong_matches(points, pixels):
+    """Which rows (N,) bool lie off a smooth picture; False where pixels are NaN.
+
+    points: (N, 2) on the grid; pixels: (N, 2). The sum of distances, not of squares,
+    is made small, so that up to a third may be wrong. Too few to tell: none is.
+    """
+    shown = np.isfinite(pixels).all(axis=1)
+    wrong = np.zeros(len(points), bool)
+    if np.count_nonzero(shown) < 2 * len(CUBIC):
+        return wrong
+    x, y = _centred(points[shown]).T
+    A = np.stack([x**i * y**j for i, j in CUBIC], axis=1)
+    off = _least_distances(A, pixels[shown])
+    wrong[shown] = off > max(FAR * np.median(off), LEAST_PX)
+    return wrong
+
+
+def _least_distances(A, pixels):
+    """Distances (N,) px from the polynomial whose sum of distances is least, by
+    reweighted squares."""
+    weights, median = np.ones(len(A)), np.inf
+    for _ in range(ROUNDS):
+        normal = A.T * weights
+        coefficients = np.linalg.solve(normal @ A, normal @ pixels)
+        off = np.linalg.norm(pixels - A @ coefficients, axis=1)
+        weights = 1 / np.maximum(off, 0.1)
+        last, median = median, np.median(off)
+        if abs(last - median) <= SETTLED * median:
+            break
+    return off
+
+
+def _centred(points):
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (2 * points - low - high) / np.maximum(high - low, 1e-12)
+
+
+# Which knot intervals of a spline mirror features support. Where none does, the
+# residual stays small while the shape is anything (5.2.2): features must lie at least
+# in the first and the last interval, along u and along v. How far they reach into
+# these tells how much of the edge is carried on.
+
+
+# Of the outermost interval: with less of it reached, the edge is a guess.
+LEAST_REACH = 0.6
+ENDS = (("u", 0, "first"), ("u", -1, "last"), ("v", 0, "first"), ("v", -1, "last"))
+
+
+class Support(NamedTuple):
+    """Features per knot interval.
+
+    along_u, along_v: numbers of features; cells (n_u, n_v): in each; reach: of the
+    first and last interval along u, then along v, the share between its inner knot and
+    the outermost feature, 0 where it has none.
+    """
+
+    along_u: np.ndarray
+    along_v: np.ndarray
+    cells: np.ndarray
+    reach: np.ndarray
+
+    def missing(self):
+        """Names of the outermost intervals that hold no feature."""
+        return [
+            f"the {place} knot interval along {axis}"
+            for axis, end, place in ENDS
+            if (self.along_u if axis == "u" else self.along_v)[end] == 0
+        ]
+
+    def weak(self):
+        """Names of the outermost intervals that features reach too little into."""
+        return [
+            f"the {place} knot interval along {axis} ({100 * share:.0f} % of it)"
+            for (axis, _, place), share in zip(ENDS, self.reach, strict=True)
+            if 0 < share < LEAST_REACH
+        ]
+
+
+def support_of(grid, p):
+    """Support of a SplineGrid by features at p (N, 2); those outside do not count."""
+    p = np.asarray(p, float)
+    inside = grid.inside(p)
+    i, j = grid.intervals(p[inside]).T
+    shape = tuple(len(breaks) - 1 for breaks in grid.breaks)
+    cells = np.zeros(shape, int)
+    np.add.at(cells, (i, j), 1)
+    reach = []
+    for breaks, x in zip(grid.breaks, grid.turned(p[inside]).T, strict=True):
+        low, high = (x.min(), x.max()) if len(x) else (np.inf, -np.inf)
+        reach += [
+            (breaks[1] - low) / (breaks[1] - breaks[0]),
+            (high - breaks[-2]) / (breaks[-1] - breaks[-2]),
+        ]
+    return Support(cells.sum(axis=1), cells.sum(axis=0), cells, np.clip(reach, 0, 1))
+
+
+def clamped_end(grid, clamp):
+    """("u", 0) or ("u", -1), the end at which a Clamp or FixedLine holds place and
+    slope; None where there is none, or it holds no slope."""
+    if clamp is None or clamp.slopes is None:
+        return None
+    u = np.median(grid.turned(clamp.points)[:, 0])
+    first, last = grid.breaks[0][[0, -1]]
+    return ("u", 0 if u - first < last - u else -1)
+
+
+def need_support(support, clamp_at=None, prior=False):
+    """Flags (list of text) for weak intervals; CalibrationError for unsupported ones.
+
+    clamp_at: ("u", 0) or the like, the end that a clamp in place and slope carries;
+    prior: whether a prior carries what features do not, which is then flagged.
+    """
+    carried = dict.fromkeys(
+        (f"the {place} knot interval along {axis}"
+         for axis, end, place in ENDS if clamp_at == (axis, end)), "the clamp"
+    )  # fmt: skip
+    missing = support.missing()
+    open_ends = [name for name in missing if name not in carried]
+    if open_ends and not prior:
+        raise CalibrationError(
+            f"mirror shape: no common feature in {', '.join(open_ends)}; its shape "
+            "would be a guess: use fewer knots, a smaller deflection, features that "
+            "reach there, or a prior",
+            code="no-feature-at-end",
+        )
+    flags = [f"{name}: carried by {carried.get(name, 'the prior')}" for name in missing]
+    return flags + [f"{name}: few features" for name in support.weak()]
+
+
+def supported_grid(span, p, most=(7, 3), degree=(2, 2), angle=0.0, clamp_at=None):
+    """The SplineGrid with the most basis functions whose outermost intervals features
+    support, at most `most` (Kf, Kg).
+
+    span: (M, 2), what its box spans; p: (N, 2), the features common to both pictures:
+    the further they were displaced, the fewer reach the free edge, and the wider its
+    interval must be. Raises CalibrationError where not even one interval will do.
+    """
+    shape = list(most)
+    while True:
+        grid = spline_grid(span, shape, degree, angle)
+        support = support_of(grid, p)
+        poor = _unsupported_axes(support, clamp_at)
+        fewer = [axis for axis in poor if shape[axis] > degree[axis] + 1]
+        if not fewer:
+            need_support(support, clamp_at)
+            return grid
+        for axis in fewer:
+            shape[axis] -= 1
+
+
+def _unsupported_axes(support, clamp_at):
+    counts = {"u": support.along_u, "v": support.along_v}
+    poor = {
+        "uv".index(axis)
+        for (axis, end, _), share in zip(ENDS, support.reach, strict=True)
+        if (axis, end) != clamp_at and (counts[axis][end] == 0 or share < LEAST_REACH)
+    }
+    return sorted(poor)
+
+
+# Fewest corners of a picture, three for each number of a quadratic.
+MIN_LATTICE_CORNERS = 18
+# Steps of the lattice by which places at the clamp may differ between the pictures, and
+# by which they must differ in any other labelling. On both geometries of chapter 5, 24
+# runs of three deflections of 5 mm: 0.3 at most, and 0.9 at least.
+STILL, OTHERS = 0.4, 0.7
+# Room for lattices on a common one, in boards.
+ROOM = 3
+# A lattice may be turned by right angles, and turned over (rows with columns).
+TURNS = tuple(
+    np.array([[a, b], [c, d]])
+    for a, b, c, d in product((-1, 0, 1), repeat=4)
+    if abs(a * d - b * c) == 1 and abs(a) + abs(b) + abs(c) + abs(d) == 2
+)
+
+
+def lattice_of(detection):
+    """The Partial of a Detection, of a whole board or of a part; None without any."""
+    if not detection.found:
+        return detection.partial
+    there = np.isfinite(detection.corners[:, 0])
+    row, column = np.divmod(np.arange(len(there)), detection.columns)
+    indices = np.column_stack([row, column])
+    return Partial(detection.corners[there], indices[there])
+
+
+def labelled_like(before, after, clamp, name="board"):
+    """The Partial `after`, each corner with the indices that the Partial `before` has
+    for it.
+
+    clamp: (L, 2) px, points along the edge at which the mirror is held. Raises
+    InputError, which begins with `name`, where a picture shows too few corners and
+    where it cannot be told which is which.
+    """
+    fewest = min(len(before.corners), len(after.corners))
+    if fewest < MIN_LATTICE_CORNERS:
+        raise InputError(
+            f"{name}: a picture shows {fewest} corners of the board; at least "
+            f"{MIN_LATTICE_CORNERS} are needed to tell which is which",
+            code="too-few-corners",
+        )
+    (there, hand), (places, other_hand) = (
+        _run_on(partial, clamp) for partial in (before, after)
+    )
+    found = []
+    for turn in TURNS:
+        if np.linalg.det(turn) * other_hand * hand < 0:
+            continue
+        apart = there - places @ turn
+        shift = np.rint(apart.mean(axis=0)).astype(int)
+        gap = np.linalg.norm(apart - shift, axis=1).max()
+        found.append((gap, after.indices @ turn + shift))
+    found.sort(key=lambda one: one[0])
+    if found[0][0] > STILL or found[1][0] < OTHERS:
+        raise InputError(
+            f"{name}: it cannot be told which corner of the board is which after the "
+            "deflection; use a smaller one, or show the board up to the clamp",
+            code="corners-not-matched",
+        )
+    return after._replace(indices=found[0][1])
+
+
+def on_one_lattice(partials, board, names):
+    """BoardViews of Partials that are labelled alike, all with the same corners.
+
+    board: the Chessboard; the lattice is ROOM of its sides wide, with the first partial
+    in its middle. Raises InputError where a partial reaches beyond.
+    """
+    side = ROOM * max(board.columns, board.rows)
+    first = partials[0].indices
+    origin = (first.min(axis=0) + first.max(axis=0) - side) // 2
+    row, column = np.divmod(np.arange(side * side), side)
+    points = board.pitch_mm * np.column_stack([column, row]).astype(float)
+    views = []
+    for partial, name in zip(partials, names, strict=True):
+        at = partial.indices - origin
+        if at.min() < 0 or at.max() >= side:
+            raise InputError(
+                f"{name}: its corners are {ROOM // 2} boards away from those of "
+                f"{names[0]}; use smaller deflections",
+                code="corners-not-matched",
+            )
+        pixels = np.full((side * side, 2), np.nan)
+        pixels[at @ [side, 1]] = partial.corners
+        views.append(BoardView(pixels, points, side, side, name))
+    return views
+
+
+def _run_on(partial, clamp):
+    """(Places (L, 2) on the lattice at pixels `clamp`, by a quadratic through all
+    corners; whether rows and columns turn clockwise, 1 or -1)."""
+    middle = partial.corners.mean(axis=0)
+    scale = np.abs(partial.corners - middle).max()
+    A, at = (_quadratic((p - middle) / scale) for p in (partial.corners, clamp))
+    c = np.linalg.lstsq(A, partial.indices.astype(float), rcond=None)[0]
+    return at @ c, np.sign(np.linalg.det(c[1:3]))
+
+
+def _quadratic(p):
+    x, y = p.T
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
