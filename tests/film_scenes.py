@@ -12,7 +12,7 @@ from raxel.cameras import PerspectiveCamera, SplineMirrorCamera
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 from raxel.geometry.spline_grids import spline_grid
-from raxel.lab.board_photograph import photograph_board
+from raxel.lab.set_rendering import photograph_board
 
 MOST_MM = 3.0  # the board is seen up to this deflection
 

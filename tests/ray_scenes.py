@@ -4,7 +4,7 @@ import numpy as np
 
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera
 from raxel.geometry.poses import inverse_pose, pose, rotation_from_vector, transform
-from raxel.multiview.noisy_rays import NoisyRays
+from raxel.multiview.ray_noise import NoisyRays
 
 W, H = 768, 576
 VIEWER = PerspectiveCamera(

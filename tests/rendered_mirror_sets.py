@@ -13,8 +13,7 @@ import yaml
 from chapters.shared.mirror.images import platter_camera, platter_picture
 from chapters.shared.mirror.rigs import BACK_PROJECTION_MM, DYNAMIC_MM
 from raxel.io.files import write_json, write_whole
-from raxel.lab.board_photograph import photograph_board
-from raxel.lab.render_set import render_set, write_picture
+from raxel.lab.set_rendering import photograph_board, render_set, write_picture
 from raxel.lab.target_poses import DrawnPoses, Visibility
 from raxel.sets import Chessboard, ImageSet, View, write_set
 from raxel.sets.mirror_set import DESCRIPTION

@@ -20,9 +20,9 @@ from raxel.cameras import GeneralCamera
 from raxel.cameras.core.smooth_rays import SmoothRays
 from raxel.cameras.tables.general import TableInverse
 from raxel.geometry.poses import pose, rotation_from_vector
-from raxel.lab.monitor_views import points_seen
-from raxel.multiview.perspective_view import PerspectiveView, source_pixels
+from raxel.lab.set_rendering import points_seen
 from raxel.multiview.plane_points import plane_locations
+from raxel.multiview.views import PerspectiveView, source_pixels
 from tests.calibration_scenes import scene
 from tests.camera_zoo import ZOO
 from tests.lab_cameras import EVERY, H, W
@@ -110,7 +110,7 @@ CASES = {
     ),
     "smooth rays": ("raxel.cameras.core.smooth_rays.TILES_AT_ONCE", 3, smooth_grid),
     "an undistorted view": (
-        "raxel.multiview.perspective_view.BLOCK",
+        "raxel.multiview.views.BLOCK",
         170,
         lambda: source_pixels(FISHEYE, view()),
     ),
@@ -120,7 +120,7 @@ CASES = {
         lambda: plane_locations(FISHEYE, BLANK, PLANE),
     ),
     "places on a monitor": (
-        "raxel.lab.monitor_views.PIXELS_AT_ONCE",
+        "raxel.lab.set_rendering.PIXELS_AT_ONCE",
         7 * W,
         lambda: points_seen(FISHEYE, PLANE, (200.0, 150.0)),
     ),

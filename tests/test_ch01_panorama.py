@@ -7,7 +7,7 @@ from chapters.ch01_introduction.s1_1_panorama import exercises, page
 from chapters.ch01_introduction.s1_1_panorama import experiment as trials
 from chapters.ch01_introduction.s1_1_panorama import report as claims
 from chapters.ch01_introduction.s1_1_panorama import report as figures
-from raxel.multiview.perspective_view import source_pixels
+from raxel.multiview.views import source_pixels
 from tests.made_results import of_columns, of_seed
 
 

@@ -28,10 +28,9 @@ from chapters.ch03_planar_grids.s3_2_conditions.report import (
 )
 from chapters.shared.grids.rigs import HARD, WHOLE
 from chapters.shared.grids.synthetic_board import outer
-from raxel.lab.blemishes import Blemishes
-from raxel.lab.board_photograph import window_of
-from raxel.lab.lighting import Shadow
+from raxel.lab.lighting import Blemishes, Shadow
 from raxel.lab.scenes import board_scene
+from raxel.lab.set_rendering import window_of
 from tests.judged_claims import readings_of
 from tests.made_results import OfLaw, of_columns
 

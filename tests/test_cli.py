@@ -11,11 +11,11 @@ import pytest
 
 from raxel import cli
 from raxel.cameras import GeneralCamera, PerspectiveCamera
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.cli import main
 from raxel.cli.models import FITS
 from raxel.cli.progress import Progress
-from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
+from raxel.multiview.views import perspective_view, resample, source_pixels
 from tests.image_sets import (
     COLUMNS,
     FOCAL,

@@ -13,7 +13,7 @@ import yaml
 from raxel.cameras import load_camera
 from raxel.cli import main, parser
 from raxel.evaluation.benchmark import score_camera
-from raxel.multiview.plane_view import plane_scale
+from raxel.multiview.views import plane_scale
 from raxel.report import check_report
 from raxel.sets import load_set, pattern_picture
 from tests.active_grids import drawn

@@ -14,8 +14,7 @@ from raxel.cli.warnings import of_pixels, of_swapped_sides
 from raxel.cli.wrong_points import wrong_fields, wrong_warnings
 from raxel.errors import InputError
 from raxel.evaluation.split_half import Division, SplitHalf
-from raxel.sets.model import ActiveGrid
-from raxel.sets.words import BOARDS, GRIDS
+from raxel.sets.model import BOARDS, GRIDS, ActiveGrid
 
 
 @pytest.mark.parametrize(

@@ -152,7 +152,7 @@ def test_a_place_is_refused_before_the_work_is_done(
     folder, camera, monkeypatch, capsys
 ):
     """Boards are looked for by `show` where no corners are given: a minute, perhaps."""
-    monkeypatch.setattr("raxel.show.sets.set_scene", lambda *_: pytest.fail("found"))
+    monkeypatch.setattr("raxel.show.cameras.set_scene", lambda *_: pytest.fail("found"))
     words = needed("show", folder, camera, {"--out": folder / "view0.png"})
     assert "choose another name" in refused(capsys, words)
     link = folder.parent / "link.html"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.cli import main
 from raxel.features import find_opencv
 from raxel.geometry.planes import on_plane

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.cli import main
 from raxel.cli.terminal import Terminal, on_one_line
 from tests.bad_input.changes import edit, setting

@@ -20,13 +20,11 @@ from raxel.evaluation.benchmark import _spread
 from raxel.evaluation.coverage import field_of_view
 from raxel.evaluation.cross_validation import Evaluation, ImageScore, evaluate_camera
 from raxel.evaluation.misfit import Misfit
-from raxel.features.boards import Board, write_boards
+from raxel.features.boards import Board, SizeVote, write_boards
 from raxel.features.detector import Detection, Partial, refused
-from raxel.features.size_vote import SizeVote
 from raxel.sets import load_set
-from raxel.sets.model import View
-from raxel.sets.words import BOARDS
-from raxel.show.sets import _posed_scene
+from raxel.sets.model import BOARDS, View
+from raxel.show.cameras import _posed_scene
 from tests.image_sets import write_drawn_set
 from tests.made_sets import BOARD as MADE
 from tests.made_sets import COLUMNS, HEIGHT, PINHOLE, ROWS, WIDTH, K, boards_of

@@ -20,8 +20,7 @@ from raxel.evaluation.comparison import BackProjection
 from raxel.evaluation.cross_validation import Evaluation, ImageScore
 from raxel.evaluation.split_half import Division, SplitHalf
 from raxel.features.active_grid.errors import Noise
-from raxel.sets.model import ActiveGrid, Pattern
-from raxel.sets.words import BOARDS
+from raxel.sets.model import BOARDS, ActiveGrid, Pattern
 
 NAN = float("nan")
 

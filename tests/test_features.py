@@ -4,9 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features import DETECTORS, opencv, order_of_clicks, symmetries, verified
+from raxel.features import DETECTORS, order_of_clicks, symmetries, verified
+from raxel.features import detector as opencv
+from raxel.features.detector import chessboard_corners_sb, refine
 from raxel.features.lattice import lattice_fault, misfit, spacing, standard_order
-from raxel.features.opencv import chessboard_corners_sb, refine
 from tests.chessboards import Board, facing
 
 EVERY = pytest.mark.parametrize("detector", list(DETECTORS))

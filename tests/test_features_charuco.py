@@ -7,8 +7,7 @@ import pytest
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.features import find_board
-from raxel.features.charuco import find_charuco, without_markers
-from raxel.features.markers import markers_seen
+from raxel.features.charuco import find_charuco, markers_seen, without_markers
 from raxel.sets import Charuco, load_set, write_set
 from tests.charuco_boards import (
     HEIGHT,

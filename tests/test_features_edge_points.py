@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ndtr
 
 from raxel.errors import InputError
-from raxel.features.edge_points import edge_points
+from raxel.features.edge_profiles import edge_points
 
 MIDDLE = np.array([30.3, 24.7])
 

@@ -4,10 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features.find import compiled
-from raxel.features.find.ring import RADII, ring_test
-from raxel.features.find.saddles import Level
-from raxel.features.find.trace import Atlas
+from raxel.features.chessboard import compiled
+from raxel.features.chessboard.links import Atlas
+from raxel.features.chessboard.saddles import RADII, Level, ring_test
 
 SEEDS = range(3)
 

@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board, symmetries
-from raxel.features.find import search
-from raxel.features.find.grids import Grid, grid_of
-from raxel.features.find.ring import Nodes
-from raxel.features.find.saddles import levels_of, noise_sd
+from raxel.features.chessboard import search
+from raxel.features.chessboard.grids import Grid, grid_of
+from raxel.features.chessboard.saddles import Nodes, levels_of, noise_sd
 from tests.chessboards import Board, facing
 
 BOARD = Board(9, 6, facing(9, 6, 40))

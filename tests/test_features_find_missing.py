@@ -8,9 +8,9 @@ import pytest
 
 from raxel.features import find_board
 from raxel.features.boards import detect_boards, read_boards, write_boards
+from raxel.features.chessboard.grids import Grid, holed, nearly_complete
+from raxel.features.chessboard.verdict import judged
 from raxel.features.detector import Detection
-from raxel.features.find.grids import Grid, holed, nearly_complete
-from raxel.features.find.verdict import judged
 from raxel.features.lattice import (
     lattice_fault,
     misfit,

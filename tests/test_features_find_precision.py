@@ -7,10 +7,16 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board
-from raxel.features.find.agreement import at_most_usual, times_noise, with_shift
-from raxel.features.find.corners import FULL, placed
-from raxel.features.find.patches import Patches, patches_of, side_patches_of
-from raxel.features.find.saddles import Level
+from raxel.features.chessboard.corners import FULL, placed
+from raxel.features.chessboard.grids import (
+    Patches,
+    at_most_usual,
+    patches_of,
+    side_patches_of,
+    times_noise,
+    with_shift,
+)
+from raxel.features.chessboard.saddles import Level
 from raxel.features.lattice import orders
 from tests.chessboards import Board, facing
 from tests.drawn_photographs import Board as BoardBefore

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board
-from raxel.features.find import search
-from raxel.features.find.ends import sides_seen
-from raxel.features.find.squares import ARC, MOST_BULGE, bulge_of, other_tone
+from raxel.features.chessboard import search
+from raxel.features.chessboard.ends import sides_seen
+from raxel.features.chessboard.verdict import ARC, MOST_BULGE, bulge_of, other_tone
 from tests.chessboards import Board, facing
 from tests.test_features_find import distance, drawn, seen, soft_and_noisy
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board
-from raxel.features.find.grids import Grid
-from raxel.features.find.sides import dark_side, unequal_pitch
+from raxel.features.chessboard.grids import Grid
+from raxel.features.chessboard.sides import dark_side, unequal_pitch
 from tests.chessboards import Board, facing
 from tests.test_features_find import drawn, seen, soft_and_noisy
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from raxel.features import find_board
-from raxel.features.find.saddles import Level
-from raxel.features.find.windows import _ends, _shown
+from raxel.features.chessboard.ends import _ends, _shown
+from raxel.features.chessboard.saddles import Level
 from tests.chessboards import Board, facing
 from tests.test_features_find import distance, soft_and_noisy
 

@@ -7,9 +7,8 @@ import pytest
 from raxel.errors import InputError
 from raxel.features import find_board
 from raxel.features.boards import Board as Looked
-from raxel.features.boards import detect_boards
+from raxel.features.boards import agreed, detect_boards
 from raxel.features.detector import Detection, refused
-from raxel.features.size_vote import agreed
 from raxel.sets import load_set
 from tests.chessboards import Board, facing
 from tests.image_sets import HEIGHT, WIDTH, description, write_description
@@ -100,7 +99,7 @@ def test_photographs_without_a_board_vote_for_none(tmp_path, monkeypatch):
     def looked(image_set, detector, views, say=None):
         return [Looked(view, refused(7, 5, "none"), None) for view in views]
 
-    monkeypatch.setattr("raxel.features.size_vote.detect_boards", looked)
+    monkeypatch.setattr("raxel.features.boards.detect_boards", looked)
     empty = np.full((HEIGHT, WIDTH), 120, np.uint8)
     image_set = written(tmp_path / "set", *4 * [empty])
     first, *others = looked(image_set, "raxel", image_set.views)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.features.tone_curve import undo_srgb
+from raxel.features.detector import undo_srgb
 
 GREY = np.arange(256, dtype=np.uint8)[None]
 

@@ -11,7 +11,7 @@ from chapters.guides.fisheye_in_ten_minutes import experiment as boards
 from chapters.guides.fisheye_in_ten_minutes import experiment as models
 from chapters.guides.fisheye_in_ten_minutes import page
 from chapters.guides.fisheye_in_ten_minutes import report as tables
-from raxel.multiview.perspective_view import perspective_view, source_pixels
+from raxel.multiview.views import perspective_view, source_pixels
 
 SIZE = boards.SIZES["quick"]
 

@@ -15,12 +15,12 @@ from raxel.geometry.poses import (
     vector_from_rotation,
 )
 from raxel.lab import Optics
-from raxel.lab.board_photograph import mirror_in_view, window_of
 from raxel.lab.lighting import BoardLight, Shadow
+from raxel.lab.optics import Crop
 from raxel.lab.rig import load_rig
 from raxel.lab.scenes import board_scene
 from raxel.lab.sensor import Sensor
-from raxel.lab.sight import Crop
+from raxel.lab.set_rendering import mirror_in_view, window_of
 from raxel.lab.target_poses import SIGHT_LINES, ListedPoses, Visibility, _mirror_points
 from test_lab_rig import MIRROR, changed, leaf
 from tests.bent_mirror_scenes import bent

@@ -5,7 +5,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.lab.bust import TALL, Bust, heights
+from raxel.lab.objects import TALL, Bust, heights
 from raxel.lab.surfaces import Relief
 
 BUST = Bust(160.0, 20.0)

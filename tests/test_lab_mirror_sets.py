@@ -14,10 +14,13 @@ from raxel.errors import InputError
 from raxel.geometry import transform
 from raxel.geometry.planes import on_plane
 from raxel.io.files import read_json
-from raxel.lab import render_mirror_set as rendering
+from raxel.lab import mirror_set_rig as rendering
 from raxel.lab import target_poses
-from raxel.lab.mirror_set_rig import is_mirror_set_rig, load_mirror_set_rig
-from raxel.lab.render_mirror_set import render_mirror_set
+from raxel.lab.mirror_set_rig import (
+    is_mirror_set_rig,
+    load_mirror_set_rig,
+    render_mirror_set,
+)
 from raxel.sets import read_image
 from raxel.sets.mirror_set import load_mirror_set
 from tests.test_lab_rig import ORIGINS, quantities

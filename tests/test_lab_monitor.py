@@ -20,10 +20,8 @@ from raxel.geometry import (
 )
 from raxel.io.files import read_json
 from raxel.lab import MonitorLevel, MonitorPattern, monitor_scene, trace
-from raxel.lab.monitor_sight import MonitorSight
-from raxel.lab.monitor_views import points_seen
-from raxel.lab.render_set import render_set
 from raxel.lab.rig import load_rig
+from raxel.lab.set_rendering import MonitorSight, points_seen, render_set
 from raxel.sets import (
     ActiveGrid,
     ImageSet,

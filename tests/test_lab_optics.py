@@ -5,8 +5,7 @@ import pytest
 from scipy.special import erf
 
 from raxel.errors import InputError
-from raxel.lab.optics import Optics, gaussian_blur, magnified
-from raxel.lab.sight import Crop
+from raxel.lab.optics import Crop, Optics, gaussian_blur, magnified
 from raxel.lab.textures import LUMINANCE
 
 

@@ -5,8 +5,9 @@ import pytest
 
 from raxel.cameras import pixel_grid
 from raxel.geometry.poses import pose, transform
-from raxel.lab.platter_views import PLATE, PlatterRing, camera_in_platter
-from raxel.lab.platter_views import photograph_plate as photograph
+from raxel.lab.mirror_set_rig import PLATTER_PLATE as PLATE
+from raxel.lab.mirror_set_rig import PlatterRing, camera_in_platter
+from raxel.lab.mirror_set_rig import photograph_plate as photograph
 from raxel.lab.rig import load_rig
 from test_lab_rig import changed
 

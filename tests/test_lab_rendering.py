@@ -9,7 +9,7 @@ from lab_cameras import EVERY, H, W
 from raxel.cameras import FisheyeCamera, OrthographicCamera, PerspectiveCamera
 from raxel.cameras.registry import CAMERAS
 from raxel.errors import InputError
-from raxel.features.opencv import refine
+from raxel.features.detector import refine
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.lab import (
     ChessboardTexture,
@@ -20,16 +20,15 @@ from raxel.lab import (
     TexturedScene,
     Tiles,
     board_scene,
-    render,
     trace,
     visible_share,
 )
-from raxel.lab import render as render_function
-from raxel.lab.footprint import PixelMeans, lattice
-from raxel.lab.laboratory import Laboratory
-from raxel.lab.optics import Optics
+from raxel.lab import rendering as render
+from raxel.lab import rendering as render_function
+from raxel.lab.optics import Crop, Optics, Raster, Sight
+from raxel.lab.rendering import PixelMeans, lattice
+from raxel.lab.rig import Laboratory
 from raxel.lab.sensor import Sensor
-from raxel.lab.sight import Crop, Raster, Sight
 from raxel.sets import Chessboard
 from tests.corner_check import board_before, fitted_corners
 
@@ -169,7 +168,7 @@ def test_rows_in_blocks_make_the_same_picture(monkeypatch):
     board, T = board_before(camera, places[0])
     scene = board_scene(board, T)
     whole = render(camera, HERE, scene)
-    module = importlib.import_module("raxel.lab.render")
+    module = importlib.import_module("raxel.lab.rendering")
     monkeypatch.setattr(module, "RAYS_AT_ONCE", 7 * W)
     np.testing.assert_array_equal(render(camera, HERE, scene), whole)
     assert whole.shape == (H, W)

@@ -10,9 +10,8 @@ from raxel.cameras import FisheyeCamera
 from raxel.errors import InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
-from raxel.lab import rig_limits
-from raxel.lab.rig import load_rig
-from raxel.lab.rig_target import pattern_plan
+from raxel.lab import rig as rig_limits
+from raxel.lab.rig import load_rig, pattern_plan
 from raxel.lab.target_poses import AroundPoses, DrawnPoses, Visibility, outline_of
 
 RIGS = sorted((Path(__file__).resolve().parents[1] / "data" / "rigs").glob("*.yaml"))

@@ -14,7 +14,7 @@ from raxel.cameras import (
     QuadricMirrorCamera,
     pixel_grid,
 )
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.cli import main
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_camera, score_corners

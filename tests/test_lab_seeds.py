@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from raxel.lab.monitor_views import photograph_patterns
-from raxel.lab.render_set import render_set
 from raxel.lab.rig import load_rig
+from raxel.lab.set_rendering import photograph_patterns, render_set
 from raxel.sets import read_image
 from tests.test_lab_rig import changed, leaf
 

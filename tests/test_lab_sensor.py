@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from raxel.errors import InputError
-from raxel.lab.monitor import Monitor
+from raxel.lab.rig import Monitor
 from raxel.lab.sensor import Sensor, bloom, compressed
 
 SHAPE = 250, 400

@@ -18,10 +18,10 @@ from raxel.lab import (
     TexturedScene,
     Tiles,
     box,
-    facade,
-    room,
 )
-from raxel.lab.room import _column
+from raxel.lab import scenes as facade
+from raxel.lab import scenes as room
+from raxel.lab.scenes import _column
 
 T = pose(rotation_from_vector([0.4, -0.3, 0.8]), [20.0, -35, 50])
 

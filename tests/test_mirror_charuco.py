@@ -10,7 +10,7 @@ from raxel.calibration.mirror.images import _steps
 from raxel.geometry import pose, transform
 from raxel.geometry.planes import on_plane
 from raxel.lab import ImageTexture, Laboratory, Rectangle, TexturedScene
-from raxel.lab.render_set import write_picture
+from raxel.lab.set_rendering import write_picture
 from raxel.sets import Charuco, ImageSet, View
 from raxel.sets.mirror_set import MirrorStep
 from tests.charuco_boards import SQUARE_PX, sheet

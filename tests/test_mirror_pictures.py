@@ -16,8 +16,14 @@ from chapters.shared.rigs import rig_named
 from raxel.errors import InputError
 from raxel.geometry import pose
 from raxel.lab import board_scene
-from raxel.lab.sight import Crop
-from raxel.lab.windowed import MARGIN_PX, bands, mirror_window, window_around, windowed
+from raxel.lab.optics import (
+    MARGIN_PX,
+    Crop,
+    bands,
+    mirror_window,
+    window_around,
+    windowed,
+)
 from tests.raised import raises_code
 
 

@@ -11,21 +11,23 @@ from raxel.multiview.fits.circles import fit_circle
 from raxel.multiview.fits.conics import algebraic_conic, fit_conic
 from raxel.multiview.fits.cylinders import fit_cylinder
 from raxel.multiview.fits.planes import fit_plane
-from raxel.multiview.generalised_linear import generalised_pose
-from raxel.multiview.generalised_motion import refine_generalised_pose
-from raxel.multiview.generalised_robust import generalised_pose_ransac
-from raxel.multiview.motion_information import motion_information
-from raxel.multiview.near_perspective import facing_plane, view_of_plane
-from raxel.multiview.noisy_rays import angular_rays, rays_of_pixels
+from raxel.multiview.generalised_motion import (
+    generalised_pose,
+    generalised_pose_ransac,
+    motion_information,
+    refine_generalised_pose,
+)
 from raxel.multiview.plane_points import (
     circle_outline,
+    facing_plane,
     measured_circle,
     plane_picture,
     points_on_plane,
+    view_of_plane,
 )
+from raxel.multiview.points import RayView, triangulate
 from raxel.multiview.ray_bundle import bundle_rays
-from raxel.multiview.ray_points import RayView
-from raxel.multiview.triangulation import triangulate
+from raxel.multiview.ray_noise import angular_rays, rays_of_pixels
 
 RNG = np.random.default_rng(5)
 COUNT = 60

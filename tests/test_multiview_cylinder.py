@@ -6,8 +6,7 @@ import pytest
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.cameras.linear.line_cameras import OrthographicCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
-from raxel.multiview.cylindrical_view import cylindrical_view
-from raxel.multiview.perspective_view import resample, source_pixels
+from raxel.multiview.views import cylindrical_view, resample, source_pixels
 from tests.raised import raises_code
 
 DOWN, AHEAD = (0.0, 0.0, -1.0), (0.0, -1.0, 0.0)

@@ -9,7 +9,7 @@ from raxel.geometry.poses import (
     rotation_from_vector,
     transform,
 )
-from raxel.multiview.epipolar import (
+from raxel.multiview.motion_samples import (
     _whitening,
     depths,
     epipolar_angles,

@@ -9,15 +9,30 @@ from raxel.cameras import PerspectiveCamera
 from raxel.cameras.core.base import Rays
 from raxel.errors import CalibrationError
 from raxel.geometry.poses import pose, rotation_from_vector, vector_from_rotation
-from raxel.multiview import generalised_robust
-from raxel.multiview.epipolar import epipolar_angles
-from raxel.multiview.generalised_linear import generalised_equations, generalised_pose
-from raxel.multiview.generalised_motion import refine_generalised_pose
-from raxel.multiview.generalised_robust import generalised_pose_ransac
-from raxel.multiview.motion_information import MotionInformation, motion_information
-from raxel.multiview.motion_samples import sampled_motions, squared_gaps, turning_pairs
-from raxel.multiview.noisy_rays import NoisyRays, angular_rays, rays_of_pixels
-from raxel.multiview.ray_gaps import gap_system, gaps, matched_rays, moved_motion
+from raxel.multiview import generalised_motion as generalised_robust
+from raxel.multiview.generalised_motion import (
+    MotionInformation,
+    generalised_equations,
+    generalised_pose,
+    generalised_pose_ransac,
+    motion_information,
+    refine_generalised_pose,
+)
+from raxel.multiview.motion_samples import (
+    epipolar_angles,
+    sampled_motions,
+    squared_gaps,
+    turning_pairs,
+)
+from raxel.multiview.ray_noise import (
+    NoisyRays,
+    angular_rays,
+    gap_system,
+    gaps,
+    matched_rays,
+    moved_motion,
+    rays_of_pixels,
+)
 from tests.raised import raises_code
 from tests.ray_scenes import (
     ACROSS,

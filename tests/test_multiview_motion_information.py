@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raxel.multiview.motion_information import MotionInformation
+from raxel.multiview.generalised_motion import MotionInformation
 
 
 def test_deviations_are_roots_of_summed_variances():

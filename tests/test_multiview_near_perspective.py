@@ -8,8 +8,8 @@ from raxel.errors import InputError
 from raxel.evaluation.distortion import distortion_residual
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.geometry.planes import intersect_rays_plane, on_plane
-from raxel.lab.bust import Bust
-from raxel.multiview.near_perspective import (
+from raxel.lab.objects import Bust
+from raxel.multiview.plane_points import (
     facing_plane,
     shown_in_view,
     view_of_plane,

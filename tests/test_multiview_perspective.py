@@ -6,11 +6,7 @@ import pytest
 from raxel.cameras import FisheyeCamera
 from raxel.cameras.tables.general import GeneralCamera
 from raxel.geometry.poses import rotation_from_vector
-from raxel.multiview.perspective_view import (
-    PerspectiveView,
-    perspective_view,
-    source_pixels,
-)
+from raxel.multiview.views import PerspectiveView, perspective_view, source_pixels
 
 WIDTH, HEIGHT = 120, 90
 # Its axis meets the image far from the middle, so that the view is turned and tilted.

@@ -5,7 +5,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.geometry.pixel_cells import whole_cells
-from raxel.multiview.plane_view import _add_triangle, plane_scale, remap_to_plane
+from raxel.multiview.views import _add_triangle, plane_scale, remap_to_plane
 
 SIZE_MM = 60.0, 40.0
 FINE, COARSE = 0.5, 4.0  # mm per px of the picture

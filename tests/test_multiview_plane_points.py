@@ -5,10 +5,10 @@ import pytest
 
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import InputError
-from raxel.features.edge_points import edge_points
+from raxel.features.edge_profiles import edge_points
 from raxel.geometry import pose, rotation_from_vector
-from raxel.lab.render import render
-from raxel.lab.ringed_board import BoardRing, RingedChessboard, ringed_board_scene
+from raxel.lab.objects import BoardRing, RingedChessboard, ringed_board_scene
+from raxel.lab.rendering import render
 from raxel.lab.textures import ChessboardTexture
 from raxel.multiview.fits.conics import fit_conic
 from raxel.multiview.plane_points import (

@@ -13,18 +13,22 @@ from raxel.geometry.poses import (
     vector_from_rotation,
 )
 from raxel.multiview.generalised_motion import refine_generalised_pose
-from raxel.multiview.noisy_rays import angular_rays, rays_of_pixels
-from raxel.multiview.ray_bundle import bundle_rays
-from raxel.multiview.ray_gaps import depths_of_pairs, matched_rays
-from raxel.multiview.ray_points import (
+from raxel.multiview.points import (
     PlacedPoints,
     PointSystem,
     RayTracks,
     RayView,
     moved_points,
     moved_poses,
+    triangulate,
 )
-from raxel.multiview.triangulation import triangulate
+from raxel.multiview.ray_bundle import bundle_rays
+from raxel.multiview.ray_noise import (
+    angular_rays,
+    depths_of_pairs,
+    matched_rays,
+    rays_of_pixels,
+)
 from tests.raised import raises_code
 from tests.ray_scenes import ACROSS, BENT, SD_PX, by_rig, in_mirror, jittered, unit
 

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from raxel.report.active_grid import GAP, LABEL, THUMBNAIL, _deviations, pattern_sheet
 from raxel.report.canvas import Canvas
+from raxel.report.images import GAP, LABEL, THUMBNAIL, _deviations, pattern_sheet
 from raxel.sets import patterns_of, plan_of_cells
 from raxel.sets.patterns import pattern_picture
 

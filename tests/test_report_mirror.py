@@ -8,8 +8,7 @@ import pytest
 from raxel.calibration.mirror.bundle import bundle_stages
 from raxel.cameras import SplineMirrorCamera
 from raxel.report.canvas import Canvas
-from raxel.report.mirror import _counted
-from raxel.report.mirror_pictures import _shown_heights, heights
+from raxel.report.mirror import _counted, _shown_heights, heights
 from tests.mirror_scenes import spline_camera
 from tests.test_calibration_bundle_stages import noisy, own_space, shaken
 

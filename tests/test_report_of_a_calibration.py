@@ -12,9 +12,7 @@ from raxel.evaluation.split_half import Division
 from raxel.io.files import read_json
 from raxel.report import write
 from raxel.report.canvas import Canvas
-from raxel.report.folder import check_report, new_report
-from raxel.report.page import _beside
-from raxel.report.pictures import (
+from raxel.report.images import (
     CUT,
     RESIDUAL,
     ArrowScale,
@@ -24,6 +22,7 @@ from raxel.report.pictures import (
     disagreement_picture,
     pooled_picture,
 )
+from raxel.report.page import _beside, check_report, new_report
 from raxel.sets import load_set
 from tests.made_sets import (
     BOARD,

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from raxel.calibration.views.correspondence import BoardShape
-from raxel.report import active_grid, mirror, mirror_pictures
+from raxel.report import images as active_grid
+from raxel.report import mirror
+from raxel.report import mirror as mirror_pictures
 from raxel.report.canvas import INK, MISSING, QUIET, STRIP, Canvas
-from raxel.report.mirror_pictures import profile_picture
+from raxel.report.images import COLOURS, corner_picture, grid_picture
+from raxel.report.mirror import profile_picture
 from raxel.report.page import Photograph, _divisions, _numbers, _row, _shape, _vote
-from raxel.report.pictures import COLOURS, corner_picture, grid_picture
 from raxel.report.write import _arrows as arrows_of
 from raxel.report.write import _predicted
 from tests.made_sets import BOARD, PINHOLE, K

@@ -5,7 +5,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.lab import MonitorPattern
-from raxel.lab.patterns import MonitorBoard
+from raxel.lab.scenes import MonitorBoard
 from raxel.sets import pattern_picture, patterns_of, plan_of_cells
 from raxel.sets.model import ActiveGrid, MonitorChessboard, Pattern
 from raxel.sets.patterns import cell_width, chessboard_of_corners, chessboard_picture

@@ -26,12 +26,12 @@ from raxel.show import (
     board,
     framed,
     html,
-    page,
-    picture,
     picture_array,
 )
+from raxel.show import rendering as page
+from raxel.show import rendering as picture
 from raxel.show.meshes import drawn_parts
-from raxel.show.picture import THEMES
+from raxel.show.rendering import THEMES
 from raxel.show.view import mm_per_px, projected
 
 VIEW = {"view_from": (0, 0, -5), "look_at": (0, 0, 1)}

@@ -14,15 +14,13 @@ from raxel.features.boards import detect_boards
 from raxel.geometry import pose, transform
 from raxel.io import rendering
 from raxel.lab import load_rig
-from raxel.lab.render_set import POSES
 from raxel.lab.rig import Rig
+from raxel.lab.set_rendering import POSES
 from raxel.sets import load_set
 from raxel.show import Points, Segments, Surface, camera_scene
-from raxel.show.boards import surface_texture
-from raxel.show.cameras import MEASURED, field_edge, spread_pixels
-from raxel.show.rigs import rig_scene
+from raxel.show.cameras import MEASURED, field_edge, rig_scene, set_scene, spread_pixels
 from raxel.show.scene import finite_points
-from raxel.show.sets import set_scene
+from raxel.show.view import surface_texture
 from tests.image_sets import write_drawn_set
 from tests.test_lab_rig import RIGS
 from tests.test_show import draws
@@ -149,7 +147,7 @@ def test_known_boards_are_not_looked_for_and_may_lack_corners(tmp_path, monkeypa
     boards = detect_boards(image_set)
     for board in boards:
         board.detection.corners[[0, 20]] = np.nan
-    monkeypatch.setattr("raxel.show.sets.detect_boards", None)
+    monkeypatch.setattr("raxel.show.cameras.detect_boards", None)
     scene = set_scene(image_set, boards=boards)
     assert (
         f"{len(drawn)} of {len(drawn)} boards; camera by Zhang's method" in scene.note

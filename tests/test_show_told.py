@@ -9,10 +9,9 @@ from raxel.cameras import PerspectiveCamera
 from raxel.cli.show import _scene
 from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.io import rendering
-from raxel.show.cameras import frustum
+from raxel.show.cameras import _name, facing_sight, frustum
 from raxel.show.meshes import HEAD_LENGTH, HEAD_RADIUS, _arrows
-from raxel.show.picture import THEMES, _legend_rows, _written, legend_entries
-from raxel.show.rigs import _name, facing_sight
+from raxel.show.rendering import THEMES, _legend_rows, _written, legend_entries
 from raxel.show.scene import Points, Scene, Segments, finite_points
 from raxel.show.view import _told
 
@@ -81,7 +80,7 @@ def test_the_head_of_an_arrow_is_at_its_end():
 
 def test_a_rig_is_drawn_with_the_seed_asked_for(monkeypatch):
     monkeypatch.setattr("raxel.lab.load_rig", lambda path: SimpleNamespace(name="made"))
-    monkeypatch.setattr("raxel.show.rigs.rig_scene", lambda rig, seed=0: seed)
+    monkeypatch.setattr("raxel.show.cameras.rig_scene", lambda rig, seed=0: seed)
     options = SimpleNamespace(what="made.yaml", camera=None, corners=None, seed=5)
     assert _scene(options, None, lambda line: None) == (5, "made: a rig")
 

@@ -14,7 +14,7 @@ from raxel.errors import InputError
 from raxel.features.boards import detect_boards, read_boards, write_boards
 from raxel.features.localise import saddle_point
 from raxel.sets import load_reference, load_set, read_image
-from raxel.sets.uncertainty import check_sd, plain_sd, sd_from_plain
+from raxel.sets.model import check_sd, plain_sd, sd_from_plain
 from tests.board_scenes import HEIGHT, WIDTH, board_poses, views_of
 from tests.image_sets import COLUMNS, ROWS, write_drawn_set
 

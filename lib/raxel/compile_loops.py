@@ -39,7 +39,7 @@ from raxel.geometry import (
     transform,
 )
 from raxel.lab import Laboratory, Optics, Sensor, board_scene
-from raxel.multiview.plane_view import remap_to_plane
+from raxel.multiview.views import remap_to_plane
 from raxel.sets import (
     ActiveGrid,
     Chessboard,

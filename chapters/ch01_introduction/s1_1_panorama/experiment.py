@@ -11,10 +11,10 @@ from raxel.cameras import PerspectiveCamera
 from raxel.cameras.linear.line_cameras import OrthographicCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.geometry import inverse_pose, pose, transform
-from raxel.lab import Laboratory, room
-from raxel.multiview.cylindrical_view import cylindrical_view
-from raxel.multiview.perspective_view import FAR
-from raxel.show.rigs import drawn_poses
+from raxel.lab import Laboratory
+from raxel.lab import scenes as room
+from raxel.multiview.views import FAR, cylindrical_view
+from raxel.show.cameras import drawn_poses
 
 RIG = "panorama-hyperboloid"
 RIGS = ("data/rigs/panorama-hyperboloid.yaml",)

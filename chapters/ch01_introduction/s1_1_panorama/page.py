@@ -42,9 +42,13 @@ from chapters.ch01_introduction.s1_1_panorama.experiment import (
     view_of,
 )
 from chapters.ch01_introduction.s1_1_panorama.report import name_values
-from raxel.lab import room
-from raxel.multiview.cylindrical_view import CylindricalView, cylindrical_view
-from raxel.multiview.perspective_view import resample, source_pixels
+from raxel.lab import scenes as room
+from raxel.multiview.views import (
+    CylindricalView,
+    cylindrical_view,
+    resample,
+    source_pixels,
+)
 from repro.page import check, compared, open_results, show, show_code, value
 from repro.run import Plan, crossed, experiment
 

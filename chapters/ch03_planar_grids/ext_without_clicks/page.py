@@ -19,7 +19,8 @@ from chapters.ch03_planar_grids.ext_without_clicks.experiment import (
 )
 from chapters.ch03_planar_grids.ext_without_clicks.report import facts
 from raxel.features import DETECTORS, find_board
-from raxel.features.find import compiled, grids, growth
+from raxel.features.chessboard import compiled, grids
+from raxel.features.chessboard import links as growth
 from repro.page import check, compared, open_results, show_code, show_table, value
 from repro.run import Plan, experiment
 

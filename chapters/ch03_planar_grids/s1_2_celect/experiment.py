@@ -37,7 +37,8 @@ from raxel.geometry import (
     rotation_from_vector,
     transform,
 )
-from raxel.lab import board_scene, render
+from raxel.lab import board_scene
+from raxel.lab import rendering as render
 from raxel.sets import Chessboard
 from repro.run import Plan, experiment
 

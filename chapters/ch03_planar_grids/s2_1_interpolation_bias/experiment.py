@@ -24,7 +24,7 @@ from raxel.lab import (
     monitor_scene,
     trace,
 )
-from raxel.lab.monitor_views import points_seen
+from raxel.lab.set_rendering import points_seen
 from raxel.sets import ActiveGrid, patterns_of, plan_of_cells
 from repro.run import Plan, experiment
 

@@ -25,8 +25,8 @@ from raxel.lab import (
     monitor_scene,
     trace,
 )
-from raxel.lab.monitor_views import points_seen
-from raxel.lab.patterns import MonitorLevel, MonitorPattern
+from raxel.lab.scenes import MonitorLevel, MonitorPattern
+from raxel.lab.set_rendering import points_seen
 from raxel.sets import ActiveGrid, Chessboard, patterns_of, plan_of_cells
 from repro.run import Plan, experiment
 

@@ -42,7 +42,7 @@ from raxel.features.celect import (
 from raxel.features.celect.trace import side_lengths
 from raxel.features.localise.subpix import ITERATIONS
 from raxel.geometry import on_plane, transform
-from raxel.lab.board_photograph import grey_of, light_of_board, saved
+from raxel.lab.set_rendering import grey_of, light_of_board, saved
 from repro.run import Plan, experiment
 
 # Images of the grids of section 3.3.2, one at a time.

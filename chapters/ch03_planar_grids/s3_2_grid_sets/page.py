@@ -48,7 +48,7 @@ from chapters.shared.grids import (
 from raxel.errors import InputError
 from raxel.evaluation.cross_validation import in_order_of, in_place
 from raxel.features.celect import celect
-from raxel.features.tone_curve import undo_srgb
+from raxel.features.detector import undo_srgb
 from repro.page import check, compared, open_results, show, show_code, show_table
 from repro.page import values as regenerated_values
 from repro.run import Plan, experiments

@@ -18,8 +18,8 @@ from raxel.geometry.homography import (
     refine_homography,
 )
 from raxel.io.files import read_json
-from raxel.lab.monitor_views import photograph_patterns, points_seen
 from raxel.lab.sensor import bloom
+from raxel.lab.set_rendering import photograph_patterns, points_seen
 from raxel.sets import load_set, read_image
 from repro.run.rendered import rendered_set
 

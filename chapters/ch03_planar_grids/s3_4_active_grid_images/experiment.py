@@ -24,9 +24,13 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import (
 from raxel.features.active_grid import decode
 from raxel.geometry import inverse_pose, on_plane, pose, rotation_from_vector, transform
 from raxel.geometry.homography import apply_homography
-from raxel.lab import room
-from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
-from raxel.multiview.plane_view import remap_to_plane
+from raxel.lab import scenes as room
+from raxel.multiview.views import (
+    perspective_view,
+    remap_to_plane,
+    resample,
+    source_pixels,
+)
 from raxel.sets import chessboard_picture, pattern_picture, patterns_of
 from repro.run import columns
 

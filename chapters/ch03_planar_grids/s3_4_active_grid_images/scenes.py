@@ -20,8 +20,12 @@ from raxel.geometry.homography import (
     refine_homography,
 )
 from raxel.lab import load_rig
-from raxel.multiview.perspective_view import perspective_view, resample, source_pixels
-from raxel.multiview.plane_view import remap_to_plane
+from raxel.multiview.views import (
+    perspective_view,
+    remap_to_plane,
+    resample,
+    source_pixels,
+)
 from raxel.sets import load_set, read_image
 from repro.run.rendered import CHECKOUT, rendered_set
 

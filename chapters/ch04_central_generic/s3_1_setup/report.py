@@ -8,10 +8,9 @@ from chapters.shared.central import FISH, LINEAR_GRIDS, OMNI, RIGS
 from chapters.shared.methods import LINEAR_NAMES
 from chapters.shared.rigs import rig_named
 from raxel.show import Labels, Polyline, framed
-from raxel.show.boards import plate
 from raxel.show.cameras import axes as axes_parts
-from raxel.show.cameras import field_of_view, frustum, mirrors
-from raxel.show.rigs import drawn_poses
+from raxel.show.cameras import drawn_poses, field_of_view, frustum, mirrors
+from raxel.show.view import plate
 from repro.page import INK, series, value
 from repro.page.space import scene_figure
 from repro.run import (

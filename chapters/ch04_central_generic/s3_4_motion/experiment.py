@@ -28,7 +28,7 @@ from raxel.calibration import (
 )
 from raxel.errors import CalibrationError, InputError
 from raxel.features.celect.algorithm import find_celect
-from raxel.features.opencv import refine
+from raxel.features.detector import refine
 from raxel.geometry import (
     on_plane,
     pose,
@@ -37,9 +37,9 @@ from raxel.geometry import (
     vector_from_rotation,
 )
 from raxel.lab import TexturedScene, board_scene
-from raxel.lab.sight import Crop
+from raxel.lab.optics import Crop
 from raxel.lab.target_poses import outline_of
-from raxel.multiview.epipolar import relative_pose
+from raxel.multiview.motion_samples import relative_pose
 from raxel.sets import Chessboard
 from repro.run import Plan, crossed, experiment
 

@@ -21,8 +21,8 @@ from chapters.shared.mirror import (
 )
 from raxel.geometry.spline_grids import spline_grid
 from raxel.show import Arrows, board, framed
-from raxel.show.boards import plate
 from raxel.show.cameras import frustum, mirrors, viewing_rays
+from raxel.show.view import plate
 from repro.page import (
     INK,
     legend_below,

@@ -58,11 +58,10 @@ from raxel.features import find_board
 from raxel.features.active_grid import decode
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
 from raxel.geometry.planes import on_plane
-from raxel.lab.board_photograph import photograph_board
-from raxel.lab.monitor_views import photograph_patterns, points_seen
+from raxel.lab.optics import bands as bands_of
+from raxel.lab.optics import mirror_window, window_around, windowed
+from raxel.lab.set_rendering import photograph_board, photograph_patterns, points_seen
 from raxel.lab.target_poses import outline_of
-from raxel.lab.windowed import bands as bands_of
-from raxel.lab.windowed import mirror_window, window_around, windowed
 from raxel.sets import Chessboard
 from raxel.sets.patterns import BLACK, WHITE
 

@@ -16,8 +16,8 @@ from raxel.calibration.mirror.refine import SWINGING_DEG
 from raxel.geometry import intersect_rays_plane, transform
 from raxel.geometry.planes import on_plane
 from raxel.show import Polyline, Scene, Segments, Surface, framed
-from raxel.show.boards import board as board_mesh
 from raxel.show.cameras import frustum
+from raxel.show.view import board as board_mesh
 from repro.page import INK, new_figure, series
 from repro.page import value as name_value
 from repro.page.film import pictured

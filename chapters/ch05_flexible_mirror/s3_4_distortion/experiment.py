@@ -24,7 +24,7 @@ from chapters.shared.mirror import (
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera, SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
-from raxel.features.edge_points import edge_points
+from raxel.features.edge_profiles import edge_points
 from raxel.features.localise import saddle_point
 from raxel.geometry import pose, rotation_from_vector, transform
 from raxel.geometry.homography import (
@@ -32,19 +32,20 @@ from raxel.geometry.homography import (
     homography_dlt,
     refine_homography,
 )
-from raxel.lab.bust import Bust
-from raxel.lab.ringed_board import BoardRing, ringed_board_scene
-from raxel.lab.windowed import bands, mirror_window, windowed
+from raxel.lab.objects import BoardRing, Bust, ringed_board_scene
+from raxel.lab.optics import bands, mirror_window, windowed
 from raxel.multiview.fits.circles import fit_circle
 from raxel.multiview.fits.conics import algebraic_conic, conic_distances
-from raxel.multiview.near_perspective import (
+from raxel.multiview.plane_points import (
+    circle_outline,
     facing_plane,
+    plane_picture,
+    points_on_plane,
     shown_in_view,
     view_of_plane,
     view_over_plane,
     view_pixels,
 )
-from raxel.multiview.plane_points import circle_outline, plane_picture, points_on_plane
 
 # The target of 5.3.4, a chessboard with a circle over it, and its image.
 #

@@ -24,13 +24,14 @@ from raxel.geometry.poses import (
     transform,
 )
 from raxel.multiview.fits.cylinders import fit_cylinder
-from raxel.multiview.generalised_motion import refine_generalised_pose
-from raxel.multiview.generalised_robust import generalised_pose_ransac
-from raxel.multiview.motion_information import motion_information
-from raxel.multiview.noisy_rays import rays_of_pixels
+from raxel.multiview.generalised_motion import (
+    generalised_pose_ransac,
+    motion_information,
+    refine_generalised_pose,
+)
+from raxel.multiview.points import RayView, triangulate
 from raxel.multiview.ray_bundle import bundle_rays
-from raxel.multiview.ray_points import RayView
-from raxel.multiview.triangulation import triangulate
+from raxel.multiview.ray_noise import rays_of_pixels
 
 # A mirror calibrated stage by stage as published, after three pushes.
 

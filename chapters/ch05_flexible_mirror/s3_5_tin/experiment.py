@@ -25,12 +25,10 @@ from raxel.features.sift import match_features
 from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector, transform
 from raxel.geometry.planes import on_plane
 from raxel.lab import ImageTexture, Rectangle, TexturedScene
-from raxel.lab.windowed import window_around, windowed
+from raxel.lab.optics import window_around, windowed
 from raxel.multiview.fits.planes import fit_plane
-from raxel.multiview.noisy_rays import rays_of_pixels
-from raxel.multiview.ray_gaps import gaps, matched_rays
-from raxel.multiview.ray_points import RayView
-from raxel.multiview.triangulation import triangulate
+from raxel.multiview.points import RayView, triangulate
+from raxel.multiview.ray_noise import gaps, matched_rays, rays_of_pixels
 
 # Stage 3 of a bending mirror, calibrated stage by stage as published.
 

@@ -253,7 +253,7 @@ def ext_calibration_record(effort):
 # ```python
 # import cv2
 # from raxel.cameras import load_camera
-# from raxel.multiview.perspective_view import perspective_view, source_pixels
+# from raxel.multiview.views import perspective_view, source_pixels
 #
 # camera = load_camera("camera.npz")
 # sources = source_pixels(camera, perspective_view(camera))
@@ -264,7 +264,7 @@ def ext_calibration_record(effort):
 #
 # The tables are `float32` and give the source position of each pixel of the corrected
 # image. No pinhole view covers 183°. Rotate `R_camera_view` of the view, or unroll
-# the circle with `raxel.multiview.cylindrical_view`.
+# the circle with `raxel.multiview.views`.
 #
 # ## Comparison of models
 

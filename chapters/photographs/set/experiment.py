@@ -30,7 +30,7 @@ from raxel.evaluation.benchmark import scoring_grid
 from raxel.features import DEFAULT_DETECTOR, charuco
 from raxel.features.boards import detect_boards
 from raxel.features.detector import as_8_bit
-from raxel.multiview.perspective_view import PerspectiveView, resample, source_pixels
+from raxel.multiview.views import PerspectiveView, resample, source_pixels
 from raxel.sets import Charuco, load_set, read_image
 
 # Undistorted view of an image through a given model.

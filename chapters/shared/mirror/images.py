@@ -24,10 +24,9 @@ from raxel.lab import (
     board_scene,
     monitor_scene,
 )
-from raxel.lab.board_photograph import photograph_board
-from raxel.lab.monitor_views import photograph_patterns, points_seen
-from raxel.lab.patterns import MonitorPattern
-from raxel.lab.windowed import mirror_window, window_around, windowed
+from raxel.lab.optics import mirror_window, window_around, windowed
+from raxel.lab.scenes import MonitorPattern
+from raxel.lab.set_rendering import photograph_board, photograph_patterns, points_seen
 from raxel.sets.patterns import BLACK, WHITE
 
 # Half of the platter's ring as a polygon: corners along each of its two arcs.
@@ -99,7 +98,7 @@ def grid_picture(rig, camera, T_camera_monitor, seed, window=None):
     """The `MirroredGrid` of the monitor of a `MirrorRig` in one pose.
 
     camera: one of the rig's, or `platter_camera`; seed: list of whole numbers; window:
-    a `Crop`, all that the flexible mirror fills if not given (`raxel.lab.windowed.
+    a `Crop`, all that the flexible mirror fills if not given (`raxel.lab.optics.
     bands` gives thinner ones).
     """
     window = mirror_window(camera) if window is None else window

@@ -11,7 +11,6 @@ from raxel.cameras.core.base import (
     pixel_grid,
 )
 from raxel.cameras.core.caustic import caustic_points
-from raxel.cameras.io import load_camera
 from raxel.cameras.lenses.fisheye import FisheyeCamera, KannalaBrandtCamera
 from raxel.cameras.lenses.moving_pupil import AxialCamera, MovingPupilCamera
 from raxel.cameras.lenses.perspective import BrownCamera, PerspectiveCamera
@@ -38,7 +37,7 @@ from raxel.cameras.mirrors.flexible import FlexibleMirrorCamera
 from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
-from raxel.cameras.registry import CAMERAS, camera_from
+from raxel.cameras.registry import CAMERAS, camera_from, load_camera
 from raxel.cameras.tables.general import GeneralCamera
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 

@@ -1,6 +1,6 @@
 """All kinds of camera by name."""
 
-from raxel.cameras.core.storage import argument_names
+from raxel.cameras.core.storage import CameraFile, argument_names
 from raxel.cameras.lenses.fisheye import FisheyeCamera, KannalaBrandtCamera
 from raxel.cameras.lenses.moving_pupil import AxialCamera, MovingPupilCamera
 from raxel.cameras.lenses.perspective import BrownCamera, PerspectiveCamera
@@ -123,3 +123,16 @@ def _nested(name, value):
 
 def _nearest(name, known):
     return f"{did_you_mean(name, known)} known are {', '.join(known)}".lstrip()
+
+
+# Read a camera of any kind from its file.
+
+
+def load_camera(path):
+    """The camera in an .npz file, of the class its field `kind` names.
+
+    Raises InputError with file and field for a file that is missing, cut off, of an
+    unknown kind, or holds values that no such camera can have.
+    """
+    with CameraFile(path, CAMERAS) as file:
+        return file.camera()

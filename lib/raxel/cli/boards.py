@@ -3,12 +3,12 @@
 from raxel.errors import InputError
 from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, charuco
 from raxel.features.boards import (
+    agreed,
     check_chessboard,
     detect_boards,
     markers_beside,
     read_boards,
 )
-from raxel.features.size_vote import agreed
 from raxel.sets import Charuco
 
 NEED_SIZE = ("opencv", "celect")

@@ -25,7 +25,7 @@ from raxel.evaluation.split_half import split_half
 from raxel.io.files import check_can_be_written, together, write_json
 from raxel.report import check_report, new_report, write_report
 from raxel.sets import load_set
-from raxel.sets.words import words_of
+from raxel.sets.model import words_of
 
 FOLDS = 4
 

@@ -9,8 +9,8 @@ from raxel.errors import InputError
 from raxel.features.active_grid.view import decode_view
 from raxel.features.grids import SUMMARY, write_points
 from raxel.io.files import write_json
-from raxel.report.active_grid import decoded_picture
 from raxel.report.canvas import encoded
+from raxel.report.images import decoded_picture
 from raxel.sets import load_set
 
 

@@ -65,7 +65,7 @@ def _formula_fields(camera):
 
 
 def camera_lines(fields, target):
-    """The same for people, in lines; target: what `raxel.sets.words` calls it."""
+    """The same for people, in lines; target: what `raxel.sets.model` calls it."""
     if fields["kind"] == "ray spline":
         yield (
             f"smooth rays where {target}s were; beyond them they go on towards the "

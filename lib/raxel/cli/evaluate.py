@@ -1,6 +1,6 @@
 """`raxel evaluate camera.npz SET --json F`"""
 
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.cli import described, scores
 from raxel.cli.board_shape import read_shape
 from raxel.cli.outputs import check_written
@@ -12,7 +12,7 @@ from raxel.evaluation.board_corners import without_wrong_corners
 from raxel.evaluation.misfit import misfit
 from raxel.io.files import check_can_be_written, write_json
 from raxel.sets import load_set
-from raxel.sets.words import words_of
+from raxel.sets.model import words_of
 
 # (what a misfit says, what to do about it)
 DOES_NOT_FIT = (

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from raxel.calibration.views.boards import board_views
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.cli import scores
 from raxel.cli.evaluate import check_size
 from raxel.cli.mirror import NOT_OF_A_MIRROR, check_mirror_written

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from raxel.cli.new_folder import new_folder
 from raxel.cli.terminal import on_one_line
-from raxel.report.active_grid import pattern_sheet
 from raxel.report.canvas import encoded
+from raxel.report.images import pattern_sheet
 from raxel.sets import (
     chessboard_of_corners,
     chessboard_picture,

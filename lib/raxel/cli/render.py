@@ -2,10 +2,13 @@
 
 from raxel.cli.terminal import on_one_line
 from raxel.errors import InputError
-from raxel.lab.mirror_set_rig import is_mirror_set_rig, load_mirror_set_rig
-from raxel.lab.render_mirror_set import render_mirror_set
-from raxel.lab.render_set import render_set
+from raxel.lab.mirror_set_rig import (
+    is_mirror_set_rig,
+    load_mirror_set_rig,
+    render_mirror_set,
+)
 from raxel.lab.rig import load_rig
+from raxel.lab.set_rendering import render_set
 
 
 def render(options, say):

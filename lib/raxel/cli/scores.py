@@ -29,7 +29,7 @@ def summary(evaluation):
 
 def line(name, evaluation, point="corner"):
     """One line for people; what is not known is said in words. point: what is scored,
-    as `raxel.sets.words` calls it."""
+    as `raxel.sets.model` calls it."""
     if not evaluation.n_scored and not math.isfinite(evaluation.mean_deg):
         return f"{name}: no {point} could be scored"
     return (

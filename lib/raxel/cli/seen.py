@@ -10,10 +10,10 @@ from raxel.calibration.views.dense import dense_view
 from raxel.cli.boards import boards_for
 from raxel.cli.warnings import of_handedness
 from raxel.errors import CalibrationError, InputError
+from raxel.features.boards import SizeVote
 from raxel.features.grids import decode_grids, read_grids
-from raxel.features.size_vote import SizeVote
 from raxel.sets import ActiveGrid, View
-from raxel.sets.words import words_of
+from raxel.sets.model import words_of
 
 NAMED = 5  # photographs in a warning
 

@@ -6,7 +6,7 @@ import tempfile
 import webbrowser
 from pathlib import Path
 
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.cli.outputs import check_written
 from raxel.errors import InputError
 from raxel.features.boards import read_boards
@@ -44,7 +44,7 @@ def _scene(options, out, say):
     """(scene, title); `out` is no file of a set that is read for it, or None."""
     what = Path(options.what)
     if what.is_dir():
-        from raxel.show.sets import set_scene
+        from raxel.show.cameras import set_scene
 
         if is_mirror_set(what):
             raise InputError(
@@ -69,7 +69,7 @@ def _scene(options, out, say):
         return camera_scene(load_camera(what), what.stem), f"{what.stem}: a camera"
     if what.suffix in (".yaml", ".yml"):
         from raxel.lab import load_rig
-        from raxel.show.rigs import rig_scene
+        from raxel.show.cameras import rig_scene
 
         rig = load_rig(what)
         return rig_scene(rig, options.seed), f"{rig.name}: a rig"
@@ -80,7 +80,8 @@ def _scene(options, out, say):
 
 
 def _write(out, scene, title):
-    from raxel.show import html, picture
+    from raxel.show import html
+    from raxel.show import rendering as picture
 
     if out.suffix.lower() == ".png":
         content = picture(scene)

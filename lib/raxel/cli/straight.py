@@ -4,17 +4,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.cli.evaluate import check_size
 from raxel.errors import InputError
 from raxel.features.grids import holds_points, read_grid
-from raxel.multiview.perspective_view import (
+from raxel.multiview.views import (
     perspective_view,
+    plane_scale,
+    remap_to_plane,
     resample,
     share_seen,
     source_pixels,
 )
-from raxel.multiview.plane_view import plane_scale, remap_to_plane
 
 
 class Straightener(NamedTuple):
@@ -48,7 +49,7 @@ def _by_camera(path, image_set):
         "the camera sees",
         "a pinhole's picture cannot hold what this camera sees, or what it was "
         "calibrated with covered little of the image; a camera that looks all around "
-        "is unrolled by raxel.multiview.cylindrical_view",
+        "is unrolled by raxel.multiview.views",
     )
 
 

@@ -1,7 +1,7 @@
 """Scores against the truth of a rendered set: corners and cameras.
 
-The folder that a set names as its `truth` (written by `raxel.lab.render_set`) is opened
-here and by no detector, decoder or calibration.
+Only this module opens the folder that a set names as its `truth` (written by
+`raxel.lab.set_rendering`): no detector, decoder or calibration does.
 """
 
 from dataclasses import replace
@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from raxel.cameras.core.base import closest_point
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.errors import InputError
 from raxel.evaluation.cross_validation import corner_errors, is_right
 from raxel.evaluation.distortion import angular_residual

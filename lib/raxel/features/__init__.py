@@ -11,10 +11,16 @@ size given and without, all of them right within a pixel, where 'opencv' found 5
 """
 
 from raxel.features.celect.algorithm import find_celect
-from raxel.features.detector import Detection, Partial, refused, verified
-from raxel.features.find import find_board
+from raxel.features.chessboard import find_board
+from raxel.features.detector import (
+    Detection,
+    Partial,
+    find_opencv,
+    find_opencv_sb,
+    refused,
+    verified,
+)
 from raxel.features.lattice import order_of_clicks, symmetries
-from raxel.features.opencv import find_opencv, find_opencv_sb
 
 DETECTORS = {"raxel": find_board, "opencv": find_opencv, "opencv-sb": find_opencv_sb}
 DEFAULT_DETECTOR = "raxel"

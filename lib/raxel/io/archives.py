@@ -7,8 +7,7 @@ import numpy as np
 
 from raxel.errors import InputError
 from raxel.io.documents import one_line
-from raxel.io.files import check_file
-from raxel.io.machine import physical_memory
+from raxel.io.files import check_file, physical_memory
 
 # Bytes of the widest real number, truth value and text; there is nothing else.
 WIDEST = {"b": 1, "i": 8, "u": 8, "f": 8, "U": 400}

@@ -9,6 +9,22 @@ from pathlib import Path
 
 from raxel.errors import InputError
 
+# What this machine has: memory and processors.
+
+
+def physical_memory():
+    """Return the bytes of memory of this machine; 8 GB where it does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 8e9
+
+
+def processors():
+    """Return the number of processors this process may use; 1 where unknown."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+
+
 # Corners of a thousand photographs are 30 MB. Read, a text takes ten times as much.
 MAX_JSON_BYTES = 100_000_000
 

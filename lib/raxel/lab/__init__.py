@@ -3,17 +3,20 @@
 World frame, mm. Radiance is linear; 1.0 is a white diffuse surface in full light.
 """
 
-from raxel.lab.laboratory import Laboratory
-from raxel.lab.monitor import Monitor
-from raxel.lab.optics import Optics
-from raxel.lab.patterns import MonitorLevel, MonitorPattern
-from raxel.lab.render import Traced, render, trace
-from raxel.lab.render_set import render_set
-from raxel.lab.rig import Rig, load_rig
+from raxel.lab.optics import Optics, visible_share
+from raxel.lab.rendering import Traced, render, trace
+from raxel.lab.rig import Laboratory, Monitor, Rig, load_rig
 from raxel.lab.scene import TexturedScene
-from raxel.lab.scenes import board_scene, facade, monitor_scene, room
+from raxel.lab.scenes import (
+    MonitorLevel,
+    MonitorPattern,
+    board_scene,
+    facade,
+    monitor_scene,
+    room,
+)
 from raxel.lab.sensor import Sensor
-from raxel.lab.sight import visible_share
+from raxel.lab.set_rendering import render_set
 from raxel.lab.surfaces import (
     Cylinder,
     Disc,

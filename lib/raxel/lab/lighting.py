@@ -4,11 +4,134 @@ A rig's `light` gives ranges; each picture draws its own light from them.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from raxel.errors import InputError
 from raxel.lab.textures import LUMINANCE
+
+# What stands between a scene and the lens: spots on mirror or glass, glare, haze.
+
+
+# SD px of a spot's edge: a mirror's surface lies a little out of focus.
+SPOT_EDGE_PX = 0.7
+# Beyond this many radii, or SDs of its edge, nothing of a spot or a glare is left.
+REACH = 4
+
+
+@dataclass(frozen=True)
+class Blemishes:
+    """Spots of a specimen, the same in all its pictures; glare, drawn for each.
+
+    spots: how many on the whole picture; spot_radius: px; spot_cover: share of the
+    scene's light that a spot hides; spot_radiance: what it sends instead (dirt is
+    dark, a pit that shows a lamp is bright). glare: how many patches of light lie over
+    a picture, as a lamp's reflection in a clear tube or a dull mirror makes them;
+    glare_radius: their SD, px; glare_radiance: at their middles; glare_within: px from
+    the middle of the picture. haze: share of the picture's mean light that is spread
+    evenly over the mirror or glass. All but `spots` and `haze` are (least, greatest).
+    """
+
+    spots: int = 0
+    spot_radius: tuple[float, float] = (1.0, 1.0)
+    spot_cover: tuple[float, float] = (0.0, 0.0)
+    spot_radiance: tuple[float, float] = (0.0, 0.0)
+    glare: tuple[int, int] = (0, 0)
+    glare_radius: tuple[float, float] = (1.0, 1.0)
+    glare_radiance: tuple[float, float] = (0.0, 0.0)
+    glare_within: tuple[float, float] = (0.0, 0.0)
+    haze: float = 0.0
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            if isinstance(value, tuple) and value[0] > value[1]:
+                raise InputError(
+                    f"field '{name}': found {list(value)}; give the least first, then "
+                    "the greatest"
+                )
+
+    def apply(self, irradiance, mirror, specimen, rng):
+        """The picture (H, W) or (H, W, 3) with them, a new array.
+
+        mirror: (H, W), above 0 where there is mirror or glass to bear spots; specimen,
+        rng: numpy Generators, for what belongs to the rig and to the picture.
+        """
+        out = np.array(irradiance, np.float32)
+        mean = float(out.mean())
+        draws = specimen.random((self.spots, 5))
+        for spot in _spots(self, out.shape[:2], draws.tobytes()):
+            if mirror[spot.middle]:
+                patch = out[spot.place]
+                share = spot.share.reshape(spot.share.shape + (1,) * (out.ndim - 2))
+                patch += share * (spot.radiance - patch)
+        for _ in range(rng.integers(self.glare[0], self.glare[1] + 1)):
+            self._add_glare(out, rng)
+        haze = np.float32(self.haze * mean) * mirror
+        return out + haze.reshape(haze.shape + (1,) * (out.ndim - 2))
+
+    def _add_glare(self, out, rng):
+        height, width = out.shape[:2]
+        turn, away = rng.uniform(0, 2 * np.pi), rng.uniform(*self.glare_within)
+        middle = np.array([(width - 1) / 2, (height - 1) / 2])
+        middle = middle + away * np.array([np.cos(turn), np.sin(turn)])
+        radius = rng.uniform(*self.glare_radius)
+        radiance = rng.uniform(*self.glare_radiance)
+        place, away = _around((height, width), middle, REACH * radius)
+        glare = (radiance * np.exp(-((away / radius) ** 2) / 2)).astype(np.float32)
+        out[place] += glare.reshape(glare.shape + (1,) * (out.ndim - 2))
+
+
+class _Spot(NamedTuple):
+    """place, middle: its part of a picture, and (row, column) of its middle; share
+    (h, w): how much of the light it hides there."""
+
+    place: tuple[slice, slice]
+    middle: tuple[int, int]
+    share: np.ndarray
+    radiance: np.float32
+
+
+@lru_cache(maxsize=4)
+def _spots(blemishes, size, draws):
+    """The `_Spot`s of a specimen on pictures of a size (height, width).
+
+    draws: bytes of (n, 5) uniform numbers. All pictures of a specimen have the same
+    spots, so they are kept for the next one.
+    """
+    height, width = size
+    spots = []
+    for *at, radius, cover, radiance in np.frombuffer(draws).reshape(-1, 5):
+        middle = np.array(at) * (width, height) - 0.5
+        radius = np.exp(_between(np.log(blemishes.spot_radius), radius))
+        cover = _between(blemishes.spot_cover, cover)
+        radiance = _between(blemishes.spot_radiance, radiance)
+        u, v = np.clip(np.rint(middle).astype(int), 0, (width - 1, height - 1))
+        place, away = _around(size, middle, radius + REACH * SPOT_EDGE_PX)
+        share = cover / (1 + np.exp(2 * (away - radius) / SPOT_EDGE_PX))
+        share = share.astype(np.float32)
+        spots.append(_Spot(place, (v, u), share, np.float32(radiance)))
+    return spots
+
+
+def _between(limits, share):
+    """The value at a share of the way from the first limit to the second."""
+    return limits[0] + (limits[1] - limits[0]) * share
+
+
+def _around(size, middle, reach):
+    """The part of a picture within `reach` px of a point, and distances (h, w) there.
+
+    The part is an index of arrays of this size (height, width).
+    """
+    height, width = size
+    low = np.clip(np.floor(middle - reach), 0, (width, height)).astype(int)
+    high = np.clip(np.ceil(middle + reach) + 1, 0, (width, height)).astype(int)
+    v, u = np.ogrid[low[1] : high[1], low[0] : high[0]]
+    place = slice(low[1], high[1]), slice(low[0], high[0])
+    return place, np.hypot(u - middle[0], v - middle[1])
+
 
 WHITE = (1.0, 1.0, 1.0)
 

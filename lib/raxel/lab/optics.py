@@ -4,14 +4,268 @@ Everything is linear in radiance. Radii are pixels from the optical centre, or s
 the half diagonal, as each function says.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
+from raxel.cameras.core.base import Camera, Projection, as_rows
+from raxel.cameras.core.smooth_rays import smooth_rays
 from raxel.errors import InputError
-from raxel.lab.sight import Crop
+from raxel.geometry import rotate, transform
+from raxel.lab.scene import NO_RAY, TexturedScene
 from raxel.lab.textures import LUMINANCE
+
+# What the positions of a camera's image see in a scene.
+
+
+# Rays handled at once: a few MB, so that the steps between stay in cache.
+RAYS_AT_ONCE = 1 << 16
+
+
+class Crop(NamedTuple):
+    """Part of a picture of `full_width` x `full_height` px: first pixel and size."""
+
+    u: int
+    v: int
+    width: int
+    height: int
+    full_width: int
+    full_height: int
+
+    @property
+    def place(self):
+        """Its rows and columns of the whole picture, as an index of an array."""
+        rows = slice(self.v, self.v + self.height)
+        return rows, slice(self.u, self.u + self.width)
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Pixels of a camera's picture, or of a `Crop` of it.
+
+    fineness: how many of them, each way, make one pixel of the camera.
+    """
+
+    camera: Camera
+    fineness: int = 1
+    window: Crop | None = None
+
+    @property
+    def width(self):
+        """Pixels of a row."""
+        return self.fineness * (self.window or self.camera).width
+
+    @property
+    def height(self):
+        """Pixels of a column."""
+        return self.fineness * (self.window or self.camera).height
+
+    def rays(self, pixels):
+        """`Rays` of positions (N, 2) of the raster; origins may be one, (1, 3)."""
+        u, v = (self._in_camera(pixels[:, axis], axis) for axis in range(2))
+        return smooth_rays(self.camera).rays(np.column_stack([u, v]))
+
+    def grid(self, u, v):
+        """`Rays` of all (u, v) of the raster, by rows, as `rays`; u and v rise."""
+        u, v = self._in_camera(u, 0), self._in_camera(v, 1)
+        return smooth_rays(self.camera).grid(u, v)
+
+    def _in_camera(self, values, axis):
+        first = self.window[axis] if self.window else 0
+        return (values + 0.5) / self.fineness - 0.5 + first
+
+
+class Sight(NamedTuple):
+    """What N positions see; the arrays may have more leading dimensions.
+
+    part: index of the scene's part, NOTHING or NO_RAY, int16; uv: (N, 2) mm on that
+    surface; cosine: (N,) of the angle between ray and normal.
+    """
+
+    part: np.ndarray
+    uv: np.ndarray
+    cosine: np.ndarray
+
+    def reshaped(self, *shape):
+        """The same with leading dimensions `shape`."""
+        part, uv, cosine = self
+        return Sight(part.reshape(shape), uv.reshape(*shape, 2), cosine.reshape(shape))
+
+    def at(self, where):
+        """The entries that an index of the leading dimensions takes."""
+        return Sight(*(field[where] for field in self))
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """A camera at its place in front of a scene. T_world_camera: (4, 4), mm."""
+
+    raster: Raster
+    T_world_camera: np.ndarray
+    scene: TexturedScene
+
+    def look(self, pixels):
+        """The `Sight` of positions (N, 2) in the image."""
+        pixels = np.asarray(pixels, float)
+        steps = range(0, len(pixels), RAYS_AT_ONCE)
+        parts = [self._look(pixels[i : i + RAYS_AT_ONCE]) for i in steps]
+        if len(parts) == 1:
+            return parts[0]
+        if not parts:
+            return Sight(np.empty(0, np.int16), np.empty((0, 2)), np.empty(0))
+        return Sight(*(np.concatenate(field) for field in zip(*parts, strict=True)))
+
+    def look_at_grid(self, u, v):
+        """The `Sight` (len(v), len(u)) of all (u, v), which rise."""
+        return self._along(self.raster.grid(u, v)).reshaped(len(v), len(u))
+
+    def _look(self, pixels):
+        return self._along(self.raster.rays(pixels))
+
+    def _along(self, rays):
+        origins, directions, valid = rays
+        # Most scenes are set up in the camera's own frame.
+        if not np.array_equal(self.T_world_camera, np.eye(4)):
+            origins = transform(self.T_world_camera, origins)
+            directions = rotate(self.T_world_camera, directions)
+        part, uv, cosine = self.scene.hit(origins, directions)
+        part[~valid] = NO_RAY
+        return Sight(part, uv, cosine)
+
+
+def visible_share(camera, T_world_camera, surface, most=200_000):
+    """Share of the image's pixels whose rays meet a surface, 0 to 1.
+
+    Looks at the centres of all pixels, or of every n-th each way where there are more
+    than `most`. A surface that the camera does not see has share 0.
+    """
+    step = max(1, int(np.ceil(np.sqrt(camera.width * camera.height / most))))
+    v, u = np.mgrid[step // 2 : camera.height : step, step // 2 : camera.width : step]
+    rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]).astype(float))
+    hit = surface.hit(
+        transform(T_world_camera, rays.origins), rotate(T_world_camera, rays.directions)
+    )
+    return float(np.mean(rays.valid & np.isfinite(hit.distance)))
+
+
+# A part of a rig's picture as a picture of its own. Where a mirror fills only some of
+# a large picture, the rest costs time and memory and shows nothing. A windowed rig
+# renders the rectangle alone: pixel (0, 0) of its pictures is pixel (window.u,
+# window.v) of the whole one, and lens and sensor treat it as they would there.
+
+
+# Pixels around what is wanted: the point spread reaches less far.
+MARGIN_PX = 16
+
+
+class WindowedCamera(Camera):
+    """The part `window` (a `Crop`) of a camera's picture. It is never written to disk.
+
+    Pixels count from the window's own first pixel.
+    """
+
+    def __init__(self, camera, window):
+        self.camera, self.window = camera, window
+        self.width, self.height = window.width, window.height
+        self.kind, self.continuous = camera.kind, camera.continuous
+        self.projects = camera.projects
+        self._first = np.array([window.u, window.v], float)
+
+    @property
+    def central(self):
+        """As that of the camera."""
+        return self.camera.central
+
+    @property
+    def parameters(self):
+        """Those of the camera."""
+        return self.camera.parameters
+
+    def rays(self, pixels):
+        """Rays of pixels (N, 2)."""
+        return self.camera.rays(as_rows(pixels, 2) + self._first)
+
+    def project(self, points):
+        """Pixels of points (N, 3)."""
+        pixels, valid = self.camera.project(points)
+        return Projection(pixels - self._first, valid)
+
+    def _fields(self):
+        raise InputError(f"{self.kind}: a window of a picture; save the camera itself")
+
+    @classmethod
+    def _from_file(cls, file):
+        raise InputError(f"{cls.kind}: no file holds a window of a camera's picture")
+
+
+def windowed(rig, window):
+    """The `Rig` that takes only the part `window` of its picture.
+
+    Blur and vignetting are those of the same pixels of the whole picture; the lens's
+    centre may lie beside the window. (Blooming and blur do not know what lies beyond.)
+    """
+    camera, optics = rig.camera, rig.optics
+    low, high = (sd**2 for sd in optics.blur_sd_px)
+    share = (window.width**2 + window.height**2) / (camera.width**2 + camera.height**2)
+    centre = optics.centre(camera.width, camera.height) - [window.u, window.v]
+    optics = replace(
+        optics,
+        blur_sd_px=(low**0.5, max(low + (high - low) * share, 0) ** 0.5),
+        centre_px=tuple(map(float, centre)),
+    )
+    return replace(rig, camera=_windowed_camera(camera, window), optics=optics)
+
+
+@lru_cache(maxsize=8)
+def _windowed_camera(camera, window):
+    """The same object for the same window, so that its smooth rays are kept."""
+    return WindowedCamera(camera, window)
+
+
+def window_around(camera, pixels, margin_px=MARGIN_PX):
+    """The `Crop` of a camera's picture that holds pixels (N, 2), and a margin.
+
+    Pixels that are NaN do not count. Raises InputError where none is in the picture.
+    """
+    full = np.array([camera.width, camera.height])
+    inside = pixels[camera.in_image(pixels)]
+    if not len(inside):
+        raise InputError(
+            "window: nothing of it is in the picture; turn the camera",
+            code="outside-image",
+        )
+    low = np.floor(np.nanmin(pixels, axis=0)) - margin_px
+    high = np.ceil(np.nanmax(pixels, axis=0)) + margin_px + 1
+    low = np.clip(low, 0, full).astype(int)
+    high = np.clip(high, 0, full).astype(int)
+    return Crop(*map(int, (*low, *(high - low), *full)))
+
+
+def mirror_window(camera):
+    """The `Crop` that holds all that the sheet of a FlexibleMirrorCamera shows."""
+    points = camera.mirror.point(camera.mirror.nodes().reshape(-1, 2))[0]
+    T = camera.T_viewer_mirror
+    pixels = camera.viewer.project(points @ T[:3, :3].T + T[:3, 3]).pixels
+    return window_around(camera, pixels)
+
+
+def bands(window, count, height_px):
+    """`count` Crops of the window's whole width and `height_px` rows, evenly spaced.
+
+    Where some thousand pixels are wanted all over a picture, these cost less than all.
+    Raises InputError where the window has not so many rows.
+    """
+    if not 0 < count * height_px <= window.height:
+        raise InputError(
+            f"bands: {count} of {height_px} rows in {window.height}; give fewer"
+        )
+    middle = window.v + window.height * (np.arange(count) + 0.5) / count
+    return [
+        window._replace(v=int(v), height=int(height_px)) for v in middle - height_px / 2
+    ]
+
 
 # Between neighbouring levels of blur the SD differs by at most this many px, or by this
 # share of the smallest.

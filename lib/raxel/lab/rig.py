@@ -4,30 +4,26 @@ Every quantity in the file is {value, unit, origin, reason}; the schema beside t
 module says which fields there are and in which unit.
 """
 
-from dataclasses import dataclass, replace
+import math
+import re
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from raxel.cameras.core.base import Camera
-from raxel.errors import InputError
+from raxel.cameras.core.base import Camera, Projection, as_rows, checked_array
+from raxel.cameras.core.storage import DEEPEST, argument_names
+from raxel.cameras.mirrors.bent import ball_facets
+from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
+from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
+from raxel.cameras.registry import CAMERAS, camera_from, with_nested
+from raxel.errors import InputError, did_you_mean
+from raxel.geometry.poses import pose, rotation_from_vector
 from raxel.io.documents import read_yaml, validate
-from raxel.lab.blemishes import Blemishes
-from raxel.lab.laboratory import Laboratory
-from raxel.lab.lens_shift import ShiftedLens
-from raxel.lab.lighting import Lighting
-from raxel.lab.monitor import Monitor
+from raxel.io.files import physical_memory
+from raxel.lab.lighting import Blemishes, Lighting
 from raxel.lab.optics import Optics
-from raxel.lab.rig_camera import named, rig_camera
-from raxel.lab.rig_limits import check_limits, check_memory
-from raxel.lab.rig_target import (
-    pattern_plan,
-    read_active_grid,
-    read_chessboard,
-    read_monitor,
-    read_poses,
-    read_radiances,
-)
+from raxel.lab.rendering import render
 from raxel.lab.sensor import Sensor
 from raxel.lab.target_poses import (
     AroundPoses,
@@ -36,8 +32,572 @@ from raxel.lab.target_poses import (
     Visibility,
     outline_of,
 )
-from raxel.sets.model import ActiveGrid, Chessboard
-from raxel.sets.patterns import PatternPlan
+from raxel.sets.model import ActiveGrid, Chessboard, MonitorChessboard
+from raxel.sets.patterns import PatternPlan, plan_of_cells
+
+# A monitor as a light source: pattern value and viewing angle in, radiance out.
+
+
+@dataclass(frozen=True)
+class Monitor:
+    """How a monitor turns the value of a pixel into light.
+
+    white: radiance of value 1 seen straight on, 1.0 being a white diffuse surface.
+    black_level: radiance of value 0 as a share of white. gamma: the radiance between
+    them rises as value^gamma. falloff_exponent: n of cos^n of the viewing angle.
+    Raises InputError naming the field that no monitor can have.
+    """
+
+    gamma: float = 2.2
+    black_level: float = 0.0
+    falloff_exponent: float = 0.0
+    white: float = 1.0
+
+    def __post_init__(self):
+        limits = {
+            "gamma": (self.gamma > 0, "it must be above 0"),
+            "black_level": (0 <= self.black_level < 1, "give a share of white below 1"),
+            "falloff_exponent": (self.falloff_exponent >= 0, "it must be 0 or more"),
+            "white": (self.white > 0, "it must be above 0"),
+        }
+        for name, (good, advice) in limits.items():
+            if not good:
+                found = getattr(self, name)
+                raise InputError(f"field '{name}': found {found}; {advice}")
+
+    def radiance(self, value, cosine):
+        """Radiance of pixels of `value` in [0, 1] seen at an angle of this cosine.
+
+        Arrays of one shape, or numbers. From behind (cosine < 0) it is dark.
+        """
+        return self.light(value) * self.falloff(cosine)
+
+    def light(self, value):
+        """Radiance straight on of pixels of `value`, an array or a number."""
+        value = np.clip(value, 0, 1)
+        share = self.black_level + (1 - self.black_level) * value**self.gamma
+        return self.white * share
+
+    def falloff(self, cosine):
+        """Share of `light` that is left at an angle of this cosine."""
+        return (np.asarray(cosine) > 0) * np.maximum(cosine, 0) ** self.falloff_exponent
+
+
+# A lens that sits on its camera a little to one side. A heavy lens sags: the image on
+# the sensor moves when the camera is turned over.
+
+
+class ShiftedLens(Camera):
+    """A camera whose lens has moved the image by `shift` px on the sensor.
+
+    camera: any Camera; shift: (2,), right and down. Rays are those of `camera`, each
+    seen by a pixel so far away. It stands for one view and is never written to disk.
+    """
+
+    def __init__(self, camera, shift):
+        self.camera, self.shift = camera, checked_array("lens_shift", shift, (2,))
+        self.width, self.height = camera.width, camera.height
+        self.kind, self.continuous = camera.kind, camera.continuous
+        self.projects = camera.projects
+
+    @property
+    def central(self):
+        """As that of the camera."""
+        return self.camera.central
+
+    @property
+    def parameters(self):
+        """Those of the camera; a shift that is told is none."""
+        return self.camera.parameters
+
+    def rays(self, pixels):
+        """Rays of pixels (N, 2)."""
+        return self.camera.rays(as_rows(pixels, 2) - self.shift)
+
+    def project(self, points):
+        """Pixels of points (N, 3)."""
+        pixels, valid = self.camera.project(points)
+        return Projection(pixels + self.shift, valid)
+
+    def _fields(self):
+        raise InputError(
+            f"{self.kind}: the lens has moved; save the camera before it",
+            code="moved-lens",
+        )
+
+    @classmethod
+    def _from_file(cls, file):
+        raise InputError(f"{cls.kind}: no file holds a camera whose lens has moved")
+
+
+# What no picture of a rig could show: limits that join several of its numbers. The
+# schema bounds each number alone. Here each is held against the size of the picture
+# or of the target, before anything is computed with it.
+
+
+# Peak memory of one pixel on its way through lens and sensor, per channel.
+BYTES_PER_PIXEL = 150
+# Blur of such an SD, as a share of the shorter side, spreads a point over a sixth of
+# the picture: nothing of a target is left to find.
+MOST_BLUR = 1 / 40
+# An optical centre so many pictures away from the picture is none of this picture.
+FARTHEST_CENTRE = 1.0
+# Of a square or of a monitor's period: less has no middle.
+LEAST_PX = 2
+# Of the shorter side: a lens that moves farther has come off.
+MOST_SHIFT = 0.1
+# How often spots may cover the picture over and over.
+MOST_COVERS = 10
+
+
+def check_memory(camera, sensor):
+    """Raise InputError where a picture takes more than half of the memory."""
+    channels = 3 if "bayer" in sensor else 1
+    need = camera.width * camera.height * BYTES_PER_PIXEL * channels
+    if need > physical_memory() / 2:
+        raise InputError(
+            f"field 'camera.width': an image of {camera.width} x {camera.height} px "
+            f"needs {need / 1e9:.3g} GB, more than half of this machine's "
+            f"{physical_memory() / 1e9:.3g} GB; give fewer pixels"
+        )
+
+
+def check_limits(camera, optics, blemishes, target, poses):
+    """Raise InputError, with the section's field, for what no picture can show.
+
+    camera: the rig's; optics: its Optics; blemishes: its Blemishes; target, poses: the
+    sections' values by name.
+    """
+    _check_centre(camera, optics)
+    _check_blur(camera, optics)
+    _check_blemishes(camera, blemishes)
+    if target["kind"] == "chessboard":
+        _check_board(camera, target)
+    else:
+        _check_patterns(target)
+    _check_poses(camera, poses)
+
+
+def _check_centre(camera, optics):
+    if optics.centre_px is None:
+        return
+    for value, size in zip(
+        optics.centre_px, (camera.width, camera.height), strict=True
+    ):
+        if not -FARTHEST_CENTRE <= value / size <= 1 + FARTHEST_CENTRE:
+            raise InputError(
+                f"field 'optics.centre.value': found {list(optics.centre_px)}; give a "
+                f"pixel in the image of {_size(camera)} px, or at most its own size "
+                "away from it"
+            )
+
+
+def _check_blur(camera, optics):
+    most = MOST_BLUR * min(camera.width, camera.height)
+    strongest = optics.strongest_blur_px(camera.width, camera.height)
+    if strongest > max(most, 1):
+        raise InputError(
+            f"field 'optics.blur_sd.value': found {list(optics.blur_sd_px)}, up to "
+            f"{strongest:.4g} px in the image of {_size(camera)} px; give at most "
+            f"{max(most, 1):.4g}, a fortieth of its shorter side"
+        )
+
+
+def _check_blemishes(camera, blemishes):
+    diagonal = math.hypot(camera.width, camera.height)
+    for name in ("spot_radius", "glare_radius", "glare_within"):
+        largest = getattr(blemishes, name)[1]
+        if largest > diagonal:
+            raise InputError(
+                f"field 'blemishes.{name}.value': found {largest:g} px in an image of "
+                f"{_size(camera)} px; give at most its diagonal"
+            )
+    area = blemishes.spots * math.pi * blemishes.spot_radius[1] ** 2
+    if area > MOST_COVERS * camera.width * camera.height:
+        raise InputError(
+            f"field 'blemishes.spots.value': found {blemishes.spots} of up to "
+            f"{blemishes.spot_radius[1]:g} px, which cover an image of {_size(camera)} "
+            f"px more than {MOST_COVERS} times; give fewer or smaller ones"
+        )
+
+
+def _check_board(camera, target):
+    columns, rows = target["columns"], target["rows"]
+    if columns * rows * LEAST_PX**2 > camera.width * camera.height:
+        raise InputError(
+            f"field 'target.columns.value': {columns} x {rows} corners have squares of "
+            f"less than {LEAST_PX} px in an image of {_size(camera)} px; give fewer"
+        )
+
+
+def _check_patterns(target):
+    size = target["monitor_px"]
+    for axis, bits, pixels in zip(
+        "xy", target.get("gray_bits", (0, 0)), size, strict=True
+    ):
+        if 2**bits > pixels:
+            raise InputError(
+                f"field 'target.gray_bits.value': {bits} bits along {axis} make "
+                f"{2**bits} cells on {pixels} px of the monitor; give at most "
+                f"{int(math.log2(pixels))}"
+            )
+    _check_monitor_chessboard(target)
+    periods = target.get("phase_periods", (0, 0))
+    for axis, count, pixels in zip("xy", periods, size, strict=True):
+        if count * LEAST_PX > pixels:
+            raise InputError(
+                f"field 'target.phase_periods.value': {count:g} periods along {axis} "
+                f"are narrower than {LEAST_PX} of the monitor's {pixels} px; give at "
+                f"most {pixels // LEAST_PX}"
+            )
+
+
+def _check_monitor_chessboard(target):
+    board = target.get("chessboard")
+    if not board:
+        return
+    for axis, count, first, pixels in zip(
+        "xy",
+        (board["columns"], board["rows"]),
+        board["origin"],
+        target["monitor_px"],
+        strict=True,
+    ):
+        low, high = first - board["pitch"], first + count * board["pitch"]
+        if low < 0 or high > pixels:
+            raise InputError(
+                f"field 'target.chessboard.origin.value': squares from {low:g} to "
+                f"{high:g} along {axis} on {pixels} px of the monitor; give a smaller "
+                "pitch, or another origin"
+            )
+
+
+def _check_poses(camera, poses):
+    side = min(camera.width, camera.height)
+    if 2 * poses["margin"] >= side:
+        raise InputError(
+            f"field 'poses.margin.value': found {poses['margin']:g} px, which leaves "
+            f"nothing of an image of {_size(camera)} px; give less than half a side"
+        )
+    if poses["least_spacing"] > side:
+        raise InputError(
+            f"field 'poses.least_spacing.value': found {poses['least_spacing']:g} px "
+            f"in an image of {_size(camera)} px; give less than its shorter side"
+        )
+    for index, entry in enumerate(poses.get("list", ())):
+        if math.hypot(*entry.get("lens_shift", (0, 0))) > MOST_SHIFT * side:
+            raise InputError(
+                f"field 'poses.list[{index}].lens_shift.value': found "
+                f"{list(entry['lens_shift'])} px in an image of {_size(camera)} px; "
+                f"give at most {MOST_SHIFT * side:g}, a tenth of its shorter side"
+            )
+    axis = poses.get("axis", (0, 0, 1))
+    if math.hypot(*axis) < 1e-6:
+        raise InputError(
+            f"field 'poses.axis.value': found {list(axis)}, which is no direction; "
+            "give one such as [0, 0, 1]"
+        )
+
+
+def _size(camera):
+    return f"{camera.width} x {camera.height}"
+
+
+# The camera of a rig file: units, viewers, and mirrors put in their places.
+
+
+# Units of camera fields. Those not named here are pure numbers, or coefficients and
+# poses whose entries have several units; the file gives "1" for either.
+CAMERA_UNITS = {
+    **dict.fromkeys(("width", "height", "K", "principal_point", "centre"), "px"),
+    **dict.fromkeys(("focal_px", "pixels_per_unit"), "px"),
+    **dict.fromkeys(("principal_column", "reference_row"), "px"),
+    **dict.fromkeys(("axes", "rim_radius", "hole_radius", "offset"), "mm"),
+    **dict.fromkeys(("slit_points", "image_distance", "pupil_shift"), "mm"),
+    **dict.fromkeys(("velocity", "outlines"), "mm"),
+    **dict.fromkeys(("size", "heights", "distance"), "mm"),
+    **dict.fromkeys(("ball_radius", "facet_size", "gap"), "mm"),
+    **dict.fromkeys(("loads", "deflections", "aberration", "wavelengths"), "mm"),
+    **dict.fromkeys(("strain", "strain_reach", "holder"), "mm"),
+    **dict.fromkeys(("max_angle", "rotation", "cap", "tilt_sd", "angle"), "deg"),
+    "rulings": "deg",
+    "pixels_per_mm": "px/mm",
+}
+# A mirror without T_viewer_mirror stands at its viewer's focus, moved and turned.
+MIRROR = QuadricMirrorCamera.kind
+MIRROR_FIELDS = (
+    *("viewer", "shape", "axes", "rim_radius"),
+    *("offset", "rotation", "distance", "side", "hole_radius", "T_viewer_mirror"),
+)
+# Many flat mirrors are those of a ball, unless each has a pose of its own.
+FACETS = PlanarMirrorsCamera.kind
+BALL_FIELDS = ("viewer", *argument_names(ball_facets)[0])
+BALL_NEEDS = ("viewer", *argument_names(ball_facets)[1])
+
+
+def rig_camera(path, data, field="camera"):
+    """The camera of a section; complaints of its class get file and field."""
+    if field.count(".") > DEEPEST:
+        raise InputError(
+            f"{path}: {field}: a camera in {DEEPEST} others; give one nested less "
+            "deeply"
+        )
+    fields = {}
+    for name, entry in data.items():
+        if name == "kind":
+            continue
+        if isinstance(entry, str):
+            fields[name] = entry
+        elif "kind" in entry:
+            fields[name] = rig_camera(path, entry, f"{field}.{name}")
+        elif name in _camera_fields(data["kind"]):
+            fields[name] = _camera_value(path, f"{field}.{name}", name, entry)
+        else:
+            # The camera's own refusal knows the names.
+            fields[name] = entry["value"]
+    try:
+        if data["kind"] == MIRROR and "T_viewer_mirror" not in fields:
+            return _placed_mirror(fields)
+        if data["kind"] == FACETS and "T_viewer_facets" not in fields:
+            return _mirror_ball(fields)
+        return camera_from(data["kind"], fields)
+    except InputError as fault:
+        raise InputError(named(path, field, fault)) from fault
+
+
+def _camera_fields(kind):
+    if kind == MIRROR:
+        return MIRROR_FIELDS
+    if kind == FACETS:
+        return (*BALL_FIELDS, *argument_names(PlanarMirrorsCamera)[0])
+    return argument_names(CAMERAS[kind])[0] if kind in CAMERAS else ()
+
+
+def _camera_value(path, field, name, leaf):
+    """The leaf's value, radians for an angle, after a check of its unit."""
+    unit = CAMERA_UNITS.get(name, "1")
+    if leaf["unit"] != unit:
+        raise InputError(
+            f"{path}: {field}.unit: found {leaf['unit']!r}; give {unit!r}, the unit of "
+            "this field"
+        )
+    if unit != "deg":
+        return leaf["value"]
+    try:
+        return np.radians(np.array(leaf["value"], float))[()]
+    except (TypeError, ValueError, OverflowError) as fault:
+        raise InputError(
+            f"{path}: {field}.value: no number; give degrees, or a list of them"
+        ) from fault
+
+
+def _placed_mirror(fields):
+    """A mirror at its viewer's focus, moved by `offset` and turned by `rotation`.
+
+    Or with its apex at a `distance` ahead, which only makes a sphere's camera.
+    """
+    needed = ("viewer", "shape", "axes", "rim_radius")
+    _check_names(fields, MIRROR_FIELDS, needed, "a quadric mirror")
+    fields = with_nested(fields)
+    if "distance" in fields:
+        return QuadricMirrorCamera.on_axis(**fields)
+    return QuadricMirrorCamera.misaligned(**{"offset": (0, 0, 0)} | fields)
+
+
+def _mirror_ball(fields):
+    """A ball of facets at a `distance` ahead of its viewer."""
+    _check_names(fields, BALL_FIELDS, BALL_NEEDS, "a mirror ball")
+    return PlanarMirrorsCamera.on_ball(**with_nested(fields))
+
+
+def _check_names(fields, known, needed, what):
+    for name in fields:
+        if name not in known:
+            listed = f"known are {', '.join(known)}"
+            advice = did_you_mean(name, known) or listed
+            raise InputError(f"field '{name}': unknown key; {advice}")
+    for name in needed:
+        if name not in fields:
+            raise InputError(f"field '{name}': missing; {what} needs it")
+
+
+def named(path, section, fault):
+    """The fault of a section with file and field in front; section None: the rig."""
+    names, text = [section] if section else [], str(fault)
+    while match := re.match(r"field '([^']+)': ", text):
+        names, text = [*names, match[1]], text[match.end() :]
+    return f"{path}: {'.'.join(names)}: {text}"
+
+
+# The target of a rig and its poses, from the values in the rig's file.
+
+
+RADIANCES = {
+    "chessboard": {"black": 0.05, "white": 0.9, "background": 0.4},
+    "active_grid": {"background": 0.05},
+}
+PLAN = ("gray_bits", "gray_inverse", "phase_steps", "phase_periods", "cell_px")
+
+
+def read_chessboard(values):
+    """The Chessboard of a section `target`."""
+    return Chessboard(values["columns"], values["rows"], float(values["pitch"]))
+
+
+def read_active_grid(values):
+    """The ActiveGrid of a section `target`, with the chessboard that it shows."""
+    board = values.get("chessboard")
+    if board:
+        origin = tuple(map(float, board["origin"]))
+        counts = board["columns"], board["rows"]
+        board = MonitorChessboard(*counts, float(board["pitch"]), origin)
+    size_mm = tuple(map(float, values["monitor_mm"]))
+    return ActiveGrid(values["monitor_px"], size_mm, board)
+
+
+def read_monitor(values):
+    """The Monitor of a section `target`. Raises InputError as Monitor does."""
+    names = ("gamma", "black_level", "falloff_exponent", "white")
+    return Monitor(**{name: values[name] for name in names if name in values})
+
+
+def read_radiances(values):
+    """Keyword arguments of the ready-made scene."""
+    usual = RADIANCES[values["kind"]]
+    return {name: values.get(name, value) for name, value in usual.items()}
+
+
+def pattern_plan(values):
+    """The PatternPlan of `cells`, or of bits and periods each on their own.
+
+    Raises InputError where both are given, or no pattern.
+    """
+    given = {name: values[name] for name in PLAN if name in values}
+    if "cells" not in values:
+        plan = PatternPlan(**given)
+        if not any(plan.gray_bits) and not any(plan.phase_periods):
+            raise InputError(
+                "field 'gray_bits': no pattern asked for; give gray_bits or "
+                "phase_periods, or cells"
+            )
+        return plan
+    steps = given.pop("phase_steps", PatternPlan.phase_steps)
+    if given:
+        raise InputError(
+            f"field '{next(iter(given))}': found beside cells, which say it already; "
+            "give one of the two"
+        )
+    return plan_of_cells(values["monitor_px"], values["cells"], steps)
+
+
+def read_poses(values):
+    """(DrawnPoses, AroundPoses or ListedPoses; how many views to calibrate with).
+
+    Raises InputError for ranges that end before they begin, names given twice, and a
+    list that is all kept for evaluation.
+    """
+    if values["kind"] == "listed":
+        return _listed(values)
+    around = values["kind"] == "around"
+    names = ("polar", "subtense") if around else ("distance", "off_axis")
+    ranges = {}
+    for name in (*names, "tilt", "turn"):
+        low, high = values[name]
+        if low > high:
+            raise InputError(
+                f"field '{name}.value': found [{low}, {high}]; give the least first, "
+                "then the greatest"
+            )
+        ranges[name] = (low, high) if name == "distance" else np.radians((low, high))
+    if around:
+        place = AroundPoses(values["centre"], values["axis"], **ranges)
+        return place, values["count"]
+    distance = ranges.pop("distance")
+    return DrawnPoses(distance, **ranges), values["count"]
+
+
+def _listed(values):
+    entries = values["list"]
+    vectors = np.radians([entry["rotation"] for entry in entries])
+    shifts = np.array([entry["translation"] for entry in entries], float)
+    evaluate = values.get("evaluate", 0)
+    if evaluate >= len(shifts):
+        raise InputError(
+            f"field 'evaluate.value': found {evaluate} of {len(shifts)} poses; leave "
+            "some to calibrate with"
+        )
+    names = tuple(entry.get("name") for entry in entries)
+    for index, name in enumerate(names):
+        if name and name in names[:index]:
+            raise InputError(
+                f"field 'list[{index}].name': found {name!r}, which "
+                f"list[{names.index(name)}] has already; give each its own"
+            )
+    by_hand = values.get("set_up", {"shift": 0, "turn": 0})
+    listed = ListedPoses(
+        pose(rotation_from_vector(vectors), shifts),
+        names,
+        tuple(entry.get("patterns_only", False) for entry in entries),
+        tuple(entry.get("lens_shift", (0, 0)) for entry in entries),
+        float(by_hand["shift"]),
+        float(np.radians(by_hand["turn"])),
+    )
+    return listed, len(shifts) - evaluate
+
+
+# A camera with its lens and sensor: the physical order of a photograph lives here.
+# Scene radiance; blur, vignetting and chromatic aberration of the lens; charge with
+# its shot noise, saturation and blooming; read noise; tone curve; rounding.
+
+
+# Pixels each way that stand for one of the sensor where the lens blurs: with two,
+# corners of a chessboard are found as well as with four.
+FINENESS = 2
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """camera: any Camera with rays; optics: its lens; sensor: what counts the light."""
+
+    camera: Camera
+    sensor: Sensor
+    optics: Optics = field(default_factory=Optics)
+
+    def photograph(self, scene, T_world_camera, rng, *, colour=False):
+        """A picture of the scene, uint8 or uint16, (H, W), or (H, W, 3) in colour.
+
+        scene: a TexturedScene; T_world_camera: (4, 4), mm; rng: numpy Generator, used
+        for noise alone. Colour is red, green, blue. Behind a mosaic the scene is always
+        taken in colour.
+        """
+        coloured = colour or self.sensor.bayer is not None
+        irradiance = self.irradiance(scene, T_world_camera, colour=coloured)
+        return self.sensor.expose(irradiance, rng, colour=colour)
+
+    def irradiance(self, scene, T_world_camera, *, colour=False, window=None):
+        """Light on the sensor, (H, W) or (H, W, 3), or on a `Crop` of it."""
+        fineness = FINENESS if max(self.optics.blur_sd_px) > 0 else 1
+        radiance = render(
+            self.camera,
+            T_world_camera,
+            scene,
+            colour=colour,
+            fineness=fineness,
+            window=window,
+        )
+        return self.optics.apply(radiance, fineness, window)
+
+    def develop(self, radiance, rng, *, colour=False, fineness=1):
+        """The picture that radiance leaves in the file.
+
+        radiance: (H, W) or (H, W, 3), or with `fineness` times as many pixels each way
+        (`Optics.apply`).
+        """
+        if self.sensor.bayer is not None and radiance.ndim == 2:
+            radiance = np.repeat(radiance[..., None], 3, axis=-1)
+        irradiance = self.optics.apply(radiance, fineness)
+        return self.sensor.expose(irradiance, rng, colour=colour)
+
 
 SCHEMA = Path(__file__).with_name("rig.schema.json")
 # A monitor is taken as seen where this many lines each way keep their distance.

@@ -10,22 +10,146 @@ mm.
 Source: Pless 2003, doi:10.1109/CVPR.2003.1211520 (motion of rays without a centre).
 """
 
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import bdtrc
 
 from raxel.errors import CalibrationError
+from raxel.geometry.homography import best_hypothesis, checked_generator
 from raxel.geometry.least_squares import descend, gauss_newton
-from raxel.multiview.motion_information import TOLD, inverse_information
-from raxel.multiview.ray_gaps import (
+from raxel.geometry.poses import tangent_bases
+from raxel.multiview.motion_samples import (
+    SAMPLE,
+    best_turn,
+    essential_matrix,
+    motion_of_essential,
+    sampled_motions,
+    settled,
+    squared_gaps,
+    turning_pairs,
+)
+from raxel.multiview.ray_noise import (
     FEWEST,
+    ONE_POINT,
     along_sphere,
     checked_motion,
+    depths_of_pairs,
     gap_system,
+    gaps,
     matched_rays,
     moved_motion,
     share_ahead,
 )
+
+# What matched rays tell of a motion: rotation, direction, and how far it went. Rays
+# through one point leave the length of a motion open. Rays that pass it tell the
+# length, by as much as they do: the nearer a camera is to central, the less. How much
+# is no matter of one lucky run: the Fisher information of the rays about the motion
+# says it before any is made, and so do the standard deviations that no unbiased
+# method can beat. The six numbers are a turn w (3) about the rays' centre, a turn of
+# the direction in which the centre moves (2), and the logarithm of how far it moves
+# (1): all radians or shares, so that their eigenvalues can be compared.
+
+
+# Eigenvalues below this share of the largest are zero: standard deviations are then
+# as large as can be told.
+LEAST_SHARE = 1e-15
+# Lengths are told where they are known to this share, three standard deviations of one
+# over the length: noise shifts that alike, whatever the length.
+TOLD = 1 / 3
+
+
+class MotionInformation(NamedTuple):
+    """information (6, 6), about (w, direction, log length); baseline: mm, how far the
+    centre of the rays moves; centre (3,): that centre, frame of view 1; spread: mm, RMS
+    distance of the rays from it."""
+
+    information: np.ndarray
+    baseline: float
+    centre: np.ndarray
+    spread: float
+
+    @property
+    def covariance(self):
+        """Cramer-Rao bound (6, 6), all six unknown."""
+        return inverse_information(self.information)
+
+    @property
+    def rotation_sd(self):
+        """Radians: root of the summed variances of the three turns."""
+        return _root(self.covariance, slice(0, 3))
+
+    @property
+    def direction_sd(self):
+        """Radians: of the direction of motion, both ways aside together."""
+        return _root(self.covariance, slice(3, 5))
+
+    @property
+    def scale_sd(self):
+        """Share of the motion's length by which that length is uncertain."""
+        return _root(self.covariance, slice(5, 6))
+
+    @property
+    def scale_told(self):
+        """Whether the rays tell the length to better than a third of itself."""
+        return self.scale_sd < TOLD
+
+    def __str__(self):
+        told = "told" if self.scale_told else "not told"
+        return (
+            f"rotation to {np.degrees(self.rotation_sd):.2g} deg, direction to"
+            f" {np.degrees(self.direction_sd):.2g} deg, length {told}: to"
+            f" {100 * self.scale_sd:.2g} % of {self.baseline:.3g} mm"
+        )
+
+
+def motion_information(T_2_1, rays_1, rays_2, *, about=None):
+    """MotionInformation of a motion T_2_1 (4, 4) and matched rays with noise.
+
+    rays: NoisyRays (N,), with the noise that they are known to have, or as for
+    `angular_rays`, then for 1 radian of noise; those of a scene seen without noise tell
+    what any method may expect of it. about: (3,), else the point next to all rays.
+    The noise of different rays is taken as independent: an error of calibration is not
+    in it. Raises CalibrationError for rays as `matched_rays`, and for a centre at rest.
+    """
+    pairs = matched_rays(rays_1, rays_2, about=about, fewest=1)
+    R, u = pairs.about_centre(checked_motion(T_2_1))
+    if not np.linalg.norm(u) > ONE_POINT * np.abs(pairs.rays_1.origins).max():
+        raise CalibrationError(
+            "motion: the rays' centre does not move, so that no direction or length of"
+            " it can be told; give another centre with about=",
+            code="no-translation",
+        )
+    J = gap_system(R, u, pairs)[1]
+    D = polar_steps(u)
+    return MotionInformation(
+        D.T @ (J.T @ J) @ D, float(np.linalg.norm(u)), pairs.centre, pairs.spread
+    )
+
+
+def polar_steps(u):
+    """D (6, 6): steps (w, v) of a motion by (w, direction, log length)."""
+    length = np.linalg.norm(u)
+    D = np.zeros((6, 6))
+    D[:3, :3] = np.eye(3)
+    D[3:, 3:5] = length * tangent_bases((u / length)[None])[0]
+    D[3:, 5] = u
+    return D
+
+
+def inverse_information(information):
+    """Its inverse (p, p); what is not told at all gets a variance beyond all others."""
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    values, V = np.linalg.eigh(information / np.outer(scale, scale))
+    values = np.maximum(values, LEAST_SHARE * values[-1])
+    return (V / values) @ V.T / np.outer(scale, scale)
+
+
+def _root(covariance, which):
+    return float(np.sqrt(np.trace(covariance[which, which])))
+
 
 AT_REST = 1e-12  # a sum of squares that falls by a smaller share is at rest
 ROUNDING = 1e-15  # radians, of exact pairs
@@ -167,7 +291,7 @@ def need_length(pairs, length):
     if length is None and not pairs.spread:
         raise CalibrationError(
             "motion: all rays pass through one point, so nothing tells how long the"
-            " motion is; give its length, or use raxel.multiview.epipolar",
+            " motion is; give its length, or use raxel.multiview.motion_samples",
             code="no-scale",
         )
     if length is not None and not (np.isfinite(length) and length > 0):
@@ -180,3 +304,345 @@ def to_length(u, length):
     """u (3,) stretched to a length; along z where it has none."""
     norm = np.linalg.norm(u)
     return u * (length / norm) if norm > 0 else np.array([0.0, 0.0, length])
+
+
+# The generalised essential matrix of seventeen or more matched rays, linearly (5.30).
+# Each pair gives one equation, linear in the nine entries of E = [u]x R and the nine
+# of R (`geometry.line_motion`). Taken as one system of eighteen it has more than one
+# solution wherever pairs share points of a rig: with each ray through the same point
+# in both views, R = I, E = 0 solves it, and so does R = v v^T where all rays meet a
+# line along v. E stays single: it is found under |E| = 1 with the entries of R left
+# free, that is, by least squares in what the columns of R do not reach. R follows
+# from E, and u from R, with its length and sign. Moments are about the point next to
+# all rays; where all rays meet a line, about a point of that line, since only there
+# its R is v v^T. They are in units of the rays' distance from that point, and
+# directions are brought to unit second moments. Where the rays come near to one
+# point, the columns of R are noise and take information from E. The eight-point
+# system of a central camera is therefore solved beside it, and the better motion is
+# taken. Sources: Pless 2003, doi:10.1109/CVPR.2003.1211520; Li, Hartley, Kim 2008,
+# doi:10.1109/CVPR.2008.4587545 (what the system leaves open); Hartley 1997,
+# doi:10.1109/34.601246 (normalisation).
+
+
+FEWEST_CENTRAL, FEWEST_LINEAR = 8, 17
+# Singular values of exact pairs below this share of the largest are zero.
+OPEN = 1e-9
+# Least over second least singular value: below, all rays meet a line.
+AXIAL = 1e-3
+FLAT = 1e-12  # share of the largest second moment that rays in one plane are given
+
+
+def generalised_pose(rays_1, rays_2, *, length=None):
+    """Motion from matched rays of a general camera, linearly.
+
+    rays: NoisyRays (N,), or as for `angular_rays`, N >= 17, or 8 where the rays come
+    near to one point; length: mm, of the shift of the rays' centre where it is known.
+    Returns GeneralisedPose of the candidate with least `gaps` among those that put most
+    points ahead. Raises CalibrationError for rays as `matched_rays`, for rays through
+    one point without a length, and where the pairs leave the motion open.
+    """
+    pairs = matched_rays(rays_1, rays_2, fewest=FEWEST_CENTRAL)
+    need_length(pairs, length)
+    found, turning = linear_motions(pairs, length), turning_pairs(pairs)
+    R, u, margin = min(found, key=lambda motion: _rank(motion, pairs, turning))
+    everything = np.ones(len(pairs.rays_1.origins), bool)
+    steps = np.eye(6) if length is None else along_sphere(u)
+    return described(pairs, everything, R, u, margin, steps)
+
+
+def linear_motions(pairs, length=None):
+    """[(R, u, margin), ...]: candidates of both linear systems, about the centre."""
+    d_1, d_2 = pairs.rays_1.directions, pairs.rays_2.directions
+    found, refusal = [], None
+    for system in (_seventeen, _eight):
+        try:
+            E, margin = system(pairs)
+        except CalibrationError as fault:
+            refusal = fault
+            continue
+        T = motion_of_essential(E, d_1, d_2)[0]
+        # The twin of a rotation under E is turned by half a turn about u.
+        twin = 2 * np.outer(T[:3, 3], T[:3, 3]) - np.eye(3)
+        for R in (T[:3, :3], twin @ T[:3, :3]):
+            found += [(R, u, margin) for u in shifts_of(R, T[:3, 3], pairs, length)]
+    if not found:
+        raise CalibrationError(
+            "motion: the pairs leave it open to a linear solution; their points lie on"
+            " a plane or are repeated, or the camera did not move",
+            code="degenerate-points",
+        ) from refusal
+    return found
+
+
+def generalised_equations(pairs):
+    """The equations' (N, 9) for E and (N, 9) for R, both row by row; mm, with moments
+    about the centre."""
+    (p_1, d_1, _), (p_2, d_2, _) = pairs.rays_1, pairs.rays_2
+    m_1, m_2 = np.cross(p_1, d_1), np.cross(p_2, d_2)
+    return _products(d_2, d_1), _products(d_2, m_1) + _products(m_2, d_1)
+
+
+def shifts_of(R, axis, pairs, length=None):
+    """Shifts [u, ...] that go with a rotation: least squares where the length is open,
+    which noise makes too short, and both ways along the axis (3,) of E."""
+    (p_1, d_1, _), (p_2, d_2, _) = pairs.rays_1, pairs.rays_2
+    n = np.cross(d_1 @ R.T, d_2)
+    gap = np.einsum("ni,ni->n", n, p_1 @ R.T - p_2)
+    u = -np.linalg.lstsq(n, gap, rcond=None)[0]
+    if length is not None:
+        return [to_length(u, length), length * axis, -length * axis]
+    far = max(np.linalg.norm(u), pairs.spread)
+    return [u, far * axis, -far * axis]
+
+
+def _seventeen(pairs):
+    """(E, margin) of the generalised system, its entries of R left free."""
+    count = len(pairs.rays_1.origins)
+    if count < FEWEST_LINEAR or not pairs.spread:
+        raise CalibrationError(
+            f"motion: {count} pairs of rays; {FEWEST_LINEAR} or more that do not pass"
+            " through one point are needed",
+            code="too-few-rays",
+        )
+    W_1, W_2 = (_whitening(rays.directions) for rays in (pairs.rays_1, pairs.rays_2))
+    origin = _on_axis(pairs)
+    pairs = pairs._replace(
+        rays_1=pairs.rays_1.moved(origin), rays_2=pairs.rays_2.moved(origin)
+    )
+    A_E, A_R = generalised_equations(pairs)
+    A_E = (A_E.reshape(-1, 3, 3) @ W_1.T).swapaxes(1, 2) @ W_2.T
+    A_E = A_E.swapaxes(1, 2).reshape(-1, 9)
+    U, s, _ = np.linalg.svd(A_R / pairs.spread, full_matrices=False)
+    Q = U[:, s > OPEN * s[0]]
+    rest = np.linalg.qr(A_E - Q @ (Q.T @ A_E), mode="r")
+    values, Vt = np.linalg.svd(rest)[1:]
+    # Of few pairs, repeated, nothing but rounding is left.
+    if not values[7] > OPEN * np.linalg.norm(A_E):
+        raise CalibrationError(
+            "motion: the generalised system has no single solution",
+            code="degenerate-points",
+        )
+    E = W_2.T @ Vt[8].reshape(3, 3) @ W_1
+    return E, values[7] / max(values[8], 1e-300)
+
+
+def _eight(pairs):
+    """(E, margin) of the central system."""
+    d_1, d_2 = pairs.rays_1.directions, pairs.rays_2.directions
+    if len(d_1) == FEWEST_CENTRAL:
+        # The first equation twice changes nothing, and there are nine.
+        d_1, d_2 = np.vstack([d_1, d_1[:1]]), np.vstack([d_2, d_2[:1]])
+    return essential_matrix(d_1, d_2)
+
+
+def _on_axis(pairs):
+    """(3,): point next to the centre on the line that all rays meet, if there is one,
+    else the centre."""
+    o, d = (
+        np.concatenate([getattr(rays, name) for rays in (pairs.rays_1, pairs.rays_2)])
+        for name in ("origins", "directions")
+    )
+    # L . M of two lines that meet, usual order, with M = (moment, direction).
+    rows = np.concatenate([d, np.cross(o, d) / pairs.spread], axis=1)
+    values, Vt = np.linalg.svd(np.linalg.qr(rows, mode="r"))[1:]
+    moment, along = pairs.spread * Vt[5, :3], Vt[5, 3:]
+    if not values[5] < AXIAL * values[4] or along @ along < AXIAL:
+        return np.zeros(3)
+    return np.cross(along, moment) / (along @ along)
+
+
+def _rank(motion, pairs, turning):
+    """Least for the motion to take: half of the points ahead of the rays' pivots, and
+    then small gaps."""
+    R, u, _ = motion
+    ahead = np.isfinite(squared_gaps(R[None], u[None], turning, 0.0))
+    residuals = gaps(R, u, pairs)
+    return np.mean(ahead) <= 0.5, residuals @ residuals
+
+
+def _products(a, b):
+    return (a[:, :, None] * b[:, None, :]).reshape(-1, 9)
+
+
+def _whitening(d):
+    """W (3, 3) that gives W d, over directions (N, 3), a unit second moment."""
+    moment = d.T @ d / len(d)
+    return np.linalg.inv(
+        np.linalg.cholesky(moment + FLAT * np.trace(moment) * np.eye(3))
+    )
+
+
+# Motion of a general camera from matched rays of which some are wrong. Small samples
+# give motions (`motion_samples`), the best is followed by fits to its inliers until
+# they no longer change. A sample of eight needs no start from outside, but rays that
+# come near to one point, in a small field, leave it ways out: a turn for a shift. So
+# the end is tried from other shifts as well. Source: Fischler and Bolles 1981,
+# doi:10.1145/358669.358692.
+
+
+BATCH, ROUNDS = 64, 20
+HELD_STEPS, FREED_STEPS = 12, 6
+FEW = 0.05  # share of pairs that meet before their origins
+REMATCHED = 8  # times that pairs are matched anew, for what agrees by chance
+
+
+def generalised_pose_ransac(
+    rays_1, rays_2, rng, threshold, *, length=None, confidence=0.999, most_trials=2000
+):
+    """Motion from matched rays of a general camera, some of them wrong.
+
+    rays: NoisyRays (N,), or as for `angular_rays`; rng: numpy Generator; threshold: the
+    largest of `gaps` of a right pair: in standard deviations where the rays know
+    theirs, else radians. length: mm, of the shift of the rays' centre where it is
+    known. Samples are drawn until one without a wrong pair has been met with
+    probability `confidence`. Returns GeneralisedPose, refined. Raises CalibrationError
+    for rays as `matched_rays`, rays through one point without a length, fewer than
+    eight right pairs, no more of them than chance makes, and right pairs that a turn
+    about the centre explains as well.
+    """
+    checked_generator("motion", rng)
+    pairs = matched_rays(rays_1, rays_2, fewest=SAMPLE)
+    need_length(pairs, length)
+    turning = turning_pairs(pairs)
+
+    def propose(batch):
+        keys = rng.random((batch, len(pairs.rays_1.origins)))
+        picks = np.argpartition(keys, SAMPLE - 1, axis=1)[:, :SAMPLE]
+        return _stacked(
+            *sampled_motions(turning.of(picks), pairs.spread, threshold, length)
+        )
+
+    def errors(motions):
+        return squared_gaps(*_parted(motions), turning, threshold)
+
+    best = best_hypothesis(
+        propose,
+        errors,
+        threshold**2,
+        sample_size=SAMPLE,
+        confidence=confidence,
+        most_trials=most_trials,
+        batch=BATCH,
+    )
+    if best is None:
+        raise CalibrationError(
+            "motion: no sample of pairs agrees with any motion; the matches are wrong,"
+            " or the threshold is too small",
+            code="too-many-outliers",
+        )
+    right = _need_right(errors(best[None])[0] < threshold**2)
+    _refuse_chance(best, turning, right, threshold, most_trials)
+    _refuse_turn(turning, right, threshold)
+    tried = _from_other_shifts(best, turning, right, length)
+    cost = np.minimum(errors(tried), threshold**2).sum(axis=1)
+    (R,), (u,) = _parted(tried[np.argmin(cost)][None])
+    return _with_its_inliers(pairs, turning, R, u, length, threshold)
+
+
+def _with_its_inliers(pairs, turning, R, u, length, threshold):
+    """GeneralisedPose after fits to inliers until they no longer change."""
+    right, told = None, False
+    for _ in range(ROUNDS):
+        ahead = np.isfinite(squared_gaps(R[None], u[None], turning, threshold)[0])
+        now = ahead & (np.abs(gaps(R, u, pairs)) < threshold)
+        short = _before_origins(R, u, pairs)
+        # Where the length is told, few such points are wrong pairs; many would be right
+        # ones of a length that is too short.
+        if told and short[now].sum() < FEW * now.sum():
+            now &= ~short
+        if np.array_equal(now, right):
+            break
+        right = _need_right(now)
+        found = adjusted(pairs, right, R, u, length)
+        told = found.scale_told
+        R, u = pairs.about_centre(found.T_2_1)
+    return found
+
+
+def _before_origins(R, u, pairs):
+    """Which pairs (N,) meet between the pivot and the origin of a ray."""
+    depths = depths_of_pairs(R, u, pairs)
+    back = [
+        np.einsum("ni,ni->n", rays.origins - rays.pivots()[0], rays.directions)
+        for rays in (pairs.rays_1, pairs.rays_2)
+    ]
+    return np.any((depths < 0) & (depths > -np.stack(back, axis=1)), axis=1)
+
+
+def _from_other_shifts(best, turning, right, length):
+    """Motions (M, 3, 4): the best one, and those that settle on right pairs (N,) from
+    it and from the turn that leaves the directions least apart: as long as it, then, if
+    the length is open, of any length."""
+    own = turning.of(np.flatnonzero(right)[None])
+    (R,), (u,) = _parted(best[None])
+    far = np.linalg.norm(u)
+    shifts = np.concatenate([u[None], far * np.eye(3), -far * np.eye(3)])
+    turn = best_turn(own.d_1, own.d_2)
+    held = settled(np.concatenate([R[None], *6 * [turn]]), shifts, own, far, HELD_STEPS)
+    found = [best[None], _stacked(*held)]
+    if length is None:
+        found.append(_stacked(*settled(*held, own, steps=FREED_STEPS)))
+    return np.concatenate(found)
+
+
+def _refuse_chance(best, turning, right, threshold, most_trials):
+    """Where the same motion fits pairs that are matched anew, at random, nearly as
+    often, the best of many samples says nothing.
+
+    Source: Moisan and Stival 2004, doi:10.1023/B:VISI.0000013094.38752.54 (the number
+    of samples that would be as good by chance).
+    """
+    count, some = len(right), np.count_nonzero(right)
+    second = turning._fields[3:]
+    agree = [
+        squared_gaps(
+            *_parted(best[None]),
+            turning._replace(
+                **{f: np.roll(getattr(turning, f), k, axis=-1) for f in second}
+            ),
+            threshold,
+        )
+        < threshold**2
+        for k in range(1, min(REMATCHED, count - 1) + 1)
+    ]
+    by_chance = (np.sum(agree) + 1) / (np.size(agree) + 1)
+    samples = min(most_trials, comb(count, SAMPLE))
+    # Six pairs are fitted whatever they are.
+    as_good = bdtrc(some - FEWEST - 1, count - FEWEST, by_chance)
+    if samples * as_good > 1:
+        raise CalibrationError(
+            f"motion: {some} of {count} pairs agree with one, as many as would by "
+            "chance; the matches are wrong, or the threshold is too large",
+            code="too-many-outliers",
+        )
+
+
+def _refuse_turn(turning, right, threshold):
+    """Where nothing but a turn about the centre happened, no shift can be found."""
+    own = turning.of(np.flatnonzero(right)[None])
+    turn = best_turn(own.d_1, own.d_2)
+    off = np.linalg.norm(np.einsum("mij,jmk->imk", turn, own.d_1) - own.d_2, axis=0)
+    if np.all(off < threshold * np.hypot(own.sd_1, own.sd_2)):
+        raise CalibrationError(
+            f"motion: a rotation alone explains all {np.count_nonzero(right)} right"
+            " pairs to within the threshold; the baseline is too short for this noise",
+            code="no-translation",
+        )
+
+
+def _need_right(right):
+    if np.count_nonzero(right) < SAMPLE:
+        raise CalibrationError(
+            f"motion: {np.count_nonzero(right)} of {len(right)} pairs agree with any"
+            f" motion found; {SAMPLE} or more are needed",
+            code="too-many-outliers",
+        )
+    return right
+
+
+def _stacked(R, u):
+    return np.concatenate([R, u[:, :, None]], axis=2)
+
+
+def _parted(motions):
+    return motions[:, :, :3], motions[:, :, 3]

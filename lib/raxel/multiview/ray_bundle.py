@@ -20,19 +20,19 @@ from raxel.cameras.core.base import Rays, centrality, closest_point
 from raxel.errors import CalibrationError
 from raxel.geometry.least_squares import descend
 from raxel.geometry.poses import inverse_pose, pose, tangent_bases
-from raxel.multiview.motion_information import inverse_information
-from raxel.multiview.noisy_rays import with_noise
-from raxel.multiview.ray_gaps import ONE_POINT
-from raxel.multiview.ray_points import (
+from raxel.multiview.generalised_motion import inverse_information
+from raxel.multiview.points import (
+    OPEN,
     PlacedPoints,
     PointSystem,
     RayTracks,
     RayView,
     euclidean,
+    inverses,
     moved_poses,
     settled_points,
 )
-from raxel.multiview.triangulation import OPEN, inverses
+from raxel.multiview.ray_noise import ONE_POINT, with_noise
 
 FIRST_STEPS, FOLLOWING_STEPS, MOST = 30, 4, 60
 AT_REST, ROUNDING = 1e-10, 1e-22

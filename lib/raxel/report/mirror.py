@@ -6,14 +6,164 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.mirror.observations import normalised
+from raxel.calibration.mirror.clamp import plane_through
+from raxel.calibration.mirror.observations import normalised, support_of
 from raxel.features.detector import as_8_bit
-from raxel.report.canvas import encoded
-from raxel.report.folder import PAGE
-from raxel.report.mirror_pictures import profile_picture, profiles, shape_picture
-from raxel.report.page import document, figure, numbers, pairs, told, warnings
-from raxel.report.pictures import ArrowScale, residual_picture
+from raxel.report.canvas import INK, MISSING, QUIET, Canvas, encoded
+from raxel.report.images import COLOURS, PALE, ArrowScale, level_lines, residual_picture
+from raxel.report.page import PAGE, document, figure, numbers, pairs, told, warnings
 from raxel.sets import read_image
+
+# Shapes of a bending mirror: profiles in one drawing, each over its photograph.
+
+
+CHART = (960, 400)  # px
+FRAME = (90, 30, 30, 60)  # px left, above, right and below what is drawn
+PLACES = 81  # along a profile
+TICKS = 6  # on an axis, about
+LEVELS, LEAST_STEP = 8, 0.01  # lines of equal height, about; mm between them
+COARSER = 2  # pixels of a picture for which a height is computed, each way
+KNOT, LEVEL = (150, 120, 60), (40, 40, 200)
+ROUND = (1.0, 2.0, 5.0, 10.0)
+
+
+def profiles(calibration):
+    """(along (n, PLACES), height (n, PLACES)), mm, of the middle line of each stage.
+
+    along: from the clamp's line, as the first shape's plane has it; height: over that
+    plane, towards the viewer.
+    """
+    first, found = calibration.cameras[0], []
+    n, k = _first_plane(first)
+    start = None
+    for camera in calibration.cameras:
+        grid = camera.grid
+        u = grid.turned(calibration.line.ends)[:, 0].mean()
+        ends, across = grid.breaks[0][[0, -1]], grid.breaks[1][[0, -1]]
+        free = ends[np.argmax(np.abs(ends - u))]
+        place = np.linspace(np.clip(u, *ends), free, PLACES)
+        middle = np.full(PLACES, across.mean())
+        S = camera.mirror.points(grid.unturned(np.column_stack([place, middle])))
+        start = S[0] if start is None else start
+        height = S @ n - k
+        flat = S - height[:, None] * n
+        found.append((np.linalg.norm(flat - start, axis=1), height))
+    return tuple(np.stack(one) for one in zip(*found, strict=True))
+
+
+def heights(calibration, stage, pixels):
+    """Heights (N,), mm, of what pixels (N, 2) see of a stage's mirror, over the plane
+    of the first shape, towards the viewer; NaN beside the knots."""
+    camera, (n, k) = calibration.cameras[stage], _first_plane(calibration.cameras[0])
+    p = normalised(camera.viewer, pixels)
+    found = np.full(len(p), np.nan)
+    inside = camera.grid.inside(p)
+    found[inside] = camera.mirror.points(p[inside]) @ n - k
+    return found
+
+
+def profile_picture(along, height):
+    """The profiles (n, PLACES), mm, of all stages in one chart."""
+    canvas = Canvas(*CHART)
+    left, above, right, below = FRAME
+    low = np.array([0.0, min(height.min(), 0.0)])
+    high = np.array([along.max(), max(height.max(), low[1] + 1.0)])
+    size = np.array([CHART[0] - left - right, CHART[1] - above - below])
+
+    def place(x, y):
+        share = (np.column_stack([x, y]) - low) / (high - low)
+        return np.column_stack(
+            [left + share[:, 0] * size[0], above + (1 - share[:, 1]) * size[1]]
+        )
+
+    for axis in (0, 1):
+        for tick in _ticks(low[axis], high[axis]):
+            ends = np.array([low, high])
+            ends[:, axis] = tick
+            line = place(*ends.T)
+            canvas.line(line, QUIET)
+            at = line[0] + ([-14, 20] if axis == 0 else [-60, 10])
+            canvas.text(at, f"{tick:g}")
+    canvas.text([CHART[0] / 2 - 120, CHART[1] - 6], "from the clamp's line (mm)")
+    canvas.text([0, 20], "height (mm)")
+    legend = []
+    for stage, profile in enumerate(zip(along, height, strict=True)):
+        colour = COLOURS[stage % len(COLOURS)]
+        canvas.line(place(*profile), colour, 2)
+        legend.append((colour, f"stage {stage}"))
+    return canvas.with_legend(legend)
+
+
+def shape_picture(image, calibration, stage):
+    """A stage over its photograph (H, W) uint8: lines of equal height over the first
+    shape's plane, the knots, and how many corners of boards lie between them."""
+    camera = calibration.cameras[stage]
+    canvas = Canvas(image.shape[1], image.shape[0], image, PALE)
+    height = _shown_heights(canvas, calibration, stage)
+    legend = [(KNOT, "knots, with the corners between them")]
+    known = height[np.isfinite(height)]
+    if len(known):
+        step = _round(max(np.ptp(known) / LEVELS, LEAST_STEP))
+        canvas.picture[level_lines(height, step)] = LEVEL
+        legend.append((LEVEL, f"equal height, every {step:g} mm"))
+    _draw_knots(canvas, camera, calibration.bundle.corners[stage])
+    return canvas.with_legend(legend)
+
+
+def _draw_knots(canvas, camera, corners):
+    grid = camera.grid
+    u, v = grid.breaks
+    for axis, breaks in enumerate(grid.breaks):
+        other = np.linspace(*grid.breaks[1 - axis][[0, -1]], PLACES)
+        for at in breaks:
+            uv = np.column_stack([np.full(PLACES, at), other])
+            canvas.line(_pixels(camera, uv if axis == 0 else uv[:, ::-1]), KNOT)
+    cells = support_of(grid, corners).cells
+    middles = [(breaks[1:] + breaks[:-1]) / 2 for breaks in (u, v)]
+    for i, x in enumerate(middles[0]):
+        for j, y in enumerate(middles[1]):
+            (pixel,) = _pixels(camera, np.array([[x, y]]))
+            colour = INK if cells[i, j] else MISSING
+            canvas.text(pixel, f"{cells[i, j]}", colour, 0.5)
+
+
+def _pixels(camera, uv):
+    """Pixels (N, 2) of places (N, 2) of a spline's box."""
+    p = camera.grid.unturned(uv)
+    return camera.viewer.project(np.column_stack([p, np.ones(len(p))])).pixels
+
+
+def _shown_heights(canvas, calibration, stage):
+    """Heights (h, w), mm, of what a canvas shows; NaN beside the knots."""
+    import cv2
+
+    h, w = canvas.picture.shape[:2]
+    # At the middle of what a height stands for, where `resize` takes it to be.
+    x, y = (np.arange(0, n, COARSER) + (COARSER - 1) / 2 for n in (w, h))
+    x, y = np.meshgrid(x, y)
+    pixels = (np.column_stack([x.ravel(), y.ravel()]) + 0.5) / canvas.scale - 0.5
+    height = heights(calibration, stage, pixels).reshape(x.shape)
+    return cv2.resize(height, (w, h), interpolation=cv2.INTER_LINEAR)
+
+
+def _first_plane(camera):
+    """(n, k) of the plane n . X = k nearest to a shape, n towards the viewer."""
+    u, v = (np.linspace(b[0], b[-1], 9) for b in camera.grid.breaks)
+    uv = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    n, k = plane_through(camera.mirror.points(camera.grid.unturned(uv)))
+    return (n, k) if k < 0 else (-n, -k)
+
+
+def _ticks(low, high):
+    step = _round((high - low) / TICKS)
+    return step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
+
+
+def _round(length):
+    """The largest of 1, 2, 5 times a power of ten that is not above a length."""
+    power = 10.0 ** np.floor(np.log10(max(length, 1e-6)))
+    return max(power * step for step in ROUND if power * step <= length * 1.0001 + 1e-6)
+
 
 HEADS = (
     "Stage", "Stated (mm)", "Moved at the end (mm)", "Residual (mm)", "Corners",

@@ -8,9 +8,7 @@ from raxel.calibration.views.correspondence import board_points
 from raxel.features.detector import as_8_bit
 from raxel.geometry.poses import transform
 from raxel.report.canvas import encoded
-from raxel.report.folder import PAGE
-from raxel.report.page import Photograph, page
-from raxel.report.pictures import (
+from raxel.report.images import (
     ArrowScale,
     corner_picture,
     coverage_picture,
@@ -19,6 +17,7 @@ from raxel.report.pictures import (
     pooled_picture,
     residual_picture,
 )
+from raxel.report.page import PAGE, Photograph, page
 from raxel.sets import read_image
 
 

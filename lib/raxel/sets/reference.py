@@ -7,7 +7,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.io.documents import one_line
 from raxel.io.files import read_json
-from raxel.sets.uncertainty import sd_from_plain
+from raxel.sets.model import sd_from_plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,7 +16,7 @@ class ReferenceCorners:
 
     `corners` (rows * columns, 2) in pixels, NaN where missing; `certain`
     (rows * columns,) bool; `tolerance_px` within which a detector counts as right;
-    `sd` (rows * columns,) px by the rule of `raxel.sets.uncertainty`, None where the
+    `sd` (rows * columns,) px by the rule of `raxel.sets.model`, None where the
     file states none.
     """
 

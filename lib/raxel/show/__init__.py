@@ -6,7 +6,6 @@ Ready-made scenes: `camera_scene` here, `rigs.rig_scene` and `sets.set_scene`.
 """
 
 from raxel.io.rendering import RenderingError, rendering_missing
-from raxel.show.boards import board, plate, polygon
 from raxel.show.cameras import (
     axes,
     camera_scene,
@@ -17,8 +16,7 @@ from raxel.show.cameras import (
     moved,
     rays,
 )
-from raxel.show.page import html
-from raxel.show.picture import picture, picture_array
+from raxel.show.rendering import html, picture, picture_array
 from raxel.show.scene import (
     CLEAR,
     SAME,
@@ -31,7 +29,7 @@ from raxel.show.scene import (
     Segments,
     Surface,
 )
-from raxel.show.view import framed
+from raxel.show.view import board, framed, plate, polygon
 
 __all__ = [
     "CLEAR",

@@ -7,12 +7,28 @@ from dataclasses import replace
 
 import numpy as np
 
+from raxel.calibration.parametric.opencv_fits import calibrate_zhang
+from raxel.calibration.views.boards import board_views
 from raxel.cameras import caustic_points, centrality, closest_point
+from raxel.cameras.registry import load_camera
+from raxel.errors import CalibrationError, InputError
+from raxel.evaluation.cross_validation import evaluate_camera
+from raxel.features.boards import check_chessboard, detect_boards
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
-from raxel.show.boards import polygon
-from raxel.show.scene import Arrows, Labels, Points, Polyline, Segments, Surface
-from raxel.show.view import INK, framed
+from raxel.io.files import read_json
+from raxel.lab.set_rendering import POSES
+from raxel.sets.model import ActiveGrid, Chessboard
+from raxel.show.scene import (
+    Arrows,
+    Labels,
+    Points,
+    Polyline,
+    Segments,
+    Surface,
+    finite_points,
+)
+from raxel.show.view import INK, SIGHT, board, framed, polygon
 
 BLUE, ORANGE, GREEN, SILVER = "#0072b2", "#d55e00", "#009e73", "#9fb4c7"
 FAINT, SKY = "#8a939e", "#56b4e9"
@@ -246,3 +262,191 @@ def drawn_reach(camera):
 def _middle(points):
     points = points[np.isfinite(points).all(axis=1)]
     return (points.min(axis=0) + points.max(axis=0)) / 2
+
+
+# Targets before a camera as a scene: the rigs of the laboratory, and posed boards.
+
+
+CALIBRATE, EVALUATE = "#6b7785", "#d55e00"
+# The camera's pyramid, and its axes, as shares of the farthest target's distance.
+BODY, AXIS, FIELD = 0.1, 0.25, 0.6
+# A mirror that is nearer than this share of it has one name with the camera.
+APART = 0.25
+
+
+def drawn_poses(rig, seed):
+    """T_camera_target (n, 4, 4) of all views that `raxel render` takes with a seed.
+
+    rig: `raxel.lab.Rig`; seed: whole number. Raises InputError as `Rig.draw_poses`.
+    """
+    rng = np.random.default_rng([seed, POSES])
+    return rig.draw_poses(rng, rig.count + rig.evaluate)
+
+
+def rig_scene(rig, seed=0, poses=None):
+    """Where a rig's camera, mirror and targets stand, in the camera's frame.
+
+    rig: `raxel.lab.Rig`; seed: whole number; poses: what `drawn_poses` gives for them,
+    where that is known. Raises InputError as `Rig.draw_poses`.
+    """
+    poses = drawn_poses(rig, seed) if poses is None else poses
+    uses = ["calibrate"] * rig.count + ["evaluate"] * rig.evaluate
+    count = f"{rig.count} poses" + (f" and {rig.evaluate} more" if rig.evaluate else "")
+    note = f"{rig.name}: {rig.summary}. {count}, drawn from seed {seed}."
+    targets = [rig.target] * len(poses)
+    return posed_targets(rig.camera, targets, poses, uses, note, rig.border_mm)
+
+
+def posed_targets(camera, targets, poses, uses, note, border_mm=None):
+    """A camera and targets in poses T_camera_target (n, 4, 4), one of each for each.
+
+    uses: 'calibrate' or 'evaluate' for each; border_mm: as in `board`.
+    """
+    what = "monitor" if isinstance(targets[0], ActiveGrid) else "chessboard"
+    known = what == "monitor" or targets[0].pitch_mm is not None
+    unit = "mm" if known else "pitches"
+    parts = []
+    for target, T, use in zip(targets, poses, uses, strict=True):
+        label, colour = f"{what} to {use} with", EVALUATE
+        if use == "calibrate":
+            label, colour = (label if "evaluate" in uses else what), CALIBRATE
+        parts += board(target, T, border_mm, label, colour)
+    parts += _camera_for(camera, parts)
+    return framed(parts, facing_sight(np.asarray(poses)), note=note, scale=unit)
+
+
+def facing_sight(poses):
+    """Of the usual view and its mirror images the one that sees most fronts (3,)."""
+    signs = np.array([[1, 1, 1], [-1, 1, 1], [1, 1, -1], [-1, 1, -1]])
+    views = signs * np.array(SIGHT)
+    return views[np.argmax((poses[:, :3, 2] @ views.T > 0).sum(axis=0))]
+
+
+def _camera_for(camera, boards):
+    """The camera that sees `boards`, drawn to their size."""
+    corners = np.concatenate([finite_points(part) for part in boards])
+    far = np.linalg.norm(corners, axis=1).max()
+    parts = field_of_view(camera, FIELD * far)
+    parts.append(frustum(getattr(camera, "viewer", camera), BODY * far))
+    parts += axes(AXIS * far)
+    named = {"camera": np.zeros((1, 3))}
+    silvered = mirrors(camera)
+    if silvered:
+        surface = np.concatenate([finite_points(part) for part in silvered])
+        parts += silvered + viewing_rays(camera)
+        if np.linalg.norm(surface.mean(axis=0)) > APART * far:
+            named["mirror"] = surface
+        else:
+            named = {"camera, mirror": named["camera"]}
+    return parts + [_name(text, at, BODY * far) for text, at in named.items()]
+
+
+def _name(text, points, gap):
+    """A word above the middle of points (N, 3); up is negative y."""
+    place = (points.min(axis=0) + points.max(axis=0)) / 2
+    place[1] = points[:, 1].min() - gap
+    return Labels(place[None], [text], INK)
+
+
+# An image set as a scene: its camera, and targets where their pictures put them.
+
+
+FEWEST_VIEWS = 2
+# A camera that fits its set comes nearer to the corners than this.
+TRUSTED_PX = 2.0
+OTHER_CAMERA = (
+    "for another camera run raxel calibrate, then raxel show SET --camera CAMERA"
+)
+
+
+def set_scene(image_set, camera=None, say=None, boards=None):
+    """Where the targets of a set stood before its camera, in the camera's frame.
+
+    camera: any of `raxel.cameras`; the boards found in the pictures are posed to fit
+    its rays. Without one, the truth of a rendered set is shown. A set with neither is
+    calibrated by Zhang's method, which is quick and fits an ordinary lens; the note
+    says which of the three it was, and with what error. say: a callable told one line
+    per image. boards: Boards of the set that are known already; they are not looked
+    for, and count more than a truth. Raises InputError, one line, where none of them
+    gives a pose.
+    """
+    if camera is None and boards is None and image_set.truth is not None:
+        return _true_scene(image_set)
+    if isinstance(image_set.target, ActiveGrid):
+        raise InputError(
+            f"{image_set.description}: target.kind: found active_grid, and no truth "
+            "that says where it stood; boards alone are posed by their pictures: run "
+            "raxel calibrate and raxel show CAMERA, or raxel show RIG for a rig"
+        )
+    check_chessboard(image_set)
+    if boards is None:
+        boards = detect_boards(image_set, say=say)
+    views = board_views(image_set, boards)
+    if len(views) < (FEWEST_VIEWS if camera is None else 1):
+        raise InputError(
+            f"{image_set.description}: views: board found in {len(views)} of "
+            f"{len(boards)} images; check target.columns and target.rows"
+        )
+    how = "poses fitted to the camera given"
+    if camera is None:
+        how = f"camera by Zhang's method, quick and for ordinary lenses; {OTHER_CAMERA}"
+        camera = _quick_camera(image_set, views)
+    return _posed_scene(image_set, camera, views, how)
+
+
+def _true_scene(image_set):
+    folder = image_set.folder / image_set.truth
+    found = read_json(folder / "poses.json")
+    try:
+        named = found["T_camera_target"]
+        poses = np.array([named[view.label] for view in image_set.views], float)
+        if poses.shape[1:] != (4, 4):
+            raise ValueError(f"poses of shape {poses.shape[1:]}")
+    except (KeyError, TypeError, ValueError) as fault:
+        raise InputError(
+            f"{folder / 'poses.json'}: T_camera_target: no pose (4, 4) for every view "
+            f"({fault}); render the set anew"
+        ) from fault
+    uses = [view.use for view in image_set.views]
+    note = f"{image_set.name}: {len(poses)} targets in their true poses."
+    camera = load_camera(folder / "camera.npz")
+    return posed_targets(camera, [image_set.target] * len(poses), poses, uses, note)
+
+
+def _quick_camera(image_set, views):
+    try:
+        return calibrate_zhang(views, image_set.width, image_set.height).camera
+    except CalibrationError as fault:
+        raise InputError(
+            f"{image_set.description}: views: {fault}; {OTHER_CAMERA}"
+        ) from fault
+
+
+def _posed_scene(image_set, camera, views, how):
+    scores = evaluate_camera(camera, views)
+    posed = [
+        (score, view)
+        for score, view in zip(scores.images, views, strict=True)
+        if score.T_camera_grid is not None
+    ]
+    if not posed:
+        raise InputError(
+            f"{image_set.description}: views: no board has a pose that fits the "
+            f"camera ({scores.images[0].reason}); is it the camera of this set?"
+        )
+    uses = {view.label: view.use for view in image_set.views}
+    pitch = image_set.target.pitch_mm
+    note = (
+        f"{image_set.name}: {len(posed)} of {len(image_set.views)} boards; {how}. "
+        f"Median distance of corners from where this puts them: {scores.median_px:.2g} "
+        "px."
+    )
+    if scores.median_px > TRUSTED_PX:
+        note += " That is much: these places are not to be trusted."
+    return posed_targets(
+        camera,
+        [Chessboard(view.columns, view.rows, pitch) for _, view in posed],
+        np.stack([score.T_camera_grid for score, _ in posed]),
+        [uses[view.name] for _, view in posed],
+        note,
+    )

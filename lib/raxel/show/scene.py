@@ -1,8 +1,8 @@
 """One description of what is shown in space: plain parts in one frame, lengths in mm.
 
-A scene says what stands where and from where it is seen first; `raxel.show.picture`
-makes the picture of it and `raxel.show.page` the page on which it turns. Rows with a
-value that is not finite are left out, so that an invalid ray needs no case of its own.
+A scene lists what is shown and the first viewpoint; `raxel.show.rendering` makes the
+image of it and the page on which it turns. Rows with a value that is not finite are
+excluded, so that an invalid ray needs no case of its own.
 """
 
 from collections.abc import Sequence

@@ -15,8 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from raxel.show import Scene, html, picture_array, rendering_missing
-from raxel.show.picture import FINER
-from raxel.show.picture import render as shaded_scene
+from raxel.show.rendering import FINER
+from raxel.show.rendering import render as shaded_scene
 from repro.page.style import new_figure
 from repro.page.templates import render
 

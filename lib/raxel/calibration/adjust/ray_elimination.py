@@ -29,7 +29,7 @@ import numpy as np
 from numba import njit
 
 from raxel.geometry.poses import pose, rotation_from_vector
-from raxel.io.machine import processors
+from raxel.io.files import processors
 
 BLOCK = 4096  # rays summed apart
 BATCH = 64  # rays whose whitened rows are held at once

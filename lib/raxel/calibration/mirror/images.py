@@ -20,7 +20,7 @@ from raxel.calibration.mirror.stages import ClampPicks, MirrorViews, StepViews
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.boards import board_views
 from raxel.calibration.views.dense import dense_view
-from raxel.cameras.io import load_camera
+from raxel.cameras.registry import load_camera
 from raxel.errors import CalibrationError, InputError
 from raxel.features.boards import detect_boards
 from raxel.features.grids import decode_grids

@@ -18,7 +18,7 @@ import numpy as np
 
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import on_plane
-from raxel.sets.uncertainty import check_sd
+from raxel.sets.model import check_sd
 
 # Second moments of the points that a pixel sees, summed over millions of pairs. About
 # the camera's centre a pixel's points (x, y, z) leave nine sums: of xx, yy, zz, xy,
@@ -242,7 +242,7 @@ class BoardView(NamedTuple):
     pixels: (N, 2) (u, v), row by row, NaN for a corner that was not found; points:
     (N, 2) on the board, in mm or units of the pitch; N = columns * rows; name: for
     messages; sd: (N,) px, standard deviation of each corner along each axis, by the
-    rule of `raxel.sets.uncertainty`, None where nobody states any. No calibration
+    rule of `raxel.sets.model`, None where nobody states any. No calibration
     weights by it yet. Seen in the image, x should turn clockwise into y.
     """
 

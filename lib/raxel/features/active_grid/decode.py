@@ -59,7 +59,7 @@ from raxel.features.active_grid.phase_unwrapping import (
 from raxel.features.active_grid.places import place_rows
 from raxel.features.active_grid.reading import read_rows
 from raxel.features.active_grid.response import UNTOLD, Response, measured_response
-from raxel.io.machine import processors
+from raxel.io.files import processors
 
 ROWS_AT_ONCE = 128
 MARGIN_PX = 6  # at least, and where the blur cannot be measured

@@ -23,8 +23,7 @@ from raxel.features.celect.trace import (
     side_lengths,
     smoothing_for,
 )
-from raxel.features.detector import Partial, refused, verified
-from raxel.features.opencv import refine
+from raxel.features.detector import Partial, refine, refused, verified
 
 # Every value of CELECT in one place: the thesis's, and those it leaves open.
 

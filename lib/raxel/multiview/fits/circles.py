@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.multiview.fits.orthogonal import checked_points, least_distances
+from raxel.multiview.fits.planes import checked_points, least_distances
 
 STRAIGHT = 1e-9  # sagitta over extent of points that lie on a line
 

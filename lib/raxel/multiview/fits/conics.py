@@ -11,7 +11,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.geometry.homography import normalising
 from raxel.geometry.planes import stepped, tangents
-from raxel.multiview.fits.orthogonal import checked_points, least_distances
+from raxel.multiview.fits.planes import checked_points, least_distances
 
 OPEN = 1e-9  # fifth singular value over the first of points that determine no conic
 STEPS, SETTLED = 30, 1e-13

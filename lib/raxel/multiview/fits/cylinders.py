@@ -14,8 +14,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.geometry.poses import pose, tangent_bases
 from raxel.multiview.fits.circles import algebraic_circles
-from raxel.multiview.fits.orthogonal import checked_points, least_distances
-from raxel.multiview.fits.planes import FLAT
+from raxel.multiview.fits.planes import FLAT, checked_points, least_distances
 
 FEWEST = 7  # points, for five numbers: through five there are up to six cylinders
 DIRECTIONS = 600  # that are tried

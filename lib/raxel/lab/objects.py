@@ -1,0 +1,318 @@
+"""A chessboard with a circle drawn over it: its corners tell the pose, the circle what
+is left of distortion (5.3.4, Fig. 5.14).
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.errors import InputError
+from raxel.geometry.poses import pose
+from raxel.lab.scene import TexturedScene
+from raxel.lab.surfaces import Rectangle, Relief
+from raxel.lab.textures import (
+    ChessboardTexture,
+    ImageTexture,
+    RegionTexture,
+    colour_table,
+    share_beyond,
+)
+
+# A head in low relief, described by formula: what stands in for the face of Fig.
+# 5.19. All shapes are in units of half the plate's width: x right, y down, origin
+# mid-plate, heights towards who looks at it, 1 the highest point's nominal height.
+# The plate reaches to +-1 across and +-1.35 down. Nothing is drawn by chance, and
+# every form has a second derivative but where head, hair and shoulders meet the
+# plate.
+
+
+EARS = 0.0  # y at which the hair ends
+TALL = 1.35  # half the plate's height over half its width
+# (x, y, reach across, reach down, height) of hills and hollows on the face; those with
+# x > 0 stand on both sides.
+FORMS = (
+    (0.0, -0.06, 0.075, 0.20, 0.20),  # bridge of the nose
+    (0.0, 0.10, 0.105, 0.085, 0.20),  # its tip
+    (0.085, 0.13, 0.05, 0.045, 0.07),  # nostrils
+    (0.25, -0.31, 0.17, 0.05, 0.07),  # brows
+    (0.24, -0.19, 0.13, 0.075, -0.12),  # sockets
+    (0.24, -0.185, 0.075, 0.05, 0.09),  # eyeballs
+    (0.33, 0.10, 0.15, 0.15, 0.06),  # cheeks
+    (0.0, 0.305, 0.15, 0.035, 0.06),  # upper lip
+    (0.0, 0.385, 0.13, 0.04, 0.07),  # lower lip
+    (0.0, 0.345, 0.17, 0.016, -0.05),  # between them
+    (0.0, 0.58, 0.14, 0.09, 0.10),  # chin
+)
+# Places on the face that are told apart: (name, x, y).
+PLACES = (
+    ("left eye, outer corner", -0.34, -0.185),
+    ("left eye, inner corner", -0.14, -0.185),
+    ("left pupil", -0.24, -0.185),
+    ("right pupil", 0.24, -0.185),
+    ("right eye, inner corner", 0.14, -0.185),
+    ("right eye, outer corner", 0.34, -0.185),
+    ("left brow", -0.25, -0.31),
+    ("right brow", 0.25, -0.31),
+    ("forehead", 0.0, -0.5),
+    ("bridge", 0.0, -0.2),
+    ("tip of the nose", 0.0, 0.10),
+    ("left nostril", -0.085, 0.13),
+    ("right nostril", 0.085, 0.13),
+    ("left cheek", -0.36, 0.10),
+    ("right cheek", 0.36, 0.10),
+    ("left corner of the mouth", -0.17, 0.345),
+    ("right corner of the mouth", 0.17, 0.345),
+    ("middle of the mouth", 0.0, 0.345),
+    ("chin", 0.0, 0.58),
+    ("throat", 0.0, 0.85),
+    ("left shoulder", -0.65, 1.15),
+    ("right shoulder", 0.65, 1.15),
+)
+PLATE, SKIN, HAIR = (0.42, 0.47, 0.55), (0.80, 0.58, 0.46), (0.20, 0.12, 0.07)
+CLOTH, LIPS, BROW = (0.16, 0.26, 0.45), (0.58, 0.22, 0.20), (0.16, 0.09, 0.05)
+EYE, IRIS, PUPIL = (0.90, 0.90, 0.88), (0.20, 0.34, 0.40), (0.03, 0.03, 0.03)
+# From where the sculptor's lamp shines, and the light that has no direction.
+LAMP, AMBIENT = np.array([-0.45, -0.55, 0.70]), 0.40
+
+
+@dataclass(frozen=True)
+class Bust:
+    """width: of the plate, mm; relief: mm that a height of 1 stands out of it.
+
+    Frame: origin mid-plate, x right, y down, z into the plate, away from who looks: the
+    relief has negative z. Raises InputError for lengths that are not positive.
+    """
+
+    width: float = 160.0
+    relief: float = 20.0
+
+    def __post_init__(self):
+        if not (0 < self.width < np.inf and 0 < self.relief < np.inf):
+            raise InputError(
+                f"bust: found width {self.width} and relief {self.relief}; give "
+                "positive mm"
+            )
+
+    @property
+    def size(self):
+        """(width, height) of the plate, mm."""
+        return self.width, TALL * self.width
+
+    def points(self, places):
+        """Points (N, 3) of the surface at places (N, 2) mm of the plate."""
+        places = np.asarray(places, float)
+        x, y = (2 / self.width * places).T
+        return np.column_stack([places, -self.relief * heights(x, y)])
+
+    def landmarks(self):
+        """Names and points (n, 3) of PLACES, mm."""
+        names, x, y = zip(*PLACES, strict=True)
+        return names, self.points(self.width / 2 * np.column_stack([x, y]))
+
+    def part(self, T_world_bust, pitch=0.5, px_mm=0.4):
+        """(Relief, ImageTexture) for a `TexturedScene`.
+
+        T_world_bust: (4, 4), mm; pitch: mm between heights, px_mm: of the texture; no
+        finer than the pixels that will see it.
+        """
+        width, height = self.size
+        columns, rows = (round(length / pitch) + 1 for length in (width, height))
+        x, y = np.linspace(-1, 1, columns), np.linspace(-TALL, TALL, rows)
+        field = heights(*np.meshgrid(x, y))
+        corner = pose(np.eye(3), [-width / 2, -height / 2, 0])
+        pitch = width / (columns - 1)
+        surface = Relief(T_world_bust @ corner, -self.relief * field, pitch)
+        steepness = 2 * self.relief / self.width
+        return surface, ImageTexture(*_picture(steepness, width, px_mm))
+
+    def scene(self, T_world_bust, background=0.1, **fineness):
+        """The bust alone before an even background; fineness: as for `part`."""
+        return TexturedScene((self.part(T_world_bust, **fineness),), background)
+
+
+def heights(x, y):
+    """Heights above the plate at x, y (any one shape)."""
+    face = _dome(x, y, 0.0, -0.08, 0.56, 0.78, 0.82)
+    hair = _dome(x, y, 0.0, -0.26, 0.70, 0.78, 0.66)
+    # The face rises out of the hair, not the hair out of the face.
+    head = np.where(y < EARS, np.maximum(hair, face), np.maximum(face, 0))
+    neck = 0.42 * np.maximum(1 - (x / 0.34) ** 2, 0) ** 1.5 * _rising(y, 0.35, 0.6)
+    chest = (
+        0.46 * np.maximum(1 - (x / 1.02) ** 2, 0) * _rising(y - 0.22 * x**2, 0.72, 1.18)
+    )
+    body = _blended(neck, chest)
+    return _blended(head + _forms(x, y) * (face > 0), body)
+
+
+def _forms(x, y):
+    total = np.zeros(np.shape(x))
+    for place, down, across, along, high in FORMS:
+        bell = np.exp(-(((y - down) / along) ** 2) - ((x - place) / across) ** 2)
+        if place:
+            bell = bell + np.exp(
+                -(((y - down) / along) ** 2) - ((x + place) / across) ** 2
+            )
+        total = total + high * bell
+    return total
+
+
+def _dome(x, y, middle, down, across, along, high):
+    inside = 1 - ((x - middle) / across) ** 2 - ((y - down) / along) ** 2
+    return high * np.maximum(inside, 0) ** 0.75
+
+
+def _rising(y, low, high):
+    """From 0 at low to 1 at high, with level ends."""
+    t = np.clip((y - low) / (high - low), 0, 1)
+    return t * t * (3 - 2 * t)
+
+
+def _blended(one, two, width=0.06):
+    """The higher of two heights, rounded where they meet."""
+    apart = np.maximum(width - np.abs(one - two), 0) / width
+    return np.maximum(one, two) + np.where(
+        np.minimum(one, two) > 0, width * apart**2 / 4, 0
+    )
+
+
+@lru_cache(maxsize=4)
+def _picture(steepness, width, px_mm):
+    """The painted and lit surface: picture (rows, columns, 3), mm of its pixels."""
+    columns = max(round(width / px_mm), 2)
+    rows = round(TALL * columns)
+    x = (np.arange(columns) + 0.5) * 2 / columns - 1
+    y = (np.arange(rows) + 0.5) * 2 / columns - rows / columns
+    x, y = np.meshgrid(x, y)
+    field = steepness * heights(x, y)
+    down, across = np.gradient(field, 2 / columns)
+    normal = np.stack([-across, -down, np.ones_like(field)], axis=2)
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    lamp = np.maximum(normal @ (LAMP / np.linalg.norm(LAMP)), 0)
+    light = AMBIENT + (1 - AMBIENT) * lamp
+    return (_paint(x, y) * light[..., None]).astype(np.float32), width / columns
+
+
+def _paint(x, y):
+    """Colours (..., 3) of the surface, the later over the earlier."""
+    face = _oval(x, y, 0.0, -0.08, 0.55, 0.77)
+    hair = _oval(x, y, 0.0, -0.26, 0.70, 0.78)
+    side = np.abs(x)
+    layers = (
+        (np.ones(x.shape, bool), PLATE),
+        ((np.maximum(1 - (x / 0.34) ** 2, 0) > 0) & (y > 0.4) & (y < 1.1), SKIN),
+        (y - 0.22 * x**2 > 0.86, CLOTH),
+        (hair & (y < EARS), HAIR),
+        (face & (y > -0.60 + 0.6 * x**2), SKIN),
+        (_oval(side, y - 0.10 * (side - 0.25), 0.25, -0.32, 0.14, 0.028), BROW),
+        (_oval(side, y, 0.24, -0.185, 0.10, 0.048), EYE),
+        (_oval(side, y, 0.24, -0.185, 0.042, 0.042), IRIS),
+        (_oval(side, y, 0.24, -0.185, 0.018, 0.018), PUPIL),
+        (_oval(x, y, 0.0, 0.345, 0.17, 0.075), LIPS),
+        (_oval(x, y, 0.0, 0.345, 0.17, 0.008), BROW),
+    )
+    paint = np.empty((*x.shape, 3))
+    for where, colour in layers:
+        paint[where] = colour
+    return paint
+
+
+def _oval(x, y, middle, down, across, along):
+    return ((x - middle) / across) ** 2 + ((y - down) / along) ** 2 < 1
+
+
+class BoardRing(NamedTuple):
+    """A circular line in the plane of a board, mm, in the board's frame.
+
+    centre: (2,); radius: of the line's middle; line: its width; margin: width of the
+    white on either side, which keeps it apart from the squares.
+    """
+
+    centre: tuple
+    radius: float
+    line: float = 4.0
+    margin: float = 3.0
+
+    @property
+    def edges(self):
+        """Radii of the line's inner and outer edge."""
+        return self.radius - self.line / 2, self.radius + self.line / 2
+
+
+class RingedChessboard(RegionTexture):
+    """A `ChessboardTexture` with a dark `BoardRing` on white over it.
+
+    Both greys are the board's. Raises InputError for a ring without a width, or whose
+    widths leave no room inside.
+    """
+
+    averages = True
+
+    def __init__(self, board, ring, light=None):
+        widths = ring.line, ring.margin, ring.edges[0] - ring.margin
+        if not min(widths) > 0:
+            raise InputError(
+                f"ring: found radius {ring.radius}, line {ring.line} and margin "
+                f"{ring.margin}; give widths that leave room inside"
+            )
+        self.board, self.ring, self.light = board, ring, light
+        inner, outer = ring.edges
+        self.radii = np.array([inner - ring.margin, inner, outer, outer + ring.margin])
+        tone = board.colours.reshape(len(board.colours), -1).mean(axis=1)
+        white, black = board.colours[np.argmax(tone)], board.colours[np.argmin(tone)]
+        self.tones = white, black, white
+        self.colours = colour_table(*board.colours, *self.tones)
+
+    def label(self, uv):
+        """The board's cell, or one of the three parts of the ring."""
+        part = np.searchsorted(self.radii, self._apart(uv)[0])
+        ring = len(self.board.colours) + part - 1
+        return np.where(part % 4 == 0, self.board.label(uv), ring)
+
+    def average(self, uv, across, down, cosine):
+        """Exact but for the circle's bend inside a footprint where one edge of the
+        line, or none of the ring's, crosses it; else NaN."""
+        apart, outward = self._apart(uv)
+        a, b = np.sum(across * outward, axis=1), np.sum(down * outward, axis=1)
+        reach = (np.abs(a) + np.abs(b)) / 2
+        low = np.searchsorted(self.radii, apart - reach)
+        high = np.searchsorted(self.radii, apart + reach)
+        off_ring = (low == high) & (low % 4 == 0)
+        found = self.board.average(uv, across, down, cosine)
+        known = (low >= 1) & (high <= 3) & (high - low <= 1)
+        tones = colour_table(*self.tones)
+        first, last = np.clip(low - 1, 0, 2), np.clip(high - 1, 0, 2)
+        share = share_beyond(apart - self.radii[np.clip(low, 0, 3)], a, b)
+        share = np.where(low == high, 0.0, share).reshape(-1, *(1,) * (tones.ndim - 1))
+        mixed = self.lit((1 - share) * tones[first] + share * tones[last], uv)
+        rest = (slice(None),) + (None,) * (tones.ndim - 1)
+        found = np.where(off_ring[rest], found, np.nan)
+        return np.where(known[rest], mixed, found)
+
+    def _apart(self, uv):
+        """Distance (N,) from the ring's centre, and the direction (N, 2) from there."""
+        off = np.asarray(uv, float) - self.ring.centre
+        apart = np.hypot(off[:, 0], off[:, 1])
+        return apart, off / np.maximum(apart, 1e-300)[:, None]
+
+
+def ringed_board_scene(
+    chessboard,
+    ring,
+    T_world_target,
+    border_mm=None,
+    black=0.05,
+    white=0.9,
+    background=0.4,
+    light=None,
+):
+    """As `raxel.lab.board_scene`, with a `BoardRing` over the board."""
+    pitch = float(chessboard.pitch_mm or 1)
+    border = pitch if border_mm is None else border_mm
+    board = ChessboardTexture(
+        chessboard.columns, chessboard.rows, pitch, border, black, white, light
+    )
+    corner, size = board.extent
+    sheet = Rectangle(T_world_target, *size, corner)
+    return TexturedScene(((sheet, RingedChessboard(board, ring, light)),), background)

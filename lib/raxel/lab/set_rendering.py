@@ -1,0 +1,426 @@
+"""A rig becomes an image set on disk, with the truth beside it.
+
+The set has the form of a recorded one (`raxel.sets`). In its folder `truth`, opened by
+evaluation alone, are the camera, the poses and what detectors and decoders ought to
+find.
+"""
+
+import os
+import tempfile
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import numba
+import numpy as np
+
+from raxel.cameras.core.smooth_rays import smooth_rays
+from raxel.errors import InputError
+from raxel.geometry.planes import intersect_rays_plane, on_plane
+from raxel.geometry.poses import transform
+from raxel.io.files import check_can_be_written, write_json
+from raxel.lab.lighting import Blemishes, Lighting
+from raxel.lab.optics import Crop
+from raxel.lab.rendering import lit_pixels, trace
+from raxel.lab.scenes import (
+    MonitorBoard,
+    MonitorLevel,
+    MonitorPattern,
+    board_scene,
+    monitor_scene,
+    odd_share,
+)
+from raxel.lab.target_poses import outline_of
+from raxel.sets.image_set import load_set, write_set
+from raxel.sets.model import ActiveGrid, ImageSet, View
+from raxel.sets.patterns import BLACK, CHESSBOARD, WHITE, advance, patterns_of
+
+# A photograph of a board by a rig: its light, its blemishes, and only its own rays.
+# What lies around a board is an even background, so rays are traced where the board
+# is and the rest of the picture is laid in.
+
+
+# Around the board's outline: blur and its repeated border pixels reach less far.
+MARGIN_PX = 16
+# Whether a pixel has a ray is asked of every n-th each way, for the background alone.
+RAY_STEP = 8
+
+
+def photograph_board(rig, T_camera_board, rng, specimen):
+    """A picture of the rig's chessboard as its camera saves it.
+
+    T_camera_board: (4, 4), the whole board in view. rng: numpy Generator of this
+    picture (light, glare, noise); specimen: numpy Generator of the rig's own spots.
+    Returns (H, W, 3) uint8 or uint16, red, green, blue, where the rig is coloured,
+    else (H, W).
+    """
+    if rig.light == Lighting() and rig.blemishes == Blemishes():
+        return _plain_photograph(rig, T_camera_board, rng)
+    return saved(rig, light_of_board(rig, T_camera_board, rng), rng, specimen)
+
+
+def light_of_board(rig, T_camera_board, rng):
+    """Light on the rig's sensor, (H, W) or (H, W, 3), through clean mirror and glass.
+
+    rng: draws the light on the board.
+    """
+    light = rig.light.draw(rng, rig.extent)
+    scene = board_scene(
+        rig.target, T_camera_board, rig.border_mm, light=light, **rig.radiances
+    )
+    window = window_of(rig, T_camera_board)
+    mosaic = rig.sensor.bayer is not None
+    part = rig.laboratory().irradiance(scene, np.eye(4), colour=mosaic, window=window)
+    beside, whole = light_of_room(rig)
+    if mosaic:
+        beside, whole = (np.repeat(x[..., None], 3, axis=2) for x in (beside, whole))
+    whole[window.place] = beside[window.place] + part
+    return whole
+
+
+def light_of_room(rig):
+    """Light on the sensor without a board, (H, W): beside the mirror; everywhere."""
+    mirror = mirror_in_view(rig.camera)
+    shade = rig.optics.vignetting(rig.camera.width, rig.camera.height)
+    beside = rig.light.surround * (1 - mirror) * shade
+    return beside, beside + rig.radiances["background"] * mirror * shade
+
+
+def saved(rig, irradiance, rng, specimen):
+    """The file that light on the sensor leaves; see `photograph_board`."""
+    mirror = mirror_in_view(rig.camera)
+    whole = rig.blemishes.apply(irradiance, mirror, specimen, rng)
+    if rig.light.coloured:
+        whole = rig.light.tinted(whole)
+    return rig.sensor.expose(whole, rng, colour=whole.ndim == 3)
+
+
+def _plain_photograph(rig, T_camera_board, rng):
+    """A picture in even light through clean glass, with every ray traced."""
+    scene = board_scene(rig.target, T_camera_board, rig.border_mm, **rig.radiances)
+    colour = rig.sensor.bayer is not None
+    return rig.laboratory().photograph(scene, np.eye(4), rng, colour=colour)
+
+
+def grey_of(picture):
+    """A picture (H, W) or (H, W, 3) in grey, as OpenCV makes it grey."""
+    import cv2
+
+    return picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+
+
+def window_of(rig, T_camera_board):
+    """The `Crop` of the rig's picture that holds the whole board."""
+    camera = rig.camera
+    outline = on_plane(outline_of(*rig.extent))
+    seen = camera.project(transform(T_camera_board, outline)).pixels
+    full = np.array([camera.width, camera.height])
+    low = np.clip(np.floor(seen.min(axis=0)) - MARGIN_PX, 0, full).astype(int)
+    high = np.clip(np.ceil(seen.max(axis=0)) + MARGIN_PX, 0, full).astype(int)
+    return Crop(*map(int, (*low, *(high - low), *full)))
+
+
+@lru_cache(maxsize=8)
+def mirror_in_view(camera):
+    """1 where a pixel (H, W) has a ray, else 0; float32.
+
+    Asked of a coarse grid of pixels first, then of those between unlike neighbours.
+    """
+    import cv2
+
+    size = camera.width, camera.height
+    u, v = (np.arange(0, n + RAY_STEP, RAY_STEP) for n in size)
+    grid = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2).astype(float)
+    coarse = camera.rays(grid).valid.reshape(len(v), len(u)).astype(np.float32)
+    # warpAffine puts node (i, j) at pixel RAY_STEP (i, j), which resize would not.
+    onto = np.array([[RAY_STEP, 0, 0], [0, RAY_STEP, 0]], float)
+    seen = cv2.warpAffine(coarse, onto, size)
+    rows, columns = np.nonzero((seen > 0) & (seen < 1))
+    rays = camera.rays(np.column_stack([columns, rows]).astype(float))
+    seen[rows, columns] = rays.valid
+    return seen
+
+
+# What each pixel of a view sees of a monitor, kept to show one pattern after another.
+# The means over pixels are those of `raxel.lab.rendering`, in a tenth of the time:
+# almost all pixels of the lit area see nothing else, and of these a pattern needs
+# only where they look along its axis.
+
+
+LIT = 0  # the part of the scene
+
+
+class MonitorSight:
+    """A rig's camera before its monitor at one pose, T_camera_target (4, 4), mm."""
+
+    def __init__(self, rig, T_camera_target):
+        self.rig, monitor = rig, rig.monitor
+        scene = monitor_scene(rig.target, T_camera_target, **rig.radiances)
+        traced = trace(rig.camera, np.eye(4), scene)
+        self._lit, uv, across, down, cosine = lit_pixels(traced, LIT)
+        self._axes = [(uv[:, k], across[:, k], down[:, k]) for k in (0, 1)]
+        self._falloff = monitor.falloff(cosine).astype(np.float32)
+        self._surround = traced.shade({LIT: MonitorLevel(1.0, monitor.radiance)})
+        self._mixed = traced.mixed_pixels(LIT, self._lit)
+        self._waves = {}
+
+    def level(self, value):
+        """Radiance (H, W) of the monitor at one value, float32."""
+        texture = MonitorLevel(value, self.rig.monitor.radiance)
+        return self._picture(np.float32(self.rig.monitor.light(value)), texture)
+
+    def pattern(self, pattern):
+        """Radiance (H, W) of the monitor with a `raxel.sets.Pattern`, float32."""
+        target, monitor = self.rig.target, self.rig.monitor
+        size = target.monitor_px, target.monitor_mm
+        texture = MonitorPattern(*size, pattern, monitor.radiance)
+        show = self._gray if pattern.kind == "gray" else self._sine
+        return self._picture(show(texture), texture)
+
+    def _picture(self, light, texture):
+        image = self._surround.copy()
+        image.reshape(-1)[self._lit] = light * self._falloff
+        for pixels, mean in self._mixed:
+            image.reshape(-1)[pixels] = mean(texture)
+        return image
+
+    def _gray(self, texture):
+        monitor, inverse = self.rig.monitor, texture.pattern.inverse
+        x, across, down = self._axes[texture.axis]
+        low, high = monitor.light(np.float32([inverse, not inverse]))
+        light, crossed = _stripes(x, across, down, texture.frequency, low, high)
+        crossed = np.flatnonzero(crossed)
+        edge = (part[crossed] * texture.frequency for part in (x, across, down))
+        light[crossed] = low + odd_share(*edge).astype(np.float32) * (high - low)
+        return light
+
+    def _sine(self, texture):
+        key = texture.axis, texture.frequency
+        if key not in self._waves:
+            x, across, down = (part * texture.frequency for part in self._axes[key[0]])
+            swing = 0.5 * np.sinc(across) * np.sinc(down)
+            turn = 2 * np.pi * x
+            waves = swing * np.sin(turn), swing * np.cos(turn)
+            self._waves[key] = tuple(wave.astype(np.float32) for wave in waves)
+        sine, cosine = self._waves[key]
+        angle = 2 * np.pi * advance(texture.pattern)
+        value = np.float32(np.cos(angle)) * sine + np.float32(np.sin(angle)) * cosine
+        return self.rig.monitor.light(value + np.float32(0.5))
+
+
+@numba.njit(cache=True)
+def _stripes(x, across, down, frequency, low, high):
+    """Light (N,) where no edge of a Gray code is near, and where one may be."""
+    light, crossed = np.empty(len(x), np.float32), np.empty(len(x), np.bool_)
+    for n in range(len(x)):
+        at = x[n] * frequency + 0.5
+        reach = (abs(across[n]) + abs(down[n])) * frequency / 2
+        whole = np.floor(at)
+        light[n] = high if whole % 2 else low
+        crossed[n] = min(at - whole, whole + 1 - at) <= reach
+    return light, crossed
+
+
+# An active grid photographed: one view, all its patterns, and the point of each
+# pixel. Rays and intersections are found once for a view; each pattern is then only
+# shaded.
+
+
+PIXELS_AT_ONCE = 1 << 16
+# Smooth rays are closer to a camera's own than this share of the monitor.
+NEAR = 1e-3
+# Stream of random numbers of the chessboard, behind those of any patterns.
+BOARD = 1 << 16
+
+
+def photograph_patterns(rig, T_camera_target, seed):
+    """Yield (WHITE, BLACK or a Pattern, picture) for one pose of the monitor.
+
+    seed: list of whole numbers; each picture has a noise of its own.
+    """
+    laboratory, sight = rig.laboratory(), MonitorSight(rig, T_camera_target)
+    shown = [WHITE, BLACK, *patterns_of(rig.patterns)]
+    for number, what in enumerate(shown):
+        rng = np.random.default_rng([*seed, number])
+        if isinstance(what, str):
+            radiance = sight.level(float(what == WHITE))
+        else:
+            radiance = sight.pattern(what)
+        yield what, laboratory.develop(radiance, rng)
+
+
+def photograph_chessboard(rig, T_camera_target, seed):
+    """The picture of the chessboard that the rig's monitor shows in the same pose."""
+    target, size = rig.target, (rig.target.monitor_px, rig.target.monitor_mm)
+    board = MonitorBoard(*size, target.chessboard, rig.monitor.radiance)
+    scene = monitor_scene(target, T_camera_target, board, **rig.radiances)
+    rng = np.random.default_rng([*seed, BOARD])
+    return rig.laboratory().photograph(scene, np.eye(4), rng)
+
+
+def points_seen(camera, T_camera_target, size_mm):
+    """Where each pixel's ray meets the monitor, (height, width, 2) mm; NaN beside it.
+
+    T_camera_target: (4, 4); size_mm: (width, height) of the lit area, whose upper left
+    corner is the origin. Smooth rays tell which pixels come near it; what these see is
+    told by the camera's own.
+    """
+    points = np.full((camera.height, camera.width, 2), np.nan, np.float32)
+    size, smooth = np.array(size_mm, float), smooth_rays(camera)
+    u, step = np.arange(float(camera.width)), max(1, PIXELS_AT_ONCE // camera.width)
+    for first in range(0, camera.height, step):
+        v = np.arange(first, min(first + step, camera.height), dtype=float)
+        rays = smooth.grid(u, v)
+        _, near = _met(rays, T_camera_target, size, NEAR * size.max())
+        near = np.flatnonzero(near)
+        exact = smooth.exact_on_grid(u, v, rays, near)
+        met, on = _met(exact, T_camera_target, size, 0.0)
+        points[first : first + step].reshape(-1, 2)[near[on]] = met[on]
+    return points
+
+
+def _met(rays, T_camera_target, size, beyond):
+    """Points (N, 2) mm of the monitor's plane that rays meet, and which (N,) of them
+    lie on its face, or as far as `beyond` mm beside it."""
+    met = intersect_rays_plane(rays.origins, rays.directions, T_camera_target)
+    with np.errstate(invalid="ignore"):
+        within = (met.points >= -beyond) & (met.points <= size + beyond)
+    facing = rays.directions @ T_camera_target[:3, 2] > 0
+    return met.points, within.all(axis=1) & facing & met.valid & rays.valid
+
+
+TRUTH = "truth"
+# Streams of random numbers, so that no draw depends on how many came before.
+POSES, NOISE, SPECIMEN = 0, 1, 2
+
+
+def render_set(rig, out, seed, say=None):
+    """Photograph the rig's target in poses drawn from `seed`; the ImageSet in `out`.
+
+    rig: Rig; out: a folder that is not there yet; seed: whole number, 0 or more; the
+    same seed gives the same bytes. say: a callable told one line per view. The folder
+    appears when all is in it, or not at all. Raises InputError for a folder that
+    exists or cannot be made, and as `Rig.draw_poses`.
+    """
+    out = Path(out)
+    if out.exists() or out.is_symlink():
+        raise InputError(f"{out}: exists already; name a new folder")
+    check_can_be_written(out)
+    views = rig.count + rig.evaluate
+    poses = rig.draw_poses(np.random.default_rng([seed, POSES]), views)
+    with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}-") as room:
+        folder = Path(room) / "set"
+        (folder / TRUTH).mkdir(parents=True)
+        is_monitor = isinstance(rig.target, ActiveGrid)
+        photograph = _monitor_view if is_monitor else _board_view
+        taken = []
+        for index, T in enumerate(poses):
+            use = "calibrate" if index < rig.count else "evaluate"
+            taken.append(photograph(rig.at_view(index), T, index, use, folder, seed))
+            if say:
+                say(f"{index + 1}/{views} {taken[-1].label}")
+        _write_truth(rig, poses, taken, folder / TRUTH)
+        write_set(_described(rig, taken, folder, seed))
+        os.rename(folder, out)
+    return load_set(out)
+
+
+def write_picture(path, picture):
+    """A picture (H, W) or (H, W, 3), red, green, blue, as PNG."""
+    import cv2
+
+    if picture.ndim == 3:
+        picture = picture[..., ::-1]
+    path.write_bytes(cv2.imencode(".png", np.ascontiguousarray(picture))[1].tobytes())
+
+
+def _board_view(rig, T_camera_target, index, use, folder, seed):
+    rng = np.random.default_rng([seed, NOISE, index])
+    specimen = np.random.default_rng([seed, SPECIMEN])
+    picture = photograph_board(rig, T_camera_target, rng, specimen)
+    name = f"view-{index:03d}.png"
+    write_picture(folder / name, picture)
+    return View(image=name, use=use)
+
+
+def _monitor_view(rig, T_camera_target, index, use, folder, seed):
+    name = rig.view_name(index)
+    (folder / name).mkdir()
+    pictures = photograph_patterns(rig, T_camera_target, [seed, NOISE, index])
+    files, patterns = {}, []
+    if rig.shows_chessboard(index):
+        picture = photograph_chessboard(rig, T_camera_target, [seed, NOISE, index])
+        files["chessboard"] = f"{name}/{CHESSBOARD}"
+        write_picture(folder / files["chessboard"], picture)
+    for key, picture in pictures:
+        label = key if isinstance(key, str) else key.image
+        write_picture(folder / name / label, picture)
+        if isinstance(key, str):
+            files[key.removesuffix(".png")] = f"{name}/{label}"
+        else:
+            patterns.append(replace(key, image=f"{name}/{label}"))
+    return View(name=name, patterns=tuple(patterns), use=use, **files)
+
+
+def _described(rig, views, folder, seed):
+    note = f"rendered by raxel's virtual laboratory: rig {rig.name}, seed {seed}"
+    return ImageSet(
+        name=rig.name,
+        width=rig.camera.width,
+        height=rig.camera.height,
+        target=rig.target,
+        views=tuple(views),
+        folder=folder,
+        camera=rig.summary,
+        origin={"source": "rendered", "note": note},
+        truth=f"{TRUTH}/",
+    )
+
+
+def _write_truth(rig, poses, views, folder):
+    rig.camera.save(folder / "camera.npz")
+    labels = [view.label for view in views]
+    matrices = {label: T.tolist() for label, T in zip(labels, poses, strict=True)}
+    write_json(folder / "poses.json", {"unit": "mm", "T_camera_target": matrices})
+    if isinstance(rig.target, ActiveGrid):
+        for index, (label, T) in enumerate(zip(labels, poses, strict=True)):
+            camera = rig.at_view(index).camera
+            points = points_seen(camera, T, rig.target.monitor_mm)
+            np.savez(folder / f"{label}.npz", points_mm=points)
+        if rig.target.chessboard and rig.camera.continuous:
+            shown = [view.chessboard for view in views]
+            write_json(folder / "corners.json", _corners_of_views(rig, shown, poses))
+    else:
+        write_json(folder / "corners.json", _corners_of_views(rig, labels, poses))
+
+
+def _corners_of_views(rig, labels, poses):
+    """`true_corners` of views, each with its own lens; label None: without a board."""
+    parts = [
+        true_corners(rig.at_view(index), {label: T})
+        for index, (label, T) in enumerate(zip(labels, poses, strict=True))
+        if label
+    ]
+    images = {label: at for part in parts for label, at in part["images"].items()}
+    return parts[0] | {"images": images}
+
+
+def true_corners(rig, poses):
+    """The projected corners in the form of a set's reference corners (corners.json).
+
+    poses: {label of the picture: T_camera_target (4, 4)}.
+    """
+    is_monitor = isinstance(rig.target, ActiveGrid)
+    board = rig.target.chessboard if is_monitor else rig.target
+    points = rig.target.chessboard_points() if is_monitor else board.points()
+    flat = on_plane(points)
+    images = {
+        label: {
+            "corners": rig.camera.project(transform(T, flat)).pixels.tolist(),
+            "sd": 0.0,
+        }
+        for label, T in poses.items()
+    }
+    note = "true projections of the board's corners; the first is the frame's origin"
+    counts = {"columns": board.columns, "rows": board.rows}
+    return counts | {"note": note, "images": images}

@@ -1,0 +1,379 @@
+"""How far matched rays of a general camera miss each other, and what motion does to it.
+
+Rays (p_1, d_1) and (p_2, d_2) of two views meet under X_2 = R X_1 + t where
+
+    g = (q x d_2) . b = 0,   q = R d_1,   b = R p_1 + t - p_2,
+
+which is (5.30) written out. Its first-order standard deviation s follows from the rays'
+noise; g / s is the residual (Sampson's error): its square is the least sum of squares,
+in standard deviations, by which origins and directions of a pair have to move until it
+meets. For a central camera that is `epipolar.epipolar_angles`. Distances alone would
+reward a small scene.
+
+Both views have the same frame but for the motion. It is told about a point c of that
+frame, its `centre`: X_2 - c = R (X_1 - c) + u, with t = u + c - R c. For a bent mirror
+the frame's origin is far from where its rays come from, and a turn about there would
+look like a shift.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from raxel.cameras.core.base import Rays, centrality, closest_point
+from raxel.errors import CalibrationError
+from raxel.geometry.poses import pose, rotation_from_vector, tangent_bases
+
+# Rays that are known to within something: how far each may turn and shift. What noise
+# in the image does to a ray depends on the camera. In a central one the ray turns
+# about the centre; before a bent mirror it turns about a point of the caustic that is
+# another one in each direction. Both are a covariance of origin and direction. Frame:
+# the camera's; mm, radians.
+
+
+STEP_PX = 0.25  # over which a camera's rays are differenced
+UNIT = 1e-6  # by which a unit direction may be off
+FARTHEST = 1e15  # mm: no camera has a ray that begins there
+
+
+class NoisyRays(NamedTuple):
+    """origins (N, 3), mm; directions (N, 3), unit; covariance (N, 6, 6) of (origin,
+    direction), mm and radians. Only what is across the ray counts: an origin may slide
+    along it, taking its covariance with it, and nothing changes."""
+
+    origins: np.ndarray
+    directions: np.ndarray
+    covariance: np.ndarray
+
+    def of(self, which):
+        """Those that an index or a mask (N,) selects."""
+        return NoisyRays(*(field[which] for field in self))
+
+    def moved(self, shift):
+        """The rays in a frame whose origin is at `shift` (3,), with the same axes."""
+        return self._replace(origins=self.origins - shift)
+
+    def slid(self, along):
+        """The same rays with their origins moved by (N,) mm along them."""
+        slide = np.broadcast_to(np.eye(6), (len(along), 6, 6)).copy()
+        slide[:, [0, 1, 2], [3, 4, 5]] = along[:, None]
+        C = slide @ self.covariance @ np.swapaxes(slide, 1, 2)
+        o = self.origins + along[:, None] * self.directions
+        return self._replace(origins=o, covariance=C)
+
+    def pivots(self):
+        """(points (N, 3), sd (N,)): where each ray is best known, and its turn there.
+
+        The noise that comes nearest to the ray's own while it turns alike to all sides
+        about one point of it. sd: radians, along one axis. Raises CalibrationError for
+        rays that noise shifts but does not turn, as in an orthographic camera.
+        """
+        C = self.covariance
+        turn = np.trace(C[:, 3:, 3:], axis1=1, axis2=2)
+        if not np.all(turn > 0):
+            raise CalibrationError(
+                f"rays: noise does not turn {np.count_nonzero(~(turn > 0))} of"
+                f" {len(turn)}, as in an orthographic camera; give angular_rays"
+            )
+        along = -np.trace(C[:, :3, 3:], axis1=1, axis2=2) / turn
+        return self.origins + along[:, None] * self.directions, np.sqrt(turn / 2)
+
+
+def angular_rays(rays, sd=1.0, *, about=None):
+    """NoisyRays of rays that turn alike to all sides, as those of a central camera.
+
+    rays: anything with origins (N, 3) and unit directions (N, 3), such as the `Rays`
+    of a camera; sd: radians, (N,) or one, of each of a direction's two components.
+    Where it is not known, leave it: residuals are then radians. about: (3,), each ray
+    turns about its own point next to this one; default: the point next to all rays.
+    Raises CalibrationError for rays that are not finite or directions not unit.
+    """
+    o, d = checked_rays(rays)
+    if len(o) == 0:
+        raise CalibrationError("rays: found none; give those of pixels that have one")
+    if about is not None and not _finite(about, (3,)):
+        raise CalibrationError("rays: about is no place; give three finite numbers, mm")
+    if np.shape(sd) not in ((), (len(o),)):
+        raise CalibrationError(
+            f"rays: found standard deviations {np.shape(sd)} of {len(o)} rays; give "
+            "one, or one for each"
+        )
+    if about is None:
+        about = closest_point(Rays(o, d, np.ones(len(o), bool)))
+    back = np.einsum("ni,ni->n", o - np.asarray(about, float), d)[:, None, None]
+    sd = np.broadcast_to(np.asarray(sd, float), len(o))
+    if not np.all((sd > 0) & np.isfinite(sd)):
+        raise CalibrationError(
+            "rays: standard deviations must be above zero and finite"
+        )
+    across = sd[:, None, None] ** 2 * (np.eye(3) - d[:, :, None] * d[:, None, :])
+    C = np.block([[back**2 * across, back * across], [back * across, across]])
+    return NoisyRays(o, d, C)
+
+
+def rays_of_pixels(camera, pixels, sd_px=1.0):
+    """NoisyRays (N,) that a camera has for pixels (N, 2) with noise.
+
+    sd_px: one, or (N,), of each coordinate, px. The noise goes through the camera:
+    origin and direction move together as the pixel does. Raises CalibrationError for
+    pixels without a ray, a quarter of a pixel around them included: leave them out.
+    """
+    pixels = np.asarray(pixels, float)
+    if pixels.ndim != 2 or pixels.shape[1] != 2:
+        raise CalibrationError(f"rays: found pixels {pixels.shape}; give (N, 2)")
+    if np.shape(sd_px) not in ((), (len(pixels),)) or not np.all(
+        np.isfinite(sd_px) & (np.asarray(sd_px) > 0)
+    ):
+        raise CalibrationError(
+            f"rays: standard deviations {np.shape(sd_px)} of {len(pixels)} pixels must "
+            "be one or one for each, finite and above zero"
+        )
+    steps = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+    rays = camera.rays((pixels + steps[:, None]).reshape(-1, 2))
+    lines = np.concatenate([rays.origins, rays.directions], axis=1)
+    middle, *sides = lines.reshape(5, -1, 6)
+    seen = rays.valid.reshape(5, -1).all(axis=0)
+    if not seen.all():
+        raise CalibrationError(
+            f"rays: {np.count_nonzero(~seen)} of {len(pixels)} pixels, or places a"
+            " quarter of a pixel beside them, have no ray; leave these out"
+        )
+    by_u, by_v = sides[0] - sides[1], sides[2] - sides[3]
+    J = np.stack([by_u, by_v], axis=2) / (2 * STEP_PX)
+    J = J * np.broadcast_to(np.asarray(sd_px, float), len(pixels))[:, None, None]
+    return NoisyRays(middle[:, :3], middle[:, 3:], J @ np.swapaxes(J, 1, 2))
+
+
+def with_noise(rays):
+    """Rays as they are if they know their noise, else as `angular_rays` of 1 radian."""
+    if hasattr(rays, "covariance"):
+        o, _ = checked_rays(rays)
+        C = rays.covariance
+        if not _finite(C, (len(o), 6, 6)) or np.any(np.einsum("nii->ni", C) < 0):
+            raise CalibrationError(
+                f"rays: found covariance {np.shape(C)} of {len(o)} rays; give (N, 6, "
+                "6), finite, without negative variances"
+            )
+        return rays
+    return angular_rays(rays)
+
+
+def checked_rays(rays):
+    """(origins, directions), (N, 3); CalibrationError where they are not finite."""
+    if not (hasattr(rays, "origins") and hasattr(rays, "directions")):
+        raise CalibrationError(
+            f"rays: found {type(rays).__name__}; give what camera.rays(pixels) returns"
+        )
+    o, d = np.asarray(rays.origins, float), np.asarray(rays.directions, float)
+    if o.ndim != 2 or o.shape[1] != 3 or o.shape != d.shape:
+        raise CalibrationError(
+            f"rays: found origins {o.shape} and directions {d.shape}; give two equal"
+            " arrays (N, 3)"
+        )
+    bad = np.count_nonzero(~np.isfinite(o + d).all(axis=1))
+    if bad:
+        raise CalibrationError(
+            f"rays: {bad} of {len(o)} are not finite; leave pixels without a ray out"
+        )
+    if len(d) and np.abs(np.linalg.norm(d, axis=1) - 1).max() > UNIT:
+        raise CalibrationError("rays: directions are not of length 1; normalise them")
+    if np.abs(o).max(initial=0) > FARTHEST:
+        raise CalibrationError(
+            f"rays: an origin is {np.abs(o).max():.3g} mm away; give origins near the "
+            "camera, mm"
+        )
+    return o, d
+
+
+def _finite(values, shape):
+    return np.shape(values) == shape and bool(np.isfinite(values).all())
+
+
+ONE_POINT = 1e-9  # of the distances at hand: rays so near to one point share it
+FEWEST = 6  # pairs, for rotation and translation
+ORTHOGONAL = 1e-4  # by which R R^T of a pose may miss I
+# Where two origins coincide; its powers must not overflow.
+LEAST_VARIANCE = 1e-90
+
+
+class MatchedRays(NamedTuple):
+    """rays_1, rays_2: NoisyRays (N,) of two views, matched, in a frame whose origin is
+    at `centre` (3,) of the camera's frame; spread: mm, RMS distance of the rays' lines
+    from that point, zero where they all pass through it."""
+
+    rays_1: object
+    rays_2: object
+    centre: np.ndarray
+    spread: float
+
+    def of(self, which):
+        """Those pairs that an index or a mask (N,) selects; centre and spread stay."""
+        return self._replace(rays_1=self.rays_1.of(which), rays_2=self.rays_2.of(which))
+
+    def whole(self, R, u):
+        """T_2_1 (4, 4) in the camera's frame of a motion R, u about the centre."""
+        return pose(R, u + self.centre - R @ self.centre)
+
+    def about_centre(self, T_2_1):
+        """(R, u) of a motion (4, 4) in the camera's frame."""
+        T = np.asarray(T_2_1, float)
+        R = T[:3, :3]
+        return R, T[:3, 3] - self.centre + R @ self.centre
+
+
+def matched_rays(rays_1, rays_2, *, about=None, fewest=FEWEST):
+    """MatchedRays of two equal sets; about: (3,), else the point next to all rays.
+
+    rays: NoisyRays, or as for `angular_rays`. Raises CalibrationError for sets that do
+    not match or have fewer than `fewest` pairs, and rays that are not finite.
+    """
+    rays_1, rays_2 = with_noise(rays_1), with_noise(rays_2)
+    count = len(rays_1.origins)
+    if count != len(rays_2.origins):
+        raise CalibrationError(
+            f"motion: {count} rays and {len(rays_2.origins)} rays; give as many of"
+            " both",
+            code="shape",
+        )
+    if count < fewest:
+        raise CalibrationError(
+            f"motion: {count} pairs of rays; {fewest} or more are needed",
+            code="too-few-rays",
+        )
+    different = _different(rays_1, rays_2)
+    if different < min(count, fewest + 1):
+        raise CalibrationError(
+            f"motion: only {different} of {count} pairs of rays differ, the others are "
+            f"repeated; more than {fewest} different ones are needed",
+            code="degenerate-points",
+        )
+    o, d = (
+        np.concatenate([getattr(rays, name) for rays in (rays_1, rays_2)])
+        for name in ("origins", "directions")
+    )
+    both = Rays(o, d, np.ones(2 * count, bool))
+    centre = closest_point(both) if about is None else np.asarray(about, float)
+    spread = centrality(both)
+    reach = np.abs(o).max() + np.abs(centre).max()
+    if spread <= ONE_POINT * reach:
+        spread = 0.0
+    return MatchedRays(rays_1.moved(centre), rays_2.moved(centre), centre, spread)
+
+
+def _different(rays_1, rays_2):
+    """How many of the pairs are not the same as another one."""
+    pairs = np.column_stack([*rays_1[:2], *rays_2[:2]])
+    return len(np.unique(pairs, axis=0))
+
+
+def checked_motion(T_2_1):
+    """A motion (4, 4) as floats; CalibrationError for what is no rotation and shift."""
+    T = np.asarray(T_2_1, float)
+    if T.shape != (4, 4) or not are_rotations(T[:3, :3]):
+        raise CalibrationError(
+            f"motion: the start {T.shape} is none; give (4, 4), a rotation and a shift",
+            code="shape",
+        )
+    return T
+
+
+def are_rotations(R):
+    """Whether matrices (..., 3, 3) are finite, and rotations to within rounding."""
+    R = np.asarray(R, float)
+    if not np.isfinite(R).all():
+        return False
+    off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0)
+    return bool(off < ORTHOGONAL and np.all(np.linalg.det(R) > 0))
+
+
+def gaps(R, u, pairs):
+    """g / s (N,): by how many standard deviations pairs miss each other; with sign."""
+    return _Gap(R, u, pairs).residuals
+
+
+def gap_system(R, u, pairs):
+    """`gaps` (N,) and their Jacobian (N, 6).
+
+    The motion moves as `moved_motion`: exp([w]x) R about the centre, u + v; columns w,
+    v.
+    """
+    gap = _Gap(R, u, pairs)
+    return gap.residuals, gap.jacobian()
+
+
+def moved_motion(state, step):
+    """The motion (R, u) after a step (6,): exp([w]x) R, and u + v."""
+    R, u = state
+    return rotation_from_vector(step[:3]) @ R, u + step[3:]
+
+
+def along_sphere(u):
+    """Steps of a motion whose u keeps its length: D (6, 5), step = D y."""
+    D = np.zeros((6, 5))
+    D[:3, :3] = np.eye(3)
+    D[3:, 3:] = tangent_bases((u / np.linalg.norm(u))[None])[0]
+    return D
+
+
+def depths_of_pairs(R, u, pairs):
+    """Where matched rays pass nearest to each other: (N, 2), mm from their origins.
+
+    Negative behind the origins, infinite or NaN for parallel rays.
+    """
+    (p_1, d_1, _), (p_2, d, _) = pairs.rays_1, pairs.rays_2
+    q, b = d_1 @ R.T, p_1 @ R.T + u - p_2
+    cosine = np.einsum("ni,ni->n", q, d)
+    qb, db = np.einsum("ni,ni->n", q, b), np.einsum("ni,ni->n", d, b)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sine = np.einsum("ni,ni->n", *2 * [np.cross(q, d)])
+        return np.stack([cosine * db - qb, db - cosine * qb], axis=1) / sine[:, None]
+
+
+def share_ahead(R, u, pairs):
+    """Share of the pairs that pass nearest to each other ahead of both origins."""
+    if not len(pairs.rays_1.origins):
+        return 0.0
+    return float(np.mean(np.all(depths_of_pairs(R, u, pairs) > 0, axis=1)))
+
+
+class _Gap:
+    """One motion's gaps; derivatives are triple products of what is kept here."""
+
+    def __init__(self, R, u, pairs):
+        (p_1, d_1, C_1), (p_2, self.d, C_2) = pairs.rays_1, pairs.rays_2
+        self.q, self.arm = d_1 @ R.T, p_1 @ R.T
+        self.b = self.arm + u - p_2
+        self.n = np.cross(self.q, self.d)
+        self.m_1, self.m_2 = np.cross(self.d, self.b), np.cross(self.b, self.q)
+        self.g = np.einsum("ni,ni->n", self.n, self.b)
+        # What noise of each ray's (origin, direction) does to g, and C times that.
+        by_1 = np.concatenate([self.n @ R, self.m_1 @ R], axis=1)
+        by_2 = np.concatenate([-self.n, self.m_2], axis=1)
+        self.h_1, self.h_2 = (
+            np.einsum("nij,nj->ni", C, by) for C, by in ((C_1, by_1), (C_2, by_2))
+        )
+        variance = np.einsum("ni,ni->n", by_1, self.h_1)
+        variance += np.einsum("ni,ni->n", by_2, self.h_2)
+        self.variance = np.maximum(variance, LEAST_VARIANCE)
+        self.residuals = self.g / np.sqrt(self.variance)
+        self.R = R
+
+    def jacobian(self):
+        """(N, 6), of residuals by (w, v)."""
+        q, d, b = self.q, self.d, self.b
+        o_1, t_1 = self.h_1[:, :3] @ self.R.T, self.h_1[:, 3:] @ self.R.T
+        o_2, t_2 = self.h_2[:, :3], self.h_2[:, 3:]
+        # Half the variance by q and by b, and by the turn of the first view's noise.
+        by_q = np.cross(d, o_1 - o_2) + np.cross(t_2, b)
+        by_b = np.cross(t_1, d) + np.cross(q, t_2)
+        turn = np.cross(o_1, self.n) + np.cross(t_1, self.m_1)
+        half = self._by_motion(by_q, by_b)
+        half[:, :3] += turn
+        by_g = self._by_motion(self.m_1, self.n)
+        s = np.sqrt(self.variance)[:, None]
+        return by_g / s - (self.g[:, None] / s**3) * half
+
+    def _by_motion(self, by_q, by_b):
+        """Derivatives (N, 6) by (w, v) of what changes so by q and b."""
+        w = np.cross(self.q, by_q) + np.cross(self.arm, by_b)
+        return np.concatenate([w, by_b], axis=1)

@@ -1,0 +1,405 @@
+"""A picture laid out on a plane whose points the pixels are known to see.
+
+An active grid tells each pixel the point of its plane that it sees. That alone takes
+the distortion out of any picture that the same camera takes: no model is needed, and
+none is fitted (thesis 3.3.4). What the plane's view cannot show is depth; where the
+camera is central, the picture is the one of a pinhole whose image plane the grid is.
+"""
+
+import math
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from raxel.cameras.core.base import closest_point, pixel_grid
+from raxel.cameras.lenses.perspective import PerspectiveCamera
+from raxel.errors import InputError
+from raxel.geometry.pixel_cells import usual_step, whole_cells
+
+# The picture a pinhole would have taken: undistortion through a camera's rays.
+
+
+STEP_PX = 4.0
+PERSPECTIVE_GRID = 101
+WIDEST = np.radians(60)
+LEAST_SLOPE = 1e-9
+BLOCK = 1 << 16
+NOWHERE = -10.0
+# Points stand for directions at this range, mm: beyond any mirror of the camera's.
+FAR = 1e6
+
+
+class PerspectiveView(NamedTuple):
+    """A virtual pinhole at the camera's centre.
+
+    K (3, 3) in pixels; R_camera_view (3, 3) turns directions of the view into the
+    camera frame; centre (3,) in the camera frame; width, height in pixels.
+    """
+
+    K: np.ndarray
+    R_camera_view: np.ndarray
+    centre: np.ndarray
+    width: int
+    height: int
+
+    def directions(self, pixels):
+        """Unit directions (N, 3), in the camera frame, of the view's pixels (N, 2)."""
+        homogeneous = np.column_stack((pixels, np.ones(len(pixels))))
+        straight = homogeneous @ np.linalg.inv(self.K).T
+        straight /= np.linalg.norm(straight, axis=1, keepdims=True)
+        return straight @ self.R_camera_view.T
+
+
+def perspective_view(camera):
+    """The pinhole that shows what `camera` saw.
+
+    A PerspectiveCamera keeps its K and loses its distortion. Any other central camera
+    is looked along the ray nearest to the image's middle, with the image's u to the
+    right: at the image's own scale there, or smaller, so that all rays within 60
+    degrees of that one are in the picture. Raises InputError for a camera without a
+    single centre, or with too few rays.
+    """
+    size = camera.width, camera.height
+    if isinstance(camera, PerspectiveCamera):
+        return PerspectiveView(camera.K, np.eye(3), np.zeros(3), *size)
+    if not camera.central:
+        raise InputError(
+            f"camera of kind {camera.kind}: its rays do not meet in one point, so a "
+            "perspective view would depend on the range; give a central camera"
+        )
+    middle, rays = _middle_rays(camera)
+    ahead = rays.directions[0]
+    right = (rays.directions[1] - rays.directions[2]) / (2 * STEP_PX)
+    down = (rays.directions[3] - rays.directions[4]) / (2 * STEP_PX)
+    x = right - ahead * (ahead @ right)
+    x /= np.linalg.norm(x)
+    R_camera_view = np.column_stack((x, np.cross(ahead, x), ahead))
+    own_scale = 1 / np.sqrt(np.linalg.norm(right) * np.linalg.norm(down))
+    focal = min(own_scale, _focal_that_holds(camera, R_camera_view, middle))
+    K = np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
+    return PerspectiveView(K, R_camera_view, closest_point(rays), *size)
+
+
+def _focal_that_holds(camera, R_camera_view, middle):
+    """The largest focal length (px) whose picture holds all rays within WIDEST."""
+    size = np.array([camera.width, camera.height])
+    rays = camera.rays(_grid(camera))
+    seen = rays.directions[rays.valid] @ R_camera_view
+    seen = seen[seen[:, 2] > np.cos(WIDEST)]
+    slopes = seen[:, :2] / seen[:, 2:]
+    room = np.where(slopes > 0, size - 1 - middle, middle)
+    return float((room / np.maximum(np.abs(slopes), LEAST_SLOPE)).min())
+
+
+def source_pixels(camera, view):
+    """Where each pixel of the view comes from, (height, width, 2) float32.
+
+    view: anything with `directions`, `centre`, `width` and `height`. The position is
+    far outside the image where the camera does not see that direction.
+    """
+    sources = np.full((view.height * view.width, 2), NOWHERE, dtype=np.float32)
+    rows = max(1, BLOCK // view.width)
+    for top in range(0, view.height, rows):
+        count = min(rows, view.height - top)
+        pixels = pixel_grid(view.width, count) + [0, top]
+        seen, valid = camera.project(FAR * view.directions(pixels) + view.centre)
+        block = sources[top * view.width : (top + count) * view.width]
+        block[valid] = seen[valid]
+    return sources.reshape(view.height, view.width, 2)
+
+
+def share_seen(sources, camera):
+    """The share of a view's pixels whose `source_pixels` lie in the camera's image."""
+    last = np.array([camera.width, camera.height]) - 0.5
+    return float(((sources >= -0.5) & (sources <= last)).all(axis=-1).mean())
+
+
+def resample(image, sources):
+    """The image (H, W[, 3]) at `sources` (h, w, 2); black where there is nothing."""
+    import cv2
+
+    u, v = np.ascontiguousarray(sources[..., 0]), np.ascontiguousarray(sources[..., 1])
+    return cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+
+
+def _middle_rays(camera):
+    """The pixel nearest to the middle that has rays all around, and those five rays.
+
+    The rays are those of the pixel itself, then at STEP_PX right, left, below, above.
+    """
+    pixels = _grid(camera)
+    middle = (np.array([camera.width, camera.height]) - 1) / 2
+    order = np.argsort(np.linalg.norm(pixels - middle, axis=1), kind="stable")
+    around = STEP_PX * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+    crosses = pixels[order][:, None] + around
+    valid = camera.rays(crosses.reshape(-1, 2)).valid.reshape(-1, 5).all(axis=1)
+    if not valid.any():
+        raise InputError(
+            f"camera of kind {camera.kind}: no pixel has a ray with rays around it; "
+            "calibrate with boards that cover more of the image"
+        )
+    cross = crosses[np.argmax(valid)]
+    return cross[0], camera.rays(cross)
+
+
+def _grid(camera):
+    """GRID x GRID pixels spread over the image."""
+    size = np.array([camera.width, camera.height])
+    return (
+        pixel_grid(PERSPECTIVE_GRID, PERSPECTIVE_GRID)
+        * (size - 1)
+        / (PERSPECTIVE_GRID - 1)
+    )
+
+
+# The panorama around a camera: its picture unrolled from a cylinder. Directions are
+# given by azimuth, to the right of straight ahead, and elevation, upwards from the
+# horizon. A cylinder of radius f px shows a direction at u = u_0 + f azimuth, v = v_0
+# - f tan(elevation): what stands upright in the world becomes a column, the horizon a
+# row.
+
+
+# Rays at most this far from the horizon set the height of the picture.
+STEEPEST = np.radians(75)
+GRID = 401
+
+
+class CylindricalView(NamedTuple):
+    """An upright cylinder about the camera's centre, unrolled once around.
+
+    radius and horizon (the row of elevation 0) in pixels; R_camera_view (3, 3) turns
+    directions of the view, x right and y down, z to the middle column, into the camera
+    frame; centre (3,) in the camera frame; width, height in pixels.
+    """
+
+    radius: float
+    horizon: float
+    R_camera_view: np.ndarray
+    centre: np.ndarray
+    width: int
+    height: int
+
+    @property
+    def middle(self):
+        """The column, px, of azimuth 0."""
+        return (self.width - 1) / 2
+
+    def elevations(self, rows):
+        """Elevations, radians, of rows (N,) px."""
+        return np.arctan((self.horizon - np.asarray(rows, float)) / self.radius)
+
+    def directions(self, pixels):
+        """Unit directions (N, 3), in the camera frame, of the view's pixels (N, 2)."""
+        azimuth = (pixels[:, 0] - self.middle) / self.radius
+        drop = (pixels[:, 1] - self.horizon) / self.radius
+        out = np.column_stack([np.sin(azimuth), drop, np.cos(azimuth)])
+        out /= np.linalg.norm(out, axis=1, keepdims=True)
+        return out @ self.R_camera_view.T
+
+    def project(self, points):
+        """Where the view shows points (N, 3) of the camera frame: (N, 2) px.
+
+        NaN for points on the cylinder's axis. Behind the camera the picture begins
+        anew: azimuth runs from -pi to pi.
+        """
+        x, y, z = ((points - self.centre) @ self.R_camera_view).T
+        across = np.hypot(x, z)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            v = self.horizon + self.radius * y / across
+        u = self.middle + self.radius * np.arctan2(x, z)
+        return np.where(across[:, None] > 0, np.column_stack([u, v]), np.nan)
+
+
+def cylindrical_view(camera, down, ahead, width):
+    """The cylinder that holds a central camera's rays, `width` px around.
+
+    down: (3,) the axis of the cylinder, ahead: (3,) what the middle column looks at,
+    both in the camera frame, of any length; ahead is made level. The height follows
+    from the highest and the lowest ray within 75 degrees of the horizon, at the scale
+    that the width has; rows end on the last whole pixel. Raises InputError for a
+    camera without a single centre or such rays, and for directions that span no frame.
+    """
+    if not camera.central:
+        raise InputError(
+            f"camera of kind {camera.kind}: its rays do not meet in one point, so a "
+            "panorama would depend on the range; give a central camera",
+            code="not-central",
+        )
+    R_camera_view = _level_frame(down, ahead)
+    size = np.array([camera.width, camera.height])
+    rays = camera.rays(pixel_grid(GRID, GRID) * (size - 1) / (GRID - 1))
+    x, y, z = (rays.directions[rays.valid] @ R_camera_view).T
+    across = np.hypot(x, z)
+    near = np.abs(y) <= np.tan(STEEPEST) * across
+    if not near.any():
+        raise InputError(
+            f"camera of kind {camera.kind}: no ray is within "
+            f"{np.degrees(STEEPEST):.0f} degrees of the horizon; is 'down' down?",
+            code="outside-image",
+        )
+    radius = width / (2 * np.pi)
+    drop = radius * y[near] / across[near]
+    horizon = float(np.floor(-drop.min()))
+    height = int(np.floor(drop.max() + horizon)) + 1
+    return CylindricalView(
+        radius, horizon, R_camera_view, closest_point(rays), width, height
+    )
+
+
+def _level_frame(down, ahead):
+    """R_camera_view (3, 3): y down, z ahead made level, x to the right."""
+    y = np.asarray(down, float)
+    x = np.cross(y, np.asarray(ahead, float))
+    sizes = np.linalg.norm(y), np.linalg.norm(x)
+    if not min(sizes) > 0:
+        raise InputError(
+            f"found down {list(map(float, down))} and ahead {list(map(float, ahead))}; "
+            "give two directions that are not parallel",
+            code="parallel-directions",
+        )
+    y, x = y / sizes[0], x / sizes[1]
+    return np.column_stack([x, y, np.cross(x, y)])
+
+
+MOST_SAMPLES = 8  # along each axis of a pixel of the picture
+MOST_PIXELS = 4  # of a picture to one of the image
+EDGE = 1e-9  # of a triangle: so little outside counts as inside
+LEAST_VARIANCE = 1e-12  # of a point that is said to be exact
+
+
+def plane_scale(location, mask=None):
+    """(size, length per px) of a picture of all that `remap_to_plane` can show.
+
+    In the unit of the locations: the size from the grid's corner to the last place that
+    is seen; a pixel of the picture is as long as the median step between neighbouring
+    pixels of the image, or longer where the picture would have more than MOST_PIXELS
+    times the image's pixels. Raises InputError where no neighbours see anything.
+    """
+    location, _ = _checked(location[..., 0], location, None, mask)
+    step = usual_step(location)
+    if not step > 0:
+        raise InputError("location: no two neighbouring pixels see different places")
+    size = np.nanmax(location.reshape(-1, 2), axis=0)
+    if not (size > 0).all():
+        raise InputError("location: all of it is left of the grid or above it")
+    most = MOST_PIXELS * location[..., 0].size
+    return tuple(size), max(step, float(np.sqrt(np.prod(size) / most)))
+
+
+def remap_to_plane(image, location, sigma, mask, size_mm, mm_per_px):
+    """What a camera saw, as a picture of the plane that an active grid lay in.
+
+    image: (H, W) or (H, W, C), of the camera whose pixels see `location` (H, W, 2), in
+    mm from the upper left corner of the grid, x right and y down. sigma: (H, W, 2), mm,
+    standard deviations, or None; mask: (H, W) bool, where a location counts, or None
+    for all that are finite. size_mm: (width, height) of the picture's area, from the
+    grid's corner; mm_per_px: of the picture, whose pixel (u, v) has its centre at
+    mm_per_px (u + 1/2, v + 1/2).
+
+    Between four pixels that see one piece of surface (`whole_cells`) values are linear
+    in two triangles; nothing is filled in beyond. Where several parts of the image see
+    a place, as through facets, they are averaged with weights 1/sigma^2. Where the
+    camera sees more finely than the picture shows, up to 8 x 8 samples of a pixel are
+    averaged. Memory: a copy of the image and the picture as float, a byte a sample.
+
+    Returns picture (h, w[, C]) of the image's type, 0 where nothing is seen, and seen
+    (h, w) bool: at least half of the pixel's samples are. Raises InputError for shapes
+    that do not fit, and where no four pixels see one surface.
+    """
+    image = np.asarray(image)
+    location, sigma = _checked(image, location, sigma, mask)
+    width, height = (math.floor(s / mm_per_px + 1e-9) for s in size_mm)
+    if width < 1 or height < 1:
+        raise InputError(
+            f"size_mm: found {tuple(size_mm)} at {mm_per_px} mm per px; not one pixel"
+        )
+    whole = whole_cells(location, sigma)
+    if not whole.any():
+        raise InputError("location: no four neighbouring pixels see one surface")
+    fine = math.ceil(mm_per_px / max(usual_step(location), 1e-9))
+    fine = min(max(fine, 1), MOST_SAMPLES)
+    places = location * (fine / mm_per_px) - 0.5  # of samples
+    values = np.atleast_3d(image).astype(np.float32)
+    sums = np.zeros((height, width, values.shape[2] + 1))
+    hit = np.zeros((height * fine, width * fine), np.bool_)
+    _add_cells(places, values, _weights(location, sigma), whole, fine, sums, hit)
+    counts = np.count_nonzero(hit.reshape(height, fine, width, fine), axis=(1, 3))
+    seen = 2 * counts >= fine * fine
+    with np.errstate(invalid="ignore"):
+        picture = np.where(seen[..., None], sums[..., :-1] / sums[..., -1:], 0)
+    if image.dtype.kind in "ui":
+        picture = np.rint(picture)
+    return picture.reshape(height, width, *image.shape[2:]).astype(image.dtype), seen
+
+
+def _checked(image, location, sigma, mask):
+    """location and sigma as float arrays, NaN where they do not count."""
+    location = np.array(location, float)
+    location[~np.isfinite(location)] = np.nan
+    shape = (*image.shape[:2], 2)
+    found = {"location": location.shape}
+    if sigma is not None:
+        found["sigma"] = np.shape(sigma)
+    if mask is not None:
+        found["mask"] = (*np.shape(mask), 2)
+        if np.shape(mask) == location.shape[:2]:
+            location[~np.asarray(mask, bool)] = np.nan
+    for name, given in found.items():
+        if given != shape:
+            raise InputError(
+                f"{name}: found {given[0]} x {given[1]} pixels; the image has "
+                f"{shape[0]} x {shape[1]}"
+            )
+    return location, None if sigma is None else np.asarray(sigma, float)
+
+
+def _weights(location, sigma):
+    if sigma is None:
+        return np.ones(location.shape[:2])
+    return 1 / np.maximum(np.sum(np.square(sigma), axis=2), LEAST_VARIANCE)
+
+
+@numba.njit(cache=True)
+def _add_cells(places, values, weights, whole, fine, sums, hit):
+    """Add both triangles of each whole cell; places: (H, W, 2), in samples."""
+    rows, columns = whole.shape
+    for v in range(rows):
+        for u in range(columns):
+            if whole[v, u]:
+                corners = (v, u), (v, u + 1), (v + 1, u)
+                _add_triangle(places, values, weights, corners, fine, sums, hit)
+                corners = (v + 1, u + 1), (v + 1, u), (v, u + 1)
+                _add_triangle(places, values, weights, corners, fine, sums, hit)
+
+
+@numba.njit(cache=True)
+def _add_triangle(places, values, weights, corners, fine, sums, hit):
+    """Add weighted values, linear in the triangle, at the samples that it covers."""
+    a, b, c = corners
+    ax, ay = places[a]
+    bx, by = places[b][0] - ax, places[b][1] - ay
+    cx, cy = places[c][0] - ax, places[c][1] - ay
+    twice = bx * cy - by * cx
+    if twice == 0:
+        return
+    height, width = hit.shape
+    first = max(math.ceil(ax + min(bx, cx, 0.0) - EDGE), 0)
+    last = min(math.floor(ax + max(bx, cx, 0.0) + EDGE), width - 1)
+    top = max(math.ceil(ay + min(by, cy, 0.0) - EDGE), 0)
+    bottom = min(math.floor(ay + max(by, cy, 0.0) + EDGE), height - 1)
+    channels = values.shape[2]
+    for y in range(top, bottom + 1):
+        for x in range(first, last + 1):
+            of_b = ((x - ax) * cy - (y - ay) * cx) / twice
+            of_c = ((y - ay) * bx - (x - ax) * by) / twice
+            of_a = 1 - of_b - of_c
+            if of_a < -EDGE or of_b < -EDGE or of_c < -EDGE:
+                continue
+            hit[y, x] = True
+            weight = of_a * weights[a] + of_b * weights[b] + of_c * weights[c]
+            at = sums[y // fine, x // fine]
+            at[channels] += weight
+            for k in range(channels):
+                value = of_a * values[a][k] + of_b * values[b][k] + of_c * values[c][k]
+                at[k] += weight * value
