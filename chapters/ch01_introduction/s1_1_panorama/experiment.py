@@ -12,7 +12,7 @@ from raxel.cameras.linear.line_cameras import OrthographicCamera
 from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import Laboratory
-from raxel.lab import scenes as room
+from raxel.lab import room
 from raxel.multiview.views import FAR, cylindrical_view
 from raxel.show.cameras import drawn_poses
 

@@ -42,7 +42,7 @@ from chapters.ch01_introduction.s1_1_panorama.experiment import (
     view_of,
 )
 from chapters.ch01_introduction.s1_1_panorama.report import name_values
-from raxel.lab import scenes as room
+from raxel.lab import room
 from raxel.multiview.views import (
     CylindricalView,
     cylindrical_view,

@@ -14,7 +14,7 @@ from raxel.evaluation.cross_validation import share_in_order
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector, transform
 from raxel.lab import Sensor, board_scene
-from raxel.lab import rendering as render
+from raxel.lab import render
 from raxel.lab.target_poses import Visibility, outline_of
 from raxel.sets import Chessboard
 from raxel.sets.reference import ReferenceCorners

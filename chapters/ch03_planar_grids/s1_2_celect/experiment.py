@@ -38,7 +38,7 @@ from raxel.geometry import (
     transform,
 )
 from raxel.lab import board_scene
-from raxel.lab import rendering as render
+from raxel.lab import render
 from raxel.sets import Chessboard
 from repro.run import Plan, experiment
 

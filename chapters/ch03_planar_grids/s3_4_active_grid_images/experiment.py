@@ -24,7 +24,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import (
 from raxel.features.active_grid import decode
 from raxel.geometry import inverse_pose, on_plane, pose, rotation_from_vector, transform
 from raxel.geometry.homography import apply_homography
-from raxel.lab import scenes as room
+from raxel.lab import room
 from raxel.multiview.views import (
     perspective_view,
     remap_to_plane,

@@ -42,7 +42,7 @@ from raxel.errors import CalibrationError
 from raxel.evaluation.distortion import distortion_residual
 from raxel.features.boards import detect_boards
 from raxel.geometry import inverse_pose, pose, transform
-from raxel.lab import scenes as room
+from raxel.lab import room
 from raxel.multiview.views import resample
 from raxel.sets import load_set
 from repro.run import Plan, experiment

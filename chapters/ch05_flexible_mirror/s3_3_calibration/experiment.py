@@ -31,7 +31,7 @@ from chapters.shared.mirror import (
 from raxel.calibration import BoardView, StageView, bundle_stages
 from raxel.errors import CalibrationError
 from raxel.geometry import pose, transform
-from raxel.lab import scenes as room
+from raxel.lab import room
 
 # What decoding errors and an uneven mirror do to what levels are solved from.
 #

@@ -14,7 +14,7 @@ from raxel.calibration.views.boards import board_views
 from raxel.errors import InputError
 from raxel.evaluation.benchmark import score_camera, score_corners, scoring_grid
 from raxel.features.boards import detect_boards
-from raxel.lab import set_rendering as render_set
+from raxel.lab import render_set
 
 SCORED = {
     "quick": ("coolpix-fce8-zoom-2",),

@@ -26,7 +26,7 @@ from raxel.evaluation import angular_residual, evaluate_camera
 from raxel.evaluation.benchmark import scoring_grid
 from raxel.features.boards import read_boards
 from raxel.geometry import nearest_rotation, pose, rotation_from_vector
-from raxel.lab import scenes as facade
+from raxel.lab import facade
 from raxel.lab.set_rendering import photograph_board
 from raxel.lab.target_poses import Visibility
 from raxel.multiview.views import perspective_view, resample, share_seen, source_pixels

@@ -18,7 +18,7 @@ from raxel.cameras import FisheyeCamera, PerspectiveCamera
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, transform
 from raxel.lab import board_scene
-from raxel.lab import rendering as render
+from raxel.lab import render
 from raxel.sets import Chessboard
 
 SIZE_PX = 1000

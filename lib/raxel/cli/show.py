@@ -81,7 +81,7 @@ def _scene(options, out, say):
 
 def _write(out, scene, title):
     from raxel.show import html
-    from raxel.show import rendering as picture
+    from raxel.show import picture
 
     if out.suffix.lower() == ".png":
         content = picture(scene)
