@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from raxel.features.active_grid import Noise, decode
+from raxel.features.active_grid import decode
 from raxel.features.active_grid.coding import PictureStack
-from raxel.features.active_grid.errors import measured_blur
+from raxel.features.active_grid.errors import Noise, measured_blur
 from raxel.sets import PatternPlan
 from tests.active_grids import drawn
 

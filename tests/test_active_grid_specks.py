@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.features.active_grid.coding import ALONE, DECODED, RIM, UNREADABLE
-from raxel.features.active_grid.decode import Decoded
+from raxel.features.active_grid.decoding import Decoded
 from raxel.features.active_grid.errors import Noise
 from raxel.features.active_grid.view import without_specks
 

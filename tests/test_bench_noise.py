@@ -15,7 +15,8 @@ from chapters.shared.central.noise import (
     over_the_sweep,
 )
 from chapters.shared.central.sets import ScoredGrid
-from raxel.features.active_grid import Decoded, Noise
+from raxel.features.active_grid import Decoded
+from raxel.features.active_grid.errors import Noise
 from repro.judge.ledger import read_yaml
 from repro.run.outcomes import Reading
 from repro.run.readings import Case

@@ -18,11 +18,11 @@ from raxel.cameras import (
     Rays,
     XSlitsCamera,
     camera_from,
-    caustic_points,
     centrality,
     closest_point,
     load_camera,
 )
+from raxel.cameras.core.caustic import caustic_points
 from raxel.errors import InputError
 from tests.lab_cameras import EVERY
 

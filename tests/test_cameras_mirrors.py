@@ -11,9 +11,9 @@ from raxel.cameras import (
     FisheyeCamera,
     QuadricMirrorCamera,
     UnifiedSphereCamera,
-    caustic_points,
     centrality,
 )
+from raxel.cameras.core.caustic import caustic_points
 from raxel.cameras.mirrors.curved import stationarity
 from raxel.cameras.mirrors.quadric import ConicMirror
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform

@@ -45,11 +45,9 @@ from chapters.shared.grids.detectors import CELECT, OPENCV, OPENCV_SB, is_right
 from chapters.shared.grids.rigs import HARD, WHOLE, rig_of, wiped
 from chapters.shared.grids.synthetic_board import SyntheticBoard, clockwise, outer
 from chapters.shared.rigs import rig_named
-from raxel.features.celect import (
-    OUTER_CORNER,
-    TOO_FEW,
+from raxel.features.celect import OUTER_CORNER, TOO_FEW, TRACING
+from raxel.features.celect.algorithm import (
     TOO_MANY,
-    TRACING,
     CelectResult,
     ContourFailure,
     ContourTrace,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from raxel.evaluation.cross_validation import share_in_order
-from raxel.features import Partial
+from raxel.features.detector import Partial
 
 CORNERS = np.stack(np.meshgrid(np.arange(9), np.arange(6)), axis=-1).reshape(-1, 2)
 CORNERS = 20.0 * CORNERS + 30.0

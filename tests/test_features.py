@@ -4,10 +4,17 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features import DETECTORS, order_of_clicks, symmetries, verified
+from raxel.features import DETECTORS
 from raxel.features import detector as opencv
-from raxel.features.detector import chessboard_corners_sb, refine
-from raxel.features.lattice import lattice_fault, misfit, spacing, standard_order
+from raxel.features.detector import chessboard_corners_sb, refine, verified
+from raxel.features.lattice import (
+    lattice_fault,
+    misfit,
+    order_of_clicks,
+    spacing,
+    standard_order,
+    symmetries,
+)
 from tests.chessboards import Board, facing
 
 EVERY = pytest.mark.parametrize("detector", list(DETECTORS))

@@ -5,14 +5,8 @@ import numpy as np
 import pytest
 
 from raxel.errors import InputError
-from raxel.features.celect import (
-    OUTER_CORNER,
-    TOO_FEW,
-    TOO_MANY,
-    TRACING,
-    CelectSettings,
-    celect,
-)
+from raxel.features.celect import OUTER_CORNER, TOO_FEW, TRACING, CelectSettings, celect
+from raxel.features.celect.algorithm import TOO_MANY
 from tests.chessboards import Board, facing
 
 COLUMNS, ROWS = 8, 6

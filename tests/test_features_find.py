@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features import find_board, symmetries
+from raxel.features import find_board
+from raxel.features.lattice import symmetries
 from tests.chessboards import Board, facing
 
 POSES = {

@@ -4,10 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from raxel.features import find_board, symmetries
+from raxel.features import find_board
 from raxel.features.chessboard import search
 from raxel.features.chessboard.grids import Grid, grid_of
 from raxel.features.chessboard.saddles import Nodes, levels_of, noise_sd
+from raxel.features.lattice import symmetries
 from tests.chessboards import Board, facing
 
 BOARD = Board(9, 6, facing(9, 6, 40))

@@ -6,7 +6,6 @@ from scipy.special import erf
 
 from raxel.errors import InputError
 from raxel.features.localise import (
-    LOCALISERS,
     corner_subpix,
     derivative,
     saddle,
@@ -17,6 +16,11 @@ from raxel.features.localise.ridges import _columns, _offsets
 from raxel.features.localise.saddle import _variance, fit_saddles, noise_variance
 from raxel.features.localise.subpix import opencv_subpix
 
+LOCALISERS = {
+    "saddle-point": saddle_point,
+    "derivative": derivative,
+    "opencv": corner_subpix,
+}
 SIZE, PERIOD, BLUR = 420, 31.7, 1.5
 MARGIN = 40
 # Settings with which each localiser is asked what it can do.

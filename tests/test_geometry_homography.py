@@ -8,13 +8,17 @@ from hypothesis import strategies as st
 from raxel.errors import InputError
 from raxel.geometry import (
     apply_homography,
-    fit_homography,
     homography_dlt,
     homography_ransac,
     refine_homography,
+)
+from raxel.geometry.homography import (
+    CUT,
+    random_samples,
+    robust_start,
     transfer_jacobian,
 )
-from raxel.geometry.homography import CUT, random_samples, robust_start
+from raxel.geometry.homography_stream import fit_homography
 
 H_TRUE = np.array([[1.2, 0.1, 5], [-0.2, 0.9, 3], [1e-4, -2e-4, 1]])
 seeds = st.integers(0, 2**32 - 1)

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from raxel.errors import InputError
 from raxel.geometry import (
     angle_between_rotations,
-    cross_matrix,
     fit_pose,
     inverse_pose,
     nearest_rotation,
@@ -18,6 +17,7 @@ from raxel.geometry import (
     transform,
     vector_from_rotation,
 )
+from raxel.geometry.poses import cross_matrix
 
 seeds = st.integers(0, 2**32 - 1)
 

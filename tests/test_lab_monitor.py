@@ -25,16 +25,16 @@ from raxel.lab.set_rendering import MonitorSight, points_seen, render_set
 from raxel.sets import (
     ActiveGrid,
     ImageSet,
-    MonitorChessboard,
     Pattern,
     View,
-    chessboard_of_corners,
     chessboard_picture,
     load_set,
     patterns_of,
     read_image,
     write_set,
 )
+from raxel.sets.model import MonitorChessboard
+from raxel.sets.patterns import chessboard_of_corners
 
 
 def leaf(value, unit):

@@ -11,24 +11,14 @@ from raxel.cameras.registry import CAMERAS
 from raxel.errors import InputError
 from raxel.features.detector import refine
 from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.lab import (
-    ChessboardTexture,
-    Panels,
-    Plain,
-    Rectangle,
-    Texture,
-    TexturedScene,
-    Tiles,
-    board_scene,
-    trace,
-    visible_share,
-)
+from raxel.lab import Plain, Rectangle, TexturedScene, board_scene, trace
 from raxel.lab import rendering as render
 from raxel.lab import rendering as render_function
-from raxel.lab.optics import Crop, Optics, Raster, Sight
+from raxel.lab.optics import Crop, Optics, Raster, Sight, visible_share
 from raxel.lab.rendering import PixelMeans, lattice
 from raxel.lab.rig import Laboratory
 from raxel.lab.sensor import Sensor
+from raxel.lab.textures import ChessboardTexture, Panels, Texture, Tiles
 from raxel.sets import Chessboard
 from tests.corner_check import board_before, fitted_corners
 

@@ -42,7 +42,12 @@ FILES = {
             return np.sum(results)
         """,
     "lib/raxel/__init__.py": "",
-    "lib/raxel/shapes/__init__.py": "from raxel.shapes.flat import area, circle",
+    "lib/raxel/shapes/__init__.py": """
+        import lazy_loader
+
+        __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+        """,
+    "lib/raxel/shapes/__init__.pyi": "from .flat import area as area, circle as circle",
     "lib/raxel/shapes/flat.py": """
         from .numbers import square
         TABLE = {}

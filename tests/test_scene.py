@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from raxel.show import Points, Scene, Surface, rendering_missing
+from raxel.io.rendering import rendering_missing
+from raxel.show import Points, Scene, Surface
 from repro.page import draw, space, style
 from repro.run import discover, jobs
 

@@ -14,7 +14,6 @@ from raxel.sets import (
     ActiveGrid,
     Chessboard,
     ImageSet,
-    Motion,
     Pattern,
     View,
     load_reference,
@@ -24,6 +23,7 @@ from raxel.sets import (
     write_set,
 )
 from raxel.sets.image_files import has_orientation
+from raxel.sets.model import Motion
 from tests.image_sets import HEIGHT, WIDTH, description, write_description
 
 SIZE = HEIGHT, WIDTH

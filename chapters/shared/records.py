@@ -3,7 +3,7 @@
 from functools import cache
 
 from chapters.shared.rigs import RIGS
-from raxel.io.files import read_json
+from raxel.io import read_json
 
 
 @cache

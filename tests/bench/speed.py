@@ -19,7 +19,8 @@ from raxel.calibration import (
 )
 from raxel.calibration.linear.cgsp import linear_cgsp
 from raxel.features import DETECTORS
-from raxel.features.active_grid import decode, estimate_noise
+from raxel.features.active_grid import decode
+from raxel.features.active_grid.errors import estimate_noise
 from raxel.geometry import intersect_rays_plane, on_plane, pose, rotation_from_vector
 from raxel.geometry.poses import transform
 from tests.active_grids import drawn

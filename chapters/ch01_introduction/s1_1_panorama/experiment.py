@@ -7,14 +7,11 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from chapters.shared.rigs import rig_named
-from raxel.cameras import PerspectiveCamera
-from raxel.cameras.linear.line_cameras import OrthographicCamera
-from raxel.cameras.mirrors.quadric import QuadricMirrorCamera
+from raxel.cameras import OrthographicCamera, PerspectiveCamera, QuadricMirrorCamera
 from raxel.geometry import inverse_pose, pose, transform
-from raxel.lab import Laboratory
-from raxel.lab import room
-from raxel.multiview.views import FAR, cylindrical_view
-from raxel.show.cameras import drawn_poses
+from raxel.lab import Laboratory, room
+from raxel.multiview import FAR, cylindrical_view
+from raxel.show import drawn_poses
 
 RIG = "panorama-hyperboloid"
 RIGS = ("data/rigs/panorama-hyperboloid.yaml",)

@@ -43,12 +43,7 @@ from chapters.ch01_introduction.s1_1_panorama.experiment import (
 )
 from chapters.ch01_introduction.s1_1_panorama.report import name_values
 from raxel.lab import room
-from raxel.multiview.views import (
-    CylindricalView,
-    cylindrical_view,
-    resample,
-    source_pixels,
-)
+from raxel.multiview import CylindricalView, cylindrical_view, resample, source_pixels
 from repro.page import check, compared, open_results, show, show_code, value
 from repro.run import Plan, crossed, experiment
 

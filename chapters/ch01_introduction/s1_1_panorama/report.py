@@ -7,7 +7,7 @@ from chapters.ch01_introduction.s1_1_panorama.experiment import (
     RIG_SEED,
 )
 from chapters.shared.rigs import rig_named
-from raxel.show.cameras import rig_scene
+from raxel.show import rig_scene
 from repro.page import new_figure, value
 from repro.page.space import draw_scene
 from repro.run import Check, Drawing, Reading, claim, columns, figure

@@ -97,8 +97,7 @@ ROOM = {
 def room_trial(condition, rng):
     """Render the room with one camera: image (h, w, 3) uint8."""
     from raxel.geometry import pose
-    from raxel.lab.rendering import render
-    from raxel.lab.scenes import room
+    from raxel.lab import render, room
 
     model = zoo_camera(condition["model"])
     T_world_camera = pose(ROOM[condition["model"]], np.zeros(3))

@@ -8,8 +8,7 @@ from raxel.calibration import (
     linear_well_conditioned,
     rays_from_known_motion,
 )
-from raxel.cameras import GeneralCamera
-from raxel.cameras.core.base import pixel_grid
+from raxel.cameras import GeneralCamera, pixel_grid
 from raxel.geometry import (
     intersect_rays_plane,
     pluecker_matrix,

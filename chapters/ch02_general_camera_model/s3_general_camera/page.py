@@ -31,8 +31,8 @@ from chapters.ch02_general_camera_model.s3_general_camera.experiment import (
 )
 from chapters.ch02_general_camera_model.s3_general_camera.report import name_values
 from chapters.shared.general import KINDS, draw_two_grids, faceted, fisheye, pinhole
-from raxel.calibration.generic.known_motion import rays_from_known_motion
-from raxel.cameras.core.base import pixel_grid
+from raxel.calibration import rays_from_known_motion
+from raxel.cameras import pixel_grid
 from raxel.geometry import (
     intersect_rays_plane,
     inverse_pose,

@@ -10,13 +10,13 @@ from raxel.calibration import (
     linear_well_conditioned,
     pixels_on_board,
     rays_from_known_motion,
+    sample_boards,
     solve_coefficients,
     three_point_depths,
 )
-from raxel.calibration.views.dense import sample_boards
-from raxel.cameras.core.base import pixel_grid
+from raxel.cameras import pixel_grid
 from raxel.errors import CalibrationError
-from raxel.evaluation.distortion import angular_residual
+from raxel.evaluation import angular_residual
 from raxel.geometry import (
     angle_between_rotations,
     intersect_rays_plane,

@@ -143,7 +143,7 @@ def _terms(cells, first, second):
 
 def library_difference(names):
     """Return the largest relative difference of formulas and library vectors."""
-    from raxel.calibration.linear.standard import table_2_1
+    from raxel.calibration import table_2_1
     from raxel.geometry import pose
 
     centre = np.array([float(names[f"C_{axis}"]) for axis in "xyz"])

@@ -22,13 +22,9 @@ from chapters.shared.general import (
     view,
 )
 from chapters.shared.methods import LINEAR, METHODS, SCALES, SCORINGS, STARTS
-from raxel.calibration.parametric.opencv_fits import (
-    calibrate_opencv_fisheye,
-    calibrate_zhang,
-)
-from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration import BoardView, calibrate_opencv_fisheye, calibrate_zhang
 from raxel.errors import CalibrationError, InputError
-from raxel.evaluation.distortion import angular_residual
+from raxel.evaluation import angular_residual
 from repro.run import Plan, experiment
 
 LEVELS = (0.02, 0.1, 0.25, 0.5, 1.0, 2.0)

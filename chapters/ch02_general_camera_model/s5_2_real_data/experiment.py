@@ -30,9 +30,13 @@ from chapters.shared.general import (
 )
 from chapters.shared.general import view as plane_view
 from chapters.shared.methods import LINEAR, METHODS, SCALES, STARTS
-from raxel.calibration import BoardView, calibrate_zhang
-from raxel.calibration.generic.standard import calibrate_compared, compared_boards
-from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
+from raxel.calibration import (
+    BoardView,
+    calibrate_compared,
+    calibrate_opencv_fisheye,
+    calibrate_zhang,
+    compared_boards,
+)
 from raxel.cameras import pixel_grid
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation import corrected_view, distortion_residual, synthetic_plane

@@ -9,15 +9,10 @@ import numpy as np
 
 from chapters.shared.general import ZOO
 from chapters.shared.general import camera as zoo_camera
-from raxel.evaluation.benchmark import corner_errors
-from raxel.evaluation.cross_validation import share_in_order
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
-from raxel.lab import Sensor, board_scene
-from raxel.lab import render
-from raxel.lab.target_poses import Visibility, outline_of
-from raxel.sets import Chessboard
-from raxel.sets.reference import ReferenceCorners
+from raxel.evaluation import corner_errors, share_in_order
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
+from raxel.lab import Sensor, Visibility, board_scene, outline_of, render
+from raxel.sets import Chessboard, ReferenceCorners
 
 # Random chessboards in front of the cameras of the zoo, with true corners.
 

@@ -18,9 +18,13 @@ from chapters.ch03_planar_grids.ext_without_clicks.experiment import (
     zoo_board,
 )
 from chapters.ch03_planar_grids.ext_without_clicks.report import facts
-from raxel.features import DETECTORS, find_board
-from raxel.features.chessboard import compiled, grids
-from raxel.features.chessboard import links as growth
+from raxel.features import (
+    DETECTORS,
+    accept_corners,
+    find_board,
+    follow_edge,
+    grow_lattice,
+)
 from repro.page import check, compared, open_results, show_code, show_table, value
 from repro.run import Plan, experiment
 
@@ -104,7 +108,7 @@ from repro.run import Plan, experiment
 #    part.
 
 # %% tags=["active-ipynb"]
-# show_code(compiled._followed_one, growth._grown, grids.taken)
+# show_code(follow_edge, grow_lattice, accept_corners)
 
 # %% [markdown]
 # ## Experiment

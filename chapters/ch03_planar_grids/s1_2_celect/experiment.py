@@ -11,15 +11,15 @@ import numpy as np
 
 from chapters.shared.grids import SyntheticBoard, clicks, outer, scored, steps_between
 from raxel.cameras import FisheyeCamera, QuadricMirrorCamera, camera_from
-from raxel.features.celect import CelectSettings, celect
-from raxel.features.celect.algorithm import processed, snapped
-from raxel.features.celect.trace import (
+from raxel.features.celect import (
+    CelectSettings,
     FirstLine,
     Layers,
     Scale,
     Tracer,
     angle_apart,
     canny_edges,
+    celect,
     clear_scale,
     first_line,
     near_lines,
@@ -27,7 +27,9 @@ from raxel.features.celect.trace import (
     next_line,
     open_window,
     peaks_of,
+    processed,
     smoothing_for,
+    snapped,
     vote,
 )
 from raxel.geometry import (
@@ -37,8 +39,7 @@ from raxel.geometry import (
     rotation_from_vector,
     transform,
 )
-from raxel.lab import board_scene
-from raxel.lab import render
+from raxel.lab import board_scene, render
 from raxel.sets import Chessboard
 from repro.run import Plan, experiment
 

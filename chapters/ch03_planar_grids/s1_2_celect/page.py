@@ -27,10 +27,18 @@ from chapters.ch03_planar_grids.s1_2_celect.experiment import (
 )
 from chapters.ch03_planar_grids.s1_2_celect.report import name_values
 from chapters.shared.grids import SyntheticBoard, clicks, outer, scored
-from raxel.features.celect import CelectSettings, celect
-from raxel.features.celect.algorithm import processed
-from raxel.features.celect.compiled import farthest_ahead, lines_of, merged_lines
-from raxel.features.celect.trace import first_line, next_anchor, next_line, peaks_of
+from raxel.features.celect import (
+    CelectSettings,
+    celect,
+    farthest_ahead,
+    first_line,
+    lines_of,
+    merged_lines,
+    next_anchor,
+    next_line,
+    peaks_of,
+    processed,
+)
 from repro.page import check, compared, open_results, show, show_code, show_table
 from repro.run import Plan, experiment
 

@@ -8,8 +8,7 @@ from chapters.ch03_planar_grids.s1_2_celect.experiment import (
     MIN_SQUARE_PX,
     MULTIPLIERS,
 )
-from raxel.features.celect import CelectSettings
-from raxel.features.celect.trace import angle_apart
+from raxel.features.celect import CelectSettings, angle_apart
 from repro.page import new_figure, series, value
 from repro.run import (
     Check,

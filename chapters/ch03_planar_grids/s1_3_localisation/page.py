@@ -24,9 +24,15 @@ from chapters.ch03_planar_grids.s1_3_localisation.experiment import (
 )
 from chapters.ch03_planar_grids.s1_3_localisation.report import name_values
 from chapters.shared.grids import SIZE_PX
-from raxel.features.localise import derivative, saddle_point
-from raxel.features.localise.ridges import fit_ridges, gradient
-from raxel.features.localise.saddle import blurred, fit_saddles, noise_variance
+from raxel.features.localise import (
+    blurred,
+    derivative,
+    fit_ridges,
+    fit_saddles,
+    gradient,
+    noise_variance,
+    saddle_point,
+)
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, experiment
 

@@ -9,12 +9,22 @@ from functools import cache
 import numpy as np
 
 from chapters.shared.grids import SIZE_PX
-from raxel.calibration.views.correspondence import BoardView, cell_maps, locate_pixels
-from raxel.cameras import BrownCamera, Camera, PerspectiveCamera, PlanarMirrorsCamera
-from raxel.cameras.core.base import pixel_grid
+from raxel.calibration import BoardView, cell_maps, locate_pixels
+from raxel.cameras import (
+    BrownCamera,
+    Camera,
+    PerspectiveCamera,
+    PlanarMirrorsCamera,
+    pixel_grid,
+)
 from raxel.features.active_grid import decode
-from raxel.geometry.planes import intersect_rays_plane, on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
 from raxel.lab import (
     Laboratory,
     Monitor,
@@ -22,9 +32,9 @@ from raxel.lab import (
     Optics,
     Sensor,
     monitor_scene,
+    points_seen,
     trace,
 )
-from raxel.lab.set_rendering import points_seen
 from raxel.sets import ActiveGrid, patterns_of, plan_of_cells
 from repro.run import Plan, experiment
 

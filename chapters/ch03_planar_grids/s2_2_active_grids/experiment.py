@@ -23,10 +23,15 @@ from chapters.shared.grids import (
     sum_of_orders,
     wrapped,
 )
-from raxel.features.active_grid import decode
-from raxel.features.active_grid.coding import REACH
-from raxel.sets import ActiveGrid, Pattern, PatternPlan, patterns_of, plan_of_cells
-from raxel.sets.patterns import pattern_picture
+from raxel.features.active_grid import REACH, decode
+from raxel.sets import (
+    ActiveGrid,
+    Pattern,
+    PatternPlan,
+    pattern_picture,
+    patterns_of,
+    plan_of_cells,
+)
 from repro.run import Plan, experiment
 
 # Bits: effect of a wrong one, methods of detection, and a whole display.

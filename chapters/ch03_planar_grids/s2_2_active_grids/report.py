@@ -14,8 +14,7 @@ from chapters.ch03_planar_grids.s2_2_active_grids.scenes import (
     EXPOSURES,
     SHARES,
 )
-from raxel.sets import patterns_of, plan_of_cells
-from raxel.sets.patterns import pattern_picture
+from raxel.sets import pattern_picture, patterns_of, plan_of_cells
 from repro.page import new_figure, series, value
 from repro.run import (
     FAILS,

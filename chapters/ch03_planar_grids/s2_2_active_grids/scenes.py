@@ -10,23 +10,22 @@ from pathlib import Path
 import numpy as np
 
 from raxel.cameras import PerspectiveCamera
-from raxel.features.active_grid import decode
-from raxel.features.active_grid.places import pixels_of
+from raxel.features.active_grid import decode, pixels_of
 from raxel.features.localise import derivative, saddle_point
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, rotation_from_vector, transform
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
 from raxel.lab import (
     Laboratory,
     Monitor,
+    MonitorLevel,
+    MonitorPattern,
     Optics,
     Sensor,
     board_scene,
     load_rig,
     monitor_scene,
+    points_seen,
     trace,
 )
-from raxel.lab.scenes import MonitorLevel, MonitorPattern
-from raxel.lab.set_rendering import points_seen
 from raxel.sets import ActiveGrid, Chessboard, patterns_of, plan_of_cells
 from repro.run import Plan, experiment
 

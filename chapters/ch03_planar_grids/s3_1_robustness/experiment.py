@@ -13,7 +13,7 @@ from chapters.shared.grids import (
     basin_scores,
     off_by,
 )
-from raxel.evaluation.cross_validation import distances
+from raxel.evaluation import distances
 from raxel.features.celect import CelectSettings, celect
 from raxel.features.localise import corner_subpix
 

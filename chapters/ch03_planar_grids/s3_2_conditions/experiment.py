@@ -25,15 +25,20 @@ from chapters.shared.grids import (
     rig_of,
 )
 from raxel.errors import InputError
-from raxel.evaluation.cross_validation import distances, in_order_of
+from raxel.evaluation import distances, in_order_of
+from raxel.features import undo_srgb
 from raxel.features.celect import along_contour, celect
-from raxel.features.detector import undo_srgb
 from raxel.geometry import intersect_rays_plane, on_plane, transform
-from raxel.lab.optics import Raster
-from raxel.lab.rig import Rig
-from raxel.lab.scenes import board_scene
-from raxel.lab.set_rendering import grey_of, light_of_room, mirror_in_view, window_of
-from raxel.lab.target_poses import outline_of
+from raxel.lab import (
+    Raster,
+    Rig,
+    board_scene,
+    grey_of,
+    light_of_room,
+    mirror_in_view,
+    outline_of,
+    window_of,
+)
 
 # Runs of the detectors on one image: click orders, and losses by merging.
 

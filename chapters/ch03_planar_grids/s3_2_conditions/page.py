@@ -38,7 +38,7 @@ from chapters.ch03_planar_grids.s3_2_conditions.experiment import (
 )
 from chapters.ch03_planar_grids.s3_2_conditions.report import name_values
 from chapters.shared.grids import HARD, LARGE_RIGS, RIGS, WHOLE, wiped
-from raxel.lab.lighting import Shadow
+from raxel.lab import Shadow
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, experiment
 

@@ -31,18 +31,18 @@ from chapters.shared.grids import (
     wiped,
 )
 from chapters.shared.rigs import rig_named
-from raxel.evaluation.cross_validation import distances
+from raxel.evaluation import distances
 from raxel.features.celect import (
     OUTER_CORNER,
     TOO_FEW,
     TRACING,
     CelectSettings,
     along_contour,
+    side_lengths,
 )
-from raxel.features.celect.trace import side_lengths
-from raxel.features.localise.subpix import ITERATIONS
+from raxel.features.localise import ITERATIONS
 from raxel.geometry import on_plane, transform
-from raxel.lab.set_rendering import grey_of, light_of_board, saved
+from raxel.lab import grey_of, light_of_board, saved
 from repro.run import Plan, experiment
 
 # Images of the grids of section 3.3.2, one at a time.

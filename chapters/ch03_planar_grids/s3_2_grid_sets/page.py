@@ -46,9 +46,9 @@ from chapters.shared.grids import (
     returned,
 )
 from raxel.errors import InputError
-from raxel.evaluation.cross_validation import in_order_of, in_place
+from raxel.evaluation import in_order_of, in_place
+from raxel.features import undo_srgb
 from raxel.features.celect import celect
-from raxel.features.detector import undo_srgb
 from repro.page import check, compared, open_results, show, show_code, show_table
 from repro.page import values as regenerated_values
 from repro.run import Plan, experiments

@@ -8,18 +8,17 @@ import numpy as np
 
 from chapters.shared.grids import steps_between
 from chapters.shared.rigs import rig_named
-from raxel.features.active_grid import REASONS, decode
-from raxel.features.active_grid.places import pixels_of, points_at
+from raxel.features.active_grid import REASONS, decode, pixels_of, points_at
 from raxel.features.localise import derivative, saddle_point
-from raxel.geometry import pose, rotation_from_vector
-from raxel.geometry.homography import (
+from raxel.geometry import (
     apply_homography,
     homography_dlt,
+    pose,
     refine_homography,
+    rotation_from_vector,
 )
-from raxel.io.files import read_json
-from raxel.lab.sensor import bloom
-from raxel.lab.set_rendering import photograph_patterns, points_seen
+from raxel.io import read_json
+from raxel.lab import bloom, photograph_patterns, points_seen
 from raxel.sets import load_set, read_image
 from repro.run.rendered import rendered_set
 

@@ -24,7 +24,7 @@ from chapters.ch03_planar_grids.s3_3_active_grid_robustness.experiment import (
     viewing_trial,
 )
 from chapters.ch03_planar_grids.s3_3_active_grid_robustness.report import name_values
-from raxel.features.active_grid.places import pixels_of, points_at
+from raxel.features.active_grid import pixels_of, points_at
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, experiment
 

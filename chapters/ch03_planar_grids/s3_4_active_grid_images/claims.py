@@ -23,7 +23,7 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.report import (
     spread_gap,
 )
 from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import rig_of
-from raxel.features.localise.subpix import TERMINATION_PX
+from raxel.features.localise import TERMINATION_PX
 from repro.run import Case, Value, claim, counterpart, numbers
 
 BOTH_PIXELS = ("table_3_8_corners", "exp_c3_t38_native")

@@ -22,15 +22,16 @@ from chapters.ch03_planar_grids.s3_4_active_grid_images.scenes import (
     through,
 )
 from raxel.features.active_grid import decode
-from raxel.geometry import inverse_pose, on_plane, pose, rotation_from_vector, transform
-from raxel.geometry.homography import apply_homography
-from raxel.lab import room
-from raxel.multiview.views import (
-    perspective_view,
-    remap_to_plane,
-    resample,
-    source_pixels,
+from raxel.geometry import (
+    apply_homography,
+    inverse_pose,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
 )
+from raxel.lab import room
+from raxel.multiview import perspective_view, remap_to_plane, resample, source_pixels
 from raxel.sets import chessboard_picture, pattern_picture, patterns_of
 from repro.run import columns
 

@@ -5,27 +5,19 @@ from itertools import combinations
 
 import numpy as np
 
-from raxel.calibration.parametric.opencv_fits import calibrate_zhang
-from raxel.calibration.views.boards import board_views
-from raxel.features import DEFAULT_DETECTOR, find_board
-from raxel.features.active_grid import decode
-from raxel.features.active_grid.places import nearest_pixels
-from raxel.features.boards import detect_boards
-from raxel.features.localise.ridges import fit_ridges, gradient
-from raxel.features.localise.saddle import blurred, fit_saddles
-from raxel.features.localise.subpix import opencv_subpix
-from raxel.geometry.homography import (
-    apply_homography,
-    homography_dlt,
-    refine_homography,
+from raxel.calibration import board_views, calibrate_zhang
+from raxel.features import DEFAULT_DETECTOR, detect_boards, find_board
+from raxel.features.active_grid import decode, nearest_pixels
+from raxel.features.localise import (
+    blurred,
+    fit_ridges,
+    fit_saddles,
+    gradient,
+    opencv_subpix,
 )
+from raxel.geometry import apply_homography, homography_dlt, refine_homography
 from raxel.lab import load_rig
-from raxel.multiview.views import (
-    perspective_view,
-    remap_to_plane,
-    resample,
-    source_pixels,
-)
+from raxel.multiview import perspective_view, remap_to_plane, resample, source_pixels
 from raxel.sets import load_set, read_image
 from repro.run.rendered import CHECKOUT, rendered_set
 

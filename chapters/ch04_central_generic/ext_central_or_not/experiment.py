@@ -12,10 +12,12 @@ from chapters.shared.central import (
     equidistance,
 )
 from chapters.shared.rigs import rig_named
-from raxel.calibration.adjust.consistent import adjust_consistent
-from raxel.calibration.adjust.free_lines import relax_centrality
-from raxel.calibration.generic.central_test import centrality_test
-from raxel.calibration.linear.cgsp import linear_cgsp
+from raxel.calibration import (
+    adjust_consistent,
+    centrality_test,
+    linear_cgsp,
+    relax_centrality,
+)
 from raxel.cameras import AxialCamera, centrality, closest_point
 from raxel.geometry import intersect_rays_plane, inverse_pose, transform
 

@@ -9,11 +9,9 @@ from raxel.calibration import (
     linear_cgsp,
     smoothed_rays,
 )
-from raxel.cameras import RaySplineCamera
-from raxel.cameras.tables.interpolation import control_shape
-from raxel.evaluation.distortion import distortion_residual
-from raxel.geometry import pose
-from raxel.geometry.poses import nearest_rotation
+from raxel.cameras import RaySplineCamera, control_shape
+from raxel.evaluation import distortion_residual
+from raxel.geometry import nearest_rotation, pose
 
 FOV_DEG = 90.0
 BENT_PX = 1.0  # amplitude of the waves of the bent lens

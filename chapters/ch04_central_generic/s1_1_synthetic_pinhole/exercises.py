@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.linear.cgsp import circle_of
+from raxel.calibration import circle_of
 from raxel.geometry import pose, rotation_from_vector
 
 # A camera 500 mm above the origin of the base grid, and one tilted grid.

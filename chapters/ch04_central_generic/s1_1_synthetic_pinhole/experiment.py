@@ -27,21 +27,20 @@ from chapters.shared.central import (
 )
 from chapters.shared.general import ZOO
 from raxel.calibration import BoardView, linear_cgsp, pixels_on_board
-from raxel.cameras import closest_point
-from raxel.cameras.core.base import pixel_grid
+from raxel.cameras import closest_point, pixel_grid
 from raxel.errors import CalibrationError
 from raxel.geometry import (
     apply_homography,
     homography_dlt,
     intersect_rays_plane,
     inverse_pose,
+    normalising,
     on_plane,
     pose,
     rotate,
     rotation_from_vector,
     transform,
 )
-from raxel.geometry.homography import normalising
 from repro.run import Plan, crossed, experiment
 
 WIDE_FOV_DEG = 183.0

@@ -25,7 +25,7 @@ from chapters.ch04_central_generic.s1_1_synthetic_pinhole.experiment import (
 )
 from chapters.ch04_central_generic.s1_1_synthetic_pinhole.report import name_values
 from chapters.shared.central import SETTINGS, draw_poses
-from raxel.calibration.linear.cgsp import circle, circle_of
+from raxel.calibration import circle, circle_of
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, crossed, experiment
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.linear.cgsp import conic_system
+from raxel.calibration import conic_system
 from raxel.geometry import rotation_from_vector
 
 OMEGA = np.array([2.0, -80.0, 60.0, 722_500.0])

@@ -15,10 +15,10 @@ from raxel.errors import CalibrationError
 from raxel.geometry import (
     angle_between_rotations,
     apply_homography,
+    normalising,
     pose,
     rotation_from_vector,
 )
-from raxel.geometry.homography import normalising
 from repro.run import Plan, crossed, experiment
 
 TRIALS = {"quick": 20, "full": 200}

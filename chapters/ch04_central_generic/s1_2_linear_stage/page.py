@@ -23,13 +23,8 @@ from chapters.ch04_central_generic.s1_2_linear_stage.experiment import (
 )
 from chapters.ch04_central_generic.s1_2_linear_stage.report import name_values
 from chapters.shared.central import SETTINGS, draw_scene, radial_lens
-from raxel.calibration.linear.cgsp import (
-    conic_rows,
-    grid_pose,
-    image_noise_weights,
-    sturm_maybank,
-)
-from raxel.geometry.homography import robust_start
+from raxel.calibration import conic_rows, grid_pose, image_noise_weights, sturm_maybank
+from raxel.geometry import robust_start
 from repro.page import check, compared, open_results, show_code, show_table
 from repro.run import Plan, crossed, experiment
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.linear.cgsp import SUBSET
+from raxel.calibration import SUBSET
 from repro.page import rounded, value
 from repro.run import (
     Measured,

@@ -3,14 +3,15 @@
 import numpy as np
 
 from chapters.shared.central import RAYS, SIDE, draw_scene, radial_lens
-from raxel.calibration.adjust.bundle import ray_point_distances
-from raxel.calibration.adjust.consistent import (
+from raxel.calibration import (
     adjust_consistent,
     centroid_directions,
     centroid_weights,
+    linear_cgsp,
+    ray_point_distances,
+    ray_point_system,
+    refine_pose_ray_point,
 )
-from raxel.calibration.linear.cgsp import linear_cgsp
-from raxel.calibration.pose.three_point import ray_point_system, refine_pose_ray_point
 from raxel.errors import CalibrationError
 from raxel.geometry import (
     intersect_lines_plane,

@@ -14,7 +14,7 @@ from chapters.ch04_central_generic.s1_3_rays.exercises import (
 from chapters.ch04_central_generic.s1_3_rays.experiment import NOISE, weights_trial
 from chapters.ch04_central_generic.s1_3_rays.report import name_values
 from chapters.shared.central import SETTINGS
-from raxel.calibration.adjust.consistent import centroid_directions, centroid_weights
+from raxel.calibration import centroid_directions, centroid_weights
 from raxel.geometry import intersect_lines_plane
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, crossed, experiment

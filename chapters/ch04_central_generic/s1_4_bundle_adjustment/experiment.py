@@ -12,10 +12,14 @@ from chapters.shared.central import (
     observe,
     radial_lens,
 )
-from raxel.calibration.adjust.bundle import ray_point_residuals
-from raxel.calibration.adjust.consistent import adjust_consistent, pose_vector
-from raxel.calibration.adjust.free_lines import adjust_concurrence, adjust_ray_point
-from raxel.calibration.linear.cgsp import linear_cgsp
+from raxel.calibration import (
+    adjust_concurrence,
+    adjust_consistent,
+    adjust_ray_point,
+    linear_cgsp,
+    pose_vector,
+    ray_point_residuals,
+)
 from raxel.errors import CalibrationError
 from raxel.geometry import on_plane
 from repro.run import Plan, crossed, experiment

@@ -15,7 +15,7 @@ from chapters.ch04_central_generic.s1_4_bundle_adjustment.experiment import (
     starts_trial,
 )
 from chapters.ch04_central_generic.s1_4_bundle_adjustment.report import name_values
-from raxel.calibration.adjust.consistent import relax_poses
+from raxel.calibration import relax_poses
 from repro.page import check, compared, open_results, show, show_code
 
 # %% tags=["active-ipynb"]

@@ -15,19 +15,17 @@ from chapters.shared.central import (
     radial_lens,
 )
 from chapters.shared.methods import LINEAR_STAGES, as_printed
-from raxel.calibration.adjust.bundle import ray_point_distances
-from raxel.calibration.adjust.consistent import (
+from raxel.calibration import (
+    LinearSolution,
     adjust_consistent,
     centroid_directions,
-    relax_poses,
-)
-from raxel.calibration.linear.cgsp import linear_cgsp
-from raxel.calibration.linear.standard import (
-    LinearSolution,
+    linear_cgsp,
     linear_well_conditioned,
     normalising_similarity,
     printed_depth,
     printed_pose,
+    ray_point_distances,
+    relax_poses,
     solve_coefficients,
     solve_unknowns,
 )

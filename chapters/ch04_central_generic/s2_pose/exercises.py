@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.pose.grid_pose import synthetic_plane_normal
+from raxel.calibration import synthetic_plane_normal
 
 ANGLES_DEG = (10.0, 20.0, 60.0)  # three rays in one plane, from the z axis
 OUTLIERS = 0.1  # share of wrong pairs

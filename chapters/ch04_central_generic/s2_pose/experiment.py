@@ -26,25 +26,23 @@ from chapters.shared.central import (
     true_lattice,
 )
 from chapters.shared.rigs import rig_named
-from raxel.calibration.parametric.opencv_fits import calibrate_zhang
-from raxel.calibration.pose.grid_pose import (
+from raxel.calibration import (
     GRAZING,
+    board_views,
+    calibrate_zhang,
     facing_plane_normal,
     grid_pose_ransac,
     linear_grid_pose,
-    refine_pose_angular,
-    synthetic_plane_normal,
-)
-from raxel.calibration.pose.three_point import (
     pose_of_triples,
     pose_three_point_ransac,
     ray_errors,
+    refine_pose_angular,
     refine_pose_ray_point,
+    synthetic_plane_normal,
 )
-from raxel.calibration.views.boards import board_views
 from raxel.cameras import PerspectiveCamera
 from raxel.errors import CalibrationError
-from raxel.features.boards import detect_boards
+from raxel.features import detect_boards
 from raxel.geometry import (
     angle_between_rotations,
     fit_pose,

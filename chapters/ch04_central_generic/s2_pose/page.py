@@ -31,7 +31,7 @@ from chapters.shared.central import (
     draw_scene,
     radial_lens,
 )
-from raxel.calibration.pose.grid_pose import synthetic_plane_normal
+from raxel.calibration import synthetic_plane_normal
 from repro.page import (
     check,
     compared,

@@ -7,10 +7,17 @@ import numpy as np
 from chapters.shared.central import FISH, LINEAR_GRIDS, OMNI, RIGS
 from chapters.shared.methods import LINEAR_NAMES
 from chapters.shared.rigs import rig_named
-from raxel.show import Labels, Polyline, framed
-from raxel.show.cameras import axes as axes_parts
-from raxel.show.cameras import drawn_poses, field_of_view, frustum, mirrors
-from raxel.show.view import plate
+from raxel.show import (
+    Labels,
+    Polyline,
+    drawn_poses,
+    field_of_view,
+    framed,
+    frustum,
+    mirrors,
+    plate,
+)
+from raxel.show import axes as axes_parts
 from repro.page import INK, series, value
 from repro.page.space import scene_figure
 from repro.run import (

@@ -28,22 +28,22 @@ from chapters.shared.central import (
 from chapters.shared.methods import LINEAR_STAGES
 from chapters.shared.rigs import rig_named
 from raxel.calibration import (
+    board_views,
     calibrate_central,
+    centroid_directions,
     grid_pose_ransac,
     linear_cgsp,
     pose_from_rays,
     relaxed_start,
+    synthetic_plane_normal,
 )
-from raxel.calibration.adjust.consistent import centroid_directions
-from raxel.calibration.pose.grid_pose import synthetic_plane_normal
-from raxel.calibration.views.boards import board_views
 from raxel.cameras import GeneralCamera
 from raxel.errors import CalibrationError
-from raxel.evaluation.distortion import distortion_residual
-from raxel.features.boards import detect_boards
+from raxel.evaluation import distortion_residual
+from raxel.features import detect_boards
 from raxel.geometry import inverse_pose, pose, transform
 from raxel.lab import room
-from raxel.multiview.views import resample
+from raxel.multiview import resample
 from raxel.sets import load_set
 from repro.run import Plan, experiment
 from repro.run.rendered import rendered_set

@@ -27,8 +27,8 @@ from raxel.calibration import (
     relaxed_start,
 )
 from raxel.errors import CalibrationError, InputError
-from raxel.features.celect.algorithm import find_celect
-from raxel.features.detector import refine
+from raxel.features import refine
+from raxel.features.celect import find_celect
 from raxel.geometry import (
     on_plane,
     pose,
@@ -36,10 +36,8 @@ from raxel.geometry import (
     transform,
     vector_from_rotation,
 )
-from raxel.lab import TexturedScene, board_scene
-from raxel.lab.optics import Crop
-from raxel.lab.target_poses import outline_of
-from raxel.multiview.motion_samples import relative_pose
+from raxel.lab import Crop, TexturedScene, board_scene, outline_of
+from raxel.multiview import relative_pose
 from raxel.sets import Chessboard
 from repro.run import Plan, crossed, experiment
 

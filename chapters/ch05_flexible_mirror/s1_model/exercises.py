@@ -3,7 +3,7 @@
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s1_model.experiment import DEFECT_RAD, curve
-from raxel.calibration.mirror.reduced import reflected, viewing_rays
+from raxel.calibration import reflected, viewing_rays
 
 SHAPE = (9, 4)
 DEPTH_MM = 3000.0

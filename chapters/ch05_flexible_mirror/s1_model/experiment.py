@@ -12,21 +12,26 @@ from chapters.shared.mirror import (
     mirror_rig,
     outline,
 )
-from raxel.calibration.mirror.clamp import Clamp, clamp_line, clamp_of_camera, clamped
-from raxel.calibration.mirror.observations import RayPoints, normalised
-from raxel.calibration.mirror.reduced import HeightCurve, reflected, viewing_rays
-from raxel.calibration.mirror.refine import (
+from raxel.calibration import (
+    Clamp,
+    HeightCurve,
+    RayPoints,
+    clamp_line,
+    clamp_of_camera,
+    clamped,
+    normalised,
     orthogonality_rows,
     refine_shape,
+    reflected,
     reflection_normals,
     shape_up_to_scale,
     shape_with_clamp,
+    update_mirror,
+    viewing_rays,
 )
-from raxel.calibration.mirror.update import update_mirror
-from raxel.cameras import SplineMirrorCamera
-from raxel.cameras.mirrors.profiles import BeamProfile, ElasticaProfile
+from raxel.cameras import BeamProfile, ElasticaProfile, SplineMirrorCamera
 from raxel.errors import CalibrationError
-from raxel.geometry.spline_grids import spline_grid
+from raxel.geometry import spline_grid
 
 # Fixed points picked in the image, unchanged and refined to a line.
 

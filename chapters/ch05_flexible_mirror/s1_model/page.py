@@ -31,7 +31,7 @@ from chapters.ch05_flexible_mirror.s1_model.experiment import (
     shapes_trial,
 )
 from chapters.ch05_flexible_mirror.s1_model.report import name_values
-from raxel.calibration.mirror.refine import orthogonality_rows, shape_with_clamp
+from raxel.calibration import orthogonality_rows, shape_with_clamp
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, crossed, experiment
 

@@ -5,10 +5,8 @@ import numpy as np
 from chapters.ch05_flexible_mirror.s1_model.experiment import ANCHORS, SHAPE, VALUES
 from chapters.shared.mirror import DYNAMIC_MM, STAGES_MM, lattice, mirror_rig
 from raxel.cameras import centrality
-from raxel.geometry import transform
-from raxel.geometry.planes import on_plane
-from raxel.show import Arrows, Labels, Points, framed
-from raxel.show.cameras import frustum, mirrors
+from raxel.geometry import on_plane, transform
+from raxel.show import Arrows, Labels, Points, framed, frustum, mirrors
 from repro.page import INK, legend_below, new_figure, series, value
 from repro.page.space import scene_figure
 from repro.run import (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from raxel.calibration.mirror.platter import platter_plane, reflected_pose, reflection
+from raxel.calibration import platter_plane, reflected_pose, reflection
 from raxel.geometry import pose, rotation_from_vector
 
 DISTANCE_MM, THICKNESS_MM, DEPTH_MM = 250.0, 0.4, 600.0

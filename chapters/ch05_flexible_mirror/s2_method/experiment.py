@@ -30,17 +30,20 @@ from chapters.shared.mirror import (
     shape_name,
     true_points,
 )
-from raxel.calibration.mirror.clamp import clamp_line, fixed_line
-from raxel.calibration.mirror.observations import magnification, normalised
-from raxel.calibration.mirror.primary import primary_from_points
-from raxel.calibration.mirror.refine import refine_shape
-from raxel.calibration.views.correspondence import BoardView
-from raxel.calibration.views.interpolation import interpolated_view
+from raxel.calibration import (
+    BoardView,
+    clamp_line,
+    fixed_line,
+    interpolated_view,
+    magnification,
+    normalised,
+    primary_from_points,
+    refine_shape,
+)
 from raxel.cameras import SplineMirrorCamera
 from raxel.errors import CalibrationError
-from raxel.geometry import transform
-from raxel.geometry.planes import on_plane
-from raxel.sets.patterns import patterns_of
+from raxel.geometry import on_plane, transform
+from raxel.sets import patterns_of
 
 # More knots: the largest tolerated step and the error of the shape (5.2.2).
 #

@@ -37,11 +37,14 @@ from chapters.shared.mirror import (
     by_code,
     on_each,
 )
-from raxel.calibration.mirror.observations import RayPoints
-from raxel.calibration.mirror.platter import reflected_pose, reflection
-from raxel.calibration.mirror.primary import mirror_points
-from raxel.calibration.mirror.refine import shape_with_clamp
-from raxel.calibration.pose.non_central import pose_from_non_central_rays
+from raxel.calibration import (
+    RayPoints,
+    mirror_points,
+    pose_from_non_central_rays,
+    reflected_pose,
+    reflection,
+    shape_with_clamp,
+)
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, crossed, experiment
 

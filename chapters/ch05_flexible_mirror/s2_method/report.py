@@ -20,12 +20,20 @@ from chapters.shared.mirror import (
     platter_camera,
     shape_name,
 )
-from raxel.calibration.mirror.platter import platter_plane, reflected_pose
-from raxel.geometry import transform
-from raxel.geometry.planes import on_plane
-from raxel.show import Labels, Points, Polyline, Segments, Surface, framed
-from raxel.show.cameras import frustum, mirrors
-from raxel.show.view import board, plate
+from raxel.calibration import platter_plane, reflected_pose
+from raxel.geometry import on_plane, transform
+from raxel.show import (
+    Labels,
+    Points,
+    Polyline,
+    Segments,
+    Surface,
+    board,
+    framed,
+    frustum,
+    mirrors,
+    plate,
+)
 from repro.page import INK, new_figure, series, value
 from repro.page.space import draw_scene
 from repro.run import SHARE_OF_SEEDS, Check, Drawing, columns, figure

@@ -3,7 +3,7 @@
 import numpy as np
 
 from chapters.ch05_flexible_mirror.s3_1_simulated.experiment import LENGTH_MM
-from raxel.calibration.mirror.reduced import reflected
+from raxel.calibration import reflected
 
 DISTANCE_MM, DEPTH_MM = 500.0, 1500.0
 TIP_MM = 20.0

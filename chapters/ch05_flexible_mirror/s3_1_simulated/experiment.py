@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.mirror.reduced import (
+from raxel.calibration import (
     DistanceCurve,
     HeightCurve,
     calibrate_reduced,

@@ -23,7 +23,7 @@ from chapters.ch05_flexible_mirror.s3_1_simulated.experiment import (
 )
 from chapters.ch05_flexible_mirror.s3_1_simulated.report import name_values
 from chapters.shared.mirror import UNSEEN
-from raxel.calibration.mirror.reduced import linear_reduced, ray_point_offsets
+from raxel.calibration import linear_reduced, ray_point_offsets
 from repro.page import check, compared, open_results, show, show_code
 from repro.run import Plan, experiment
 

@@ -22,18 +22,17 @@ from chapters.shared.mirror import (
     ray_angles,
     seen_board,
 )
-from raxel.calibration.mirror.clamp import clamp_line
-from raxel.calibration.mirror.observations import normalised
-from raxel.calibration.mirror.reduced import (
+from raxel.calibration import (
     DistanceCurve,
     HeightCurve,
     calibrate_reduced,
+    clamp_line,
+    normalised,
+    pose_from_non_central_rays,
 )
-from raxel.calibration.pose.non_central import pose_from_non_central_rays
 from raxel.cameras import Rays
 from raxel.errors import CalibrationError
-from raxel.geometry import transform
-from raxel.geometry.planes import on_plane
+from raxel.geometry import on_plane, transform
 from raxel.sets import Chessboard
 
 # A chessboard 5 m away in a smooth and an uneven mirror, rendered (Fig. 5.6).

@@ -42,7 +42,7 @@ from chapters.shared.mirror import (
     UNSEEN,
     MirrorErrors,
 )
-from raxel.calibration.mirror.primary import mirror_points
+from raxel.calibration import mirror_points
 from repro.page import (
     check,
     compared,

@@ -19,10 +19,8 @@ from chapters.shared.mirror import (
     mirror_rig,
     over_the_levels,
 )
-from raxel.geometry.spline_grids import spline_grid
-from raxel.show import Arrows, board, framed
-from raxel.show.cameras import frustum, mirrors, viewing_rays
-from raxel.show.view import plate
+from raxel.geometry import spline_grid
+from raxel.show import Arrows, board, framed, frustum, mirrors, plate, viewing_rays
 from repro.page import (
     INK,
     legend_below,

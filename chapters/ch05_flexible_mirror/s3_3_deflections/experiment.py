@@ -31,39 +31,40 @@ from chapters.shared.mirror import (
     seen_board,
 )
 from chapters.shared.mirror import lattice as pixel_lattice
-from raxel.calibration import BoardView
-from raxel.calibration.mirror.clamp import clamp_line, fixed_line
-from raxel.calibration.mirror.observations import (
+from raxel.calibration import (
+    BoardView,
+    ClampPicks,
+    MirrorViews,
+    PlatterPicture,
+    StepViews,
+    calibrate_mirror,
+    calibrate_primary,
+    calibrate_zhang,
+    clamp_line,
+    dense_view,
+    fixed_line,
+    flat_view,
+    grid_poses_in_platter,
     labelled_like,
     lattice_of,
     on_one_lattice,
+    update_mirror,
 )
-from raxel.calibration.mirror.platter import (
-    PlatterPicture,
-    flat_view,
-    grid_poses_in_platter,
-)
-from raxel.calibration.mirror.primary import calibrate_primary
-from raxel.calibration.mirror.stages import (
-    ClampPicks,
-    MirrorViews,
-    StepViews,
-    calibrate_mirror,
-)
-from raxel.calibration.mirror.update import update_mirror
-from raxel.calibration.parametric.opencv_fits import calibrate_zhang
-from raxel.calibration.views.dense import dense_view
 from raxel.errors import CalibrationError, InputError
 from raxel.features import find_board
 from raxel.features.active_grid import decode
-from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
-from raxel.geometry.planes import on_plane
-from raxel.lab.optics import bands as bands_of
-from raxel.lab.optics import mirror_window, window_around, windowed
-from raxel.lab.set_rendering import photograph_board, photograph_patterns, points_seen
-from raxel.lab.target_poses import outline_of
-from raxel.sets import Chessboard
-from raxel.sets.patterns import BLACK, WHITE
+from raxel.geometry import inverse_pose, on_plane, pose, rotation_from_vector, transform
+from raxel.lab import bands as bands_of
+from raxel.lab import (
+    mirror_window,
+    outline_of,
+    photograph_board,
+    photograph_patterns,
+    points_seen,
+    window_around,
+    windowed,
+)
+from raxel.sets import BLACK, WHITE, Chessboard
 
 # Rendered images of a flexible mirror's calibration, and what is detected in them.
 #

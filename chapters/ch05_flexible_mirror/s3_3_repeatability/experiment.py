@@ -36,21 +36,24 @@ from chapters.shared.mirror import (
     shape_name,
 )
 from chapters.shared.run_times import timed
-from raxel.calibration.mirror.clamp import clamp_line, clamped, fixed_line
-from raxel.calibration.mirror.observations import normalised
-from raxel.calibration.mirror.primary import primary_from_points
-from raxel.calibration.mirror.refine import (
+from raxel.calibration import (
+    FilmTracker,
+    MirrorSettings,
+    MirrorTracker,
+    clamp_line,
+    clamped,
+    fixed_line,
+    normalised,
     orthogonality_rows,
+    pose_from_non_central_rays,
+    primary_from_points,
     refine_shape,
     reflection_normals,
+    update_from_scene,
 )
-from raxel.calibration.mirror.track import FilmTracker, MirrorTracker
-from raxel.calibration.mirror.update import MirrorSettings, update_from_scene
-from raxel.calibration.pose.non_central import pose_from_non_central_rays
-from raxel.cameras.mirrors.spline import SplineMirrorCamera
+from raxel.cameras import SplineMirrorCamera
 from raxel.errors import CalibrationError
-from raxel.geometry import intersect_rays_plane, inverse_pose, transform
-from raxel.geometry.planes import on_plane
+from raxel.geometry import intersect_rays_plane, inverse_pose, on_plane, transform
 from raxel.sets import Chessboard
 
 # Three deflections out and three back, and one step all the way back (Table 5.5).

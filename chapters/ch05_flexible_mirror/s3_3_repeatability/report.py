@@ -12,12 +12,10 @@ from chapters.ch05_flexible_mirror.s3_3_repeatability.experiment import (
     update_seconds,
 )
 from chapters.shared.mirror import STAGES_MM, BenchRuns, mirror_rig, reached
-from raxel.calibration.mirror.refine import SWINGING_DEG
-from raxel.geometry import intersect_rays_plane, transform
-from raxel.geometry.planes import on_plane
-from raxel.show import Polyline, Scene, Segments, Surface, framed
-from raxel.show.cameras import frustum
-from raxel.show.view import board as board_mesh
+from raxel.calibration import SWINGING_DEG
+from raxel.geometry import intersect_rays_plane, on_plane, transform
+from raxel.show import Polyline, Scene, Segments, Surface, framed, frustum
+from raxel.show import board as board_mesh
 from repro.page import INK, new_figure, series
 from repro.page import value as name_value
 from repro.page.film import pictured

@@ -21,24 +21,33 @@ from chapters.shared.mirror import (
     ray_angles,
     seen_board,
 )
-from raxel.calibration.pose.non_central import pose_from_non_central_rays
+from raxel.calibration import pose_from_non_central_rays
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera, SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
-from raxel.features.edge_profiles import edge_points
+from raxel.features import edge_points
 from raxel.features.localise import saddle_point
-from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.geometry.homography import (
+from raxel.geometry import (
     apply_homography,
     homography_dlt,
+    pose,
     refine_homography,
+    rotation_from_vector,
+    transform,
 )
-from raxel.lab.objects import BoardRing, Bust, ringed_board_scene
-from raxel.lab.optics import bands, mirror_window, windowed
-from raxel.multiview.fits.circles import fit_circle
-from raxel.multiview.fits.conics import algebraic_conic, conic_distances
-from raxel.multiview.plane_points import (
+from raxel.lab import (
+    BoardRing,
+    Bust,
+    bands,
+    mirror_window,
+    ringed_board_scene,
+    windowed,
+)
+from raxel.multiview import (
+    algebraic_conic,
     circle_outline,
+    conic_distances,
     facing_plane,
+    fit_circle,
     plane_picture,
     points_on_plane,
     shown_in_view,

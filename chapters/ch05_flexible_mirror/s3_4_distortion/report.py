@@ -26,10 +26,15 @@ from chapters.shared.mirror import (
 )
 from chapters.shared.mirror import middle as words_of
 from raxel.cameras import FlexibleMirrorCamera, PerspectiveCamera
-from raxel.multiview.fits.circles import circle_distances
-from raxel.multiview.fits.conics import algebraic_conic, conic_distances, fit_conic
-from raxel.multiview.fits.conics import value as value_of_conics
-from raxel.multiview.plane_points import circle_outline, measured_circle
+from raxel.multiview import (
+    algebraic_conic,
+    circle_distances,
+    circle_outline,
+    conic_distances,
+    fit_conic,
+    measured_circle,
+)
+from raxel.multiview import value as value_of_conics
 from repro.page import (
     INK,
     legend_below,

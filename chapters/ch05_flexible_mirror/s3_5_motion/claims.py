@@ -26,8 +26,8 @@ from chapters.shared.mirror import (
     over_completed,
     over_the_sweep,
 )
-from raxel.cameras.core.base import Rays, centrality
-from raxel.geometry.poses import pluecker_of_rays, side_products
+from raxel.cameras import Rays, centrality
+from raxel.geometry import pluecker_of_rays, side_products
 from repro.run import NOT_COMPARABLE, Case, Reading, claim
 
 LEVELS = ("mirror_bench",)

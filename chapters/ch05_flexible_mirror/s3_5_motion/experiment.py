@@ -15,23 +15,24 @@ from chapters.shared.mirror import (
     ray_angles,
     seen_board,
 )
-from raxel.cameras.core.base import Rays, closest_point
+from raxel.cameras import Rays, closest_point
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry.poses import (
+from raxel.geometry import (
     angle_between_rotations,
     pose,
     rotation_from_vector,
     transform,
 )
-from raxel.multiview.fits.cylinders import fit_cylinder
-from raxel.multiview.generalised_motion import (
+from raxel.multiview import (
+    RayView,
+    bundle_rays,
+    fit_cylinder,
     generalised_pose_ransac,
     motion_information,
+    rays_of_pixels,
     refine_generalised_pose,
+    triangulate,
 )
-from raxel.multiview.points import RayView, triangulate
-from raxel.multiview.ray_bundle import bundle_rays
-from raxel.multiview.ray_noise import rays_of_pixels
 
 # A mirror calibrated stage by stage as published, after three pushes.
 

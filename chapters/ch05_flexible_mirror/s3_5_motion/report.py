@@ -27,7 +27,7 @@ from chapters.shared.mirror import (
     mirror_rig,
     reached,
 )
-from raxel.geometry.poses import tangent_bases
+from raxel.geometry import tangent_bases
 from raxel.show import Points, Surface, framed
 from repro.page import (
     INK,

@@ -21,14 +21,23 @@ from chapters.shared.mirror import (
     seen_board,
 )
 from raxel.errors import CalibrationError, InputError
-from raxel.features.sift import match_features
-from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector, transform
-from raxel.geometry.planes import on_plane
-from raxel.lab import ImageTexture, Rectangle, TexturedScene
-from raxel.lab.optics import window_around, windowed
-from raxel.multiview.fits.planes import fit_plane
-from raxel.multiview.points import RayView, triangulate
-from raxel.multiview.ray_noise import gaps, matched_rays, rays_of_pixels
+from raxel.features import match_features
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
+from raxel.lab import ImageTexture, Rectangle, TexturedScene, window_around, windowed
+from raxel.multiview import (
+    RayView,
+    fit_plane,
+    gaps,
+    matched_rays,
+    rays_of_pixels,
+    triangulate,
+)
 
 # Stage 3 of a bending mirror, calibrated stage by stage as published.
 

@@ -24,15 +24,17 @@ from chapters.shared.mirror import (
     ray_angles,
     seen_board,
 )
-from raxel.calibration.mirror.clamp import clamp_of_camera
-from raxel.calibration.mirror.observations import normalised
-from raxel.calibration.mirror.self_calibration import linear_update, met_points
-from raxel.calibration.mirror.update import update_from_scene, update_mirror
+from raxel.calibration import (
+    clamp_of_camera,
+    linear_update,
+    met_points,
+    normalised,
+    update_from_scene,
+    update_mirror,
+)
 from raxel.cameras import SplineMirrorCamera
 from raxel.errors import CalibrationError
-from raxel.geometry import transform
-from raxel.geometry.planes import on_plane
-from raxel.geometry.spline_grids import spline_grid
+from raxel.geometry import on_plane, spline_grid, transform
 
 # An unknown scene in front of the mirror: a wall, a plane, an object (5.4).
 #

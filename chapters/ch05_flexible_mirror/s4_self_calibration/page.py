@@ -19,7 +19,7 @@ from chapters.ch05_flexible_mirror.s4_self_calibration.experiment import (
 )
 from chapters.ch05_flexible_mirror.s4_self_calibration.report import name_values
 from chapters.shared.mirror import BENCHES, GEOMETRY_A, SWEPT, UNSEEN, MirrorErrors
-from raxel.calibration.mirror.self_calibration import linear_update
+from raxel.calibration import linear_update
 from repro.page import check, compared, open_results, show, show_code, show_table
 from repro.run import Plan, experiment
 

@@ -8,12 +8,15 @@ import numpy as np
 
 from chapters.shared.records import record, set_of
 from chapters.shared.rigs import rig_named
-from raxel.calibration import calibrate_generic, calibrate_zhang
-from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
-from raxel.calibration.views.boards import board_views
+from raxel.calibration import (
+    board_views,
+    calibrate_generic,
+    calibrate_opencv_fisheye,
+    calibrate_zhang,
+)
 from raxel.errors import InputError
-from raxel.evaluation.benchmark import score_camera, score_corners, scoring_grid
-from raxel.features.boards import detect_boards
+from raxel.evaluation import score_camera, score_corners, scoring_grid
+from raxel.features import detect_boards
 from raxel.lab import render_set
 
 SCORED = {

@@ -14,24 +14,22 @@ import numpy as np
 
 from chapters.shared.general import T_world_camera
 from chapters.shared.rigs import rig_named
-from raxel.calibration import calibrate_generic, calibrate_zhang
-from raxel.calibration.parametric.lens_formula import calibrate_lens
-from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
-from raxel.calibration.views.boards import board_views
-from raxel.cameras import load_camera
-from raxel.cameras.registry import camera_from
+from raxel.calibration import (
+    board_views,
+    calibrate_generic,
+    calibrate_lens,
+    calibrate_opencv_fisheye,
+    calibrate_zhang,
+)
+from raxel.cameras import camera_from, load_camera
 from raxel.cli import main
 from raxel.errors import CalibrationError
-from raxel.evaluation import angular_residual, evaluate_camera
-from raxel.evaluation.benchmark import scoring_grid
-from raxel.features.boards import read_boards
+from raxel.evaluation import angular_residual, evaluate_camera, scoring_grid
+from raxel.features import read_boards
 from raxel.geometry import nearest_rotation, pose, rotation_from_vector
-from raxel.lab import facade
-from raxel.lab.set_rendering import photograph_board
-from raxel.lab.target_poses import Visibility
-from raxel.multiview.views import perspective_view, resample, share_seen, source_pixels
-from raxel.sets import Chessboard, ImageSet, View, load_set
-from raxel.sets.image_set import write_set
+from raxel.lab import Visibility, facade, photograph_board
+from raxel.multiview import perspective_view, resample, share_seen, source_pixels
+from raxel.sets import Chessboard, ImageSet, View, load_set, write_set
 
 # The lens, the board, and its poses by a plan.
 

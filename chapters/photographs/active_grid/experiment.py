@@ -4,13 +4,11 @@ from functools import cache
 
 import numpy as np
 
-from raxel.calibration import calibrate_generic, calibrate_zhang
-from raxel.calibration.views.dense import dense_view
+from raxel.calibration import calibrate_generic, calibrate_zhang, dense_view
 from raxel.errors import InputError
-from raxel.evaluation.comparison import compare_models
-from raxel.features.active_grid.coding import DARK
-from raxel.features.active_grid.view import decode_view
-from raxel.features.detector import as_8_bit
+from raxel.evaluation import compare_models
+from raxel.features import as_8_bit
+from raxel.features.active_grid import DARK, decode_view
 from raxel.sets import load_set
 
 MIN_N_VIEWS = 3

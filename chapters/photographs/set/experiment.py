@@ -9,28 +9,27 @@ import numpy as np
 
 from chapters.shared.images.reading import ALL_NAMES, MODELS, PEER
 from raxel.calibration import (
+    MOVES,
+    UNDECIDED,
     BoardView,
+    board_views,
     calibrate_cgsp,
     calibrate_generic,
     calibrate_lens,
+    calibrate_opencv_fisheye,
+    calibrate_spline,
     calibrate_zhang,
 )
-from raxel.calibration.parametric.lens_formula import MOVES, UNDECIDED
-from raxel.calibration.parametric.opencv_fits import calibrate_opencv_fisheye
-from raxel.calibration.smooth.boards import calibrate_spline
-from raxel.calibration.views.boards import board_views
 from raxel.errors import InputError
 from raxel.evaluation import (
     corrected_view,
     distortion_residual,
     evaluate_camera,
+    scoring_grid,
     synthetic_plane,
 )
-from raxel.evaluation.benchmark import scoring_grid
-from raxel.features import DEFAULT_DETECTOR, charuco
-from raxel.features.boards import detect_boards
-from raxel.features.detector import as_8_bit
-from raxel.multiview.views import PerspectiveView, resample, source_pixels
+from raxel.features import CHARUCO, DEFAULT_DETECTOR, as_8_bit, detect_boards
+from raxel.multiview import PerspectiveView, resample, source_pixels
 from raxel.sets import Charuco, load_set, read_image
 
 # Undistorted view of an image through a given model.
@@ -272,7 +271,7 @@ def settings_of(image_set):
 
 def detector_of(target):
     """Return the detector of the corners; a ChArUco board has its own."""
-    return charuco.NAME if isinstance(target, Charuco) else DEFAULT_DETECTOR
+    return CHARUCO if isinstance(target, Charuco) else DEFAULT_DETECTOR
 
 
 @cache

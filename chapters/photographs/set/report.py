@@ -22,7 +22,7 @@ from chapters.shared.images.reading import (
     pooled_rms,
     share_with_ray,
 )
-from raxel.evaluation.comparison import MISSED_PX
+from raxel.evaluation import MISSED_PX
 from repro.page import WIDTH_IN, legend_below, literal, look_of, new_figure
 from repro.run import (
     Drawing,

@@ -8,8 +8,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from chapters.shared.methods import LINEAR_STAGES
-from raxel.calibration import ray_point_distances, relax_poses
-from raxel.calibration.adjust.consistent import centroid_directions
+from raxel.calibration import centroid_directions, ray_point_distances, relax_poses
 from raxel.errors import CalibrationError
 from raxel.geometry import angle_between_rotations, on_plane, transform
 

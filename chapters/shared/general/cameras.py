@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.cameras.mirrors.planar import PlanarMirrorsCamera
+from raxel.cameras import FisheyeCamera, PerspectiveCamera, PlanarMirrorsCamera
 from raxel.geometry import pose, rotation_from_vector
 
 APEX_MM = 300.0

@@ -9,7 +9,7 @@ from chapters.shared.methods import LINEAR
 from raxel.evaluation import corrected_view, synthetic_plane
 from raxel.geometry import inverse_pose, on_plane, pose, rotation_from_vector, transform
 from raxel.lab import facade
-from raxel.multiview.views import PerspectiveView, resample, source_pixels
+from raxel.multiview import PerspectiveView, resample, source_pixels
 
 EYE_MM = [600.0, -1600.0, -8500.0]
 PITCH_DEG = 14.0

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from raxel.calibration.adjust.bundle import bundle_adjust_fixed_centre
+from raxel.calibration import bundle_adjust_fixed_centre
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.evaluation.distortion import distortion_residual
+from raxel.evaluation import distortion_residual
 from raxel.geometry import (
     intersect_rays_plane,
     inverse_pose,

@@ -5,10 +5,9 @@ from functools import lru_cache
 import numpy as np
 
 from chapters.shared.grids.synthetic_board import SyntheticBoard
-from raxel.evaluation.cross_validation import in_place
-from raxel.features import find_board
-from raxel.features.detector import chessboard_corners, chessboard_corners_sb
-from raxel.features.localise.subpix import opencv_subpix
+from raxel.evaluation import in_place
+from raxel.features import chessboard_corners, chessboard_corners_sb, find_board
+from raxel.features.localise import opencv_subpix
 
 CELECT, OPENCV = "celect", "findChessboardCorners"
 OPENCV_SB, CLICKLESS = "findChessboardCornersSB", "raxel"

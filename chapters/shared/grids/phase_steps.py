@@ -8,8 +8,7 @@ import math
 
 import numpy as np
 
-from raxel.features.active_grid import decode
-from raxel.features.active_grid.coding import phase_weights
+from raxel.features.active_grid import decode, phase_weights
 from raxel.sets import ActiveGrid, PatternPlan, patterns_of
 
 # Images of 16 bits, so that rounding is far below the errors sought.

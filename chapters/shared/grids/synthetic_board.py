@@ -15,10 +15,8 @@ import cv2
 import numpy as np
 
 from raxel.cameras import FisheyeCamera, PerspectiveCamera
-from raxel.geometry.planes import on_plane
-from raxel.geometry.poses import pose, transform
-from raxel.lab import board_scene
-from raxel.lab import render
+from raxel.geometry import on_plane, pose, transform
+from raxel.lab import board_scene, render
 from raxel.sets import Chessboard
 
 SIZE_PX = 1000

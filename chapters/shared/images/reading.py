@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from raxel.evaluation.comparison import MISSED_PX
+from raxel.evaluation import MISSED_PX
 from repro.run import LEAST_RATIO, SIGNIFICANCE
 
 # The kinds of target of the sets that the study is of.

@@ -17,7 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from chapters.shared.mirror.levels import LEVEL, SAID, SWEPT
-from raxel.calibration.mirror.refine import SWINGING_DEG
+from raxel.calibration import SWINGING_DEG
 from repro.run import SHARE_OF_SEEDS, Case, Measured, Reading, counterpart
 
 # Names in the trials of the options of the ledger's questions.

@@ -23,9 +23,8 @@ from chapters.shared.mirror.images import (
 )
 from chapters.shared.mirror.levels import Bench
 from chapters.shared.mirror.rigs import STAGES_MM
-from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.geometry.planes import on_plane
-from raxel.lab.optics import Crop, bands, mirror_window
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
+from raxel.lab import Crop, bands, mirror_window
 
 PHASES = 48  # cells of the bias along a period
 # Rows of the mirror's window that are decoded: as many pixels as the errors need.

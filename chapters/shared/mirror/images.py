@@ -13,21 +13,24 @@ import numpy as np
 from raxel.cameras import PlanarMirrorsCamera
 from raxel.features.active_grid import decode
 from raxel.features.localise import saddle_point
-from raxel.geometry import pose, transform
-from raxel.geometry.planes import on_plane
+from raxel.geometry import on_plane, pose, transform
 from raxel.lab import (
     Disc,
     Laboratory,
+    MonitorPattern,
     Plain,
     Rectangle,
     TexturedScene,
     board_scene,
+    mirror_window,
     monitor_scene,
+    photograph_board,
+    photograph_patterns,
+    points_seen,
+    window_around,
+    windowed,
 )
-from raxel.lab.optics import mirror_window, window_around, windowed
-from raxel.lab.scenes import MonitorPattern
-from raxel.lab.set_rendering import photograph_board, photograph_patterns, points_seen
-from raxel.sets.patterns import BLACK, WHITE
+from raxel.sets import BLACK, WHITE
 
 # Half of the platter's ring as a polygon: corners along each of its two arcs.
 ARC = 90

@@ -22,9 +22,8 @@ import numpy as np
 
 from chapters.shared.rigs import rig_named
 from raxel.cameras import FlexibleMirrorCamera
-from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.geometry.planes import on_plane
-from raxel.lab.rig import Rig
+from raxel.geometry import on_plane, pose, rotation_from_vector, transform
+from raxel.lab import Rig
 from raxel.sets import Chessboard
 
 # The rigs' files, for experiments to name among their inputs.

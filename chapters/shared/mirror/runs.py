@@ -15,17 +15,28 @@ import numpy as np
 
 from chapters.shared.mirror.images import platter_camera
 from chapters.shared.mirror.scores import angles_between
-from raxel.calibration import rays_from_known_motion
-from raxel.calibration.mirror.clamp import clamp_line, fixed_line
-from raxel.calibration.mirror.platter import PlatterPicture, grid_poses_in_platter
-from raxel.calibration.mirror.primary import primary_from_points
-from raxel.calibration.mirror.update import MirrorSettings, linear_stage, update_mirror
-from raxel.calibration.parametric.opencv_fits import calibrate_zhang
-from raxel.calibration.views.correspondence import BoardView
-from raxel.cameras.core.base import pixel_grid
+from raxel.calibration import (
+    BoardView,
+    MirrorSettings,
+    PlatterPicture,
+    calibrate_zhang,
+    clamp_line,
+    fixed_line,
+    grid_poses_in_platter,
+    linear_stage,
+    primary_from_points,
+    rays_from_known_motion,
+    update_mirror,
+)
+from raxel.cameras import pixel_grid
 from raxel.errors import CalibrationError
-from raxel.geometry import intersect_rays_plane, pose, rotation_from_vector, transform
-from raxel.geometry.planes import on_plane
+from raxel.geometry import (
+    intersect_rays_plane,
+    on_plane,
+    pose,
+    rotation_from_vector,
+    transform,
+)
 
 # px between the pixels of the primary stage: about as many as the thesis's 1056 see
 # the mirror (5.3.3).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raxel.calibration.pose.non_central import pose_from_non_central_rays
+from raxel.calibration import pose_from_non_central_rays
 from raxel.geometry import intersect_rays_plane
 
 STEPS, ARRIVED_MM = 20, 1e-9

@@ -1,8 +1,10 @@
 """Boards for calibrating and scoring: from a corners file, or detected now."""
 
 from raxel.errors import InputError
-from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, charuco
+from raxel.features import charuco
 from raxel.features.boards import (
+    CLICK_DETECTORS,
+    DEFAULT_DETECTOR,
     agreed,
     check_chessboard,
     detect_boards,
@@ -24,7 +26,7 @@ def boards_for(image_set, views, options, say):
 def detector_name(image_set, options):
     """The detector that --detector, or the set's target, asks for."""
     if isinstance(image_set.target, Charuco):
-        return charuco.NAME
+        return charuco.CHARUCO
     return options.detector or DEFAULT_DETECTOR
 
 

@@ -6,16 +6,10 @@ from raxel.cli.new_folder import new_folder
 from raxel.cli.terminal import on_one_line
 from raxel.report.canvas import encoded
 from raxel.report.images import pattern_sheet
-from raxel.sets import (
-    chessboard_of_corners,
-    chessboard_picture,
-    pattern_picture,
-    patterns_of,
-    plan_of_cells,
-)
+from raxel.sets import chessboard_picture, pattern_picture, patterns_of, plan_of_cells
 from raxel.sets.image_set import set_text
 from raxel.sets.model import DESCRIPTION, ActiveGrid, ImageSet, View
-from raxel.sets.patterns import BLACK, CHESSBOARD, WHITE
+from raxel.sets.patterns import BLACK, CHESSBOARD, WHITE, chessboard_of_corners
 
 PREVIEW = "preview.png"
 HEADER = """\

@@ -80,8 +80,7 @@ def _scene(options, out, say):
 
 
 def _write(out, scene, title):
-    from raxel.show import html
-    from raxel.show import picture
+    from raxel.show import html, picture
 
     if out.suffix.lower() == ".png":
         content = picture(scene)

@@ -10,31 +10,6 @@ size given and without, all of them right within a pixel, where 'opencv' found 5
 'opencv-sb' 47 with their size given.
 """
 
-from raxel.features.celect.algorithm import find_celect
-from raxel.features.chessboard import find_board
-from raxel.features.detector import (
-    Detection,
-    Partial,
-    find_opencv,
-    find_opencv_sb,
-    refused,
-    verified,
-)
-from raxel.features.lattice import order_of_clicks, symmetries
+import lazy_loader
 
-DETECTORS = {"raxel": find_board, "opencv": find_opencv, "opencv-sb": find_opencv_sb}
-DEFAULT_DETECTOR = "raxel"
-CLICK_DETECTORS = {"celect": find_celect}
-
-__all__ = [
-    "CLICK_DETECTORS",
-    "DEFAULT_DETECTOR",
-    "DETECTORS",
-    "Detection",
-    "Partial",
-    "find_board",
-    "order_of_clicks",
-    "refused",
-    "symmetries",
-    "verified",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -7,20 +7,24 @@ from typing import NamedTuple
 import numpy as np
 
 from raxel.errors import InputError
-from raxel.features import CLICK_DETECTORS, DEFAULT_DETECTOR, DETECTORS
+from raxel.features.celect.algorithm import find_celect
 from raxel.features.charuco import (
     find_charuco,
     looks_like,
     markers_seen,
     with_markers_named,
 )
-from raxel.features.detector import Detection, refused
+from raxel.features.chessboard.board import find_board
+from raxel.features.detector import Detection, find_opencv, find_opencv_sb, refused
 from raxel.features.lattice import order_of_clicks
 from raxel.io.documents import one_line, shown
 from raxel.io.files import read_json, write_json
 from raxel.sets.image_files import read_image
 from raxel.sets.model import Charuco, Chessboard, View, plain_sd, sd_from_plain
 
+DETECTORS = {"raxel": find_board, "opencv": find_opencv, "opencv-sb": find_opencv_sb}
+DEFAULT_DETECTOR = "raxel"
+CLICK_DETECTORS = {"celect": find_celect}
 # Beyond any picture, and below what a float can hold.
 MOST_PX = 1e9
 

@@ -12,7 +12,7 @@ from raxel.features.chessboard.saddles import levels_of, noise_sd, sharp_level
 from raxel.features.chessboard.verdict import unsure
 from raxel.features.detector import Detection, as_8_bit, refused
 
-NAME = "charuco"  # as corners files and results name this detector
+CHARUCO = "charuco"  # as corners files and results name this detector
 # A pose has six numbers; fewer corners judge nothing.
 FEWEST_CORNERS = 6
 

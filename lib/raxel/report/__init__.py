@@ -1,7 +1,5 @@
 """The report of a calibration: corners, residuals and coverage as pictures, a page."""
 
-from raxel.report.mirror import write_mirror_report
-from raxel.report.page import check_report, new_report
-from raxel.report.write import write_report
+import lazy_loader
 
-__all__ = ["check_report", "new_report", "write_mirror_report", "write_report"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,58 +5,6 @@ Needs the extra `show` (`pip install raxel[show]`).
 Ready-made scenes: `camera_scene` here, `rigs.rig_scene` and `sets.set_scene`.
 """
 
-from raxel.io.rendering import RenderingError, rendering_missing
-from raxel.show.cameras import (
-    axes,
-    camera_scene,
-    caustics,
-    field_of_view,
-    frustum,
-    mirrors,
-    moved,
-    rays,
-)
-from raxel.show.rendering import html, picture, picture_array
-from raxel.show.scene import (
-    CLEAR,
-    SAME,
-    Arrows,
-    Labels,
-    Points,
-    Polyline,
-    Scene,
-    SceneError,
-    Segments,
-    Surface,
-)
-from raxel.show.view import board, framed, plate, polygon
+import lazy_loader
 
-__all__ = [
-    "CLEAR",
-    "SAME",
-    "Arrows",
-    "Labels",
-    "Points",
-    "Polyline",
-    "RenderingError",
-    "Scene",
-    "SceneError",
-    "Segments",
-    "Surface",
-    "axes",
-    "board",
-    "camera_scene",
-    "caustics",
-    "field_of_view",
-    "framed",
-    "frustum",
-    "html",
-    "mirrors",
-    "moved",
-    "picture",
-    "picture_array",
-    "plate",
-    "polygon",
-    "rays",
-    "rendering_missing",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

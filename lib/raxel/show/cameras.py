@@ -9,7 +9,8 @@ import numpy as np
 
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang
 from raxel.calibration.views.boards import board_views
-from raxel.cameras import caustic_points, centrality, closest_point
+from raxel.cameras import centrality, closest_point
+from raxel.cameras.core.caustic import caustic_points
 from raxel.cameras.registry import load_camera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.cross_validation import evaluate_camera

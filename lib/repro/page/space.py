@@ -14,7 +14,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from raxel.show import Scene, html, picture_array, rendering_missing
+from raxel.io.rendering import rendering_missing
+from raxel.show import Scene, html, picture_array
 from raxel.show.rendering import FINER
 from raxel.show.rendering import render as shaded_scene
 from repro.page.style import new_figure

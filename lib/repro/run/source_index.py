@@ -63,8 +63,12 @@ class Module:
 
 
 def index(name: str, path: Path, folder: Path) -> Module:
-    """Index of the module ``name`` in ``path``, from ``folder`` if it is kept there."""
-    source = path.read_bytes()
+    """Index of the module ``name`` in ``path``, from ``folder`` if it is kept there.
+
+    A stub (``.pyi``) next to it says what a package imports lazily.
+    """
+    stub = path.with_suffix(".pyi")
+    source = path.read_bytes() + (stub.read_bytes() if stub.is_file() else b"")
     key = hashlib.sha256(f"{name}\n{_revision()}\n".encode() + source).hexdigest()
     kept = folder / f"{key[:32]}.json"
     try:

@@ -277,16 +277,16 @@ def _lines(path: Path) -> list[str]:
 def _line_with(path: Path, quoted: str) -> int:
     """Number of the first line that quotes a name, whole; 0 where none does."""
     whole = re.compile(re.escape(quoted) + "[:`]")
-    numbers = (n for n, line in enumerate(_lines(path), 1) if whole.search(line))
-    return next(numbers, 0)
+    return next((n for n, li in enumerate(_lines(path), 1) if whole.search(li)), 0)
 
 
 def shown(lines: Sequence[PlaceLine]) -> str:
     """Lines below each other, words and places aligned."""
     word = max(len(line.word) for line in lines)
     place = max(len(line.place) for line in lines)
-    rows = (f"{li.word:{word}}  {li.place:{place}}  {li.name}" for li in lines)
-    return "\n".join(row.rstrip() for row in rows)
+    return "\n".join(
+        f"{li.word:{word}}  {li.place:{place}}  {li.name}".rstrip() for li in lines
+    )
 
 
 def main(argv: Sequence[str] | None = None) -> int:

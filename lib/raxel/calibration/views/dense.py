@@ -151,7 +151,7 @@ def dense_view(location, sigma=None, mask=None, name=""):
     FARTHEST) where none is known; sigma: alike, standard deviations in the same unit,
     None where nobody states any; mask: (H, W) bool, where a location counts, None for
     all that are finite; name: for messages. All three are what
-    `raxel.features.active_grid.decode` gives.
+    `raxel.features.active_grid.decoding` gives.
 
     Seen in the image, x should turn clockwise into y. Where it turns the other way for
     most pixels, as through a mirror, the grid's image is the grid: y is counted

@@ -1,6 +1,5 @@
 """Active grids: coded patterns on a monitor, decoded to a point for every pixel."""
 
-from raxel.features.active_grid.decode import REASONS, Decoded, decode
-from raxel.features.active_grid.errors import Noise, estimate_noise
+import lazy_loader
 
-__all__ = ["REASONS", "Decoded", "Noise", "decode", "estimate_noise"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,7 +9,7 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.features.active_grid.checks.doubts import clipped_at, examine
 from raxel.features.active_grid.coding import ALONE, FILLED, RIM
-from raxel.features.active_grid.decode import Decoded, decode
+from raxel.features.active_grid.decoding import Decoded, decode
 from raxel.features.active_grid.response import response_warnings
 from raxel.geometry.pixel_cells import as_in_a_mirror
 from raxel.sets import ActiveGrid, read_colour

@@ -3,28 +3,6 @@
 `celect` is the algorithm of section 3.1.2, `CelectSettings` its values.
 """
 
-from raxel.features.celect.algorithm import (
-    OUTER_CORNER,
-    TOO_FEW,
-    TOO_MANY,
-    TRACING,
-    CelectResult,
-    CelectSettings,
-    ContourFailure,
-    ContourTrace,
-    along_contour,
-    celect,
-)
+import lazy_loader
 
-__all__ = [
-    "OUTER_CORNER",
-    "TOO_FEW",
-    "TOO_MANY",
-    "TRACING",
-    "CelectResult",
-    "CelectSettings",
-    "ContourFailure",
-    "ContourTrace",
-    "along_contour",
-    "celect",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

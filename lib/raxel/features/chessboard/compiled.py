@@ -228,14 +228,14 @@ def followed(atlas, points, directions, signs, usual, levels, own):
     end = np.full(len(points), -1)
     heading = directions.copy()
     for i in range(len(points)):
-        end[i] = _followed_one(
+        end[i] = follow_edge(
             atlas, points[i], heading[i], signs[i], usual[i], levels[i], own[i]
         )
     return end, heading
 
 
 @njit(cache=True, error_model="numpy")
-def _followed_one(atlas, start, d, sign, usual, level, own):
+def follow_edge(atlas, start, d, sign, usual, level, own):
     """The corner that an edge leads to, or -1; `d` is turned as the edge turns."""
     u, v = start
     past = np.empty((MEMORY, 2), np.float32)

@@ -324,7 +324,7 @@ def grid_of(start, nodes, level):
     rows, columns = start.shape[:2]
     empty = np.full((rows, columns), np.nan)
     blank = Grid(np.full_like(start, np.nan), *(empty.copy() for _ in range(4)))
-    grid = taken(blank, start, np.isfinite(start[..., 0]), level)
+    grid = accept_corners(blank, start, np.isfinite(start[..., 0]), level)
     grid = _largest_part(grid)
     for _ in range(ROUNDS):
         if grid.count < 4:
@@ -336,7 +336,7 @@ def grid_of(start, nodes, level):
             near = _snapped(guess, grid.points, nodes, snap)
             for trial in (near, guess):
                 if grid.count == before:
-                    grid = taken(grid, trial, wanted, level)
+                    grid = accept_corners(grid, trial, wanted, level)
         if grid.count == before:
             break
     grid = _cropped(_largest_part(grid))
@@ -415,7 +415,7 @@ def _rim(grid):
     return ~grid.known & np.any(side, axis=0) & ~_holes(grid)
 
 
-def taken(grid, trial, wanted, level):
+def accept_corners(grid, trial, wanted, level):
     """The grid with those of the trial corners (rows, columns, 2) that are corners."""
     known = grid.known
     wanted = wanted & np.isfinite(trial[..., 0]) & ~known

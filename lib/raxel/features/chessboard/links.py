@@ -135,14 +135,14 @@ def lattices_of(nodes, links):
             break
         if seed in used:
             continue
-        lattice = _grown(seed, points, nodes.contrast, table, used)
+        lattice = grow_lattice(seed, points, nodes.contrast, table, used)
         if len(lattice) >= LEAST_NODES:
             used.update(lattice.values())
             lattices.append(lattice)
     return sorted(lattices, key=len, reverse=True)
 
 
-def _grown(seed, points, contrast, links, used):
+def grow_lattice(seed, points, contrast, links, used):
     """The lattice around a node: dict (x, y) -> node."""
     placed, rotation, cells = {}, {}, {}
     queue = [(0.0, 0, seed, 0, (0, 0), -1)]

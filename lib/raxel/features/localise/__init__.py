@@ -1,17 +1,9 @@
 """Sub-pixel localisation of chessboard corners that are known to a few pixels (3.1.3).
 
-`LOCALISERS` maps names to callables (image, corners, **parameters) -> `Localised`.
+Localisers are callables (image, corners, **parameters) -> `Localised`.
 Windows are full odd widths in px, but for OpenCV's function, which takes half windows.
 """
 
-from raxel.features.localise.ridges import derivative
-from raxel.features.localise.saddle import Localised, saddle_point
-from raxel.features.localise.subpix import corner_subpix
+import lazy_loader
 
-LOCALISERS = {
-    "saddle-point": saddle_point,
-    "derivative": derivative,
-    "opencv": corner_subpix,
-}
-
-__all__ = ["LOCALISERS", "Localised", "corner_subpix", "derivative", "saddle_point"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,16 @@
+from .benchmark import score_camera as score_camera
+from .benchmark import score_corners as score_corners
+from .benchmark import scoring_grid as scoring_grid
+from .comparison import MISSED_PX as MISSED_PX
+from .comparison import compare_models as compare_models
+from .cross_validation import corner_errors as corner_errors
+from .cross_validation import cross_validate as cross_validate
+from .cross_validation import distances as distances
+from .cross_validation import evaluate_camera as evaluate_camera
+from .cross_validation import in_order_of as in_order_of
+from .cross_validation import in_place as in_place
+from .cross_validation import share_in_order as share_in_order
+from .distortion import angular_residual as angular_residual
+from .distortion import corrected_view as corrected_view
+from .distortion import distortion_residual as distortion_residual
+from .distortion import synthetic_plane as synthetic_plane

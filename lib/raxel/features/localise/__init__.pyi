@@ -1,0 +1,11 @@
+from .ridges import derivative as derivative
+from .ridges import fit_ridges as fit_ridges
+from .ridges import gradient as gradient
+from .saddle import blurred as blurred
+from .saddle import fit_saddles as fit_saddles
+from .saddle import noise_variance as noise_variance
+from .saddle import saddle_point as saddle_point
+from .subpix import ITERATIONS as ITERATIONS
+from .subpix import TERMINATION_PX as TERMINATION_PX
+from .subpix import corner_subpix as corner_subpix
+from .subpix import opencv_subpix as opencv_subpix
