@@ -1,4 +1,6 @@
-"""A chessboard with a circle drawn over it: its corners tell the pose, the circle what
+"""Objects for scenes: a bust, and a chessboard with a circle.
+
+A chessboard with a circle drawn over it: its corners tell the pose, the circle what
 is left of distortion (5.3.4, Fig. 5.14).
 """
 

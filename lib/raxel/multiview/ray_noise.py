@@ -1,4 +1,6 @@
-"""How far matched rays of a general camera miss each other, and what motion does to it.
+"""Noise of rays, and the gaps between matched rays.
+
+How far matched rays of a general camera miss each other, and what motion does to it.
 
 Rays (p_1, d_1) and (p_2, d_2) of two views meet under X_2 = R X_1 + t where
 

@@ -1,4 +1,6 @@
-"""A picture laid out on a plane whose points the pixels are known to see.
+"""Views without distortion: perspective, cylindrical, and of a plane.
+
+A picture laid out on a plane whose points the pixels are known to see.
 
 An active grid tells each pixel the point of its plane that it sees. That alone takes
 the distortion out of any picture that the same camera takes: no model is needed, and

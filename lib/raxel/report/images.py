@@ -1,4 +1,7 @@
-"""Pictures of active grids: all patterns on one sheet, and what was decoded."""
+"""Images of a report: views with residuals, and active grids.
+
+Pictures of active grids: all patterns on one sheet, and what was decoded.
+"""
 
 from typing import NamedTuple
 

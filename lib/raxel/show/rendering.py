@@ -1,4 +1,6 @@
-"""A scene as one page on which it turns: pyvista's own export, with legend and words.
+"""Renderings of a scene: an image, and a page on which it turns.
+
+A scene as one page on which it turns: pyvista's own export, with legend and words.
 
 The page loads nothing and works from the disk. The export numbers its objects by their
 places in memory and stamps times; here they are numbered in order, so that the same

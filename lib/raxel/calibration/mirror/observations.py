@@ -1,4 +1,6 @@
-"""A board of which a mirror shows a part: the same corners before and after a bend.
+"""Observations of a flexible mirror: sightings, ray points, matches, support.
+
+A board of which a mirror shows a part: the same corners before and after a bend.
 
 A board that reaches beyond the mirror has no corner to count from. Its lattice, as
 found in one picture, may be turned and shifted against that of another. What tells is

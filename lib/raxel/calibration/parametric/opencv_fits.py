@@ -1,4 +1,6 @@
-"""OpenCV's own calibration of a fisheye lens: the peer that users of wide lenses know.
+"""Calibrations by OpenCV: Zhang's method and the fisheye model.
+
+OpenCV's own calibration of a fisheye lens: the peer that users of wide lenses know.
 
 Its model is Kannala and Brandt's symmetric one with k1 = 1: r = theta + k2 theta^3 +
 ... + k5 theta^9, fitted by minimising the reprojection error. Source: J.

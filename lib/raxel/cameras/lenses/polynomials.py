@@ -1,4 +1,6 @@
-"""Models that give the ray in closed form: (p, f(|p|)) with a polynomial f.
+"""Lens models by polynomials: polar, radial laws, and rays in closed form.
+
+Models that give the ray in closed form: (p, f(|p|)) with a polynomial f.
 
 The depth f may pass through zero: then the ray leaves the image plane and looks back.
 """

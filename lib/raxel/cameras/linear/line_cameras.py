@@ -1,4 +1,4 @@
-"""Crossed-slits camera: every ray meets two slits (2.2.4)."""
+"""Cameras whose rays meet lines: orthographic, pushbroom, crossed slits (2.2.4)."""
 
 import numpy as np
 

@@ -1,4 +1,6 @@
-"""Where a surface is folded: places go on without a jump, but by another step.
+"""Errors of decoded positions: noise, blur, bias, bends and folds.
+
+Where a surface is folded: places go on without a jump, but by another step.
 
 Facets of a mirror that meet edge to edge show it, and so do caustics, where places turn
 round. A window and a blur of variance s^2 together put a fold, where the step changes

@@ -1,4 +1,6 @@
-"""Which period each pixel sees, where sines tell it in the place of a Gray code.
+"""Phase unwrapping: the period of each pixel, its neighbours and breaks.
+
+Which period each pixel sees, where sines tell it in the place of a Gray code.
 
 Phases are those of windows of 7 x 7 pixels, or of one pixel where its window shows no
 single place (`periods`).

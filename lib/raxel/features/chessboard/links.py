@@ -1,4 +1,7 @@
-"""Linked corners put on lattices: which corner is in which row and column."""
+"""Links between corners along edges, and lattices grown from them.
+
+Linked corners put on lattices: which corner is in which row and column.
+"""
 
 import heapq
 from typing import NamedTuple
