@@ -14,31 +14,22 @@ from pathlib import Path
 CODE = re.compile(r"``.+?``|`[^`]+?`", re.S)
 SPECIAL = re.compile(r"([\\*_|])")
 LIST_ITEM = re.compile(r"(-|\d+\.|\(\w\)) ")
-# What is imported from its modules, since its package exports nothing.
-BY_MODULE = re.compile(r"errors$|multiview/(?!.*__init__)")
 RULE = re.compile(r"-{3,}$")
 
 
 def library_pages(library: Path) -> dict[str, str]:
-    """Pages of the reference (`api/cameras.rst`): packages with what they export.
-
-    Of a package that exports nothing (`BY_MODULE`), its modules.
-    """
+    """Pages of the reference (`api/cameras.rst`): packages with their public names."""
     pages: dict[str, str] = {}
     for path in sorted(library.rglob("*.py")):
         inside = path.relative_to(library).with_suffix("").as_posix()
         name = inside.removesuffix("/__init__").replace("/", ".")
-        exports = "\n__all__ = " in path.read_text("utf-8")
-        module, options = f"raxel.{name}", "   :members:\n"
-        if BY_MODULE.match(inside):
-            name = name.partition(".")[0]
-        elif exports and path.name == "__init__.py":
+        title, options = f"raxel.{name}", "   :members:\n"
+        if path.with_suffix(".pyi").is_file():
             options += "   :imported-members:\n"
-        else:
+        elif inside != "errors":
             continue
-        title = f"raxel.{name}"
-        pages.setdefault(f"api/{name}.rst", f"{title}\n{'=' * len(title)}\n")
-        pages[f"api/{name}.rst"] += f"\n.. automodule:: {module}\n{options}"
+        page = f"{title}\n{'=' * len(title)}\n\n.. automodule:: {title}\n{options}"
+        pages[f"api/{name}.rst"] = page
     names = "".join(f"   {Path(page).stem}\n" for page in pages)
     index = (
         "The library\n===========\n\n"
@@ -54,16 +45,17 @@ def as_rst(lines: list[str]) -> list[str]:
     written: list[str] = []
     for block in re.split(r"\n\s*\n", inspect.cleandoc("\n".join(lines))):
         own = block.splitlines()
-        if len(own) > 1 and RULE.match(own[1]):  # a heading of numpydoc
+        headed = len(own) > 1 and RULE.match(own[1])  # a heading of numpydoc
+        if headed:
             written += [f"**{own[0]}**", ""]
-            own = [
-                line.lstrip() if line[:1] == " " else f"- {line}" for line in own[2:]
-            ]
-            own = [line if line[:2] == "- " else f"  {line}" for line in own]
-        elif any(line[:1] == " " for line in own) and not LIST_ITEM.match(block):
-            # Aligned by hand: only a fixed-width setting keeps it readable.
+            own = own[2:]
+        aligned = any(line[:1] == " " for line in own) and not LIST_ITEM.match(block)
+        if own[0].startswith(">>>") or (aligned and not headed):
+            # An example, or aligned by hand: only a fixed-width setting is readable.
             written += ["::", "", *(f"    {line}" for line in own), ""]
             continue
+        if headed:
+            own = [f"  {li.lstrip()}" if li[:1] == " " else f"- {li}" for li in own]
         written += [*escaped("\n".join(own)).splitlines(), ""]
     return written
 
