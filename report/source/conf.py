@@ -45,7 +45,7 @@ bibtex_default_style = "unsrt"
 bibtex_reference_style = "author_year"
 
 # One file of MathJax, with glyphs as drawn paths. The package's own extension copies
-# all 24 MB and takes the variant with web fonts, which Firefox refuses on file://.
+# all 24 MB and takes the variant with web fonts, which Firefox blocks on file://.
 mathjax = Path(find_spec("sphinx-mathjax-offline").submodule_search_locations[0])
 mathjax_path = "tex-svg-full.js"
 # The menu would offer to fetch speech rules from a host.
