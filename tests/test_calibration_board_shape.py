@@ -37,7 +37,7 @@ def asked_for(gain, monkeypatch, count=20):
     found = shape, np.eye(4), np.eye(4)
     squares = {"flat": 4 + gain, "shaped": np.full(count, 4.0)}
     monkeypatch.setattr(lens_board, "_found_shape", lambda *_: found)
-    monkeypatch.setattr(lens_board, "_shaped", lambda *_: "shaped")
+    monkeypatch.setattr(lens_board, "_shaped_board", lambda *_: "shaped")
     monkeypatch.setattr(
         lens_board,
         "kept_out_squares",

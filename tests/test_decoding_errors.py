@@ -13,8 +13,7 @@ from chapters.shared.central.decoding_errors import (
 )
 from chapters.shared.central.sets import scored_grids, true_camera
 from chapters.shared.rigs import RIGS
-from raxel.lab import load_rig
-from raxel.lab import set_rendering as render_set
+from raxel.lab import load_rig, render_set
 
 
 @pytest.fixture(scope="module")

@@ -52,7 +52,7 @@ INNER_ROOMS = {
         "mirrors": ("core", "linear"),
         "tables": ("core",),
     },
-    "raxel.features.active_grid": {"checks": ("coding", "layout", "periods")},
+    "raxel.features.active_grid": {"checks": ("coding", "phase_unwrapping")},
 }
 # The modules beside them that may import their rooms; a package's own name may too.
 ABOVE_ROOMS = {
@@ -75,7 +75,7 @@ def told(arrows):
 
 
 def room(module):
-    """raxel.cameras.registry -> cameras; raxel itself -> ''."""
+    """raxel.cameras.io -> cameras; raxel itself -> ''."""
     return module.partition(".")[2].partition(".")[0]
 
 
@@ -295,7 +295,7 @@ def test_a_wrong_arrow_is_named_though_a_function_hides_it(tmp_path, rule, file,
 
 def test_a_circle_is_named_arrow_by_arrow(tmp_path):
     files = SOUND | {
-        "lib/raxel/cameras/base.py": "from raxel.cameras.registry import load\n",
+        "lib/raxel/cameras/base.py": "from raxel.cameras.io import load\n",
         "lib/raxel/cameras/io.py": (
             "from typing import TYPE_CHECKING\n\n"
             "if TYPE_CHECKING:\n    from raxel.cameras import Camera\n"

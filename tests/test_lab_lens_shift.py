@@ -7,8 +7,7 @@ import pytest
 import yaml
 
 from raxel.errors import InputError
-from raxel.lab import load_rig
-from raxel.lab import set_rendering as render_set
+from raxel.lab import load_rig, render_set
 from raxel.lab.rig import ShiftedLens
 from raxel.sets import load_set, read_image
 from tests.raised import raises_code

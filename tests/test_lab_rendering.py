@@ -11,9 +11,8 @@ from raxel.cameras.registry import CAMERAS
 from raxel.errors import InputError
 from raxel.features.detector import refine
 from raxel.geometry import pose, rotation_from_vector, transform
-from raxel.lab import Plain, Rectangle, TexturedScene, board_scene, trace
-from raxel.lab import rendering as render
-from raxel.lab import rendering as render_function
+from raxel.lab import Plain, Rectangle, TexturedScene, board_scene, render, trace
+from raxel.lab import render as render_function
 from raxel.lab.optics import Crop, Optics, Raster, Sight, visible_share
 from raxel.lab.rendering import PixelMeans, lattice
 from raxel.lab.rig import Laboratory

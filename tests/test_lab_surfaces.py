@@ -5,9 +5,7 @@ import pytest
 
 from raxel.errors import InputError
 from raxel.geometry import inverse_pose, pose, rotation_from_vector, transform
-from raxel.lab import Disc, ImageTexture, Plain, Rectangle, TexturedScene
-from raxel.lab import scenes as facade
-from raxel.lab import scenes as room
+from raxel.lab import Disc, ImageTexture, Plain, Rectangle, TexturedScene, facade, room
 from raxel.lab.scenes import _column
 from raxel.lab.surfaces import Cylinder, Relief, box
 from raxel.lab.textures import ChessboardTexture, Panels, Stripes, Tiles

@@ -71,7 +71,7 @@ def test_the_key_follows_the_rig_and_the_code_of_the_laboratory(checkout):
 
 def test_the_key_reaches_into_the_real_laboratory():
     reached = {":".join(place) for place in Reach(ROOT).reached(rendering.CODE)}
-    wanted = ["lab.render_set:render_set", "lab.rig:Rig", "lab.sensor:Sensor"]
+    wanted = ["lab.set_rendering:render_set", "lab.rig:Rig", "lab.sensor:Sensor"]
     assert {f"raxel.{one}" for one in wanted} <= reached
 
 

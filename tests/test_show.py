@@ -26,10 +26,10 @@ from raxel.show import (
     board,
     framed,
     html,
+    picture,
     picture_array,
 )
 from raxel.show import rendering as page
-from raxel.show import rendering as picture
 from raxel.show.meshes import drawn_parts
 from raxel.show.rendering import THEMES
 from raxel.show.view import mm_per_px, projected

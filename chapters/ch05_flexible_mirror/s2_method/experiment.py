@@ -188,19 +188,19 @@ MIRROR, POSE = "raxel.calibration.mirror.", "raxel.calibration.pose."
 STAGES = {
     "viewer": "raxel.calibration.parametric.opencv_fits.calibrate_zhang",
     "platter": MIRROR + "platter.grid_poses_in_platter",
-    "line": MIRROR + "clamp_line.clamp_line",
+    "line": MIRROR + "clamp.clamp_line",
     "rays": "raxel.calibration.generic.known_motion.rays_from_known_motion",
-    "points": MIRROR + "primary_start.mirror_points",
-    "shape": MIRROR + "linear.shape_up_to_scale",
-    "scale": MIRROR + "linear.scaled_to_points",
+    "points": MIRROR + "primary.mirror_points",
+    "shape": MIRROR + "refine.shape_up_to_scale",
+    "scale": MIRROR + "refine.scaled_to_points",
     "first": MIRROR + "primary._refined",
-    "held": MIRROR + "clamp_line.fixed_line",
+    "held": MIRROR + "clamp.fixed_line",
     "pose": POSE + "non_central.pose_from_non_central_rays",
     "order": MIRROR + "update._not_exchanged",
     "knots": MIRROR + "update._knots",
-    "linear": MIRROR + "linear.shape_with_clamp",
+    "linear": MIRROR + "refine.shape_with_clamp",
     "refine": MIRROR + "refine.refine_shape",
-    "open": MIRROR + "edges.edge_flags",
+    "open": MIRROR + "refine.edge_flags",
 }
 REJECTED = "refused"
 
