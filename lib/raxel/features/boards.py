@@ -1,7 +1,11 @@
 """All boards of an image set: detected, written as JSON, read back."""
 
+from __future__ import annotations
+
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +24,14 @@ from raxel.features.lattice import order_of_clicks
 from raxel.io.documents import one_line, shown
 from raxel.io.files import read_json, write_json
 from raxel.sets.image_files import read_image
-from raxel.sets.model import Charuco, Chessboard, View, plain_sd, sd_from_plain
+from raxel.sets.model import (
+    Charuco,
+    Chessboard,
+    ImageSet,
+    View,
+    plain_sd,
+    sd_from_plain,
+)
 
 DETECTORS = {"raxel": find_board, "opencv": find_opencv, "opencv-sb": find_opencv_sb}
 DEFAULT_DETECTOR = "raxel"
@@ -30,7 +41,17 @@ MOST_PX = 1e9
 
 
 class Board(NamedTuple):
-    """What was found in one view; `milliseconds` is None where it was not measured."""
+    """Hold what was found in one view.
+
+    Attributes
+    ----------
+    view : View
+        The view.
+    detection : Detection
+        The answer of the detector.
+    milliseconds : float or None
+        Time of the detection in ms; None where it was not measured.
+    """
 
     view: View
     detection: Detection
@@ -47,15 +68,39 @@ def check_chessboard(image_set):
         )
 
 
-def detect_boards(image_set, detector=DEFAULT_DETECTOR, views=None, say=None):
-    """Look for the board in each view; one Board per view, in order.
+def detect_boards(
+    image_set: ImageSet,
+    detector: str = DEFAULT_DETECTOR,
+    views: Sequence[View] | None = None,
+    say: Callable[[str], object] | None = None,
+) -> list[Board]:
+    """Detect the board in each view of an image set.
 
-    `detector` is a name in DETECTORS or CLICK_DETECTORS; the corners of a ChArUco board
-    are found by its markers, whatever its name. `views`: some of the set's views
-    (default all), `say` a callable told one line per image. All images are read
-    before the first is searched, so that a faulty one is known at once.
-    Raises InputError for a set without a chessboard, for images as `read_image`, and
-    for clicks and contours by hand that cannot be.
+    All images are read before the first is searched, so that a faulty one is reported
+    at once. The corners of a ChArUco board are found by its markers, whatever the
+    detector.
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        The set, with a chessboard as its target.
+    detector : str
+        A name in DETECTORS or CLICK_DETECTORS.
+    views : Sequence[View], optional
+        Some of the views of the set; default all.
+    say : Callable, optional
+        Called with one line of text per image.
+
+    Returns
+    -------
+    list[Board]
+        One Board per view, in order.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for a set without a chessboard, for images as `read_image`, and for
+        impossible clicks or contours by hand.
     """
     check_chessboard(image_set)
     views = image_set.views if views is None else views
@@ -114,11 +159,32 @@ def write_boards(path, image_set, detector, boards, vote=None):
     write_json(path, about | {"images": images})
 
 
-def read_boards(path, image_set, views=None):
-    """Boards of the set's views from such a JSON file, in the order of the views.
+def read_boards(
+    path: str | Path, image_set: ImageSet, views: Sequence[View] | None = None
+) -> list[Board]:
+    """Read the boards of the views of a set from a JSON file of `write_boards`.
 
-    A view without entry counts as not found, with that reason. Raises InputError
-    (file, field, found, what to do) for entries that are no boards of this set.
+    A view without an entry counts as not found, with that reason.
+
+    Parameters
+    ----------
+    path : str or Path
+        The JSON file.
+    image_set : ImageSet
+        The set, with a chessboard as its target.
+    views : Sequence[View], optional
+        Some of the views of the set; default all.
+
+    Returns
+    -------
+    list[Board]
+        One Board per view, in the order of the views.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for entries that are no boards of this set. The message states file,
+        field, what was found, and what to do.
     """
     check_chessboard(image_set)
     data = read_json(path)

@@ -1,8 +1,11 @@
 """The interface of every chessboard detector, and what all their answers go through."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from raxel.errors import InputError
 from raxel.features.lattice import lattice_fault, misfit, spacing, standard_order
@@ -15,11 +18,28 @@ START, SLOPE = 0.04045, 12.92
 OFFSET, POWER = 0.055, 2.4
 
 
-def undo_srgb(image):
-    """An image (height, width) uint8 as it was before the tone curve of sRGB, uint8.
+def undo_srgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the linear light of an image with the tone curve of sRGB.
 
-    0 and 255 stay what they are. The curve is that of IEC 61966-2-1: straight for dark
-    levels, a power above them; eight bits leave few levels for the dark ones.
+    The curve is that of IEC 61966-2-1: straight for dark levels, a power above them.
+    0 and 255 are unchanged. Eight bits leave few levels for the dark ones.
+
+    Parameters
+    ----------
+    image : NDArray[np.uint8]
+        (height, width) grey levels as the camera stores them.
+
+    Returns
+    -------
+    NDArray[np.uint8]
+        (height, width) levels proportional to light.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features import undo_srgb
+    >>> undo_srgb(np.array([[0, 128, 255]], np.uint8)).tolist()
+    [[0, 55, 255]]
     """
     grey = np.arange(256) / 255
     light = np.where(
@@ -32,10 +52,15 @@ SPAN_FOR_8_BIT = (0.1, 99.9)
 
 
 class Partial(NamedTuple):
-    """The part of a refused board that is in order.
+    """Hold the part of a rejected board that is in order.
 
-    `corners` (M, 2) pixels (u, v); `indices` (M, 2) int: row and column of each on
-    their lattice, counted from 0, with the first corner and the direction left open.
+    Attributes
+    ----------
+    corners : np.ndarray
+        (M, 2) pixels (u, v).
+    indices : np.ndarray
+        (M, 2) int: row and column of each corner on its lattice, counted from 0. The
+        first corner and the direction are undetermined.
     """
 
     corners: np.ndarray
@@ -43,15 +68,28 @@ class Partial(NamedTuple):
 
 
 class Detection(NamedTuple):
-    """What a detector says about one image.
+    """Hold the answer of a detector for one image.
 
-    `corners` (rows * columns, 2) float64 pixels (u, v), row by row, x along the
-    columns, in the order of `lattice.standard_order`, NaN for a corner that is missing;
-    (0, 2) where not found. `reason` says why not, in a few words. `sd` (rows *
-    columns,) px: standard deviation of each corner, by the rule of
-    `raxel.sets.model`; None where a detector gives none. `partial`: what is in
-    order of a refused board, None where there is nothing. `complete`: sizes (columns,
-    rows) of the boards seen, where several are a reason to refuse.
+    Attributes
+    ----------
+    found : bool
+        Whether the board was detected.
+    corners : np.ndarray
+        (rows * columns, 2) float64 pixels (u, v), row by row, x along the columns, in
+        the order of `lattice.standard_order`. NaN for a missing corner; (0, 2) where
+        the board was not found.
+    columns, rows : int or None
+        Numbers of interior corners; None where unknown.
+    reason : str
+        Why the board was not found, in a few words.
+    sd : np.ndarray or None
+        (rows * columns,) px: predicted standard deviation of each corner, by the rule
+        of `raxel.sets.model`. None where a detector gives none.
+    partial : Partial or None
+        The ordered part of a rejected board; None where there is none.
+    complete : tuple
+        Sizes (columns, rows) of the detected boards, where several are a reason to
+        reject.
     """
 
     found: bool
@@ -64,8 +102,8 @@ class Detection(NamedTuple):
     complete: tuple = ()
 
     @property
-    def missing(self):
-        """Number of corners that the board lacks."""
+    def missing(self) -> int:
+        """Return the number of corners that the board lacks."""
         return int(np.count_nonzero(np.isnan(self.corners[:, 0])))
 
 
@@ -87,10 +125,30 @@ def verified(corners, columns, rows, image):
     return Detection(True, corners[order], columns, rows)
 
 
-def as_8_bit(image):
-    """Grey (height, width) as uint8; deeper images are stretched over their range.
+def as_8_bit(image: np.ndarray) -> NDArray[np.uint8]:
+    """Return a grey image as uint8; stretch deeper images over their range.
 
-    Raises InputError for an array of another shape, as that of a colour picture.
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels. An image of uint8 is returned as it is.
+
+    Returns
+    -------
+    NDArray[np.uint8]
+        (height, width) grey levels.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for an array of another shape, as that of a colour image.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features import as_8_bit
+    >>> as_8_bit(np.array([[0, 65535]], np.uint16)).tolist()
+    [[0, 255]]
     """
     if image.ndim != 2:
         raise InputError(
@@ -122,12 +180,25 @@ SECTOR_SEED = 0
 NOT_FOUND = "OpenCV found no board of {} x {} interior corners"
 
 
-def chessboard_corners(image, columns, rows, flags=PLAIN_FLAGS):
-    """Corners as cv2.findChessboardCorners returns them; None where it has no board.
+def chessboard_corners(
+    image: np.ndarray, columns: int, rows: int, flags: int = PLAIN_FLAGS
+) -> NDArray[np.float64] | None:
+    """Return the corners of cv2.findChessboardCorners, or None without a board.
 
-    `image` (height, width) uint8 or uint16; `columns` and `rows` count interior
-    corners, `flags` are OpenCV's. Returns (rows * columns, 2) float64 pixels (u, v),
-    row by row, from whichever corner OpenCV begins with.
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels, uint8 or uint16.
+    columns, rows : int
+        Numbers of interior corners.
+    flags : int
+        Flags of OpenCV.
+
+    Returns
+    -------
+    NDArray[np.float64] or None
+        (rows * columns, 2) pixels (u, v), row by row, from the corner with which OpenCV
+        begins. None where OpenCV finds no board.
     """
     import cv2
 
@@ -136,11 +207,27 @@ def chessboard_corners(image, columns, rows, flags=PLAIN_FLAGS):
     return _all_of(found, corners, size)
 
 
-def chessboard_corners_sb(image, columns, rows, flags=SECTOR_FLAGS):
-    """Corners as cv2.findChessboardCornersSB, the sector-based one, returns them.
+def chessboard_corners_sb(
+    image: np.ndarray, columns: int, rows: int, flags: int = SECTOR_FLAGS
+) -> NDArray[np.float64] | None:
+    """Return the corners of cv2.findChessboardCornersSB, the sector-based detector.
 
-    As `chessboard_corners`. It sorts its candidates by k-means from random starts; they
-    are the same for every picture here, so that no answer hangs on what ran before.
+    OpenCV sorts its candidates by k-means from random starts. The starts are the same
+    for every image here, so that no answer depends on earlier calls.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels, uint8 or uint16.
+    columns, rows : int
+        Numbers of interior corners.
+    flags : int
+        Flags of OpenCV.
+
+    Returns
+    -------
+    NDArray[np.float64] or None
+        As of `chessboard_corners`.
     """
     import cv2
 
@@ -156,11 +243,34 @@ def _all_of(found, corners, size):
     return np.asarray(corners, dtype=float).reshape(-1, 2)
 
 
-def find_opencv(image, columns, rows):
-    """findChessboardCorners (adaptive threshold, normalised image), then refined.
+def find_opencv(image: np.ndarray, columns: int | None, rows: int | None) -> Detection:
+    """Detect a chessboard by cv2.findChessboardCorners and refine its corners.
 
-    `image` (height, width) uint8 or uint16; `columns` and `rows` count interior
-    corners and must be known. Returns a Detection.
+    OpenCV uses its adaptive threshold and a normalised image.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels, uint8 or uint16.
+    columns, rows : int or None
+        Numbers of interior corners. They must be known: without them the result is a
+        rejected Detection.
+
+    Returns
+    -------
+    Detection
+        The board, or the reason why there is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features import find_opencv
+    >>> squares = np.indices((5, 6)).sum(axis=0) % 2
+    >>> board = np.kron(squares, np.ones((30, 30)))
+    >>> image = np.pad(255 * board, 40, constant_values=255).astype(np.uint8)
+    >>> found = find_opencv(image, 5, 4)
+    >>> found.found, found.corners.shape, found.missing
+    (True, (20, 2), 0)
     """
     if columns is None or rows is None:
         reason = "this detector needs target.columns and target.rows; try opencv-sb"
@@ -169,11 +279,25 @@ def find_opencv(image, columns, rows):
     return _refined_and_verified(corners, columns, rows, image)
 
 
-def find_opencv_sb(image, columns, rows):
-    """findChessboardCornersSB (exhaustive, accurate), then refined.
+def find_opencv_sb(
+    image: np.ndarray, columns: int | None, rows: int | None
+) -> Detection:
+    """Detect a chessboard by cv2.findChessboardCornersSB and refine its corners.
 
-    As `find_opencv`; where the counts are unknown the largest board is taken, its
-    longer side as columns.
+    OpenCV uses its exhaustive search and its accurate mode.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels, uint8 or uint16.
+    columns, rows : int or None
+        Numbers of interior corners. Where they are unknown, the largest board is taken,
+        its longer side as columns.
+
+    Returns
+    -------
+    Detection
+        The board, or the reason why there is none.
     """
     if columns is None or rows is None:
         return _largest_board(image)
@@ -204,12 +328,29 @@ def _refined_and_verified(corners, columns, rows, image):
     return verified(refine(image, corners, columns, rows), columns, rows, image)
 
 
-def refine(image, corners, columns, rows):
-    """Corners moved to the saddle of the grey values nearby, (rows * columns, 2).
+def refine(
+    image: np.ndarray, corners: np.ndarray, columns: int, rows: int
+) -> NDArray[np.float64]:
+    """Return corners moved to the saddle of the grey levels nearby.
 
     Each window reaches about a third of the way to the nearest neighbour, so that it
-    holds one saddle only. A corner that is then out of line starts again from where
-    its neighbours put it, and keeps that only if it ends up better in line.
+    holds one saddle only. A corner that is then out of line starts again from the
+    position that its neighbours predict. It keeps the new position only if that is
+    better in line.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels.
+    corners : np.ndarray
+        (rows * columns, 2) pixels (u, v), row by row.
+    columns, rows : int
+        Numbers of interior corners.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (rows * columns, 2) pixels (u, v).
     """
     corners = _at_saddles(image, corners, spacing(corners, columns, rows))
     for _ in range(RESTARTS):

@@ -6,9 +6,12 @@ Phi the normal distribution's. It is fitted to the pixels themselves; nothing is
 interpolated. p is where the smoothed gradient is steepest.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
 from raxel.errors import InputError
@@ -21,9 +24,18 @@ ROUNDING = 1e-4  # of the greys: a smaller step is none
 
 
 class EdgePoints(NamedTuple):
-    """pixels: (N, 2), NaN where no edge was found; sigma: (N,) px along the normal.
+    """Hold edges localised by `edge_points`.
 
-    blur: (N,) px, standard deviation of the smoothing; found: (N,) bool.
+    Attributes
+    ----------
+    pixels : np.ndarray
+        (N, 2) pixels (u, v), NaN where no edge was found.
+    sigma : np.ndarray
+        (N,) px, predicted standard deviation along the normal.
+    blur : np.ndarray
+        (N,) px, standard deviation of the smoothing.
+    found : np.ndarray
+        (N,) bool.
     """
 
     pixels: np.ndarray
@@ -32,18 +44,53 @@ class EdgePoints(NamedTuple):
     found: np.ndarray
 
 
-def edge_points(picture, places, normals, half_across=4.0, half_along=1.5):
-    """Edges near places of a picture, each along its normal.
+def edge_points(
+    picture: ArrayLike,
+    places: ArrayLike,
+    normals: ArrayLike,
+    half_across: float | np.ndarray = 4.0,
+    half_along: float = 1.5,
+) -> EdgePoints:
+    """Localise edges near given positions of an image, each along its normal.
 
-    picture: (H, W) grey values, proportional to light: a gamma moves edges, of a dark
-    line both by as much towards its middle. places: (N, 2) px; normals: (N, 2), of any
-    length, across the edges; half_across, a number or (N,), half_along: px, of the
-    window about each place, with the normal and across it: only one edge, nearly
-    straight, should be in it. An edge of either sense is found; it has to lie within
-    half_across of its place, and to be CONTRAST times as high as what is left has
-    standard deviations. Places that are not finite have none. Neighbours whose windows
-    overlap share their errors.
-    Raises InputError for a picture of another shape, or for windows under a pixel.
+    An edge of either sense is found. It must be within `half_across` of its position
+    and CONTRAST times as high as the standard deviation of the residuals. Positions
+    that are not finite have no edge. Neighbours whose windows overlap share errors.
+
+    Parameters
+    ----------
+    picture : ArrayLike
+        (H, W) grey levels, proportional to light. A gamma moves edges, those of a dark
+        line both by as much towards its middle.
+    places : ArrayLike
+        (N, 2) pixels (u, v).
+    normals : ArrayLike
+        (N, 2) vectors of any length across the edges.
+    half_across : float or np.ndarray
+        Half size in px of each window along the normal, a number or (N,), at least 1.5.
+        Only one edge, nearly straight, should be in the window.
+    half_along : float
+        Half size in px of each window across the normal, at least 0.5.
+
+    Returns
+    -------
+    EdgePoints
+        Positions, predicted standard deviations and blur.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for an image of another shape, or for windows that are too small.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.special import ndtr
+    >>> from raxel.features import edge_points
+    >>> image = np.tile(10 + 200 * ndtr(np.arange(24) - 11.3), (24, 1))
+    >>> edge = edge_points(image, [[11.0, 12.0]], [[1.0, 0.0]])
+    >>> np.round(edge.pixels, 3).tolist(), np.round(edge.blur, 3).tolist()
+    ([[11.3, 12.0]], [1.0])
     """
     picture = np.asarray(picture, float)
     if picture.ndim != 2:
@@ -64,12 +111,17 @@ def edge_points(picture, places, normals, half_across=4.0, half_along=1.5):
     rows = np.flatnonzero(_inside(picture.shape, places, normals, reach))
     if len(rows):
         window = _windows(
-            picture, places[rows], normals[rows], reach, half_across[rows], half_along
+            picture,
+            places[rows],  # type: ignore[index]
+            normals[rows],
+            reach,
+            half_across[rows],
+            half_along,
         )
         edge, spread, settled = _fitted(*window)
         good = settled & (np.abs(edge[:, 0]) < half_across[rows])
         at, edge = rows[good], edge[good]
-        pixels[at] = places[at] + edge[:, :1] * normals[at]
+        pixels[at] = places[at] + edge[:, :1] * normals[at]  # type: ignore[index]
         sigma[at], blur[at] = spread[good], np.exp(edge[:, 1])
     return EdgePoints(pixels, sigma, blur, np.isfinite(sigma))
 

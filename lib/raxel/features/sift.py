@@ -5,9 +5,12 @@ ways round. What still is wrong has to be told by geometry; see `raxel.multiview
 Source: Lowe 2004, doi:10.1023/B:VISI.0000029664.99615.94; features by OpenCV.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.errors import InputError
 
@@ -17,20 +20,52 @@ APART_PX = 0.5
 
 
 class FeatureMatches(NamedTuple):
-    """pixels (2, n, 2): matched places in both pictures, pixel centres at integers;
-    ratio (n,): of the distances of the nearest and the second nearest descriptor, the
-    most certain first; features (2,): found in each picture."""
+    """Hold features matched between two images.
+
+    Attributes
+    ----------
+    pixels : np.ndarray
+        (2, n, 2) matched positions (u, v) in both images, pixel centres at integers.
+    ratio : np.ndarray
+        (n,) ratio of the distances of the nearest and the second nearest descriptor,
+        the most certain match first.
+    features : tuple[int, ...]
+        (2,) numbers of features found in each image.
+    """
 
     pixels: np.ndarray
     ratio: np.ndarray
     features: tuple
 
 
-def match_features(first, second, *, ratio=RATIO, fewest=8):
-    """FeatureMatches of two grey pictures (h, w) uint8.
+def match_features(
+    first: ArrayLike, second: ArrayLike, *, ratio: float = RATIO, fewest: int = 8
+) -> FeatureMatches:
+    """Match SIFT features of two grey images by the ratio test, in both directions.
 
-    ratio: of the distances, below which a match counts, in (0, 1). Raises InputError
-    for pictures that are none, and for fewer than `fewest` matches.
+    Parameters
+    ----------
+    first, second : ArrayLike
+        (h, w) grey levels, uint8.
+    ratio : float
+        Ratio of the distances, in (0, 1), below which a match counts.
+    fewest : int
+        Minimum number of matches, 1 or more.
+
+    Returns
+    -------
+    FeatureMatches
+        The matches, the most certain first.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for images of another shape or type, for `ratio` or `fewest` out of
+        range, and for fewer than `fewest` matches.
+
+    References
+    ----------
+    Lowe 2004, doi:10.1023/B:VISI.0000029664.99615.94.
     """
     import cv2
 
@@ -65,7 +100,7 @@ def match_features(first, second, *, ratio=RATIO, fewest=8):
 
 
 class _Neighbours(NamedTuple):
-    index: np.ndarray
+    index: np.ndarray  # type: ignore[assignment]
     share: np.ndarray
 
 

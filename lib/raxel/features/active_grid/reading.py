@@ -63,7 +63,7 @@ _RIPPLE_ONE, _TWO, _THREE = np.float32(1), np.float32(2), np.float32(3)
 # Beyond, f is that of no response: there the nearest is taken.
 _STEEPEST, _LEAST = np.float32(0.7), np.float32(0.1)
 _ARCTAN = (0.99999092, -0.33293666, 0.19506967, -0.11675641, 0.04361909)
-_ARCTAN = tuple(map(np.float32, _ARCTAN))
+_ARCTAN = tuple(map(np.float32, _ARCTAN))  # type: ignore[assignment]
 # cos a and sin a / a as polynomials in a^2, right to 3e-7 for |a| < 1.
 _COSINE = tuple(map(np.float32, (1, -1 / 2, 1 / 24, -1 / 720, 1 / 40320)))
 _SINE = tuple(map(np.float32, (1, -1 / 6, 1 / 120, -1 / 5040)))

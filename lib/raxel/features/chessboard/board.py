@@ -8,6 +8,8 @@ links (`growth`), checked, filled and run on with the lattice's own shape (`grid
 the lens enters.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from raxel.errors import InputError
@@ -27,15 +29,46 @@ from raxel.features.detector import Detection, Partial, as_8_bit, refused
 from raxel.features.lattice import standard_order
 
 
-def find_board(image, columns=None, rows=None):
-    """The chessboard of an image (height, width), uint8 or uint16: a Detection.
+def find_board(
+    image: np.ndarray, columns: int | None = None, rows: int | None = None
+) -> Detection:
+    """Detect the chessboard of an image, whatever the lens.
 
-    `columns`, `rows`: interior corners, or both None where unknown. Returned is a board
-    of that size of which two thirds of each row and column are seen, and all of the
-    sides where the size is not given. Corners that are not certain to a third of a
-    pixel (SD), at most a third of all, are missing (NaN) like those not seen. Otherwise
-    the reason, and as `partial` the corners in order. Raises InputError for one count
-    without the other, and for an array that is no grey image.
+    Two thirds of each row and column of the board must be visible, and all of its sides
+    where the size is not given. Corners with a predicted standard deviation above a
+    third of a pixel, at most a third of all, are missing (NaN) like those not detected.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels, uint8 or uint16.
+    columns, rows : int, optional
+        Numbers of interior corners, or both None where unknown.
+
+    Returns
+    -------
+    Detection
+        The board. Otherwise the reason why there is none, and as `partial` the corners
+        in order.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for one count without the other, and for an array that is no grey
+        image.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features import find_board
+    >>> squares = np.indices((5, 6)).sum(axis=0) % 2
+    >>> board = np.kron(squares, np.ones((30, 30)))
+    >>> image = np.pad(255 * board, 40, constant_values=255).astype(np.uint8)
+    >>> found = find_board(image)
+    >>> found.found, found.columns, found.rows
+    (True, 5, 4)
+    >>> bool(np.abs(found.corners.min(axis=0) - 69.5).max() < 0.1)
+    True
     """
     if (columns is None) != (rows is None):
         found, missing = ("columns", "rows") if rows is None else ("rows", "columns")
