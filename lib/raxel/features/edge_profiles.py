@@ -112,8 +112,8 @@ def edge_points(
     if len(rows):
         window = _windows(
             picture,
-            places[rows],  # type: ignore[index]
-            normals[rows],
+            places[rows],
+            normals[rows],  # type: ignore[index]
             reach,
             half_across[rows],
             half_along,

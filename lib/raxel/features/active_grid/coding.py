@@ -1,10 +1,13 @@
 """What the pictures of an active grid encode, in the form that the loops take."""
 
+from __future__ import annotations
+
 from collections import Counter, defaultdict
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from raxel.errors import InputError
 from raxel.sets.patterns import cell_width
@@ -412,10 +415,32 @@ def _even(count):
     return count + count % 2
 
 
-def phase_weights(count, offset=0.0):
-    """(3, N): of the steps for B sin phi, B cos phi and the mean level.
+def phase_weights(count: int, offset: float = 0.0) -> NDArray[np.float64]:
+    """Return weights of the phase steps for B sin phi, B cos phi and the mean level.
 
     Step k is m + B sin(phi + 2 pi (k / N + offset)).
+
+    Parameters
+    ----------
+    count : int
+        Number N of phase steps.
+    offset : float
+        Offset of the first step in periods.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (3, N) weights.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features.active_grid import phase_weights
+    >>> phi = 0.3
+    >>> steps = 100 + 50 * np.sin(phi + 2 * np.pi * np.arange(4) / 4)
+    >>> sine, cosine, mean = phase_weights(4) @ steps
+    >>> round(float(np.arctan2(sine, cosine)), 6), round(float(mean), 6)
+    (0.3, 100.0)
     """
     angle = 2 * np.pi * (np.arange(count) / count + offset)
     waves = [2 * np.cos(angle), 2 * np.sin(angle), np.ones(count)]

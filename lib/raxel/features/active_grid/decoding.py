@@ -5,11 +5,15 @@ inverse, which puts an edge midway between where both show it; the phase of the 
 gives the place in it, in four quadrants (3.23). Both together are the location (3.24).
 """
 
+from __future__ import annotations
+
 import threading
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from raxel.features.active_grid.coding import (
     AHEAD,
@@ -60,6 +64,7 @@ from raxel.features.active_grid.places import place_rows
 from raxel.features.active_grid.reading import read_rows
 from raxel.features.active_grid.response import UNTOLD, Response, measured_response
 from raxel.io.files import processors
+from raxel.sets.model import ActiveGrid, Pattern
 
 ROWS_AT_ONCE = 128
 MARGIN_PX = 6  # at least, and where the blur cannot be measured
@@ -78,17 +83,33 @@ REASONS = {
 
 @dataclass(frozen=True, eq=False)
 class Decoded:
-    """What each pixel sees.
+    """Hold the decoded location of each pixel.
 
-    location: (H, W, 2) float32, `unit` from the upper left corner of the lit area, x
-    right and y down; sigma: alike, standard deviation of each coordinate; NaN where
-    `mask` is False, and along an axis without patterns. cells: (H, W, 2) int16, the
-    period (of a code without phases the cell) of each axis, -1 just before the first;
-    of no meaning where `mask` is False. status: (H, W) uint8, a key of REASONS.
-    noise: the Noise that sigma was computed with. blur_px: standard deviation of the
-    blur, given or measured, None where it could not be. margin_px: what was left out at
-    the rim of the lit area. response: along x and y, by how much that of monitor and
-    camera shifts places and what of it is left, RMS, in `unit`.
+    Attributes
+    ----------
+    location : np.ndarray
+        (H, W, 2) float32, in `unit` from the upper left corner of the lit area, x right
+        and y down. NaN where `mask` is False, and along an axis without patterns.
+    sigma : np.ndarray
+        (H, W, 2) float32, predicted standard deviation of each coordinate, in `unit`;
+        NaN as `location`.
+    cells : np.ndarray
+        (H, W, 2) int16, the period of each axis (of a code without phases the cell), -1
+        just before the first. Without meaning where `mask` is False.
+    status : np.ndarray
+        (H, W) uint8, a key of REASONS.
+    unit : str
+        Unit of the locations: 'mm', or 'px' of the monitor.
+    noise : Noise
+        The Noise with which sigma was computed.
+    blur_px : float or None
+        Standard deviation of the blur in px, given or measured; None where it could not
+        be measured.
+    margin_px : int
+        Width in px of what was excluded at the border of the lit area.
+    response : tuple[Response, Response]
+        Along x and y: by how much the response of monitor and camera shifts positions,
+        and what remains of it, RMS, in `unit`.
     """
 
     location: np.ndarray
@@ -102,12 +123,12 @@ class Decoded:
     response: tuple[Response, Response] = (UNTOLD, UNTOLD)
 
     @property
-    def mask(self):
-        """(H, W) bool: where there is a location that can be trusted."""
+    def mask(self) -> NDArray[np.bool_]:
+        """Return where there is a location that can be trusted, (H, W) bool."""
         return self.status <= FILLED
 
-    def counts(self):
-        """{reason: number of pixels}, all of REASONS."""
+    def counts(self) -> dict[str, int]:
+        """Return the number of pixels of each of REASONS, {reason: count}."""
         found = np.bincount(self.status.ravel(), minlength=len(REASONS))
         return {REASONS[k]: int(found[k]) for k in REASONS}
 
@@ -132,47 +153,97 @@ class DecoderSettings:
 
 
 def decode(
-    images, patterns, monitor, *,
-    white=None, black=None, smooth=True, neighbours=False, fill=False,
-    margin_px=None, noise=None, saturated=None, blur_px=None, linear=False,
-    threads=None, into=None, shared=(1.0, 1.0),
-):  # fmt: skip
-    """Decode the pictures of one view of an active grid.
+    images: np.ndarray | Sequence[np.ndarray],
+    patterns: Sequence[Pattern],
+    monitor: ActiveGrid,
+    *,
+    white: np.ndarray | None = None,
+    black: np.ndarray | None = None,
+    smooth: bool = True,
+    neighbours: bool = False,
+    fill: bool = False,
+    margin_px: int | None = None,
+    noise: float | Noise | None = None,
+    saturated: int | None = None,
+    blur_px: float | None = None,
+    linear: bool = False,
+    threads: int | None = None,
+    into: Decoded | None = None,
+    shared: tuple[float, float] = (1.0, 1.0),
+) -> Decoded:
+    """Decode the images of one view of an active grid.
 
-    images: (n, H, W) or n pictures (H, W), uint8 or uint16; a stack in one piece of
-    memory is used as it lies. patterns: n `raxel.sets.Pattern`, what each picture
-    shows, in any order; one axis or both, Gray code or phases or both, three phase
-    steps or more; without Gray code, sines of two periods or more that tell together
-    which one is seen (`orders`). monitor: `raxel.sets.ActiveGrid`; locations come out
-    in mm where its size in mm is known, else in its pixels. white, black: (H, W),
-    pictures of the monitor all white and black, for bits without an inverse; without
-    them the mean of the phase steps is taken.
+    An active grid is a phase-shift structured-light target on a monitor. The Gray code
+    gives the cell, the phase of the sinusoidal patterns the position in it.
 
-    smooth: average the sines over 7 x 7 pixels, where such a window holds no dark pixel
-    and no two neighbours that are more than a quarter of a period apart; a pixel whose
-    window does keeps its own value. neighbours: average locations over 3 x 3 pixels
-    under the same condition; fill: give pixels without a location the mean of their
-    neighbours, where these lie on opposite sides and agree (both 3.2.2). margin_px:
-    pixels so close to the rim of the lit area are left out, as a blurred one sees what
-    is beside it, and those about so close to a jump of the surface that is seen; None:
-    as far as windows and blur reach, MARGIN_PX at least. noise: standard deviation of a
-    grey value, or a `Noise`; None: estimated from the pictures. saturated: the value
-    from which a sine counts as clipped, by default the largest one. blur_px: standard
-    deviation of the blur of lens and monitor; None: measured at the edges of the Gray
-    code (`blur`). linear: take it that monitor and camera answer in proportion, and
-    measure and correct nothing. threads: by default one per processor. into: a Decoded
-    of an earlier view of this size and these patterns, whose arrays are written over
-    and handed back: to get new memory takes its time. shared: (along x, along y), by
-    how much neighbours that share their noise make sigma larger than white noise does
-    (`checks.scatter`).
+    Parameters
+    ----------
+    images : np.ndarray or Sequence[np.ndarray]
+        (n, H, W) or n images (H, W), uint8 or uint16. A contiguous stack is used
+        without a copy.
+    patterns : Sequence[Pattern]
+        n patterns, what each image shows, in any order: one axis or both, Gray code or
+        phases or both, three phase steps or more. Without Gray code, sinusoidal
+        patterns of two numbers of periods or more determine together which period is
+        visible (`orders`).
+    monitor : ActiveGrid
+        The target. Locations are in mm where its size in mm is known, else in its
+        pixels.
+    white, black : np.ndarray, optional
+        (H, W) images of the monitor all white and black, for bits without an inverse.
+        Without them the mean of the phase steps is taken.
+    smooth : bool
+        Average the sinusoidal patterns over 7 x 7 pixels. Such a window must hold no
+        dark pixel and no two neighbours more than a quarter of a period apart. A pixel
+        whose window does keeps its own value.
+    neighbours : bool
+        Average locations over 3 x 3 pixels under the same condition (3.2.2).
+    fill : bool
+        Give pixels without a location the mean of their neighbours, where these are on
+        opposite sides and agree (3.2.2).
+    margin_px : int, optional
+        Exclude pixels so close to the border of the lit area, as a blurred one contains
+        light from outside it. Pixels so close to a detected jump of the surface are
+        excluded about it. None: as far as windows and blur reach, MARGIN_PX at least.
+    noise : float or Noise, optional
+        Standard deviation of a grey level, or a `Noise`; None: estimated from the
+        images.
+    saturated : int, optional
+        The grey level from which a sinusoidal pattern counts as clipped; default the
+        largest one.
+    blur_px : float, optional
+        Standard deviation in px of the blur of lens and monitor; None: measured at the
+        edges of the Gray code (`blur`).
+    linear : bool
+        Assume that monitor and camera respond in proportion; measure and correct
+        nothing.
+    threads : int, optional
+        Number of threads; default one per processor.
+    into : Decoded, optional
+        Result of an earlier view of this size and these patterns. Its arrays are
+        overwritten and returned, which saves the time for new memory.
+    shared : tuple[float, float]
+        (along x, along y): factor by which spatially correlated noise makes sigma
+        larger than white noise does (`checks.scatter`).
 
-    Returns Decoded. Its sigma says what noise does to a pixel, the bias of windows and
-    blur where phases bend (`bias`), and what is left of the response (`response`);
-    neighbours that share a window share all of it. With `linear`, what a response does
-    to places is not in it: with three steps the second order shifts the phase, with
-    four the third. Folds, where places go on without a jump but by another step, are in
-    it as far as noise lets them be seen (`folds`). Raises InputError for pictures and
-    patterns that do not fit together.
+    Returns
+    -------
+    Decoded
+        Locations with sigma. Sigma contains the noise of a pixel, the bias of windows
+        and blur where phases bend (`bias`), and the rest of the response (`response`).
+        Neighbours that share a window share all of it. Folds, where positions continue
+        without a jump but by another step, are in it as far as noise reveals them
+        (`folds`). With `linear`, the effect of a response is not in it: with three
+        steps the second order shifts the phase, with four the third.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for images and patterns that do not fit together.
+
+    References
+    ----------
+    Thesis 3.2.2, (3.23) and (3.24).
     """
     stack = PictureStack(images, patterns, monitor.monitor_px, white, black)
     limit = np.iinfo(stack.dtype).max if saturated is None else int(saturated)
@@ -199,7 +270,7 @@ def decode(
     plan = plan._replace(uneven=np.array([ripple.uneven for ripple in ripples]))
     averaged = OF_WINDOWS * smooth + OF_NEIGHBOURS * neighbours
     blurred = blur.px if blur else 0.0
-    spread = np.sqrt(noise.at(0)) * max(shared)
+    spread = np.sqrt(noise.at(0)) * max(shared)  # type: ignore[union-attr]
     of_pixels = averaged, blurred, spread
     bias = squared_bias(images, stack.seen, *of_pixels, ripples, plan.orders)
     settings = DecoderSettings(
@@ -207,7 +278,7 @@ def decode(
         smooth=smooth,
         mark_own=neighbours,
         saturated=stack.dtype.type(limit),
-        variance=tuple(map(np.float32, noise)),
+        variance=tuple(map(np.float32, noise)),  # type: ignore[arg-type]
         ripples=ripples_of(ripples, stack.shape),
         bias=_with_left(bias, responses),
     )
@@ -224,7 +295,7 @@ def decode(
         smooth_neighbours(location, sigma, status, plan.reach)
     if fill:
         fill_holes(location, sigma, cells, status, plan.reach, plan.length)
-    return Decoded(
+    return Decoded(  # type: ignore[call-arg]
         *(_both_axes(array, stack.codes) for array in (location, sigma, cells)),
         status,
         "mm" if monitor.monitor_mm else "px",

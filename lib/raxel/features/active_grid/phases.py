@@ -30,7 +30,7 @@ _ONE, _TINY = np.float32(1), np.float32(1e-20)
 _SHARE, _NINTH, _OF_CELL = np.float32(1 / 49), np.float32(1 / 9), np.float32(1 / 12)
 # arctan(q) / (2 pi q) as a polynomial in q^2 on [0, 1], right to 3e-8 turns.
 _TERMS = (0.159154837, -0.0530461211, 0.0317459458, -0.0221362732)
-_TERMS += (0.015346036, -0.00889872415, 0.00347959743, -0.000645304089)
+_TERMS += (0.015346036, -0.00889872415, 0.00347959743, -0.000645304089)  # type: ignore[assignment]
 _ARCTAN = tuple(map(np.float32, _TERMS))
 
 

@@ -3,9 +3,12 @@
 Written as `reading`; what is compiled in from `phases` is `turn_row`.
 """
 
+from __future__ import annotations
+
 import numba
 import numpy as np
 from numba import njit
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.features.active_grid.coding import (
@@ -44,11 +47,30 @@ ANYWHERE = 1e9  # side of a cell that holds all there is
 REACH = 2  # px about the nearest pixel, where the four are looked for
 
 
-def points_at(location, pixels):
-    """Points (N, 2) that are seen at pixels (N, 2), bilinear between the four around.
+def points_at(location: np.ndarray, pixels: ArrayLike) -> NDArray[np.float64]:
+    """Return the points that are visible at pixels, by bilinear interpolation.
 
-    location: (H, W, 2), as `Decoded.location`. NaN where one of the four has none, or
-    lies outside the picture.
+    Parameters
+    ----------
+    location : np.ndarray
+        (H, W, 2), as `Decoded.location`.
+    pixels : ArrayLike
+        (N, 2) pixels (u, v).
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (N, 2) points in the unit of `location`. NaN where one of the four pixels around
+        has no location, or is outside the image.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features.active_grid import points_at
+    >>> v, u = np.mgrid[:3, :4]
+    >>> location = np.stack([0.5 * u, 0.5 * v], axis=2)
+    >>> points_at(location, [[1.5, 0.5], [3.5, 0.5]]).tolist()
+    [[0.75, 0.25], [nan, nan]]
     """
     pixels = np.asarray(pixels, float)
     first = np.floor(pixels)
@@ -64,14 +86,34 @@ def points_at(location, pixels):
     return points
 
 
-def pixels_of(location, points):
-    """Pixels (N, 2) where points (N, 2) of the grid are seen.
+def pixels_of(location: np.ndarray, points: ArrayLike) -> NDArray[np.float64]:
+    """Return the pixels at which points of the grid are visible.
 
-    location: (H, W, 2), as `Decoded.location`, is searched for the pixel that sees
-    nearest to a point. The four nearest ones there, no three of them on a line, have a
-    homography that takes their points to their pixels, and the point with them. NaN
-    where no four pixels about it have a location, or all see it from one side only, and
-    for points that are not finite.
+    `location` is searched for the pixel that is nearest to a point on the grid. The
+    four nearest ones there, no three of them on a line, determine a homography from
+    their points to their pixels. It maps the point, too.
+
+    Parameters
+    ----------
+    location : np.ndarray
+        (H, W, 2), as `Decoded.location`.
+    points : ArrayLike
+        (N, 2) points in the unit of `location`.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (N, 2) pixels (u, v). NaN for points that are not finite, where no four pixels
+        about a point have a location, or where all are on one side of it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features.active_grid import pixels_of
+    >>> v, u = np.mgrid[:6, :8]
+    >>> location = np.stack([0.5 * u, 0.5 * v], axis=2)
+    >>> np.round(pixels_of(location, [[1.6, 1.3]]), 3).tolist()
+    [[3.2, 2.6]]
     """
     points = np.asarray(points, float)
     pixels = np.full((len(points), 2), np.nan)
@@ -85,12 +127,25 @@ def pixels_of(location, points):
     return pixels
 
 
-def nearest_pixels(location, points):
-    """The pixel (N, 2), u and v, that sees nearest to each point (N, 2); -1 for none.
+def nearest_pixels(
+    location: NDArray[np.float32], points: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Return the pixel whose location is nearest to each point.
 
-    location: (H, W, 2) float32 in one piece, NaN where there is none; points: finite,
-    N >= 1. They are sorted into as many square cells as there are points, and a pixel
-    is compared with those in its own cell and the eight around it.
+    The points are sorted into as many square cells as there are points. A pixel is
+    compared with those in its own cell and the eight around it.
+
+    Parameters
+    ----------
+    location : NDArray[np.float32]
+        (H, W, 2), contiguous, NaN where there is no location.
+    points : NDArray[np.float64]
+        (N, 2) finite points, N >= 1.
+
+    Returns
+    -------
+    NDArray[np.int64]
+        (N, 2) pixels u and v; -1 for none.
     """
     low, extent = points.min(axis=0), np.ptp(points, axis=0).max()
     side = extent / np.sqrt(len(points)) or ANYWHERE

@@ -1,7 +1,9 @@
 """A view of an image set, from its files to what each pixel sees."""
 
+from __future__ import annotations
+
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -12,7 +14,7 @@ from raxel.features.active_grid.coding import ALONE, FILLED, RIM
 from raxel.features.active_grid.decoding import Decoded, decode
 from raxel.features.active_grid.response import response_warnings
 from raxel.geometry.pixel_cells import as_in_a_mirror
-from raxel.sets import ActiveGrid, read_colour
+from raxel.sets import ActiveGrid, ImageSet, View, read_colour
 
 # Dark parts that are taken for lit ones, since their noise is more than was measured.
 # Noise is measured from differences of neighbouring pixels. A tone curve makes it
@@ -68,14 +70,26 @@ LEVELS = "white", "black"
 
 
 class DecodedView(NamedTuple):
-    """What was decoded, and what to know of it.
+    """Hold what was decoded in one view, and what limits its use.
 
-    reason: why nothing of it can be used, empty where it can; warnings: lines on what
-    it suffers from; picture: (H, W) uint8 or uint16, what the camera saw, with the
-    pattern white where there is one; as_in_a_mirror: whether the grid is seen as in a
-    mirror, None where that cannot be told; step_errors: (along x, along y), what sigma
-    has been widened by, as the steps of the sines do not agree; noise_factors: alike,
-    what it was multiplied by before, as neighbours share their noise.
+    Attributes
+    ----------
+    decoded : Decoded
+        Locations of the pixels.
+    reason : str
+        Why nothing of it can be used; empty where it can.
+    warnings : tuple[str, ...]
+        Lines on what the view suffers from.
+    picture : np.ndarray
+        (H, W) uint8 or uint16, the image of the camera, with the pattern white where
+        there is one.
+    as_in_a_mirror : bool or None
+        Whether the grid is visible as in a mirror; None where that is undetermined.
+    step_errors : tuple[float, float]
+        (along x, along y): by what sigma is widened, as the phase steps disagree.
+    noise_factors : tuple[float, float]
+        (along x, along y): by what sigma is multiplied before, for spatially correlated
+        noise.
     """
 
     decoded: Decoded
@@ -96,13 +110,32 @@ def check_active_grid(image_set):
         )
 
 
-def decode_view(image_set, view, **options):
-    """Read and decode the pictures of one view of a set; options as of `decode`.
+def decode_view(image_set: ImageSet, view: View, **options: Any) -> DecodedView:
+    """Read and decode the images of one view of a set.
 
-    Colour is made grey; a pixel of which one colour is clipped counts as clipped.
-    Where nothing could be decoded, or the pictures contradict each other so that what
-    was decoded is wrong, the result's `reason` says so. Raises InputError, naming set,
-    view and file, where a picture cannot be read or does not fit the others.
+    Colour images are converted to grey; a pixel of which one colour is clipped counts
+    as clipped.
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        The set, with an active grid as its target.
+    view : View
+        One of its views.
+    **options
+        Options of `decode`.
+
+    Returns
+    -------
+    DecodedView
+        Its `reason` states why it cannot be used: nothing could be decoded, or the
+        images contradict each other so that the decoded locations are wrong.
+
+    Raises
+    ------
+    InputError
+        `bad-input` where an image cannot be read or does not fit the others. The
+        message names set, view and file.
     """
     check_active_grid(image_set)
     where = f"{image_set.description}: views: {view.label}"
@@ -111,7 +144,7 @@ def decode_view(image_set, view, **options):
     images = images[: len(view.patterns)]
     shown = view.patterns, image_set.target
     try:
-        found, checked = decode_checked(images, *shown, **levels, **options)
+        found, checked = decode_checked(images, *shown, **levels, **options)  # type: ignore[misc]
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from fault
     found, specks = without_specks(found)
@@ -134,11 +167,11 @@ def decode_view(image_set, view, **options):
             "noise in the dark is larger than measured"
         )
     warnings += response_warnings(found, options.get("linear"))
-    warnings = tuple(f"{view.label}: {text}" for text in warnings)
+    warnings = tuple(f"{view.label}: {text}" for text in warnings)  # type: ignore[assignment]
     picture = levels.get("white", images[0])
     mirrored = as_in_a_mirror(found.location)
     errors, factors = (tuple(map(float, x)) for x in (checked.errors, checked.factors))
-    return DecodedView(found, reason, warnings, picture, mirrored, errors, factors)
+    return DecodedView(found, reason, warnings, picture, mirrored, errors, factors)  # type: ignore[arg-type]
 
 
 def decode_checked(images, patterns, monitor, *, smooth=True, **options):

@@ -1,8 +1,12 @@
 """The derivative method: two crossing ridges fitted to the gradient's magnitude."""
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.features.localise.saddle import (
+    Localised,
     checked,
     fits,
     gather,
@@ -27,36 +31,48 @@ ANGLE_BINS, APART_BINS = 36, 6
 SMOOTH, DIFFERENCE = np.array([0.25, 0.5, 0.25]), np.array([-0.5, 0.0, 0.5])
 
 
-def derivative(image, corners, *, window=15):
-    """Corners where the two ridges of the gradient's magnitude cross.
+def derivative(image: ArrayLike, corners: ArrayLike, *, window: int = 15) -> Localised:
+    """Localise corners where the two ridges of the gradient's magnitude cross.
 
-    The model of the photonic response at a crossing is that of Li and Lavest (1996),
-    "Some aspects of zoom lens camera calibration", doi 10.1109/34.544078, made for the
-    bright lines of their target. At a chessboard corner it is the magnitude m of the
-    grey values' gradient that has two bright lines, one along each edge. It is fitted,
-    non-linearly, to the derivatives and not to the grey values:
+    The model of the photonic response at a crossing is made for the bright lines of the
+    target of Li and Lavest. At a chessboard corner, the magnitude m of the gradient has
+    two bright lines, one along each edge. The model is fitted, non-linearly, to the
+    derivatives and not to the grey levels:
 
         m(x, y) = h1 R1 + h2 R2 - h3 R1 R2 + h0,    Rk = exp(-sk^2 / (2 wk^2)),
         sk = (x - u) cos ak + (y - v) sin ak.
 
     (u, v) is the corner, ak the direction across edge k and wk its width. On lines the
-    crossing is as bright as one line is, h3 = (h1 + h2) / 2; at a chessboard corner the
-    gradient vanishes, h3 = h1 + h2. Here h3 is free, and so is the floor h0, which
-    the magnitude of noise has. Derivatives are Sobel's, divided by 8. The fit is
-    Levenberg and Marquardt's. It starts from the two directions in which most gradients
-    point in a window of 9 to 15 px, and from the mean place of those gradients.
+    crossing is as bright as one line, h3 = (h1 + h2) / 2. At a chessboard corner the
+    gradient vanishes, h3 = h1 + h2. Here h3 is free, and so is the floor h0 of the
+    magnitude of noise. Derivatives are Sobel's, divided by 8. The fit is Levenberg and
+    Marquardt's. It starts from the two most frequent gradient directions in a window of
+    9 to 15 px, and from the mean position of those gradients.
 
     Parameters
     ----------
-    image : (H, W) grey, any depth.
-    corners : (N, 2) pixels (u, v), to start from.
-    window : full odd width of the window in px, 5 or more.
+    image : ArrayLike
+        (H, W) grey levels of any depth.
+    corners : ArrayLike
+        (N, 2) start pixels (u, v).
+    window : int
+        Full odd width of the window in px, 5 or more.
 
     Returns
     -------
-    Localised. A corner has not converged where the fit found no two ridges that cross,
-    where it left the window that it was put in, or where the window leaves the image.
-    Raises InputError for a colour image or a window that is none.
+    Localised
+        A corner has not converged where the fit found no two ridges that cross, where
+        it left its first window, or where the window leaves the image.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for a colour image or an invalid window.
+
+    References
+    ----------
+    Li and Lavest (1996), "Some aspects of zoom lens camera calibration",
+    doi 10.1109/34.544078.
     """
     image, corners = checked(image, corners, window)
     slopes = gradient(image)
@@ -70,8 +86,19 @@ def derivative(image, corners, *, window=15):
     return localised(corners, found, variance, known)
 
 
-def gradient(image):
-    """Derivatives along u and v, (H, W) each, in grey levels per pixel."""
+def gradient(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of an image along u and v.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (H, W) float64 grey levels.
+
+    Returns
+    -------
+    tuple[np.ndarray, np.ndarray]
+        Derivatives along u and v, (H, W) each, in grey levels per pixel.
+    """
     import cv2
 
     return (
@@ -80,11 +107,26 @@ def gradient(image):
     )
 
 
-def fit_ridges(slopes, corners, window):
-    """The ten numbers of two ridges about each corner.
+def fit_ridges(
+    slopes: tuple[np.ndarray, np.ndarray], corners: NDArray[np.float64], window: int
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Fit the ten numbers of two ridges about each corner.
 
-    slopes: `gradient` of the image. Returns (ridges (N, 10): u, v, a1, a2, log w1,
-    log w2, h1, h2, h3, h0; converged (N,)).
+    Parameters
+    ----------
+    slopes : tuple[np.ndarray, np.ndarray]
+        `gradient` of the image.
+    corners : NDArray[np.float64]
+        (N, 2) start pixels (u, v).
+    window : int
+        Full odd width of the window in px.
+
+    Returns
+    -------
+    ridges : NDArray[np.float64]
+        (N, 10): u, v, a1, a2, log w1, log w2, h1, h2, h3, h0, as of `derivative`.
+    converged : NDArray[np.bool_]
+        (N,).
     """
     half = window // 2
     magnitude = np.hypot(*slopes)

@@ -1,8 +1,11 @@
 """The saddle point method: a quadratic surface fitted to the blurred corner."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 
@@ -48,18 +51,31 @@ def spread(weights, taps):
     return out
 
 
-def noise_variance(image, corners, weights):
-    """Variance (N,) of the pixel noise about each corner, in squared grey levels.
+def noise_variance(
+    image: NDArray[np.float64], corners: np.ndarray, weights: np.ndarray
+) -> NDArray[np.float64]:
+    """Return the variance of the pixel noise about each corner.
 
-    A chessboard corner looks the same after half a turn about itself, I(c + d) =
-    I(c - d). So the noise shows in the difference of a window and its half turn, and
-    nothing else does: neither the picture nor what a model cannot follow of it. The
-    half turn is about the multiple of half a pixel next to the corner, where pixels
-    fall on pixels; the first order of that shift is taken out.
+    A chessboard corner is point-symmetric: I(c + d) = I(c - d). The difference of a
+    window and its 180-degree rotation therefore shows the noise and nothing else. It
+    contains neither the image nor what a model cannot follow of it. The rotation is
+    about the multiple of half a pixel next to the corner, where pixels fall on pixels.
+    The first order of that shift is removed.
 
-    image: (H, W) float. corners: (N, 2), `reach` px inside it. weights: (N, m, m) of
-    the pixels about the nearest whole pixel, m odd, `reach` = m / 2 + 3; those that
-    matter for what the variance is wanted for.
+    Parameters
+    ----------
+    image : NDArray[np.float64]
+        (H, W) grey levels.
+    corners : np.ndarray
+        (N, 2) pixels (u, v), `reach` px inside the image.
+    weights : np.ndarray
+        (N, m, m) weights of the pixels about the nearest whole pixel, with m odd and
+        `reach` = m / 2 + 3. They select the pixels that matter to the caller.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (N,) squared grey levels.
     """
     half = weights.shape[1] // 2
     centre = np.rint(2 * corners) / 2
@@ -95,15 +111,21 @@ SMALLEST_WINDOW = 5
 
 
 class Localised(NamedTuple):
-    """Corners after localisation.
+    """Hold corners after localisation.
 
-    corners: (N, 2) pixels (u, v). sd: (N,) px, standard deviation of the position per
-    axis (root mean square of both) from the noise that the image shows about the
-    corner; NaN where nothing was found, infinite where the window does not hold the
-    corner. converged: (N,); where False the corner is returned where it was put.
+    `sd` is the spread that noise gives. What a window contains besides the corner, such
+    as other corners, may move a result further.
 
-    `sd` is the spread that noise gives. What a window sees beyond the corner, such as
-    other corners, may move a result further.
+    Attributes
+    ----------
+    corners : np.ndarray
+        (N, 2) pixels (u, v).
+    sd : np.ndarray
+        (N,) px, predicted standard deviation of the position per axis (root mean square
+        of both) from the noise of the image about the corner. NaN where nothing was
+        found, infinite where the window does not hold the corner.
+    converged : np.ndarray
+        (N,) bool; where False, the corner is returned at its start position.
     """
 
     corners: np.ndarray
@@ -111,7 +133,9 @@ class Localised(NamedTuple):
     converged: np.ndarray
 
 
-def checked(image, corners, window):
+def checked(
+    image: ArrayLike, corners: ArrayLike, window: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Grey image as float64 and corners (N, 2), or InputError in one line."""
     image = np.asarray(image)
     if image.ndim != 2:
@@ -161,36 +185,58 @@ NOISE_WINDOW = 7
 SHIFT_PX = 0.5
 
 
-def saddle_point(image, corners, *, window=15, blur_sd=2.0):
-    """Corners at the saddle points of the blurred grey values.
+def saddle_point(
+    image: ArrayLike, corners: ArrayLike, *, window: int = 15, blur_sd: float = 2.0
+) -> Localised:
+    """Localise corners at the saddle points of the blurred grey levels.
 
-    After Lucchese and Mitra (2002), "Using saddle points for subpixel feature detection
-    in camera calibration targets", doi 10.1109/APCCAS.2002.1115151. The blurred image
-    about a corner is fitted by least squares in a square window with
+    The blurred image about a corner is fitted by least squares in a square window with
 
         I(x, y) = a x^2 + b x y + c y^2 + d x + e y + f,
 
-    with (x, y) from the middle of the window; the corner is where the gradient
-    vanishes,
+    with (x, y) from the middle of the window. The gradient vanishes at the corner,
 
         [2a  b; b  2c] (x, y)^T = -(d, e)^T,
 
-    as long as that is a saddle, 4 a c - b^2 < 0. The window is put there and the fit
-    repeated until it moves no more: only a window in the middle of the corner sees it
-    evenly, and has no bias from what the quadratic cannot follow.
+    as long as that is a saddle, 4 a c - b^2 < 0. The window is moved there and the fit
+    repeated until it is stationary. Only a window centred on the corner is free of bias
+    from what the quadratic cannot follow.
 
     Parameters
     ----------
-    image : (H, W) grey, any depth.
-    corners : (N, 2) pixels (u, v), to start from.
-    window : full odd width of the window in px, 5 or more.
-    blur_sd : standard deviation of the Gaussian blur before the fit, px; 0 for none.
+    image : ArrayLike
+        (H, W) grey levels of any depth.
+    corners : ArrayLike
+        (N, 2) start pixels (u, v).
+    window : int
+        Full odd width of the window in px, 5 or more.
+    blur_sd : float
+        Standard deviation in px of the Gaussian blur before the fit; 0 for none.
 
     Returns
     -------
-    Localised. A corner has not converged where the surface is no saddle, where it left
-    the window that it was put in, or where the window leaves the image.
-    Raises InputError for a colour image or a window that is none.
+    Localised
+        A corner has not converged where the surface is no saddle, where it left its
+        first window, or where the window leaves the image.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for a colour image, an invalid window or a negative blur.
+
+    References
+    ----------
+    Lucchese and Mitra (2002), "Using saddle points for subpixel feature detection in
+    camera calibration targets", doi 10.1109/APCCAS.2002.1115151.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features.localise import saddle_point
+    >>> image = np.kron([[0, 255], [255, 0]], np.ones((30, 30)))
+    >>> corner = saddle_point(image, [[28.0, 31.0]])
+    >>> np.round(corner.corners, 3).tolist(), corner.converged.tolist()
+    ([[29.5, 29.5]], [True])
     """
     image, corners = checked(image, corners, window)
     soft = blurred(image, blur_sd)
@@ -203,8 +249,26 @@ def saddle_point(image, corners, *, window=15, blur_sd=2.0):
     return localised(corners, found, variance, known)
 
 
-def blurred(image, blur_sd):
-    """`image` (H, W) float after a Gaussian blur; InputError for a negative SD."""
+def blurred(image: np.ndarray, blur_sd: float) -> np.ndarray:
+    """Return an image after a Gaussian blur.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (H, W) float64 grey levels.
+    blur_sd : float
+        Standard deviation in px; 0 returns the image itself.
+
+    Returns
+    -------
+    np.ndarray
+        (H, W) float64 grey levels.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for a negative standard deviation.
+    """
     import cv2
 
     if not blur_sd >= 0:
@@ -215,11 +279,26 @@ def blurred(image, blur_sd):
     return cv2.GaussianBlur(image, (size, size), blur_sd)
 
 
-def fit_saddles(soft, corners, window):
-    """Saddle points of an image that is blurred already.
+def fit_saddles(
+    soft: NDArray[np.float64], corners: NDArray[np.float64], window: int
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the saddle points of an image that is blurred already.
 
-    soft: (H, W) float. Returns (found (N, 2), converged (N,)), as `saddle_point`;
-    `found` is NaN where it did not converge.
+    Parameters
+    ----------
+    soft : NDArray[np.float64]
+        (H, W) grey levels.
+    corners : NDArray[np.float64]
+        (N, 2) start pixels (u, v).
+    window : int
+        Full odd width of the window in px.
+
+    Returns
+    -------
+    found : NDArray[np.float64]
+        (N, 2) pixels (u, v), NaN where the fit did not converge.
+    converged : NDArray[np.bool_]
+        (N,), as of `saddle_point`.
     """
     half = window // 2
     rows = _quadratic_rows(half)

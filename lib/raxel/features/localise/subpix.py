@@ -1,9 +1,13 @@
 """OpenCV's cornerSubPix behind the interface of the localisers."""
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 from raxel.features.localise.saddle import (
+    Localised,
     checked,
     fits,
     gather,
@@ -17,13 +21,29 @@ ITERATIONS = 100
 
 
 def opencv_subpix(
-    image, corners, half_window=4, zero_zone=-1, termination_px=TERMINATION_PX
-):
-    """OpenCV's cornerSubPix by itself: where it puts corners, (N, 2) float64.
+    image: np.ndarray,
+    corners: ArrayLike,
+    half_window: int = 4,
+    zero_zone: int = -1,
+    termination_px: float = TERMINATION_PX,
+) -> NDArray[np.float64]:
+    """Return corners as OpenCV's cornerSubPix alone localises them.
 
-    image: (H, W) uint8 or float32; corners: (N, 2) pixels (u, v) inside it, which
-    OpenCV takes as float32; the rest as `corner_subpix`, which also says how sure each
-    corner is. A corner that OpenCV gives up is returned as it was put.
+    `corner_subpix` also predicts the standard deviation of each corner.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (H, W) grey levels, uint8 or float32.
+    corners : ArrayLike
+        (N, 2) pixels (u, v) inside the image, which OpenCV takes as float32.
+    half_window, zero_zone, termination_px
+        As of `corner_subpix`.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (N, 2) pixels (u, v). A corner that OpenCV gives up keeps its start position.
     """
     import cv2
 
@@ -36,29 +56,55 @@ def opencv_subpix(
 
 
 def corner_subpix(
-    image, corners, *, half_window=4, zero_zone=-1, termination_px=TERMINATION_PX
-):
-    """Corners where the grey values' gradients point past them least.
+    image: np.ndarray,
+    corners: ArrayLike,
+    *,
+    half_window: int = 4,
+    zero_zone: int = -1,
+    termination_px: float = TERMINATION_PX,
+) -> Localised:
+    """Localise corners where the gradients of the grey levels point past them least.
 
-    OpenCV's cornerSubPix (formerly cvFindCornerSubPix). With g the gradient at a pixel
-    p of the window and w a Gaussian weight, it looks for the q with the least
+    The function is OpenCV's cornerSubPix (formerly cvFindCornerSubPix). With g the
+    gradient at a pixel p of the window and w a Gaussian weight, it minimises over q
 
         sum w (g . (p - q))^2,  so that  (sum w g g^T) q = sum w g g^T p,
 
-    in a window about the last q, until q moves less than `termination_px`. It returns a
-    corner where it was put when q leaves the window on either axis.
+    in a window about the last q, until q moves less than `termination_px`. A corner
+    keeps its start position when q leaves the window on either axis.
 
     Parameters
     ----------
-    image : (H, W) grey, any depth.
-    corners : (N, 2) pixels (u, v), to start from.
-    half_window : OpenCV's `winSize`: the window is 2 half_window + 1 px wide.
-    zero_zone : half width of a middle part that is left out (`zeroZone`); -1 for none.
-    termination_px : the thesis states 0.1 px (3.3.2).
+    image : np.ndarray
+        (H, W) grey levels of any depth.
+    corners : ArrayLike
+        (N, 2) start pixels (u, v).
+    half_window : int
+        OpenCV's `winSize`: the window is 2 half_window + 1 px wide.
+    zero_zone : int
+        Half width in px of a central part that is excluded (`zeroZone`); -1 for none.
+    termination_px : float
+        Largest last step; the thesis states 0.1 px (3.3.2).
 
     Returns
     -------
-    Localised. Raises InputError for a colour image or a window that is none.
+    Localised
+        Corners with predicted standard deviations.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for a colour image, an invalid window, or a `zero_zone` of
+        `half_window` or more.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features.localise import corner_subpix
+    >>> image = np.kron([[0, 255], [255, 0]], np.ones((30, 30))).astype(np.uint8)
+    >>> corner = corner_subpix(image, [[28.0, 31.0]], termination_px=1e-3)
+    >>> np.round(corner.corners, 1).tolist(), corner.converged.tolist()
+    ([[29.5, 29.5]], [True])
     """
     grey, corners = checked(image, corners, 2 * half_window + 1)
     if zero_zone >= half_window:
