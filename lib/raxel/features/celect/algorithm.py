@@ -5,14 +5,19 @@ two counts go in; the corners of the board come out in order, without any model 
 the camera bends the image.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.errors import InputError
 from raxel.features.celect.trace import (
     FirstLine,
+    Scale,
     Tracer,
     clear_scale,
     corner_distances,
@@ -23,25 +28,47 @@ from raxel.features.celect.trace import (
     side_lengths,
     smoothing_for,
 )
-from raxel.features.detector import Partial, refine, refused, verified
+from raxel.features.detector import Detection, Partial, refine, refused, verified
 
 # Every value of CELECT in one place: the thesis's, and those it leaves open.
 
 
 @dataclass(frozen=True)
 class CelectSettings:
-    """Values of Tables 3.1 and 3.2, the column rules, and what the thesis leaves open.
+    """Hold the values of Tables 3.1 and 3.2, the column rules, and the unstated values.
 
-    A share is one of s, the contour's length scale in px: s_i of Table 3.1 for side i,
-    and the window radius of the previous column's rule for a column (errata E-3.05).
-    t1 and t2 take the number as Hough bins and degrees (E-3.02). Names that end in px
-    or deg have that unit. Exceptions: `column_radius` is a share of the previous
-    column's mean side, `column_merge` of its least distance of corners, `growth` of
-    the radius, `integration` of the smoothing, `harris_share`, `canny_high` and
-    `canny_low` of what is clear in the clicked windows, `least_votes` of the first
-    peak's votes. `smoothing` is one of the smallest s_i.
+    A share is one of s, the contour's length scale in px. For side i, s is s_i of Table
+    3.1; for a column, the window radius of the rule of the previous column (errata
+    E-3.05). t1 and t2 take the number as Hough bins and degrees (E-3.02). Names that
+    end in px or deg have that unit. An ablation is another value (`most_growths=0`,
+    `split_peaks=0`, `wrap=0`).
 
-    An ablation is another value (`most_growths=0`, `split_peaks=0`, `wrap=0`).
+    Attributes
+    ----------
+    radius_divisor, near_centre, edge_band, arrival, corner_band, merge
+        Values of Tables 3.1 and 3.2; the last five are t3 and t5 to t8.
+    split_peaks, wrap, first_angle_deg
+        t1, t2 and t4 of Table 3.2.
+    peaks : tuple[int, int]
+        Least and largest number of Hough peaks in a window.
+    column_radius
+        Share of the mean side of the previous column.
+    column_merge
+        Share of the least distance of corners of the previous column.
+    growth
+        Share of the radius.
+    smoothing
+        Share of the smallest s_i.
+    integration
+        Share of the smoothing.
+    harris_share, canny_high, canny_low
+        Shares of what is clear in the clicked windows.
+    least_votes
+        Share of the votes of the first peak.
+
+    References
+    ----------
+    Thesis 3.1.2, Tables 3.1 and 3.2.
     """
 
     # Table 3.1 and section 3.1.2: the window radius.
@@ -87,11 +114,18 @@ TOO_MANY = "too many corners"
 
 
 class ContourFailure(NamedTuple):
-    """A contour that failed, at which stage, and why.
+    """Describe a contour that failed, at which stage, and why.
 
-    `contour`: 'corner 1'..'corner 4' of the clicks, 'side 1'..'side 4', 'column 2'...
-    `stage`: one of OUTER_CORNER, TRACING, TOO_FEW, TOO_MANY. `reason`: one line.
-    `found`, `wanted`: numbers of corners.
+    Attributes
+    ----------
+    contour : str
+        'corner 1'..'corner 4' of the clicks, 'side 1'..'side 4', 'column 2'...
+    stage : str
+        One of OUTER_CORNER, TRACING, TOO_FEW, TOO_MANY.
+    reason : str
+        One line.
+    found, wanted : int
+        Numbers of corners.
     """
 
     contour: str
@@ -102,12 +136,26 @@ class ContourFailure(NamedTuple):
 
 
 class ContourTrace(NamedTuple):
-    """The trace of one contour: what was stepped through and what was found.
+    """Hold the trace of one contour: its windows and its corners.
 
-    anchors (n, 2) px, from end corner to end corner unless tracing failed. radii px of
-    the window at each anchor but the last. s: the contour's length scale in px.
-    candidates (m, 2): corners as detected. inliers (k, 2): those near the trace, with
-    the two end corners. merged (j, 2): in order. steps: of `trace.Step`, if recorded.
+    Attributes
+    ----------
+    name : str
+        Name of the contour, as of `along_contour`.
+    anchors : np.ndarray
+        (n, 2) px, from end corner to end corner unless tracing failed.
+    radii : np.ndarray
+        Radius in px of the window at each anchor but the last.
+    s : float
+        Length scale of the contour in px.
+    candidates : np.ndarray
+        (m, 2) px, corners as detected.
+    inliers : np.ndarray
+        (k, 2) px, those near the trace, with the two end corners.
+    merged : np.ndarray
+        (j, 2) px, the corners in order.
+    steps : tuple
+        `trace.Step` of each window, if recorded.
     """
 
     name: str
@@ -121,13 +169,23 @@ class ContourTrace(NamedTuple):
 
 
 class CelectResult(NamedTuple):
-    """The corners of a board in the order of the clicks.
+    """Hold the corners of a board in the order of the clicks.
 
-    corners (rows, columns, 2) px (u, v): row 0 runs from the first click to the second,
-    column 0 from the first to the fourth; nan where nothing was found. found: all of
-    them are there. outer_corners (4, 2): the clicks after snapping, nan where there was
-    no corner. failures: in the order in which they happened. contours: a ContourTrace
-    for every contour that was traced.
+    Attributes
+    ----------
+    found : bool
+        Whether all corners were found.
+    corners : np.ndarray
+        (rows, columns, 2) px (u, v), NaN where nothing was found. Row 0 runs from the
+        first click to the second, column 0 from the first to the fourth.
+    columns, rows : int
+        Numbers of corners per row and per column.
+    outer_corners : np.ndarray
+        (4, 2) px, the clicks after snapping, NaN where there was no corner.
+    failures : tuple[ContourFailure, ...]
+        In the order in which they happened.
+    contours : tuple[ContourTrace, ...]
+        One for every contour that was traced.
     """
 
     found: bool
@@ -139,12 +197,30 @@ class CelectResult(NamedTuple):
     contours: tuple[ContourTrace, ...]
 
 
-def along_contour(name, lattice):
-    """What a lattice (rows, columns, ...) has along one contour: (n, ...).
+def along_contour(name: str, lattice: np.ndarray) -> np.ndarray:
+    """Return the values of a lattice along one contour.
 
-    `name` is that of a ContourTrace, 'side 1'..'side 4' or 'column 1'...; the lattice
-    has a value for each corner, in the order of the clicks. Sides 1 and 3 are its first
-    and last row, sides 2 and 4 its last and first column, in the order of the lattice.
+    Sides 1 and 3 are its first and last row, sides 2 and 4 its last and first column,
+    in the order of the lattice.
+
+    Parameters
+    ----------
+    name : str
+        Name of a ContourTrace, 'side 1'..'side 4' or 'column 1'...
+    lattice : np.ndarray
+        (rows, columns, ...), a value for each corner, in the order of the clicks.
+
+    Returns
+    -------
+    np.ndarray
+        (n, ...) values.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features.celect import along_contour
+    >>> along_contour("side 2", np.arange(6).reshape(2, 3)).tolist()
+    [2, 5]
     """
     kind, number = name.split()
     if kind == "column":
@@ -157,23 +233,42 @@ def along_contour(name, lattice):
 
 
 class Processed(NamedTuple):
-    """Corners of a contour: `inliers` (m, 2) of the candidates, `merged` (k, 2)."""
+    """Hold the corners of a contour.
+
+    Attributes
+    ----------
+    inliers : np.ndarray
+        (m, 2) px, those of the candidates near the trace.
+    merged : np.ndarray
+        (k, 2) px, the corners in order.
+    """
 
     inliers: np.ndarray
     merged: np.ndarray
 
 
-def processed(candidates, anchors, band, distance):
-    """The corners of a contour, in order from its first end to its last.
+def processed(
+    candidates: np.ndarray, anchors: np.ndarray, band: float, distance: float
+) -> Processed:
+    """Return the corners of a contour, in order from its first end to its last.
+
+    The thesis does not state what happens to a corner beyond either end corner, along
+    the first or last piece of the trace: it is dropped here.
 
     Parameters
     ----------
-    candidates : (n, 2) px. anchors : (m, 2) px along the contour, its two end corners
-        first and last; these count as candidates too.
-    band, distance : px, t7 and t8.
+    candidates : np.ndarray
+        (n, 2) px.
+    anchors : np.ndarray
+        (m, 2) px along the contour, its two end corners first and last; these count as
+        candidates too.
+    band, distance : float
+        px, t7 and t8.
 
-    What the thesis leaves open: a corner that lies beyond either end corner, along the
-    first or last piece of the trace, is dropped.
+    Returns
+    -------
+    Processed
+        The corners.
     """
     ends = anchors[[0, -1]]
     everything = np.vstack((ends, candidates)) if len(candidates) else ends
@@ -345,40 +440,69 @@ PUBLISHED = CelectSettings()
 
 
 def celect(
-    image,
-    outer_corners,
-    columns,
-    rows,
+    image: ArrayLike,
+    outer_corners: ArrayLike,
+    columns: int,
+    rows: int,
     *,
-    settings=PUBLISHED,
-    given_contours=None,
-    record=False,
-):
-    """The corners of a chessboard, in order, from four clicks and two counts.
+    settings: CelectSettings = PUBLISHED,
+    given_contours: Mapping[str, ArrayLike] | None = None,
+    record: bool = False,
+) -> CelectResult:
+    """Find the corners of a chessboard, in order, from four clicks and two counts.
 
     Parameters
     ----------
-    image : (height, width) grey, uint8 or uint16.
-    outer_corners : (4, 2) px (u, v), the user's clicks on corners (row 0, column 0),
-        (0, last), (last, last), (last, 0). Clockwise on a board that is seen the right
-        way round; a board seen in a mirror may be clicked either way round, and the
-        order of the result is that of the clicks. They need not be the outermost
-        corners: four inner ones give that part of the board.
-    columns, rows : corners per row and per column, both ends included.
-    settings : a CelectSettings.
-    given_contours : {'side 1'..'side 4', 'column 2'...: (n, 2) px}, corners by hand of
-        contours that failed; either direction. They are not traced.
-    record : keep every window (`ContourTrace.steps`).
+    image : ArrayLike
+        (height, width) grey levels, uint8 or uint16.
+    outer_corners : ArrayLike
+        (4, 2) px (u, v), the user's clicks on corners (row 0, column 0), (0, last),
+        (last, last), (last, 0). They are clockwise on a board that is not mirrored. A
+        board in a mirror may be clicked in either sense, and the order of the result is
+        that of the clicks. They need not be the outermost corners: four inner ones give
+        that part of the board.
+    columns, rows : int
+        Corners per row and per column, both ends included.
+    settings : CelectSettings
+        Values of the algorithm.
+    given_contours : Mapping, optional
+        {'side 1'..'side 4', 'column 2'...: (n, 2) px}, corners by hand of contours that
+        failed, in either direction. They are not traced.
+    record : bool
+        Keep every window (`ContourTrace.steps`).
 
-    Returns a CelectResult; a contour that fails is named there, with the reason. Raises
-    InputError for an image that is not grey, for clicks outside it, crossing or too
-    close, for counts that are none, and for contours that do not exist.
+    Returns
+    -------
+    CelectResult
+        The corners. A contour that fails is named there, with the reason.
+
+    Raises
+    ------
+    InputError
+        `bad-input` for an image that is not grey, for clicks outside it, crossing or
+        too close, for invalid counts, and for contours that do not exist.
+
+    References
+    ----------
+    Thesis 3.1.2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.features.celect import celect
+    >>> squares = np.indices((5, 6)).sum(axis=0) % 2
+    >>> board = np.kron(squares, np.ones((30, 30)))
+    >>> image = np.pad(255 * board, 40, constant_values=255).astype(np.uint8)
+    >>> clicks = [[70, 70], [190, 70], [190, 160], [70, 160]]
+    >>> result = celect(image, clicks, 5, 4)
+    >>> result.found, result.corners.shape
+    (True, (4, 5, 2))
     """
     image = checked_image(image)
     columns, rows = checked_count("columns", columns), checked_count("rows", rows)
     clicks = checked_clicks(outer_corners, columns, rows, image)
     given = checked_contours(given_contours, columns, rows, image)
-    scale, corners = snapped(image, clicks, columns, rows, settings)
+    scale, corners = snapped(image, clicks, columns, rows, settings)  # type: ignore[arg-type]
     run = _Run(image, scale, corners, columns, rows, settings, given, record)
     if np.isfinite(corners).all():
         run.trace_sides()
@@ -388,11 +512,35 @@ def celect(
     return run.result()
 
 
-def snapped(image, clicks, columns, rows, settings):
-    """The detected corners c_i (4, 2) nearest to the clicks (4, 2), and the Scale.
+def snapped(
+    image: np.ndarray,
+    clicks: np.ndarray,
+    columns: int,
+    rows: int,
+    settings: CelectSettings,
+) -> tuple[Scale, np.ndarray]:
+    """Return the Scale of an image and the detected corners nearest to the clicks.
 
-    A corner is looked for in a window with the smaller radius of the two sides that
-    meet there; nan if it has none.
+    A corner is searched for in a window with the smaller radius of the two sides that
+    meet there.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels.
+    clicks : np.ndarray
+        (4, 2) px (u, v).
+    columns, rows : int
+        Corners per row and per column.
+    settings : CelectSettings
+        Values of the algorithm.
+
+    Returns
+    -------
+    scale : Scale
+        Clear gradient and response of the image.
+    corners : np.ndarray
+        (4, 2) px, the corners c_i; NaN where a window has none.
     """
     s = side_lengths(clicks, columns, rows, settings.radius_divisor)
     radii = np.minimum(s, np.roll(s, 1))
@@ -565,14 +713,39 @@ def _from_start(corners, start):
 # CELECT as a detector of an image set: clicks from set.yaml, corners refined.
 
 
-def find_celect(image, columns, rows, outer_corners, contours=()):
-    """The board between four clicks, by CELECT, then refined as OpenCV's corners are.
+def find_celect(
+    image: np.ndarray,
+    columns: int | None,
+    rows: int | None,
+    outer_corners: ArrayLike | None,
+    contours: Iterable[tuple[str, ArrayLike]] = (),
+) -> Detection:
+    """Detect the board between four clicks by CELECT and refine its corners.
 
-    `image` (height, width) uint8 or uint16; `columns` and `rows` count interior corners
-    and must be known; `outer_corners` (4, 2) px clockwise, None where nobody clicked;
-    `contours` (name, points) pairs of contours by hand. Returns a Detection; a refused
-    one has the ordered part, and names the contour that failed. Raises InputError as
-    `celect`.
+    The refinement is that of OpenCV's corners, `refine`.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels, uint8 or uint16.
+    columns, rows : int or None
+        Numbers of interior corners. They must be known: without them the result is a
+        rejected Detection.
+    outer_corners : ArrayLike or None
+        (4, 2) px (u, v), clockwise; None without clicks.
+    contours : Iterable
+        (name, points) pairs of contours by hand.
+
+    Returns
+    -------
+    Detection
+        The board. A rejected one has the ordered part, and names the contour that
+        failed.
+
+    Raises
+    ------
+    InputError
+        `bad-input`, as `celect`.
     """
     if columns is None or rows is None:
         reason = "celect needs target.columns and target.rows"

@@ -4,6 +4,8 @@ What these functions call, and their constants, stand in this file: compiled cod
 kept from run to run, and made again when this file changes, not when another one does.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -71,12 +73,32 @@ def _smooth(votes):
 
 
 @njit(cache=True, error_model="numpy")
-def lines_of(space, highest, limits, neighbourhood, share, wrap, split):
-    """Rows (n, 3) of R px, theta deg and votes: the lines of `hough.peaks_of`.
+def lines_of(
+    space: np.ndarray,
+    highest: np.ndarray,
+    limits: tuple[int, int],
+    neighbourhood: tuple[int, int],
+    share: float,
+    wrap: float,
+    split: float,
+) -> np.ndarray:
+    """Return the lines of `trace.peaks_of` from a Hough space.
 
-    highest, limits (least, most), neighbourhood and share as in `strongest_peaks`;
-    wrap: degrees from the border of the angle within which peaks are sought again;
-    split: bins from which on two peaks are two lines.
+    Parameters
+    ----------
+    space : np.ndarray
+        Hough space, as of `trace.vote`.
+    highest, limits, neighbourhood, share
+        As in `strongest_peaks`; `limits` is (least, most).
+    wrap : float
+        Degrees from the border of the angle within which peaks are searched for again.
+    split : float
+        Bins from which on two peaks are two lines.
+
+    Returns
+    -------
+    np.ndarray
+        (n, 3) rows of R px, theta deg and votes.
     """
     m = space.shape[0] // 2
     peaks = strongest_peaks(space, highest, limits, neighbourhood, share, (0, BINS))
@@ -89,7 +111,7 @@ def lines_of(space, highest, limits, neighbourhood, share, wrap, split):
         strip = _across_border(space, reach + along)
         columns = along, along + 2 * reach + 1
         highest = _highest_within(strip, neighbourhood, columns)
-        limits = 1, again
+        limits = 1, again  # type: ignore[assignment]
         found = strongest_peaks(strip, highest, limits, neighbourhood, share, columns)
         found[:, 0] -= m
         found[:, 1] += BINS - reach - along
@@ -98,12 +120,24 @@ def lines_of(space, highest, limits, neighbourhood, share, wrap, split):
 
 
 @njit(cache=True, error_model="numpy")
-def merged_lines(peaks, bins):
-    """Peaks, rows (n, 3) of (R, theta, votes), within `bins` of each other become one.
+def merged_lines(peaks: np.ndarray, bins: float) -> np.ndarray:
+    """Return the peaks with those within `bins` of each other merged into one.
 
-    It is their mean, weighted by the votes. Close means by steps: a chain of close
-    peaks is one line. The same line written as (R, theta) and (-R, theta + 180) is
-    close to itself. Angles come out from 0 to below 180 degrees.
+    The merged peak is their mean, weighted by the votes. Close means by steps: a chain
+    of close peaks is one line. The same line written as (R, theta) and (-R, theta +
+    180) is close to itself.
+
+    Parameters
+    ----------
+    peaks : np.ndarray
+        (n, 3) rows of (R, theta, votes).
+    bins : float
+        Distance of close peaks in bins.
+
+    Returns
+    -------
+    np.ndarray
+        (m, 3) rows of (R, theta, votes), theta from 0 to below 180 degrees.
     """
     count, lines = 0, np.empty_like(peaks)
     group, free = np.empty_like(peaks), np.ones(len(peaks), np.bool_)
@@ -274,11 +308,32 @@ def _free(i, j, row, column, neighbourhood):
 
 
 @njit(cache=True, error_model="numpy")
-def farthest_ahead(edges, centre, normal, distance, band, away_from, direction):
-    """Index of the edge pixel of `trace.next_anchor`, -1 without one.
+def farthest_ahead(
+    edges: np.ndarray,
+    centre: np.ndarray,
+    normal: np.ndarray,
+    distance: float,
+    band: float,
+    away_from: np.ndarray,
+    direction: np.ndarray,
+) -> int:
+    """Return the index of the edge pixel of `trace.next_anchor`, -1 without one.
 
-    edges (n, 2); all others (2,) but `distance`, that of the line along its `normal`,
-    and `band`, px.
+    Parameters
+    ----------
+    edges : np.ndarray
+        (n, 2) edge pixels (u, v).
+    centre, normal, away_from, direction : np.ndarray
+        (2,) pixels and vectors.
+    distance : float
+        Distance in px of the line along its `normal`.
+    band : float
+        Largest distance in px from the line.
+
+    Returns
+    -------
+    int
+        Index of an edge pixel.
     """
     offset = centre[0] * normal[0] + centre[1] * normal[1] + distance
     farthest, index = -1.0, -1

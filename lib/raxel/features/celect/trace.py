@@ -1,20 +1,40 @@
 """Tracing one contour: the window steps from anchor to anchor along an edge."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 # Length scales of the contours: Table 3.1 for the sides, the rule for the columns.
 
 
-def side_lengths(outer_corners, columns, rows, divisor):
-    """s_1..s_4 (4,) in px of Table 3.1, from corners (4, 2) clockwise.
+def side_lengths(
+    outer_corners: np.ndarray, columns: int, rows: int, divisor: float
+) -> np.ndarray:
+    """Return s_1..s_4 of Table 3.1 in px, the length scales of the four sides.
 
     `columns` and `rows` count corners, so s is a little less than half a square
     (errata E-3.01).
+
+    Parameters
+    ----------
+    outer_corners : np.ndarray
+        (4, 2) px, clockwise.
+    columns, rows : int
+        Corners per row and per column.
+    divisor : float
+        `CelectSettings.radius_divisor`.
+
+    Returns
+    -------
+    np.ndarray
+        (4,) px.
     """
     sides = np.linalg.norm(np.roll(outer_corners, -1, axis=0) - outer_corners, axis=1)
     return sides / (divisor * np.array([columns, rows, columns, rows]))
@@ -40,23 +60,30 @@ TILE_PX = 160
 
 
 class Layers:
-    """The edge pixels S_c (3.8) and the corner candidates of an image.
+    """Hold the edge pixels S_c (3.8) and the corner candidates of an image.
 
-    `image` (h, w) grey, `scale` its `window.Scale`, `settings` a CelectSettings.
+    Parameters
+    ----------
+    image : np.ndarray
+        (h, w) grey levels.
+    scale : Scale
+        Clear gradient and response of the image.
+    settings : CelectSettings
+        Values of the algorithm.
     """
 
-    def __init__(self, image, scale, settings):
+    def __init__(self, image: np.ndarray, scale: Scale, settings: Any):
         self.image = image
         self.scale = scale
         self.settings = settings
-        self._edges, self._corners = {}, {}
+        self._edges, self._corners = {}, {}  # type: ignore[var-annotated]
 
-    def edges(self, centre, radius):
-        """Edge pixels (n, 2) within `radius` px of a centre (2,)."""
+    def edges(self, centre: np.ndarray, radius: float) -> np.ndarray:
+        """Return edge pixels (n, 2) within `radius` px of a centre (2,)."""
         return self._within(self._edges, centre, radius)
 
-    def corners(self, centre, radius):
-        """Corners (m, 2) px within `radius` px of a centre (2,)."""
+    def corners(self, centre: np.ndarray, radius: float) -> np.ndarray:
+        """Return corners (m, 2) px within `radius` px of a centre (2,)."""
         return self._within(self._corners, centre, radius)
 
     def _within(self, layer, centre, radius):
@@ -117,7 +144,15 @@ BINS = 180
 
 
 class Peaks(NamedTuple):
-    """Lines of a window: `lines` (n, 2) of (R px, theta deg), `votes` (n,)."""
+    """Hold the lines of a window.
+
+    Attributes
+    ----------
+    lines : np.ndarray
+        (n, 2) of (R px, theta deg).
+    votes : np.ndarray
+        (n,) votes.
+    """
 
     lines: np.ndarray
     votes: np.ndarray
@@ -128,8 +163,19 @@ def orientation(vector):
     return float(np.degrees(np.arctan2(vector[1], vector[0])) % 180)
 
 
-def angle_apart(a, b):
-    """Angle between orientations in degrees, modulo 180: from 0 to 90 (E-3.03)."""
+def angle_apart(a: ArrayLike, b: ArrayLike) -> Any:
+    """Return the angle between orientations in degrees, modulo 180: 0 to 90 (E-3.03).
+
+    Parameters
+    ----------
+    a, b : ArrayLike
+        Orientations in degrees, of any shapes that broadcast.
+
+    Returns
+    -------
+    float or np.ndarray
+        Angles in degrees.
+    """
     apart = np.abs(np.subtract(a, b)) % 180
     return np.minimum(apart, 180 - apart)
 
@@ -140,11 +186,25 @@ def normal_of(theta_deg):
     return np.array([-math.sin(theta), math.cos(theta)])
 
 
-def vote(points, centre, radius):
-    """The Hough space of a window, (2 m + 1, 180) float32, R = 0 in the middle row.
+def vote(points: ArrayLike, centre: np.ndarray, radius: float) -> np.ndarray:
+    """Return the Hough space of a window.
 
-    Bins of 1 px by 1 degree, lightly smoothed; nothing is smoothed across the border
-    of the angle, which `peaks_of` takes care of.
+    Bins have 1 px by 1 degree, lightly smoothed. Nothing is smoothed across the border
+    of the angle, which `peaks_of` handles.
+
+    Parameters
+    ----------
+    points : ArrayLike
+        (n, 2) edge pixels (u, v).
+    centre : np.ndarray
+        (2,) pixel (u, v) of the window's centre.
+    radius : float
+        Radius of the window in px.
+
+    Returns
+    -------
+    np.ndarray
+        (2 m + 1, 180) float32, R = 0 in the middle row.
     """
     from raxel.features.celect.compiled import hough_space
 
@@ -152,12 +212,25 @@ def vote(points, centre, radius):
     return hough_space(points, centre, int(np.ceil(radius)) + 1)
 
 
-def peaks_of(space, settings, s):
-    """The lines S_h of a window from its Hough space, (3.1), with their votes.
+def peaks_of(space: np.ndarray, settings: Any, s: float) -> Peaks:
+    """Return the lines S_h of a window from its Hough space, (3.1), with their votes.
 
-    Non-maximal suppression from 0 to 179 degrees, a second one across the border of
-    the angle (`wrap`, t2), then the mean of peaks that are close (`split_peaks`, t1).
-    `s` is the length in px that scales t1 and t2.
+    Non-maximal suppression runs from 0 to 179 degrees, a second one across the border
+    of the angle (`wrap`, t2). The mean of close peaks follows (`split_peaks`, t1).
+
+    Parameters
+    ----------
+    space : np.ndarray
+        Hough space, as of `vote`.
+    settings : CelectSettings
+        Values of the algorithm.
+    s : float
+        Length in px that scales t1 and t2.
+
+    Returns
+    -------
+    Peaks
+        Lines and votes.
     """
     from raxel.features.celect.compiled import lines_of
 
@@ -200,9 +273,16 @@ class Smoothing(NamedTuple):
 
 
 class Scale(NamedTuple):
-    """What a clear edge and a clear corner are in this image, smoothed like this.
+    """Hold the strength of a clear edge and of a clear corner in a smoothed image.
 
-    `gradient`: grey levels per pixel. `response`: of the corner detector.
+    Attributes
+    ----------
+    smoothing : Smoothing
+        Standard deviations of the smoothing.
+    gradient : float
+        Grey levels per pixel.
+    response : float
+        Response of the corner detector.
     """
 
     smoothing: Smoothing
@@ -230,17 +310,48 @@ class Window(NamedTuple):
         return set_within(mask, self.first, self.centre, float(self.radius))
 
 
-def smoothing_for(s, settings):
-    """The Smoothing of an image whose smallest contour scale is `s` px."""
+def smoothing_for(s: float, settings: Any) -> Smoothing:
+    """Return the Smoothing of an image whose smallest contour scale is `s` px.
+
+    Parameters
+    ----------
+    s : float
+        Smallest length scale of the contours in px.
+    settings : CelectSettings
+        Values of the algorithm.
+
+    Returns
+    -------
+    Smoothing
+        Standard deviations in px.
+    """
     grey = float(np.clip(settings.smoothing * s, *settings.smoothing_limits_px))
     return Smoothing(grey, settings.integration * grey)
 
 
-def open_window(image, centre, radius, smoothing):
-    """The Window of an image (height, width) around a centre (2,).
+def open_window(
+    image: np.ndarray, centre: ArrayLike, radius: float, smoothing: Smoothing
+) -> Window:
+    """Return the Window of an image around a centre.
 
-    The image's own border repeats its outermost pixels, and no pixel beyond it is ever
-    an edge or a corner.
+    The border of the image repeats its outermost pixels. No pixel beyond it is ever an
+    edge or a corner.
+
+    Parameters
+    ----------
+    image : np.ndarray
+        (height, width) grey levels.
+    centre : ArrayLike
+        (2,) pixel (u, v).
+    radius : float
+        Radius in px.
+    smoothing : Smoothing
+        Standard deviations of the smoothing.
+
+    Returns
+    -------
+    Window
+        The circle with its gradients.
     """
     centre = np.asarray(centre, float)
     reach = radius + margin(smoothing)
@@ -285,14 +396,26 @@ def blurred(image, sd):
     return cv2.GaussianBlur(image, (size, size), sd, borderType=cv2.BORDER_REPLICATE)
 
 
-def canny_edges(window, scale, high, low):
-    """Edge pixels (n, 2) of a window by Canny's method, S_c (3.8).
+def canny_edges(window: Window, scale: Scale, high: float, low: float) -> np.ndarray:
+    """Return the edge pixels S_c of a window by Canny's method (3.8).
 
-    `high` and `low` are the two thresholds, as shares of the image's clear gradient.
+    Parameters
+    ----------
+    window : Window
+        The window.
+    scale : Scale
+        Clear gradient and response of the image.
+    high, low : float
+        The two thresholds, as shares of the clear gradient of the image.
+
+    Returns
+    -------
+    np.ndarray
+        (n, 2) pixels (u, v).
     """
     factor = FULL_SCALE / scale.gradient
     across, down = (
-        cv2.multiply(g, 1.0, scale=factor, dtype=cv2.CV_16S)
+        cv2.multiply(g, 1.0, scale=factor, dtype=cv2.CV_16S)  # type: ignore[call-overload]
         for g in (window.gradient_u, window.gradient_v)
     )
     edges = cv2.Canny(
@@ -320,11 +443,27 @@ def harris_corners(window, scale, settings):
     return window.within(peaks.view(np.uint8))
 
 
-def clear_scale(windows, smoothing, settings):
-    """The Scale of an image from the windows around its clicked corners.
+def clear_scale(
+    windows: Sequence[Window], smoothing: Smoothing, settings: Any
+) -> Scale:
+    """Return the Scale of an image from the windows around its clicked corners.
 
-    Of each window the largest gradient and response count, of the windows the median:
-    one window with glare or clutter does not matter. Both are 0 in a flat image.
+    The result is the median over the windows of the largest gradient and response of
+    each: one window with glare or clutter does not matter. Both are 0 in a flat image.
+
+    Parameters
+    ----------
+    windows : Sequence[Window]
+        Windows around the clicked corners.
+    smoothing : Smoothing
+        Standard deviations of the smoothing.
+    settings : CelectSettings
+        Values of the algorithm.
+
+    Returns
+    -------
+    Scale
+        Clear gradient and response.
     """
     gradients, responses = [], []
     for window in windows:
@@ -376,11 +515,17 @@ class Trace:
 
 
 class FirstLine(NamedTuple):
-    """How the line is chosen at a contour's first anchor.
+    """Describe how the line is chosen at the first anchor of a contour.
 
-    `wrong_deg`: orientation of the other contour there. If `exact`, the line nearest to
-    it is taken out (3.14, 3.16), else all within t4 of it (3.4). `along` (2,): vector
-    from the first end to the last (3.5, 3.10, 3.17-3.19).
+    Attributes
+    ----------
+    wrong_deg : float
+        Orientation in degrees of the other contour there.
+    exact : bool
+        Whether only the line nearest to it is removed (3.14, 3.16), instead of all
+        within t4 of it (3.4).
+    along : np.ndarray
+        (2,) vector from the first end to the last (3.5, 3.10, 3.17-3.19).
     """
 
     wrong_deg: float
@@ -388,16 +533,54 @@ class FirstLine(NamedTuple):
     along: np.ndarray
 
 
-def near_lines(lines, near):
-    """Indices S_d of the lines (k, 2) less than `near` px from the centre, (3.3)."""
+def near_lines(lines: np.ndarray, near: float) -> np.ndarray:
+    """Return the indices S_d of the lines less than `near` px from the centre, (3.3).
+
+    Parameters
+    ----------
+    lines : np.ndarray
+        (k, 2) of (R px, theta deg).
+    near : float
+        Distance in px, t3.
+
+    Returns
+    -------
+    np.ndarray
+        Indices of lines.
+    """
     return np.flatnonzero(np.abs(lines[:, 0]) < near)
 
 
-def first_line(lines, near, first, angle_deg, along_deg):
-    """Index of the line h_p at a first anchor, None without one: (3.4, 3.5) and kin.
+def first_line(
+    lines: np.ndarray,
+    near: np.ndarray,
+    first: FirstLine,
+    angle_deg: float,
+    along_deg: float,
+) -> int | None:
+    """Return the index of the line h_p at a first anchor, None without one.
 
-    `lines` (k, 2), `near` indices S_d, `first` a FirstLine, `angle_deg` t4, `along_deg`
-    the orientation to be near to.
+    Parameters
+    ----------
+    lines : np.ndarray
+        (k, 2) of (R px, theta deg).
+    near : np.ndarray
+        Indices S_d.
+    first : FirstLine
+        How the line is chosen.
+    angle_deg : float
+        t4 in degrees.
+    along_deg : float
+        Orientation in degrees to which the line should be near.
+
+    Returns
+    -------
+    int or None
+        Index of a line.
+
+    References
+    ----------
+    Thesis (3.4), (3.5) and the equations of the other contours.
     """
     off = angle_apart(lines[near, 1], first.wrong_deg)
     if first.exact:
@@ -407,18 +590,62 @@ def first_line(lines, near, first, angle_deg, along_deg):
     return next_line(lines, left, along_deg)
 
 
-def next_line(lines, near, theta_deg):
-    """Index of the near line with the least turn from theta_deg, (3.5, 3.11, 3.18)."""
+def next_line(lines: np.ndarray, near: np.ndarray, theta_deg: float) -> int | None:
+    """Return the index of the near line with the least turn, (3.5, 3.11, 3.18).
+
+    Parameters
+    ----------
+    lines : np.ndarray
+        (k, 2) of (R px, theta deg).
+    near : np.ndarray
+        Indices of lines.
+    theta_deg : float
+        Orientation in degrees from which the turn counts.
+
+    Returns
+    -------
+    int or None
+        Index of a line; None without one.
+    """
     if not len(near):
         return None
     return int(near[angle_apart(lines[near, 1], theta_deg).argmin()])
 
 
-def next_anchor(edges, line, centre, band, away_from, direction):
-    """The edge pixel that becomes the next anchor, None without one: (3.7, 3.9-3.13).
+def next_anchor(
+    edges: ArrayLike,
+    line: np.ndarray,
+    centre: np.ndarray,
+    band: float,
+    away_from: np.ndarray,
+    direction: np.ndarray,
+) -> np.ndarray | None:
+    """Return the edge pixel that becomes the next anchor, None without one.
 
-    Of the edge pixels (n, 2) within `band` px of the line and in `direction` (2,) from
-    the centre: the one farthest from `away_from` (2,).
+    It is the one farthest from `away_from`, of the edge pixels within `band` px of the
+    line and in `direction` from the centre.
+
+    Parameters
+    ----------
+    edges : ArrayLike
+        (n, 2) edge pixels (u, v).
+    line : np.ndarray
+        (2,) R px and theta deg.
+    centre, away_from : np.ndarray
+        (2,) pixels (u, v).
+    band : float
+        Distance in px.
+    direction : np.ndarray
+        (2,) vector.
+
+    Returns
+    -------
+    np.ndarray or None
+        (2,) pixel (u, v).
+
+    References
+    ----------
+    Thesis (3.7), (3.9) to (3.13).
     """
     from raxel.features.celect.compiled import farthest_ahead
 
@@ -431,22 +658,49 @@ def next_anchor(edges, line, centre, band, away_from, direction):
 
 
 class Tracer:
-    """Traces contours of one image with one set of values.
+    """Trace contours of one image with one set of values.
 
-    `image` (h, w) grey; `scale` the image's `window.Scale`; `record` keeps every step.
+    Parameters
+    ----------
+    image : np.ndarray
+        (h, w) grey levels.
+    scale : Scale
+        Clear gradient and response of the image.
+    settings : CelectSettings
+        Values of the algorithm.
+    record : bool
+        Keep every step.
     """
 
-    def __init__(self, image, scale, settings, record=False):
+    def __init__(
+        self, image: np.ndarray, scale: Scale, settings: Any, record: bool = False
+    ):
         self.layers = Layers(image, scale, settings)
         self.settings = settings
         self.record = record
 
-    def trace(self, start, end, s, first, squares):
-        """The Trace from corner `start` (2,) to corner `end` (2,).
+    def trace(
+        self, start: ArrayLike, end: ArrayLike, s: float, first: FirstLine, squares: int
+    ) -> Trace:
+        """Trace a contour from one corner to another.
 
-        `s` px scales window and thresholds; `first` is a FirstLine; `squares` are how
-        many the contour passes. The last anchor is the end corner. If the end is not
-        reached, `fault` says why.
+        The last anchor is the end corner.
+
+        Parameters
+        ----------
+        start, end : ArrayLike
+            (2,) pixels (u, v) of the two corners.
+        s : float
+            Length in px that scales window and thresholds.
+        first : FirstLine
+            How the first line is chosen.
+        squares : int
+            Number of squares that the contour passes.
+
+        Returns
+        -------
+        Trace
+            If the end is not reached, its `fault` states why.
         """
         trace = Trace([np.asarray(start, float)])
         most = self.settings.steps_per_square * squares

@@ -6,6 +6,10 @@ call, and their constants, stand in this file: compiled code is kept from run to
 and made again when this file changes, not when another one does.
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 from numba import njit
 
@@ -235,8 +239,39 @@ def followed(atlas, points, directions, signs, usual, levels, own):
 
 
 @njit(cache=True, error_model="numpy")
-def follow_edge(atlas, start, d, sign, usual, level, own):
-    """The corner that an edge leads to, or -1; `d` is turned as the edge turns."""
+def follow_edge(
+    atlas: Any,
+    start: tuple[float, float],
+    d: np.ndarray,
+    sign: float,
+    usual: float,
+    level: int,
+    own: int,
+) -> int:
+    """Return the corner to which an edge leads, or -1.
+
+    Parameters
+    ----------
+    atlas : links.Atlas
+        All levels of the image.
+    start : tuple[float, float]
+        (u, v) px of its level at which the trace starts.
+    d : np.ndarray
+        (2,) float32 direction of the trace, rotated in place as the edge turns.
+    sign : float
+        Sign of the slope across the edge.
+    usual : float
+        Usual slope of the edge.
+    level : int
+        Level of the atlas at which the trace starts.
+    own : int
+        Index of the corner at which the trace starts.
+
+    Returns
+    -------
+    int
+        Index of a corner.
+    """
     u, v = start
     past = np.empty((MEMORY, 2), np.float32)
     for k in range(MEMORY):
@@ -252,7 +287,7 @@ def follow_edge(atlas, start, d, sign, usual, level, own):
         strong = strength > least
         if strong:
             aside = ACROSS * where
-            u, v = np.float32(u - d[1] * aside), np.float32(v + d[0] * aside)
+            u, v = np.float32(u - d[1] * aside), np.float32(v + d[0] * aside)  # type: ignore[assignment]
             usual = KEPT * usual + NEW * strength
             weak = 0
         else:

@@ -1,7 +1,9 @@
 """From a lattice of links to a grid of verified corners: checked, filled, run on."""
 
+from __future__ import annotations
+
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -415,8 +417,27 @@ def _rim(grid):
     return ~grid.known & np.any(side, axis=0) & ~_holes(grid)
 
 
-def accept_corners(grid, trial, wanted, level):
-    """The grid with those of the trial corners (rows, columns, 2) that are corners."""
+def accept_corners(
+    grid: Grid, trial: np.ndarray, wanted: np.ndarray, level: Any
+) -> Grid:
+    """Return the grid with those of the trial corners that are corners.
+
+    Parameters
+    ----------
+    grid : Grid
+        Verified corners.
+    trial : np.ndarray
+        (rows, columns, 2) px (u, v), NaN where there is none.
+    wanted : np.ndarray
+        (rows, columns) bool: cells to be tested. Known cells stay as they are.
+    level : saddles.Level
+        The image at one scale.
+
+    Returns
+    -------
+    Grid
+        The same grid where no trial corner is accepted, else a copy with them.
+    """
     known = grid.known
     wanted = wanted & np.isfinite(trial[..., 0]) & ~known
     points = np.where(wanted[..., None], trial, grid.points)

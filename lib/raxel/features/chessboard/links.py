@@ -3,7 +3,10 @@
 Linked corners put on lattices: which corner is in which row and column.
 """
 
+from __future__ import annotations
+
 import heapq
+from collections.abc import Container, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -145,9 +148,35 @@ def lattices_of(nodes, links):
     return sorted(lattices, key=len, reverse=True)
 
 
-def grow_lattice(seed, points, contrast, links, used):
-    """The lattice around a node: dict (x, y) -> node."""
-    placed, rotation, cells = {}, {}, {}
+def grow_lattice(
+    seed: int,
+    points: np.ndarray,
+    contrast: np.ndarray,
+    links: Sequence[Sequence[Sequence[int]]],
+    used: Container[int],
+) -> dict[tuple[int, int], int]:
+    """Return the lattice around a node.
+
+    Parameters
+    ----------
+    seed : int
+        Index of the node from which the lattice grows.
+    points : np.ndarray
+        (N, 2) px (u, v) of the nodes.
+    contrast : np.ndarray
+        (N,) contrast of the nodes.
+    links : Sequence[Sequence[Sequence[int]]]
+        (N, 4, 2) int: for each of the four edges of a node the other node, -1 for none,
+        and the edge at which the link arrives there.
+    used : Container[int]
+        Nodes of other lattices, which are not taken.
+
+    Returns
+    -------
+    dict[tuple[int, int], int]
+        (x, y) -> node.
+    """
+    placed, rotation, cells = {}, {}, {}  # type: ignore[var-annotated]
     queue = [(0.0, 0, seed, 0, (0, 0), -1)]
     count = 0
     while queue:
