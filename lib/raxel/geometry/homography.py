@@ -7,9 +7,13 @@ Source of the method: Hartley 1997, doi:10.1109/34.601246 (normalisation); Hartl
 Zisserman 2004, doi:10.1017/CBO9780511811685, chapter 4.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 
@@ -68,10 +72,30 @@ def checked_generator(model, rng):
 BLOCK = 1 << 16
 
 
-def apply_homography(H, points):
-    """Map points (N, 2) by H (3, 3) to (N, 2); a stack (n, 3, 3) gives (n, N, 2).
+def apply_homography(H: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
+    """Map points by a homography.
 
     Points on the line that H sends to infinity become NaN.
+
+    Parameters
+    ----------
+    H : array_like, shape (3, 3) or (n, 3, 3)
+        Homography, or a stack of them.
+    points : array_like, shape (N, 2)
+        Points in the source frame.
+
+    Returns
+    -------
+    ndarray, shape (N, 2) or (n, N, 2)
+        Points in the target frame.
+
+    Examples
+    --------
+    >>> from raxel.geometry import apply_homography
+    >>> H = [[2, 0, 1], [0, 2, 0], [0, 0, 1]]
+    >>> apply_homography(H, [[0, 0], [3, 4]])
+    array([[1., 0.],
+           [7., 8.]])
     """
     H, points = np.asarray(H, float), np.asarray(points, float)
     Ht = np.swapaxes(H, -1, -2)
@@ -80,15 +104,42 @@ def apply_homography(H, points):
     return mapped[..., :2] / np.where(w != 0, w, np.nan)
 
 
-def homography_dlt(source, target, weights=None):
-    """Homography (3, 3) by the normalised direct linear transform.
+def homography_dlt(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Estimate a homography by the normalised direct linear transform.
 
-    source, target: (N, 2), N >= 4; weights: (N,), not negative, each multiplies the two
-    algebraic equations of its point. Both point sets are moved to weighted mean zero
-    and root mean square distance sqrt(2) first, so the result does not depend on a
-    similarity of either frame. Memory is 18 numbers per point: for millions of points
-    use `fit_homography`. Raises InputError for fewer than four points, values that
-    are not finite, and points that leave H open (three of four, or all, on one line).
+    Both point sets are moved to weighted mean zero and root mean square distance
+    sqrt(2) first. So the result does not depend on a similarity of either frame.
+    Memory is 18 numbers per point: for millions of points use `fit_homography`.
+
+    Parameters
+    ----------
+    source, target : array_like, shape (N, 2)
+        Pairs of points, N >= 4, in any unit.
+    weights : array_like, shape (N,), optional
+        Weights, not negative. Each multiplies the two algebraic equations of its
+        point.
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Homography of Frobenius norm 1 with `target ~ H (source, 1)`.
+
+    Raises
+    ------
+    InputError
+        Fewer than four points, values that are not finite, or points that leave H
+        undetermined (three of four, or all, on one line).
+
+    Examples
+    --------
+    >>> from raxel.geometry import apply_homography, homography_dlt
+    >>> source = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    >>> target = [[10, 20], [30, 20], [30, 40], [10, 40]]
+    >>> H = homography_dlt(source, target)
+    >>> apply_homography(H, [[0.5, 0.5]]).round(6)
+    array([[20., 30.]])
     """
     source, target, w = _checked(source, target, weights)
     scale = w**2
@@ -99,7 +150,7 @@ def homography_dlt(source, target, weights=None):
     A = np.zeros((2, len(s), 9))
     A[0, :, :3] = A[1, :, 3:6] = s
     A[:, :, 6:] = -t.T[:, :, None] * s
-    A = A.reshape(-1, 9)
+    A = A.reshape(-1, 9)  # type: ignore[assignment]
     _, values, Vt = np.linalg.svd(np.linalg.qr(A, mode="r"))
     H = Vt[8].reshape(3, 3)
     _refuse_degenerate(values[7] / values[0], H, 1e-12)
@@ -107,27 +158,55 @@ def homography_dlt(source, target, weights=None):
 
 
 def homography_ransac(
-    source,
-    target,
-    threshold,
-    rng,
+    source: ArrayLike,
+    target: ArrayLike,
+    threshold: float,
+    rng: np.random.Generator,
     *,
-    squared_errors=None,
-    confidence=0.999,
-    most_trials=2000,
-):
-    """Homography in the presence of wrong pairs.
+    squared_errors: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None,
+    confidence: float = 0.999,
+    most_trials: int = 2000,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Estimate a homography in the presence of wrong pairs.
 
-    source, target: (N, 2), N >= 4; threshold: largest distance in the target frame, in
-    its unit, of a pair that counts as right; rng: numpy Generator. squared_errors: what
-    is compared with threshold**2 instead, a function of homographies (m, 3, 3) that
-    gives (m, N). Samples of four are drawn until, at the share of right pairs found so
-    far, one sample of right pairs has been met with probability `confidence`, at most
-    `most_trials`. The best sample (least truncated squared distance) is followed by
-    linear fits to its inliers until they no longer change. Returns H (3, 3) and inliers
-    (N,) bool. Raises InputError when the input is refused as in `homography_dlt`, or no
-    sample determines H. Any four points agree with some H: judge the number of inliers,
-    not only their share. See `raxel.geometry.homography` for the sources.
+    Samples of four pairs are drawn, and the one with the least truncated squared
+    distance is kept. Linear fits to its inliers follow until they no longer change.
+    Any four points agree with some H: judge the number of inliers, not only their
+    share.
+
+    Parameters
+    ----------
+    source, target : array_like, shape (N, 2)
+        Pairs of points, N >= 4.
+    threshold : float
+        Largest distance in the target frame, in its unit, of a pair that counts as
+        right.
+    rng : numpy.random.Generator
+        Source of the random samples.
+    squared_errors : callable, optional
+        Compared with `threshold`**2 in place of the squared distances: a function of
+        homographies (m, 3, 3) that gives (m, N).
+    confidence : float
+        Sampling ends when one sample of right pairs has been met with this
+        probability, at the share of right pairs found so far.
+    most_trials : int
+        Largest number of samples.
+
+    Returns
+    -------
+    H : ndarray, shape (3, 3)
+        Homography with `target ~ H (source, 1)`.
+    inliers : ndarray of bool, shape (N,)
+        Pairs within the threshold.
+
+    Raises
+    ------
+    InputError
+        The input is rejected as in `homography_dlt`, or no sample determines H.
+
+    References
+    ----------
+    See `raxel.geometry.homography`.
     """
     source, target, w = _checked(source, target, None)
     checked_generator("homography", rng)
@@ -206,13 +285,32 @@ def transfer_jacobian(H, points):
     return J
 
 
-def refine_homography(H, source, target, weights=None):
-    """Homography (3, 3) that minimises the distances in the target frame.
+def refine_homography(
+    H: ArrayLike, source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Return the homography that minimises the distances in the target frame.
 
-    H: (3, 3) start, such as the DLT's; source, target: (N, 2), N >= 4; weights: (N,),
-    each multiplies the distance of its pair. This is the maximum likelihood estimate
-    for isotropic Gaussian noise of the target points alone. Levenberg-Marquardt on the
-    eight directions that change H. Raises InputError as `homography_dlt`.
+    This is the maximum likelihood estimate for isotropic Gaussian noise of the target
+    points alone. Levenberg-Marquardt acts on the eight directions that change H.
+
+    Parameters
+    ----------
+    H : array_like, shape (3, 3)
+        Start, such as the result of `homography_dlt`.
+    source, target : array_like, shape (N, 2)
+        Pairs of points, N >= 4.
+    weights : array_like, shape (N,), optional
+        Each multiplies the distance of its pair.
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Homography of Frobenius norm 1.
+
+    Raises
+    ------
+    InputError
+        As `homography_dlt`.
     """
     from scipy.optimize import leastsq
 
@@ -251,7 +349,9 @@ def _homogeneous(points):
     return np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1)
 
 
-def _checked(source, target, weights, fewest=4):
+def _checked(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None, fewest: int = 4
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     source, target = np.asarray(source, float), np.asarray(target, float)
     if source.ndim != 2 or source.shape[1] != 2 or source.shape != target.shape:
         raise InputError(
@@ -277,9 +377,30 @@ def _checked(source, target, weights, fewest=4):
     return source, target, w
 
 
-def normalising(points, weights=None):
-    """Similarity (3, 3) that moves points (N, 2) to weighted mean zero and root mean
-    square distance sqrt(2). Raises InputError for points that are all the same."""
+def normalising(
+    points: NDArray[np.float64], weights: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
+    """Return the similarity that normalises points.
+
+    It moves them to weighted mean zero and root mean square distance sqrt(2).
+
+    Parameters
+    ----------
+    points : ndarray, shape (N, 2)
+        Points in any unit.
+    weights : ndarray, shape (N,), optional
+        Weights of the mean; all equal if omitted.
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Similarity, to be applied to (x, y, 1).
+
+    Raises
+    ------
+    InputError
+        All points are the same.
+    """
     w = np.ones(len(points)) if weights is None else weights
     w = w / w.sum()
     centre = w @ points
@@ -365,16 +486,45 @@ QUARTER = 0.7585  # lower quartile of distances, noise of standard deviation 1 p
 ROUNDING = 1e-9  # of the spread of the target: no pair is cut for less
 
 
-def robust_start(source, target, rng, sigma=None):
-    """H (3, 3) that most pairs agree on, and the distance from which on they do not.
+def robust_start(
+    source: NDArray[np.float64],
+    target: NDArray[np.float64],
+    rng: np.random.Generator,
+    sigma: float | None = None,
+) -> tuple[NDArray[np.float64], float]:
+    """Return a homography that most pairs agree on, and the limit of agreement.
 
-    source, target: (N, 2), N >= 4; rng: numpy Generator; sigma: standard deviation of a
-    pair's distance per axis, in the target frame; None takes it from the data.
+    There are as many samples of four pairs as meet one of right pairs with
+    probability 0.999 while half of the pairs are wrong. The best sample has the
+    smallest lower quartile of distances. That quartile holds whatever the other three
+    quarters are, so the number of wrong pairs reveals a wrong majority. Rounds of
+    linear fits to the pairs that agree follow.
 
-    Samples of four pairs, as many as meet one of right pairs with probability 0.999
-    while half of the pairs are wrong. The best has the smallest lower quartile of
-    distances: it holds whatever the other three quarters are, so a wrong majority is
-    seen by its number. Rounds of linear fits to what agrees follow.
+    Parameters
+    ----------
+    source, target : ndarray, shape (N, 2)
+        Pairs of points, N >= 4.
+    rng : numpy.random.Generator
+        Source of the random samples.
+    sigma : float, optional
+        Standard deviation of a pair's distance per axis, in the target frame. None
+        takes it from the data.
+
+    Returns
+    -------
+    H : ndarray, shape (3, 3)
+        Homography with `target ~ H (source, 1)`.
+    limit : float
+        Distance in the target frame from which on pairs do not agree.
+
+    Raises
+    ------
+    InputError
+        No four points in general position, or the input is rejected as in
+        `homography_dlt`.
+
+    References
+    ----------
     Least quantile of squares: Rousseeuw 1984, doi:10.1080/01621459.1984.10477105.
     """
     trials = int(np.ceil(trials_needed(0.5, 4, 0.999)))

@@ -30,7 +30,7 @@ class HomographyFit(NamedTuple):
     H: np.ndarray
     covariance: np.ndarray
     inliers: np.ndarray
-    count: int
+    count: int  # type: ignore[assignment]
 
 
 def fit_homography(source, target, start, *, use=None, limit=np.inf, weights=None):

@@ -5,7 +5,10 @@ Poses chain by `@` when the inner names agree: T_world_grid = T_world_camera @
 T_camera_grid. Lengths are mm (or units of the pitch), angles radians.
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 
@@ -18,12 +21,25 @@ from raxel.errors import InputError
 # Source: Pless 2003, doi:10.1109/CVPR.2003.1211520.
 
 
-def pluecker_of_rays(origins, directions):
-    """Plücker vectors (..., 6) of rays, thesis order: (d; -(o x d)).
+def pluecker_of_rays(origins: ArrayLike, directions: ArrayLike) -> NDArray[np.float64]:
+    """Return Plücker vectors (d; -(o x d)) of rays, in the thesis's order.
 
-    origins: (..., 3) in the unit of length of the frame; directions: (..., 3). With
-    unit directions the last three are as long as the line is far from the frame's
-    origin. Any point of the line will do as its origin.
+    Parameters
+    ----------
+    origins : array_like, shape (..., 3)
+        Any point of each line, in the unit of length of the frame.
+    directions : array_like, shape (..., 3)
+        Directions.
+
+    Returns
+    -------
+    ndarray, shape (..., 6)
+        Plücker vectors. With unit directions the length of the last three is the
+        distance of the line from the frame's origin.
+
+    References
+    ----------
+    Thesis (2.12).
     """
     o, d = np.broadcast_arrays(np.asarray(origins, float), np.asarray(directions))
     return np.concatenate([d, np.cross(d, o)], axis=-1)
@@ -46,11 +62,29 @@ def generalised_essential(T_2_1):
     return G
 
 
-def side_products(L_1, L_2, T_2_1):
-    """L_2^T G L_1 (N,) of matched lines (5.30), zero where they meet.
+def side_products(
+    L_1: ArrayLike, L_2: ArrayLike, T_2_1: ArrayLike
+) -> NDArray[np.float64]:
+    """Return L_2^T G L_1 of matched lines, zero where they meet.
 
-    L_1, L_2: (N, 6), thesis order, each in the frame of its view. For unit directions
-    this is their distance times the sine of the angle between them, with a sign.
+    For unit directions this is their distance times the sine of the angle between
+    them, with a sign.
+
+    Parameters
+    ----------
+    L_1, L_2 : array_like, shape (N, 6)
+        Plücker vectors in the thesis's order, each in the frame of its view.
+    T_2_1 : array_like, shape (4, 4)
+        Motion, X_2 = R X_1 + t.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        Products, in the unit of length of the frame for unit directions.
+
+    References
+    ----------
+    Thesis (5.30).
     """
     G = generalised_essential(T_2_1)
     return np.einsum("ni,ij,nj->n", np.asarray(L_2, float), G, np.asarray(L_1, float))
@@ -59,14 +93,32 @@ def side_products(L_1, L_2, T_2_1):
 # Pose of a plane from its homography into calibrated directions (2.5.2).
 
 
-def pose_from_homography(H):
-    """Pose T_camera_grid (4, 4) of a plane that a calibrated central camera sees.
+def pose_from_homography(H: ArrayLike) -> NDArray[np.float64]:
+    """Return the pose of a plane that a calibrated central camera sees.
 
-    H: (3, 3), maps (x, y, 1) on the plane z = 0 of the grid to homogeneous directions
-    in the camera frame, H ~ [r1 r2 t]; its scale and sign are free. The first two
-    columns give the scale (mean of their lengths) and, as nearest orthonormal pair, the
-    rotation; the sign is that which puts the origin of the grid ahead (z > 0). The unit
-    is that of the grid. Raises InputError for columns that are parallel or zero.
+    The first two columns give the scale (mean of their lengths) and, as nearest
+    orthonormal pair, the rotation. The sign is the one that puts the origin of the
+    grid in front of the camera (z > 0). The unit is that of the grid.
+
+    Parameters
+    ----------
+    H : array_like, shape (3, 3)
+        Maps (x, y, 1) on the plane z = 0 of the grid to homogeneous directions in the
+        camera frame, H ~ [r1 r2 t]. Its scale and sign are free.
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+        T_camera_grid.
+
+    Raises
+    ------
+    InputError
+        The first two columns are parallel or zero, or H is not finite.
+
+    References
+    ----------
+    Thesis 2.5.2.
     """
     H = np.asarray(H, float)
     size = np.linalg.norm(H[:, :2], axis=0).mean()
@@ -79,8 +131,21 @@ def pose_from_homography(H):
     return pose(nearest_rotation(scale * H[:, :2]), scale * H[:, 2])
 
 
-def pose(R, t):
-    """Pose (..., 4, 4) from rotations R (..., 3, 3) and translations t (..., 3)."""
+def pose(R: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
+    """Return poses from rotations and translations.
+
+    Parameters
+    ----------
+    R : array_like, shape (..., 3, 3)
+        Rotations.
+    t : array_like, shape (..., 3)
+        Translations, mm or units of the pitch.
+
+    Returns
+    -------
+    ndarray, shape (..., 4, 4)
+        Poses T with X_target = R X_source + t.
+    """
     R, t = np.asarray(R, float), np.asarray(t, float)
     shape = np.broadcast_shapes(R.shape[:-2], t.shape[:-1])
     T = np.zeros((*shape, 4, 4))
@@ -90,37 +155,75 @@ def pose(R, t):
     return T
 
 
-def inverse_pose(T):
-    """Inverse of poses (..., 4, 4): (R^T, -R^T t), exact for orthonormal R."""
+def inverse_pose(T: ArrayLike) -> NDArray[np.float64]:
+    """Return inverses (R^T, -R^T t) of poses, exact for orthonormal R.
+
+    Parameters
+    ----------
+    T : array_like, shape (..., 4, 4)
+        Poses T_target_source.
+
+    Returns
+    -------
+    ndarray, shape (..., 4, 4)
+        Poses T_source_target.
+    """
     T = np.asarray(T, float)
     Rt = np.swapaxes(T[..., :3, :3], -1, -2)
     return pose(Rt, -(Rt @ T[..., :3, 3, None])[..., 0])
 
 
-def transform(T, points):
-    """Points of the source frame in the target frame.
+def transform(T: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
+    """Return points of the source frame in the target frame.
 
-    T: (4, 4) with points (..., 3); or a stack (n, 4, 4) with points (N, 3) or
-    (n, N, 3), which gives (n, N, 3).
+    Parameters
+    ----------
+    T : array_like, shape (4, 4) or (n, 4, 4)
+        Pose T_target_source, or a stack of poses.
+    points : array_like, shape (..., 3)
+        Points in the source frame. For a stack of poses, (N, 3) or (n, N, 3).
+
+    Returns
+    -------
+    ndarray, shape (..., 3) or (n, N, 3)
+        Points in the target frame.
     """
     T = np.asarray(T, float)
     t = T[..., :3, 3]
     return rotate(T, points) + (t if T.ndim == 2 else t[..., None, :])
 
 
-def rotate(T, directions):
-    """Directions of the source frame in the target frame; shapes as `transform`.
+def rotate(T: ArrayLike, directions: ArrayLike) -> NDArray[np.float64]:
+    """Return directions of the source frame in the target frame.
 
-    T may also be a bare rotation (3, 3) or a stack of them.
+    Parameters
+    ----------
+    T : array_like, shape (..., 4, 4) or (..., 3, 3)
+        Poses T_target_source, or bare rotations.
+    directions : array_like, shape (..., N, 3)
+        Directions in the source frame; shapes as in `transform`.
+
+    Returns
+    -------
+    ndarray, shape (..., N, 3)
+        Directions in the target frame.
     """
     R = np.asarray(T, float)[..., :3, :3]
     return np.asarray(directions, float) @ np.swapaxes(R, -1, -2)
 
 
-def rotation_from_vector(vectors):
-    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) (Rodrigues).
+def rotation_from_vector(vectors: ArrayLike) -> NDArray[np.float64]:
+    """Return rotation matrices of rotation vectors (Rodrigues).
 
-    The vector's direction is the axis, its length the angle in radians.
+    Parameters
+    ----------
+    vectors : array_like, shape (..., 3)
+        The vector's direction is the axis, its length the angle in rad.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+        Rotation matrices.
     """
     w = np.asarray(vectors, float)
     angle = np.linalg.norm(w, axis=-1)[..., None, None]
@@ -131,8 +234,19 @@ def rotation_from_vector(vectors):
     return np.eye(3) + sine * W + versine * (W @ W)
 
 
-def vector_from_rotation(R):
-    """Rotation vectors (..., 3), of length at most pi, of rotations (..., 3, 3)."""
+def vector_from_rotation(R: ArrayLike) -> NDArray[np.float64]:
+    """Return rotation vectors, of length at most pi, of rotations.
+
+    Parameters
+    ----------
+    R : array_like, shape (..., 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Rotation vectors, rad.
+    """
     from scipy.spatial.transform import Rotation
 
     R = np.asarray(R, float)
@@ -150,10 +264,18 @@ def cross_matrix(vectors):
     return W
 
 
-def tangent_bases(directions):
-    """Two unit vectors at right angles to each unit vector (N, 3) and to each other.
+def tangent_bases(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return two unit vectors orthogonal to each unit vector and to each other.
 
-    Returns (N, 3, 2), the vectors in columns.
+    Parameters
+    ----------
+    directions : ndarray, shape (N, 3)
+        Unit vectors.
+
+    Returns
+    -------
+    ndarray, shape (N, 3, 2)
+        The two vectors, in columns.
     """
     smallest = np.argmin(np.abs(directions), axis=1)
     first = np.cross(directions, np.eye(3)[smallest])
@@ -161,13 +283,30 @@ def tangent_bases(directions):
     return np.stack([first, np.cross(directions, first)], axis=2)
 
 
-def nearest_rotation(M):
-    """Rotation (..., 3, 3) nearest to M in the Frobenius norm.
+def nearest_rotation(M: ArrayLike) -> NDArray[np.float64]:
+    """Return the rotation nearest to a matrix in the Frobenius norm.
 
-    M: (..., 3, 3), or (..., 3, 2): the first two columns of a rotation, for which the
-    nearest orthonormal pair is completed by its cross product. The scale of M does not
-    matter. Raises InputError when M leaves the rotation open: columns parallel or zero.
-    Source: Arun, Huang, Blostein 1987, doi:10.1109/TPAMI.1987.4767965; Umeyama 1991,
+    The scale of M does not matter.
+
+    Parameters
+    ----------
+    M : array_like, shape (..., 3, 3) or (..., 3, 2)
+        Matrices. Two columns are the first two of a rotation: the nearest orthonormal
+        pair is completed by its cross product.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+        Rotation matrices.
+
+    Raises
+    ------
+    InputError
+        M leaves the rotation undetermined: its columns are parallel or zero.
+
+    References
+    ----------
+    Arun, Huang, Blostein 1987, doi:10.1109/TPAMI.1987.4767965; Umeyama 1991,
     doi:10.1109/34.88573 (sign of the determinant).
     """
     M = np.asarray(M, float)
@@ -186,8 +325,19 @@ def nearest_rotation(M):
     return U @ Vt
 
 
-def angle_between_rotations(A, B):
-    """Angle (...) in radians, 0 to pi, of the rotation A^T B; A, B (..., 3, 3)."""
+def angle_between_rotations(A: ArrayLike, B: ArrayLike) -> NDArray[np.float64]:
+    """Return the angle of the rotation A^T B.
+
+    Parameters
+    ----------
+    A, B : array_like, shape (..., 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Angles in rad, 0 to pi.
+    """
     D = np.swapaxes(np.asarray(A, float), -1, -2) @ np.asarray(B, float)
     axis = [D[..., k, j] - D[..., j, k] for j, k in [(1, 2), (2, 0), (0, 1)]]
     trace = np.trace(D, axis1=-2, axis2=-1)
@@ -195,13 +345,33 @@ def angle_between_rotations(A, B):
     return np.arctan2(np.linalg.norm(np.stack(axis, axis=-1), axis=-1), trace - 1)
 
 
-def fit_pose(source, target, weights=None):
-    """Pose T_target_source (4, 4) that best maps points to points.
+def fit_pose(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Return the pose that best maps points to points.
 
-    source, target: (N, 3), N >= 3, same unit; weights: (N,), each multiplies the
-    squared distance of its pair. Minimises sum w |R s + t - p|^2. Raises InputError for
-    fewer than three points, values that are not finite, or points on one line.
-    Source: Arun, Huang, Blostein 1987, doi:10.1109/TPAMI.1987.4767965.
+    It minimises sum w |R s + t - p|^2.
+
+    Parameters
+    ----------
+    source, target : array_like, shape (N, 3)
+        Pairs of points, N >= 3, same unit.
+    weights : array_like, shape (N,), optional
+        Each multiplies the squared distance of its pair.
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+        T_target_source.
+
+    Raises
+    ------
+    InputError
+        Fewer than three points, values that are not finite, or points on one line.
+
+    References
+    ----------
+    Arun, Huang, Blostein 1987, doi:10.1109/TPAMI.1987.4767965.
     """
     source, target = np.asarray(source, float), np.asarray(target, float)
     w = np.ones(len(source)) if weights is None else np.asarray(weights, float)

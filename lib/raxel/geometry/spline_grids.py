@@ -7,10 +7,14 @@ Source: Cox 1972, doi:10.1093/imamat/10.2.134; de Boor 1972,
 doi:10.1016/0021-9045(72)90080-9.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import cached_property
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 
@@ -22,13 +26,29 @@ MOST_COEFFICIENTS, HIGHEST_DEGREE = 200, 7
 class SplineGrid:
     """Basis functions over a box of the (u, v) plane, which end at its border.
 
-    knots_u, knots_v: non-decreasing, each end repeated degree + 1 times (open), in the
-    unit of the points; degree: (along u, along v), each at least 1; angle: of the u
-    axis from the x axis of the points towards y, radians.
-    Raises InputError naming the field.
+    Parameters
+    ----------
+    knots_u, knots_v : array_like
+        Non-decreasing knots, each end repeated degree + 1 times (open), in the unit of
+        the points.
+    degree : sequence of int
+        Degrees along u and v, each at least 1.
+    angle : float
+        Angle of the u axis from the x axis of the points towards y, rad.
+
+    Raises
+    ------
+    InputError
+        A field is not valid; the message names the field.
     """
 
-    def __init__(self, knots_u, knots_v, degree=(2, 2), angle=0.0):
+    def __init__(
+        self,
+        knots_u: ArrayLike,
+        knots_v: ArrayLike,
+        degree: Sequence[int] = (2, 2),
+        angle: float = 0.0,
+    ) -> None:
         self.degree = _checked_degree(degree)
         self.knots_u = _checked_knots("knots_u", knots_u, self.degree[0])
         self.knots_v = _checked_knots("knots_v", knots_v, self.degree[1])
@@ -38,7 +58,7 @@ class SplineGrid:
         self._axes = _axes(self.angle)
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[int, ...]:
         """(Kf, Kg): numbers of basis functions along u and v."""
         return tuple(
             len(knots) - degree - 1
@@ -46,36 +66,36 @@ class SplineGrid:
         )
 
     @property
-    def size(self):
+    def size(self) -> int:
         """Kf * Kg, the number of coefficients."""
         return self.shape[0] * self.shape[1]
 
     @cached_property
-    def breaks(self):
+    def breaks(self) -> tuple[NDArray[np.float64], ...]:
         """The knots without repetition, along u and along v."""
         return tuple(np.unique(knots) for knots in self._knots)
 
     @property
-    def corners(self):
+    def corners(self) -> NDArray[np.float64]:
         """The box's four corners (4, 2), in the frame of the points, going round."""
         u, v = ((knots[0], knots[-1]) for knots in self._knots)
         box = np.array([[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]])
         return self.unturned(box)
 
-    def turned(self, points):
-        """(u, v) (N, 2) of points (N, 2)."""
+    def turned(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return (u, v) `(N, 2)` of points `(N, 2)`."""
         return np.asarray(points, float) @ self._axes.T
 
-    def unturned(self, uv):
-        """Points (N, 2) at (u, v) (N, 2)."""
+    def unturned(self, uv: ArrayLike) -> NDArray[np.float64]:
+        """Return points `(N, 2)` at (u, v) `(N, 2)`."""
         return np.asarray(uv, float) @ self._axes
 
-    def inside(self, points):
-        """Which of the points (N, 2) lie in the box, (N,) bool."""
+    def inside(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Return which of the points `(N, 2)` are in the box, `(N,)` bool."""
         return self._inside(self.turned(points))
 
-    def intervals(self, points):
-        """Knot interval of points (N, 2) along u and along v, (N, 2), -1 outside."""
+    def intervals(self, points: ArrayLike) -> NDArray[np.intp]:
+        """Return knot intervals `(N, 2)` of points `(N, 2)`, -1 outside."""
         uv = self.turned(points)
         found = [
             np.clip(np.searchsorted(b, x, "right") - 1, 0, len(b) - 2)
@@ -83,24 +103,48 @@ class SplineGrid:
         ]
         return np.where(self._inside(uv)[:, None], np.column_stack(found), -1)
 
-    def rows(self, points):
-        """Basis functions at points (N, 2), and their derivatives by x and by y.
+    def rows(
+        self, points: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the basis functions at points, and their derivatives by x and by y.
 
-        Three arrays (N, Kf * Kg); NaN in rows of points outside the box, since a
-        spline continued beyond its knots says nothing.
+        Parameters
+        ----------
+        points : array_like, shape (N, 2)
+            Points.
+
+        Returns
+        -------
+        tuple of three ndarray, shape (N, Kf * Kg)
+            NaN in rows of points outside the box: a spline is not extrapolated beyond
+            its knots.
         """
         (f, f_u), (g, g_v) = self._bases(points, 1)
         return (_products(f, g), *self._gradient(_products(f_u, g), _products(f, g_v)))
 
-    def values(self, points, coefficients):
-        """The spline's values (N,) of coefficients (Kf * Kg,) at points (N, 2), NaN
-        outside the box."""
+    def values(self, points: ArrayLike, coefficients: ArrayLike) -> NDArray[np.float64]:
+        """Return the spline's values at points, NaN outside the box.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 2)
+            Points.
+        coefficients : array_like, shape (Kf * Kg,)
+            Coefficients, index i + Kf * j.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            Values.
+        """
         (f,), (g,) = self._bases(points, 0)
         C = np.reshape(coefficients, self.shape, order="F")
         return np.einsum("ni,ij,nj->n", f, C, g)
 
-    def second_rows(self, points):
-        """Second derivatives by x, x; x, y; y, y of the basis functions, as `rows`."""
+    def second_rows(
+        self, points: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return second derivatives by xx, xy, yy of the basis, as `rows`."""
         (f, f_u, f_uu), (g, g_v, g_vv) = self._bases(points, 2)
         uu, uv, vv = _products(f_uu, g), _products(f_u, g_v), _products(f, g_vv)
         u_x, u_y = self._gradient(uu, uv)
@@ -137,12 +181,34 @@ class SplineGrid:
         ]
 
 
-def spline_grid(points, shape=(7, 3), degree=(2, 2), angle=0.0):
-    """The SplineGrid of (Kf, Kg) functions on open uniform knots that spans points.
+def spline_grid(
+    points: NDArray[np.float64],
+    shape: Sequence[int] = (7, 3),
+    degree: Sequence[int] = (2, 2),
+    angle: float = 0.0,
+) -> SplineGrid:
+    """Return the SplineGrid on open uniform knots that spans points.
 
-    points: (N, 2), of which rows that are not finite do not count; degree, angle: see
-    SplineGrid. Raises InputError for too few functions for the degree, or points that
-    span no box.
+    Parameters
+    ----------
+    points : ndarray, shape (N, 2)
+        Points; rows that are not finite do not count.
+    shape : sequence of int
+        (Kf, Kg), numbers of basis functions along u and v.
+    degree : sequence of int
+        Degrees along u and v, see `SplineGrid`.
+    angle : float
+        Angle of the u axis from the x axis towards y, rad.
+
+    Returns
+    -------
+    SplineGrid
+        Basis functions over the bounding box of the points.
+
+    Raises
+    ------
+    InputError
+        Too few functions for the degree, or points that span no box.
     """
     degree = _checked_degree(degree)
     points = np.asarray(points, float)
@@ -154,7 +220,7 @@ def spline_grid(points, shape=(7, 3), degree=(2, 2), angle=0.0):
         open_knots(low, high, count, k)
         for low, high, count, k in zip(uv.min(0), uv.max(0), shape, degree, strict=True)
     ]
-    return SplineGrid(*knots, degree, angle)
+    return SplineGrid(*knots, degree, angle)  # type: ignore[call-arg]
 
 
 def open_knots(low, high, count, degree):
