@@ -1,5 +1,12 @@
 """All kinds of camera by name."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any
+
+from raxel.cameras.core.base import Camera
 from raxel.cameras.core.storage import CameraFile, argument_names
 from raxel.cameras.lenses.fisheye import FisheyeCamera, KannalaBrandtCamera
 from raxel.cameras.lenses.moving_pupil import AxialCamera, MovingPupilCamera
@@ -65,14 +72,36 @@ CAMERAS = {
 NESTED = ("viewer", "lens", "trend")  # fields that hold a camera
 
 
-def camera_from(kind, fields):
-    """The camera of a kind from its constructor's arguments by name.
+def camera_from(kind: str, fields: Mapping[str, Any]) -> Camera:
+    """Return the camera of a kind from its constructor's arguments by name.
 
-    kind: a key of CAMERAS; fields: dict name -> number, text or list; the `viewer` of a
-    mirror camera, and the `lens` whose pupil moves, is a camera or a dict, see
-    `with_nested`.
-    Raises InputError, one line, for a kind or name that is unknown (with the nearest
-    known one) or missing, and for values that no such camera can have.
+    Parameters
+    ----------
+    kind : str
+        Key of `CAMERAS`.
+    fields : mapping of str to number, text or list
+        Arguments by name. The `viewer` of a mirror camera, and the `lens` whose pupil
+        moves, is a camera or a dict, see `with_nested`.
+
+    Returns
+    -------
+    Camera
+        Camera of that kind.
+
+    Raises
+    ------
+    InputError
+        A kind or name is unknown (reported with the nearest known one) or missing, or
+        no such camera can have the values. The message is one line.
+
+    Examples
+    --------
+    >>> from raxel.cameras import camera_from
+    >>> K = [[800, 0, 320], [0, 800, 240], [0, 0, 1]]
+    >>> fields = {"K": K, "radial": [], "width": 640, "height": 480}
+    >>> camera = camera_from("perspective", fields)
+    >>> camera.project([[0.1, 0, 1]]).pixels.round(6)
+    array([[400., 240.]])
     """
     if kind not in CAMERAS:
         raise InputError(f"field 'kind': found {kind!r}; {_nearest(kind, CAMERAS)}")
@@ -128,11 +157,24 @@ def _nearest(name, known):
 # Read a camera of any kind from its file.
 
 
-def load_camera(path):
-    """The camera in an .npz file, of the class its field `kind` names.
+def load_camera(path: str | PathLike[str]) -> Camera:
+    """Return the camera in an .npz file, of the class its field `kind` names.
 
-    Raises InputError with file and field for a file that is missing, cut off, of an
-    unknown kind, or holds values that no such camera can have.
+    Parameters
+    ----------
+    path : str or path-like
+        File that `Camera.save` wrote.
+
+    Returns
+    -------
+    Camera
+        Camera of the class in `CAMERAS`.
+
+    Raises
+    ------
+    InputError
+        The file is missing, truncated or of an unknown kind, or holds values that no
+        such camera can have. The message names file and field.
     """
     with CameraFile(path, CAMERAS) as file:
         return file.camera()

@@ -5,10 +5,14 @@ points are in the camera frame: for the parametric models x right, y down, z alo
 principal axis, with the centre at the origin; mm (or the unit the camera names).
 """
 
+from __future__ import annotations
+
 import abc
-from typing import NamedTuple
+from os import PathLike
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.storage import write_camera
 from raxel.errors import InputError
@@ -17,11 +21,26 @@ from raxel.io.documents import one_line
 # How far from central a set of rays is (2.3.1).
 
 
-def closest_point(rays):
-    """The point (3,) with the least sum of squared distances to the rays' lines.
+def closest_point(rays: Rays) -> NDArray[np.float64]:
+    """Return the point with the least sum of squared distances to the rays' lines.
 
-    rays: `Rays`, camera frame; those that are not valid do not count. Where many
-    points do equally well, as for parallel rays, the one nearest the mean origin.
+    Where many points do equally well, as for parallel rays, it is the one nearest the
+    mean origin.
+
+    Parameters
+    ----------
+    rays : Rays
+        Rays in the camera frame; those that are not valid do not count.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Point in the camera frame, mm.
+
+    Raises
+    ------
+    ValueError
+        No ray is valid.
     """
     origins, directions = _lines(rays)
     middle = origins.mean(axis=0)
@@ -31,11 +50,29 @@ def closest_point(rays):
     return middle + step
 
 
-def centrality(rays):
-    """Smallest RMS distance of the rays' lines from one point, in mm.
+def centrality(rays: Rays) -> float:
+    """Return the smallest RMS distance of the rays' lines from one point.
 
-    rays: `Rays`. Zero for a central camera. Lines are taken as endless, as the centre
-    behind a convex mirror is met by no half-line.
+    Lines are infinite: no half-line meets the centre behind a convex mirror.
+
+    Parameters
+    ----------
+    rays : Rays
+        Rays in the camera frame; those that are not valid do not count.
+
+    Returns
+    -------
+    float
+        Distance in mm, zero for a central camera.
+
+    Raises
+    ------
+    ValueError
+        No ray is valid.
+
+    References
+    ----------
+    Thesis 2.3.1.
     """
     origins, directions = _lines(rays)
     reach = closest_point(rays) - origins
@@ -62,8 +99,14 @@ MAX_IN_A_ROW = 200
 class Rays(NamedTuple):
     """One half-line per pixel, in the camera frame.
 
-    origins: (N, 3); directions: (N, 3) unit, away from the camera; valid: (N,) bool.
-    Where not valid, both are NaN.
+    Attributes
+    ----------
+    origins : ndarray, shape (N, 3)
+        Origins, mm, NaN where not valid.
+    directions : ndarray, shape (N, 3)
+        Unit directions away from the camera, NaN where not valid.
+    valid : ndarray of bool, shape (N,)
+        Whether the pixel has a ray.
     """
 
     origins: np.ndarray
@@ -72,21 +115,40 @@ class Rays(NamedTuple):
 
 
 class Projection(NamedTuple):
-    """One pixel per point. pixels: (N, 2), NaN where not valid; valid: (N,) bool."""
+    """One pixel per point.
+
+    Attributes
+    ----------
+    pixels : ndarray, shape (N, 2)
+        Pixel coordinates (u, v), px, NaN where not valid.
+    valid : ndarray of bool, shape (N,)
+        Whether the point has a pixel.
+    """
 
     pixels: np.ndarray
     valid: np.ndarray
 
 
 class Camera(abc.ABC):
-    """A map between pixels and rays; `width` and `height` in pixels.
+    """A map between pixels and rays.
 
     Parametric models answer wherever their formula holds, also a little outside the
-    image (a fit needs that); `in_image` tells which pixels lie inside. A look-up
+    image (a fit needs that); `in_image` returns which pixels are inside. A look-up
     table answers inside its table only.
+
+    Attributes
+    ----------
+    kind : str or None
+        Name of the kind of camera, a key of `CAMERAS`.
+    width, height : int
+        Size of the image, px.
+    projects : bool
+        False where a point has no pixel or no single one; `project` then reports why.
+    continuous : bool
+        False where neighbouring pixels may see positions far from each other.
     """
 
-    kind = None
+    kind: ClassVar[str | None] = None
     # False where a point has no pixel or no single one; `project` then says why.
     projects = True
     # False where neighbouring pixels may look to places far apart.
@@ -97,21 +159,43 @@ class Camera(abc.ABC):
 
     @property
     @abc.abstractmethod
-    def central(self):
+    def central(self) -> bool:
         """Whether all rays meet in one point."""
 
     @property
     @abc.abstractmethod
-    def parameters(self):
+    def parameters(self) -> int:
         """Number of free intrinsic parameters; width and height are not counted."""
 
     @abc.abstractmethod
-    def rays(self, pixels):
-        """Rays of pixels (N, 2); values that are not finite have none."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays in the camera frame; values that are not finite have none.
+        """
 
     @abc.abstractmethod
-    def project(self, points):
-        """Pixels of points (N, 3) in the camera frame: the exact inverse of `rays`."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels: the exact inverse of `rays`.
+        """
 
     @abc.abstractmethod
     def _fields(self):
@@ -122,16 +206,37 @@ class Camera(abc.ABC):
     def _from_file(cls, file):
         """The camera a `CameraFile` describes."""
 
-    def in_image(self, pixels):
-        """Which of the pixels (..., 2) lie on the image's cells, [-0.5, size - 0.5]."""
+    def in_image(self, pixels: ArrayLike) -> NDArray[np.bool_]:
+        """Return which pixels are on the image's cells, [-0.5, size - 0.5].
+
+        Parameters
+        ----------
+        pixels : array_like, shape (..., 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        ndarray of bool, shape (...)
+            Whether each is inside.
+        """
         pixels = np.asarray(pixels, float)
         size = np.array([self.width, self.height])
         return np.all((pixels >= -0.5) & (pixels <= size - 0.5), axis=-1)
 
-    def save(self, path):
-        """Write the camera to an .npz file, whole or not at all.
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the camera to an .npz file, completely or not at all.
 
-        `load_camera` reads it. Raises InputError where it cannot be written.
+        `load_camera` reads it.
+
+        Parameters
+        ----------
+        path : str or path-like
+            File to write.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
         """
         size = {"width": np.array(self.width), "height": np.array(self.height)}
         write_camera(path, self.kind, size | self._fields())
@@ -212,7 +317,7 @@ def checked_calibration_matrix(K):
     return K
 
 
-def as_rows(values, length):
+def as_rows(values: ArrayLike, length: int) -> NDArray[np.float64]:
     """Float64 rows (N, length) of an array handed to `rays` or `project`."""
     array = np.asarray(values, float)
     if array.ndim != 2 or array.shape[1] != length:
@@ -220,18 +325,35 @@ def as_rows(values, length):
     return array
 
 
-def near_rows(values, length):
+def near_rows(values: ArrayLike, length: int) -> NDArray[np.float64]:
     """Rows (N, length) as `as_rows` gives them, NaN throughout where one is useless.
 
     That is where a value is not finite, or so large that its square might overflow.
     """
     array = as_rows(values, length)
     near = (np.abs(array) < REMOTE).all(axis=1)
-    return np.where(near[:, None], array, np.nan)
+    return np.where(near[:, None], array, np.nan)  # type: ignore[index]
 
 
-def pixel_grid(width, height):
-    """All pixel centres of an image, row by row: (height * width, 2)."""
+def pixel_grid(width: int, height: int) -> NDArray[np.float64]:
+    """Return all pixel centres of an image, row by row.
+
+    Parameters
+    ----------
+    width, height : int
+        Size of the image, px.
+
+    Returns
+    -------
+    ndarray, shape (height * width, 2)
+        Pixel coordinates (u, v), px.
+
+    Examples
+    --------
+    >>> from raxel.cameras import pixel_grid
+    >>> pixel_grid(2, 2).tolist()
+    [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]
+    """
     v, u = np.mgrid[:height, :width]
     return np.column_stack([u.ravel(), v.ravel()]).astype(float)
 
@@ -246,7 +368,7 @@ def nested_fields(name, camera):
     return {f"{name}.{key}": value for key, value in fields.items()}
 
 
-def finite_rows(points):
+def finite_rows(points: ArrayLike) -> NDArray[np.float64]:
     """Points (N, 3), NaN in rows that are not finite or far beyond any scene."""
     return near_rows(points, 3)
 

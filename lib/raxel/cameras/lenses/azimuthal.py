@@ -1,9 +1,12 @@
 """Central cameras made of a radial law, a warp of the plane, and an affine map."""
 
+from __future__ import annotations
+
 import abc
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.cameras.core.base import Camera, Projection, Rays, as_rows, checked_array
 from raxel.cameras.core.storage import NamedFields
@@ -97,8 +100,19 @@ class AzimuthalCamera(NamedFields, Camera):
             fields["max_angle"] = np.array(float(self._asked_angle))
         return fields
 
-    def project(self, points):
-        """Pixels of points (N, 3)."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points.
+        """
         points = as_rows(points, 3)
         x, y, z = points.T
         z = self._look * z
@@ -121,8 +135,19 @@ class AzimuthalCamera(NamedFields, Camera):
         valid &= np.isfinite(pixels).all(axis=1)
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)
 
-    def rays(self, pixels):
-        """Rays through the origin of pixels (N, 2)."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays through the origin of pixels.
+        """
         with np.errstate(over="ignore", invalid="ignore"):
             offset = as_rows(pixels, 2) - self._centre
             p = offset @ np.linalg.inv(self._affine).T

@@ -1,8 +1,11 @@
 """Ideal fisheye cameras: equidistance, equisolid angle, stereographic (2.5 to 2.8)."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.cameras.core.base import (
     Camera,
@@ -33,18 +36,52 @@ class FisheyeCamera(Camera):
 
     theta is the angle to the principal axis (+z). With f the focal length in pixels,
     r is f theta (2.6, 'equidistance'), 2 f sin(theta/2) (2.7, 'equisolid') or
-    2 f tan(theta/2) (2.8, 'stereographic'). Points behind the camera are seen as far as
-    `max_angle`, in radians, at most pi; the one direction straight back has no azimuth
-    and no pixel. principal_point: (2,) in pixels.
-    Raises InputError for an unknown projection or values out of range.
+    2 f tan(theta/2) (2.8, 'stereographic'). Points behind the camera are seen as far
+    as `max_angle`. The one direction straight back has no azimuth and no pixel.
+
+    Parameters
+    ----------
+    projection : str
+        'equidistance', 'equisolid' or 'stereographic'.
+    focal_px : float
+        Focal length f, px.
+    principal_point : array_like, shape (2,)
+        Principal point, px.
+    width, height : int
+        Size of the image, px.
+    max_angle : float
+        Largest theta, rad, at most pi.
+
+    Raises
+    ------
+    InputError
+        The projection is unknown, or values are out of range.
+
+    References
+    ----------
+    Thesis (2.5) to (2.8).
+
+    Examples
+    --------
+    >>> from raxel.cameras import FisheyeCamera
+    >>> camera = FisheyeCamera("equisolid", 300, [319.5, 239.5], 640, 480)
+    >>> camera.project([[0, 0, 1], [1, 0, 1]]).pixels.round(3)
+    array([[319.5 , 239.5 ],
+           [549.11, 239.5 ]])
     """
 
     kind = "fisheye"
     central = True
 
     def __init__(
-        self, projection, focal_px, principal_point, width, height, max_angle=math.pi
-    ):
+        self,
+        projection: str,
+        focal_px: float,
+        principal_point: ArrayLike,
+        width: int,
+        height: int,
+        max_angle: float = math.pi,
+    ) -> None:
         check_size(self, width, height)
         self.projection = checked_word("projection", projection, PROJECTIONS)
         self.focal_px = float(checked_positive("focal_px", focal_px))
@@ -56,12 +93,23 @@ class FisheyeCamera(Camera):
             )
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """Focal length and principal point; the rim only says where to stop."""
         return 3
 
-    def project(self, points):
-        """Pixels of points (N, 3), also of points behind the camera."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points, also of points behind the camera.
+        """
         points = as_rows(points, 3)
         x, y, z = points.T
         across = np.hypot(x, y)
@@ -76,8 +124,19 @@ class FisheyeCamera(Camera):
         valid &= np.isfinite(pixels).all(axis=1)
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)
 
-    def rays(self, pixels):
-        """Rays through the origin of pixels (N, 2)."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays through the origin of pixels.
+        """
         pixels = as_rows(pixels, 2)
         with np.errstate(over="ignore", invalid="ignore"):
             offset = (pixels - self.principal_point) / self.focal_px
@@ -228,19 +287,19 @@ class KannalaBrandtCamera(AzimuthalCamera):
 
     def __init__(
         self,
-        k,
-        pixels_per_unit,
-        principal_point,
-        width,
-        height,
-        radial_l=(),
-        radial_i=(),
-        tangential_m=(),
-        tangential_j=(),
-        max_angle=None,
-        tangential=(0, 0),
-        prism=(0, 0),
-    ):
+        k: ArrayLike,
+        pixels_per_unit: ArrayLike,
+        principal_point: ArrayLike,
+        width: int,
+        height: int,
+        radial_l: ArrayLike = (),
+        radial_i: ArrayLike = (),
+        tangential_m: ArrayLike = (),
+        tangential_j: ArrayLike = (),
+        max_angle: float | None = None,
+        tangential: ArrayLike = (0, 0),
+        prism: ArrayLike = (0, 0),
+    ) -> None:
         check_size(self, width, height)
         self.k = checked_array("k", k, (None,))
         if not 2 <= len(self.k) <= 5:
@@ -273,10 +332,10 @@ class KannalaBrandtCamera(AzimuthalCamera):
         self.symmetric = not (asymmetric or self._off_axis)
         affine = np.diag(self.pixels_per_unit) * (self.k[0] if self._off_axis else 1.0)
         limits, warp = self._own_limits()
-        self._set_up(affine, self.principal_point, max_angle, *limits, warp)
+        self._set_up(affine, self.principal_point, max_angle, *limits, warp)  # type: ignore[call-arg]
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """k, the terms that are not symmetric, and four of the affine map."""
         return (
             len(self.k)

@@ -1,11 +1,15 @@
 """A lens whose entrance pupil moves along its axis with the angle."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.cameras.core.base import (
     Camera,
+    Projection,
     Rays,
     checked_array,
     near_rows,
@@ -44,14 +48,14 @@ class AxialCamera(NamedFields, Camera):
 
     def __init__(
         self,
-        projection,
-        focal_px,
-        principal_point,
-        pupil_shift,
-        width,
-        height,
-        max_angle=USUAL_ANGLE,
-    ):
+        projection: str,
+        focal_px: float,
+        principal_point: ArrayLike,
+        pupil_shift: ArrayLike,
+        width: int,
+        height: int,
+        max_angle: float = USUAL_ANGLE,
+    ) -> None:
         self._lens = FisheyeCamera(
             projection, focal_px, principal_point, width, height, max_angle
         )
@@ -67,16 +71,16 @@ class AxialCamera(NamedFields, Camera):
             )
 
     @property
-    def central(self):
+    def central(self) -> bool:
         """Whether the pupil stands still."""
         return not self.pupil_shift.any()
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """Focal length, principal point and the terms of the shift."""
         return 3 + len(self.pupil_shift)
 
-    def pupil(self, angle):
+    def pupil(self, angle: float):
         """Height z0 (N,) of the pupil on the axis, and dz0/dtheta, at angles (N,)."""
         sinc = np.sinc(angle / math.pi)
         growth = 1 / sinc - 1
@@ -93,15 +97,37 @@ class AxialCamera(NamedFields, Camera):
         rise = 2 * angle * np.polyval(np.polyder(shift), angle**2)
         return growth * value, slope * value + growth * rise
 
-    def rays(self, pixels):
-        """Rays of pixels (N, 2); origins on the axis."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays of pixels; origins on the axis.
+        """
         rays = self._lens.rays(pixels)
         z0, _ = self.pupil(_axial_angle(rays.directions))
         origins = rays.origins + np.column_stack([0 * z0, 0 * z0, z0])
         return Rays(origins, rays.directions, rays.valid)
 
-    def project(self, points):
-        """Pixels of points (N, 3): of the ray on which each lies beyond the caustic."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points: of the ray on which each lies beyond the caustic.
+        """
         points = near_rows(points, 3)
         angle = self._angles(np.hypot(points[:, 0], points[:, 1]), points[:, 2])
         z0, slope = self.pupil(angle)
@@ -169,7 +195,7 @@ class MovingPupilCamera(NamedFields, Camera):
 
     kind = "moving pupil"
 
-    def __init__(self, lens, pupil_shift):
+    def __init__(self, lens: Camera, pupil_shift: ArrayLike) -> None:
         if not isinstance(lens, AzimuthalCamera) or lens._look < 0:
             found = getattr(lens, "kind", type(lens).__name__)
             raise InputError(
@@ -180,30 +206,52 @@ class MovingPupilCamera(NamedFields, Camera):
         self.pupil_shift = checked_array("pupil_shift", pupil_shift, (None,))
 
     @property
-    def central(self):
+    def central(self) -> bool:
         """Whether the pupil stands still."""
         return not self.pupil_shift.any()
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """Those of the lens and of the shift."""
         return self.lens.parameters + len(self.pupil_shift)
 
     @property
-    def max_angle(self):
+    def max_angle(self) -> float:
         """The angle up to which the lens answers, radians."""
         return self.lens.max_angle
 
-    def rays(self, pixels):
-        """Rays of pixels (N, 2); origins on the axis."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays of pixels; origins on the axis.
+        """
         rays = self.lens.rays(pixels)
         z0, _ = pupil_heights(_angle(rays.directions), self.pupil_shift)
         return Rays(
             rays.origins + z0[:, None] * [0.0, 0.0, 1.0], rays.directions, rays.valid
         )
 
-    def project(self, points):
-        """Pixels of points (N, 3): of the ray on which each lies beyond the caustic."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points: of the ray on which each lies beyond the caustic.
+        """
         points = near_rows(points, 3)
         with np.errstate(invalid="ignore"):
             rho, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]

@@ -1,8 +1,11 @@
 """Pinhole camera with radial distortion (2.1 to 2.4)."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.cameras.core.base import (
     Camera,
@@ -95,7 +98,15 @@ class BrownCamera(PlaneLaw, AzimuthalCamera):
 
     kind = "brown"
 
-    def __init__(self, K, radial, tangential, width, height, max_angle=None):
+    def __init__(
+        self,
+        K: ArrayLike,
+        radial: ArrayLike,
+        tangential: ArrayLike,
+        width: int,
+        height: int,
+        max_angle: float | None = None,
+    ) -> None:
         check_size(self, width, height)
         self.K = checked_calibration_matrix(K)
         self.radial = checked_array("radial", radial, (None,))
@@ -106,28 +117,57 @@ class BrownCamera(PlaneLaw, AzimuthalCamera):
         )
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """The five of K, the radial ones, and p1, p2."""
         return 7 + len(self.radial)
 
 
 class PerspectiveCamera(Camera):
-    """Calibration matrix K (2.1) and radial coefficients k1, k2, ... (2.4).
+    """Pinhole with calibration matrix K (2.1) and radial coefficients (2.4).
 
-    K: (3, 3) = [[alpha f, s, p_x], [0, f, p_y], [0, 0, 1]], in pixels.
-    radial: (n,), n >= 0, for lens-centric normalised coordinates p = (x/z, y/z), as in
-    OpenCV: the distorted point is p (1 + k1 r^2 + k2 r^4 + ...) with r = |p|.
+    As in OpenCV, the distorted point is p (1 + k1 r^2 + k2 r^4 + ...) with r = |p| and
+    lens-centric normalised coordinates p = (x/z, y/z). The camera sees points with
+    z > 0 at r below the first turning point of r (1 + k1 r^2 + ...). Beyond that the
+    polynomial folds the scene back onto pixels that are taken. Pixels farther out than
+    the turning point's image have no ray.
 
-    The camera sees points with z > 0 at r below the first turning point of
-    r (1 + k1 r^2 + ...): beyond it the polynomial folds the scene back onto pixels
-    that are taken. Pixels farther out than the turning point's image have no ray.
-    Raises InputError for a K of another form or values that are not finite.
+    Parameters
+    ----------
+    K : array_like, shape (3, 3)
+        [[alpha f, s, p_x], [0, f, p_y], [0, 0, 1]], px.
+    radial : array_like, shape (n,)
+        Radial coefficients k1, k2, ..., n >= 0.
+    width, height : int
+        Size of the image, px.
+
+    Raises
+    ------
+    InputError
+        K has another form, or values are not finite.
+
+    References
+    ----------
+    Thesis (2.1) to (2.4).
+
+    Examples
+    --------
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> K = [[800, 0, 320], [0, 800, 240], [0, 0, 1]]
+    >>> camera = PerspectiveCamera(K, [-0.1], 640, 480)
+    >>> pixels = camera.project([[0.5, 0, 1]]).pixels
+    >>> pixels.round(6)
+    array([[710., 240.]])
+    >>> rays = camera.rays(pixels)
+    >>> (rays.directions / rays.directions[:, 2:]).round(6)
+    array([[0.5, 0. , 1. ]])
     """
 
     kind = "perspective"
     central = True
 
-    def __init__(self, K, radial, width, height):
+    def __init__(
+        self, K: ArrayLike, radial: ArrayLike, width: int, height: int
+    ) -> None:
         check_size(self, width, height)
         self.K = checked_calibration_matrix(K)
         self.radial = checked_array("radial", radial, (None,))
@@ -141,12 +181,23 @@ class PerspectiveCamera(Camera):
         )
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """The five of K (2.1) and the radial coefficients."""
         return 5 + len(self.radial)
 
-    def project(self, points):
-        """Pixels (2.2 with R = I, C = 0, then 2.4) of points (N, 3)."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels (2.2 with R = I, C = 0, then 2.4) of points.
+        """
         x, y, z = as_rows(points, 3).T
         ahead = np.where(z > 0, z, np.nan)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -158,8 +209,19 @@ class PerspectiveCamera(Camera):
         valid = inside & np.isfinite(pixels).all(axis=1)
         return Projection(np.where(valid[:, None], pixels, np.nan), valid)
 
-    def rays(self, pixels):
-        """Rays through the origin of pixels (N, 2): 2.1, then the inverse of 2.4."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays through the origin of pixels: 2.1, then the inverse of 2.4.
+        """
         u, v = as_rows(pixels, 2).T
         y = (v - self.K[1, 2]) / self.K[1, 1]
         with np.errstate(invalid="ignore"):

@@ -5,10 +5,13 @@ Models that give the ray in closed form: (p, f(|p|)) with a polynomial f.
 The depth f may pass through zero: then the ray leaves the image plane and looks back.
 """
 
+from __future__ import annotations
+
 import abc
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.cameras.core.base import (
     check_size,
@@ -116,7 +119,15 @@ class ShahAggarwalCamera(PlaneLaw, AzimuthalCamera):
 
     kind = "shah-aggarwal"
 
-    def __init__(self, K, radial, tangential, width, height, max_angle=None):
+    def __init__(
+        self,
+        K: ArrayLike,
+        radial: ArrayLike,
+        tangential: ArrayLike,
+        width: int,
+        height: int,
+        max_angle: float | None = None,
+    ) -> None:
         check_size(self, width, height)
         self.K = checked_calibration_matrix(K)
         self.radial = checked_array("radial", radial, (ORDER,))
@@ -136,7 +147,7 @@ class ShahAggarwalCamera(PlaneLaw, AzimuthalCamera):
         )
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """The five of K, and both polynomials."""
         return 5 + 2 * ORDER
 
@@ -161,7 +172,15 @@ class FieldOfViewCamera(AzimuthalCamera):
 
     kind = "field of view"
 
-    def __init__(self, omega, K, width, height, radial=(), max_angle=None):
+    def __init__(
+        self,
+        omega: float,
+        K: ArrayLike,
+        width: int,
+        height: int,
+        radial: ArrayLike = (),
+        max_angle: float | None = None,
+    ) -> None:
         check_size(self, width, height)
         self.omega = float(checked_array("omega", omega, ()))
         if not 0 < self.omega < math.pi:
@@ -181,7 +200,7 @@ class FieldOfViewCamera(AzimuthalCamera):
         )
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """omega, the five of K, and the radial ones."""
         return 6 + len(self.radial)
 
@@ -214,7 +233,16 @@ class MicusikPajdlaCamera(AzimuthalCamera):
 
     kind = "micusik-pajdla"
 
-    def __init__(self, law, a, b, principal_point, width, height, max_angle=None):
+    def __init__(
+        self,
+        law: str,
+        a: float,
+        b: float,
+        principal_point: ArrayLike,
+        width: int,
+        height: int,
+        max_angle: float | None = None,
+    ) -> None:
         check_size(self, width, height)
         self.law = checked_word("law", law, LAWS)
         self.a = float(checked_positive("a", a))
@@ -223,7 +251,7 @@ class MicusikPajdlaCamera(AzimuthalCamera):
         self._set_up(np.eye(2), self.principal_point, max_angle, *self._own_limits())
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """a, b and the principal point."""
         return 4
 
@@ -309,7 +337,14 @@ class DivisionCamera(RayPolynomialCamera):
 
     kind = "division"
 
-    def __init__(self, K, coefficients, width, height, max_angle=None):
+    def __init__(
+        self,
+        K: ArrayLike,
+        coefficients: ArrayLike,
+        width: int,
+        height: int,
+        max_angle: float | None = None,
+    ) -> None:
         check_size(self, width, height)
         self.K = checked_calibration_matrix(K)
         self.coefficients = checked_array("coefficients", coefficients, (None,))
@@ -324,7 +359,7 @@ class DivisionCamera(RayPolynomialCamera):
         self._set_up(self.K[:2, :2], self.K[:2, 2], max_angle, angle, radius)
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """The five of K and the coefficients."""
         return 5 + len(self.coefficients)
 
@@ -350,7 +385,14 @@ class TardifCamera(RayPolynomialCamera):
 
     kind = "tardif"
 
-    def __init__(self, coefficients, principal_point, width, height, max_angle=None):
+    def __init__(
+        self,
+        coefficients: ArrayLike,
+        principal_point: ArrayLike,
+        width: int,
+        height: int,
+        max_angle: float | None = None,
+    ) -> None:
         check_size(self, width, height)
         self.coefficients = checked_array("coefficients", coefficients, (None,))
         if len(self.coefficients) < 1:
@@ -360,7 +402,7 @@ class TardifCamera(RayPolynomialCamera):
         self._set_up(np.eye(2), self.principal_point, max_angle, *limits)
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """The coefficients and the principal point."""
         return len(self.coefficients) + 2
 
@@ -382,8 +424,14 @@ class ScaramuzzaCamera(RayPolynomialCamera):
     kind = "scaramuzza"
 
     def __init__(
-        self, coefficients, centre, width, height, affine=(1, 0, 0), max_angle=None
-    ):
+        self,
+        coefficients: ArrayLike,
+        centre: ArrayLike,
+        width: int,
+        height: int,
+        affine: ArrayLike = (1, 0, 0),
+        max_angle: float | None = None,
+    ) -> None:
         check_size(self, width, height)
         self.coefficients = checked_array("coefficients", coefficients, (None,))
         if len(self.coefficients) < 1:
@@ -400,7 +448,7 @@ class ScaramuzzaCamera(RayPolynomialCamera):
         self._set_up([[c, d], [e, 1]], self.centre, max_angle, *limits)
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """The polynomial's coefficients, c, d, e, and the centre."""
         return len(self.coefficients) + 5
 

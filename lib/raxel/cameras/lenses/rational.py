@@ -1,8 +1,11 @@
 """Rational models: ratios of cubics in the image plane, and lifted coordinates."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.cameras.core.base import (
     Camera,
@@ -81,7 +84,13 @@ class RationalCubicCamera(PlaneLaw, AzimuthalCamera):
 
     kind = "rational cubic"
 
-    def __init__(self, coefficients, width, height, max_angle=None):
+    def __init__(
+        self,
+        coefficients: ArrayLike,
+        width: int,
+        height: int,
+        max_angle: float | None = None,
+    ) -> None:
         check_size(self, width, height)
         coefficients = np.array(checked_array("coefficients", coefficients, (4, 10)))
         for numerator, denominator, name in ((0, 1, "D_u"), (2, 3, "D_v")):
@@ -103,7 +112,7 @@ class RationalCubicCamera(PlaneLaw, AzimuthalCamera):
         )
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """40 coefficients, less the scale of each of the two ratios."""
         return 38
 
@@ -182,7 +191,7 @@ class LiftedRationalCamera(NamedFields, Camera):
     central = True
     parameters = 17
 
-    def __init__(self, A, width, height):
+    def __init__(self, A: ArrayLike, width: int, height: int) -> None:
         check_size(self, width, height)
         self.A = checked_array("A", A, (3, 6))
         self._centre = np.array([self.width - 1, self.height - 1]) / 2
@@ -197,8 +206,19 @@ class LiftedRationalCamera(NamedFields, Camera):
             raise InputError("field 'A': the image folds at its middle; give another A")
         self.max_radius_px = self._map.limit * self._scale
 
-    def rays(self, pixels):
-        """Rays through the origin of pixels (N, 2), in closed form."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays through the origin of pixels, in closed form.
+        """
         with np.errstate(over="ignore", invalid="ignore"):
             p = (as_rows(pixels, 2) - self._centre) / self._scale
         q, valid = self._map.apply(p)
@@ -206,8 +226,19 @@ class LiftedRationalCamera(NamedFields, Camera):
         d = np.hstack([2 * q, 1 - squared]) / (1 + squared) @ self._rotation
         return Rays(0.0 * d, d, valid)
 
-    def project(self, points):
-        """Pixels of points (N, 3)."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points.
+        """
         with np.errstate(all="ignore"):
             x, y, z = (as_rows(points, 3) @ self._rotation.T).T
             below = np.hypot(np.hypot(x, y), z) + z
@@ -248,15 +279,15 @@ class UnifiedSphereCamera(AzimuthalCamera):
 
     def __init__(
         self,
-        xi,
-        K,
-        width,
-        height,
-        radial=(),
-        tangential=(0, 0),
-        max_angle=None,
-        prism=(0, 0),
-    ):
+        xi: float,
+        K: ArrayLike,
+        width: int,
+        height: int,
+        radial: ArrayLike = (),
+        tangential: ArrayLike = (0, 0),
+        max_angle: float | None = None,
+        prism: ArrayLike = (0, 0),
+    ) -> None:
         check_size(self, width, height)
         self.xi = float(checked_array("xi", xi, ()))
         if self.xi < 0:
@@ -275,7 +306,7 @@ class UnifiedSphereCamera(AzimuthalCamera):
         self._set_up(self.K[:2, :2], self.K[:2, 2], max_angle, *limits, warp)
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """xi, the five of K, and the distortion if there is any."""
         off_axis = [terms for terms in (self.tangential, self.prism) if np.any(terms)]
         return 6 + len(self.radial) + 2 * len(off_axis)

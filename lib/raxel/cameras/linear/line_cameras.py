@@ -1,6 +1,9 @@
 """Cameras whose rays meet lines: orthographic, pushbroom, crossed slits (2.2.4)."""
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.cameras.core.base import (
     Camera,
@@ -32,23 +35,51 @@ class OrthographicCamera(NamedFields, Camera):
     # Scale only: where the axes pierce the image is a choice of the frame.
     parameters = 1
 
-    def __init__(self, pixels_per_mm, principal_point, width, height):
+    def __init__(
+        self,
+        pixels_per_mm: ArrayLike,
+        principal_point: ArrayLike,
+        width: int,
+        height: int,
+    ) -> None:
         check_size(self, width, height)
         self.pixels_per_mm = float(checked_positive("pixels_per_mm", pixels_per_mm))
         self.principal_point = checked_array("principal_point", principal_point, (2,))
 
-    def rays(self, pixels):
-        """Rays along +z through pixels (N, 2)."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays along +z through pixels.
+        """
         pixels = near_rows(pixels, 2)
         valid = np.isfinite(pixels).all(axis=1)
         origins = np.full((len(pixels), 3), np.nan)
         place = (pixels[valid] - self.principal_point) / self.pixels_per_mm
         origins[valid] = np.column_stack([place, np.zeros(len(place))])
-        directions = np.where(valid[:, None], [0.0, 0.0, 1.0], np.nan)
-        return Rays(origins, directions, valid)
+        directions = np.where(valid[:, None], [0.0, 0.0, 1.0], np.nan)  # type: ignore[index]
+        return Rays(origins, directions, valid)  # type: ignore[arg-type]
 
-    def project(self, points):
-        """Pixels of points (N, 3) with z > 0."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points with z > 0.
+        """
         points = near_rows(points, 3)
         valid = np.isfinite(points).all(axis=1) & (points[:, 2] > 0)
         pixels = self.pixels_per_mm * points[:, :2] + self.principal_point
@@ -78,8 +109,14 @@ class PushbroomCamera(NamedFields, Camera):
     parameters = 5
 
     def __init__(
-        self, focal_px, principal_column, velocity, width, height, reference_row=0.0
-    ):
+        self,
+        focal_px: float,
+        principal_column: float,
+        velocity: ArrayLike,
+        width: int,
+        height: int,
+        reference_row: float = 0.0,
+    ) -> None:
         check_size(self, width, height)
         self.focal_px = float(checked_positive("focal_px", focal_px))
         self.principal_column = float(
@@ -93,8 +130,19 @@ class PushbroomCamera(NamedFields, Camera):
                 "zero, or all rows see one plane"
             )
 
-    def rays(self, pixels):
-        """Rays of pixels (N, 2), from the centres of their rows."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays of pixels, from the centres of their rows.
+        """
         u, v = near_rows(pixels, 2).T
         x = (u - self.principal_column) / self.focal_px
         d = np.column_stack([x, 0 * x, 1 + 0 * x]) / np.hypot(x, 1)[:, None]
@@ -103,8 +151,19 @@ class PushbroomCamera(NamedFields, Camera):
         keep = valid[:, None]
         return Rays(np.where(keep, origins, np.nan), np.where(keep, d, np.nan), valid)
 
-    def project(self, points):
-        """Pixels of points (N, 3): the row whose plane holds the point, then 2.2."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points: the row whose plane holds the point, then 2.2.
+        """
         points = near_rows(points, 3)
         rows = points[:, 1] / self.velocity[1]
         x = points[:, 0] - rows * self.velocity[0]
@@ -143,14 +202,14 @@ class XSlitsCamera(NamedFields, Camera):
 
     def __init__(
         self,
-        slit_points,
-        slit_directions,
-        image_distance,
-        pixels_per_mm,
-        principal_point,
-        width,
-        height,
-    ):
+        slit_points: ArrayLike,
+        slit_directions: ArrayLike,
+        image_distance: float,
+        pixels_per_mm: ArrayLike,
+        principal_point: ArrayLike,
+        width: int,
+        height: int,
+    ) -> None:
         check_size(self, width, height)
         self.slit_points = checked_array("slit_points", slit_points, (2, 3))
         self.slit_directions = checked_array("slit_directions", slit_directions, (2, 3))
@@ -184,8 +243,19 @@ class XSlitsCamera(NamedFields, Camera):
             )
         return slits
 
-    def rays(self, pixels):
-        """Rays of pixels (N, 2); origins on the slit farther ahead."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays of pixels; origins on the slit farther ahead.
+        """
         place = (near_rows(pixels, 2) - self.principal_point) / self.pixels_per_mm
         points = np.column_stack([place, np.full(len(place), self.image_distance)])
         directions, along, valid = self._lines(points)
@@ -197,8 +267,19 @@ class XSlitsCamera(NamedFields, Camera):
             np.where(keep, origins, np.nan), np.where(keep, directions, np.nan), valid
         )
 
-    def project(self, points):
-        """Pixels of points (N, 3) ahead of both slits."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points ahead of both slits.
+        """
         points = near_rows(points, 3)
         directions, along, valid = self._lines(points)
         with np.errstate(invalid="ignore"):

@@ -1,8 +1,11 @@
 """Non-central camera: a viewer before a sheet of mirror bent by hand (3.3.2, 5)."""
 
-import numpy as np
+from __future__ import annotations
 
-from raxel.cameras.core.base import checked_positive, nested_fields
+import numpy as np
+from numpy.typing import ArrayLike
+
+from raxel.cameras.core.base import Camera, checked_positive, nested_fields
 from raxel.cameras.mirrors.curved import MirrorCamera
 from raxel.cameras.mirrors.sheet_surface import SheetMirror
 from raxel.errors import InputError
@@ -98,13 +101,13 @@ class BentMirrorCamera(MirrorCamera):
 
     def __init__(
         self,
-        viewer,
-        size,
-        heights,
-        offset=(0.0, 0.0, 0.0),
-        rotation=(0.0, 0.0, 0.0),
-        T_viewer_mirror=None,
-    ):
+        viewer: Camera,
+        size: ArrayLike,
+        heights: ArrayLike,
+        offset: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike = (0.0, 0.0, 0.0),
+        T_viewer_mirror: ArrayLike | None = None,
+    ) -> None:
         mirror = SheetMirror(size, heights)
         if T_viewer_mirror is None:
             R = rotation_from_vector(np.asarray(rotation, float))
@@ -118,12 +121,12 @@ class BentMirrorCamera(MirrorCamera):
             )
 
     @property
-    def central(self):
+    def central(self) -> bool:
         """False: a bent sheet sends the rays of a viewer through no common point."""
         return False
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """Viewer, pose, and heights of second order or above: others are pose."""
         order = np.add.outer(*map(np.arange, self.mirror.heights.shape))
         return self.viewer.parameters + 6 + int((order > 1).sum())

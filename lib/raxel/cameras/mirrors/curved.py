@@ -1,6 +1,9 @@
 """A viewer that sees the world in one curved mirror: what all such cameras share."""
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.cameras.core.base import (
     Camera,
@@ -36,8 +39,19 @@ class MirrorCamera(Camera):
         self._eye = self._T_mirror_viewer[:3, 3]
         self._axis = self._T_mirror_viewer[:3, 2]
 
-    def rays(self, pixels):
-        """Rays of pixels (N, 2); origins on the mirror."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays of pixels; origins on the mirror.
+        """
         seen = self.viewer.rays(as_rows(pixels, 2))
         met = self.mirror.reflect(
             transform(self._T_mirror_viewer, seen.origins),
@@ -49,8 +63,19 @@ class MirrorCamera(Camera):
             met.valid,
         )
 
-    def project(self, points):
-        """Pixels of points (N, 3): where the path from the viewer is stationary."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points: where the path from the viewer is stationary.
+        """
         points = transform(self._T_mirror_viewer, finite_rows(points))
         M = self._shown_at(points)
         pixels, valid = self.viewer.project(transform(self.T_viewer_mirror, M))

@@ -1,8 +1,13 @@
 """Non-central camera: a viewer before a clamped sheet of mirror that bends (5)."""
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.cameras.core.base import (
+    Camera,
+    Projection,
     checked_array,
     checked_positive,
     checked_word,
@@ -272,22 +277,22 @@ class FlexibleMirrorCamera(MirrorCamera):
 
     def __init__(
         self,
-        viewer,
-        size,
-        loads,
-        deflections,
-        law="elastica",
-        rulings=0.0,
-        aberration=0.0,
-        wavelengths=(45.0, 110.0),
-        seed=0,
-        strain=0.0,
-        strain_reach=5.0,
-        holder=0.0,
-        offset=(0.0, 0.0, 0.0),
-        rotation=(0.0, 0.0, 0.0),
-        T_viewer_mirror=None,
-    ):
+        viewer: Camera,
+        size: ArrayLike,
+        loads: ArrayLike,
+        deflections: ArrayLike,
+        law: str = "elastica",
+        rulings: float = 0.0,
+        aberration: float = 0.0,
+        wavelengths: ArrayLike = (45.0, 110.0),
+        seed: int = 0,
+        strain: float = 0.0,
+        strain_reach: float = 5.0,
+        holder: float = 0.0,
+        offset: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike = (0.0, 0.0, 0.0),
+        T_viewer_mirror: ArrayLike | None = None,
+    ) -> None:
         self.law = checked_word("law", law, tuple(PROFILES))
         profile = PROFILES[self.law].deflected(loads, deflections)
         size = checked_positive("size", size, (2,))
@@ -332,12 +337,12 @@ class FlexibleMirrorCamera(MirrorCamera):
         return -np.sum(arrivals * n, axis=1) / np.linalg.norm(n, axis=1), near
 
     @property
-    def central(self):
+    def central(self) -> bool:
         """False: a bent sheet sends the rays of a viewer through no common point."""
         return False
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """Viewer, pose, deflections, rulings; heights and three angles of each wave;
         height and reach of the strain."""
         uneven = self.mirror.unevenness
@@ -346,15 +351,25 @@ class FlexibleMirrorCamera(MirrorCamera):
         own = len(self.deflections) + int(self.mirror.rulings != 0) + waves + strain
         return self.viewer.parameters + 6 + own
 
-    def deflected(self, deflections):
+    def deflected(self, deflections: ArrayLike) -> FlexibleMirrorCamera:
         """The same camera with its sheet at other deflections, (k,) mm."""
         return FlexibleMirrorCamera(**self.arguments() | {"deflections": deflections})
 
-    def project(self, points):
-        """Pixels of points (N, 3) that the mirror shows, to rounding.
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
 
         A point that a hollow part of the sheet shows several times gets one of these
         pixels.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points that the mirror shows, to rounding.
         """
         return super().project(points)
 

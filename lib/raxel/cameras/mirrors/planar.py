@@ -1,9 +1,14 @@
 """Several planar mirrors before one viewer: catadioptric stereo (2.2.3)."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.base import (
     Camera,
@@ -48,7 +53,12 @@ class PlanarMirrorsCamera(Camera):
     central = False
     continuous = False
 
-    def __init__(self, viewer, T_viewer_facets, outlines):
+    def __init__(
+        self,
+        viewer: Camera,
+        T_viewer_facets: Sequence[ArrayLike],
+        outlines: Sequence[ArrayLike],
+    ) -> None:
         self.viewer = checked_viewer(viewer)
         self.width, self.height = self.viewer.width, self.viewer.height
         if len(T_viewer_facets) == 0 or len(T_viewer_facets) != len(outlines):
@@ -71,28 +81,39 @@ class PlanarMirrorsCamera(Camera):
             self._check_facet(k)
 
     @classmethod
-    def on_ball(cls, viewer, **ball):
+    def on_ball(cls, viewer: Camera, **ball: Any) -> PlanarMirrorsCamera:
         """The facets of a mirror ball, `ball_facets(**ball)`, before a viewer."""
         return cls(viewer, *ball_facets(**ball))
 
     @property
-    def facets(self):
+    def facets(self) -> int:
         """Number of facets."""
         return len(self.outlines)
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """The viewer's, and three per facet: its plane. Outlines bound the field."""
         return self.viewer.parameters + 3 * self.facets
 
-    def facet_of(self, pixels):
+    def facet_of(self, pixels: ArrayLike) -> NDArray[np.intp]:
         """Number of the facet (N,) that pixels (N, 2) show, -1 where there is none."""
         seen = self.viewer.rays(as_rows(pixels, 2))
         facet, _ = self._first_facet(seen.origins, seen.directions)
         return facet
 
-    def rays(self, pixels):
-        """Rays of pixels (N, 2); origins on the facets."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays of pixels; origins on the facets.
+        """
         seen = self.viewer.rays(as_rows(pixels, 2))
         facet, distance = self._first_facet(seen.origins, seen.directions)
         valid = facet >= 0
@@ -109,16 +130,27 @@ class PlanarMirrorsCamera(Camera):
             np.where(keep, origins, np.nan), np.where(keep, directions, np.nan), valid
         )
 
-    def project(self, points):
-        """Pixels of points (N, 3) in the first facet, by number, that shows them."""
-        pixels = np.full((len(points), 2), np.nan)
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points in the first facet, by number, that shows them.
+        """
+        pixels = np.full((len(points), 2), np.nan)  # type: ignore[arg-type]
         for k in range(self.facets):
             seen = self.project_facet(points, k)
             take = seen.valid & np.isnan(pixels[:, 0])
             pixels[take] = seen.pixels[take]
         return Projection(pixels, np.isfinite(pixels[:, 0]))
 
-    def project_facet(self, points, facet):
+    def project_facet(self, points: ArrayLike, facet: int) -> Projection:
         """Pixels of points (N, 3) in one facet: the viewer sees their mirror images."""
         points = finite_rows(points)
         T = self.T_viewer_facets[facet]

@@ -12,8 +12,11 @@ Source: thesis 5.1.1; Gere, Timoshenko 1991, Mechanics of Materials; for large
 deflections Bisshopp, Drucker 1945, doi:10.1090/qam/13360.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.base import checked_array, checked_positive
 from raxel.errors import InputError
@@ -74,14 +77,14 @@ class BeamProfile:
 
     law = "beam"
 
-    def __init__(self, loads, forces):
+    def __init__(self, loads: ArrayLike, forces: ArrayLike) -> None:
         self.loads = checked_loads(loads)
         self.forces = checked_at_loads("forces", forces, self.loads)
         self.places = self.loads
         self._set_up()
 
     @classmethod
-    def deflected(cls, loads, deflections):
+    def deflected(cls, loads: ArrayLike, deflections: ArrayLike) -> BeamProfile:
         """The profile that is `deflections` (k,) mm away at `loads` (k,)."""
         loads, deflections = _checked_deflections(loads, deflections)
         return cls(loads, _beam_forces(loads, deflections))
@@ -91,11 +94,13 @@ class BeamProfile:
         self._height = RunningIntegral(breaks, lambda x: self._slopes(x)[0])
 
     @property
-    def breaks(self):
+    def breaks(self) -> NDArray[np.float64]:
         """x of the clamp and of each load (k + 1,), mm: the pieces are smooth."""
         return self._height.breaks
 
-    def at(self, x):
+    def at(
+        self, x: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Height (N,) mm, slope and second derivative (mm^-1) at x (N,), mm.
 
         In front of the clamp all are zero; the second derivative jumps there.
@@ -119,14 +124,14 @@ class ElasticaProfile(BeamProfile):
 
     law = "elastica"
 
-    def __init__(self, loads, forces):
+    def __init__(self, loads: ArrayLike, forces: ArrayLike) -> None:
         self.loads = checked_loads(loads)
         self.forces = checked_at_loads("forces", forces, self.loads)
         self.places, _ = _balanced(self.loads, self.forces, None)
         self._set_up()
 
     @classmethod
-    def deflected(cls, loads, deflections):
+    def deflected(cls, loads: ArrayLike, deflections: ArrayLike) -> ElasticaProfile:
         """The profile that is `deflections` (k,) mm away at `loads` (k,)."""
         loads, deflections = _checked_deflections(loads, deflections)
         start = _beam_forces(loads, deflections)

@@ -1,14 +1,19 @@
 """Catadioptric camera from its geometry: a viewer and a quadric mirror (2.2.3)."""
 
+from __future__ import annotations
+
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.base import (
     MAX_SCALE,
     MIN_SCALE,
+    Camera,
+    Projection,
     checked_array,
     checked_positive,
     checked_word,
@@ -308,14 +313,14 @@ class QuadricMirrorCamera(MirrorCamera):
 
     def __init__(
         self,
-        viewer,
-        shape,
-        axes,
-        rim_radius,
-        T_viewer_mirror,
-        side=None,
-        hole_radius=0.0,
-    ):
+        viewer: Camera,
+        shape: str,
+        axes: ArrayLike,
+        rim_radius: float,
+        T_viewer_mirror: ArrayLike,
+        side: str | None = None,
+        hole_radius: float = 0.0,
+    ) -> None:
         viewer, self.shape = checked_viewer(viewer), shape
         self.side = usual_side(shape) if side is None else side
         mirror = ConicMirror(shape, axes, rim_radius, hole_radius, self.side)
@@ -326,7 +331,15 @@ class QuadricMirrorCamera(MirrorCamera):
         self._focus = self._effective_focus()
 
     @classmethod
-    def on_axis(cls, viewer, shape, axes, rim_radius, distance, **optional):
+    def on_axis(
+        cls,
+        viewer: Camera,
+        shape: str,
+        axes: ArrayLike,
+        rim_radius: float,
+        distance: float,
+        **optional: Any,
+    ) -> QuadricMirrorCamera:
         """The mirror's apex `distance` mm ahead of the viewer, on the viewer's axis.
 
         optional: side, hole_radius. Central only if the distance happens to be right.
@@ -337,7 +350,14 @@ class QuadricMirrorCamera(MirrorCamera):
         return cls(viewer, shape, axes, rim_radius, T, **optional)
 
     @classmethod
-    def aligned(cls, viewer, shape, axes, rim_radius, **optional):
+    def aligned(
+        cls,
+        viewer: Camera,
+        shape: str,
+        axes: ArrayLike,
+        rim_radius: float,
+        **optional: Any,
+    ) -> QuadricMirrorCamera:
         """The central camera: a viewer at the focus, its axis along the mirror's.
 
         optional: side, hole_radius. An orthographic viewer belongs to a paraboloid
@@ -366,8 +386,15 @@ class QuadricMirrorCamera(MirrorCamera):
 
     @classmethod
     def misaligned(
-        cls, viewer, shape, axes, rim_radius, offset, rotation=(0, 0, 0), **optional
-    ):
+        cls,
+        viewer: Camera,
+        shape: str,
+        axes: ArrayLike,
+        rim_radius: float,
+        offset: ArrayLike,
+        rotation: ArrayLike = (0, 0, 0),
+        **optional: Any,
+    ) -> QuadricMirrorCamera:
         """The aligned camera with its mirror moved by `offset` and turned.
 
         offset: (3,) mm in the viewer's frame; rotation: (3,) rotation vector about
@@ -380,19 +407,19 @@ class QuadricMirrorCamera(MirrorCamera):
         return cls(viewer, shape, axes, rim_radius, moved, **optional)
 
     @property
-    def central(self):
+    def central(self) -> bool:
         """Whether all rays, continued, meet in one point."""
         return self._focus is not None
 
     @property
-    def centre(self):
+    def centre(self) -> NDArray[np.float64] | None:
         """The point (3,) where all rays meet, in the viewer's frame; else None."""
         if self._focus is None:
             return None
         return transform(self.T_viewer_mirror, self._focus)
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """Viewer, axes and pose. A turn about the axis of the mirror is none.
 
         A central camera has two left of its pose: tilts, or shifts across parallel
@@ -402,14 +429,24 @@ class QuadricMirrorCamera(MirrorCamera):
         free = 2 if self.central else free - self._parallel
         return self.viewer.parameters + len(self.axes) + free
 
-    def project(self, points):
-        """Pixels of points (N, 3) that the mirror shows.
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
 
         Central: the line from the focus to the point holds the mirror point. Else:
         the path from viewer to point is stationary (`reflection_points`), to rounding.
         A convex mirror shows a point once. A concave one may show a point short of
         its caustic several times: one of these pixels is given, and rarely, where two
         nearly coincide, none.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points that the mirror shows.
         """
         return super().project(points)
 

@@ -1,8 +1,13 @@
 """Non-central camera: a viewer before a mirror whose shape is a spline (5.1.1)."""
 
-import numpy as np
+from __future__ import annotations
 
-from raxel.cameras.core.base import checked_array, checked_word, nested_fields
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from raxel.cameras.core.base import Camera, checked_array, checked_word, nested_fields
 from raxel.cameras.linear.line_cameras import OrthographicCamera
 from raxel.cameras.mirrors.curved import MirrorCamera
 from raxel.cameras.mirrors.quadric import Reflection
@@ -203,14 +208,14 @@ class SplineMirrorCamera(MirrorCamera):
 
     def __init__(
         self,
-        viewer,
-        knots_u,
-        knots_v,
-        coefficients,
-        degree=(2, 2),
-        angle=0.0,
-        quantity="inverse depth",
-    ):
+        viewer: Camera,
+        knots_u: ArrayLike,
+        knots_v: ArrayLike,
+        coefficients: ArrayLike,
+        degree: Sequence[int] = (2, 2),
+        angle: float = 0.0,
+        quantity: str = "inverse depth",
+    ) -> None:
         self.grid = SplineGrid(knots_u, knots_v, degree, angle)
         if min(self.grid.degree) < 2:
             raise InputError(
@@ -228,7 +233,13 @@ class SplineMirrorCamera(MirrorCamera):
             )
 
     @classmethod
-    def on_grid(cls, viewer, grid, coefficients, quantity="inverse depth"):
+    def on_grid(
+        cls,
+        viewer: Camera,
+        grid: SplineGrid,
+        coefficients: ArrayLike,
+        quantity: str = "inverse depth",
+    ) -> SplineMirrorCamera:
         """From a SplineGrid and vec(C) (Kf * Kg,), index i + Kf * j."""
         C = np.reshape(coefficients, grid.shape, order="F")
         return cls(
@@ -236,7 +247,13 @@ class SplineMirrorCamera(MirrorCamera):
         )
 
     @classmethod
-    def fitted(cls, viewer, grid, points, quantity="inverse depth"):
+    def fitted(
+        cls,
+        viewer: Camera,
+        grid: SplineGrid,
+        points: ArrayLike,
+        quantity: str = "inverse depth",
+    ) -> SplineMirrorCamera:
         """The spline nearest to points (N, 3) of a mirror, in the viewer's frame.
 
         Least squares in the quantity, of the points that lie in the grid's box. Raises
@@ -261,26 +278,26 @@ class SplineMirrorCamera(MirrorCamera):
         return cls.on_grid(viewer, grid, coefficients, quantity)
 
     @property
-    def central(self):
+    def central(self) -> bool:
         """False: a bent mirror sends the viewer's rays through no common point."""
         return False
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """The viewer's, and the coefficients."""
         return self.viewer.parameters + self.coefficients.size
 
     @property
-    def knots_u(self):
+    def knots_u(self) -> NDArray[np.float64]:
         """Knots along u, with repeated ends."""
         return self.grid.knots_u
 
     @property
-    def knots_v(self):
+    def knots_v(self) -> NDArray[np.float64]:
         """Knots along v, with repeated ends."""
         return self.grid.knots_v
 
-    def mirror_points(self, pixels):
+    def mirror_points(self, pixels: ArrayLike) -> NDArray[np.float64]:
         """Mirror points (N, 3) that pixels (N, 2) see; NaN where there is none."""
         return self.rays(pixels).origins
 

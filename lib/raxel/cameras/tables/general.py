@@ -1,8 +1,12 @@
 """The general camera (2.3): a look-up table from pixels to rays."""
 
+from __future__ import annotations
+
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.base import (
     Camera,
@@ -160,7 +164,13 @@ class GeneralCamera(Camera):
 
     kind = "general"
 
-    def __init__(self, directions, mask, origins=(0.0, 0.0, 0.0), units="mm"):
+    def __init__(
+        self,
+        directions: NDArray[Any],
+        mask: NDArray[Any],
+        origins: Any = (0.0, 0.0, 0.0),
+        units: str = "mm",
+    ) -> None:
         directions = np.array(directions, dtype=float)
         if directions.ndim != 3 or directions.shape[2] != 3:
             raise InputError(
@@ -196,7 +206,7 @@ class GeneralCamera(Camera):
         self._inverse = None
 
     @classmethod
-    def from_camera(cls, camera, units="mm"):
+    def from_camera(cls, camera: Camera, units: str = "mm") -> GeneralCamera:
         """The table of another camera's rays at the pixel centres of its image."""
         shape = (camera.height, camera.width)
         directions, mask = np.empty((*shape, 3)), np.empty(shape, bool)
@@ -209,61 +219,83 @@ class GeneralCamera(Camera):
             directions[block] = d.reshape(-1, camera.width, 3)
             mask[block] = valid.reshape(-1, camera.width)
             if not camera.central:
-                origins[block] = o.reshape(-1, camera.width, 3)
+                origins[block] = o.reshape(-1, camera.width, 3)  # type: ignore[index]
         if camera.central:
             origins = _meeting_point(camera, mask)
         return cls(directions, mask, origins, units)
 
     @property
-    def central(self):
+    def central(self) -> bool:
         return self._table.central
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """Two per ray of a central camera, four per ray (a line) otherwise."""
         return (2 if self.central else 4) * int(np.count_nonzero(self.mask))
 
     @property
-    def directions(self):
+    def directions(self) -> NDArray[np.float64]:
         """(H, W, 3) unit directions, NaN without a ray; read-only."""
         return self._table.directions
 
     @property
-    def origins(self):
+    def origins(self) -> NDArray[np.float64]:
         """(3,) or (H, W, 3), NaN without a ray; read-only."""
         return self._table.origins
 
     @property
-    def mask(self):
+    def mask(self) -> NDArray[np.bool_]:
         """(H, W) bool: which pixels have a ray."""
         return self._table.mask
 
     @property
-    def share_with_ray(self):
+    def share_with_ray(self) -> float:
         """Share of the pixels that have a ray."""
         return float(np.mean(self.mask))
 
-    def rays(self, pixels):
-        """Rays of pixels (N, 2) by interpolation in the table."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays of pixels by interpolation in the table.
+        """
         pixels = as_rows(pixels, 2)
         # One layout, as compiled loops are compiled for each.
         pixels = np.array(pixels, order="C")
         size = self.width, self.height
-        origins, directions = rays_at(pixels, *self._table.rows, *size)
+        origins, directions = rays_at(pixels, *self._table.rows, *size)  # type: ignore[call-arg]
         return Rays(origins, directions, np.isfinite(directions[:, 0]))
 
-    def project(self, points):
-        """Pixels of points (N, 3): where the interpolated ray passes through each."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points: where the interpolated ray passes through each.
+        """
         points = np.ascontiguousarray(near_rows(points, 3))
         if self._inverse is None:
-            self._inverse = TableInverse(self._table)
+            self._inverse = TableInverse(self._table)  # type: ignore[assignment]
         pixels = np.empty((len(points), 2))
         for start in range(0, len(points), BLOCK):
             rows = slice(start, start + BLOCK)
-            pixels[rows] = self._inverse.project(points[rows])
+            pixels[rows] = self._inverse.project(points[rows])  # type: ignore[attr-defined]
         return Projection(pixels, np.isfinite(pixels[:, 0]))
 
-    def pluecker(self, rows=slice(None)):
+    def pluecker(self, rows: slice = slice(None)) -> NDArray[np.float64]:
         """Plücker matrices (2.11) of a slice of image rows: (h, W, 4, 4).
 
         NaN without a ray. Built on demand: 128 bytes per pixel.

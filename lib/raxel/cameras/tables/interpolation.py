@@ -7,6 +7,8 @@ edge or a single pixel. At (s, t) in [0, 1]^2 of a cell, directions and origins 
 bilinear.
 """
 
+from __future__ import annotations
+
 import math
 
 import numba
@@ -24,8 +26,21 @@ import numpy as np
 ROUNDING, MAX_STEPS = 4e-16, 100
 
 
-def control_shape(width, height, spacing):
-    """(rows, columns) of the control values over an image, cells of spacing px."""
+def control_shape(width: int, height: int, spacing: float) -> tuple[int, ...]:
+    """Return the shape of the control values over an image.
+
+    Parameters
+    ----------
+    width, height : int
+        Size of the image, px.
+    spacing : float
+        Side of the spline's cells, px.
+
+    Returns
+    -------
+    tuple of int
+        (rows, columns).
+    """
     return tuple(math.ceil(size / spacing) + 3 for size in (height, width))
 
 

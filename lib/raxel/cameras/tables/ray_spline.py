@@ -8,7 +8,10 @@ image and in all directions, whatever the lens does. A trend whose pupil moves l
 that, too: then the camera is not central.
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.base import (
     Camera,
@@ -84,15 +87,15 @@ class RaySplineCamera(Camera):
 
     def __init__(
         self,
-        trend,
-        spacing_px,
-        control,
-        width,
-        height,
-        covered=None,
-        covariance=None,
-        T_camera_trend=None,
-    ):
+        trend: Camera,
+        spacing_px: float,
+        control: ArrayLike,
+        width: int,
+        height: int,
+        covered: ArrayLike | None = None,
+        covariance: ArrayLike | None = None,
+        T_camera_trend: ArrayLike | None = None,
+    ) -> None:
         check_size(self, width, height)
         if not (isinstance(trend, Camera) and trend.projects):
             raise InputError(
@@ -129,32 +132,54 @@ class RaySplineCamera(Camera):
         self.T_camera_trend = checked_rigid("T_camera_trend", T)
 
     @property
-    def central(self):
+    def central(self) -> bool:
         """Whether the trend is."""
         return self.trend.central
 
     @property
-    def parameters(self):
+    def parameters(self) -> int:
         """The trend's and the control values."""
         return self.trend.parameters + self.control.size
 
-    def displacement(self, pixels):
+    def displacement(self, pixels: ArrayLike) -> NDArray[np.float64]:
         """The field s (N, 2), px, at pixels (N, 2)."""
         return field_at(as_rows(pixels, 2), self.control, self.spacing_px)[0]
 
-    def rays(self, pixels):
-        """Rays of pixels (N, 2)."""
+    def rays(self, pixels: ArrayLike) -> Rays:
+        """Return the rays of pixels.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        Rays
+            Rays of pixels.
+        """
         pixels = near_rows(pixels, 2)
         return self._in_camera(self.trend.rays(pixels + self.displacement(pixels)))
 
-    def project(self, points):
-        """Pixels of points (N, 3), to rounding."""
+    def project(self, points: ArrayLike) -> Projection:
+        """Return the pixels of points.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the camera frame, mm.
+
+        Returns
+        -------
+        Projection
+            Pixels of points, to rounding.
+        """
         T_trend_camera = inverse_pose(self.T_camera_trend)
         found = self.trend.project(transform(T_trend_camera, near_rows(points, 3)))
         pixels = undisplaced(found.pixels, self.control, self.spacing_px)
         return Projection(pixels, found.valid)
 
-    def covers(self, pixels):
+    def covers(self, pixels: ArrayLike) -> NDArray[np.bool_]:
         """Which of the pixels (N, 2) lie in a cell in which something was measured."""
         pixels = as_rows(pixels, 2)
         inside = self.in_image(pixels)
@@ -164,7 +189,7 @@ class RaySplineCamera(Camera):
         ).T
         return inside & self.covered[row, column]
 
-    def pixel_covariance(self, pixels):
+    def pixel_covariance(self, pixels: ArrayLike) -> NDArray[np.float64]:
         """Covariances (N, 2, 2), px^2, of where in the image the rays of pixels (N, 2)
         belong: how far each may be off. NaN outside the image, or if none are known.
         """
@@ -178,7 +203,7 @@ class RaySplineCamera(Camera):
             found[inside] = np.stack([uu, uv, uv, vv], axis=1).reshape(-1, 2, 2)
         return found
 
-    def ray_covariance(self, pixels):
+    def ray_covariance(self, pixels: ArrayLike) -> NDArray[np.float64]:
         """Covariances (N, 3, 3), rad^2, of the unit directions of pixels (N, 2).
 
         Of rank 2: a direction turns, it does not get longer. NaN as above, and where a
