@@ -32,16 +32,38 @@ class AxialCamera(NamedFields, Camera):
     """A fisheye lens (2.5 to 2.8) whose rays cross its axis at different heights.
 
     The ray at angle theta to the axis (+z) starts at (0, 0, z0(theta)) with
-        z0 = (theta / sin(theta) - 1) (e0 + e1 theta^2 + ...),
-    pupil_shift = (e0, e1, ...), (n,) in mm, n >= 0. Near the axis z0 grows with
-    theta^2: the entrance pupil of a real fisheye moves so. The other arguments are
-    those of FisheyeCamera; max_angle is below pi, where z0 has no limit.
-    Rays of neighbouring theta meet z0'(theta) sin(theta) along the ray from the axis.
-    A point beyond that on its ray has the pixel of this ray; one before it has that of
-    another ray, if there is one on which it lies beyond.
-    Raises InputError for values out of range.
-    Source: axial cameras, Sturm 2005, doi:10.1109/CVPR.2005.237; the moving pupil,
-    Gennery 2006, doi:10.1007/s11263-006-5168-1.
+
+        z0 = (theta / sin(theta) - 1) (e0 + e1 theta^2 + ...).
+
+    Near the axis z0 grows with theta^2: the entrance pupil of a real fisheye moves so.
+    Rays of neighbouring theta meet z0'(theta) sin(theta) along the ray from the axis. A
+    point beyond that on its ray has the pixel of this ray. One before it has that of
+    another ray, if there is one on which the point is beyond.
+
+    Parameters
+    ----------
+    projection : str
+        As in `FisheyeCamera`.
+    focal_px : float
+        Focal length, px.
+    principal_point : array_like, shape (2,)
+        Principal point, px.
+    pupil_shift : array_like, shape (n,)
+        (e0, e1, ...), mm, n >= 0.
+    width, height : int
+        Size of the image, px.
+    max_angle : float
+        Largest theta, rad, below pi, where z0 has no limit.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Axial cameras: Sturm 2005, doi:10.1109/CVPR.2005.237; the moving pupil: Gennery
+    2006, doi:10.1007/s11263-006-5168-1.
     """
 
     kind = "axial"
@@ -181,16 +203,28 @@ ENOUGH = 1e-15
 class MovingPupilCamera(NamedFields, Camera):
     """A central lens of any radial law whose rays cross its axis at z0(theta).
 
-    lens: an azimuthal camera (Kannala-Brandt, unified sphere, fisheye, ...); it gives
-    each pixel its direction. The ray at the angle theta to the axis (+z) starts at
-    (0, 0, z0), z0 = a1 theta^2 + a2 theta^4 + ...; pupil_shift = (a1, a2, ...), (n,) in
-    mm (or the board's unit), n >= 0. A ray and its neighbour of the same azimuth meet
-    z0'(theta) sin(theta) along it. A point beyond that on its ray has the ray's pixel;
-    one before it may have another ray's.
+    The lens gives each pixel its direction. The ray at the angle theta to the axis (+z)
+    starts at (0, 0, z0), z0 = a1 theta^2 + a2 theta^4 + ... A ray and its neighbour of
+    the same azimuth meet z0'(theta) sin(theta) along it. A point beyond that on its ray
+    has the ray's pixel; one before it may have another ray's. The parameters are the
+    lens's and n.
 
-    The parameters are the lens's and n. Sources: axial cameras, Sturm 2005,
-    doi:10.1109/CVPR.2005.237; the moving pupil, Gennery 2006,
-    doi:10.1007/s11263-006-5168-1. Raises InputError naming the field.
+    Parameters
+    ----------
+    lens : AzimuthalCamera
+        Lens (Kannala-Brandt, unified sphere, fisheye, ...).
+    pupil_shift : array_like, shape (n,)
+        (a1, a2, ...), mm (or the unit of the chessboard), n >= 0.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Axial cameras: Sturm 2005, doi:10.1109/CVPR.2005.237; the moving pupil: Gennery
+    2006, doi:10.1007/s11263-006-5168-1.
     """
 
     kind = "moving pupil"

@@ -88,12 +88,32 @@ def distortion_warp(radial, tangential, prism=(0.0, 0.0)):
 class BrownCamera(PlaneLaw, AzimuthalCamera):
     """Pinhole with any number of radial terms (2.4) and two of decentring.
 
-    K: (3, 3) of the form (2.1), pixels; radial: (n,), n >= 0; tangential: (p1, p2), in
-    OpenCV's signs; both for lens-centric normalised coordinates. The camera sees points
-    with z > 0 inside the first circle r = tan(theta) on which the map folds.
-    5 + n + 2 parameters. Sources: Brown 1971, Close-range camera
-    calibration, Photogrammetric Engineering 37(8); Heikkila and Silven 1997,
-    doi:10.1109/CVPR.1997.609468. Raises InputError naming the field.
+    Coefficients are for lens-centric normalised coordinates. The camera sees points
+    with z > 0 inside the first circle r = tan(theta) on which the map folds. It has 5 +
+    n + 2 parameters.
+
+    Parameters
+    ----------
+    K : array_like, shape (3, 3)
+        Calibration matrix of the form (2.1), px.
+    radial : array_like, shape (n,)
+        Radial coefficients, n >= 0.
+    tangential : array_like, shape (2,)
+        Decentring (p1, p2), in OpenCV's signs.
+    width, height : int
+        Size of the image, px.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Brown 1971, Close-range camera calibration, Photogrammetric Engineering 37(8);
+    Heikkila and Silven 1997, doi:10.1109/CVPR.1997.609468.
     """
 
     kind = "brown"

@@ -102,19 +102,38 @@ class ShahAggarwalCamera(PlaneLaw, AzimuthalCamera):
 
     With (r, phi) the polar coordinates of the undistorted point (X / Z, Y / Z), the
     distorted one has
+
         radius a1 r + a2 r^2 + a3 r^3 + a4 r^4 + a5 r^5,
         azimuth phi + b1 r + b2 r^2 + b3 r^3 + b4 r^4 + b5 r^5.
-    radial: (a1, ..., a5), a1 > 0; tangential: (b1, ..., b5), radians; K: (3, 3) of the
-    form (2.1). The camera sees points with Z > 0 inside the first circle on which the
-    radius stops rising.
 
-    The thesis says of the model that radial and tangential distortion have a
-    polynomial of fifth order each, ten parameters together. It does not print the
-    formula; this is a form that has both, not a copy of the paper's. 15 parameters
-    with the five of K, one of them twice: the size of K and that of the a.
-    Source: Shah and Aggarwal 1994, A simple calibration procedure for fish-eye (high
+    The camera sees points with Z > 0 inside the first circle on which the radius stops
+    rising. The thesis states that radial and tangential distortion have a polynomial of
+    fifth order each, ten parameters together. It does not print the formula; this is a
+    form that has both, not a copy of the paper's. There are 15 parameters with the five
+    of K, one of them twice: the size of K and that of the a.
+
+    Parameters
+    ----------
+    K : array_like, shape (3, 3)
+        Calibration matrix of the form (2.1), px.
+    radial : array_like, shape (5,)
+        (a1, ..., a5), a1 > 0.
+    tangential : array_like, shape (5,)
+        (b1, ..., b5), rad.
+    width, height : int
+        Size of the image, px.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Shah and Aggarwal 1994, A simple calibration procedure for fish-eye (high
     distortion) lens camera, IEEE Int. Conf. on Robotics and Automation.
-    Raises InputError naming the field.
     """
 
     kind = "shah-aggarwal"
@@ -161,13 +180,32 @@ LAWS = ("rational", "sine")
 class FieldOfViewCamera(AzimuthalCamera):
     """The FOV model: r = arctan(2 tan(theta) tan(omega / 2)) / omega.
 
-    omega: the model's field of view, radians in (0, pi); at 2 tan(omega / 2) = 1 the
-    law is that of equidistance. K: (3, 3) of the form (2.1). radial: coefficients of
-    (2.4) applied to the point that the law gives, for lenses that omega alone does
-    not describe. As published the law displaces points of the image plane, so it sees
-    less than 90 degrees off the axis; r ends at pi / (2 omega).
-    6 + n parameters. Source: Devernay and Faugeras 2001, doi:10.1007/PL00013269.
-    Raises InputError naming the field.
+    At 2 tan(omega / 2) = 1 the law is that of equidistance. As published the law
+    displaces points of the image plane, so it sees less than 90 degrees off the axis; r
+    ends at pi / (2 omega). It has 6 + n parameters.
+
+    Parameters
+    ----------
+    omega : float
+        The model's field of view, rad in (0, pi).
+    K : array_like, shape (3, 3)
+        Calibration matrix of the form (2.1), px.
+    width, height : int
+        Size of the image, px.
+    radial : array_like, shape (n,)
+        Coefficients of (2.4) applied to the point that the law gives, for lenses that
+        omega alone does not describe.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Devernay and Faugeras 2001, doi:10.1007/PL00013269.
     """
 
     kind = "field of view"
@@ -220,15 +258,35 @@ class FieldOfViewCamera(AzimuthalCamera):
 class MicusikPajdlaCamera(AzimuthalCamera):
     """Two fisheye laws that add one parameter b to equidistance (2.6).
 
-    law 'rational': theta = a r / (1 + b r^2), found for the Nikon FC-E8; a in radians
-    per pixel, b in 1 / pixel^2. law 'sine': r = (a / b) sin(b theta), found for a Sigma
-    8 mm lens; a in pixels per radian, b a pure number. With b = 0 both are
-    equidistance, with f = 1 / a and f = a. principal_point: (2,) pixels.
+    Law 'rational' is theta = a r / (1 + b r^2), found for the Nikon FC-E8. Law 'sine'
+    is r = (a / b) sin(b theta), found for a Sigma 8 mm lens. With b = 0 both are
+    equidistance, with f = 1 / a and f = a. The rational law turns at r = 1 / sqrt(b),
+    theta = a / (2 sqrt(b)), the sine law at theta = pi / (2 b). It has 4 parameters.
 
-    The rational law turns at r = 1 / sqrt(b), theta = a / (2 sqrt(b)), the sine law at
-    theta = pi / (2 b). 4 parameters. Source: Micusik and Pajdla 2006, Structure from
-    motion with wide circular field of view cameras, IEEE Transactions on Pattern
-    Analysis and Machine Intelligence 28(7). Raises InputError naming the field.
+    Parameters
+    ----------
+    law : str
+        'rational' or 'sine'.
+    a : float
+        rad / px for 'rational', px / rad for 'sine'.
+    b : float
+        1 / px^2 for 'rational', a pure number for 'sine'.
+    principal_point : array_like, shape (2,)
+        Principal point, px.
+    width, height : int
+        Size of the image, px.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Micusik and Pajdla 2006, Structure from motion with wide circular field of view
+    cameras, IEEE Transactions on Pattern Analysis and Machine Intelligence 28(7).
     """
 
     kind = "micusik-pajdla"
@@ -328,11 +386,30 @@ class RayPolynomialCamera(AzimuthalCamera):
 class DivisionCamera(RayPolynomialCamera):
     """Division model: undistorted = distorted / (1 + l1 r^2 + l2 r^4 + ...).
 
-    r is the radius of the distorted point in lens-centric normalised coordinates; K:
-    (3, 3) of the form (2.1); coefficients: (n,), n >= 1. A displacement in the image
-    plane: it ends where the denominator vanishes, at 90 degrees, or turns before.
-    5 + n parameters; with n = 1 the form of Fitzgibbon 2001,
-    doi:10.1109/CVPR.2001.990465. Raises InputError naming the field.
+    r is the radius of the distorted point in lens-centric normalised coordinates. The
+    model is a displacement in the image plane: it ends where the denominator vanishes,
+    at 90 degrees, or turns before. It has 5 + n parameters; n = 1 is the form of
+    Fitzgibbon.
+
+    Parameters
+    ----------
+    K : array_like, shape (3, 3)
+        Calibration matrix of the form (2.1), px.
+    coefficients : array_like, shape (n,)
+        l1, l2, ..., n >= 1.
+    width, height : int
+        Size of the image, px.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Fitzgibbon 2001, doi:10.1109/CVPR.2001.990465.
     """
 
     kind = "division"
@@ -377,10 +454,29 @@ class DivisionCamera(RayPolynomialCamera):
 class TardifCamera(RayPolynomialCamera):
     """Radially symmetric camera whose focal length f(r) is a full-order polynomial.
 
-    f(r) = c0 + c1 r + c2 r^2 + ..., r in pixels from principal_point (2,), all powers;
-    the ray of p is (p, f(|p|)). It passes 90 degrees where f changes sign. With c0 < 0
-    the centre of the image looks along -z. n + 2 parameters for n coefficients. Source:
-    Tardif, Sturm and Roy 2006, HAL inria-00387130. Raises InputError naming the field.
+    f(r) = c0 + c1 r + c2 r^2 + ..., with all powers of r; the ray of p is (p, f(|p|)).
+    It passes 90 degrees where f changes sign. With c0 < 0 the centre of the image looks
+    along -z. It has n + 2 parameters for n coefficients.
+
+    Parameters
+    ----------
+    coefficients : array_like, shape (n,)
+        c0, c1, ..., for r in px from the principal point.
+    principal_point : array_like, shape (2,)
+        Principal point, px.
+    width, height : int
+        Size of the image, px.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Tardif, Sturm and Roy 2006, HAL inria-00387130.
     """
 
     kind = "tardif"
@@ -413,12 +509,32 @@ class TardifCamera(RayPolynomialCamera):
 class ScaramuzzaCamera(RayPolynomialCamera):
     """Scaramuzza's polynomial (2.10): r = (p, a0 + a2 |p|^2 + a3 |p|^3 + ...).
 
-    coefficients: (a0, a2, a3, ..., an), p in sensor coordinates; there is no a1,
-    because theta would not be smooth on the axis. Pixels = [[c, d], [e, 1]] p + centre,
-    affine: (c, d, e). Here p = (u, v), where the published toolbox counts rows first.
-    With a0 < 0, the toolbox's sign, the centre of the image looks along -z.
-    n + 5 parameters for n coefficients. Source: Scaramuzza, Martinelli and Siegwart
-    2006, doi:10.1109/ICVS.2006.3. Raises InputError naming the field.
+    p is in sensor coordinates; there is no a1, because theta would not be smooth on the
+    axis. Pixels = [[c, d], [e, 1]] p + centre. Here p = (u, v), where the published
+    toolbox counts rows first. With a0 < 0, the toolbox's sign, the centre of the image
+    looks along -z. It has n + 5 parameters for n coefficients.
+
+    Parameters
+    ----------
+    coefficients : array_like, shape (n,)
+        (a0, a2, a3, ..., an).
+    centre : array_like, shape (2,)
+        Centre of the image, px.
+    width, height : int
+        Size of the image, px.
+    affine : array_like, shape (3,)
+        (c, d, e), with c - d e > 0.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Scaramuzza, Martinelli and Siegwart 2006, doi:10.1109/ICVS.2006.3.
     """
 
     kind = "scaramuzza"

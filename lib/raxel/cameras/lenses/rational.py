@@ -68,18 +68,34 @@ class RationalCubicCamera(PlaneLaw, AzimuthalCamera):
     """Each pixel coordinate is a ratio of two cubic polynomials of the image point.
 
     u = N_u(x, y) / D_u(x, y), v = N_v(x, y) / D_v(x, y) with (x, y) = (X / Z, Y / Z).
-    coefficients: (4, 10), rows N_u, D_u, N_v, D_v over 1, x, y, x^2, x y, y^2, x^3,
-    x^2 y, x y^2, y^3. D_u and D_v are scaled to 1 at the principal point. The camera
-    sees points with Z > 0 inside the first circle where a denominator vanishes or the
-    map folds; pixels are solved for their rays numerically.
+    D_u and D_v are scaled to 1 at the principal point. The camera sees points with Z >
+    0 inside the first circle where a denominator vanishes or the map folds. Pixels are
+    solved for their rays numerically.
 
-    38 parameters: 40 coefficients, less one scale for each ratio. The published model
-    divides cubics of the three space coordinates, 20 coefficients each: the 80 of the
-    thesis (78 without the scales). Then the points behind one pixel form a curve, not
-    a ray. They form rays through one centre only if the cubics are homogeneous in
-    (X, Y, Z), with 10 coefficients each, and that is this class. Source: Hartley and
-    Saxena 1997, The cubic rational polynomial camera model, DARPA Image Understanding
-    Workshop. Raises InputError naming the field.
+    There are 38 parameters: 40 coefficients, less one scale for each ratio. The
+    published model divides cubics of the three space coordinates, 20 coefficients each:
+    the 80 of the thesis (78 without the scales). Then the points behind one pixel form
+    a curve, not a ray. They form rays through one centre only if the cubics are
+    homogeneous in (X, Y, Z), with 10 coefficients each, and that is this class.
+
+    Parameters
+    ----------
+    coefficients : array_like, shape (4, 10)
+        Rows N_u, D_u, N_v, D_v over 1, x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3.
+    width, height : int
+        Size of the image, px.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Hartley and Saxena 1997, The cubic rational polynomial camera model, DARPA Image
+    Understanding Workshop.
     """
 
     kind = "rational cubic"
@@ -176,15 +192,28 @@ def lift_of_scaled(centre, scale):
 class LiftedRationalCamera(NamedFields, Camera):
     """Direction = A chi(u, v) with chi = (u^2, u v, v^2, u, v, 1), pixels.
 
-    A: (3, 6); its sign matters, its size does not. `rays` is the closed form. `project`
-    finds the pixel where the two conics given by a direction meet, on the branch that
-    holds the image: the largest disc about mid-image on which the map does not fold,
-    at most 1.5 half diagonals wide. Pixels outside that disc have no ray.
+    `rays` is the closed form. `project` finds the pixel where the two conics given by a
+    direction meet, on the branch that holds the image. That branch is the largest disc
+    about mid-image on which the map does not fold, at most 1.5 half diagonals wide.
+    Pixels outside that disc have no ray. 18 coefficients up to one scale give 17
+    parameters. With lifted coordinates alone no principal axis is distinguished;
+    directions may pass 90 degrees from any axis.
 
-    18 coefficients up to one scale: 17 parameters. With lifted coordinates alone no
-    principal axis is distinguished; directions may pass 90 degrees from any axis.
-    Source: Claus and Fitzgibbon 2005, doi:10.1109/CVPR.2005.43. Raises InputError
-    naming the field.
+    Parameters
+    ----------
+    A : array_like, shape (3, 6)
+        Coefficients; the sign matters, the size does not.
+    width, height : int
+        Size of the image, px.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Claus and Fitzgibbon 2005, doi:10.1109/CVPR.2005.43.
     """
 
     kind = "lifted rational"
@@ -261,18 +290,39 @@ def _frame_around(axis):
 class UnifiedSphereCamera(AzimuthalCamera):
     """Onto the unit sphere, then from a point xi behind its centre onto a plane.
 
-    With X on the sphere, p = (x, y) / (z + xi), so r = sin theta / (cos theta + xi).
-    xi = 0 is a pinhole, xi = 1 a paraboloid, 0 < xi < 1 a hyperboloid or ellipsoid;
-    xi > 1 fits some fisheye lenses. K: (3, 3) of the form (2.1) after the distortion.
-    radial: up to any order (2.4) and tangential: (p1, p2) act on p as Mei and Rives do;
-    theirs has three radial terms. prism: (s1, s2) adds (s1 r^2, s2 r^2) to it.
+    With X on the sphere, p = (x, y) / (z + xi), so r = sin theta / (cos theta + xi). xi
+    = 0 is a pinhole, xi = 1 a paraboloid, 0 < xi < 1 a hyperboloid or ellipsoid; xi > 1
+    fits some fisheye lenses. For xi <= 1 the field of view ends at cos theta = -xi,
+    where r is infinite. For xi > 1 it ends at cos theta = -1 / xi, where r = 1 /
+    sqrt(xi^2 - 1) turns. 6 parameters, with distortion 6 + n + 2, and 2 of a prism. The
+    centre of the image sees +z.
 
-    For xi <= 1 the field of view ends at cos theta = -xi, where r is infinite; for
-    xi > 1 at cos theta = -1 / xi, where r = 1 / sqrt(xi^2 - 1) turns. 6 parameters,
-    with distortion 6 + n + 2, and 2 of a prism. The centre of the image sees +z.
+    Parameters
+    ----------
+    xi : float
+        Offset of the centre of projection, xi >= 0.
+    K : array_like, shape (3, 3)
+        Matrix of the form (2.1) after the distortion, px.
+    width, height : int
+        Size of the image, px.
+    radial : array_like, shape (n,)
+        Radial coefficients (2.4), which act on p as Mei and Rives do; theirs has three.
+    tangential : array_like, shape (2,)
+        (p1, p2), as Mei and Rives.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+    prism : array_like, shape (2,)
+        (s1, s2), adds (s1 r^2, s2 r^2) to p.
 
-    Sources: Geyer and Daniilidis 2000, doi:10.1007/3-540-45053-X_29; Mei and Rives
-    2007, doi:10.1109/ROBOT.2007.364084. Raises InputError naming the field.
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Geyer and Daniilidis 2000, doi:10.1007/3-540-45053-X_29; Mei and Rives 2007,
+    doi:10.1109/ROBOT.2007.364084.
     """
 
     kind = "unified sphere"

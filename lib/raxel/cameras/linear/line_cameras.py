@@ -23,11 +23,23 @@ from raxel.errors import InputError
 class OrthographicCamera(NamedFields, Camera):
     """All rays run along +z: pixel = pixels_per_mm (x, y) + principal_point.
 
-    pixels_per_mm: one positive number; principal_point: (2,) in pixels. Origins lie on
-    the plane z = 0 of the camera frame and only points with z > 0 are seen: that plane
-    is where a telecentric lens ends. The rays meet at infinity, so the camera is not
-    central in the sense of 2.3.1: no finite point is its centre.
-    Raises InputError for values out of range.
+    Origins are on the plane z = 0 of the camera frame and only points with z > 0 are
+    seen: that plane is where a telecentric lens ends. The rays meet at infinity, so the
+    camera is not central in the sense of 2.3.1: no finite point is its centre.
+
+    Parameters
+    ----------
+    pixels_per_mm : float
+        Scale, px / mm, positive.
+    principal_point : array_like, shape (2,)
+        Principal point, px.
+    width, height : int
+        Size of the image, px.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
     """
 
     kind = "orthographic"
@@ -92,15 +104,34 @@ class OrthographicCamera(NamedFields, Camera):
 class PushbroomCamera(NamedFields, Camera):
     """Row v of the image is seen at once, from a centre that moves from row to row.
 
-    The centre of row v is velocity (v - reference_row), velocity: (3,) in mm per row,
-    in the camera frame, whose axes do not turn. A row sees the plane y = 0 of its
-    centre: pixel u looks along ((u - principal_column) / focal_px, 0, 1). Rows are
-    perspective, columns parallel, so the camera is the crossed-slits camera whose one
+    The centre of row v is velocity (v - reference_row). A row sees the plane y = 0 of
+    its centre: pixel u looks along ((u - principal_column) / focal_px, 0, 1). Rows are
+    perspective, columns parallel. So the camera is the crossed-slits camera whose one
     slit is the path and whose other is the line at infinity of the planes y = 0.
-    Raises InputError for a focal length that is not positive or a path inside y = 0,
-    where rows would see the same plane.
-    Source: Gupta, Hartley 1997, Linear pushbroom cameras, IEEE Transactions on Pattern
-    Analysis and Machine Intelligence 19(9).
+
+    Parameters
+    ----------
+    focal_px : float
+        Focal length, px.
+    principal_column : float
+        Principal column, px.
+    velocity : array_like, shape (3,)
+        mm per row, in the camera frame, whose axes do not rotate.
+    width, height : int
+        Size of the image, px.
+    reference_row : float
+        Row whose centre is the origin, px.
+
+    Raises
+    ------
+    InputError
+        The focal length is not positive, or the path is inside y = 0, where rows would
+        see the same plane.
+
+    References
+    ----------
+    Gupta, Hartley 1997, Linear pushbroom cameras, IEEE Transactions on Pattern Analysis
+    and Machine Intelligence 19(9).
     """
 
     kind = "pushbroom"
@@ -183,16 +214,36 @@ SAME = 1e-9
 class XSlitsCamera(NamedFields, Camera):
     """Rays through the image plane and two slits, lines that do not meet.
 
-    slit_points, slit_directions: (2, 3), a point on each slit (mm, camera frame) and
-    its direction, of any length. The image plane is z = image_distance, any sign, and
-    a point (x, y) of it is the pixel pixels_per_mm (x, y) + principal_point;
-    pixels_per_mm and principal_point: (2,).
-    A ray is where the plane of a pixel and the first slit meets the plane of that
-    pixel and the second. It runs towards +z and begins at the slit farther ahead, so
-    points behind that slit are not seen. Two slits that meet would be a pinhole.
-    Raises InputError for slits that meet or are parallel, that lie in the image
-    plane, or for values out of range.
-    Source: Zomet, Feldman, Peleg, Weinshall 2003, doi:10.1109/TPAMI.2003.1201823.
+    The image plane is z = image_distance, and a point (x, y) of it is the pixel
+    pixels_per_mm (x, y) + principal_point. A ray is where the plane of a pixel and the
+    first slit meets the plane of that pixel and the second. It runs towards +z and
+    begins at the slit farther ahead, so points behind that slit are not seen. Two slits
+    that meet would be a pinhole.
+
+    Parameters
+    ----------
+    slit_points : array_like, shape (2, 3)
+        A point on each slit, mm, camera frame.
+    slit_directions : array_like, shape (2, 3)
+        Direction of each slit, of any length.
+    image_distance : float
+        z of the image plane, mm, any sign.
+    pixels_per_mm : array_like, shape (2,)
+        Scales, px / mm.
+    principal_point : array_like, shape (2,)
+        Principal point, px.
+    width, height : int
+        Size of the image, px.
+
+    Raises
+    ------
+    InputError
+        The slits meet, are parallel or are in the image plane, or values are out of
+        range.
+
+    References
+    ----------
+    Zomet, Feldman, Peleg, Weinshall 2003, doi:10.1109/TPAMI.2003.1201823.
     """
 
     kind = "x-slits"

@@ -88,13 +88,29 @@ def _normals(radius, pitch, cap):
 class BentMirrorCamera(MirrorCamera):
     """A viewer that sees the world in a bent sheet. Frame: the viewer's.
 
-    viewer: a central camera with its centre at the origin of its frame, or an
-    OrthographicCamera. size: (width, height) of the sheet, mm; heights: coefficients
-    h_ij of its height, mm (see SheetMirror). T_viewer_mirror: (4, 4), mm; the mirror's
-    z axis points away from the light. Or `offset` (3,), mm, and `rotation` (3,), a
-    rotation vector in radians, of the mirror's frame in the viewer's.
+    The pose of the mirror is T_viewer_mirror, or else `offset` and `rotation` of the
+    mirror's frame in the viewer's.
 
-    Raises InputError for a viewer behind the mirror and values no mirror can have.
+    Parameters
+    ----------
+    viewer : Camera
+        Central camera with its centre at the origin of its frame, or an
+        `OrthographicCamera`.
+    size : array_like, shape (2,)
+        (width, height) of the sheet, mm.
+    heights : array_like, shape (m, n)
+        Coefficients h_ij of its height, mm (see `SheetMirror`).
+    offset : array_like, shape (3,)
+        Position of the mirror, mm.
+    rotation : array_like, shape (3,)
+        Rotation vector, rad.
+    T_viewer_mirror : array_like, shape (4, 4)
+        Pose of the mirror, mm; its z axis points away from the light.
+
+    Raises
+    ------
+    InputError
+        The viewer is behind the mirror, or no mirror can have the values.
     """
 
     kind = "bent mirror"

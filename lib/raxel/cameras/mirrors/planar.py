@@ -36,17 +36,29 @@ ROUNDING = 1e-11
 class PlanarMirrorsCamera(Camera):
     """A viewer that sees the world in flat facets. Frame: the viewer's.
 
-    viewer: as for QuadricMirrorCamera. T_viewer_facets: (F, 4, 4), mm; facet k lies in
-    z = 0 of its frame. outlines: F polygons (n, 2), n >= 3, the facet's corners in its
-    plane in order, mm, without crossing edges. The side towards the viewer is silvered.
+    The side towards the viewer is silvered. A pixel has a ray where its viewer's ray
+    meets a facet and, once reflected, no other. The camera is discontinuous, and never
+    central: every facet has its own centre, the viewer's mirror image. A point may have
+    a pixel in each facet.
 
-    A pixel has a ray where its viewer's ray meets a facet and, once turned, no other.
-    The camera is discontinuous, and never central: every facet has its own centre,
-    the viewer's mirror image. A point may have a pixel in each facet.
-    Raises InputError for a facet behind the viewer or edge on to it, and for outlines
-    that enclose nothing.
-    Source: Gluckman, Nayar 2001, Catadioptric stereo using planar mirrors,
-    International Journal of Computer Vision 44(1).
+    Parameters
+    ----------
+    viewer : Camera
+        As for `QuadricMirrorCamera`.
+    T_viewer_facets : array_like, shape (F, 4, 4)
+        Poses, mm; facet k is in z = 0 of its frame.
+    outlines : sequence of F array_like, shape (n, 2)
+        Corners of each facet in its plane in order, n >= 3, mm, without crossing edges.
+
+    Raises
+    ------
+    InputError
+        A facet is behind the viewer or edge on to it, or an outline encloses nothing.
+
+    References
+    ----------
+    Gluckman, Nayar 2001, Catadioptric stereo using planar mirrors, International
+    Journal of Computer Vision 44(1).
     """
 
     kind = "planar mirrors"

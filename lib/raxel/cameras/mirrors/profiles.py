@@ -71,8 +71,21 @@ SINE_LIMIT, SINE_START = 0.98, 0.8
 class BeamProfile:
     """Small deflections (5.1): the slopes of several loads add up.
 
-    loads: (k,) where they act, mm from the clamp, rising; forces: (k,) P / (E I) of
-    each, mm^-2, positive away from the light. Raises InputError naming the field.
+    Parameters
+    ----------
+    loads : array_like, shape (k,)
+        Positions of the loads, mm from the clamp, rising.
+    forces : array_like, shape (k,)
+        P / (E I) of each, mm^-2, positive away from the light.
+
+    Raises
+    ------
+    InputError
+        A field has values that no such camera can have; the message names it.
+
+    References
+    ----------
+    Thesis (5.1).
     """
 
     law = "beam"
@@ -117,9 +130,19 @@ class BeamProfile:
 class ElasticaProfile(BeamProfile):
     """Deflections of any size of a sheet that keeps its length.
 
-    loads: (k,) where they act, mm *along the sheet* from the clamp, rising; forces as
-    in BeamProfile. places: (k,) their x, found to rounding. Raises InputError naming
-    the field, also where the forces turn the sheet up to a right angle.
+    The attribute `places` (k,) holds the x of the loads, found to rounding.
+
+    Parameters
+    ----------
+    loads : array_like, shape (k,)
+        Positions of the loads, mm along the sheet from the clamp, rising.
+    forces : array_like, shape (k,)
+        As in `BeamProfile`.
+
+    Raises
+    ------
+    InputError
+        A field is not valid, or the forces bend the sheet up to a right angle.
     """
 
     law = "elastica"

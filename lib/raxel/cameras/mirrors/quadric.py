@@ -290,23 +290,36 @@ FACING = {"outside": np.eye(3), "inside": np.diag([1.0, -1.0, -1.0])}
 class QuadricMirrorCamera(MirrorCamera):
     """A viewer that sees the world in a mirror of revolution. Frame: the viewer's.
 
-    viewer: a central camera with its centre at the origin of its frame, or an
-    OrthographicCamera. shape, axes, rim_radius, hole_radius, side: see ConicMirror;
-    side is 'outside' (convex) unless given, for an ellipsoid 'inside'.
-    T_viewer_mirror: (4, 4), mm; the mirror's frame has its origin at the apex and +z
-    along the axis into the curve.
-
     A ray starts at the mirror and runs into the world. A pixel has one where the
-    viewer's ray meets the silvered side first and does not meet the mirror again.
-    The viewer's own body hides nothing. The camera is central with the viewer at one
-    focus of the mirror, and `centre` then the other; for a paraboloid the viewer is
-    orthographic and parallel to the axis. A viewer tilted about the focus it sits at
-    remains central.
-    Raises InputError for a mirror behind the viewer, a viewer behind the mirror, and
-    values no mirror can have.
-    Source: Baker, Nayar 1999, doi:10.1023/A:1008128724364; off the focus, Micusik,
-    Pajdla 2004, Autocalibration and 3D reconstruction with non-central catadioptric
-    cameras, CVPR.
+    viewer's ray meets the silvered side first and does not meet the mirror again. The
+    viewer's own body hides nothing. The camera is central with the viewer at one focus
+    of the mirror, and `centre` then is the other; for a paraboloid the viewer is
+    orthographic and parallel to the axis. A viewer tilted about its focus remains
+    central.
+
+    Parameters
+    ----------
+    viewer : Camera
+        Central camera with its centre at the origin of its frame, or an
+        `OrthographicCamera`.
+    shape, axes, rim_radius, hole_radius
+        See `ConicMirror`.
+    T_viewer_mirror : array_like, shape (4, 4)
+        Pose, mm; the mirror's frame has its origin at the apex and +z along the axis
+        into the curve.
+    side : str, optional
+        See `ConicMirror`; 'outside' (convex) if omitted, for an ellipsoid 'inside'.
+
+    Raises
+    ------
+    InputError
+        The mirror is behind the viewer, the viewer behind the mirror, or no mirror can
+        have the values.
+
+    References
+    ----------
+    Baker, Nayar 1999, doi:10.1023/A:1008128724364; off the focus, Micusik, Pajdla 2004,
+    Autocalibration and 3D reconstruction with non-central catadioptric cameras, CVPR.
     """
 
     kind = "quadric mirror"

@@ -192,16 +192,36 @@ def _normalised(vectors):
 class SplineMirrorCamera(MirrorCamera):
     """The thesis's full model of a flexible mirror (5.3-5.7). Frame: the viewer's.
 
-    viewer: a central camera with its centre at the origin of its frame. knots_u,
-    knots_v, degree, angle: of a SplineGrid over normalised image coordinates of the
-    viewing rays (x / z, y / z). coefficients: (Kf, Kg), the matrix C of (5.5).
-    quantity: "distance" of the mirror from the viewer along the ray, mm (5.3), or
-    "inverse depth", one over its z, 1 / mm (not in the thesis).
+    Rays start at the mirror. Only pixels inside the box of the knots have one: a spline
+    is not extrapolated beyond it. Whether a ray meets the mirror twice is not checked.
 
-    Rays start at the mirror. Only pixels inside the box of the knots have one: beyond
-    it a spline says nothing. That a ray may meet the mirror twice is not looked at.
-    Raises InputError naming the field: also for a degree below 2, whose rays would
-    jump at the knots, and for a mirror that is not wholly before the viewer.
+    Parameters
+    ----------
+    viewer : Camera
+        Central camera with its centre at the origin of its frame.
+    knots_u, knots_v : array_like
+        Knots of a `SplineGrid` over normalised image coordinates of the viewing rays (x
+        / z, y / z).
+    coefficients : array_like, shape (Kf, Kg)
+        The matrix C of (5.5).
+    degree : sequence of int
+        Degrees of the grid, each at least 2.
+    angle : float
+        Angle of the grid, rad.
+    quantity : str
+        'distance' of the mirror from the viewer along the ray, mm (5.3), or 'inverse
+        depth', one over its z, 1 / mm (not in the thesis).
+
+    Raises
+    ------
+    InputError
+        A field is not valid: also a degree below 2, whose rays would jump at the knots,
+        and a mirror that is not wholly in front of the viewer. The message names the
+        field.
+
+    References
+    ----------
+    Thesis (5.3) to (5.7).
     """
 
     kind = "spline mirror"

@@ -140,26 +140,39 @@ FARTHEST = 1e15
 class GeneralCamera(Camera):
     """A ray for each pixel that has one, whatever the optics.
 
-    directions: (H, W, 3), any length but zero, away from the camera; mask: (H, W) bool,
-    True where the pixel has a ray; origins: (3,), the centre of a central camera, or
-    (H, W, 3), a point on each ray (the thesis's anchor point), camera frame; units: the
-    unit of the origins, 'mm' or 'pitch'.
-
     Between pixel centres the directions are interpolated bilinearly and normalised, and
     so are the origins of a non-central camera: slide the anchor points along their rays
     so that neighbours are close together. A position has a ray when every pixel that
     takes part has one: at a pixel centre that pixel alone, on the line between two
     centres those two. Across a discontinuity of the optics the interpolation has no
-    meaning; leave the pixels there out of the mask.
+    meaning; exclude the pixels there from the mask.
 
     `project` is the exact inverse of this interpolation. Where the table sees a point
     twice, one of the pixels is returned. Its search structure is built at first use.
     Memory: 24 bytes per pixel, 48 when non-central (144 and 288 MB at 3008 x 2000), and
     about a tenth of it for the search.
 
-    Raises InputError naming the field for wrong shapes, and for rays of the mask that
-    are zero or not finite. Source: Grossberg and Nayar 2001,
-    doi:10.1109/ICCV.2001.937611.
+    Parameters
+    ----------
+    directions : array_like, shape (H, W, 3)
+        Directions of any length but zero, away from the camera.
+    mask : ndarray of bool, shape (H, W)
+        True where the pixel has a ray.
+    origins : array_like, shape (3,) or (H, W, 3)
+        Centre of a central camera, or a point on each ray (the thesis's anchor point),
+        camera frame.
+    units : str
+        Unit of the origins, 'mm' or 'pitch'.
+
+    Raises
+    ------
+    InputError
+        Wrong shapes, or rays of the mask that are zero or not finite; the message names
+        the field.
+
+    References
+    ----------
+    Grossberg and Nayar 2001, doi:10.1109/ICCV.2001.937611.
     """
 
     kind = "general"

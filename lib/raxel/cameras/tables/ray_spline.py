@@ -70,17 +70,32 @@ STEP_PX = 0.01  # to each side, for how a ray turns with its pixel
 class RaySplineCamera(Camera):
     """The trend's ray of p + s(p), in the frame that T_camera_trend leads to.
 
-    trend: a Camera that projects; spacing_px: side of the spline's cells; control:
-    (rows, columns, 2), the field's control values in px, `control_shape` says how many;
-    covered: (rows - 3, columns - 3) bool, cells in which something was measured (all,
-    if None): elsewhere the field goes on, fading, and nothing checks the rays;
-    covariance: (2 rows - 5, 2 columns - 5, 3), variances uu, uv, vv of the field, px^2,
-    at the cells' corners and half-way between; None where nobody states any;
-    T_camera_trend: (4, 4), the identity if None.
+    It answers where the trend does, also outside the image.
 
-    It answers where the trend does, also outside the image. Raises InputError naming
-    the field for shapes that do not fit, and for a field so steep that the image might
-    fold.
+    Parameters
+    ----------
+    trend : Camera
+        Camera that projects.
+    spacing_px : float
+        Side of the spline's cells, px.
+    control : array_like, shape (rows, columns, 2)
+        The field's control values, px; `control_shape` returns their number.
+    width, height : int
+        Size of the image, px.
+    covered : array_like, shape (rows - 3, columns - 3)
+        Cells with measurements, bool (all, if None). Elsewhere the field is
+        extrapolated, fading, and the rays are not checked.
+    covariance : array_like, shape (2 rows - 5, 2 columns - 5, 3)
+        Variances uu, uv, vv of the field, px^2, at the cells' corners and half-way
+        between; None where they are unknown.
+    T_camera_trend : array_like, shape (4, 4)
+        Pose of the trend, the identity if None.
+
+    Raises
+    ------
+    InputError
+        Shapes do not fit, or the field is so steep that the image might fold; the
+        message names the field.
     """
 
     kind = "ray spline"
