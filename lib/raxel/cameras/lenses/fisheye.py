@@ -259,28 +259,52 @@ def harmonics(c, phi):
 class KannalaBrandtCamera(AzimuthalCamera):
     """r = k1 theta + k2 theta^3 + ... + k5 theta^9, with optional asymmetric terms.
 
-    k: 2 to 5 coefficients; pixels_per_unit: (mu, mv), pixels per unit of r;
-    principal_point: (2,). With mu, mv = fx, fy and k1 = 1 the symmetric model is
-    OpenCV's fisheye model. The asymmetric terms of (2.9) are
+    With mu, mv = fx, fy and k1 = 1 the symmetric model is OpenCV's fisheye model. The
+    asymmetric terms of (2.9) are
 
         D_r = (l1 theta + l2 theta^3 + l3 theta^5)
               (i1 cos phi + i2 sin phi + i3 cos 2 phi + i4 sin 2 phi)
 
-    along the radius and D_t, the same with m and j, across it:
+    along the radius and D_t, the same with m and j, across it. Each pair, radial_l and
+    radial_i, tangential_m and tangential_j, is given together or omitted. In their
+    place `tangential` and `prism` may add a decentring that the model does not have. It
+    acts on r / k1 as `BrownMap` defines it, with (x, y) = theta (cos phi, sin phi).
 
-    radial_l (3,) and radial_i (4,), tangential_m (3,) and tangential_j (4,), each pair
-    given together or left out. In their place tangential, (p1, p2), and prism, (s1,
-    s2), may add a decentring that the model does not have, as `BrownMap` defines it,
-    to r / k1, with (x, y) = theta (cos phi, sin phi).
+    The camera sees as far as r rises, at most to pi; with terms that are not symmetric,
+    inside the first circle on which the map folds. It has 6 (k1, k2) to 23 parameters,
+    counted as the authors do; tangential and prism are two each. Three of the 23 are
+    scales that cancel: between k and mu, mv, between l and i, between m and j.
 
-    The camera sees as far as r rises, at most to pi; with terms that are not
-    symmetric, inside the first circle on which the map folds.
+    Parameters
+    ----------
+    k : array_like, shape (n,)
+        2 to 5 coefficients.
+    pixels_per_unit : array_like, shape (2,)
+        (mu, mv), px per unit of r.
+    principal_point : array_like, shape (2,)
+        Principal point, px.
+    width, height : int
+        Size of the image, px.
+    radial_l, tangential_m : array_like, shape (3,)
+        Asymmetric polynomials in theta.
+    radial_i, tangential_j : array_like, shape (4,)
+        Asymmetric harmonics of phi.
+    max_angle : float, optional
+        Largest angle to the axis, rad; the law's own limit if omitted.
+    tangential : array_like, shape (2,)
+        Decentring (p1, p2).
+    prism : array_like, shape (2,)
+        Thin prism (s1, s2).
 
-    6 (k1, k2) to 23 parameters, counted as the authors do; tangential and prism are two
-    each. Three of the 23 are scales that cancel: between k and mu, mv, between l and i,
-    between m and j.
-    Source: Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153. Raises InputError
-    naming the field, also for an r that does not rise.
+    Raises
+    ------
+    InputError
+        A field is not valid, also for an r that does not rise; the message names the
+        field.
+
+    References
+    ----------
+    Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153. Thesis (2.9).
     """
 
     kind = "kannala-brandt"

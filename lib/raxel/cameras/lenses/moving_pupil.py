@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.cameras.core.base import (
     Camera,
@@ -102,8 +102,10 @@ class AxialCamera(NamedFields, Camera):
         """Focal length, principal point and the terms of the shift."""
         return 3 + len(self.pupil_shift)
 
-    def pupil(self, angle: float):
-        """Height z0 (N,) of the pupil on the axis, and dz0/dtheta, at angles (N,)."""
+    def pupil(
+        self, angle: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the pupil's height z0 `(N,)` and dz0/dtheta at angles `(N,)`, rad."""
         sinc = np.sinc(angle / math.pi)
         growth = 1 / sinc - 1
         # d(theta / sin theta): the series takes over where the difference cancels.

@@ -253,24 +253,57 @@ STEPS, LONGEST_STEP, LAST_STEP = 25, 0.3, 1e-12
 class FlexibleMirrorCamera(MirrorCamera):
     """A viewer that sees the world in a clamped sheet, pushed from behind or pulled.
 
-    Frame: the viewer's. viewer: a central camera with its centre at the origin of its
-    frame, or an OrthographicCamera. size: (length from the clamp along the sheet,
-    width along the clamp), mm. loads: (k,) or one, mm from the clamp, where the sheet
-    is `deflections` (k,) mm off the flat one, positive away from the viewer, which
-    makes the mirror convex. law: 'elastica', which keeps the sheet's length, or 'beam',
-    small deflections (5.1), see `profiles`. rulings: radians, the angle between the
-    ruling through the middle of the free edge and the clamp's line, see
-    `ClampedMirror`. aberration (RMS), wavelengths (least, greatest), strain of the free
-    edges, its reach: mm; seed: see `Unevenness`. holder: length of sheet that the
-    clamp's holder hides, mm. T_viewer_mirror: (4, 4), mm; the mirror's x axis runs
-    from the clamp to the free edge, its y axis is the clamp's line with the origin
-    mid-way, its z axis points away from the viewer. Or `offset` (3,), mm, and
-    `rotation` (3,), a rotation vector in radians, of the mirror's frame in the
-    viewer's.
+    Frame: the viewer's. The mirror's x axis runs from the clamp to the free edge. Its y
+    axis is the clamp's line with the origin mid-way, its z axis points away from the
+    viewer. The pose is T_viewer_mirror, or else `offset` and `rotation` of the mirror's
+    frame in the viewer's.
 
-    Raises InputError for a sheet that the viewer is behind, touches, or sees at less
-    than 5 degrees, and for values no such camera can have.
-    Source: thesis 5.1.
+    Parameters
+    ----------
+    viewer : Camera
+        Central camera with its centre at the origin of its frame, or an
+        `OrthographicCamera`.
+    size : array_like, shape (2,)
+        (length from the clamp along the sheet, width along the clamp), mm.
+    loads : float or array_like, shape (k,)
+        Positions of the loads, mm from the clamp.
+    deflections : array_like, shape (k,)
+        Distance of the sheet from the flat one at the loads, mm, positive away from the
+        viewer, which makes the mirror convex.
+    law : str
+        'elastica', which keeps the sheet's length, or 'beam', small deflections (5.1);
+        see `profiles`.
+    rulings : float
+        Angle between the ruling through the middle of the free edge and the clamp's
+        line, rad, see `ClampedMirror`.
+    aberration : float
+        RMS, mm, see `Unevenness`.
+    wavelengths : array_like, shape (2,)
+        (least, greatest), mm, see `Unevenness`.
+    seed : int
+        Seed of the unevenness.
+    strain : float
+        Strain of the free edges, mm, see `Unevenness`.
+    strain_reach : float
+        Reach of the strain, mm.
+    holder : float
+        Length of sheet that the clamp's holder hides, mm.
+    offset : array_like, shape (3,)
+        Position of the mirror, mm.
+    rotation : array_like, shape (3,)
+        Rotation vector, rad.
+    T_viewer_mirror : array_like, shape (4, 4)
+        Pose of the mirror, mm.
+
+    Raises
+    ------
+    InputError
+        The viewer is behind the sheet, touches it, or sees it at less than 5 degrees,
+        or no such camera can have the values.
+
+    References
+    ----------
+    Thesis 5.1.
     """
 
     kind = "flexible mirror"
@@ -352,7 +385,18 @@ class FlexibleMirrorCamera(MirrorCamera):
         return self.viewer.parameters + 6 + own
 
     def deflected(self, deflections: ArrayLike) -> FlexibleMirrorCamera:
-        """The same camera with its sheet at other deflections, (k,) mm."""
+        """Return the same camera with its sheet at other deflections.
+
+        Parameters
+        ----------
+        deflections : array_like, shape (k,)
+            Deflections at the loads, mm.
+
+        Returns
+        -------
+        FlexibleMirrorCamera
+            New camera.
+        """
         return FlexibleMirrorCamera(**self.arguments() | {"deflections": deflections})
 
     def project(self, points: ArrayLike) -> Projection:

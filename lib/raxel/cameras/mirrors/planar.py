@@ -94,7 +94,7 @@ class PlanarMirrorsCamera(Camera):
 
     @classmethod
     def on_ball(cls, viewer: Camera, **ball: Any) -> PlanarMirrorsCamera:
-        """The facets of a mirror ball, `ball_facets(**ball)`, before a viewer."""
+        """Return the camera of a mirror ball, see `ball_facets`, and a viewer."""
         return cls(viewer, *ball_facets(**ball))
 
     @property
@@ -108,7 +108,7 @@ class PlanarMirrorsCamera(Camera):
         return self.viewer.parameters + 3 * self.facets
 
     def facet_of(self, pixels: ArrayLike) -> NDArray[np.intp]:
-        """Number of the facet (N,) that pixels (N, 2) show, -1 where there is none."""
+        """Return the facets `(N,)` that pixels `(N, 2)` show, -1 for none."""
         seen = self.viewer.rays(as_rows(pixels, 2))
         facet, _ = self._first_facet(seen.origins, seen.directions)
         return facet
@@ -163,7 +163,22 @@ class PlanarMirrorsCamera(Camera):
         return Projection(pixels, np.isfinite(pixels[:, 0]))
 
     def project_facet(self, points: ArrayLike, facet: int) -> Projection:
-        """Pixels of points (N, 3) in one facet: the viewer sees their mirror images."""
+        """Return the pixels of points in one facet.
+
+        The viewer sees their mirror images.
+
+        Parameters
+        ----------
+        points : array_like, shape (N, 3)
+            Points in the viewer's frame, mm.
+        facet : int
+            Number of the facet.
+
+        Returns
+        -------
+        Projection
+            Pixels.
+        """
         points = finite_rows(points)
         T = self.T_viewer_facets[facet]
         height = (points - T[:3, 3]) @ T[:3, 2]

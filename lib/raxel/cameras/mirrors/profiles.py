@@ -98,7 +98,7 @@ class BeamProfile:
 
     @classmethod
     def deflected(cls, loads: ArrayLike, deflections: ArrayLike) -> BeamProfile:
-        """The profile that is `deflections` (k,) mm away at `loads` (k,)."""
+        """Return the profile that is `deflections` (k,) mm away at `loads` (k,)."""
         loads, deflections = _checked_deflections(loads, deflections)
         return cls(loads, _beam_forces(loads, deflections))
 
@@ -114,9 +114,19 @@ class BeamProfile:
     def at(
         self, x: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Height (N,) mm, slope and second derivative (mm^-1) at x (N,), mm.
+        """Return height (mm), slope and second derivative (mm^-1) at x.
 
         In front of the clamp all are zero; the second derivative jumps there.
+
+        Parameters
+        ----------
+        x : ndarray, shape (N,)
+            Positions, mm.
+
+        Returns
+        -------
+        tuple of three ndarray, shape (N,)
+            Height, slope and second derivative.
         """
         ahead = x >= 0
         slope, bend = self._slopes(np.where(ahead, x, 0.0))
@@ -155,7 +165,7 @@ class ElasticaProfile(BeamProfile):
 
     @classmethod
     def deflected(cls, loads: ArrayLike, deflections: ArrayLike) -> ElasticaProfile:
-        """The profile that is `deflections` (k,) mm away at `loads` (k,)."""
+        """Return the profile that is `deflections` (k,) mm away at `loads` (k,)."""
         loads, deflections = _checked_deflections(loads, deflections)
         start = _beam_forces(loads, deflections)
         profile = cls.__new__(cls)

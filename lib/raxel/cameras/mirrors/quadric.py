@@ -353,9 +353,23 @@ class QuadricMirrorCamera(MirrorCamera):
         distance: float,
         **optional: Any,
     ) -> QuadricMirrorCamera:
-        """The mirror's apex `distance` mm ahead of the viewer, on the viewer's axis.
+        """Return the camera with the mirror's apex ahead of the viewer, on its axis.
 
-        optional: side, hole_radius. Central only if the distance happens to be right.
+        It is central only if the distance happens to be right.
+
+        Parameters
+        ----------
+        viewer, shape, axes, rim_radius
+            As of the class.
+        distance : float
+            Distance of the apex from the viewer, mm.
+        **optional
+            side, hole_radius.
+
+        Returns
+        -------
+        QuadricMirrorCamera
+            Camera.
         """
         side = optional.get("side") or usual_side(shape)
         # A side that is neither is refused by the constructor, with its reason.
@@ -371,11 +385,27 @@ class QuadricMirrorCamera(MirrorCamera):
         rim_radius: float,
         **optional: Any,
     ) -> QuadricMirrorCamera:
-        """The central camera: a viewer at the focus, its axis along the mirror's.
+        """Return the central camera: viewer at the focus, axis along the mirror's.
 
-        optional: side, hole_radius. An orthographic viewer belongs to a paraboloid
-        and stands one focal length and a rim's depth off. Raises InputError for a
-        combination that has no such place.
+        An orthographic viewer belongs to a paraboloid. Its distance from the mirror is
+        one focal length and the depth of the mirror's edge.
+
+        Parameters
+        ----------
+        viewer, shape, axes, rim_radius
+            As of the class.
+        **optional
+            side, hole_radius.
+
+        Returns
+        -------
+        QuadricMirrorCamera
+            Camera.
+
+        Raises
+        ------
+        InputError
+            The combination has no such position.
         """
         viewer = checked_viewer(viewer)
         side = optional.get("side") or usual_side(shape)
@@ -408,10 +438,23 @@ class QuadricMirrorCamera(MirrorCamera):
         rotation: ArrayLike = (0, 0, 0),
         **optional: Any,
     ) -> QuadricMirrorCamera:
-        """The aligned camera with its mirror moved by `offset` and turned.
+        """Return the aligned camera with its mirror shifted and rotated.
 
-        offset: (3,) mm in the viewer's frame; rotation: (3,) rotation vector about
-        the apex, radians, same frame; optional: as in `aligned`.
+        Parameters
+        ----------
+        viewer, shape, axes, rim_radius
+            As of the class.
+        offset : array_like, shape (3,)
+            Shift in the viewer's frame, mm.
+        rotation : array_like, shape (3,)
+            Rotation vector about the apex, rad, same frame.
+        **optional
+            side, hole_radius.
+
+        Returns
+        -------
+        QuadricMirrorCamera
+            Camera.
         """
         T = cls.aligned(viewer, shape, axes, rim_radius, **optional).T_viewer_mirror
         turn = rotation_from_vector(checked_array("rotation", rotation, (3,)))

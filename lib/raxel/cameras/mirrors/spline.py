@@ -260,7 +260,7 @@ class SplineMirrorCamera(MirrorCamera):
         coefficients: ArrayLike,
         quantity: str = "inverse depth",
     ) -> SplineMirrorCamera:
-        """From a SplineGrid and vec(C) (Kf * Kg,), index i + Kf * j."""
+        """Return the camera of a SplineGrid and vec(C), index i + Kf * j."""
         C = np.reshape(coefficients, grid.shape, order="F")
         return cls(
             viewer, grid.knots_u, grid.knots_v, C, grid.degree, grid.angle, quantity
@@ -274,10 +274,30 @@ class SplineMirrorCamera(MirrorCamera):
         points: ArrayLike,
         quantity: str = "inverse depth",
     ) -> SplineMirrorCamera:
-        """The spline nearest to points (N, 3) of a mirror, in the viewer's frame.
+        """Return the spline nearest to points of a mirror.
 
-        Least squares in the quantity, of the points that lie in the grid's box. Raises
-        InputError where they leave a coefficient open.
+        Least squares in the quantity, of the points that are in the grid's box.
+
+        Parameters
+        ----------
+        viewer : Camera
+            Central camera.
+        grid : SplineGrid
+            Basis functions.
+        points : array_like, shape (N, 3)
+            Points of the mirror in the viewer's frame, mm.
+        quantity : str
+            As of the class.
+
+        Returns
+        -------
+        SplineMirrorCamera
+            Camera.
+
+        Raises
+        ------
+        InputError
+            The points leave a coefficient undetermined.
         """
         points = np.asarray(points, float)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -318,7 +338,7 @@ class SplineMirrorCamera(MirrorCamera):
         return self.grid.knots_v
 
     def mirror_points(self, pixels: ArrayLike) -> NDArray[np.float64]:
-        """Mirror points (N, 3) that pixels (N, 2) see; NaN where there is none."""
+        """Return mirror points `(N, 3)` that pixels `(N, 2)` see, NaN for none."""
         return self.rays(pixels).origins
 
     def _fields(self):

@@ -220,7 +220,20 @@ class GeneralCamera(Camera):
 
     @classmethod
     def from_camera(cls, camera: Camera, units: str = "mm") -> GeneralCamera:
-        """The table of another camera's rays at the pixel centres of its image."""
+        """Return the table of another camera's rays at the pixel centres of its image.
+
+        Parameters
+        ----------
+        camera : Camera
+            Camera to tabulate.
+        units : str
+            Unit of the origins, 'mm' or 'pitch'.
+
+        Returns
+        -------
+        GeneralCamera
+            Table of rays.
+        """
         shape = (camera.height, camera.width)
         directions, mask = np.empty((*shape, 3)), np.empty(shape, bool)
         origins = None if camera.central else np.empty((*shape, 3))
@@ -309,9 +322,19 @@ class GeneralCamera(Camera):
         return Projection(pixels, np.isfinite(pixels[:, 0]))
 
     def pluecker(self, rows: slice = slice(None)) -> NDArray[np.float64]:
-        """Plücker matrices (2.11) of a slice of image rows: (h, W, 4, 4).
+        """Return Plücker matrices (2.11) of a slice of image rows.
 
-        NaN without a ray. Built on demand: 128 bytes per pixel.
+        They are built on demand: 128 bytes per pixel.
+
+        Parameters
+        ----------
+        rows : slice
+            Rows of the image.
+
+        Returns
+        -------
+        ndarray, shape (h, W, 4, 4)
+            Matrices, NaN without a ray.
         """
         directions = self.directions[rows]
         origins = self.origins if self.central else self.origins[rows]

@@ -157,7 +157,7 @@ class RaySplineCamera(Camera):
         return self.trend.parameters + self.control.size
 
     def displacement(self, pixels: ArrayLike) -> NDArray[np.float64]:
-        """The field s (N, 2), px, at pixels (N, 2)."""
+        """Return the field s `(N, 2)`, px, at pixels `(N, 2)`."""
         return field_at(as_rows(pixels, 2), self.control, self.spacing_px)[0]
 
     def rays(self, pixels: ArrayLike) -> Rays:
@@ -195,7 +195,7 @@ class RaySplineCamera(Camera):
         return Projection(pixels, found.valid)
 
     def covers(self, pixels: ArrayLike) -> NDArray[np.bool_]:
-        """Which of the pixels (N, 2) lie in a cell in which something was measured."""
+        """Return which of the pixels `(N, 2)` are in a cell with measurements."""
         pixels = as_rows(pixels, 2)
         inside = self.in_image(pixels)
         place = np.where(inside[:, None], pixels + 0.5, 0.0) / self.spacing_px
@@ -205,8 +205,19 @@ class RaySplineCamera(Camera):
         return inside & self.covered[row, column]
 
     def pixel_covariance(self, pixels: ArrayLike) -> NDArray[np.float64]:
-        """Covariances (N, 2, 2), px^2, of where in the image the rays of pixels (N, 2)
-        belong: how far each may be off. NaN outside the image, or if none are known.
+        """Return covariances of the positions in the image of the rays of pixels.
+
+        They are the predicted errors of where in the image the rays belong.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        ndarray, shape (N, 2, 2)
+            Covariances, px^2, NaN outside the image, or if none are known.
         """
         pixels = as_rows(pixels, 2)
         found = np.full((len(pixels), 2, 2), np.nan)
@@ -219,10 +230,18 @@ class RaySplineCamera(Camera):
         return found
 
     def ray_covariance(self, pixels: ArrayLike) -> NDArray[np.float64]:
-        """Covariances (N, 3, 3), rad^2, of the unit directions of pixels (N, 2).
+        """Return covariances of the unit directions of pixels.
 
-        Of rank 2: a direction turns, it does not get longer. NaN as above, and where a
-        pixel has no ray.
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixel coordinates (u, v), px.
+
+        Returns
+        -------
+        ndarray, shape (N, 3, 3)
+            Covariances, rad^2, of rank 2: a direction rotates, its length is fixed. NaN
+            as in `pixel_covariance`, and where a pixel has no ray.
         """
         pixels = near_rows(pixels, 2)
         places = pixels + self.displacement(pixels)
