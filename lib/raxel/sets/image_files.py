@@ -4,12 +4,15 @@ Pillow reads the header and verifies the file; OpenCV decodes the pixels, since 
 keeps 16 bit of every colour.
 """
 
+from __future__ import annotations
+
 import contextlib
 import io
 import os
 import tempfile
 import warnings
 import zlib
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +20,7 @@ from PIL import Image, UnidentifiedImageError
 
 from raxel.errors import InputError
 from raxel.io.files import check_file
-from raxel.sets.model import View
+from raxel.sets.model import ImageSet, View
 
 # What the decoders below OpenCV say, caught: they write it to standard error.
 
@@ -31,13 +34,18 @@ LOST_PIXELS = LOST_IN_JPEG + LOST_IN_TIFF
 
 
 @contextlib.contextmanager
-def words_of_decoders():
+def words_of_decoders() -> Iterator[list[bytes]]:
     """Yield a list; after the block it has the bytes written to standard error.
 
-    The whole process's standard error is turned aside for the block, since the
+    The standard error of the whole process is redirected for the block, since the
     decoders are no part of Python.
+
+    Yields
+    ------
+    list of bytes
+        Empty during the block.
     """
-    words = []
+    words = []  # type: ignore[var-annotated]
     with tempfile.TemporaryFile() as aside:
         try:
             usual = os.dup(2)
@@ -56,8 +64,8 @@ def words_of_decoders():
             words.append(aside.read())
 
 
-def pixels_were_lost(words):
-    """Whether these words of decoders tell of pixels that could not be read."""
+def pixels_were_lost(words: Iterable[bytes]) -> bool:
+    """Return whether these messages of decoders report lost pixels."""
     return any(sign in said for said in words for sign in LOST_PIXELS)
 
 
@@ -83,27 +91,78 @@ UNDO = {
 }
 
 
-def read_image(image_set, view):
-    """Return an image of the set in grey, (height, width), uint8 or uint16.
+def read_image(image_set: ImageSet, view: View | str) -> np.ndarray:
+    """Return an image of the set in grey levels.
 
-    `view` is a View of one image, or the name of any image of the set. EXIF rotation
-    is ignored: pixels stay where the sensor had them. Raises InputError for a file
-    that is missing, empty, cut off, damaged, no image, or not of the set's resolution.
+    EXIF rotation is ignored: pixels stay where the sensor had them.
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        The set.
+    view : View or str
+        A view of one image, or the name of any image of the set.
+
+    Returns
+    -------
+    ndarray of uint8 or uint16, shape (height, width)
+        The image.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, empty, truncated, damaged, no image, or not of the
+        resolution of the set.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from PIL import Image
+    >>> from raxel.sets import Chessboard, ImageSet, View, read_image
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     grey = np.full((48, 64), 7, np.uint8)
+    ...     Image.fromarray(grey).save(Path(folder) / "a.png")
+    ...     view = View("a.png")
+    ...     board = Chessboard(3, 2)
+    ...     image_set = ImageSet("demo", 64, 48, board, (view,), Path(folder))
+    ...     image = read_image(image_set, view)
+    >>> image.shape, image.dtype.name, int(image[0, 0])
+    ((48, 64), 'uint8', 7)
     """
     import cv2
 
     return _read(image_set, view, cv2.IMREAD_GRAYSCALE)
 
 
-def read_colour(image_set, view):
-    """As `read_image`, but colour stays colour: (height, width[, 3]), BGR order."""
+def read_colour(image_set: ImageSet, view: View | str) -> np.ndarray:
+    """Return an image of the set with its colours.
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        The set.
+    view : View or str
+        A view of one image, or the name of any image of the set.
+
+    Returns
+    -------
+    ndarray of uint8 or uint16, shape (height, width) or (height, width, 3)
+        The image, in BGR order if it has colours.
+
+    Raises
+    ------
+    InputError
+        As `read_image`.
+    """
     import cv2
 
     return _read(image_set, view, cv2.IMREAD_ANYCOLOR)
 
 
-def has_orientation(path):
-    """Return whether a file has an orientation, which viewers obey and we ignore."""
+def has_orientation(path: str | Path) -> bool:
+    """Return whether a file has an orientation, which raxel ignores."""
     with _opened(path, Path(path).read_bytes()) as header:
         return header.getexif().get(ORIENTATION, 1) != 1
 

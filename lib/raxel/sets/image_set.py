@@ -1,5 +1,8 @@
 """The image set, version 1: a folder of images with a set.yaml that describes them."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from pathlib import Path, PureWindowsPath
 
 import numpy as np
@@ -34,8 +37,19 @@ DICTIONARY_SIZES = {
 }
 
 
-def faults(image_set):
-    """Each fault as (path of the field, what was found and what to do)."""
+def faults(image_set: ImageSet) -> Iterator[tuple[tuple, str]]:
+    """Yield each fault as (path of the field, what was found and what to do).
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        The set.
+
+    Yields
+    ------
+    tuple of (tuple, str)
+        Path of the field, and the message.
+    """
     target = image_set.target
     if isinstance(target, Chessboard) and (target.columns is None) != (
         target.rows is None
@@ -219,12 +233,27 @@ def _turns(corners):
 SCHEMA = Path(__file__).with_name("image_set.schema.json")
 
 
-def load_set(folder):
-    """Read and check the set in `folder`.
+def load_set(folder: str | Path) -> ImageSet:
+    """Read and check the image set in a folder.
 
-    Raises InputError (one line: file, field, found, what to do) for a folder that is
-    no set, YAML that cannot be read, unknown, missing or wrong keys, and named files
-    that are not there. The images themselves are checked by `read_image`.
+    `read_image` checks the images themselves.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder with a set.yaml.
+
+    Returns
+    -------
+    ImageSet
+        The set.
+
+    Raises
+    ------
+    InputError
+        If the folder is no set, the YAML cannot be read, keys are unknown, missing or
+        wrong, or named files are missing. The message has one line: file, field, what
+        was found, what to do.
     """
     folder = Path(folder)
     description = folder / DESCRIPTION
@@ -236,18 +265,40 @@ def load_set(folder):
     return _checked(read_yaml(description), folder)
 
 
-def write_set(image_set):
-    """Write `image_set.folder`/set.yaml, whole or not at all.
+def write_set(image_set: ImageSet) -> None:
+    """Write ``image_set.folder``/set.yaml, whole or not at all.
 
-    The images must be in the folder already. Raises InputError where `load_set` would
-    refuse what is written.
+    The images must be in the folder already.
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        The set.
+
+    Raises
+    ------
+    InputError
+        If `load_set` would reject the written file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from raxel.sets import Chessboard, ImageSet, View, load_set, write_set
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = (Path(folder) / "a.png").write_bytes(b"image")
+    ...     board = Chessboard(columns=9, rows=6, pitch_mm=25.0)
+    ...     write_set(ImageSet("demo", 64, 48, board, (View("a.png"),), Path(folder)))
+    ...     image_set = load_set(folder)
+    >>> image_set.name, image_set.target.columns, image_set.views[0].label
+    ('demo', 9, 'a.png')
     """
     _checked(_plain(image_set), image_set.folder)
     write_whole(image_set.description, set_text(image_set))
 
 
-def set_text(image_set):
-    """What `write_set` writes, unchecked: the text of a set.yaml."""
+def set_text(image_set: ImageSet) -> str:
+    """Return the text of a set.yaml, as `write_set` writes it, unchecked."""
     return yaml.safe_dump(
         _plain(image_set),
         sort_keys=False,

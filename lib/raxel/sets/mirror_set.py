@@ -6,6 +6,8 @@ seen in a flat one, the board that the flat mirror lies on, and a board seen in 
 mirror before and after each deflection (thesis 5.2).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 
@@ -23,11 +25,17 @@ OF_PRIMARY = ("grids", "platter", "plate")
 
 @dataclass(frozen=True)
 class PickedClamp:
-    """Where the mirror is held, as the mirror shows it before it bends.
+    """Describe where the mirror is held, as the mirror shows it before it bends.
 
-    points: ((u, v), ...) pixels along the clamp's edge; sd_px: their standard deviation
-    across it; hidden_mm: how far the edge may lie before the true clamp, where a holder
-    hides that.
+    Attributes
+    ----------
+    points : tuple of (float, float)
+        Pixels (u, v) along the edge of the clamp.
+    sd_px : float
+        Standard deviation of the points across the edge, px.
+    hidden_mm : float
+        Largest distance, mm, by which the edge may lie in front of the true clamp,
+        where a holder hides the clamp.
     """
 
     points: tuple[tuple[float, float], ...]
@@ -37,8 +45,17 @@ class PickedClamp:
 
 @dataclass(frozen=True)
 class MirrorStep:
-    """One deflection: names of photographs with the board in one place before and
-    after it, and of others after it, for scoring; how far the mirror was moved, mm."""
+    """Describe one deflection of the mirror.
+
+    Attributes
+    ----------
+    before, after : str
+        Names of images with the board in one position, before and after the deflection.
+    evaluate : tuple of str
+        Names of other images after the deflection, for scoring.
+    deflection_mm : float or None
+        Motion of the mirror, mm; None where unknown.
+    """
 
     before: str
     after: str
@@ -48,11 +65,28 @@ class MirrorStep:
 
 @dataclass(frozen=True)
 class MirrorSet:
-    """What mirror.yaml says, with its image sets read.
+    """Hold the content of mirror.yaml, with its image sets read.
 
-    viewer: an ImageSet of boards, or the Path of a camera's file; grids, platter: of
-    one active grid, see `platter_views`; plate: a photograph for each view of platter;
-    stages: of a board.
+    Attributes
+    ----------
+    name : str
+        Name of the set.
+    folder : Path
+        Folder of mirror.yaml.
+    viewer : ImageSet or Path
+        Images of boards, or the file of a camera.
+    grids, platter : ImageSet
+        Images of one active grid; see `platter_views`.
+    plate : ImageSet
+        One image for each view of `platter`.
+    thickness_mm : float
+        Thickness of the flat reference mirror, mm.
+    clamp : PickedClamp
+        Where the mirror is held.
+    stages : ImageSet
+        Images of a board.
+    steps : tuple of MirrorStep
+        The deflections.
     """
 
     name: str
@@ -67,13 +101,13 @@ class MirrorSet:
     steps: tuple[MirrorStep, ...]
 
     @property
-    def description(self):
-        """The path of mirror.yaml, as messages name it."""
+    def description(self) -> Path:
+        """Return the path of mirror.yaml, as messages name it."""
         return self.folder / DESCRIPTION
 
     @property
-    def image_sets(self):
-        """Field of mirror.yaml -> ImageSet, in the order in which they are used."""
+    def image_sets(self) -> dict[str, ImageSet]:
+        """Return the image sets by field of mirror.yaml, in order of use."""
         named = {"viewer": self.viewer} if isinstance(self.viewer, ImageSet) else {}
         return named | {
             "primary.grids": self.grids,
@@ -83,13 +117,25 @@ class MirrorSet:
         }
 
     @property
-    def size(self):
-        """(width, height) of its photographs, px."""
+    def size(self) -> tuple[int, int]:
+        """Return (width, height) of the images, px."""
         return self.grids.width, self.grids.height
 
-    def platter_views(self, position):
-        """Indices of the views of platter with the grid where view `position` of grids
-        has it: those of the same name, and of that name with a dot and more."""
+    def platter_views(self, position: str) -> list[int]:
+        """Return the views of `platter` with the grid where a view of `grids` has it.
+
+        These are the views of the same name, and of that name with a dot and more.
+
+        Parameters
+        ----------
+        position : str
+            Label of a view of `grids`.
+
+        Returns
+        -------
+        list of int
+            Indices of the views of `platter`.
+        """
         return [
             index
             for index, view in enumerate(self.platter.views)
@@ -97,16 +143,40 @@ class MirrorSet:
         ]
 
 
-def is_mirror_set(folder):
-    """Whether a folder holds a mirror.yaml."""
+def is_mirror_set(folder: str | Path) -> bool:
+    """Return whether a folder holds a mirror.yaml.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The folder.
+
+    Returns
+    -------
+    bool
+        Whether the file exists.
+    """
     return (Path(folder) / DESCRIPTION).is_file()
 
 
-def load_mirror_set(folder):
-    """Read and check the mirror set in `folder`, and every image set that it names.
+def load_mirror_set(folder: str | Path) -> MirrorSet:
+    """Read and check the mirror set in a folder, and every image set that it names.
 
-    Raises InputError (one line: file, field, found, what to do) as `load_set`, also
-    where the image sets do not fit together.
+    Parameters
+    ----------
+    folder : str or Path
+        Folder with a mirror.yaml.
+
+    Returns
+    -------
+    MirrorSet
+        The set.
+
+    Raises
+    ------
+    InputError
+        As `load_set`, and if the image sets do not fit together. The message has one
+        line: file, field, what was found, what to do.
     """
     folder = Path(folder)
     if not is_mirror_set(folder):

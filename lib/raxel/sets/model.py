@@ -1,10 +1,14 @@
 """What an image set is in memory: target, views, files, all unchangeable."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import InputError
 
@@ -13,23 +17,55 @@ DESCRIPTION = "set.yaml"
 
 @dataclass(frozen=True)
 class Chessboard:
-    """A chessboard with `columns` x `rows` interior corners; None where unknown."""
+    """Describe a chessboard by its interior corners.
+
+    Attributes
+    ----------
+    columns, rows : int or None
+        Number of interior corners along each direction; None where unknown.
+    pitch_mm : float or None
+        Side of a square, mm; None where unknown.
+
+    Examples
+    --------
+    >>> from raxel.sets import Chessboard
+    >>> board = Chessboard(columns=3, rows=2, pitch_mm=20.0)
+    >>> board.points().tolist()
+    [[0.0, 0.0], [20.0, 0.0], [40.0, 0.0], [0.0, 20.0], [20.0, 20.0], [40.0, 20.0]]
+    >>> board.unit
+    'mm'
+    """
 
     columns: int | None
     rows: int | None
     pitch_mm: float | None = None
 
     @property
-    def unit(self):
-        """The unit of `points`: 'mm', or 'pitch' where the pitch is unknown."""
+    def unit(self) -> str:
+        """Return the unit of `points`: 'mm', or 'pitch' where the pitch is unknown."""
         return "pitch" if self.pitch_mm is None else "mm"
 
-    def points(self, columns=None, rows=None):
-        """The corners on the board's plane, (rows * columns, 2) in `unit`.
+    def points(
+        self, columns: int | None = None, rows: int | None = None
+    ) -> NDArray[np.float64]:
+        """Return the corners on the plane of the chessboard.
 
-        Row by row; x runs along the columns, y along the rows. `columns` and `rows`
-        stand in where the board's own counts are unknown. Raises ValueError if
-        neither is given.
+        The order is row by row; x runs along the columns, y along the rows.
+
+        Parameters
+        ----------
+        columns, rows : int or None
+            Counts that apply where those of the chessboard are unknown.
+
+        Returns
+        -------
+        ndarray, shape (rows * columns, 2)
+            Corners in `unit`.
+
+        Raises
+        ------
+        ValueError
+            If neither source gives the counts.
         """
         columns, rows = self.columns or columns, self.rows or rows
         if columns is None or rows is None:
@@ -40,11 +76,25 @@ class Chessboard:
 
 @dataclass(frozen=True)
 class Charuco(Chessboard):
-    """A chessboard of known counts whose white squares carry ArUco markers.
+    """Describe a chessboard whose white squares carry ArUco markers.
 
-    `dictionary` is one of OpenCV's, without DICT_; `marker_mm` the side of a marker;
-    `legacy` for boards drawn as OpenCV did before version 4.6, which begin with a
-    marker where their number of squares along a column is even.
+    The counts of corners are known.
+
+    Attributes
+    ----------
+    dictionary : str
+        Name of a dictionary of OpenCV, without ``DICT_``.
+    marker_mm : float
+        Side of a marker, mm.
+    legacy : bool
+        Whether the board is drawn as OpenCV did before version 4.6. Such boards begin
+        with a marker where their number of squares along a column is even.
+
+    Examples
+    --------
+    >>> from raxel.sets import Charuco
+    >>> Charuco(columns=4, rows=3, pitch_mm=20.0, marker_mm=15.0).marker_count
+    10
     """
 
     dictionary: str = "4X4_50"
@@ -52,18 +102,26 @@ class Charuco(Chessboard):
     legacy: bool = False
 
     @property
-    def marker_count(self):
-        """The number of markers on the board: one in each white square."""
-        return (self.columns + 1) * (self.rows + 1) // 2
+    def marker_count(self) -> int:
+        """Return the number of markers on the board: one in each white square."""
+        return (self.columns + 1) * (self.rows + 1) // 2  # type: ignore[operator]
 
 
 @dataclass(frozen=True)
 class MonitorChessboard:
-    """A chessboard that a monitor shows in the place of its patterns, in monitor px.
+    """Describe a chessboard that a monitor shows in place of its patterns.
 
-    `columns` x `rows` interior corners, squares `pitch_px` wide; the first corner is at
-    `origin_px` (x, y) from the upper left corner of the lit area. The square before it
-    is white, and so is what the squares leave free.
+    Lengths are in px of the monitor. The square before the first corner is white. So is
+    the area that the squares leave free.
+
+    Attributes
+    ----------
+    columns, rows : int
+        Number of interior corners along each direction.
+    pitch_px : float
+        Side of a square, monitor px.
+    origin_px : tuple of float
+        First corner (x, y) from the upper left corner of the lit area, monitor px.
     """
 
     columns: int
@@ -71,46 +129,90 @@ class MonitorChessboard:
     pitch_px: float
     origin_px: tuple[float, float]
 
-    def points_px(self):
-        """The corners, (rows * columns, 2) monitor px, row by row."""
+    def points_px(self) -> NDArray[np.float64]:
+        """Return the corners, (rows * columns, 2) in monitor px, row by row."""
         board = Chessboard(self.columns, self.rows, self.pitch_px)
         return self.origin_px + board.points()
 
 
 @dataclass(frozen=True)
 class ActiveGrid:
-    """A monitor that shows coded patterns; sizes are (width, height).
+    """Describe a monitor that shows coded patterns; sizes are (width, height).
 
-    `chessboard`: what it shows beside them, in the same pose; None: nothing.
+    Attributes
+    ----------
+    monitor_px : tuple of int
+        Size of the lit area, px.
+    monitor_mm : tuple of float or None
+        Size of the lit area, mm; None where unknown.
+    chessboard : MonitorChessboard or None
+        Chessboard that the monitor shows in addition, in the same pose; None if none.
+
+    Examples
+    --------
+    >>> from raxel.sets import ActiveGrid
+    >>> ActiveGrid((1920, 1080), (480.0, 270.0)).unit
+    'mm'
+    >>> ActiveGrid((1920, 1080)).unit
+    'pitch'
     """
 
     monitor_px: tuple[int, int]
     monitor_mm: tuple[float, float] | None = None
     chessboard: MonitorChessboard | None = None
 
-    def chessboard_points(self):
-        """The chessboard's corners, (rows * columns, 2), row by row: in mm, or in px of
-        the monitor where its size in mm is unknown."""
-        points = self.chessboard.points_px()
+    def chessboard_points(self) -> NDArray[np.float64]:
+        """Return the corners of the chessboard, row by row.
+
+        Returns
+        -------
+        ndarray, shape (rows * columns, 2)
+            Corners in mm, or in px of the monitor where its size in mm is unknown.
+        """
+        points = self.chessboard.points_px()  # type: ignore[union-attr]
         if self.monitor_mm is None:
             return points
         return points * np.divide(self.monitor_mm, self.monitor_px)
 
     @property
-    def unit(self):
-        """The unit of decoded points: 'mm', or 'pitch' (of the monitor's pixels, which
-        are taken for square) where the size in mm is unknown."""
+    def unit(self) -> str:
+        """Return the unit of decoded points: 'mm', or 'pitch' if unknown.
+
+        The pitch is that of the monitor's pixels, assumed to be square, where the size
+        in mm is unknown.
+        """
         return "pitch" if self.monitor_mm is None else "mm"
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """One photograph of an active grid.
+    """Describe one image of an active grid.
 
-    `kind` 'gray' has `bit` (0 = most significant), `inverse` and `cell_px`, the width
-    of a cell in monitor px (None: 2^of cells fill it); 'phase' has `step`, `periods`
-    and `offset`, in periods: sin(2 pi (periods x / width + step / of + offset)), so
-    that 0.25 is a cosine. `axis` is 'x' or 'y'.
+    A phase pattern shows ``sin(2 pi (periods x / width + step / of + offset))``.
+
+    Attributes
+    ----------
+    image : str
+        Name of the image file.
+    axis : str
+        'x' or 'y'.
+    kind : str
+        'gray' (with `bit`, `inverse`, `cell_px`) or 'phase' (with `step`, `periods`,
+        `offset`).
+    of : int
+        Number of bits or of phase steps.
+    bit : int or None
+        Bit of the Gray code, 0 = most significant.
+    inverse : bool
+        Whether black and white are exchanged.
+    step : int or None
+        Number of the phase step.
+    periods : float or None
+        Sinusoidal periods across the monitor.
+    cell_px : float or None
+        Width of a cell of the Gray code, monitor px. None: 2^of cells fill the monitor.
+    offset : float
+        Phase of the first step in periods; 0.25 gives a cosine.
     """
 
     image: str
@@ -127,7 +229,15 @@ class Pattern:
 
 @dataclass(frozen=True)
 class Motion:
-    """Known motion of the stage since the first view, as its scales read."""
+    """Describe the known motion of the stage since the first view, from its scales.
+
+    Attributes
+    ----------
+    translation_mm : tuple of float
+        Translation, mm.
+    rotation_deg : tuple of float
+        Rotation, degrees.
+    """
 
     translation_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rotation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -135,12 +245,27 @@ class Motion:
 
 @dataclass(frozen=True)
 class View:
-    """One pose of the target: one `image` (chessboard) or `patterns` (active grid).
+    """Describe one pose of the target.
 
-    `white`, `black`, `chessboard`: pictures of a monitor that shows these instead.
-
-    `outer_corners` are four pixels (u, v), clockwise from the first corner; `contours`
-    corners by hand, (name, ((u, v), ...)) pairs, where CELECT lost a contour.
+    Attributes
+    ----------
+    image : str or None
+        Image of a chessboard.
+    name : str or None
+        Name of a view of an active grid.
+    white, black, chessboard : str or None
+        Images of a monitor that shows these instead of its patterns.
+    patterns : tuple of Pattern
+        Images of an active grid.
+    outer_corners : tuple or None
+        Four pixels (u, v), clockwise from the first corner.
+    contours : tuple
+        Corners picked by hand where CELECT lost a contour: pairs ``(name, ((u, v),
+        ...))``.
+    use : str
+        'calibrate' or 'evaluate'.
+    motion : Motion or None
+        Known motion of the stage; None where unknown.
     """
 
     image: str | None = None
@@ -155,25 +280,47 @@ class View:
     motion: Motion | None = None
 
     @property
-    def label(self):
-        """What people and results call this view: its image or its name."""
-        return self.image or self.name
+    def label(self) -> str:
+        """Return the name of this view in messages: its image or its name."""
+        return self.image or self.name  # type: ignore[return-value]
 
     @property
-    def photograph(self):
-        """The name of an image that shows the target: lit, if it is a monitor."""
+    def photograph(self) -> str:
+        """Return the name of an image that shows the target: lit for a monitor."""
         return self.image or self.white or self.patterns[0].image
 
     @property
-    def files(self):
-        """The names of all images of this view."""
+    def files(self) -> tuple[str, ...]:
+        """Return the names of all images of this view."""
         single = (self.image, self.white, self.black, self.chessboard)
         return tuple(f for f in single if f) + tuple(p.image for p in self.patterns)
 
 
 @dataclass(frozen=True)
 class ImageSet:
-    """What set.yaml says. Names of files are relative to `folder`."""
+    """Hold the content of set.yaml. Names of files are relative to `folder`.
+
+    Attributes
+    ----------
+    name : str
+        Name of the set.
+    width, height : int
+        Size of its images, px.
+    target : Chessboard or ActiveGrid
+        What the images show.
+    views : tuple of View
+        Poses of the target, in the order of the file.
+    folder : Path
+        Folder of the set.
+    camera : str
+        Description of the camera.
+    origin : dict
+        Source of the images.
+    reference : str or None
+        File of reference corners.
+    truth : str or None
+        Folder of the truth of a rendered set.
+    """
 
     name: str
     width: int
@@ -187,12 +334,23 @@ class ImageSet:
     truth: str | None = None
 
     @property
-    def description(self):
-        """The path of set.yaml, as messages name it."""
+    def description(self) -> Path:
+        """Return the path of set.yaml, as messages name it."""
         return self.folder / DESCRIPTION
 
-    def views_for(self, use):
-        """The views for 'calibrate' or 'evaluate', in the order of the file."""
+    def views_for(self, use: str) -> tuple[View, ...]:
+        """Return the views for one use, in the order of the file.
+
+        Parameters
+        ----------
+        use : {'calibrate', 'evaluate'}
+            The use.
+
+        Returns
+        -------
+        tuple of View
+            The views.
+        """
         return tuple(view for view in self.views if view.use == use)
 
 
@@ -205,8 +363,28 @@ class ImageSet:
 # null.
 
 
-def check_sd(where, sd, count):
-    """`sd` as float64 (count,), all NaN for None. Raises InputError naming `where`."""
+def check_sd(where: object, sd: ArrayLike | None, count: int) -> NDArray[np.float64]:
+    """Return standard deviations as float64 (count,), all NaN for None.
+
+    Parameters
+    ----------
+    where : object
+        What messages name as the source.
+    sd : array_like, shape (count,), or None
+        Standard deviation of each corner, px; NaN where unknown.
+    count : int
+        Number of corners.
+
+    Returns
+    -------
+    ndarray, shape (count,)
+        Standard deviations, px.
+
+    Raises
+    ------
+    InputError
+        If the shape differs or a value is negative. The message names `where`.
+    """
     if sd is None:
         return np.full(count, np.nan)
     sd = np.asarray(sd, float)
@@ -218,8 +396,30 @@ def check_sd(where, sd, count):
     return sd
 
 
-def sd_from_plain(where, value, count):
-    """`sd` of `count` corners as a file gives it. Raises InputError naming `where`."""
+def sd_from_plain(
+    where: object, value: object, count: int
+) -> NDArray[np.float64] | None:
+    """Return the standard deviations of `count` corners from the content of a file.
+
+    Parameters
+    ----------
+    where : object
+        What messages name as the source.
+    value : list, float or None
+        One number for all corners, or a list of numbers and None, px.
+    count : int
+        Number of corners.
+
+    Returns
+    -------
+    ndarray, shape (count,), or None
+        Standard deviations, px; NaN where unknown; None where the file has none.
+
+    Raises
+    ------
+    InputError
+        If `value` has another form. The message names `where`.
+    """
     if value is None:
         return None
     values = value if isinstance(value, list) else [value] * count
@@ -232,8 +432,21 @@ def sd_from_plain(where, value, count):
     return np.array(values, dtype=float)
 
 
-def plain_sd(sd):
-    """`sd` as a file takes it; not finite becomes null, as no file can hold it."""
+def plain_sd(sd: Iterable[float] | None) -> list[float | None] | None:
+    """Return standard deviations as a file holds them.
+
+    A value that is not finite becomes null, as no file can hold it.
+
+    Parameters
+    ----------
+    sd : iterable of float, or None
+        Standard deviations, px.
+
+    Returns
+    -------
+    list or None
+        Numbers rounded to 1e-6 px, and None.
+    """
     if sd is None:
         return None
     return [round(float(one), 6) if np.isfinite(one) else None for one in sd]
@@ -275,6 +488,6 @@ GRIDS = Words(
 )
 
 
-def words_of(target):
-    """The Words for a target of an image set."""
+def words_of(target: Chessboard | ActiveGrid) -> Words:
+    """Return the Words for a target of an image set."""
     return GRIDS if isinstance(target, ActiveGrid) else BOARDS

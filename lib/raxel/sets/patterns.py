@@ -5,10 +5,15 @@ of the lit area. A Gray code of `of` bits counts 2^of cells from there; it may b
 than the monitor, whose border then cuts it off.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from raxel.errors import InputError
 from raxel.sets.model import MonitorChessboard, Pattern
@@ -21,11 +26,23 @@ LEAST_SQUARE_PX = 4
 
 @dataclass(frozen=True)
 class PatternPlan:
-    """The patterns that an active grid shows, (along x, along y); 0 for none.
+    """Plan the patterns that an active grid shows: (along x, along y), 0 for none.
 
-    phase_periods: periods across the monitor. cell_px: width of the Gray code's cells
-    in monitor px; 0 where its 2^bits cells just fill the monitor. phase_offset: of the
-    first step, in periods; 0.25 for cosines.
+    Attributes
+    ----------
+    gray_bits : tuple of int
+        Bits of the Gray code.
+    gray_inverse : bool
+        Whether each Gray pattern has its inverse.
+    phase_steps : int
+        Number of phase steps.
+    phase_periods : tuple of float
+        Sinusoidal periods across the monitor.
+    cell_px : tuple of float
+        Width of the cells of the Gray code, monitor px; 0 where its 2^bits cells fill
+        the monitor.
+    phase_offset : float
+        Phase of the first step, in periods; 0.25 for cosines.
     """
 
     gray_bits: tuple[int, int] = (0, 0)
@@ -36,24 +53,61 @@ class PatternPlan:
     phase_offset: float = 0.0
 
 
-def plan_of_cells(monitor_px, cells=8, phase_steps=PatternPlan.phase_steps, offset=0.0):
-    """The plan of 3.2.2: Gray code with its inverse, and one sine period for each cell.
+def plan_of_cells(
+    monitor_px: tuple[int, int],
+    cells: int | Sequence[int] = 8,
+    phase_steps: int = PatternPlan.phase_steps,
+    offset: float = 0.0,
+) -> PatternPlan:
+    """Return the plan of 3.2.2: Gray code with inverse, one sine period for each cell.
 
-    monitor_px: (width, height); cells: along both axes, or (along x, along y); offset:
-    of the sines' first step, in periods. Cells are whole pixels wide, so that the edges
-    of the code lie where sines begin; the last one may reach over the monitor's border.
-    With four steps these are the 20 patterns of the thesis. N steps are disturbed by
-    orders m N +- 1 of a response that is not linear (Appendix A): four by the third,
-    which every monitor has, six from the fifth on, of which usual ones have next to
-    nothing. Raises InputError for cells too
-    narrow, none at all, and fewer than three steps.
+    Cells are whole pixels wide, so that the edges of the code lie where sines begin.
+    The last cell may reach over the border of the monitor. With four steps these are
+    the 20 patterns of the thesis. Orders m N +- 1 of a non-linear response disturb N
+    steps (Appendix A). Four steps are disturbed by the third order, which every monitor
+    has. Six steps are disturbed from the fifth order on, which usual monitors hardly
+    have.
+
+    Parameters
+    ----------
+    monitor_px : tuple of int
+        (width, height) of the monitor, px.
+    cells : int or sequence of int
+        Cells along both axes, or (along x, along y).
+    phase_steps : int
+        Number of phase steps.
+    offset : float
+        Phase of the first step, in periods.
+
+    Returns
+    -------
+    PatternPlan
+        The plan.
+
+    Raises
+    ------
+    InputError
+        If cells are too narrow, there is none, or there are fewer than three steps.
+
+    References
+    ----------
+    Thesis 3.2.2 and Appendix A.
+
+    Examples
+    --------
+    >>> from raxel.sets import patterns_of, plan_of_cells
+    >>> plan = plan_of_cells((1920, 1080), phase_steps=4)
+    >>> plan.gray_bits, plan.cell_px
+    ((3, 3), (240, 135))
+    >>> len(patterns_of(plan))
+    20
     """
     if not 3 <= phase_steps <= MOST_STEPS:
         raise InputError(
             f"steps: found {phase_steps}; give 3 to {MOST_STEPS}, 4 as in the "
             "thesis, 6 or more where the monitor's response is far from linear"
         )
-    counts = (cells, cells) if np.isscalar(cells) else tuple(cells)
+    counts: Any = (cells, cells) if np.isscalar(cells) else tuple(cells)  # type: ignore[arg-type]
     bits, widths = [], []
     limits = " and ".join(
         f"{pixels // LEAST_CELL_PX} along {axis}"
@@ -72,14 +126,25 @@ def plan_of_cells(monitor_px, cells=8, phase_steps=PatternPlan.phase_steps, offs
     return PatternPlan(tuple(bits), True, phase_steps, *both, float(offset))
 
 
-def patterns_of(plan):
-    """The coded patterns (`Pattern`) of a PatternPlan, in file order."""
+def patterns_of(plan: PatternPlan) -> list[Pattern]:
+    """Return the coded patterns of a plan, in file order.
+
+    Parameters
+    ----------
+    plan : PatternPlan
+        The plan.
+
+    Returns
+    -------
+    list of Pattern
+        The patterns.
+    """
     patterns = []
     for axis, bits, width in zip("xy", plan.gray_bits, plan.cell_px, strict=True):
         for bit in range(bits):
             for inverse in (False, True)[: 1 + plan.gray_inverse]:
                 name = f"gray-{axis}-{bit:02d}{'-inverse' * inverse}.png"
-                code = {"bit": bit, "of": bits, "inverse": inverse}
+                code: dict[str, Any] = {"bit": bit, "of": bits, "inverse": inverse}
                 code["cell_px"] = float(width) or None
                 patterns.append(Pattern(name, axis, "gray", **code))
     for axis, periods in zip("xy", plan.phase_periods, strict=True):
@@ -111,8 +176,23 @@ def chessboard_of_corners(monitor_px, columns, rows):
     return MonitorChessboard(columns, rows, float(pitch), tuple(map(float, origin)))
 
 
-def chessboard_picture(board, monitor_px):
-    """What the monitor is sent for a MonitorChessboard: (height, width) uint8."""
+def chessboard_picture(
+    board: MonitorChessboard, monitor_px: tuple[int, int]
+) -> NDArray[np.uint8]:
+    """Return the image that the monitor receives for a chessboard.
+
+    Parameters
+    ----------
+    board : MonitorChessboard
+        The chessboard.
+    monitor_px : tuple of int
+        (width, height) of the monitor, px.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width)
+        The image, 0 or 255.
+    """
     place = [
         np.floor((np.arange(size) + 0.5 - first) / board.pitch_px).astype(int) + 1
         for size, first in zip(monitor_px, board.origin_px, strict=True)
@@ -126,31 +206,50 @@ def chessboard_picture(board, monitor_px):
     return np.where(black, 0, 255).astype(np.uint8)
 
 
-def cell_width(pattern, monitor_px):
-    """The width of a Gray code's cells, in px of the monitor along its axis."""
+def cell_width(pattern: Pattern, monitor_px: tuple[int, int]) -> float:
+    """Return the width of the cells of a Gray code, monitor px along its axis."""
     return pattern.cell_px or monitor_px["xy".index(pattern.axis)] / 2**pattern.of
 
 
-def advance(pattern):
-    """The phase of a sine at the monitor's left or upper border, in periods."""
-    return pattern.step / pattern.of + pattern.offset
+def advance(pattern: Pattern) -> float:
+    """Return the phase of a sine at the left or upper border, in periods."""
+    return pattern.step / pattern.of + pattern.offset  # type: ignore[operator]
 
 
-def pattern_picture(pattern, monitor_px):
-    """What the monitor is sent: (height, width) uint8, 0 to 255.
+def pattern_picture(pattern: Pattern, monitor_px: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return the image that the monitor receives for a pattern.
 
-    monitor_px: (width, height). Each pixel has the value of its middle. Values are
-    linear in the sine; what the monitor makes of them is its own.
+    Each pixel has the value of its centre. Values are linear in the sine; the response
+    of the monitor is not included.
+
+    Parameters
+    ----------
+    pattern : Pattern
+        The pattern.
+    monitor_px : tuple of int
+        (width, height) of the monitor, px.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width)
+        The image, 0 to 255.
+
+    Examples
+    --------
+    >>> from raxel.sets import Pattern, pattern_picture
+    >>> gray = Pattern("gray.png", "x", "gray", of=2, bit=1)
+    >>> pattern_picture(gray, (8, 2))[0].tolist()
+    [0, 0, 255, 255, 255, 255, 0, 0]
     """
     width, height = monitor_px
     size = width if pattern.axis == "x" else height
     place = np.arange(size) + 0.5
     if pattern.kind == "gray":
         cell = (place / cell_width(pattern, monitor_px)).astype(int)
-        value = (cell ^ (cell >> 1)) >> (pattern.of - 1 - pattern.bit) & 1
+        value = (cell ^ (cell >> 1)) >> (pattern.of - 1 - pattern.bit) & 1  # type: ignore[operator]
         value = 1 - value if pattern.inverse else value
     else:
-        turns = pattern.periods * place / size
+        turns = pattern.periods * place / size  # type: ignore[operator]
         value = 0.5 + 0.5 * np.sin(2 * np.pi * (turns + advance(pattern)))
     line = np.rint(255 * value).astype(np.uint8)
     line = line[None, :] if pattern.axis == "x" else line[:, None]

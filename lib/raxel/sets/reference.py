@@ -1,5 +1,7 @@
 """Corners found by others (corners.json of a set): for scoring only."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,17 +9,26 @@ import numpy as np
 from raxel.errors import InputError
 from raxel.io.documents import one_line
 from raxel.io.files import read_json
-from raxel.sets.model import sd_from_plain
+from raxel.sets.model import ImageSet, sd_from_plain
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceCorners:
-    """The corners of one image, row by row; which board corner is first is free.
+    """Hold the corners of one image, row by row; any board corner may be the first.
 
-    `corners` (rows * columns, 2) in pixels, NaN where missing; `certain`
-    (rows * columns,) bool; `tolerance_px` within which a detector counts as right;
-    `sd` (rows * columns,) px by the rule of `raxel.sets.model`, None where the
-    file states none.
+    Attributes
+    ----------
+    corners : ndarray, shape (rows * columns, 2)
+        Corners, px; NaN where missing.
+    certain : ndarray of bool, shape (rows * columns,)
+        Whether a corner is certain.
+    columns, rows : int
+        Number of interior corners along each direction.
+    tolerance_px : float
+        Largest distance, px, at which a detected corner is correct.
+    sd : ndarray, shape (rows * columns,), or None
+        Standard deviations, px, by the rule of `raxel.sets.model`; None where the file
+        states none.
     """
 
     corners: np.ndarray
@@ -28,12 +39,24 @@ class ReferenceCorners:
     sd: np.ndarray | None = None
 
 
-def load_reference(image_set):
-    """The reference corners of a set as {image name: ReferenceCorners}.
+def load_reference(image_set: ImageSet) -> dict[str, ReferenceCorners]:
+    """Return the reference corners of a set.
 
-    Empty if the set names none. Raises InputError where the file does not fit its own
-    counts, has numbers that are none, misses its keys, or gives no certain corner of
-    an image.
+    Parameters
+    ----------
+    image_set : ImageSet
+        The set.
+
+    Returns
+    -------
+    dict of str to ReferenceCorners
+        Corners by name of the image; empty if the set names none.
+
+    Raises
+    ------
+    InputError
+        If the file does not fit its own counts, has invalid numbers, lacks keys, or
+        gives no certain corner of an image.
     """
     if image_set.reference is None:
         return {}
