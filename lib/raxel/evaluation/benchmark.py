@@ -4,9 +4,14 @@ Only this module opens the folder that a set names as its `truth` (written by
 `raxel.lab.set_rendering`): no detector, decoder or calibration does.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from raxel.cameras.core.base import closest_point
 from raxel.cameras.registry import load_camera
@@ -16,29 +21,52 @@ from raxel.evaluation.distortion import angular_residual
 from raxel.geometry.poses import nearest_rotation
 from raxel.sets.reference import load_reference
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from raxel.cameras.core.base import Camera
+    from raxel.features.boards import Board
+    from raxel.sets.model import ImageSet
+
 GRID_PIXELS = 100_000  # a camera is scored on about as many pixels
 FAR_MM = 1000.0  # from the centre, where a direction becomes a point
 
 
-def score_corners(image_set, boards):
-    """A detector's boards against the true corners of a rendered chessboard set.
+def score_corners(image_set: ImageSet, boards: Iterable[Board]) -> dict[str, Any]:
+    """Score the boards of a detector against the true corners of a rendered set.
 
-    boards: Boards as `detect_boards` or `read_boards` give them, one per view. A board
-    is right if, in the best symmetry of its lattice (mirrored ones too), every corner
-    is within 1 px. Returns a dict: views, found, right, wrong (names of boards that
-    are found but not right), rms_px, median_px, max_px over the corners of the right
-    boards (None if there are none), and images: per view file, found, right, and
-    rms_px and max_px of its corners. Raises InputError for a set without such truth.
+    A board is correct if, in the best symmetry of its lattice (mirrored ones too),
+    every corner is within 1 px.
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        A rendered chessboard set.
+    boards : iterable of Board
+        From `detect_boards` or `read_boards`, one per view.
+
+    Returns
+    -------
+    dict
+        ``views``, ``found``, ``right``: counts. ``wrong``: names of boards that are
+        found but not correct. ``rms_px``, ``median_px``, ``max_px``: over the corners
+        of the correct boards, None if there are none. ``images``: per view ``file``,
+        ``found``, ``right``, and ``rms_px`` and ``max_px`` of its corners.
+
+    Raises
+    ------
+    InputError
+        If the set has no such truth.
     """
     truth_folder(image_set)
-    named = replace(image_set, reference=f"{image_set.truth.rstrip('/')}/corners.json")
+    named = replace(image_set, reference=f"{image_set.truth.rstrip('/')}/corners.json")  # type: ignore[union-attr]
     truth = load_reference(named)
     images, errors = [], []
     for board in boards:
         label, detection = board.view.label, board.detection
         if label not in truth:
             raise InputError(
-                f"{named.folder / named.reference}: images: no {label!r}; give the set "
+                f"{named.folder / named.reference}: images: no {label!r}; give the set "  # type: ignore[operator]
                 "as it was rendered"
             )
         distances = corner_errors(detection, truth[label])
@@ -52,21 +80,41 @@ def score_corners(image_set, boards):
         "found": sum(image["found"] for image in images),
         "right": sum(image["right"] for image in images),
         "wrong": [i["file"] for i in images if i["found"] and not i["right"]],
-        **_spread(np.concatenate(errors) if errors else None, "px"),
+        **_spread(np.concatenate(errors) if errors else None, "px"),  # type: ignore[arg-type]
         "images": images,
     }
 
 
-def score_camera(image_set, camera, pixels=None):
-    """A calibrated central camera against the true one, on a grid of pixels.
+def score_camera(
+    image_set: ImageSet, camera: Camera, pixels: np.ndarray | None = None
+) -> dict[str, Any]:
+    """Score a calibrated central camera against the true one, on a grid of pixels.
 
-    pixels: (N, 2), the ones to compare on, default `scoring_grid`. The frames of the
-    two are chosen apart, so the rotation that maps the rays best (least squares over
-    all of them) is taken out first. Returns a dict: pixels (those that truly have a
-    ray), share_with_ray (of these), median_deg, rms_deg, max_deg between the rays, and
-    median_px, rms_px, max_px: how far from its pixel the true camera sees the ray's
-    direction, over those that it sees. Raises InputError for a set without such truth,
-    cameras that are not central or of another size, and too few rays.
+    The frames of the two cameras are chosen independently. Therefore the rotation that
+    maps the rays best (least squares over all of them) is removed first.
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        A rendered set.
+    camera : Camera
+        The camera to score.
+    pixels : ndarray, shape (N, 2), or None
+        Pixels (u, v) of the comparison; None for `scoring_grid`.
+
+    Returns
+    -------
+    dict
+        ``pixels``: number of those that have a true ray. ``share_with_ray``: share of
+        these. ``median_deg``, ``rms_deg``, ``max_deg``: angles between the rays.
+        ``median_px``, ``rms_px``, ``max_px``: distance from the pixel to where the true
+        camera sees the direction of the ray, over those that it sees.
+
+    Raises
+    ------
+    InputError
+        If the set has no such truth, a camera is not central or of another size, or
+        there are too few rays.
     """
     path = truth_folder(image_set) / "camera.npz"
     true = load_camera(path)
@@ -106,15 +154,50 @@ def score_camera(image_set, camera, pixels=None):
     }
 
 
-def scoring_grid(width, height):
-    """Pixels (N, 2), every n-th each way, about GRID_PIXELS or all."""
+def scoring_grid(width: int, height: int) -> NDArray[np.float64]:
+    """Return every n-th pixel along each axis: about GRID_PIXELS, or all.
+
+    Parameters
+    ----------
+    width, height : int
+        Size of the image, px.
+
+    Returns
+    -------
+    ndarray, shape (N, 2)
+        Pixels (u, v).
+
+    Examples
+    --------
+    >>> from raxel.evaluation import scoring_grid
+    >>> scoring_grid(640, 480).shape
+    (307200, 2)
+    >>> scoring_grid(4000, 3000)[0].tolist()
+    [5.0, 5.0]
+    """
     step = max(1, int(np.sqrt(width * height / GRID_PIXELS)))
     v, u = np.mgrid[step // 2 : height : step, step // 2 : width : step]
     return np.column_stack([u.ravel(), v.ravel()]).astype(float)
 
 
-def truth_folder(image_set):
-    """The folder of the set's truth, or InputError."""
+def truth_folder(image_set: ImageSet) -> Path:
+    """Return the folder of the truth of a set.
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        The set.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    InputError
+        If the set names none, or the folder does not exist.
+    """
     if not image_set.truth:
         raise InputError(
             f"{image_set.description}: truth: none named; scores need a rendered set, "

@@ -6,7 +6,10 @@ point counts, and one that a model has no ray for counts as if it were far off.
 Beside that, all models are scored on the points that all of them can answer for.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +24,12 @@ from raxel.evaluation.cross_validation import cross_validate, evaluate_camera
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import nearest_rotation
 
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardView
+    from raxel.calibration.views.dense import DenseView
+    from raxel.cameras.core.base import Camera
+    from raxel.evaluation.cross_validation import Evaluation
+
 # What a point counts as that a model has no ray for, and the most that any counts as.
 MISSED_PX = 5.0
 # Models whose errors are this near to the smallest are as good: the simplest is taken.
@@ -28,13 +37,20 @@ AS_GOOD = 1.02
 
 
 class ModelComparison(NamedTuple):
-    """Cross-validated scores of several models, the simplest first.
+    """Hold the cross-validated scores of several models, the simplest first.
 
-    own: {model: Evaluation} on all corners; common: the same on the corners that every
-    model in `own` answers for, from boards kept out of all of them ({} if there are
-    none); refused: {model: reason} for models that gave no camera at all; errors_px:
-    {model: px}, by which they are ranked: RMS distance of all kept-out corners, where a
-    corner without a ray counts as MISSED_PX and none counts as more.
+    Attributes
+    ----------
+    own : dict of str to Evaluation
+        Scores of each model on all corners.
+    common : dict of str to Evaluation
+        Scores on the corners for which every model in `own` has an answer, from boards
+        held out of all of them; empty if there are none.
+    refused : dict of str to str
+        Reason for each model that gave no camera at all.
+    errors_px : dict of str to float
+        Errors, px, that rank the models: RMS distance of all held-out corners. A corner
+        without a ray counts as MISSED_PX, and none counts as more.
     """
 
     own: dict
@@ -42,15 +58,27 @@ class ModelComparison(NamedTuple):
     refused: dict
     errors_px: dict
 
-    def best(self):
-        """The model that predicts best; see `choice`."""
+    def best(self) -> str:
+        """Return the model that predicts best; see `choice`."""
         return self.choice()[0]
 
-    def choice(self):
-        """(the best model, why it is the best, in words).
+    def choice(self) -> tuple[str, str]:
+        """Return the best model and the reason in words.
 
-        The best is the first of those whose error is at most AS_GOOD times the
-        smallest. Raises CalibrationError if no model is left.
+        The best model is the first of those whose error is at most AS_GOOD times the
+        smallest.
+
+        Returns
+        -------
+        model : str
+            The best model.
+        reason : str
+            Why it is the best.
+
+        Raises
+        ------
+        CalibrationError
+            If no model is left (codes ``no-camera``, ``no-overlap``).
         """
         if not self.own:
             raise CalibrationError("; ".join(self.refused.values()), code="no-camera")
@@ -65,7 +93,7 @@ class ModelComparison(NamedTuple):
             alone = len(self.own) == 1
             what = "gave a camera" if alone else "answers for a view kept out"
             return next(iter(errors)), f"no other model {what}"
-        least = min(errors, key=errors.get)
+        least = min(errors, key=errors.get)  # type: ignore[arg-type]
         best = next(m for m in errors if errors[m] <= AS_GOOD * errors[least])
         counted = f"where one without a ray counts as {MISSED_PX:g} px"
         if best == least:
@@ -78,8 +106,8 @@ class ModelComparison(NamedTuple):
             f" ({errors[best]:.3g} and {errors[least]:.3g} px RMS), and simpler"
         )
 
-    def doubts(self):
-        """What makes the comparison unsure: a list of texts, each for one line."""
+    def doubts(self) -> list[str]:
+        """Return the consistency warnings of the comparison: one line each."""
         doubts = []
         for model, evaluation in self.own.items():
             if evaluation.left_out:
@@ -91,13 +119,27 @@ class ModelComparison(NamedTuple):
         return doubts
 
 
-def compare_models(builders, views, folds):
+def compare_models(
+    builders: dict[str, Callable[[list], Any]],
+    views: Sequence[BoardView | DenseView],
+    folds: int,
+) -> ModelComparison:
     """Cross-validate models on the same parts of `views`.
 
-    builders: {model: callable, as `cross_validate` takes}; views: BoardViews or
-    DenseViews with different names; folds: number of parts, fewer where fewer views are
-    no near copies of others, which stay in one part. Give the simplest model
-    first. Returns ModelComparison.
+    Parameters
+    ----------
+    builders : dict of str to callable
+        Models, the simplest first; each callable as `cross_validate` takes it.
+    views : sequence of BoardView or DenseView
+        Views with different names.
+    folds : int
+        Number of parts. It is smaller where fewer views are no near copies of others.
+        Near copies stay in one part.
+
+    Returns
+    -------
+    ModelComparison
+        The scores.
     """
     cameras = {model: _Remembering(build) for model, build in builders.items()}
     own, refused, parts = {}, {}, _parts(views, folds)
@@ -111,9 +153,25 @@ def compare_models(builders, views, folds):
     return ModelComparison(own, common, refused, errors)
 
 
-def counted_error_px(evaluation, views):
-    """RMS distance in px of all corners of the views, none of which is left out: one
-    without a ray, or in a view without a camera, counts as MISSED_PX, and none as more.
+def counted_error_px(
+    evaluation: Evaluation, views: Sequence[BoardView | DenseView]
+) -> float:
+    """Return the RMS distance of all corners of the views, none of which is excluded.
+
+    A corner without a ray, or in a view without a camera, counts as MISSED_PX. None
+    counts as more.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        Scores of the views.
+    views : sequence of BoardView or DenseView
+        The views.
+
+    Returns
+    -------
+    float
+        RMS distance, px; NaN without corners.
     """
     count = sum(np.count_nonzero(np.isfinite(view.pixels[:, 0])) for view in views)
     off = np.concatenate([image.residuals_px for image in evaluation.images])
@@ -273,9 +331,20 @@ def _turn(viewer, other, pixels):
 
 
 class BackProjection(NamedTuple):
-    """Of one board: T_camera_grid (4, 4), its own pose, None where none was found, for
-    `reason`; errors_mm (N, 2): where the rays of its corners meet its plane, less the
-    corners, NaN where a corner was not found or has no ray."""
+    """Hold the back-projected corners of one board.
+
+    Attributes
+    ----------
+    name : str
+        Name of the view.
+    T_camera_grid : ndarray, shape (4, 4), or None
+        Pose of the board; None where none was found.
+    errors_mm : ndarray, shape (N, 2)
+        Points where the rays of its corners meet its plane, less the corners, mm. NaN
+        where a corner was not found or has no ray.
+    reason : str
+        Why no pose was found, or ''.
+    """
 
     name: str
     T_camera_grid: np.ndarray | None
@@ -283,14 +352,14 @@ class BackProjection(NamedTuple):
     reason: str = ""
 
     @property
-    def distances_mm(self):
-        """Lengths (n,) of the errors that are known."""
+    def distances_mm(self) -> np.ndarray:
+        """Return the lengths (n,) of the known errors, mm."""
         found = np.linalg.norm(self.errors_mm, axis=1)
         return found[np.isfinite(found)]
 
 
-def back_projection(camera, view):
-    """BackProjection of a BoardView, whose pose is found from the camera's rays."""
+def back_projection(camera: Camera, view: BoardView) -> BackProjection:
+    """Return the BackProjection of a BoardView, posed by the rays of the camera."""
     view = check_view(view)
     rays = camera.rays(view.pixels)
     unknown = np.full(view.pixels.shape, np.nan)

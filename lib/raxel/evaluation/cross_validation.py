@@ -10,9 +10,13 @@ A corner is scored where the camera has a ray for it and can project it where th
 pose puts it. All others are counted: a score over few corners says so itself.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.pose.three_point import (
     pose_of_spread_triples,
@@ -25,18 +29,45 @@ from raxel.features.lattice import symmetries
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
 
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardShape, BoardView
+    from raxel.calibration.views.dense import DenseView
+    from raxel.cameras.core.base import Camera
+    from raxel.features.detector import Detection, Partial
+    from raxel.sets.reference import ReferenceCorners
+
 # Corners of one board against its true corners: each in its place, and in order?
 
 
 RIM_PX = 4.0  # a corner this near to the image's end need not be found
 
 
-def in_place(corners, truth, reach_px):
-    """Whether every corner (N, 2) is at its own true one, of `truth` (N, 2).
+def in_place(corners: ArrayLike, truth: ArrayLike, reach_px: float) -> bool:
+    """Return whether every corner is at its own true corner.
 
-    It is where it is nearer than `reach_px` to it, and nearer to it than to any other
-    true corner: on a fine lattice a neighbour may be within reach, too. False for
-    another number of corners, and where one is not finite.
+    A corner must be nearer than `reach_px` to its own true corner, and nearer to it
+    than to any other. On a fine lattice a neighbour may be within reach, too.
+
+    Parameters
+    ----------
+    corners, truth : array_like, shape (N, 2)
+        Detected and true corners, px.
+    reach_px : float
+        Limit of the distance, px.
+
+    Returns
+    -------
+    bool
+        False also for another number of corners, and where one is not finite.
+
+    Examples
+    --------
+    >>> from raxel.evaluation import in_place
+    >>> truth = [[0.0, 0.0], [10.0, 0.0]]
+    >>> in_place([[0.2, 0.1], [10.0, 0.3]], truth, reach_px=1.0)
+    True
+    >>> in_place([[10.0, 0.0], [0.0, 0.0]], truth, reach_px=1.0)
+    False
     """
     corners, truth = np.asarray(corners, float), np.asarray(truth, float)
     if corners.shape != truth.shape or not np.isfinite(corners).all():
@@ -48,11 +79,25 @@ def in_place(corners, truth, reach_px):
     )
 
 
-def in_order_of(truth, corners, columns, rows):
-    """Corners (rows * columns, 2), row by row, begun where they fit `truth` best.
+def in_order_of(
+    truth: np.ndarray, corners: np.ndarray, columns: int, rows: int
+) -> np.ndarray:
+    """Return corners row by row, started where they fit the true ones best.
 
-    A detector without clicks may begin at any outer corner and go along the columns
-    either way. Rows stay rows, also on a square board. `truth` (rows * columns, 2).
+    A detector without clicks may start at any outer corner and follow the columns in
+    either direction. Rows stay rows, also on a square board.
+
+    Parameters
+    ----------
+    truth, corners : ndarray, shape (rows * columns, 2)
+        True and detected corners, px.
+    columns, rows : int
+        Number of interior corners along each direction.
+
+    Returns
+    -------
+    ndarray, shape (rows * columns, 2)
+        The detected corners, reordered.
     """
     upright = list(symmetries(corners, columns, rows))[:4]
     return min(
@@ -61,14 +106,36 @@ def in_order_of(truth, corners, columns, rows):
     )
 
 
-def share_in_order(partial, truth, columns, shape, reach_px):
-    """Share (0 to 1) of the true corners in the image that a `Partial` has in order.
+def share_in_order(
+    partial: Partial | None,
+    truth: np.ndarray,
+    columns: int,
+    shape: tuple[int, ...],
+    reach_px: float,
+) -> float:
+    """Return the share of the true corners in the image that a `Partial` has in order.
 
-    `partial` (or None: nothing is in order) is what a refused `Detection` holds;
-    `truth` (rows * columns, 2) the true corners in pixels, row by row; `shape` that of
-    the image, (height, width). A corner is in order if it is nearer than `reach_px` to
-    the true corner to which one of the eight symmetries of a lattice, and one shift,
-    take its row and column; of these the one counts that fits most corners.
+    A corner is in order if it is nearer than `reach_px` to its true corner. One of the
+    eight symmetries of a lattice, and one shift, map its row and column to that corner.
+    Of these mappings the one that fits most corners counts.
+
+    Parameters
+    ----------
+    partial : Partial or None
+        What a rejected `Detection` holds; None: nothing is in order.
+    truth : ndarray, shape (rows * columns, 2)
+        True corners, px, row by row.
+    columns : int
+        Number of interior corners along a row.
+    shape : tuple of int
+        Shape of the image, (height, width).
+    reach_px : float
+        Limit of the distance, px.
+
+    Returns
+    -------
+    float
+        Share, 0 to 1.
     """
     size = np.array(shape[1::-1])
     inside = np.all((truth > RIM_PX) & (truth < size - 1 - RIM_PX), axis=1)
@@ -87,10 +154,20 @@ def share_in_order(partial, truth, columns, shape, reach_px):
     return float(best / inside.sum())
 
 
-def distances(points, others):
-    """Distances (N, M) px between points (N, 2) and others (M, 2).
+def distances(points: np.ndarray, others: np.ndarray) -> NDArray[np.float64]:
+    """Return the distances between all points and all others.
 
-    Without others everything is infinitely far: (N, 1).
+    Parameters
+    ----------
+    points : ndarray, shape (N, 2)
+        Points, px.
+    others : ndarray, shape (M, 2)
+        Other points, px.
+
+    Returns
+    -------
+    ndarray, shape (N, M)
+        Distances, px. Without others every point is infinitely far: shape (N, 1).
     """
     if not len(others):
         return np.full((len(points), 1), np.inf)
@@ -100,14 +177,26 @@ def distances(points, others):
 # Detected boards against reference corners of a set: how far off, and is it right?
 
 
-def corner_errors(detection, reference):
-    """Distances (N,) in px of a detection from the N certain reference corners.
+def corner_errors(
+    detection: Detection, reference: ReferenceCorners
+) -> np.ndarray | None:
+    """Return the distances of a detection from the N certain reference corners.
 
-    `detection` is a Detection, `reference` a ReferenceCorners of the same image. The
-    symmetry of the lattice with the smallest largest distance counts, since the
-    reference leaves open which corner is first; mirrored ones are allowed. A corner
-    that the board lacks has no distance, so that fewer than N are given. None for a
-    board that was not found, or of another size.
+    The symmetry of the lattice with the smallest maximum distance counts, since the
+    reference does not define which corner is first. Mirrored ones are allowed. A corner
+    that the board lacks has no distance, so that fewer than N are returned.
+
+    Parameters
+    ----------
+    detection : Detection
+        The detected corners.
+    reference : ReferenceCorners
+        Reference corners of the same image.
+
+    Returns
+    -------
+    ndarray, shape (N,), or None
+        Distances, px. None for a board that was not found, or of another size.
     """
     if not detection.found:
         return None
@@ -121,10 +210,20 @@ def corner_errors(detection, reference):
     return min(errors, key=_largest, default=None)
 
 
-def is_right(errors, reference):
-    """Whether a board with these `corner_errors` is right: each within the tolerance.
+def is_right(errors: np.ndarray | None, reference: ReferenceCorners) -> bool:
+    """Return whether a board is correct: each of its errors within the tolerance.
 
-    False for None, the errors of a board that is not there or of another size.
+    Parameters
+    ----------
+    errors : ndarray or None
+        From `corner_errors`, px. None for a missing board or one of another size.
+    reference : ReferenceCorners
+        Reference corners with the tolerance.
+
+    Returns
+    -------
+    bool
+        False for None.
     """
     return errors is not None and bool(_largest(errors) <= reference.tolerance_px)
 
@@ -141,19 +240,36 @@ FEWEST_CORNERS = 6  # six pose parameters take three corners; the rest is judged
 
 
 class ImageScore(NamedTuple):
-    """Errors of one view.
+    """Hold the errors of one view.
 
-    n_corners: corners found; n_without_ray: those of them that are not scored, as the
-    camera has no ray for them, cannot project them where the pose puts them, or gives
-    the board no pose; rms_px, median_px: of the distances in the image; mean_deg: of
-    the angles at the rays. NaN, with the reason, where fewer than six corners have a
-    ray, and in px where the camera projects none.
-    T_camera_grid (4, 4): the pose that minimises the distances in px, at which rms_px,
-    median_px and residuals_px are taken; T_camera_grid_by_angle (4, 4): the one that
-    minimises the angles, at which mean_deg is taken; None where there is no pose. Where
-    the camera projects none of the corners, both are the latter.
-    residuals_px: (N, 2), found less projected, NaN where there is none. fold: which
-    part of a cross-validation it was kept out in.
+    Values are NaN, with the reason, where fewer than six corners have a ray. Those in
+    px are NaN, too, where the camera projects none of the corners.
+
+    Attributes
+    ----------
+    name : str
+        Name of the view.
+    n_corners : int
+        Number of corners that were found.
+    n_without_ray : int
+        Number of those that are not scored: the camera has no ray for them, cannot
+        project them where the pose puts them, or gives the board no pose.
+    rms_px, median_px : float
+        Root mean square and median of the distances in the image, px.
+    mean_deg : float
+        Mean of the angles at the rays, degrees.
+    T_camera_grid : ndarray, shape (4, 4), or None
+        Pose that minimises the distances in px, for `rms_px`, `median_px` and
+        `residuals_px`. None where there is no pose.
+    T_camera_grid_by_angle : ndarray, shape (4, 4), or None
+        Pose that minimises the angles, for `mean_deg`. Where the camera projects none
+        of the corners, both poses are this one.
+    residuals_px : ndarray, shape (N, 2)
+        Found less projected corners, px; NaN where there is none.
+    reason : str
+        Why there is no score, or ''.
+    fold : int or None
+        Part of a cross-validation in which the view was held out.
     """
 
     name: str
@@ -170,9 +286,20 @@ class ImageScore(NamedTuple):
 
 
 class Evaluation(NamedTuple):
-    """images: list of ImageScore; over all scored corners: rms_px, median_px, mean_deg;
-    share_with_ray: scored corners of those found, NaN where none was found; left_out:
-    {fold: reason} for parts that gave no camera.
+    """Hold the errors of a camera over several views.
+
+    Attributes
+    ----------
+    images : list of ImageScore
+        Errors of each view.
+    rms_px, median_px : float
+        Root mean square and median distance over all scored corners, px.
+    mean_deg : float
+        Mean angle over all scored corners, degrees.
+    share_with_ray : float
+        Scored corners as a share of those found; NaN where none was found.
+    left_out : dict of int to str
+        Reason for each part of a cross-validation that gave no camera.
     """
 
     images: list
@@ -183,31 +310,89 @@ class Evaluation(NamedTuple):
     left_out: dict
 
     @property
-    def n_scored(self):
-        """Corners that were scored, over all views."""
+    def n_scored(self) -> int:
+        """Return the number of scored corners over all views."""
         return sum(image.n_corners - image.n_without_ray for image in self.images)
 
 
-def evaluate_camera(camera, views, shape=None):
-    """Score a camera on BoardViews or DenseViews, fitting nothing but each one's pose.
+def evaluate_camera(
+    camera: Camera,
+    views: Sequence[BoardView | DenseView],
+    shape: BoardShape | None = None,
+) -> Evaluation:
+    """Score a camera on views, with only the pose of each view fitted.
 
-    Of a DenseView the lattice of pixels is scored, all alike. shape: the BoardShape of
-    the board in all views, None for one that is as stated.
+    Of a DenseView the lattice of pixels is scored, all alike.
 
-    Returns Evaluation. Raises InputError for views whose counts do not fit or an empty
-    list.
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    views : sequence of BoardView or DenseView
+        The views.
+    shape : BoardShape or None
+        Shape of the board in all views; None for a board that is as stated.
+
+    Returns
+    -------
+    Evaluation
+        The errors.
+
+    Raises
+    ------
+    InputError
+        If the counts of a view do not fit, or the list is empty.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import BoardView
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.evaluation import evaluate_camera
+    >>> from raxel.sets import Chessboard
+    >>> K = np.array([[800.0, 0, 320], [0, 800.0, 240], [0, 0, 1]])
+    >>> camera = PerspectiveCamera(K, (0, 0), width=640, height=480)
+    >>> points = Chessboard(9, 6, 20.0).points()
+    >>> solid = np.column_stack([points - [80, 50], np.full(54, 400.0)])
+    >>> pixels = camera.project(solid).pixels + [3.0, -2.0]
+    >>> found = evaluate_camera(camera, [BoardView(pixels, points, 9, 6, "a")])
+    >>> found.n_scored, found.rms_px < 0.1
+    (54, True)
     """
     return _summary([_score(camera, check_view(view), shape) for view in views], {})
 
 
-def cross_validate(model_builder, views, folds):
-    """Every view scored by a camera that was calibrated without it.
+def cross_validate(
+    model_builder: Callable[[list], Any],
+    views: Sequence[BoardView | DenseView],
+    folds: int | Iterable[Iterable[int]],
+) -> Evaluation:
+    """Score every view with a camera that was calibrated without it.
 
-    model_builder: callable, list of views -> Camera, or (Camera, BoardShape or None)
-    where the shape of the board was found with it. folds: number of parts, part
-    i being views i, i + folds, ...; or the parts as lists of indices. Where a part's
-    remaining views give no camera (CalibrationError), the part is left out, with the
-    reason. Returns Evaluation. Raises InputError for parts that make no sense.
+    A part is excluded, with the reason, where the remaining views give no camera.
+
+    Parameters
+    ----------
+    model_builder : callable
+        Maps a list of views to a Camera, or to (Camera, BoardShape or None) where the
+        shape of the board was found with it.
+    views : sequence of BoardView or DenseView
+        The views.
+    folds : int or iterable of iterable of int
+        Number of parts, part i being views i, i + folds, ...; or the parts as lists of
+        indices.
+
+    Returns
+    -------
+    Evaluation
+        The errors on the held-out views.
+
+    Raises
+    ------
+    InputError
+        If the parts are not valid.
+    CalibrationError
+        If no part gave a camera (code ``no-camera``).
     """
     scores, left_out = [], {}
     for fold, kept_out in enumerate(_parts(folds, len(views))):
@@ -278,13 +463,37 @@ def _score(camera, view, shape):
     )
 
 
-def fit_board_pose(directions, points, origins=(0.0, 0.0, 0.0), shape=None):
-    """Pose (4, 4) of a board from rays: least squares of the sines of the angles.
+def fit_board_pose(
+    directions: np.ndarray,
+    points: np.ndarray,
+    origins: ArrayLike = (0.0, 0.0, 0.0),
+    shape: BoardShape | None = None,
+) -> NDArray[np.float64]:
+    """Return the pose of a board from rays: least squares of the sines of the angles.
 
-    directions: (N, 3) unit; points: (N, 2); origins: (3,) or (N, 3). The start takes
-    all rays from their mean origin, and the board for flat. shape: its BoardShape: a
-    point of it counts as where its ray meets the plane, which moves it along the ray
-    alone. Raises CalibrationError where no start is found.
+    The start assumes that all rays leave their mean origin, and that the board is flat.
+
+    Parameters
+    ----------
+    directions : ndarray, shape (N, 3)
+        Unit directions, camera frame.
+    points : ndarray, shape (N, 2)
+        Points on the board.
+    origins : array_like, shape (3,) or (N, 3)
+        Origins of the rays, camera frame, in the unit of `points`.
+    shape : BoardShape or None
+        Shape of the board. A point of it counts as where its ray meets the plane, which
+        moves it along the ray alone.
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+        Pose T_camera_grid.
+
+    Raises
+    ------
+    CalibrationError
+        If no start is found.
     """
     origins = np.broadcast_to(np.asarray(origins, float), (len(points), 3))
     middle = origins.mean(axis=0)

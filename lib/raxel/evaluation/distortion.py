@@ -6,9 +6,12 @@ remains is distortion. The homography also hides much of a wrong centre or pose,
 angular residual belongs beside it.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.pose.three_point import moved_pose
 from raxel.calibration.views.correspondence import board_points, once_each
@@ -22,14 +25,27 @@ from raxel.geometry.least_squares import damped_step
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import cross_matrix, nearest_rotation, pose, transform
 
+if TYPE_CHECKING:
+    from raxel.cameras.core.base import Camera
+
 
 class SyntheticPlane(NamedTuple):
-    """The image plane of a distortion-free view (2.5.1).
+    """Hold the image plane of a distortion-free view.
 
-    T_camera_plane: (4, 4), plane z = 0, its origin on the principal ray, x along the
-    image's u. px_per_unit: pixels per length on the plane, such that the view is as
-    large as the image where the principal pixel is. principal_pixel: (2,), shared by
-    the image and the view.
+    Attributes
+    ----------
+    T_camera_plane : ndarray, shape (4, 4)
+        Pose of the plane z = 0, its origin on the principal ray, x along the u axis of
+        the image.
+    px_per_unit : float
+        Pixels per length on the plane, such that the view is as large as the image at
+        the principal pixel.
+    principal_pixel : ndarray, shape (2,)
+        Pixel that the image and the view share.
+
+    References
+    ----------
+    Thesis 2.5.1.
     """
 
     T_camera_plane: np.ndarray
@@ -37,13 +53,44 @@ class SyntheticPlane(NamedTuple):
     principal_pixel: np.ndarray
 
 
-def synthetic_plane(camera, principal_pixel=None, distance=1.0):
-    """The plane at right angles to the ray of principal_pixel, default mid-image.
+def synthetic_plane(
+    camera: Camera, principal_pixel: ArrayLike | None = None, distance: float = 1.0
+) -> SyntheticPlane:
+    """Return the plane perpendicular to the ray of a principal pixel.
 
-    camera: any Camera; distance: of the plane along that ray, in the camera's unit. It
-    does not matter where all rays start at one point. To a non-central camera it does,
-    and before a mirror, even a central one, the plane must lie ahead of all the rays'
-    origins. Raises InputError where the camera has no rays around the pixel.
+    The distance does not matter where all rays start at one point. For a non-central
+    camera it does. In front of a mirror, even a central one, the origins of all rays
+    must lie before the plane.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    principal_pixel : array_like, shape (2,), or None
+        Pixel (u, v); None for the centre of the image.
+    distance : float
+        Distance of the plane along the ray, in the unit of the camera.
+
+    Returns
+    -------
+    SyntheticPlane
+        The plane.
+
+    Raises
+    ------
+    InputError
+        If the camera has no rays around the pixel.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.evaluation import synthetic_plane
+    >>> K = np.array([[800.0, 0, 320], [0, 800.0, 240], [0, 0, 1]])
+    >>> camera = PerspectiveCamera(K, (0, 0), width=640, height=480)
+    >>> plane = synthetic_plane(camera, principal_pixel=(320, 240))
+    >>> round(plane.px_per_unit, 3)
+    800.0
     """
     if principal_pixel is None:
         principal_pixel = (camera.width - 1) / 2, (camera.height - 1) / 2
@@ -67,39 +114,103 @@ def synthetic_plane(camera, principal_pixel=None, distance=1.0):
     return SyntheticPlane(T, float(scale), pixel)
 
 
-def corrected_view(directions, plane, origins=(0.0, 0.0, 0.0)):
-    """Where rays appear in the distortion-free view.
+def corrected_view(
+    directions: ArrayLike, plane: SyntheticPlane, origins: ArrayLike = (0.0, 0.0, 0.0)
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where rays appear in the distortion-free view.
 
-    directions: (N, 3); origins: (3,) or (N, 3), in the frame of plane.T_camera_plane.
-    Returns pixels (N, 2), NaN where a ray does not meet the plane ahead, and valid
-    (N,).
+    Parameters
+    ----------
+    directions : array_like, shape (N, 3)
+        Directions of the rays, camera frame.
+    plane : SyntheticPlane
+        Image plane of the view.
+    origins : array_like, shape (3,) or (N, 3)
+        Origins of the rays, camera frame: that of ``plane.T_camera_plane``.
+
+    Returns
+    -------
+    pixels : ndarray, shape (N, 2)
+        Pixels of the view; NaN where a ray does not meet the plane ahead.
+    valid : ndarray of bool, shape (N,)
+        Whether a ray meets the plane.
     """
     hits = intersect_rays_plane(origins, directions, plane.T_camera_plane)
     return plane.principal_pixel + plane.px_per_unit * hits.points, hits.valid
 
 
-def distortion_residual(corrected, metric):
-    """Residual vectors after the homography from the metric grid (2.5.1, 2.5.2).
+def distortion_residual(corrected: np.ndarray, metric: np.ndarray) -> np.ndarray:
+    """Return the residual vectors after the homography from the metric grid.
 
-    corrected: (N, 2) px of the corrected view; metric: (N, 2) the points' places on
-    their plane; N >= 5. The homography maps metric to corrected and minimises the
-    distances there (DLT, then refinement). Returns (N, 2): corrected less mapped.
-    Raises InputError as `homography_dlt`.
+    The homography maps `metric` to `corrected` and minimises the distances there (DLT,
+    then refinement).
+
+    Parameters
+    ----------
+    corrected : ndarray, shape (N, 2)
+        Points in the corrected view, px; N >= 5.
+    metric : ndarray, shape (N, 2)
+        Positions of the points on their plane.
+
+    Returns
+    -------
+    ndarray, shape (N, 2)
+        Corrected less mapped points, px.
+
+    Raises
+    ------
+    InputError
+        As `homography_dlt`.
+
+    References
+    ----------
+    Thesis 2.5.1 and 2.5.2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.evaluation import distortion_residual
+    >>> from raxel.sets import Chessboard
+    >>> metric = Chessboard(4, 3, 20.0).points()
+    >>> bool(np.abs(distortion_residual(2 * metric + 5, metric)).max() < 1e-6)
+    True
     """
     H = refine_homography(homography_dlt(metric, corrected), metric, corrected)
     return corrected - apply_homography(H, metric)
 
 
-def angular_residual(directions, reference, *, aligned=True):
-    """Angles (N,) in radians between two sets of unit directions (N, 3).
+def angular_residual(
+    directions: ArrayLike, reference: ArrayLike, *, aligned: bool = True
+) -> NDArray[np.float64]:
+    """Return the angles between two sets of unit directions.
 
-    aligned: after the rotation that maps one set best to the other (least squares), for
-    cameras whose frames were chosen apart; otherwise as they are.
+    Parameters
+    ----------
+    directions, reference : array_like, shape (N, 3)
+        Unit directions.
+    aligned : bool
+        Whether the rotation that best maps one set to the other (least squares) is
+        applied first. Cameras whose frames were chosen independently require it.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        Angles, rad.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.evaluation import angular_residual
+    >>> axes = np.eye(3)
+    >>> angular_residual(axes, axes[[1, 2, 0]], aligned=False).round(4).tolist()
+    [1.5708, 1.5708, 1.5708]
+    >>> bool(angular_residual(axes, axes[[1, 2, 0]]).max() < 1e-9)
+    True
     """
     directions, reference = np.asarray(directions, float), np.asarray(reference, float)
     if aligned:
         directions = directions @ nearest_rotation(reference.T @ directions).T
-    across = np.linalg.norm(np.cross(directions, reference), axis=1)
+    across = np.linalg.norm(np.cross(directions, reference), axis=1)  # type: ignore[arg-type]
     return np.arctan2(across, np.sum(directions * reference, axis=1))
 
 
