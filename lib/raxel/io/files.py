@@ -1,26 +1,30 @@
 """Files: checked before they are read; results are whole or absent."""
 
+from __future__ import annotations
+
 import contextlib
 import json
 import os
 import tempfile
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from raxel.errors import InputError
 
 # What this machine has: memory and processors.
 
 
-def physical_memory():
-    """Return the bytes of memory of this machine; 8 GB where it does not say."""
+def physical_memory() -> float:
+    """Return the bytes of memory of this machine; 8 GB where they are unknown."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
         return 8e9
 
 
-def processors():
+def processors() -> int:
     """Return the number of processors this process may use; 1 where unknown."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
 
@@ -29,11 +33,26 @@ def processors():
 MAX_JSON_BYTES = 100_000_000
 
 
-def check_file(path, max_bytes=float("inf"), what="file"):
+def check_file(
+    path: str | os.PathLike[str], max_bytes: float = float("inf"), what: str = "file"
+) -> None:
     """Raise InputError unless a regular file of at most `max_bytes` can be read.
 
-    `what` is its name in messages. To open a pipe may take for ever, and a device may
-    have no end.
+    To open a pipe may take for ever, and a device may have no end.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    max_bytes : float
+        Limit of its size, bytes.
+    what : str
+        Its name in messages.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not readable or too large.
     """
     if not os.path.exists(path):
         raise InputError(f"{path}: no such {what}; check the name")
@@ -47,10 +66,25 @@ def check_file(path, max_bytes=float("inf"), what="file"):
         )
 
 
-def read_text(path, max_bytes):
-    """Return the text of a UTF-8 file of at most `max_bytes`.
+def read_text(path: str | os.PathLike[str], max_bytes: float) -> str:
+    """Return the text of a UTF-8 file.
 
-    Raises InputError that names the file.
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    max_bytes : float
+        Limit of its size, bytes.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read. The message names the file.
     """
     check_file(path, max_bytes)
     try:
@@ -62,8 +96,8 @@ def read_text(path, max_bytes):
 
 
 @contextlib.contextmanager
-def replacing(path):
-    """Give a temporary path of the name of `path`; move it there on success.
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield a temporary path of the name of `path`; move it there on success.
 
     The same as `together`, for one result.
     """
@@ -104,8 +138,8 @@ def together():
             raise OSError(fault.errno, reason, ", ".join(map(str, places))) from fault
 
 
-def check_can_be_written(path):
-    """Raise InputError unless a file could be put at `path`."""
+def check_can_be_written(path: str | os.PathLike[str]) -> None:
+    """Raise InputError unless a file can be put at `path`."""
     path = Path(path)
     if not path.parent.is_dir():
         raise InputError(f"{path}: no folder {path.parent}; make it first")
@@ -115,26 +149,73 @@ def check_can_be_written(path):
         raise InputError(f"{path}: the folder cannot be written; choose another")
 
 
-def write_whole(path, content):
+def write_whole(path: str | os.PathLike[str], content: str | bytes) -> None:
     """Write a text, as UTF-8, or bytes: `path` is the old file or the whole new one.
 
-    Raises InputError as `together`.
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    content : str or bytes
+        Its content.
+
+    Raises
+    ------
+    InputError
+        As `together`.
     """
     with replacing(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
-def write_json(path, data):
-    """Write `data` as JSON, whole or not at all. Numbers must be finite or None."""
+def write_json(path: str | os.PathLike[str], data: Any) -> None:
+    """Write `data` as JSON, whole or not at all.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    data : object
+        Content for JSON. Numbers must be finite or None.
+
+    Raises
+    ------
+    InputError
+        As `together`.
+    """
     text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
     # A file name that is no UTF-8 holds lone surrogates: JSON has escapes for them.
     write_whole(path, (text + "\n").encode(errors="backslashreplace"))
 
 
-def read_json(path):
+def read_json(path: str | os.PathLike[str]) -> Any:
     """Return the content of a JSON file, in which no object has a key twice.
 
-    Raises InputError with the file, and the line or the key.
+    Parameters
+    ----------
+    path : path-like
+        A UTF-8 file of at most MAX_JSON_BYTES.
+
+    Returns
+    -------
+    object
+        The content.
+
+    Raises
+    ------
+    InputError
+        If the file is not usable. The message has the file, and the line or the key.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from raxel.io import read_json
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "result.json"
+    ...     _ = path.write_text('{"rms_px": 0.25}')
+    ...     read_json(path)
+    {'rms_px': 0.25}
     """
     text = read_text(path, MAX_JSON_BYTES)
     try:

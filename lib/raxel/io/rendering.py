@@ -4,6 +4,8 @@ VTK without OpenGL does not raise, it ends the process. So it is tried out in a 
 of its own. Pages need no OpenGL: the reader's browser draws them.
 """
 
+from __future__ import annotations
+
 import functools
 import importlib.util
 import os
@@ -24,10 +26,13 @@ PROBE = (
 
 
 class RenderingError(InputError):
-    """No scene can be drawn here; the message names what is missing and the remedy."""
+    """Report that no scene can be drawn here.
+
+    The message names what is missing and the remedy.
+    """
 
 
-def packages_missing():
+def packages_missing() -> str:
     """Return one line on the packages that pages need and that are missing, or ''."""
     absent = [name for name in PACKAGES if importlib.util.find_spec(name) is None]
     if not absent:
@@ -39,11 +44,16 @@ def packages_missing():
 
 
 @functools.cache
-def rendering_missing():
-    """Return one line on what pictures need and that is missing, or ''.
+def rendering_missing() -> str:
+    """Return one line on what images need and that is missing, or ''.
 
-    The first call starts a process that draws a ball, unless a file `rendering` in the
-    virtual environment records that this went well.
+    The first call starts a process that draws a sphere, unless a file `rendering` in
+    the virtual environment records that this succeeded.
+
+    Returns
+    -------
+    str
+        What is missing and the remedy, or ''.
     """
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         # Else VTK tries a window first, and complains.
@@ -68,7 +78,7 @@ def _draws():
     return found.returncode == 0
 
 
-def need(missing):
+def need(missing: str) -> None:
     """Raise RenderingError where `missing`, of a function above, is not ''."""
     if missing:
         raise RenderingError(missing)

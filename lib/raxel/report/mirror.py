@@ -1,8 +1,10 @@
 """The report of a bending mirror: shapes, support, residuals, what was flagged."""
 
+from __future__ import annotations
+
 from html import escape
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +15,10 @@ from raxel.report.canvas import INK, MISSING, QUIET, Canvas, encoded
 from raxel.report.images import COLOURS, PALE, ArrowScale, level_lines, residual_picture
 from raxel.report.page import PAGE, document, figure, numbers, pairs, told, warnings
 from raxel.sets import read_image
+
+if TYPE_CHECKING:
+    from raxel.calibration.mirror.stages import MirrorCalibration
+    from raxel.sets.mirror_set import MirrorSet
 
 # Shapes of a bending mirror: profiles in one drawing, each over its photograph.
 
@@ -172,24 +178,49 @@ HEADS = (
 
 
 class ShownView(NamedTuple):
-    """A photograph of a board: its stage, its name, and its picture of residuals."""
+    """Hold what the page shows of one image of a board.
+
+    Attributes
+    ----------
+    stage : int
+        Stage of the mirror.
+    name : str
+        Name of the view.
+    residuals : str
+        Name of its figure of residuals.
+    """
 
     stage: int
     name: str
     residuals: str
 
 
-def write_mirror_report(folder, mirror_set, found, result):
-    """Write the report of a mirror set's calibration into an empty folder.
+def write_mirror_report(
+    folder: str | Path,
+    mirror_set: MirrorSet,
+    found: MirrorCalibration,
+    result: dict[str, Any],
+) -> None:
+    """Write the report of the calibration of a mirror set into an empty folder.
 
-    found: MirrorCalibration; result: what `raxel calibrate` writes as JSON. Files are
-    numbered, so that no name of a photograph becomes one.
+    Files are numbered, so that no name of an image becomes a name of a file.
+
+    Parameters
+    ----------
+    folder : str or Path
+        An empty folder.
+    mirror_set : MirrorSet
+        The set.
+    found : MirrorCalibration
+        Its calibration.
+    result : dict
+        What `raxel calibrate` writes as JSON.
     """
     folder = Path(folder)
     photographs = {view.label: view.photograph for view in mirror_set.stages.views}
     off = found.bundle.residuals
     scale = ArrowScale.of(np.concatenate(off), mirror_set.size[0])
-    views, of_stage = [], {}
+    views, of_stage = [], {}  # type: ignore[var-annotated]
     for number, (shown, residuals) in enumerate(zip(found.views, off, strict=True), 1):
         name = shown.view.name
         image = as_8_bit(read_image(mirror_set.stages, photographs[name]))

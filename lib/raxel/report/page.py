@@ -1,20 +1,27 @@
 """The page of a report: numbers and pictures, one file of HTML without scripts."""
 
+from __future__ import annotations
+
 import contextlib
 import math
 import os
 import re
 import shutil
 import tempfile
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from raxel.errors import InputError
 from raxel.evaluation.cross_validation import ImageScore
 from raxel.evaluation.split_half import ERRATIC, ERRATIC_PX, LEAST_PX, SURE, TIMES
 from raxel.io.files import check_can_be_written
 from raxel.sets.model import words_of
+
+if TYPE_CHECKING:
+    from raxel.sets.mirror_set import MirrorSet
+    from raxel.sets.model import ImageSet
 
 # A report is a folder: there whole, or as it was before.
 
@@ -27,12 +34,31 @@ FILES = re.compile(
 )
 
 
-def check_report(folder, image_set, others=()):
+def check_report(
+    folder: str | Path,
+    image_set: ImageSet | MirrorSet,
+    others: Iterable[str | Path | None] = (),
+) -> None:
     """Raise InputError unless a report of the set can be put at `folder`.
 
-    There may be nothing, an empty folder, or an earlier report, whose place it takes.
-    others: names of files that are read or written as well, None among them; none of
-    them may lie there.
+    There may be nothing, an empty folder, or an earlier report, which the new one
+    replaces.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of the report.
+    image_set : ImageSet or MirrorSet
+        The set.
+    others : iterable of str, Path or None
+        Names of files that are read or written as well. None of them may be located in
+        `folder`.
+
+    Raises
+    ------
+    InputError
+        If the folder is in the set, or the set in it; if one of `others` or another
+        file is there; or if the folder cannot be written.
     """
     folder = Path(folder)
     place, home = folder.resolve(), image_set.folder.resolve()
@@ -42,7 +68,7 @@ def check_report(folder, image_set, others=()):
             "give a folder of its own"
         )
     for name in filter(None, others):
-        if Path(name).resolve().is_relative_to(place):
+        if Path(name).resolve().is_relative_to(place):  # type: ignore[arg-type]
             raise InputError(
                 f"{name}: found in {folder}, whose place the report takes; choose "
                 "another name"
@@ -56,10 +82,20 @@ def check_report(folder, image_set, others=()):
 
 
 @contextlib.contextmanager
-def new_report(folder):
-    """Give a temporary folder beside `folder`; put it in its place on success.
+def new_report(folder: str | Path) -> Iterator[Path]:
+    """Yield a temporary folder next to `folder`; put it in its place on success.
 
     If the block raises, what was at `folder` stays as it was and nothing is left.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of the report.
+
+    Yields
+    ------
+    Path
+        The temporary folder.
     """
     folder = Path(folder)
     made = tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent)
@@ -126,8 +162,20 @@ SHOWN = {
 
 
 class Photograph(NamedTuple):
-    """A photograph on the page: its name, its score and names of its two pictures, all
-    None where it could not be used, and what there is to say."""
+    """Hold what the page shows of one image.
+
+    Attributes
+    ----------
+    name : str
+        Name of the image.
+    score : ImageScore or None
+        Its score.
+    seen, residuals : str or None
+        Names of its two figures. With `score`, all are None for an image that could not
+        be used.
+    reason : str
+        Remark on the image.
+    """
 
     name: str
     score: ImageScore | None
@@ -136,8 +184,25 @@ class Photograph(NamedTuple):
     reason: str
 
 
-def page(image_set, result, photographs):
-    """The page as text; result: what `raxel calibrate` writes as JSON."""
+def page(
+    image_set: ImageSet, result: dict[str, Any], photographs: Sequence[Photograph]
+) -> str:
+    """Return the page as text.
+
+    Parameters
+    ----------
+    image_set : ImageSet
+        The set.
+    result : dict
+        What `raxel calibrate` writes as JSON.
+    photographs : sequence of Photograph
+        The images.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     words = words_of(image_set.target)
     title = escape(f"{image_set.name}: calibration, {result['model']}")
     parts = [

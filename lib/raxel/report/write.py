@@ -1,6 +1,10 @@
 """Pictures and page of one calibration, into a folder."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,18 +24,47 @@ from raxel.report.images import (
 from raxel.report.page import PAGE, Photograph, page
 from raxel.sets import read_image
 
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardView
+    from raxel.calibration.views.dense import DenseView
+    from raxel.evaluation.cross_validation import Evaluation
+    from raxel.evaluation.split_half import SplitHalf
+    from raxel.sets.model import ImageSet, View
+
 
 def write_report(
-    folder, image_set, entries, views, fitted, evaluation, result, stability
-):
+    folder: str | Path,
+    image_set: ImageSet,
+    entries: Iterable[tuple[View, bool, str]],
+    views: Sequence[BoardView | DenseView],
+    fitted: Any,
+    evaluation: Evaluation,
+    result: dict[str, Any],
+    stability: SplitHalf | None,
+) -> None:
     """Write the report of a calibration into an empty folder.
 
-    entries: (view, whether it can be used, why not) of each view of the set; views: the
-    BoardViews or DenseViews of those that can, in their order; fitted: its camera, and
-    shape, the BoardShape that was found with it or None; evaluation: of the camera on
-    these; result: what `raxel calibrate` writes as JSON; stability: its
-    SplitHalf, None where there is none. Files are numbered, so that no name of a
-    photograph becomes one.
+    Files are numbered, so that no name of an image becomes a name of a file.
+
+    Parameters
+    ----------
+    folder : str or Path
+        An empty folder.
+    image_set : ImageSet
+        The set.
+    entries : iterable of (View, bool, str)
+        For each view of the set: the view, whether it can be used, and why not.
+    views : sequence of BoardView or DenseView
+        The usable views, in their order.
+    fitted : object
+        Has the attributes `camera`, and `shape`: the BoardShape that was found with the
+        camera, or None.
+    evaluation : Evaluation
+        Scores of the camera on these views.
+    result : dict
+        What `raxel calibrate` writes as JSON.
+    stability : SplitHalf or None
+        Split-half test of the camera; None where there is none.
     """
     folder = Path(folder)
     scale = ArrowScale.of(
@@ -51,7 +84,7 @@ def write_report(
         else:
             predicted = _predicted(fitted, view, score)
             seen, kind = corner_picture(image, view, predicted), "corners"
-        residuals = residual_picture(image, *_arrows(view, score), scale)
+        residuals = residual_picture(image, *_arrows(view, score), scale)  # type: ignore[call-arg]
         names = f"{kind}-{number:03}.jpg", f"residuals-{number:03}.jpg"
         for name, picture in zip(names, (seen, residuals), strict=True):
             (folder / name).write_bytes(encoded(picture, ".jpg"))
