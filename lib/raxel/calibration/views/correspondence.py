@@ -11,14 +11,24 @@ A view of an active grid knows the point of every pixel. It is a
 BoardView; whatever takes views takes either.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import on_plane
 from raxel.sets.model import check_sd
+
+if TYPE_CHECKING:
+    from raxel.calibration.views.dense import DenseView
+
+if TYPE_CHECKING:
+    from raxel.calibration.views.dense import DenseView
 
 # Second moments of the points that a pixel sees, summed over millions of pairs. About
 # the camera's centre a pixel's points (x, y, z) leave nine sums: of xx, yy, zz, xy,
@@ -121,10 +131,23 @@ def refuse_parallel(rotations, method, needed):
 NEAR = 0.01  # of the board's radius in the image: no two are held so still by chance
 
 
-def near_copies(views):
-    """(n,) indices: of each of n BoardViews the first that shows the board where it
-    does, its own where none does, or where every pixel was read by itself."""
-    first, kept = np.arange(len(views)), []
+def near_copies(views: Sequence[BoardView | DenseView]) -> NDArray[np.int_]:
+    """Return for each view the first that shows the board in the same position.
+
+    A view is its own first where no other does, or where every pixel was read
+    independently.
+
+    Parameters
+    ----------
+    views : sequence of BoardView or DenseView
+        The n views.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        Indices of views.
+    """
+    first, kept = np.arange(len(views)), []  # type: ignore[var-annotated]
     for k, view in enumerate(views):
         if view.every_pixel:
             continue
@@ -148,8 +171,8 @@ def _apart(one, other):
     return np.sqrt(squares[both].mean()) if both.sum() > most / 2 else np.inf
 
 
-def once_each(pairs):
-    """Those of [(ImageScore, BoardView), ...] that are no near copies of others."""
+def once_each(pairs: Sequence[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
+    """Return those (ImageScore, BoardView) pairs that are no near copies of others."""
     first = near_copies([view for _, view in pairs])
     return [pair for k, pair in enumerate(pairs) if first[k] == k]
 
@@ -170,30 +193,52 @@ TERMS = (*BENDS, "stretch")
 
 
 class BoardShape(NamedTuple):
-    """middle (2,) and half (2,), of its sides, in the board's unit, and values (4,).
+    """Describe the shape of a board that is not quite flat, or stretched.
 
-    The values: bend_x and bend_y, how far the ends of x and of y lie behind the middle,
-    along z; twist, how far the corner where x and y end does beyond these, all in the
-    board's unit; stretch, how much longer x is against y, 0.01 being 1 %.
+    Attributes
+    ----------
+    middle : ndarray, shape (2,)
+        Middle of the board, in its unit.
+    half : ndarray, shape (2,)
+        Half of its sides, in its unit.
+    values : ndarray, shape (4,)
+        bend_x, bend_y: how far the ends of x and of y lie behind the middle, along z.
+        twist: how much farther the corner where x and y end lies behind. These three
+        are in the unit of the board. stretch: how much longer x is than y, 0.01 being 1
+        %.
     """
 
     middle: np.ndarray
     half: np.ndarray
     values: np.ndarray
 
-    def points(self, flat):
-        """Points (..., 2), as stated, of the board where they are, (..., 3)."""
+    def points(self, flat: ArrayLike) -> NDArray[np.float64]:
+        """Return the true points (..., 3) of the board for stated ones (..., 2)."""
         return shaped(flat, self)[0]
 
-    def seen_on_plane(self, flat, directions):
-        """Where rays that see points (N, 2) of the board meet the plane z = 0, (N, 2);
-        directions: (N, 3), in the frame of the board."""
+    def seen_on_plane(
+        self, flat: ArrayLike, directions: np.ndarray
+    ) -> NDArray[np.float64]:
+        """Return where rays that see points of the board meet the plane z = 0.
+
+        Parameters
+        ----------
+        flat : array_like, shape (N, 2)
+            Points on the board, as stated.
+        directions : ndarray, shape (N, 3)
+            Directions of the rays, in the frame of the board.
+
+        Returns
+        -------
+        ndarray, shape (N, 2)
+            Points on the plane.
+        """
         placed = self.points(flat)
         return placed[:, :2] - placed[:, 2:] * directions[:, :2] / directions[:, 2:]
 
 
-def board_points(flat, shape):
-    """Points (..., 3) of stated ones (..., 2): of a BoardShape, of a plane for None."""
+def board_points(flat: ArrayLike, shape: BoardShape | None) -> NDArray[np.float64]:
+    """Return points (..., 3) of stated ones (..., 2); on a plane for None."""
     return on_plane(flat) if shape is None else shape.points(flat)
 
 
@@ -237,13 +282,33 @@ NEAREST_FIRST = sorted(
 
 
 class BoardView(NamedTuple):
-    """One picture of a chessboard: corners in the image and on the board.
+    """Hold one image of a chessboard: corners in the image and on the board.
 
-    pixels: (N, 2) (u, v), row by row, NaN for a corner that was not found; points:
-    (N, 2) on the board, in mm or units of the pitch; N = columns * rows; name: for
-    messages; sd: (N,) px, standard deviation of each corner along each axis, by the
-    rule of `raxel.sets.model`, None where nobody states any. No calibration
-    weights by it yet. Seen in the image, x should turn clockwise into y.
+    In the image, x should turn clockwise into y. N = columns * rows.
+
+    Attributes
+    ----------
+    pixels : ndarray, shape (N, 2)
+        Corners (u, v), px, row by row; NaN for a corner that was not found.
+    points : ndarray, shape (N, 2)
+        Corners on the board, in mm or units of the pitch.
+    columns, rows : int
+        Number of interior corners along each direction.
+    name : str
+        Name for messages.
+    sd : ndarray, shape (N,), or None
+        Standard deviation of each corner along each axis, px, by the rule of
+        `raxel.sets.model`; None where unknown. No calibration weights by it yet.
+
+    Examples
+    --------
+    >>> from raxel.calibration import BoardView
+    >>> from raxel.sets import Chessboard
+    >>> points = Chessboard(3, 3, 20.0).points()
+    >>> view = BoardView(pixels=2 * points + 100, points=points, columns=3, rows=3)
+    >>> located, inside = view.locate([[110.0, 130.0], [0.0, 0.0]])
+    >>> located[0].round(6).tolist(), inside.tolist()
+    ([5.0, 15.0], [True, False])
     """
 
     pixels: np.ndarray
@@ -254,11 +319,23 @@ class BoardView(NamedTuple):
     sd: np.ndarray | None = None
 
     # Whether every pixel was read by itself; if not, it is located between corners.
-    every_pixel = False
+    every_pixel = False  # type: ignore[misc]
 
-    def locate(self, pixels):
-        """Points (M, 2) that pixels (M, 2) look at, and inside (M,) bool, as
-        `locate_pixels` says."""
+    def locate(self, pixels: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points of the target that pixels look at.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (M, 2)
+            Pixels (u, v) at any sub-pixel position.
+
+        Returns
+        -------
+        points : ndarray, shape (M, 2)
+            Points on the target; NaN where the view does not reach.
+        inside : ndarray of bool, shape (M,)
+            Whether the view reaches the pixel.
+        """
         pixels = np.asarray(pixels, float)
         cells = board_cells(self)
         points = np.full(pixels.shape, np.nan)
@@ -275,8 +352,25 @@ class BoardView(NamedTuple):
             )
         return points, inside
 
-    def whole_pixels(self, width, height, step=1):
-        """Pixels (M, 2) int and their points (M, 2), as `pixels_on_board` says."""
+    def whole_pixels(
+        self, width: int, height: int, step: int = 1
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the whole pixels that look at the target, and their points.
+
+        Parameters
+        ----------
+        width, height : int
+            Size of the image, px.
+        step : int
+            Only multiples of it count, px.
+
+        Returns
+        -------
+        pixels : ndarray of int, shape (M, 2)
+            Pixels (u, v), row by row.
+        points : ndarray, shape (M, 2)
+            Points on the target.
+        """
         cells = board_cells(self)
         runs = pixel_runs(cells, width, height, step)
         count = (runs.stop - runs.first) // step
@@ -290,15 +384,15 @@ class BoardView(NamedTuple):
             points[block] = _map(cells.board_from_pixel[cell[block]], pixels[block])
         return pixels, points
 
-    def area(self):
-        """Its area in the image, px^2, by the shoelace formula over its cells."""
+    def area(self) -> float:
+        """Return its area, px^2, by the shoelace formula over its cells."""
         corners = cell_corners(self)
         ahead = np.roll(corners, -1, axis=1)
         turn = corners[..., 0] * ahead[..., 1] - corners[..., 1] * ahead[..., 0]
         return np.sum(np.abs(np.sum(turn, axis=1))) / 2
 
-    def covered(self, width, height):
-        """(height, width) uint8: 1 in the cells whose four corners were found."""
+    def covered(self, width: int, height: int) -> NDArray[np.uint8]:
+        """Return (height, width) uint8: 1 in cells whose four corners were found."""
         import cv2
 
         covered = np.zeros((height, width), np.uint8)
@@ -306,9 +400,26 @@ class BoardView(NamedTuple):
             cv2.fillConvexPoly(covered, np.rint(corners).astype(np.int32), 1)
         return covered
 
-    def add_moments(self, sums, T_base_grid, centre, weight=1.0):
-        """Add to sums (height, width, 9) those of every pixel's point about the centre,
-        times weight, as `correspondence` lays them out."""
+    def add_moments(
+        self,
+        sums: np.ndarray,
+        T_base_grid: np.ndarray,
+        centre: np.ndarray,
+        weight: float = 1.0,
+    ) -> None:
+        """Add the moments of the point of every pixel about the centre, times weight.
+
+        Parameters
+        ----------
+        sums : ndarray, shape (height, width, 9)
+            Sums to which the moments are added, as `correspondence` lays them out.
+        T_base_grid : ndarray, shape (4, 4)
+            Pose of the board.
+        centre : ndarray, shape (3,)
+            Centre, base frame.
+        weight : float
+            Weight of the view.
+        """
         height, width, _ = sums.shape
         cells = board_cells(self)
         if len(cells.corners) == 0:
@@ -330,10 +441,23 @@ class CellTable(NamedTuple):
     board_from_pixel: np.ndarray
 
 
-def check_view(view):
-    """The view with float arrays, sd among them: NaN where nobody states it.
+def check_view(view: Any) -> Any:
+    """Return the view with float arrays, `sd` among them: NaN where unknown.
 
-    Raises InputError for counts that do not fit and numbers that cannot be.
+    Parameters
+    ----------
+    view : BoardView or DenseView
+        The view.
+
+    Returns
+    -------
+    BoardView or DenseView
+        The view.
+
+    Raises
+    ------
+    InputError
+        If counts do not fit or numbers are not valid.
     """
     pixels, points = np.asarray(view.pixels, float), np.asarray(view.points, float)
     count = view.columns * view.rows
@@ -401,12 +525,32 @@ def _convex(turn):
     return np.all(turn > 0, axis=1) | np.all(turn < 0, axis=1)
 
 
-def cell_maps(corners, points):
-    """Exact homographies (K, 3, 3) pixel to board, each through four corners.
+def cell_maps(corners: np.ndarray, points: np.ndarray) -> NDArray[np.float64]:
+    """Return exact homographies from pixels to the board, each through four corners.
 
-    corners, points: (K, 4, 2), in any order. About the middle of a convex cell the last
-    entry of the homography cannot vanish, so it may be set to 1: eight equations for
-    eight numbers.
+    About the middle of a convex cell the last entry of the homography cannot vanish, so
+    it may be set to 1: eight equations for eight numbers.
+
+    Parameters
+    ----------
+    corners : ndarray, shape (K, 4, 2)
+        Corners of the cells, px, in any order.
+    points : ndarray, shape (K, 4, 2)
+        The same corners on the board.
+
+    Returns
+    -------
+    ndarray, shape (K, 3, 3)
+        Homographies.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import cell_maps
+    >>> square = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+    >>> H = cell_maps(10 * square, square)[0]
+    >>> (H @ [5.0, 5.0, 1.0]).round(6).tolist()
+    [0.5, 0.5, 1.0]
     """
     middle = corners.mean(axis=1, keepdims=True)
     size = np.max(np.abs(corners - middle), axis=(1, 2))
@@ -429,23 +573,61 @@ def cell_maps(corners, points):
     return maps @ scaling
 
 
-def locate_pixels(pixels, view):
-    """Points of the target that pixels look at.
+def locate_pixels(
+    pixels: ArrayLike, view: BoardView | DenseView
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points of the target that pixels look at.
 
-    pixels: (M, 2) (u, v), any sub-pixel positions; view: BoardView or DenseView.
-    Returns points (M, 2), NaN where the view does not reach, and inside (M,) bool. On a
-    board the homography is that of the enclosing cell of corners. Raises InputError as
-    `check_view`.
+    On a board the homography is that of the enclosing cell of corners.
+
+    Parameters
+    ----------
+    pixels : array_like, shape (M, 2)
+        Pixels (u, v) at any sub-pixel position.
+    view : BoardView or DenseView
+        The view.
+
+    Returns
+    -------
+    points : ndarray, shape (M, 2)
+        Points on the target; NaN where the view does not reach.
+    inside : ndarray of bool, shape (M,)
+        Whether the view reaches the pixel.
+
+    Raises
+    ------
+    InputError
+        As `check_view`.
+
+    References
+    ----------
+    Thesis 3.2, Algorithm 1, step 2.
     """
     return view.locate(pixels)
 
 
-def pixels_on_board(view, width, height, step=1):
-    """All whole pixels (multiples of step) of an image that look at the target.
+def pixels_on_board(
+    view: BoardView | DenseView, width: int, height: int, step: int = 1
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return all whole pixels of an image that look at the target, and their points.
 
-    view: BoardView or DenseView. Returns pixels (M, 2) int, row by row, and points
-    (M, 2), as `locate_pixels` finds them; where cells overlap, a pixel is of the
-    leftmost.
+    Where cells overlap, a pixel belongs to the leftmost.
+
+    Parameters
+    ----------
+    view : BoardView or DenseView
+        The view.
+    width, height : int
+        Size of the image, px.
+    step : int
+        Only multiples of it count, px.
+
+    Returns
+    -------
+    pixels : ndarray of int, shape (M, 2)
+        Pixels (u, v), row by row.
+    points : ndarray, shape (M, 2)
+        Points on the target, as `locate_pixels` finds them.
     """
     return view.whole_pixels(width, height, step)
 

@@ -5,14 +5,24 @@ few hundred well spread points, not a million: these are every k-th pixel each w
 generic method, which gives each pixel its own ray, takes all.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.views.correspondence import add_points, pixels_on_board
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.pixel_cells import as_in_a_mirror, whole_cells
+
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardView
+
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardView
 
 # Board points at a lattice of pixels: what the generic method computes with. Millions
 # of pixels add nothing to the few numbers of centre and poses, so these are found
@@ -20,8 +30,18 @@ from raxel.geometry.pixel_cells import as_in_a_mirror, whole_cells
 
 
 class BoardSamples(NamedTuple):
-    """pixels (M, 2) int, multiples of step, seen on any board; points (n, M, 2) on each
-    of n boards, NaN where not seen; seen (n, M) bool; step in px.
+    """Hold board points at a lattice of pixels.
+
+    Attributes
+    ----------
+    pixels : ndarray of int, shape (M, 2)
+        Multiples of `step` that see any board.
+    points : ndarray, shape (n, M, 2)
+        Points on each of n boards; NaN where not seen.
+    seen : ndarray of bool, shape (n, M)
+        Whether a pixel sees a board.
+    step : int
+        Distance of the pixels, px.
     """
 
     pixels: np.ndarray
@@ -29,8 +49,8 @@ class BoardSamples(NamedTuple):
     seen: np.ndarray
     step: int
 
-    def thinned(self, factor):
-        """The samples whose pixels are multiples of factor * step."""
+    def thinned(self, factor: int) -> BoardSamples:
+        """Return the samples whose pixels are multiples of factor * step."""
         step = factor * self.step
         keep = np.all(self.pixels % step == 0, axis=1)
         return BoardSamples(
@@ -38,8 +58,25 @@ class BoardSamples(NamedTuple):
         )
 
 
-def sample_boards(views, width, height, observations):
-    """BoardSamples of about this many pixel-board pairs, at most every pixel."""
+def sample_boards(
+    views: Sequence[BoardView | DenseView], width: int, height: int, observations: float
+) -> BoardSamples:
+    """Return samples of about a given number of pixel-board pairs, at most every pixel.
+
+    Parameters
+    ----------
+    views : sequence of BoardView or DenseView
+        The views.
+    width, height : int
+        Size of the image, px.
+    observations : float
+        Number of pixel-board pairs.
+
+    Returns
+    -------
+    BoardSamples
+        The samples.
+    """
     area = sum(view.area() for view in views)
     step = max(1, round(np.sqrt(area / observations)))
     columns, rows = (width - 1) // step + 1, (height - 1) // step + 1
@@ -61,24 +98,39 @@ FARTHEST = 1e6  # mm: no monitor is larger, and no point less certain
 
 
 class DenseView(NamedTuple):
-    """One view of an active grid; `dense_view` makes it.
+    """Hold one view of an active grid; `dense_view` makes it.
 
-    pixels, points, columns, rows, name, sd: as of a BoardView, of a lattice of pixels:
-    every step-th column and row of the image, pixels NaN (and points 0) where nothing
-    was decoded. The step is the largest for which about SAMPLES pixels or more remain.
-    sd: px, from sigma.
+    The first six attributes are those of a BoardView, for a lattice of pixels: every
+    step-th column and row of the image. The step is the largest for which about SAMPLES
+    pixels or more remain.
 
-    location: (H, W, 2) float32, the point of each pixel, NaN where there is none;
-    sigma: alike, its standard deviations, in the same unit; whole: (H - 1, W - 1) bool,
-    squares of four pixels that see one piece of surface, between which may be
-    interpolated; step: px; mirrored: whether y is counted upwards, since the grid is
-    seen as in a mirror.
+    The ray table weights the points of a pixel with 1/sigma^2, and a misfit is compared
+    with `sd`. Fits of formulas, poses and centre, and all scores, weight the samples
+    alike, as they do corners. Memory: 17 bytes for each pixel of the image.
 
-    Memory: 17 bytes for each pixel of the image.
-
-    Where sigma counts: the ray table weights the points of a pixel with 1/sigma^2, and
-    sd is what a misfit is compared with. Fits of formulas, poses and centre, and all
-    scores, weight the samples alike, as they do corners.
+    Attributes
+    ----------
+    pixels : ndarray, shape (N, 2)
+        Pixels of the lattice; NaN where nothing was decoded.
+    points : ndarray, shape (N, 2)
+        Their points on the grid; 0 where nothing was decoded.
+    columns, rows : int
+        Size of the lattice.
+    name : str
+        Name for messages.
+    sd : ndarray, shape (N,), or None
+        Standard deviations, px, from `sigma`.
+    location : ndarray of float32, shape (H, W, 2)
+        Point of each pixel; NaN where there is none.
+    sigma : ndarray of float32, shape (H, W, 2)
+        Standard deviations of the points, in the same unit.
+    whole : ndarray of bool, shape (H - 1, W - 1)
+        Squares of four pixels that see one piece of surface. Within these, points may
+        be interpolated.
+    step : int
+        Distance of the pixels of the lattice, px.
+    mirrored : bool
+        Whether y is counted upwards, since the grid is seen as in a mirror.
     """
 
     pixels: np.ndarray
@@ -93,11 +145,26 @@ class DenseView(NamedTuple):
     step: int
     mirrored: bool
 
-    every_pixel = True
+    every_pixel = True  # type: ignore[misc]
 
-    def locate(self, pixels):
-        """Points (M, 2) that pixels (M, 2) look at, and inside (M,) bool: bilinear
-        within whole squares, and what a whole pixel itself has seen."""
+    def locate(self, pixels: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points of the target that pixels look at.
+
+        The result is bilinear within whole squares. A whole pixel has its own decoded
+        point.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (M, 2)
+            Pixels (u, v) at any sub-pixel position.
+
+        Returns
+        -------
+        points : ndarray, shape (M, 2)
+            Points on the target; NaN where the view does not reach.
+        inside : ndarray of bool, shape (M,)
+            Whether the view reaches the pixel.
+        """
         pixels = np.asarray(pixels, float)
         height, width, _ = self.location.shape
         points = np.full(pixels.shape, np.nan)
@@ -105,7 +172,7 @@ class DenseView(NamedTuple):
         waiting = np.flatnonzero(there)
         # A pixel between two squares is in either.
         for lower in product((np.floor, _below), repeat=2):
-            u, v = (f(pixels[waiting, k]).astype(int) for k, f in enumerate(lower))
+            u, v = (f(pixels[waiting, k]).astype(int) for k, f in enumerate(lower))  # type: ignore[operator]
             holds = (u >= 0) & (v >= 0) & (u < width - 1) & (v < height - 1)
             holds[holds] = self.whole[v[holds], u[holds]]
             found, u, v = waiting[holds], u[holds], v[holds]
@@ -123,40 +190,107 @@ class DenseView(NamedTuple):
         lower = (1 - along) * self.location[v, u] + along * self.location[v, u + 1]
         return (1 - down) * upper + down * lower
 
-    def whole_pixels(self, width, height, step=1):
-        """Pixels (M, 2) int that are multiples of step, and their points (M, 2)."""
+    def whole_pixels(
+        self, width: int, height: int, step: int = 1
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the whole pixels that look at the target, and their points.
+
+        Parameters
+        ----------
+        width, height : int
+            Size of the image, px.
+        step : int
+            Only multiples of it count, px.
+
+        Returns
+        -------
+        pixels : ndarray of int, shape (M, 2)
+            Pixels (u, v), row by row.
+        points : ndarray, shape (M, 2)
+            Points on the target.
+        """
         seen = self.location[:height:step, :width:step]
         v, u = np.nonzero(np.isfinite(seen[..., 0]))
         return step * np.column_stack([u, v]), seen[v, u].astype(float)
 
-    def area(self):
-        """The number of pixels that have a point."""
+    def area(self) -> int:
+        """Return the number of pixels that have a point."""
         return int(np.count_nonzero(np.isfinite(self.location[..., 0])))
 
-    def covered(self, width, height):
-        """(height, width) uint8: 1 where a pixel has a point."""
+    def covered(self, width: int, height: int) -> NDArray[np.uint8]:
+        """Return (height, width) uint8: 1 where a pixel has a point."""
         return np.isfinite(self.location[:height, :width, 0]).astype(np.uint8)
 
-    def add_moments(self, sums, T_base_grid, centre, weight=1.0):
-        """Add to sums (height, width, 9) those of every pixel's point about the centre,
-        times weight/sigma^2, as `correspondence` lays them out."""
+    def add_moments(
+        self,
+        sums: np.ndarray,
+        T_base_grid: np.ndarray,
+        centre: np.ndarray,
+        weight: float = 1.0,
+    ) -> None:
+        """Add the moments of each pixel's point about the centre, times weight/sigma^2.
+
+        Parameters
+        ----------
+        sums : ndarray, shape (height, width, 9)
+            Sums to which the moments are added, as `correspondence` lays them out.
+        T_base_grid : ndarray, shape (4, 4)
+            Pose of the grid.
+        centre : ndarray, shape (3,)
+            Centre, base frame.
+        weight : float
+            Weight of the view.
+        """
         plane = T_base_grid[:3, [0, 1, 3]] - np.outer(centre, [0.0, 0.0, 1.0])
         add_points(sums, self.location, self.sigma, plane, weight)
 
 
-def dense_view(location, sigma=None, mask=None, name=""):
-    """The DenseView of decoded points.
+def dense_view(
+    location: np.ndarray,
+    sigma: ArrayLike | None = None,
+    mask: ArrayLike | None = None,
+    name: str = "",
+) -> DenseView:
+    """Return the DenseView of decoded points.
 
-    location: (H, W, 2), the point of the grid that each pixel sees, NaN (or beyond
-    FARTHEST) where none is known; sigma: alike, standard deviations in the same unit,
-    None where nobody states any; mask: (H, W) bool, where a location counts, None for
-    all that are finite; name: for messages. All three are what
-    `raxel.features.active_grid.decoding` gives.
+    The first three parameters are what `raxel.features.active_grid.decoding` gives. In
+    the image, x should turn clockwise into y. Where it turns the other way for most
+    pixels, as through a mirror, the image of the grid is taken as the grid. Then y is
+    counted upwards, with a minus sign.
 
-    Seen in the image, x should turn clockwise into y. Where it turns the other way for
-    most pixels, as through a mirror, the grid's image is the grid: y is counted
-    upwards, with a minus sign. Raises InputError for shapes that do not fit,
-    CalibrationError for fewer than MIN_PIXELS pixels with a point.
+    Parameters
+    ----------
+    location : ndarray, shape (H, W, 2)
+        Point of the grid that each pixel sees; NaN (or beyond FARTHEST) where unknown.
+    sigma : array_like, shape (H, W, 2), or None
+        Standard deviations in the same unit; None where unknown.
+    mask : array_like of bool, shape (H, W), or None
+        Where a location counts; None for all that are finite.
+    name : str
+        Name for messages.
+
+    Returns
+    -------
+    DenseView
+        The view.
+
+    Raises
+    ------
+    InputError
+        If the shapes do not fit.
+    CalibrationError
+        If fewer than MIN_PIXELS pixels have a point.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import dense_view
+    >>> v, u = np.mgrid[0:40, 0:50]
+    >>> view = dense_view(np.stack([0.5 * u, 0.5 * v], axis=2))
+    >>> view.area(), view.mirrored
+    (2000, False)
+    >>> view.locate([[10.5, 4.0]])[0].round(4).tolist()
+    [[5.25, 2.0]]
     """
     name = name or "grid"
     location = _single(location)
@@ -198,7 +332,7 @@ def dense_view(location, sigma=None, mask=None, name=""):
     if sigma is not None:
         sd = np.full(len(pixels), np.nan)
         sd[found] = _in_pixels(deviations[v, u], slopes)
-    return DenseView(
+    return DenseView(  # type: ignore[call-arg]
         pixels, points, columns, rows, name, sd,
         location, deviations, whole, step, mirrored,
     )  # fmt: skip

@@ -14,10 +14,22 @@ All that follows (`pixels_on_board`, `locate_pixels`, `ray_table`) takes the vie
 either lattice and knows no difference.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from raxel.calibration.views.correspondence import board_cells, cell_turns, check_view
 from raxel.geometry.homography import homography_dlt
+
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardView
+    from raxel.calibration.views.dense import DenseView
+
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardView
+    from raxel.calibration.views.dense import DenseView
 
 # A smooth surface through the corners of a lattice: C1 and exact at every corner.
 # Between corners each quantity is a bicubic Hermite patch. Its slopes at a corner are
@@ -107,14 +119,34 @@ MAX_TERMS = 120  # of a polynomial through corners
 MIN_WEIGHT = 0.02  # of the perspective weights, over the largest
 
 
-def interpolated_view(view, interpolation):
-    """The view whose cells follow the board as asked, and which way that is.
+def interpolated_view(
+    view: BoardView | DenseView, interpolation: str
+) -> tuple[BoardView | DenseView, str]:
+    """Return the view whose cells follow the board by an interpolation, and its name.
 
-    view: BoardView; interpolation: one of INTERPOLATIONS. Returns (BoardView, name):
-    the view itself with "homographic", one of a finer lattice with "smooth". Cells that
-    lack a corner, are not convex, or in which the surface folds are in neither. In a
-    DenseView nothing is to be filled in: it is returned as it is, with "none". Raises
-    ValueError for another name, InputError as `check_view`.
+    Cells that lack a corner, are not convex, or in which the surface folds are
+    excluded. A DenseView needs no interpolation: it is returned as it is, with "none".
+
+    Parameters
+    ----------
+    view : BoardView or DenseView
+        The view.
+    interpolation : str
+        One of INTERPOLATIONS.
+
+    Returns
+    -------
+    view : BoardView or DenseView
+        The view itself with "homographic", one of a finer lattice with "smooth".
+    name : str
+        The interpolation that was applied.
+
+    Raises
+    ------
+    ValueError
+        If `interpolation` is another name.
+    InputError
+        As `check_view`.
     """
     if interpolation not in INTERPOLATIONS:
         names = "', '".join(INTERPOLATIONS)
