@@ -8,8 +8,11 @@ Sources: Kannala and Brandt 2006, doi:10.1109/TPAMI.2006.153; Geyer and Daniilid
 doi:10.1007/3-540-45053-X_29.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -40,6 +43,10 @@ from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import transform
 
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardView
+    from raxel.calibration.views.dense import DenseView
+
 # Is the board flat, and as long one way as the other, as it is said to be? A camera
 # takes in most of a board's shape, and its rays are off by several times what the
 # residuals show. So the shape is fitted with the camera: two bends and a twist, and
@@ -63,11 +70,22 @@ MIN_GAIN_PX = 1e-3  # a smaller one is a formula's that is nearly the lens's
 
 
 class BoardTest(NamedTuple):
-    """Is the board as it is said to be? shape: BoardShape, as found where nothing of it
-    is taken as given; sd (4,) of its values; used: names of those that the camera's
-    fit took; p_bends and p_stretch: how often a flat board does as much; flat_px,
-    shaped_px: RMS distances on boards kept out, without the terms asked for and with
-    them, NaN where none was asked for."""
+    """Hold the test of whether the board has its stated shape.
+
+    Attributes
+    ----------
+    shape : BoardShape
+        Shape, estimated with no part of it taken as given.
+    sd : ndarray, shape (4,)
+        Predicted standard deviations of its values.
+    used : tuple of str
+        Names of the values that the fit of the camera took.
+    p_bends, p_stretch : float
+        How often a flat board gives as much.
+    flat_px, shaped_px : float
+        RMS distances on held-out boards, px, without the tested terms and with them;
+        NaN where none was tested.
+    """
 
     shape: BoardShape
     sd: np.ndarray
@@ -78,8 +96,8 @@ class BoardTest(NamedTuple):
     shaped_px: float
 
     @property
-    def taken(self):
-        """The BoardShape that the camera's fit took: 0 for what is not used."""
+    def taken(self) -> BoardShape:
+        """Return the shape that the fit of the camera took: 0 for unused values."""
         values = [
             value if name in self.used else 0.0
             for name, value in zip(TERMS, self.shape.values, strict=True)
@@ -187,14 +205,26 @@ MOVES, RESTS, UNDECIDED = "moves", "rests", "undecided"
 
 
 class PupilTest(NamedTuple):
-    """Does the entrance pupil move?
+    """Hold the test of whether the entrance pupil moves.
 
-    verdict: "moves", "rests" or "undecided". p_value: of the likelihood-ratio (F) test,
-    for corners that err independently; where it finds something, central_px and
-    moving_px: RMS distances on boards kept out, chance: how often exchanged signs make
-    so large a gain of them, and shift: how far the pupil moves over the angles seen, in
-    the board's unit, with shift_sd (else NaN). against: a law that predicts boards
-    better and says otherwise, "" where there is none.
+    Attributes
+    ----------
+    p_value : float
+        Of the likelihood-ratio (F) test, for corners with independent errors.
+    central_px, moving_px : float
+        RMS distances on held-out boards, px, where the test is significant; else NaN,
+        as `chance`, `shift` and `shift_sd`.
+    chance : float
+        How often exchanged signs give so large a gain.
+    shift : float
+        Motion of the pupil over the observed angles, in the unit of the board.
+    shift_sd : float
+        Its predicted standard deviation.
+    verdict : str
+        "moves", "rests" or "undecided".
+    against : str
+        A law that predicts boards better and gives another verdict; "" where there is
+        none.
     """
 
     p_value: float
@@ -207,8 +237,8 @@ class PupilTest(NamedTuple):
     against: str = ""
 
     @property
-    def moves(self):
-        """Whether all that was asked says so."""
+    def moves(self) -> bool:
+        """Return whether all tests support a moving pupil."""
         return self.verdict == MOVES
 
 
@@ -323,8 +353,17 @@ UNDETERMINED = 0.2  # of a focal length, as its standard deviation
 
 
 class WrongCorner(NamedTuple):
-    """A corner that counts for nothing: view, corner (indices), name of the view, and
-    its distance in px from where the camera sees it."""
+    """Describe a rejected corner, which counts for nothing.
+
+    Attributes
+    ----------
+    view, corner : int
+        Indices of the view and the corner.
+    name : str
+        Name of the view.
+    distance_px : float
+        Distance from where the camera sees the corner, px.
+    """
 
     view: int
     corner: int
@@ -333,12 +372,31 @@ class WrongCorner(NamedTuple):
 
 
 class LensCalibration(NamedTuple):
-    """camera; T_camera_grid (n, 4, 4), one pose per view in the board's unit; rms_px:
-    root mean square distance of all corners, wrong ones among them; formula: its terms;
-    values (P,) and covariance (P, P) of its parameters, and error_factor, by which
-    their standard deviations are larger than if every corner erred for itself
-    (`raxel.calibration.parametric.lens_fit`); wrong: WrongCorners; pupil: PupilTest,
-    board: BoardTest, each None where nothing was tested.
+    """Hold a camera from `calibrate_lens`.
+
+    Attributes
+    ----------
+    camera : Camera
+        The camera.
+    T_camera_grid : ndarray, shape (n, 4, 4)
+        One pose per view, in the unit of the board.
+    rms_px : float
+        Root mean square distance of all corners, wrong ones among them, px.
+    formula : LensFormula
+        Terms of the camera.
+    values : ndarray, shape (P,)
+        Its parameters.
+    covariance : ndarray, shape (P, P)
+        Covariance of the parameters.
+    error_factor : float
+        How much larger their standard deviations are than for independent errors of
+        corners (`raxel.calibration.parametric.lens_fit`).
+    wrong : list of WrongCorner
+        Rejected corners.
+    pupil : PupilTest or None
+        None where the pupil was not tested.
+    board : BoardTest or None
+        None where the board was not tested.
     """
 
     camera: Camera
@@ -359,18 +417,46 @@ class _Proposal(NamedTuple):
     board: BoardTest | None
 
 
-def calibrate_lens(views, width, height, law, *, pupil="by test", board="by test"):
-    """A lens formula from views of a planar board, with no start given.
+def calibrate_lens(
+    views: Sequence[BoardView | DenseView],
+    width: int,
+    height: int,
+    law: str,
+    *,
+    pupil: str = "by test",
+    board: str = "by test",
+) -> LensCalibration:
+    """Calibrate a parametric camera model from views of a planar board.
 
-    views: two or more BoardViews or DenseViews, of which only the corners (the
-    lattice's pixels) that were found count, all alike; width, height: the image in px.
-    law: "kannala-brandt" or "unified". pupil: "fixed" (a central camera), "moving", or
-    "by test", which decides between the two. board: "flat", or "by test", which bends
-    and stretches it where views ask for that. Lens and sensor may be decentred; there
-    is no skew.
+    No start is needed. Lens and sensor may be decentred; there is no skew.
 
-    Returns LensCalibration. Raises InputError as `calibrate_zhang` does;
-    CalibrationError: no start leads to a camera, or the views do not determine it.
+    Parameters
+    ----------
+    views : sequence of BoardView or DenseView
+        Two or more views. Only the corners (the pixels of the lattice) that were found
+        count, all alike.
+    width, height : int
+        Size of the image, px.
+    law : {"kannala-brandt", "unified"}
+        Law of the lens.
+    pupil : {"by test", "fixed", "moving"}
+        "fixed" gives a central camera; "by test" decides between the two.
+    board : {"by test", "flat"}
+        "by test" bends and stretches the board where the data support it.
+
+    Returns
+    -------
+    LensCalibration
+        The camera, its parameters and the poses.
+
+    Raises
+    ------
+    ValueError
+        If `law`, `pupil` or `board` is another name.
+    InputError
+        As `calibrate_zhang`.
+    CalibrationError
+        If no start leads to a camera, or the views do not determine it.
     """
     if law not in LAWS:
         raise ValueError(f"law: {law!r}; give one of {', '.join(LAWS)}")
@@ -388,13 +474,38 @@ def calibrate_lens(views, width, height, law, *, pupil="by test", board="by test
     return _completed(found, boards, views, width, height)
 
 
-def proposed_lenses(views, width, height, board="by test"):
-    """Every formula that may serve: of each law that of a central lens, and where both
-    tests say that the pupil moves, that of a lens whose pupil does; board: as of
-    `calibrate_lens`.
+def proposed_lenses(
+    views: Sequence[BoardView | DenseView],
+    width: int,
+    height: int,
+    board: str = "by test",
+) -> tuple[list[LensCalibration], list[str]]:
+    """Return every formula that may serve.
 
-    Returns a list of LensCalibrations and one of the reasons why others are none.
-    Raises as `calibrate_lens` does before a law is fitted.
+    For each law this is that of a central lens. Where both tests show that the pupil
+    moves, that of a lens with a moving pupil is added.
+
+    Parameters
+    ----------
+    views : sequence of BoardView or DenseView
+        Two or more views. Only the corners (the pixels of the lattice) that were found
+        count, all alike.
+    width, height : int
+        Size of the image, px.
+    board : {"by test", "flat"}
+        As of `calibrate_lens`.
+
+    Returns
+    -------
+    found : list of LensCalibration
+        The formulas.
+    faults : list of str
+        Reasons why others are not included.
+
+    Raises
+    ------
+    InputError
+        As `calibrate_zhang`.
     """
     boards = _boards_of(views, "lens formula")
     given, found, faults = GivenBoards(boards, width, height), [], []
@@ -511,9 +622,23 @@ PINHOLE = LensFormula("perspective", 2, 0, 0)
 
 
 class PinholeCalibration(NamedTuple):
-    """camera; T_camera_grid (n, 4, 4), in the board's unit; formula: names of its
-    parameters; values (P,) and covariance (P, P) of these, None where points lie behind
-    what was fitted; error_factor, board: as of a LensCalibration."""
+    """Hold a camera from `calibrate_pinhole`.
+
+    Attributes
+    ----------
+    camera : PerspectiveCamera
+        The camera.
+    T_camera_grid : ndarray, shape (n, 4, 4)
+        One pose per view, in the unit of the board.
+    formula : LensFormula
+        Names of the parameters.
+    values : ndarray, shape (P,)
+        The parameters.
+    covariance : ndarray, shape (P, P), or None
+        Their covariance; None where points lie behind what was fitted.
+    error_factor, board
+        As of a LensCalibration.
+    """
 
     camera: PerspectiveCamera
     T_camera_grid: np.ndarray
@@ -524,9 +649,13 @@ class PinholeCalibration(NamedTuple):
     board: BoardTest | None
 
 
-def calibrate_pinhole(views, width, height):
-    """PinholeCalibration of views of a planar board; arguments and errors as of
-    `calibrate_zhang`."""
+def calibrate_pinhole(
+    views: Sequence[BoardView | DenseView], width: int, height: int
+) -> PinholeCalibration:
+    """Calibrate a pinhole camera with its covariance from views of a planar board.
+
+    Parameters and errors are those of `calibrate_zhang`.
+    """
     found = calibrate_zhang(views, width, height)
     K = found.camera.K
     values = np.array([K[0, 0], K[1, 1], *K[:2, 2], *found.camera.radial])

@@ -8,7 +8,10 @@ Kannala and S. Brandt, IEEE TPAMI 28(8), 2006, doi:10.1109/TPAMI.2006.153; the f
 `cv2.fisheye.calibrate`.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,6 +22,10 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.homography import homography_dlt
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector
+
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardView
+    from raxel.calibration.views.dense import DenseView
 
 # The thesis's "standard perspective method": Zhang's calibration, through OpenCV. A
 # pinhole with two radial terms (2.1-2.4), no tangential ones, fitted to views of a
@@ -31,8 +38,16 @@ MIN_CORNERS = 6  # a view's six pose parameters and something left to fit
 
 
 class ZhangCalibration(NamedTuple):
-    """camera; T_camera_grid (n, 4, 4), one pose per view in the board's unit; rms_px:
-    root mean square distance of the corners from the model's.
+    """Hold a camera from `calibrate_zhang`.
+
+    Attributes
+    ----------
+    camera : PerspectiveCamera
+        The camera.
+    T_camera_grid : ndarray, shape (n, 4, 4)
+        One pose per view, in the unit of the board.
+    rms_px : float
+        Root mean square distance of the corners from those of the model, px.
     """
 
     camera: PerspectiveCamera
@@ -40,27 +55,64 @@ class ZhangCalibration(NamedTuple):
     rms_px: float
 
 
-def calibrate_zhang(views, width, height):
-    """Pinhole camera with two radial terms from views of a planar board.
+def calibrate_zhang(
+    views: Sequence[BoardView | DenseView], width: int, height: int
+) -> ZhangCalibration:
+    """Calibrate a pinhole camera with two radial terms from views of a planar board.
 
-    views: two or more BoardViews or DenseViews (three or more advised), of which only
-    the corners (the lattice's pixels) that were found count, all alike; width, height:
-    the image in px. Focal lengths and the principal point are free.
+    Focal lengths and the principal point are free. Three or more views are advised.
 
-    Raises InputError: one view only, corners that are not finite, fewer than six of a
-    view, or on a line; CalibrationError: all boards parallel, or a fit that is no
-    camera.
+    Parameters
+    ----------
+    views : sequence of BoardView or DenseView
+        Two or more views. Only the corners (the pixels of the lattice) that were found
+        count, all alike.
+    width, height : int
+        Size of the image, px.
+
+    Returns
+    -------
+    ZhangCalibration
+        The camera and the poses.
+
+    Raises
+    ------
+    InputError
+        If there is one view only, or corners of a view are not finite, fewer than six,
+        or on a line.
+    CalibrationError
+        If all boards are parallel (code ``parallel-grids``), or the fit is no camera.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import BoardView, calibrate_zhang
+    >>> from raxel.cameras import PerspectiveCamera
+    >>> from raxel.geometry import pose, rotation_from_vector, transform
+    >>> from raxel.sets import Chessboard
+    >>> K = np.array([[800.0, 0, 320], [0, 800.0, 240], [0, 0, 1]])
+    >>> true = PerspectiveCamera(K, (0, 0), width=640, height=480)
+    >>> points = Chessboard(9, 6, 20.0).points()
+    >>> solid = np.column_stack([points, np.zeros(54)])
+    >>> views = []
+    >>> for tilt in ([0.4, 0, 0], [-0.4, 0.1, 0], [0, 0.4, 0], [0.1, -0.4, 0]):
+    ...     T = pose(rotation_from_vector(tilt), [-80.0, -50.0, 400.0])
+    ...     pixels = true.project(transform(T, solid)).pixels
+    ...     views.append(BoardView(pixels, points, 9, 6))
+    >>> found = calibrate_zhang(views, 640, 480)
+    >>> found.camera.K.round(2).tolist()
+    [[800.0, 0.0, 320.0], [0.0, 800.0, 240.0], [0.0, 0.0, 1.0]]
     """
     import cv2
 
-    views = [found_corners(view) for view in views]
+    views = [found_corners(view) for view in views]  # type: ignore[misc]
     if len(views) < 2:
         raise InputError(
             f"Zhang's method: {len(views)} view given; two or more boards at different"
             " tilts are needed"
         )
-    flat = [on_plane(xy).astype(np.float32) for _, xy in views]
-    corners = [pixels.astype(np.float32)[:, None] for pixels, _ in views]
+    flat = [on_plane(xy).astype(np.float32) for _, xy in views]  # type: ignore[misc]
+    corners = [pixels.astype(np.float32)[:, None] for pixels, _ in views]  # type: ignore[misc]
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     # Until a step is smaller than this share of the parameters: OpenCV's default stops
     # after 30 steps, converged or not.
@@ -91,8 +143,24 @@ def calibrate_zhang(views, width, height):
     return ZhangCalibration(camera, poses, float(rms))
 
 
-def found_corners(view):
-    """(pixels, points), (N, 2) each, of the corners that were found."""
+def found_corners(view: BoardView | DenseView) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners of a view that were found.
+
+    Parameters
+    ----------
+    view : BoardView or DenseView
+        The view.
+
+    Returns
+    -------
+    pixels, points : ndarray, shape (N, 2)
+        Corners in the image, px, and on the board.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than six, or they do not determine a homography.
+    """
     view = check_view(view)
     found = np.isfinite(view.pixels[:, 0])
     pixels, points = view.pixels[found], view.points[found]
@@ -115,8 +183,16 @@ SPANS = (np.pi, 2.0, 1.2)
 
 
 class FisheyeCalibration(NamedTuple):
-    """camera; T_camera_grid (n, 4, 4), one pose per view in the board's unit; rms_px:
-    root mean square distance of the corners from the model's.
+    """Hold a camera from `calibrate_opencv_fisheye`.
+
+    Attributes
+    ----------
+    camera : KannalaBrandtCamera
+        The camera.
+    T_camera_grid : ndarray, shape (n, 4, 4)
+        One pose per view, in the unit of the board.
+    rms_px : float
+        Root mean square distance of the corners from those of the model, px.
     """
 
     camera: KannalaBrandtCamera
@@ -124,20 +200,37 @@ class FisheyeCalibration(NamedTuple):
     rms_px: float
 
 
-def calibrate_opencv_fisheye(views, width, height):
-    """Kannala-Brandt camera with four radial terms, fitted by OpenCV to planar boards.
+def calibrate_opencv_fisheye(
+    views: Sequence[BoardView | DenseView], width: int, height: int
+) -> FisheyeCalibration:
+    """Calibrate a Kannala-Brandt camera with four radial terms by OpenCV.
 
-    views: two or more BoardViews or DenseViews, of which only the corners (the
-    lattice's pixels) that were found count, all alike;
-    width, height: the image in px. There is no skew. Of fits from three focal lengths,
-    the one with the smallest residual is returned. OpenCV begins with a homography of
-    each board in a pinhole's image plane, so boards that reach 90 degrees from the axis
-    can keep it from converging.
+    There is no skew. Of fits from three focal lengths, the one with the smallest
+    residual is returned. OpenCV starts with a homography of each board in the image
+    plane of a pinhole. Therefore boards that reach 90 degrees from the axis can prevent
+    convergence.
 
-    Raises InputError as `calibrate_zhang` does; CalibrationError: OpenCV refuses every
-    start, or what it fitted is no camera.
+    Parameters
+    ----------
+    views : sequence of BoardView or DenseView
+        Two or more views. Only the corners (the pixels of the lattice) that were found
+        count, all alike.
+    width, height : int
+        Size of the image, px.
+
+    Returns
+    -------
+    FisheyeCalibration
+        The camera and the poses.
+
+    Raises
+    ------
+    InputError
+        As `calibrate_zhang`.
+    CalibrationError
+        If OpenCV fails from every start, or its fit is no camera.
     """
-    views = [found_corners(view) for view in views]
+    views = [found_corners(view) for view in views]  # type: ignore[misc]
     if len(views) < 2:
         raise InputError(
             f"OpenCV's fisheye model: {len(views)} view given; two or more boards at"

@@ -9,10 +9,14 @@ How fine and how smooth the field is decide boards that are kept out, whose pose
 are fitted anew. Tukey's biweight leaves wrong corners out in the end.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.calibration.smooth import equations as linear_part
 from raxel.calibration.smooth.equations import (
@@ -40,11 +44,29 @@ MIN_CORNERS = 6  # of a board
 
 
 class SplineAdjustment(NamedTuple):
-    """camera: RaySplineCamera; T_camera_grid (n, 4, 4); residuals_px: list of (N, 2),
-    found less projected, NaN for corners that the trend does not image; outliers: list
-    of (N,) bool; sd_px of a coordinate; cells along the longer side; smoothness;
-    held_out_px: {cells: root mean square distance on kept-out boards, at the best
-    smoothness; 0: of the trend alone}; steps: how many it took.
+    """Hold a field on a trend, adjusted with the poses of boards.
+
+    Attributes
+    ----------
+    camera : RaySplineCamera
+        The camera.
+    T_camera_grid : ndarray, shape (n, 4, 4)
+        Poses of the boards.
+    residuals_px : list of ndarray, shape (N, 2)
+        Found less projected corners, px; NaN for corners that the trend does not image.
+    outliers : list of ndarray of bool, shape (N,)
+        Whether a corner is rejected.
+    sd_px : float
+        Standard deviation of a coordinate, px.
+    cells : int
+        Cells of the field along the longer side.
+    smoothness : float
+        The chosen smoothness.
+    held_out_px : dict of int to float
+        RMS distance on held-out boards, px, at the best smoothness, by number of cells;
+        0: of the trend alone.
+    steps : int
+        Number of steps.
     """
 
     camera: RaySplineCamera
@@ -59,18 +81,41 @@ class SplineAdjustment(NamedTuple):
 
 
 class _Choice(NamedTuple):
-    grid: object
+    grid: Any
     smoothness: float
     held_out: dict
 
 
-def adjust_spline(trend, T_camera_grid, boards, width, height):
-    """The SplineAdjustment of a field on `trend` and of the boards' poses.
+def adjust_spline(
+    trend: Any,
+    T_camera_grid: ArrayLike,
+    boards: Sequence[tuple[np.ndarray, np.ndarray]],
+    width: int,
+    height: int,
+) -> SplineAdjustment:
+    """Adjust a field on a trend and the poses of the boards.
 
-    boards: list of (pixels (N, 2), points (N, 2) on a flat board, or (N, 3) in its
-    frame); T_camera_grid (n, 4, 4): a start at
-    which the trend images most corners. Raises CalibrationError for fewer than two
-    boards, or one of which the trend images fewer than six corners.
+    Parameters
+    ----------
+    trend : Camera
+        Camera on which the field is based.
+    T_camera_grid : array_like, shape (n, 4, 4)
+        Start at which the trend images most corners.
+    boards : sequence of (pixels, points)
+        pixels (N, 2); points (N, 2) on a flat board, or (N, 3) in its frame.
+    width, height : int
+        Size of the image, px.
+
+    Returns
+    -------
+    SplineAdjustment
+        The camera and the poses.
+
+    Raises
+    ------
+    CalibrationError
+        If there are fewer than two boards, or one of which the trend images fewer than
+        six corners.
     """
     corners, T = _stacked(boards), np.array(T_camera_grid, float)
     part = np.arange(len(T)) % MAX_PARTS

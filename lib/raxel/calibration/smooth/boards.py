@@ -7,7 +7,10 @@ field on top of it is fitted to the corners themselves. Of several trends that o
 taken on which kept-out boards are predicted best.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -29,20 +32,44 @@ from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import nearest_rotation, pose, rotation_from_vector, transform
 
+if TYPE_CHECKING:
+    from raxel.calibration.views.correspondence import BoardView
+    from raxel.calibration.views.dense import DenseView
+
 THINNED = 2000  # rays of a table that a trend is fitted to
 SHARE_STEP_PX = 8  # of the pixels that shares of the image are counted with
 
 
 class SplineCalibration(NamedTuple):
-    """camera: RaySplineCamera, its frame the trend's; T_camera_grid (m, 4, 4): poses of
-    the boards in `used` (indices of views). left_out: {index: reason}.
+    """Hold a B-spline ray field from `calibrate_spline`.
 
-    share_with_ray: share of the image's pixels that have a ray; share_covered: of those
-    that lie in a cell in which a corner was found: elsewhere nothing checks the rays.
-    wrong_corners: {index: how many corners were left out as wrong}; trend: what it was
-    fitted as; adjustment: SplineAdjustment; pupil: the trend's PupilTest where that
-    moves, else None; board: its BoardTest, None where the trend is no lens formula. The
-    shape of the board is the trend's.
+    The shape of the board is that of the trend.
+
+    Attributes
+    ----------
+    camera : RaySplineCamera
+        The camera, in the frame of the trend.
+    T_camera_grid : ndarray, shape (m, 4, 4)
+        Poses of the boards in `used`.
+    used : list of int
+        Indices of views.
+    left_out : dict of int to str
+        Reason for each excluded view.
+    share_with_ray : float
+        Share of the pixels of the image that have a ray.
+    share_covered : float
+        Share of those that lie in a cell in which a corner was found. Elsewhere nothing
+        checks the rays.
+    wrong_corners : dict of int to int
+        Number of corners of each view that were rejected as wrong.
+    trend : str
+        Name of the fitted trend.
+    adjustment : SplineAdjustment
+        The adjustment of the field.
+    pupil : PupilTest or None
+        Of the trend, where its pupil moves.
+    board : BoardTest or None
+        Of the trend; None where it is no lens formula.
     """
 
     camera: RaySplineCamera
@@ -79,17 +106,41 @@ class _Start(NamedTuple):
 
 
 def calibrate_spline(
-    views, width, height, *, rng, units="mm", side=-1, board="by test"
-):
-    """Smooth rays from two or more views of a planar board.
+    views: Sequence[BoardView | DenseView],
+    width: int,
+    height: int,
+    *,
+    rng: np.random.Generator,
+    units: str = "mm",
+    side: int = -1,
+    board: str = "by test",
+) -> SplineCalibration:
+    """Calibrate a B-spline ray field from views of a planar board.
 
-    views: BoardViews or DenseViews, of which only the corners (the lattice's pixels)
-    that were found count, all alike; width, height: the image in px. rng, units, side:
-    of the generic method (`calibrate_generic`), which begins where no lens formula
-    fits; board: as of `calibrate_lens`.
+    Parameters
+    ----------
+    views : sequence of BoardView or DenseView
+        Two or more views. Only the corners (the pixels of the lattice) that were found
+        count, all alike.
+    width, height : int
+        Size of the image, px.
+    rng, units, side
+        As of the generic method (`calibrate_generic`), which gives the start where no
+        lens formula fits.
+    board : {"by test", "flat"}
+        As of `calibrate_lens`.
 
-    Returns SplineCalibration. Raises InputError as `calibrate_zhang` does;
-    CalibrationError where no trend is found, or the views do not determine a field.
+    Returns
+    -------
+    SplineCalibration
+        The camera and the poses.
+
+    Raises
+    ------
+    InputError
+        As `calibrate_zhang`.
+    CalibrationError
+        If no trend is found, or the views do not determine a field.
     """
     corners = [found_corners(view) for view in views]
     lenses, faults = _lenses(views, width, height, board)
@@ -183,9 +234,16 @@ MIN_RAYS = 40
 
 
 class RayTrend(NamedTuple):
-    """camera: a KannalaBrandtCamera with its own axis as z; R_rays_trend (3, 3): to the
-    frame of the rays; scale_px: robust standard deviation of a coordinate of pixels
-    about the formula's.
+    """Hold a lens formula that rays follow nearly.
+
+    Attributes
+    ----------
+    camera : KannalaBrandtCamera
+        The formula, with its own axis as z.
+    R_rays_trend : ndarray, shape (3, 3)
+        Rotation to the frame of the rays.
+    scale_px : float
+        Robust standard deviation of a coordinate of pixels about those of the formula.
     """
 
     camera: KannalaBrandtCamera
@@ -193,11 +251,32 @@ class RayTrend(NamedTuple):
     scale_px: float
 
 
-def trend_of_rays(pixels, directions, width, height):
-    """The RayTrend of rays with unit directions (N, 3) at pixels (N, 2).
+def trend_of_rays(
+    pixels: np.ndarray, directions: np.ndarray, width: int, height: int
+) -> RayTrend:
+    """Return the trend of rays.
 
-    With as many radial terms, 2 to 5, as let the law rise out to the image's corners.
-    Raises CalibrationError for fewer than 40 rays, and where no such law is near.
+    It has as many radial terms, 2 to 5, as let the law rise out to the corners of the
+    image.
+
+    Parameters
+    ----------
+    pixels : ndarray, shape (N, 2)
+        Pixels (u, v).
+    directions : ndarray, shape (N, 3)
+        Unit directions of their rays.
+    width, height : int
+        Size of the image, px.
+
+    Returns
+    -------
+    RayTrend
+        The trend.
+
+    Raises
+    ------
+    CalibrationError
+        If there are fewer than 40 rays (code ``too-few-rays``), or no such law is near.
     """
     if len(pixels) < MIN_RAYS:
         raise CalibrationError(

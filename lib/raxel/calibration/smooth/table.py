@@ -8,10 +8,13 @@ their errors (decoded points and interpolated corners do), and a smoothness chos
 single pixels would then follow the noise.
 """
 
+from __future__ import annotations
+
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.calibration.smooth.boards import MIN_RAYS, trend_of_rays
 from raxel.calibration.smooth.equations import (
@@ -40,18 +43,34 @@ BLOCK = 1 << 16
 
 
 class SmoothTable(NamedTuple):
-    """camera: RaySplineCamera in the table's frame, with region and uncertainty.
+    """Hold a smoothed ray table.
 
-    trend: the Camera it lies on; cells: of the field, along the longer side;
-    smoothness: as chosen; sd_px: standard deviation of a coordinate of one ray (of
-    weight 1), noise and what no field follows; sharing: how many neighbours' errors
-    count as one; held_out_px: {cells: root mean square distance of kept-out rays, at
-    the best smoothness; 0: of the trend alone}; n_rays: that were taken; left_out:
-    {reason: number of rays}.
+    Attributes
+    ----------
+    camera : RaySplineCamera
+        The camera in the frame of the table, with region and uncertainty.
+    trend : Camera
+        Camera on which the field is based.
+    cells : int
+        Cells of the field along the longer side.
+    smoothness : float
+        The chosen smoothness.
+    sd_px : float
+        Standard deviation of a coordinate of one ray of weight 1, px: noise and what no
+        field follows.
+    sharing : float
+        How many errors of neighbours count as one.
+    held_out_px : dict of int to float
+        RMS distance of held-out rays, px, at the best smoothness, by number of cells;
+        0: of the trend alone.
+    n_rays : int
+        Number of rays that were used.
+    left_out : dict of str to int
+        Number of excluded rays by reason.
     """
 
     camera: RaySplineCamera
-    trend: object
+    trend: Any
     cells: int
     smoothness: float
     sd_px: float
@@ -73,19 +92,39 @@ class _Field(NamedTuple):
 
 
 def smoothed_rays(
-    pixels,
-    directions,
-    width,
-    height,
+    pixels: np.ndarray,
+    directions: np.ndarray,
+    width: int,
+    height: int,
     *,
-    centre=(0.0, 0.0, 0.0),
-    weights=None,
-    trend=None,
-    block_px=16,
-):
-    """Smooth rays of unit directions (N, 3) at any pixels (N, 2), from a centre (3,).
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    weights: ArrayLike | None = None,
+    trend: Any = None,
+    block_px: int = 16,
+) -> SmoothTable:
+    """Return smooth rays from unit directions at any pixels, from one centre.
 
-    As `smoothed_table`; weights: (N,).
+    Parameters
+    ----------
+    pixels : ndarray, shape (N, 2)
+        Pixels (u, v).
+    directions : ndarray, shape (N, 3)
+        Unit directions of their rays.
+    width, height : int
+        Size of the image, px.
+    centre : array_like, shape (3,)
+        Common origin of the rays.
+    weights : array_like, shape (N,), or None
+        Weights of the rays; None for equal ones.
+    trend : tuple or None
+        A camera and its pose, on which the field is based; None to fit one.
+    block_px : int
+        Side of the squares of pixels that are held out together, px.
+
+    Returns
+    -------
+    SmoothTable
+        The camera and its quality.
     """
     weights = np.ones(len(pixels)) if weights is None else np.asarray(weights, float)
     trend, T = trend or _fitted_trend(pixels, directions, width, height, centre)
@@ -94,11 +133,11 @@ def smoothed_rays(
     left_out = {"beyond the trend": int(np.count_nonzero(~imaged))}
     pixels, values, weights = pixels[imaged], values[imaged], weights[imaged]
     size, every = (width, height), slice(None, None, 1 + len(pixels) // PILOT)
-    field = _best_field(pixels[every], values[every], weights[every], size, block_px)
+    field = _best_field(pixels[every], values[every], weights[every], size, block_px)  # type: ignore[index]
     near = _near(field, pixels, values, weights)
     left_out["gross error"] = int(np.count_nonzero(~near))
     if every.step > 1 or not near.all():
-        pixels, values, weights = pixels[near], values[near], weights[near]
+        pixels, values, weights = pixels[near], values[near], weights[near]  # type: ignore[index]
         field = _best_field(pixels, values, weights, size, block_px)
     sd_px, inverse = _uncertainty(field)
     sharing = _sharing(field, pixels, values, weights, block_px)
