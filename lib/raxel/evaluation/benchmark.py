@@ -8,25 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raxel.cameras.core.base import closest_point
+from raxel.cameras.core.base import Camera, closest_point
 from raxel.cameras.registry import load_camera
 from raxel.errors import InputError
 from raxel.evaluation.cross_validation import corner_errors, is_right
 from raxel.evaluation.distortion import angular_residual
+from raxel.features.boards import Board
 from raxel.geometry.poses import nearest_rotation
+from raxel.sets.model import ImageSet
 from raxel.sets.reference import load_reference
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from raxel.cameras.core.base import Camera
-    from raxel.features.boards import Board
-    from raxel.sets.model import ImageSet
 
 GRID_PIXELS = 100_000  # a camera is scored on about as many pixels
 FAR_MM = 1000.0  # from the centre, where a direction becomes a point

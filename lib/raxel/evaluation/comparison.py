@@ -9,7 +9,7 @@ Beside that, all models are scored on the points that all of them can answer for
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,17 +18,17 @@ from raxel.calibration.parametric.lens_bundle import LensFormula, adjusted, stac
 from raxel.calibration.parametric.lens_fit import FormulaFit, covariance_of
 from raxel.calibration.parametric.opencv_fits import found_corners
 from raxel.calibration.pose.non_central import pose_from_non_central_rays
-from raxel.calibration.views.correspondence import check_view, near_copies
+from raxel.calibration.views.correspondence import BoardView, check_view, near_copies
+from raxel.calibration.views.dense import DenseView
+from raxel.cameras.core.base import Camera
 from raxel.errors import CalibrationError
-from raxel.evaluation.cross_validation import cross_validate, evaluate_camera
+from raxel.evaluation.cross_validation import (
+    Evaluation,
+    cross_validate,
+    evaluate_camera,
+)
 from raxel.geometry.planes import intersect_rays_plane
 from raxel.geometry.poses import nearest_rotation
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardView
-    from raxel.calibration.views.dense import DenseView
-    from raxel.cameras.core.base import Camera
-    from raxel.evaluation.cross_validation import Evaluation
 
 # What a point counts as that a model has no ray for, and the most that any counts as.
 MISSED_PX = 5.0

@@ -13,7 +13,7 @@ pose puts it. All others are counted: a score over few corners says so itself.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,19 +22,21 @@ from raxel.calibration.pose.three_point import (
     pose_of_spread_triples,
     refine_pose_ray_point,
 )
-from raxel.calibration.views.correspondence import board_points, check_view
+from raxel.calibration.views.correspondence import (
+    BoardShape,
+    BoardView,
+    board_points,
+    check_view,
+)
+from raxel.calibration.views.dense import DenseView
+from raxel.cameras.core.base import Camera
 from raxel.errors import CalibrationError, InputError
 from raxel.evaluation.distortion import refine_pose_in_pixels
+from raxel.features.detector import Detection, Partial
 from raxel.features.lattice import symmetries
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardShape, BoardView
-    from raxel.calibration.views.dense import DenseView
-    from raxel.cameras.core.base import Camera
-    from raxel.features.detector import Detection, Partial
-    from raxel.sets.reference import ReferenceCorners
+from raxel.sets.reference import ReferenceCorners
 
 # Corners of one board against its true corners: each in its place, and in order?
 

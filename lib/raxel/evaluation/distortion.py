@@ -8,13 +8,14 @@ angular residual belongs beside it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.pose.three_point import moved_pose
 from raxel.calibration.views.correspondence import board_points, once_each
+from raxel.cameras.core.base import Camera
 from raxel.errors import InputError
 from raxel.geometry.homography import (
     apply_homography,
@@ -24,9 +25,6 @@ from raxel.geometry.homography import (
 from raxel.geometry.least_squares import damped_step
 from raxel.geometry.planes import intersect_rays_plane, on_plane
 from raxel.geometry.poses import cross_matrix, nearest_rotation, pose, transform
-
-if TYPE_CHECKING:
-    from raxel.cameras.core.base import Camera
 
 
 class SyntheticPlane(NamedTuple):

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from raxel.calibration.mirror.clamp import plane_through
 from raxel.calibration.mirror.observations import normalised, support_of
+from raxel.calibration.mirror.stages import MirrorCalibration
 from raxel.features.detector import as_8_bit
 from raxel.report.canvas import INK, MISSING, QUIET, Canvas, encoded
 from raxel.report.images import COLOURS, PALE, ArrowScale, level_lines, residual_picture
 from raxel.report.page import PAGE, document, figure, numbers, pairs, told, warnings
 from raxel.sets import read_image
-
-if TYPE_CHECKING:
-    from raxel.calibration.mirror.stages import MirrorCalibration
-    from raxel.sets.mirror_set import MirrorSet
+from raxel.sets.mirror_set import MirrorSet
 
 # Shapes of a bending mirror: profiles in one drawing, each over its photograph.
 

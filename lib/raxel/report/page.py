@@ -11,17 +11,14 @@ import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from raxel.errors import InputError
 from raxel.evaluation.cross_validation import ImageScore
 from raxel.evaluation.split_half import ERRATIC, ERRATIC_PX, LEAST_PX, SURE, TIMES
 from raxel.io.files import check_can_be_written
-from raxel.sets.model import words_of
-
-if TYPE_CHECKING:
-    from raxel.sets.mirror_set import MirrorSet
-    from raxel.sets.model import ImageSet
+from raxel.sets.mirror_set import MirrorSet
+from raxel.sets.model import ImageSet, words_of
 
 # A report is a folder: there whole, or as it was before.
 

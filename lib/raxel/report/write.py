@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from raxel.calibration.views.correspondence import board_points
+from raxel.calibration.views.correspondence import BoardView, board_points
+from raxel.calibration.views.dense import DenseView
+from raxel.evaluation.cross_validation import Evaluation
+from raxel.evaluation.split_half import SplitHalf
 from raxel.features.detector import as_8_bit
 from raxel.geometry.poses import transform
 from raxel.report.canvas import encoded
@@ -23,13 +26,7 @@ from raxel.report.images import (
 )
 from raxel.report.page import PAGE, Photograph, page
 from raxel.sets import read_image
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardView
-    from raxel.calibration.views.dense import DenseView
-    from raxel.evaluation.cross_validation import Evaluation
-    from raxel.evaluation.split_half import SplitHalf
-    from raxel.sets.model import ImageSet, View
+from raxel.sets.model import ImageSet, View
 
 
 def write_report(

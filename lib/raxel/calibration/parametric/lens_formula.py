@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,16 +36,19 @@ from raxel.calibration.parametric.lens_fit import (
     start_of,
 )
 from raxel.calibration.parametric.opencv_fits import calibrate_zhang, found_corners
-from raxel.calibration.views.correspondence import BENDS, TERMS, BoardShape, near_copies
+from raxel.calibration.views.correspondence import (
+    BENDS,
+    TERMS,
+    BoardShape,
+    BoardView,
+    near_copies,
+)
+from raxel.calibration.views.dense import DenseView
 from raxel.cameras.core.base import Camera
 from raxel.cameras.lenses.moving_pupil import pupil_heights
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.poses import transform
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardView
-    from raxel.calibration.views.dense import DenseView
 
 # Is the board flat, and as long one way as the other, as it is said to be? A camera
 # takes in most of a board's shape, and its rays are off by several times what the

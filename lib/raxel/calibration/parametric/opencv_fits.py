@@ -11,21 +11,22 @@ Kannala and S. Brandt, IEEE TPAMI 28(8), 2006, doi:10.1109/TPAMI.2006.153; the f
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from raxel.calibration.views.correspondence import check_view, refuse_parallel
+from raxel.calibration.views.correspondence import (
+    BoardView,
+    check_view,
+    refuse_parallel,
+)
+from raxel.calibration.views.dense import DenseView
 from raxel.cameras.lenses.fisheye import KannalaBrandtCamera
 from raxel.cameras.lenses.perspective import PerspectiveCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.homography import homography_dlt
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import pose, rotation_from_vector
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardView
-    from raxel.calibration.views.dense import DenseView
 
 # The thesis's "standard perspective method": Zhang's calibration, through OpenCV. A
 # pinhole with two radial terms (2.1-2.4), no tangential ones, fitted to views of a

@@ -81,7 +81,7 @@ class SplineAdjustment(NamedTuple):
 
 
 class _Choice(NamedTuple):
-    grid: Any
+    grid: object
     smoothness: float
     held_out: dict
 
@@ -121,7 +121,7 @@ def adjust_spline(
     part = np.arange(len(T)) % MAX_PARTS
     grids = [grid_of(cells, width, height, corners.pixels) for cells in CELLS]
     choice = _Choice(grids[0], SMOOTHNESS[-1], {})
-    control = choice.grid.blank
+    control = choice.grid.blank  # type: ignore[attr-defined]
     for step in range(MAX_STEPS):
         linear = linear_part.linearised(trend, T, corners, control, choice.grid)
         _check(linear, corners, len(T))
@@ -135,7 +135,7 @@ def adjust_spline(
         T = linear_part.moved_boards(T, of, c)
         before = control
         control = np.ascontiguousarray(
-            c.reshape(2, *choice.grid.shape).transpose(1, 2, 0)
+            c.reshape(2, *choice.grid.shape).transpose(1, 2, 0)  # type: ignore[attr-defined]
         )
         if step > CHOSEN_AT[1] and np.abs(control - before).max() < ENOUGH_PX:
             break

@@ -10,7 +10,7 @@ taken on which kept-out boards are predicted best.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,15 +26,13 @@ from raxel.calibration.smooth.adjustment import (
     SplineAdjustment,
     adjust_spline,
 )
+from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration.views.dense import DenseView
 from raxel.cameras.lenses.fisheye import KannalaBrandtCamera
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import nearest_rotation, pose, rotation_from_vector, transform
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardView
-    from raxel.calibration.views.dense import DenseView
 
 THINNED = 2000  # rays of a table that a trend is fitted to
 SHARE_STEP_PX = 8  # of the pixels that shares of the image are counted with

@@ -70,7 +70,7 @@ class SmoothTable(NamedTuple):
     """
 
     camera: RaySplineCamera
-    trend: Any
+    trend: object
     cells: int
     smoothness: float
     sd_px: float

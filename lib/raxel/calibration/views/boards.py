@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from raxel.calibration.views.correspondence import BoardView
-
-if TYPE_CHECKING:
-    from raxel.features.boards import Board
-    from raxel.sets.model import ImageSet
-
-if TYPE_CHECKING:
-    from raxel.features.boards import Board
-    from raxel.sets.model import ImageSet
+from raxel.features.boards import Board
+from raxel.sets.model import ImageSet
 
 
 def board_views(image_set: ImageSet, boards: Iterable[Board]) -> list[BoardView]:

@@ -14,7 +14,7 @@ BoardView; whatever takes views takes either.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -23,12 +23,6 @@ from numpy.typing import ArrayLike, NDArray
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import on_plane
 from raxel.sets.model import check_sd
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.dense import DenseView
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.dense import DenseView
 
 # Second moments of the points that a pixel sees, summed over millions of pairs. About
 # the camera's centre a pixel's points (x, y, z) leave nine sums: of xx, yy, zz, xy,
@@ -131,7 +125,7 @@ def refuse_parallel(rotations, method, needed):
 NEAR = 0.01  # of the board's radius in the image: no two are held so still by chance
 
 
-def near_copies(views: Sequence[BoardView | DenseView]) -> NDArray[np.int_]:
+def near_copies(views: Sequence[Any]) -> NDArray[np.int_]:
     """Return for each view the first that shows the board in the same position.
 
     A view is its own first where no other does, or where every pixel was read
@@ -573,9 +567,7 @@ def cell_maps(corners: np.ndarray, points: np.ndarray) -> NDArray[np.float64]:
     return maps @ scaling
 
 
-def locate_pixels(
-    pixels: ArrayLike, view: BoardView | DenseView
-) -> tuple[np.ndarray, np.ndarray]:
+def locate_pixels(pixels: ArrayLike, view: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the points of the target that pixels look at.
 
     On a board the homography is that of the enclosing cell of corners.
@@ -607,7 +599,7 @@ def locate_pixels(
 
 
 def pixels_on_board(
-    view: BoardView | DenseView, width: int, height: int, step: int = 1
+    view: Any, width: int, height: int, step: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return all whole pixels of an image that look at the target, and their points.
 

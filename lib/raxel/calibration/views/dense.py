@@ -9,20 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from raxel.calibration.views.correspondence import add_points, pixels_on_board
+from raxel.calibration.views.correspondence import (
+    BoardView,
+    add_points,
+    pixels_on_board,
+)
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.pixel_cells import as_in_a_mirror, whole_cells
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardView
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardView
 
 # Board points at a lattice of pixels: what the generic method computes with. Millions
 # of pixels add nothing to the few numbers of centre and poses, so these are found

@@ -16,20 +16,16 @@ either lattice and knows no difference.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from raxel.calibration.views.correspondence import board_cells, cell_turns, check_view
+from raxel.calibration.views.correspondence import (
+    BoardView,
+    board_cells,
+    cell_turns,
+    check_view,
+)
+from raxel.calibration.views.dense import DenseView
 from raxel.geometry.homography import homography_dlt
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardView
-    from raxel.calibration.views.dense import DenseView
-
-if TYPE_CHECKING:
-    from raxel.calibration.views.correspondence import BoardView
-    from raxel.calibration.views.dense import DenseView
 
 # A smooth surface through the corners of a lattice: C1 and exact at every corner.
 # Between corners each quantity is a bicubic Hermite patch. Its slopes at a corner are
