@@ -10,7 +10,7 @@ taken on which kept-out boards are predicted best.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,6 @@ from raxel.calibration.smooth.adjustment import (
     SplineAdjustment,
     adjust_spline,
 )
-from raxel.calibration.views.correspondence import BoardView
-from raxel.calibration.views.dense import DenseView
 from raxel.cameras.lenses.fisheye import KannalaBrandtCamera
 from raxel.cameras.tables.ray_spline import RaySplineCamera
 from raxel.errors import CalibrationError, InputError
@@ -104,7 +102,7 @@ class _Start(NamedTuple):
 
 
 def calibrate_spline(
-    views: Sequence[BoardView | DenseView],
+    views: Sequence[Any],
     width: int,
     height: int,
     *,
