@@ -13,9 +13,10 @@ infinite scene and the ray-point distance: the thesis, (5.28) and (5.29).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import CalibrationError
 from raxel.geometry.least_squares import descend, gauss_newton
@@ -40,65 +41,172 @@ NEWTON_STEPS = 50
 class _Curve:
     """What both curves share; each has `distances`, `tangents` and their changes."""
 
-    def replaced(self, coefficients):
-        """The same curve with other coefficients (4,)."""
-        return replace(self, coefficients=np.asarray(coefficients, float))
+    def replaced(self, coefficients: ArrayLike) -> Self:
+        """Return the same curve with other coefficients.
 
-    def points(self, u):
-        """Mirror points S (N, 2) on viewing rays u (N,), mm."""
-        return self.distances(u)[:, None] * viewing_rays(u)[0]
+        Parameters
+        ----------
+        coefficients : array_like, shape (4,)
+            Coefficients of the cubic, mm.
 
-    def scene_rays(self, u):
-        """Unit directions (N, 2) from the mirror into the scene."""
-        return reflected(viewing_rays(u)[0], self.tangents(u))
+        Returns
+        -------
+        DistanceCurve or HeightCurve
+            A curve of the same class.
+        """
+        return replace(self, coefficients=np.asarray(coefficients, float))  # type: ignore[type-var]
+
+    def points(self, u: ArrayLike) -> NDArray[np.float64]:
+        """Return the mirror points on viewing rays.
+
+        Parameters
+        ----------
+        u : array_like, shape (N,)
+            Normalised coordinates x / z of the viewing rays.
+
+        Returns
+        -------
+        ndarray, shape (N, 2)
+            Mirror points S (x, z), mm.
+        """
+        return self.distances(u)[:, None] * viewing_rays(u)[0]  # type: ignore[attr-defined]
+
+    def scene_rays(self, u: ArrayLike) -> NDArray[np.float64]:
+        """Return unit directions from the mirror into the scene.
+
+        Parameters
+        ----------
+        u : array_like, shape (N,)
+            Normalised coordinates x / z of the viewing rays.
+
+        Returns
+        -------
+        ndarray, shape (N, 2)
+            Directions (x, z) of unit length.
+        """
+        return reflected(viewing_rays(u)[0], self.tangents(u))  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)
 class DistanceCurve(_Curve):
-    """Distances along the viewing rays, a cubic of the picture.
+    """Describe a bent mirror by distances along the viewing rays, a cubic of the image.
 
-    coefficients: (4,) mm, of 1, s, s^2, s^3, with s = -1 at the clamp and +1 at the
-    free edge; span: u of both.
+    Everything lies in the plane at right angles to the clamp line. The origin is the
+    centre of the camera that views the mirror; rows are (x, z), mm.
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (4,)
+        Coefficients of 1, s, s^2, s^3, mm, with s = -1 at the clamp and +1 at the free
+        edge.
+    span : tuple of float
+        Normalised coordinate u = x / z of the clamp and of the free edge.
+
+    References
+    ----------
+    Thesis (5.3); E-5.01 for the two interpretations of the reduced model.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import DistanceCurve
+    >>> curve = DistanceCurve(np.array([520.0, 90.0, 30.0, -4.0]), (-0.4, 0.4))
+    >>> curve.distances([-0.4, 0.0, 0.4]).round(1)
+    array([464., 520., 636.])
+    >>> curve.points([0.0]).round(1)
+    array([[  0., 520.]])
     """
 
     coefficients: np.ndarray
     span: tuple[float, float]
 
-    def distances(self, u):
-        """Distances D (N,) from the viewer, mm."""
+    def distances(self, u: ArrayLike) -> NDArray[np.float64]:
+        """Return the distances D (N,) from the camera along rays u (N,), mm."""
         return self._rows(u)[0] @ self.coefficients
 
-    def tangents(self, u):
-        """dS/du (N, 2), not of unit length."""
+    def tangents(self, u: ArrayLike) -> NDArray[np.float64]:
+        """Return the derivatives dS/du (N, 2) at rays u (N,), not of unit length."""
         b, b_u = self._rows(u)
         V, V_u = viewing_rays(u)
         D, D_u = b @ self.coefficients, b_u @ self.coefficients
         return D[:, None] * V_u + D_u[:, None] * V
 
-    def way(self, u):
-        """Share (N,) of the way from clamp to free edge, in the picture."""
+    def way(self, u: ArrayLike) -> NDArray[np.float64]:
+        """Return the share (N,) of the way from clamp to free edge, in the image."""
         return (np.asarray(u, float) - self.span[0]) / (self.span[1] - self.span[0])
 
-    def changes(self, u):
-        """Changes with the coefficients (N, 4): of D, and of the tangent's angle."""
+    def changes(self, u: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the derivatives by the coefficients of distance and tangent angle.
+
+        Parameters
+        ----------
+        u : array_like, shape (N,)
+            Normalised coordinates of the viewing rays.
+
+        Returns
+        -------
+        by_distance : ndarray, shape (N, 4)
+            Changes of the distance D, mm / mm.
+        by_angle : ndarray, shape (N, 4)
+            Changes of the tangent's angle, rad / mm.
+        """
         b, b_u = self._rows(u)
         V, V_u = viewing_rays(u)
         S_u = self.tangents(u)
         turn = cross(S_u, V)[:, None] * b_u + cross(S_u, V_u)[:, None] * b
         return b, turn / dot(S_u, S_u)[:, None]
 
-    def slope_equations(self, u, normals):
-        """Rows (N, 4) and right sides (N,): tangents at right angles to normals (5.15).
+    def slope_equations(
+        self, u: ArrayLike, normals: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return equations for tangents at right angles to normals.
 
-        (dV_l/du . N) D + (V_l . N) dD/du = 0, linear in the coefficients of D.
+        (dV_l/du . N) D + (V_l . N) dD/du = 0 is linear in the coefficients of D.
+
+        Parameters
+        ----------
+        u : array_like, shape (N,)
+            Normalised coordinates of the viewing rays.
+        normals : ndarray, shape (N, 2)
+            Normals of the mirror (x, z).
+
+        Returns
+        -------
+        rows : ndarray, shape (N, 4)
+            Rows for the coefficients.
+        sides : ndarray, shape (N,)
+            Right sides, zero.
+
+        References
+        ----------
+        Thesis (5.15).
         """
         b, b_u = self._rows(u)
         V, V_u = viewing_rays(u)
         rows = dot(V_u, normals)[:, None] * b + dot(V, normals)[:, None] * b_u
         return rows, np.zeros(len(rows))
 
-    def clamp_equation(self, clamp):
-        """Row (4,) and right side: the distance at the clamped edge is known (5.20)."""
+    def clamp_equation(
+        self, clamp: tuple[float, float]
+    ) -> tuple[NDArray[np.float64], float]:
+        """Return the equation of the known distance at the clamped edge.
+
+        Parameters
+        ----------
+        clamp : tuple of float
+            Normalised coordinate u of the clamp, and its distance along that ray, mm.
+
+        Returns
+        -------
+        row : ndarray, shape (4,)
+            Row for the coefficients.
+        side : float
+            Right side, mm.
+
+        References
+        ----------
+        Thesis (5.20).
+        """
         u, distance = clamp
         return self._rows([u])[0][0], distance
 
@@ -111,11 +219,25 @@ class DistanceCurve(_Curve):
 
 @dataclass(frozen=True)
 class HeightCurve(_Curve):
-    """Height over the line of the clamped mirror, a cubic of the length along it.
+    """Describe a bent mirror by its height over the line of the clamped mirror.
 
-    coefficients: (4,) mm, of 1, s, s^2, s^3, with s = length along the line / length.
-    foot: (2,) mm, where the line starts; direction: (2,) unit, along it; the height
-    counts across, a quarter turn on from the direction. length: mm, to the free edge.
+    The height is a cubic of the length along the line, as in the beam's formula. Frame
+    and rows (x, z) are those of `DistanceCurve`.
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (4,)
+        Coefficients of 1, s, s^2, s^3, mm, with s = length along the line / `length`.
+    foot : ndarray, shape (2,)
+        Point (x, z) where the line starts, mm.
+    direction : ndarray, shape (2,)
+        Unit vector along the line. Heights count across it, rotated by 90 degrees.
+    length : float
+        Length of the line to the free edge, mm.
+
+    References
+    ----------
+    Thesis (5.1); E-5.01 for the two interpretations of the reduced model.
     """
 
     coefficients: np.ndarray
@@ -123,10 +245,23 @@ class HeightCurve(_Curve):
     direction: np.ndarray
     length: float
 
-    def distances(self, u):
-        """Distances D (N,) from the viewer, mm, by Newton's steps.
+    def distances(self, u: ArrayLike) -> NDArray[np.float64]:
+        """Return the distances of the mirror from the camera, by Newton's steps.
 
-        Raises CalibrationError where a viewing ray passes the curve.
+        Parameters
+        ----------
+        u : array_like, shape (N,)
+            Normalised coordinates of the viewing rays.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            Distances D along the rays, mm.
+
+        Raises
+        ------
+        CalibrationError
+            ``ray-misses-mirror``: a viewing ray does not meet the curve.
         """
         V = viewing_rays(u)[0]
         along, across = V @ self.direction, V @ self._upright
@@ -145,19 +280,31 @@ class HeightCurve(_Curve):
             code="ray-misses-mirror",
         )
 
-    def tangents(self, u):
-        """Tangents (N, 2), of length 1 along the line."""
+    def tangents(self, u: ArrayLike) -> NDArray[np.float64]:
+        """Return the tangents (N, 2) at rays u (N,), of length 1 along the line."""
         _, slope = self._height(self._lengths(u))
         return self.direction + slope[:, None] * self._upright
 
-    def way(self, u):
-        """Share (N,) of the way from clamp to free edge, along the line."""
+    def way(self, u: ArrayLike) -> NDArray[np.float64]:
+        """Return the share (N,) of the way from clamp to free edge, along the line."""
         return self._lengths(u) / self.length
 
-    def changes(self, u):
-        """Changes with the coefficients (N, 4): of D, and of the tangent's angle.
+    def changes(self, u: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the derivatives by the coefficients of distance and tangent angle.
 
-        The point slides on its viewing ray until its height is right again.
+        The point slides on its viewing ray until its height fulfils the cubic again.
+
+        Parameters
+        ----------
+        u : array_like, shape (N,)
+            Normalised coordinates of the viewing rays.
+
+        Returns
+        -------
+        by_distance : ndarray, shape (N, 4)
+            Changes of the distance D, mm / mm.
+        by_angle : ndarray, shape (N, 4)
+            Changes of the tangent's angle, rad / mm.
         """
         x = self._lengths(u)
         b, b_x, b_xx = self._rows(x)
@@ -168,17 +315,52 @@ class HeightCurve(_Curve):
         bend = (b_xx @ self.coefficients) * along
         return slide, (b_x + bend[:, None] * slide) / (1 + slope**2)[:, None]
 
-    def slope_equations(self, u, normals):
-        """Rows (N, 4) and right sides (N,): tangents at right angles to normals (5.9).
+    def slope_equations(
+        self, u: ArrayLike, normals: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return equations for tangents at right angles to normals.
 
-        The slope is linear in the coefficients where the features lie; they are taken
-        to lie where their rays meet this curve, the one before.
+        The slope is linear in the coefficients at the positions of the features. These
+        are taken to be where their rays meet this curve, the previous one.
+
+        Parameters
+        ----------
+        u : array_like, shape (N,)
+            Normalised coordinates of the viewing rays.
+        normals : ndarray, shape (N, 2)
+            Normals of the mirror (x, z).
+
+        Returns
+        -------
+        rows : ndarray, shape (N, 4)
+            Rows for the coefficients.
+        sides : ndarray, shape (N,)
+            Right sides.
+
+        References
+        ----------
+        Thesis (5.9).
         """
         _, b_x, _ = self._rows(self._lengths(u))
         return (normals @ self._upright)[:, None] * b_x, -normals @ self.direction
 
-    def clamp_equation(self, clamp):
-        """Row (4,) and right side: the height of the known point at the clamp."""
+    def clamp_equation(
+        self, clamp: tuple[float, float]
+    ) -> tuple[NDArray[np.float64], float]:
+        """Return the equation of the known point's height at the clamp.
+
+        Parameters
+        ----------
+        clamp : tuple of float
+            Normalised coordinate u of the clamp, and its distance along that ray, mm.
+
+        Returns
+        -------
+        row : ndarray, shape (4,)
+            Row for the coefficients.
+        side : float
+            Right side, mm.
+        """
         u, distance = clamp
         point = distance * viewing_rays([u])[0][0] - self.foot
         b, _, _ = self._rows(np.array([point @ self.direction]))
@@ -204,30 +386,90 @@ class HeightCurve(_Curve):
         return b @ self.coefficients, b_x @ self.coefficients
 
 
-def viewing_rays(u):
-    """Unit viewing rays V_l (N, 2) of u (N,), and their derivatives by u (5.17)."""
+def viewing_rays(u: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return unit viewing rays in the plane, and their derivatives.
+
+    Parameters
+    ----------
+    u : array_like, shape (N,)
+        Normalised coordinates x / z.
+
+    Returns
+    -------
+    rays : ndarray, shape (N, 2)
+        Unit directions V_l (x, z).
+    derivatives : ndarray, shape (N, 2)
+        Derivatives of the directions by u.
+
+    References
+    ----------
+    Thesis (5.17).
+
+    Examples
+    --------
+    >>> from raxel.calibration import viewing_rays
+    >>> rays, derivatives = viewing_rays([0.0, 0.75])
+    >>> rays.round(6)
+    array([[0. , 1. ],
+           [0.6, 0.8]])
+    """
     u = np.asarray(u, float)
     length = np.sqrt(1 + u**2)[:, None]
     V = np.column_stack([u, np.ones_like(u)]) / length
     return V, np.column_stack([np.ones_like(u), -u]) / length**3
 
 
-def reflected(directions, tangents):
-    """Directions (N, 2) after reflection at tangents (N, 2) of any length.
+def reflected(
+    directions: NDArray[np.float64], tangents: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Reflect directions in a plane curve with given tangents.
 
-    The part along the tangent stays, the part across changes its sign.
+    The component along the tangent stays, the component across it changes its sign.
+
+    Parameters
+    ----------
+    directions : ndarray, shape (N, 2)
+        Directions (x, z) of the incoming rays.
+    tangents : ndarray, shape (N, 2)
+        Tangents (x, z) of any length.
+
+    Returns
+    -------
+    ndarray, shape (N, 2)
+        Directions of the reflected rays, as long as those given.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import reflected
+    >>> reflected(np.array([[0.6, 0.8]]), np.array([[2.0, 0.0]])).round(6)
+    array([[ 0.6, -0.8]])
     """
     along = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
     return 2 * dot(directions, along)[:, None] * along - directions
 
 
-def dot(a, b):
-    """Scalar products (N,) of rows."""
+def dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the scalar products of rows.
+
+    Parameters
+    ----------
+    a, b : ndarray, shape (N, K)
+        Rows to multiply.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        Scalar product of each pair of rows.
+    """
     return np.einsum("ij,ij->i", a, b)
 
 
-def cross(a, b):
-    """a_x b_z - a_z b_x (N,), positive where b is on from a, from x towards z."""
+def cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a_x b_z - a_z b_x (N,) of rows (N, 2).
+
+    It is positive where b follows a in the rotation from x towards z.
+    """
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
@@ -248,12 +490,25 @@ FIRST_TURNS = 120
 
 
 class ReducedCalibration(NamedTuple):
-    """What a dynamic calibration of the reduced model returns.
+    """Hold the result of a dynamic calibration of the reduced model.
 
-    curve: refined; linear: as the linear stage left it. residuals: (N,) mm, offsets of
-    the features from their scene rays. covariance: (4, 4) mm^2, of the coefficients,
-    from the residuals' scatter. reach: share of the way from clamp to free edge at
-    which the outermost feature lies; beyond, the curve is carried on.
+    Attributes
+    ----------
+    curve : DistanceCurve or HeightCurve
+        The refined curve.
+    linear : DistanceCurve or HeightCurve
+        The curve of the linear stage.
+    costs : ndarray
+        Sum of squared residuals at the start and after each step, mm^2.
+    residuals : ndarray, shape (N,)
+        Offsets of the features from their scene rays, mm.
+    covariance : ndarray, shape (4, 4)
+        Covariance of the coefficients from the scatter of the residuals, mm^2.
+    reach : float
+        Share of the way from clamp to free edge at the outermost feature. Beyond it the
+        curve is extrapolated.
+    converged : bool
+        Whether the refinement converged.
     """
 
     curve: DistanceCurve | HeightCurve
@@ -264,25 +519,70 @@ class ReducedCalibration(NamedTuple):
     reach: float
     converged: bool
 
-    def deviation(self, u):
-        """Standard deviation (N,) of the distances along viewing rays u (N,), mm."""
+    def deviation(self, u: ArrayLike) -> NDArray[np.float64]:
+        """Return the predicted standard deviation (N,), mm, of distances at u (N,)."""
         slide, _ = self.curve.changes(u)
         return np.sqrt(np.einsum("ij,jk,ik->i", slide, self.covariance, slide))
 
 
-def calibrate_reduced(before, u, scene_rays, points, clamp):
-    """The curve of a bent mirror from one grid, seen before and after (5.2.2).
+def calibrate_reduced(
+    before: DistanceCurve | HeightCurve,
+    u: ArrayLike,
+    scene_rays: ArrayLike,
+    points: ArrayLike,
+    clamp: tuple[float, float],
+) -> ReducedCalibration:
+    """Calibrate the curve of a bent mirror from one grid, seen before and after.
 
-    before: the curve before bending, with the span or length of the mirror after it; of
-    a `DistanceCurve` the span alone is used. u: (N,) features after bending, as
-    normalised coordinates. scene_rays: (N, 2), the directions in which the same
-    features were seen before; in the linear stage they stand for those after (5.28).
-    points: (N, 2) mm, where the features are. clamp: u of the clamped edge, and its
-    distance along that viewing ray, mm.
+    The linear stage is followed by a refinement of the ray-point distances. Both keep
+    the clamp.
 
-    Returns ReducedCalibration. Raises CalibrationError for fewer than four features,
-    values that are not finite, features outside the mirror, none beyond a third of it,
-    too few different ones, and a curve that comes to the viewer.
+    Parameters
+    ----------
+    before : DistanceCurve or HeightCurve
+        The curve before bending, with the span or length of the mirror after it. Of a
+        `DistanceCurve` the span alone is used.
+    u : array_like, shape (N,)
+        Features after bending, as normalised coordinates.
+    scene_rays : array_like, shape (N, 2)
+        Directions in which the same features were seen before. In the linear stage they
+        replace those after bending (5.28).
+    points : array_like, shape (N, 2)
+        Positions (x, z) of the features, mm.
+    clamp : tuple of float
+        Normalised coordinate u of the clamped edge, and its distance along that ray,
+        mm.
+
+    Returns
+    -------
+    ReducedCalibration
+        Refined and linear curve with residuals and covariance.
+
+    Raises
+    ------
+    CalibrationError
+        ``not-finite``: a value is not finite. ``too-few-features``: fewer than four
+        different features. ``outside-mirror``: features outside the mirror.
+        ``short-reach``: no feature beyond a third of the mirror. ``open-coefficients``:
+        too few different positions. ``behind-camera``: the curve reaches the camera.
+        ``no-reflection``, ``ray-misses-mirror``: see `linear_reduced`, `HeightCurve`.
+
+    References
+    ----------
+    Thesis 5.2.2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import DistanceCurve, calibrate_reduced
+    >>> before = DistanceCurve(np.array([520.0, 90.0, 24.0, -3.2]), (-0.4, 0.4))
+    >>> bent = DistanceCurve(np.array([520.0, 90.0, 30.0, -4.0]), (-0.4, 0.4))
+    >>> u = np.linspace(-0.35, 0.33, 12)
+    >>> points = bent.points(u) + 1500.0 * bent.scene_rays(u)
+    >>> clamp = -0.4, float(bent.distances([-0.4])[0])
+    >>> found = calibrate_reduced(before, u, before.scene_rays(u), points, clamp)
+    >>> bool(np.allclose(found.curve.coefficients, bent.coefficients, atol=1e-3))
+    True
     """
     u, scene_rays, points = (np.asarray(v, float) for v in (u, scene_rays, points))
     for given in (u, scene_rays, points, clamp):
@@ -300,11 +600,44 @@ def calibrate_reduced(before, u, scene_rays, points, clamp):
     return refine_reduced(linear, u, points, clamp)
 
 
-def linear_reduced(before, u, scene_rays, clamp):
-    """The curve from viewing and scene rays alone, linear (5.8, 5.9, 5.19 to 5.22).
+def linear_reduced(
+    before: DistanceCurve | HeightCurve,
+    u: ArrayLike,
+    scene_rays: NDArray[np.float64],
+    clamp: tuple[float, float],
+) -> DistanceCurve | HeightCurve:
+    """Estimate the curve from viewing and scene rays alone, linearly.
 
-    The normal halves the angle between the rays, N ~ V_l - V_r, and the tangent is at
-    right angles to it: an equation for each feature. The clamp gives the scale.
+    The normal bisects the angle between the rays, N ~ V_l - V_r. The tangent is at
+    right angles to it, which gives one equation for each feature. The clamp gives the
+    scale.
+
+    Parameters
+    ----------
+    before : DistanceCurve or HeightCurve
+        The curve before bending.
+    u : array_like, shape (N,)
+        Features after bending, as normalised coordinates.
+    scene_rays : ndarray, shape (N, 2)
+        Unit directions from the mirror into the scene.
+    clamp : tuple of float
+        Normalised coordinate u of the clamped edge, and its distance along that ray,
+        mm.
+
+    Returns
+    -------
+    DistanceCurve or HeightCurve
+        A curve of the class of `before`.
+
+    Raises
+    ------
+    CalibrationError
+        ``no-reflection``: a scene ray continues its viewing ray.
+
+    References
+    ----------
+    Thesis (5.8), (5.9), (5.19) to (5.22). Halstead et al. 1996,
+    doi:10.1145/237170.237272.
     """
     across = viewing_rays(u)[0] - scene_rays
     length = np.linalg.norm(across, axis=1, keepdims=True)
@@ -320,8 +653,41 @@ def linear_reduced(before, u, scene_rays, clamp):
     return before.replaced(particular + basis @ free)
 
 
-def refine_reduced(start, u, points, clamp):
-    """ReducedCalibration from a start: least ray-point distances (5.29)."""
+def refine_reduced(
+    start: DistanceCurve | HeightCurve,
+    u: ArrayLike,
+    points: NDArray[np.float64],
+    clamp: tuple[float, float],
+) -> ReducedCalibration:
+    """Refine a curve by least ray-point distances.
+
+    Parameters
+    ----------
+    start : DistanceCurve or HeightCurve
+        Initial curve.
+    u : array_like, shape (N,)
+        Features after bending, as normalised coordinates.
+    points : ndarray, shape (N, 2)
+        Positions (x, z) of the features, mm.
+    clamp : tuple of float
+        Normalised coordinate u of the clamped edge, and its distance along that ray,
+        mm.
+
+    Returns
+    -------
+    ReducedCalibration
+        The refined curve; its `linear` is `start`.
+
+    Raises
+    ------
+    CalibrationError
+        ``behind-camera``, ``outside-mirror``, ``short-reach`` or ``open-coefficients``,
+        as `calibrate_reduced`.
+
+    References
+    ----------
+    Thesis (5.29).
+    """
     particular, basis = _kept_clamp(start, clamp)
 
     def curve_of(free):
@@ -348,12 +714,34 @@ def refine_reduced(start, u, points, clamp):
     )
 
 
-def ray_point_offsets(curve, u, points):
-    """Offsets (N,) of points from their scene rays, mm, and their Jacobian (N, 4).
+def ray_point_offsets(
+    curve: DistanceCurve | HeightCurve, u: ArrayLike, points: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the offsets of points from their scene rays, and their Jacobian.
 
-    In a plane the vector of (5.29) lies across the ray; this is its length with a sign,
-    e = V_r x (P - S). The scene ray turns twice as fast as the tangent, so that
-    de = -2 (V_r . (P - S)) d(angle) - (V_r x V_l) dD.
+    In a plane the vector of (5.29) is perpendicular to the ray. The offset is its
+    length with a sign, e = V_r x (P - S). The scene ray turns twice as fast as the
+    tangent, so that de = -2 (V_r . (P - S)) d(angle) - (V_r x V_l) dD.
+
+    Parameters
+    ----------
+    curve : DistanceCurve or HeightCurve
+        The mirror.
+    u : array_like, shape (N,)
+        Features, as normalised coordinates.
+    points : ndarray, shape (N, 2)
+        Positions (x, z) of the features, mm.
+
+    Returns
+    -------
+    offsets : ndarray, shape (N,)
+        Signed distances, mm.
+    jacobian : ndarray, shape (N, 4)
+        Derivatives by the coefficients.
+
+    References
+    ----------
+    Thesis (5.29).
     """
     V = viewing_rays(u)[0]
     V_r = reflected(V, curve.tangents(u))
@@ -363,17 +751,41 @@ def ray_point_offsets(curve, u, points):
     return cross(V_r, q), J
 
 
-def place_row(origins, directions, places):
-    """Where a straight row of points lies, from a ray to each of them.
+def place_row(
+    origins: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    places: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Estimate the pose of a straight row of points from a ray to each of them.
 
-    origins, directions: (N, 2), the rays, directions of unit length; places: (N,) mm
-    along the row. Returns (foot, way): the points are foot + places way, way (2,) of
-    unit length. They have the least sum of squared distances from their rays, in front
-    of them: the pose of a grid (2.26) in the plane. Non-central rays are fine.
+    This is the pose of a grid in the plane; non-central rays are permitted. For a given
+    direction the foot follows linearly, so that one angle remains to be searched. All
+    angles are tried, and the best is refined together with the foot.
 
-    For a given way the foot follows linearly, so that one angle is left to search: all
-    are tried, and the best is refined with the foot. Raises CalibrationError for fewer
-    than three points, for parallel rays, and where no row lies in front of its rays.
+    Parameters
+    ----------
+    origins, directions : ndarray, shape (N, 2)
+        The rays (x, z); origins in mm, directions of unit length.
+    places : ndarray, shape (N,)
+        Positions of the points along the row, mm.
+
+    Returns
+    -------
+    foot : ndarray, shape (2,)
+        Position of the row's origin, mm.
+    way : ndarray, shape (2,)
+        Unit direction of the row. The points are foot + places way. They have the least
+        sum of squared distances from their rays, in front of them.
+
+    Raises
+    ------
+    CalibrationError
+        ``too-few-features``: fewer than three points. ``parallel-rays``: parallel rays.
+        ``behind-camera``: no row lies in front of all its rays.
+
+    References
+    ----------
+    Thesis (2.26).
     """
     if len(places) < 3:
         raise CalibrationError(
