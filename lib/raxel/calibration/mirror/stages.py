@@ -8,9 +8,13 @@ the bundle over all of them. It takes views, so pictures may come from anywhere;
 Frame: the viewer's; mm, radians.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from raxel.calibration.mirror.bundle import StageBundle, StageView, bundle_stages
 from raxel.calibration.mirror.clamp import ClampLine, clamp_line, fixed_line
@@ -20,12 +24,18 @@ from raxel.calibration.mirror.observations import (
     normalised,
     wrong_matches,
 )
-from raxel.calibration.mirror.platter import PlatterPoses, grid_poses_in_platter
+from raxel.calibration.mirror.platter import (
+    PlatterPicture,
+    PlatterPoses,
+    grid_poses_in_platter,
+)
 from raxel.calibration.mirror.primary import PrimaryCalibration, primary_from_points
-from raxel.calibration.mirror.update import MirrorSettings, update_mirror
+from raxel.calibration.mirror.update import MirrorSettings, MirrorUpdate, update_mirror
 from raxel.calibration.pose.three_point import placed_points
 from raxel.calibration.views.correspondence import BoardView
-from raxel.calibration.views.dense import sample_boards
+from raxel.calibration.views.dense import DenseView, sample_boards
+from raxel.cameras.core.base import Camera
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
 
 # What a mirror's pictures can get wrong without a calibration noticing by itself.
@@ -162,18 +172,43 @@ SAMPLES = 1000  # pixels for each grid, about, as in the thesis
 
 
 class ClampPicks(NamedTuple):
-    """points (N, 2) px along the clamp's edge; sd_px: of each, across it; hidden_mm: by
-    how much the edge may lie before the true clamp."""
+    """Hold points along the clamped edge of the mirror in the image.
 
-    points: np.ndarray
+    Attributes
+    ----------
+    points : ndarray, shape (N, 2)
+        Points along the clamp's edge, px.
+    sd_px : float
+        Standard deviation of each point across the edge, px.
+    hidden_mm : float
+        Distance by which the edge may lie in front of the true clamp, mm.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import ClampPicks
+    >>> picks = ClampPicks(np.array([[10.0, 5.0], [12.0, 250.0], [14.0, 495.0]]), 0.5)
+    >>> picks.points.shape, picks.sd_px, picks.hidden_mm
+    ((3, 2), 0.5, 0.0)
+    """
+
+    points: NDArray[np.float64]
     sd_px: float = 0.0
     hidden_mm: float = 0.0
 
 
 class StepViews(NamedTuple):
-    """BoardViews of a board that stands still, before and after one deflection, their
-    corners in the same order; deflection_mm: as stated, None where it is not. A view
-    that is the after of one step and the before of the next has one name in both."""
+    """Hold the views of a stationary chessboard before and after one deflection.
+
+    A view that is `after` of one step and `before` of the next has one name in both.
+
+    Attributes
+    ----------
+    before, after : BoardView
+        Views of the chessboard, their corners in the same order.
+    deflection_mm : float or None
+        Stated deflection, mm; None where it is not stated.
+    """
 
     before: BoardView
     after: BoardView
@@ -181,44 +216,73 @@ class StepViews(NamedTuple):
 
 
 class MirrorViews(NamedTuple):
-    """What `calibrate_mirror` takes.
+    """Hold the input of `calibrate_mirror`.
 
-    viewer: the calibrated central camera; grids: a DenseView in the mirror for each
-    place of the monitor; platter: PlatterPictures, position k being
-    that of grids[k]; thickness: of the platter, mm; clamp: ClampPicks; steps:
-    StepViews; flags: what a reader should know of the pictures, one text each.
+    Attributes
+    ----------
+    viewer : Camera
+        Calibrated central camera that views the mirror.
+    grids : tuple of DenseView
+        View of the monitor in the mirror for each position of the monitor.
+    platter : tuple of PlatterPicture
+        Images of the flat reference mirror. Position k is that of ``grids[k]``.
+    thickness : float
+        Thickness of the flat reference mirror, mm.
+    clamp : ClampPicks
+        Points along the clamped edge.
+    steps : tuple of StepViews
+        Views of each deflection.
+    flags : tuple of str
+        Warnings about the images, one text each.
     """
 
-    viewer: object
-    grids: tuple
-    platter: tuple
+    viewer: Camera
+    grids: tuple[DenseView, ...]
+    platter: tuple[PlatterPicture, ...]
     thickness: float
     clamp: ClampPicks
-    steps: tuple
-    flags: tuple = ()
+    steps: tuple[StepViews, ...]
+    flags: tuple[str, ...] = ()
 
 
 class MirrorCalibration(NamedTuple):
-    """cameras: a SplineMirrorCamera for each stage, 0 the first shape; poses:
-    PlatterPoses; line: ClampLine; primary: PrimaryCalibration; updates: a MirrorUpdate
-    for each step; bundle: StageBundle, whose cameras these are; views: the StageViews
-    that went into it; flags: of views and stages, one text each."""
+    """Hold the result of `calibrate_mirror`.
 
-    cameras: tuple
+    Attributes
+    ----------
+    cameras : tuple of SplineMirrorCamera
+        Camera of each stage; 0 is the first shape.
+    poses : PlatterPoses
+        Poses of the monitor from the flat reference mirror.
+    line : ClampLine
+        Line of the clamp in the image.
+    primary : PrimaryCalibration
+        Calibration of the first shape.
+    updates : tuple of MirrorUpdate
+        Calibration of each step.
+    bundle : StageBundle
+        Adjustment of all stages, whose cameras `cameras` are.
+    views : tuple of StageView
+        Views that the bundle used.
+    flags : tuple of str
+        Warnings about views and stages, one text each.
+    """
+
+    cameras: tuple[SplineMirrorCamera, ...]
     poses: PlatterPoses
     line: ClampLine
     primary: PrimaryCalibration
-    updates: tuple
+    updates: tuple[MirrorUpdate, ...]
     bundle: StageBundle
-    views: tuple
-    flags: tuple
+    views: tuple[StageView, ...]
+    flags: tuple[str, ...]
 
-    def residuals_mm(self, stage):
-        """Distances (N,), mm, of the boards' corners of a stage from its rays."""
+    def residuals_mm(self, stage: int) -> NDArray[np.float64]:
+        """Return distances (N,), mm, of a stage's chessboard corners from its rays."""
         return self._residuals(stage)[0]
 
-    def residuals_deg(self, stage):
-        """The same (N,) as angles at the mirror, degrees."""
+    def residuals_deg(self, stage: int) -> NDArray[np.float64]:
+        """Return `residuals_mm` (N,) of a stage as angles at the mirror, degrees."""
         return np.degrees(np.arctan2(*self._residuals(stage)))
 
     def _residuals(self, stage):
@@ -233,13 +297,45 @@ class MirrorCalibration(NamedTuple):
         return found[:, np.isfinite(found[0])]
 
 
-def calibrate_mirror(views, quantity="inverse depth", settings=SETTINGS, say=None):
-    """MirrorCalibration of MirrorViews.
+def calibrate_mirror(
+    views: MirrorViews,
+    quantity: str = "inverse depth",
+    settings: MirrorSettings = SETTINGS,
+    say: Callable[[str], object] | None = None,
+) -> MirrorCalibration:
+    """Calibrate a bending mirror: first shape, deflections and bundle over all stages.
 
-    quantity: of the splines, see SplineMirrorCamera; settings: MirrorSettings of each
-    step; say: a callable that is told what is done, a line each. Raises InputError and
-    CalibrationError, one line, that name the step or picture: whatever a stage leaves
-    open is refused, so that no camera's shape is a guess.
+    Whatever a stage leaves undetermined is rejected, so that no camera has a guessed
+    shape.
+
+    Parameters
+    ----------
+    views : MirrorViews
+        Views of the monitor, of the flat reference mirror and of the steps.
+    quantity : str
+        Quantity of the splines, "inverse depth" or "distance"; see
+        `SplineMirrorCamera`.
+    settings : MirrorSettings
+        Settings of each step.
+    say : callable or None
+        Called with one line of text for each stage of the work.
+
+    Returns
+    -------
+    MirrorCalibration
+        Cameras of all stages, in the frame of the viewing camera (mm, rad).
+
+    Raises
+    ------
+    InputError
+        For input that does not fit. The message is one line and names step or image.
+    CalibrationError
+        ``same-place``, ``same-points``, ``moved-between-images``, or the code of the
+        stage that failed. The message is one line and names step or image.
+
+    References
+    ----------
+    Thesis 5.2.
     """
     say = say or (lambda line: None)
     say("places of the monitor, through the platter")

@@ -6,12 +6,21 @@ refinement makes the grid's points lie on their rays. Knots are laid anew over t
 picture, the clamp stays as the primary stage had it.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.mirror.bundle import FIRM
-from raxel.calibration.mirror.clamp import TRUNCATION, bending_prior, plane_through
+from raxel.calibration.mirror.clamp import (
+    TRUNCATION,
+    Clamp,
+    FixedLine,
+    bending_prior,
+    plane_through,
+)
 from raxel.calibration.mirror.observations import (
     Support,
     clamped_end,
@@ -59,18 +68,38 @@ ALIKE = 1.5
 
 
 class MirrorSettings(NamedTuple):
-    """How a stage is calibrated.
+    """Hold the settings of a stage.
 
-    shape: (Kf, Kg), the most basis functions; degree; fixed_shape: whether these
-    numbers stay where features do not support them (then a prior must carry, or the
-    stage is refused). noise_px: standard deviation of a feature along each axis, px.
-    prior_sd: of `bending_prior`, mm; None for no prior. truncation: see `clamped`.
-    swinging_deg: a stage is rejected where rays at an end would turn by so much if the
-    mirror bent there evenly; infinite for the published method, which has no such test.
+    Attributes
+    ----------
+    shape : tuple of int
+        Largest numbers (Kf, Kg) of basis functions.
+    degree : tuple of int
+        Degrees of the spline along u and v.
+    fixed_shape : bool
+        Whether `shape` stays where features do not support it. Then a prior must
+        determine the rest, or the stage is rejected.
+    noise_px : float
+        Standard deviation of a feature along each axis, px.
+    prior_sd : float or None
+        Standard deviation of `bending_prior`, mm; None for no prior.
+    truncation : float
+        Share of the largest singular value; see `clamped`.
+    swinging_deg : float
+        A stage is rejected where rays at an end would turn by this angle, degrees, if
+        the mirror bent there evenly. Infinite for the published method, which has no
+        such test.
+
+    Examples
+    --------
+    >>> from raxel.calibration import MirrorSettings
+    >>> settings = MirrorSettings(shape=(6, 3), prior_sd=0.1)
+    >>> settings.shape, settings.degree, settings.noise_px
+    ((6, 3), (2, 2), 0.2)
     """
 
-    shape: tuple = (7, 3)
-    degree: tuple = (2, 2)
+    shape: tuple[int, int] = (7, 3)
+    degree: tuple[int, int] = (2, 2)
     fixed_shape: bool = True
     noise_px: float = 0.2
     prior_sd: float | None = None
@@ -79,17 +108,35 @@ class MirrorSettings(NamedTuple):
 
 
 class MirrorUpdate(NamedTuple):
-    """One stage, calibrated.
+    """Hold the calibration of one stage.
 
-    camera, linear: SplineMirrorCameras, refined and as the linear stage left it; fit:
-    ShapeFit; residuals: (N,) mm, distances of the points from their scene rays, NaN
-    where a feature was not common; misfit: what these have beyond noise, as the
-    standard deviation of each component of a ray's direction, radians; widening: of the
-    covariance by it, 1 where noise explains the residuals; used: (N,) features that
-    count; wrong: (N,) those taken for wrong matches; support: Support; pose:
-    NonCentralPose of the grid, None for a known scene; swing_deg: what `swinging_deg`
-    of the settings limits, the largest of the ends, degrees; flags: what a reader
-    should know, one text each.
+    Attributes
+    ----------
+    camera, linear : SplineMirrorCamera
+        Refined camera, and that of the linear stage.
+    fit : ShapeFit
+        Fit of the shape.
+    residuals : ndarray, shape (N,)
+        Distances of the points from their scene rays, mm, NaN where a feature was not
+        common.
+    misfit : float
+        Part of the residuals beyond noise, as the standard deviation of each component
+        of a ray's direction, rad.
+    widening : float
+        Factor of the covariance by the misfit, 1 where noise explains the residuals.
+    used : ndarray of bool, shape (N,)
+        Features that count.
+    wrong : ndarray of bool, shape (N,)
+        Features rejected as wrong matches.
+    support : Support
+        Features per knot interval.
+    pose : NonCentralPose or None
+        Pose of the grid, None for a known scene.
+    swing_deg : float
+        Largest rotation of rays at an end, degrees, which `swinging_deg` of the
+        settings limits.
+    flags : tuple of str
+        Warnings, one text each.
     """
 
     camera: SplineMirrorCamera
@@ -103,17 +150,28 @@ class MirrorUpdate(NamedTuple):
     support: Support
     pose: NonCentralPose | None
     swing_deg: float
-    flags: tuple
+    flags: tuple[str, ...]
 
     @property
-    def covariance(self):
-        """(K, K), of vec(C) of `camera`, widened by the misfit."""
+    def covariance(self) -> NDArray[np.float64]:
+        """Return the covariance (K, K) of vec(C) of `camera`, widened by the misfit."""
         return self.widening * self.fit.covariance
 
-    def ray_sd(self, pixels):
-        """Standard deviation (N,), radians, of each of the two components of the rays'
-        directions at pixels (N, 2): by the covariance, and by what of the misfit no
-        spline can follow. Where no feature is near, it knows the former alone.
+    def ray_sd(self, pixels: ArrayLike) -> NDArray[np.float64]:
+        """Return the predicted standard deviation of ray directions.
+
+        It combines the covariance with the part of the misfit that no spline can
+        follow. Where no feature is near, it includes the covariance alone.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Pixels, px.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            Standard deviation of each of the two components of a direction, rad.
         """
         camera = self.camera
         known = ray_sd(
@@ -127,20 +185,52 @@ class MirrorUpdate(NamedTuple):
 
 
 def update_mirror(
-    before, pixels_before, pixels_after, points, clamp, settings=None, *,
-    outline=None, start_pose=None,
-):  # fmt: skip
-    """MirrorUpdate from a grid seen before and after the mirror was bent.
+    before: SplineMirrorCamera,
+    pixels_before: ArrayLike,
+    pixels_after: ArrayLike,
+    points: ArrayLike,
+    clamp: Clamp | FixedLine,
+    settings: MirrorSettings | None = None,
+    *,
+    outline: ArrayLike | None = None,
+    start_pose: NDArray[np.float64] | None = None,
+) -> MirrorUpdate:
+    """Calibrate a bent mirror from a stationary grid seen before and after.
 
-    before: SplineMirrorCamera of the stage before. pixels_before, pixels_after: (N, 2),
-    NaN where a corner was not found; all found before give the pose, those common to
-    both the shape. points: (N, 2) on the grid, mm. clamp: Clamp or FixedLine of the
-    primary stage. outline: pixels (M, 2) that the knots are to span beside the
-    features, such as the corners of the mirror in the picture after; start_pose:
-    (4, 4), T_camera_grid of the grid where it is nearly known.
+    Parameters
+    ----------
+    before : SplineMirrorCamera
+        Camera of the previous stage.
+    pixels_before, pixels_after : array_like, shape (N, 2)
+        Corners, px, NaN where one was not found. All found before give the pose, those
+        common to both images the shape.
+    points : array_like, shape (N, 2)
+        Corners on the grid, mm.
+    clamp : Clamp or FixedLine
+        Clamp of the primary stage.
+    settings : MirrorSettings or None
+        Settings; None for the defaults.
+    outline : array_like, shape (M, 2), or None
+        Pixels that the knots are to span in addition to the features, such as the
+        corners of the mirror in the image after.
+    start_pose : ndarray, shape (4, 4), or None
+        T_camera_grid of the grid where it is nearly known.
 
-    Raises CalibrationError naming what is missing: too few common corners, unsupported
-    knot intervals, more than a quarter of wrong matches, pictures exchanged.
+    Returns
+    -------
+    MirrorUpdate
+        Camera after the deflection, with its fit.
+
+    Raises
+    ------
+    CalibrationError
+        Names what is missing. ``too-few-features``: too few common corners.
+        ``no-feature-at-end``: unsupported knot intervals. ``wrong-matches``: more than
+        a quarter of wrong matches. ``exchanged-images``: the images are exchanged.
+
+    References
+    ----------
+    Thesis 5.2.2, (5.28), (5.29).
     """
     rays, pose, placed, pixels, wrong = _placed_grid(
         before, pixels_before, pixels_after, points, start_pose
@@ -161,12 +251,36 @@ def update_mirror(
 
 
 def linear_stage(
-    before, pixels_before, pixels_after, points, clamp, settings=None, *, outline=None
-):
-    """SplineMirrorCamera as the linear stage of `update_mirror` leaves it (5.28).
+    before: SplineMirrorCamera,
+    pixels_before: ArrayLike,
+    pixels_after: ArrayLike,
+    points: ArrayLike,
+    clamp: Clamp | FixedLine,
+    settings: MirrorSettings | None = None,
+    *,
+    outline: ArrayLike | None = None,
+) -> SplineMirrorCamera:
+    """Return the camera of the linear stage of `update_mirror`.
 
-    Arguments as there. Raises CalibrationError where there is no linear stage: too few
-    common corners, unsupported knot intervals, pictures exchanged.
+    Parameters
+    ----------
+    before, pixels_before, pixels_after, points, clamp, settings, outline
+        See `update_mirror`.
+
+    Returns
+    -------
+    SplineMirrorCamera
+        Camera before the refinement.
+
+    Raises
+    ------
+    CalibrationError
+        Too few common corners, unsupported knot intervals, or exchanged images; codes
+        as `update_mirror`.
+
+    References
+    ----------
+    Thesis (5.28).
     """
     rays, _, _, pixels, _ = _placed_grid(before, pixels_before, pixels_after, points)
     p = normalised(before.viewer, pixels)
@@ -197,14 +311,43 @@ def _placed_grid(before, pixels_before, pixels_after, points, start_pose=None):
 
 
 def update_from_scene(
-    before, pixels, scene_points, clamp, settings=None, *, outline=None
-):
-    """MirrorUpdate from points of a static scene whose places are known (5.5).
+    before: SplineMirrorCamera,
+    pixels: ArrayLike,
+    scene_points: ArrayLike,
+    clamp: Clamp | FixedLine,
+    settings: MirrorSettings | None = None,
+    *,
+    outline: ArrayLike | None = None,
+) -> MirrorUpdate:
+    """Calibrate a bent mirror from points of a static scene with known positions.
 
-    pixels: (N, 2) after bending, NaN where not seen; scene_points: (N, 3) mm, viewer's
-    frame, such as those of an active grid in a known pose. The linear stage takes the
-    directions from the mirror as it was, at the same pixels. Other arguments and errors
-    as `update_mirror`.
+    The linear stage takes the directions from the mirror before, at the same pixels.
+
+    Parameters
+    ----------
+    before : SplineMirrorCamera
+        Camera of the previous stage.
+    pixels : array_like, shape (N, 2)
+        Features after bending, px, NaN where not detected.
+    scene_points : array_like, shape (N, 3)
+        Points in the frame of the viewing camera, mm, such as those of an active grid
+        in a known pose.
+    clamp, settings, outline
+        See `update_mirror`.
+
+    Returns
+    -------
+    MirrorUpdate
+        Camera after the deflection; its `pose` is None.
+
+    Raises
+    ------
+    CalibrationError
+        As `update_mirror`.
+
+    References
+    ----------
+    Thesis 5.5.
     """
     pixels, scene_points = np.asarray(pixels, float), np.asarray(scene_points, float)
     mirror = before.rays(pixels).origins
