@@ -9,14 +9,19 @@ stand alone, and those are left out. A line that only stands in for a hidden cla
 a little: its equations then count with their standard deviations.
 """
 
+from __future__ import annotations
+
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.mirror.observations import magnification, normalised
+from raxel.cameras.core.base import Camera
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
-from raxel.geometry.spline_grids import basis
+from raxel.geometry.spline_grids import SplineGrid, basis
 
 # The edge that the mirror is clamped at: its line in the picture, and what is fixed.
 # The thesis picks points at the clamped edge by hand and refines them by a fit of a
@@ -50,8 +55,8 @@ class ClampLine(NamedTuple):
     used: np.ndarray
     rms_px: float
 
-    def points(self, count):
-        """Points (count, 2) from end to end, evenly spread."""
+    def points(self, count: int) -> NDArray[np.float64]:
+        """Return points (count, 2) from end to end, evenly spread."""
         share = np.linspace(0, 1, count)[:, None]
         return (1 - share) * self.ends[0] + share * self.ends[1]
 
@@ -73,8 +78,8 @@ class FixedLine(NamedTuple):
     angle: float
 
     @property
-    def u(self):
-        """The u axis (2,), of unit length, at right angles to the line."""
+    def u(self) -> NDArray[np.float64]:
+        """Return the u axis (2,), of unit length, at right angles to the line."""
         return np.array([np.cos(self.angle), np.sin(self.angle)])
 
 
@@ -105,12 +110,29 @@ def edge_picks(picture, picks, reach=6.0):
     return np.where(clear[:, None], picks + off[:, None] * across, np.nan)
 
 
-def clamp_line(viewer, picks):
-    """The straight line through picks (N, 2) px in the undistorted picture.
+def clamp_line(viewer: Camera, picks: ArrayLike) -> ClampLine:
+    """Fit the straight line through picked points in the undistorted image.
 
-    Picks that lie far from the line of the others are left out; rows of NaN do not
-    count. Raises InputError for fewer than FEWEST picks, and CalibrationError where
-    they do not lie on a line.
+    Picks far from the line of the others are rejected. Rows of NaN do not count.
+
+    Parameters
+    ----------
+    viewer : Camera
+        Central camera that views the mirror.
+    picks : array_like, shape (N, 2)
+        Points along the clamped edge, px.
+
+    Returns
+    -------
+    ClampLine
+        Line with its standard deviations.
+
+    Raises
+    ------
+    InputError
+        Fewer than FEWEST picks.
+    CalibrationError
+        ``bent-clamp-line``: the picks do not lie on a line.
     """
     picks = np.asarray(picks, float)
     image = normalised(viewer, picks)
@@ -148,16 +170,49 @@ def clamp_line(viewer, picks):
     )
 
 
-def fixed_line(camera, line, *, hidden=0.0, length=None, deflection=0.0, count=8):
-    """What a line of the clamp fixes, read from the primary stage: FixedLine.
+def fixed_line(
+    camera: SplineMirrorCamera,
+    line: ClampLine,
+    *,
+    hidden: float = 0.0,
+    length: float | None = None,
+    deflection: float = 0.0,
+    count: int = 8,
+) -> FixedLine:
+    """Return what a line of the clamp fixes, read from the primary stage.
 
-    camera: SplineMirrorCamera of the primary stage; line: ClampLine, whose angle should
-    be the spline's. hidden: mm on the mirror from the line to the true clamp, 0 where
-    the line is the clamp; length: mm from the clamp to where the mirror is pushed;
-    deflection: the largest there that is to come, mm. The error of the line's own place
-    counts as hidden. Points of the line beyond the knots are left out. Raises
-    InputError for a line that is not on the mirror's spline, and for lengths that are
-    missing or do not fit.
+    The error of the line's own position counts as hidden. Points of the line beyond the
+    knots are excluded.
+
+    Parameters
+    ----------
+    camera : SplineMirrorCamera
+        Camera of the primary stage.
+    line : ClampLine
+        Line whose angle should be the spline's.
+    hidden : float
+        Distance on the mirror from the line to the true clamp, mm; 0 where the line is
+        the clamp.
+    length : float or None
+        Distance from the clamp to where the mirror is pushed, mm.
+    deflection : float
+        Largest deflection there that is to come, mm.
+    count : int
+        Number of points on the line.
+
+    Returns
+    -------
+    FixedLine
+        Values and slopes with their standard deviations.
+
+    Raises
+    ------
+    InputError
+        The line is not on the mirror's spline, or lengths are missing or do not fit.
+
+    References
+    ----------
+    Thesis (5.1), 5.1.3.
     """
     if (deflection or hidden) and not (deflection and length and length > hidden >= 0):
         raise InputError(
@@ -336,11 +391,17 @@ OUTSIDE = "clamp: some of its points lie outside the knots; let the knots span t
 
 
 class Clamp(NamedTuple):
-    """Places of the picture whose mirror points stay where they are.
+    """Hold image points whose mirror points do not move.
 
-    points: (M, 2) normalised image coordinates. values: (M,) of the quantity there,
-    mm or 1 / mm. slopes: (M, 2), its derivatives by the points' two coordinates, or
-    None where only the position is held.
+    Attributes
+    ----------
+    points : ndarray, shape (M, 2)
+        Normalised image coordinates.
+    values : ndarray, shape (M,)
+        Quantity of the spline there, mm or 1 / mm.
+    slopes : ndarray, shape (M, 2), or None
+        Derivatives of the quantity by the two coordinates. None where only the position
+        is held.
     """
 
     points: np.ndarray
@@ -354,20 +415,41 @@ class Subspace(NamedTuple):
     particular: np.ndarray
     directions: np.ndarray
 
-    def coefficients(self, free):
-        """(K,) from the free unknowns Phi (F,)."""
+    def coefficients(self, free: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the coefficients (K,) of the free unknowns Phi (F,)."""
         return self.particular + self.directions @ free
 
-    def free(self, coefficients):
-        """Phi (F,) of the coefficients nearest to those given (K,)."""
+    def free(self, coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return Phi (F,) of the coefficients nearest to those given (K,)."""
         return self.directions.T @ (coefficients - self.particular)
 
 
-def clamp_of_camera(camera, pixels, *, slope=True):
-    """The Clamp that a calibrated SplineMirrorCamera has at pixels (M, 2) of its edge.
+def clamp_of_camera(
+    camera: SplineMirrorCamera, pixels: ArrayLike, *, slope: bool = True
+) -> Clamp:
+    """Return the clamp that a calibrated camera has at pixels of its edge.
 
-    Read it once, from the primary calibration: read anew at every stage it would
-    drift. Raises CalibrationError where a pixel lies outside the knots.
+    Determine it once, from the primary calibration. Determined anew at every stage, it
+    would drift.
+
+    Parameters
+    ----------
+    camera : SplineMirrorCamera
+        Calibrated camera.
+    pixels : array_like, shape (M, 2)
+        Pixels of the clamped edge, px.
+    slope : bool
+        Whether the slope is held, too.
+
+    Returns
+    -------
+    Clamp
+        Points, values and slopes.
+
+    Raises
+    ------
+    CalibrationError
+        ``outside-knots``: a pixel lies outside the knots.
     """
     seen = camera.viewer.rays(np.asarray(pixels, float)).directions
     points = seen[:, :2] / seen[:, 2:]
@@ -385,12 +467,34 @@ def clamp_of_camera(camera, pixels, *, slope=True):
     return Clamp(points, b @ c, slopes)
 
 
-def clamped(grid, clamp, truncation=TRUNCATION):
-    """The Subspace of a SplineGrid's coefficients that keep a Clamp (5.19-5.21).
+def clamped(
+    grid: SplineGrid, clamp: Clamp | FixedLine | None, truncation: float = TRUNCATION
+) -> Subspace:
+    """Return the subspace of a spline's coefficients that keep a clamp.
 
-    clamp: Clamp or FixedLine, or None for the whole space. truncation: of the largest
-    singular value; combinations of equations below it are left out. Raises
-    CalibrationError for points of the clamp outside the knots.
+    Parameters
+    ----------
+    grid : SplineGrid
+        Grid of the spline.
+    clamp : Clamp, FixedLine or None
+        The clamp; None for the whole space.
+    truncation : float
+        Share of the largest singular value. Combinations of equations below it are
+        excluded.
+
+    Returns
+    -------
+    Subspace
+        One solution (K,) and free directions (K, F).
+
+    Raises
+    ------
+    CalibrationError
+        ``outside-knots``: points of the clamp lie outside the knots.
+
+    References
+    ----------
+    Thesis (5.19) to (5.21).
     """
     if clamp is None:
         return Subspace(np.zeros(grid.size), np.eye(grid.size))

@@ -13,9 +13,13 @@ Frame: the viewer's. Sources: Bonfort, Sturm, Gargallo 2006, ACCV (grids in know
 seen in a plane mirror); thesis 5.2.1.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.mirror.observations import (
     Sighting,
@@ -30,6 +34,9 @@ from raxel.calibration.pose.three_point import (
     moved_pose,
     placed_points,
 )
+from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration.views.dense import DenseView
+from raxel.cameras.core.base import Camera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.homography import apply_homography, homography_dlt
 from raxel.geometry.least_squares import descend, gauss_newton
@@ -48,12 +55,26 @@ FAR, LEAST_PX, ROUNDS = 6.0, 0.5, 10
 MOST_WRONG = 0.25
 
 
-def flat_view(viewer, view):
-    """The view, a BoardView or DenseView, with pixels NaN whose points do not fit, and
-    for all others the standard deviation (px) that the picture shows.
+def flat_view(viewer: Camera, view: BoardView | DenseView) -> BoardView | DenseView:
+    """Reject pixels of a view that do not fit a flat monitor in a flat mirror.
 
-    viewer: calibrated central camera. Raises CalibrationError where more than a quarter
-    would be left out.
+    Parameters
+    ----------
+    viewer : Camera
+        Calibrated central camera.
+    view : BoardView or DenseView
+        View of the monitor in the flat reference mirror.
+
+    Returns
+    -------
+    BoardView or DenseView
+        The view with NaN for pixels whose points do not fit. All others have the
+        standard deviation (px) that the image shows.
+
+    Raises
+    ------
+    CalibrationError
+        ``not-flat``: more than a quarter would be rejected.
     """
     pixels = np.asarray(view.pixels, float)
     image = normalised(viewer, pixels)
@@ -90,15 +111,23 @@ LARGEST_RMS_PX, LARGEST_RMS_SD = 5.0, 3.0
 
 
 class PlatterPicture(NamedTuple):
-    """One picture of the platter on its board, with a grid reflected in the platter.
+    """Hold an image of the flat reference mirror on its chessboard and a grid in it.
 
-    board, grid: BoardViews or DenseViews of the board and of the reflected grid, in
-    whose own coordinates poses are; platter, position: numbers, from 0, of the place of
-    the platter and of the grid. Pictures of one number share the place.
+    Images of one number share the position.
+
+    Attributes
+    ----------
+    board, grid : BoardView or DenseView
+        Views of the chessboard and of the reflected grid. Poses are in their
+        coordinates.
+    platter : int
+        Number, from 0, of the position of the flat reference mirror.
+    position : int
+        Number, from 0, of the position of the grid.
     """
 
-    board: object
-    grid: object
+    board: BoardView | DenseView
+    grid: BoardView | DenseView
     platter: int = 0
     position: int = 0
 
@@ -117,14 +146,24 @@ class GridMotion(NamedTuple):
 
 
 class PlatterPoses(NamedTuple):
-    """T_camera_grid (n, 4, 4), one for each position of the grid; T_camera_board (m, 4,
-    4), one for each place of the platter; planes (m, 4): (n, d) of the reflecting
-    surfaces; covariance (6 (n + m), 6 (n + m)) of (w, s), the errors of the poses as R
-    exp([w]x), t + R s, grids first, radians and mm; rms_px: root mean square distance
-    between corners and their places by the fit.
+    """Hold the poses of a grid seen in a flat reference mirror.
 
-    The error of a platter's plane is common to all grids that were seen in it, so
+    The error of a mirror's plane is common to all grids that were seen in it, so
     covariances between grids matter.
+
+    Attributes
+    ----------
+    T_camera_grid : ndarray, shape (n, 4, 4)
+        Pose for each position of the grid.
+    T_camera_board : ndarray, shape (m, 4, 4)
+        Pose of the chessboard for each position of the flat reference mirror.
+    planes : ndarray, shape (m, 4)
+        Planes (n, d) of the reflecting surfaces.
+    covariance : ndarray, shape (6 (n + m), 6 (n + m))
+        Covariance of (w, s), the errors of the poses as R exp([w]x), t + R s. Grids
+        come first; rad and mm.
+    rms_px : float
+        Root mean square distance between corners and their positions by the fit, px.
     """
 
     T_camera_grid: np.ndarray
@@ -133,17 +172,39 @@ class PlatterPoses(NamedTuple):
     covariance: np.ndarray
     rms_px: float
 
-    def motion(self, first, second, point):
-        """GridMotion between two positions, at a point (2,) of the grid.
+    def motion(self, first: int, second: int, point: ArrayLike) -> GridMotion:
+        """Return the GridMotion between two positions, at a point (2,) of the grid.
 
-        A point amid those that were seen: farther out, the error of the rotation adds
+        Use a point within those detected. Farther out, the error of the rotation adds
         to that of the shift.
         """
         return grid_motion(self.T_camera_grid, self.covariance, first, second, point)
 
 
-def reflection(plane):
-    """T^R (4, 4) of the plane (n, d), n.x + d = 0 with unit n (5.26)."""
+def reflection(plane: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the reflection in a plane as a matrix.
+
+    Parameters
+    ----------
+    plane : array_like, shape (4,)
+        Plane (n, d) with n.x + d = 0 and unit n; d in mm.
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+        Matrix T^R.
+
+    References
+    ----------
+    Thesis (5.26).
+
+    Examples
+    --------
+    >>> from raxel.calibration import reflection
+    >>> T = reflection([0.0, 0.0, -1.0, 300.0])
+    >>> print((T @ [10.0, 20.0, 0.0, 1.0])[:3])
+    [ 10.  20. 600.]
+    """
     n, d = np.asarray(plane, float)[:3], float(plane[3])
     T = np.eye(4)
     T[:3, :3] -= 2 * np.outer(n, n)
@@ -151,11 +212,28 @@ def reflection(plane):
     return T
 
 
-def platter_plane(T_camera_board, thickness):
-    """Plane (n, d) (4,) of a mirror of this thickness (mm) that lies on a board.
+def platter_plane(T_camera_board: ArrayLike, thickness: float) -> NDArray[np.float64]:
+    """Return the plane of a flat mirror that lies on a chessboard.
 
-    n points to the camera, at whose side the mirror lies; the thickness is taken off
-    along it. Raises InputError for a camera in the plane or behind the surface.
+    The normal n points to the camera, at whose side the mirror lies. The thickness is
+    subtracted along it.
+
+    Parameters
+    ----------
+    T_camera_board : array_like, shape (4, 4)
+        Pose of the chessboard.
+    thickness : float
+        Thickness of the mirror, mm.
+
+    Returns
+    -------
+    ndarray, shape (4,)
+        Plane (n, d), d in mm.
+
+    Raises
+    ------
+    InputError
+        The camera is in the plane or behind the surface.
     """
     T = np.asarray(T_camera_board, float)
     n = T[:3, 2] * (-1.0 if T[:3, 2] @ T[:3, 3] > 0 else 1.0)
@@ -168,11 +246,28 @@ def platter_plane(T_camera_board, thickness):
     return np.append(n, d)
 
 
-def reflected_pose(T_camera_virtual, plane):
-    """T_camera_grid (4, 4), proper, of the grid whose mirror image has a pose (5.27).
+def reflected_pose(
+    T_camera_virtual: ArrayLike, plane: ArrayLike
+) -> NDArray[np.float64]:
+    """Return the pose of a grid from the pose of its mirror image.
 
-    T_camera_virtual: (4, 4), right-handed, as from a homography. It is its own inverse:
-    from the grid it gives the image.
+    The function is its own inverse: from the grid it gives the image.
+
+    Parameters
+    ----------
+    T_camera_virtual : array_like, shape (4, 4)
+        Right-handed pose of the image, as from a homography.
+    plane : array_like, shape (4,)
+        Plane (n, d) of the mirror.
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+        T_camera_grid, a proper motion.
+
+    References
+    ----------
+    Thesis (5.27).
     """
     T = reflection(plane) @ np.asarray(T_camera_virtual, float)
     # The third axis reversed: the same points of the plane, the other hand.
@@ -180,16 +275,40 @@ def reflected_pose(T_camera_virtual, plane):
     return T
 
 
-def grid_poses_in_platter(viewer, pictures, thickness):
-    """Poses of a grid in one or more positions, seen in a platter: PlatterPoses.
+def grid_poses_in_platter(
+    viewer: Camera, pictures: Iterable[PlatterPicture], thickness: float
+) -> PlatterPoses:
+    """Estimate poses of a grid in its positions, seen in a flat reference mirror.
 
-    viewer: a calibrated central camera; pictures: PlatterPictures, whose numbers leave
-    out none from 0; thickness: of the platter, mm, from the board's plane to the
-    reflecting surface. All corners of all pictures are fitted at once, each weighted
-    with its standard deviation where all have one, so several pictures of one position
-    are averaged as they should be. Raises InputError for numbers that leave one out;
-    CalibrationError for too few corners, a grid that was not seen in the platter, and a
-    fit that leaves LARGEST_RMS_PX.
+    All corners of all images are fitted at once. Each is weighted with its standard
+    deviation where all have one. Several images of one position are thus averaged
+    correctly.
+
+    Parameters
+    ----------
+    viewer : Camera
+        Calibrated central camera.
+    pictures : iterable of PlatterPicture
+        Images whose numbers start at 0 without gaps.
+    thickness : float
+        Distance from the chessboard's plane to the reflecting surface, mm.
+
+    Returns
+    -------
+    PlatterPoses
+        Poses, planes and covariance.
+
+    Raises
+    ------
+    InputError
+        The numbers have a gap.
+    CalibrationError
+        ``too-few-corners``: too few corners. ``image-before-mirror``: the grid was not
+        seen in the mirror. ``poses-misfit``: the fit leaves LARGEST_RMS_PX.
+
+    References
+    ----------
+    Thesis 5.2.1. Bonfort, Sturm, Gargallo 2006, ACCV.
     """
     pictures = list(pictures)
     boards = [sighting(viewer, p.board, f"platter picture {k}: board")
