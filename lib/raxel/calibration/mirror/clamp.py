@@ -165,7 +165,7 @@ def clamp_line(viewer: Camera, picks: ArrayLike) -> ClampLine:
         float(np.arctan2(normal[1], normal[0])),
         float(spread / np.sqrt(count)),
         float(spread / np.sqrt(np.sum(reach**2))),
-        used,
+        used,  # type: ignore[arg-type]
         rms,
     )
 

@@ -8,20 +8,26 @@ the clamp: there the mirror stays, so both pictures show the same places of the 
 there. Where on the lattice these are, is run on from the corners to the clamp.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.pose.grid_pose import refine_pose_angular
 from raxel.calibration.pose.three_point import placed_points
 from raxel.calibration.views.correspondence import BoardView
+from raxel.cameras.core.base import Camera
 from raxel.cameras.mirrors.spline import depth_rows, normal_rows
 from raxel.errors import CalibrationError, InputError
-from raxel.features.detector import Partial
+from raxel.features.detector import Detection, Partial
 from raxel.geometry.homography import homography_dlt
 from raxel.geometry.poses import nearest_rotation, pose, pose_from_homography
-from raxel.geometry.spline_grids import spline_grid
+from raxel.geometry.spline_grids import SplineGrid, spline_grid
+from raxel.sets.model import Chessboard
 
 # Points of a flat target in the picture of a central camera, and its pose from them.
 # Image points are normalised: (x/z, y/z) of the viewing ray, without distortion.
@@ -61,15 +67,41 @@ class Sighting(NamedTuple):
         return (weight[:, None, None] * across).reshape(2 * len(p), -1)
 
 
-def normalised(viewer, pixels):
-    """(x/z, y/z) (N, 2) of pixels' viewing rays, NaN where there is none ahead."""
+def normalised(viewer: Camera, pixels: ArrayLike) -> NDArray[np.float64]:
+    """Return the normalised image coordinates of pixels.
+
+    Parameters
+    ----------
+    viewer : Camera
+        Central camera.
+    pixels : array_like, shape (N, 2)
+        Pixels, px.
+
+    Returns
+    -------
+    ndarray, shape (N, 2)
+        Coordinates (x / z, y / z) of the viewing rays, NaN where there is none ahead.
+    """
     d = viewer.rays(pixels).directions
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(d[:, 2:] > 0, d[:, :2] / d[:, 2:], np.nan)
 
 
-def magnification(viewer, pixels):
-    """Pixels (N,) for a unit of `normalised`, the mean over directions, by area."""
+def magnification(viewer: Camera, pixels: ArrayLike) -> NDArray[np.float64]:
+    """Return the number of pixels for a unit of `normalised`.
+
+    Parameters
+    ----------
+    viewer : Camera
+        Central camera.
+    pixels : array_like, shape (N, 2)
+        Pixels, px.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        Mean over directions, by area, px.
+    """
     step = 0.5 * np.eye(2)
     ends = np.concatenate([np.asarray(pixels) + s for s in (*step, *-step)])
     ends = normalised(viewer, ends).reshape(2, 2, -1, 2)
@@ -141,14 +173,26 @@ STEP = 1e-6  # of normalised image coordinates, for the change with the viewing 
 
 
 class RayPoints:
-    """Viewing rays fixed, coefficients to be found: what does not change is kept.
+    """Compute distances of points from the scene rays of a spline mirror.
 
-    p: (N, 2) normalised image coordinates, inside the grid's box; grid: SplineGrid;
-    quantity: see `spline_surface`. It takes some 1.5 kB for each point and 21
-    coefficients.
+    The viewing rays are fixed. What does not change with the coefficients is stored.
+    This takes about 1.5 kB for each point and 21 coefficients.
+
+    Parameters
+    ----------
+    p : ndarray, shape (N, 2)
+        Normalised image coordinates, inside the grid's box.
+    grid : SplineGrid
+        Grid of the spline.
+    quantity : str
+        "inverse depth" or "distance"; see `spline_surface`.
+
+    References
+    ----------
+    Thesis (5.29).
     """
 
-    def __init__(self, p, grid, quantity):
+    def __init__(self, p: NDArray[np.float64], grid: SplineGrid, quantity: str) -> None:
         self.p, self.grid, self.quantity = p, grid, quantity
         rows = depth_rows(grid, p, quantity)
         self.depth_rows = rows[0]
@@ -156,8 +200,10 @@ class RayPoints:
         self.w = np.column_stack([p, np.ones(len(p))])
         self.viewing = self.w / np.linalg.norm(self.w, axis=1, keepdims=True)
 
-    def surface(self, c):
-        """Mirror points (N, 3), unit scene directions (N, 3) of coefficients (K,)."""
+    def surface(
+        self, c: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return mirror points (N, 3) and unit scene directions (N, 3) of c (K,)."""
         m = self.normal_rows @ c
         turn = 2 * _dot(self.viewing, m) / _dot(m, m)
         scene = self.viewing - turn[:, None] * m
@@ -165,18 +211,22 @@ class RayPoints:
         depth = depth if self.quantity == "distance" else 1 / depth
         return depth[:, None] * self.w, scene
 
-    def in_front(self, c):
-        """Whether all mirror points lie before the viewer."""
+    def in_front(self, c: NDArray[np.float64]) -> bool:
+        """Return whether all mirror points are in front of the viewing camera."""
         return bool(np.all(self.depth_rows @ c > 0))
 
-    def residuals(self, c, points):
-        """Vectors (N, 3), mm, from the scene rays to points (N, 3)."""
+    def residuals(
+        self, c: NDArray[np.float64], points: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return vectors (N, 3), mm, from the scene rays to points (N, 3)."""
         S, scene = self.surface(c)
         q = points - S
         return q - _dot(scene, q)[:, None] * scene
 
-    def jacobian(self, c, points):
-        """(N, 3, K): change of the residuals with the coefficients."""
+    def jacobian(
+        self, c: NDArray[np.float64], points: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the change (N, 3, K) of the residuals with the coefficients."""
         S, scene = self.surface(c)
         by_direction, across = self._parts(scene, points - S)
         jacobian = (by_direction @ self._turning(c)) @ self.normal_rows
@@ -184,29 +234,31 @@ class RayPoints:
         jacobian -= sliding[:, :, None] * self.depth_rows[:, None, :]
         return jacobian
 
-    def direction_jacobian(self, c):
-        """(N, 3, K): change of the unit scene directions with the coefficients."""
+    def direction_jacobian(self, c: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the change (N, 3, K) of unit scene directions with coefficients."""
         return self._turning(c) @ self.normal_rows
 
-    def across(self, c):
-        """(N, 3, 3): change of the residuals with the points."""
+    def across(self, c: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the change (N, 3, 3) of the residuals with the points."""
         scene = self.surface(c)[1]
         return np.eye(3) - scene[:, :, None] * scene[:, None, :]
 
-    def picture_jacobian(self, c, points):
-        """(N, 3, 2): change of the residuals with the viewing rays' p, by differences.
+    def picture_jacobian(
+        self, c: NDArray[np.float64], points: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the change (N, 3, 2) of the residuals with p, by differences.
 
-        One-sided where the other side lies outside the box.
+        The difference is one-sided where the other side lies outside the box.
         """
         shifts = STEP * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
         ends = (self.p + shifts[:, None]).reshape(-1, 2)
         stay = np.tile(self.p, (4, 1))
         ends = np.where(self.grid.inside(ends)[:, None], ends, stay)
         off = RayPoints(ends, self.grid, self.quantity)
-        off = off.residuals(c, np.tile(points, (4, 1))).reshape(2, 2, -1, 3)
-        ends = ends.reshape(2, 2, -1, 2)
+        off = off.residuals(c, np.tile(points, (4, 1))).reshape(2, 2, -1, 3)  # type: ignore[assignment]
+        ends = ends.reshape(2, 2, -1, 2)  # type: ignore[assignment]
         width = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=2)
-        return np.moveaxis((off[:, 0] - off[:, 1]) / width[:, :, None], 0, 2)
+        return np.moveaxis((off[:, 0] - off[:, 1]) / width[:, :, None], 0, 2)  # type: ignore[index]
 
     def _parts(self, scene, q):
         a = _dot(scene, q)
@@ -422,23 +474,51 @@ TURNS = tuple(
 )
 
 
-def lattice_of(detection):
-    """The Partial of a Detection, of a whole board or of a part; None without any."""
+def lattice_of(detection: Detection) -> Partial | None:
+    """Return the detected lattice of a whole chessboard or of a part.
+
+    Parameters
+    ----------
+    detection : Detection
+        Result of the detector.
+
+    Returns
+    -------
+    Partial or None
+        Corners with their indices; None without any.
+    """
     if not detection.found:
         return detection.partial
     there = np.isfinite(detection.corners[:, 0])
-    row, column = np.divmod(np.arange(len(there)), detection.columns)
+    row, column = np.divmod(np.arange(len(there)), detection.columns)  # type: ignore[arg-type]
     indices = np.column_stack([row, column])
     return Partial(detection.corners[there], indices[there])
 
 
-def labelled_like(before, after, clamp, name="board"):
-    """The Partial `after`, each corner with the indices that the Partial `before` has
-    for it.
+def labelled_like(
+    before: Partial, after: Partial, clamp: NDArray[np.float64], name: str = "board"
+) -> Partial:
+    """Label the corners of one lattice as those of another.
 
-    clamp: (L, 2) px, points along the edge at which the mirror is held. Raises
-    InputError, which begins with `name`, where a picture shows too few corners and
-    where it cannot be told which is which.
+    Parameters
+    ----------
+    before, after : Partial
+        Lattices detected before and after a deflection.
+    clamp : ndarray, shape (L, 2)
+        Points along the edge at which the mirror is held, px.
+    name : str
+        Start of the error message.
+
+    Returns
+    -------
+    Partial
+        `after`, each corner with the indices that `before` has for it.
+
+    Raises
+    ------
+    InputError
+        ``too-few-corners``: an image shows too few corners. ``corners-not-matched``:
+        the labelling is ambiguous.
     """
     fewest = min(len(before.corners), len(after.corners))
     if fewest < MIN_LATTICE_CORNERS:
@@ -468,13 +548,34 @@ def labelled_like(before, after, clamp, name="board"):
     return after._replace(indices=found[0][1])
 
 
-def on_one_lattice(partials, board, names):
-    """BoardViews of Partials that are labelled alike, all with the same corners.
+def on_one_lattice(
+    partials: Sequence[Partial], board: Chessboard, names: Sequence[str]
+) -> list[BoardView]:
+    """Return views of lattices that are labelled alike, all with the same corners.
 
-    board: the Chessboard; the lattice is ROOM of its sides wide, with the first partial
-    in its middle. Raises InputError where a partial reaches beyond.
+    The lattice is ROOM of the chessboard's sides wide, with the first partial in its
+    middle.
+
+    Parameters
+    ----------
+    partials : sequence of Partial
+        Lattices, labelled alike.
+    board : Chessboard
+        The chessboard.
+    names : sequence of str
+        Names of the views.
+
+    Returns
+    -------
+    list of BoardView
+        View of each lattice.
+
+    Raises
+    ------
+    InputError
+        ``corners-not-matched``: a partial reaches beyond the lattice.
     """
-    side = ROOM * max(board.columns, board.rows)
+    side = ROOM * max(board.columns, board.rows)  # type: ignore[operator, type-var]
     first = partials[0].indices
     origin = (first.min(axis=0) + first.max(axis=0) - side) // 2
     row, column = np.divmod(np.arange(side * side), side)
@@ -490,7 +591,7 @@ def on_one_lattice(partials, board, names):
             )
         pixels = np.full((side * side, 2), np.nan)
         pixels[at @ [side, 1]] = partial.corners
-        views.append(BoardView(pixels, points, side, side, name))
+        views.append(BoardView(pixels, points, side, side, name))  # type: ignore[call-arg]
     return views
 
 

@@ -247,7 +247,7 @@ def platter_plane(T_camera_board: ArrayLike, thickness: float) -> NDArray[np.flo
 
 
 def reflected_pose(
-    T_camera_virtual: ArrayLike, plane: ArrayLike
+    T_camera_virtual: ArrayLike, plane: Sequence[float] | NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the pose of a grid from the pose of its mirror image.
 

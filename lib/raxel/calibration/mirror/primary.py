@@ -9,11 +9,18 @@ the distances of all points of all grids from their scene rays are made small.
 Frame: the viewer's; mm.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from raxel.calibration.generic.known_motion import rays_from_known_motion
+from raxel.calibration.generic.known_motion import (
+    KnownMotionRays,
+    rays_from_known_motion,
+)
 from raxel.calibration.mirror.observations import (
     RayPoints,
     need_support,
@@ -21,15 +28,17 @@ from raxel.calibration.mirror.observations import (
     support_of,
     wrong_matches,
 )
-from raxel.calibration.mirror.platter import PlatterPoses, grid_motion
+from raxel.calibration.mirror.platter import GridMotion, PlatterPoses, grid_motion
 from raxel.calibration.mirror.refine import (
     reflection_normals,
     scaled_to_points,
     shape_up_to_scale,
 )
 from raxel.calibration.pose.three_point import motion_of_points, placed_points
-from raxel.calibration.views.dense import sample_boards
+from raxel.calibration.views.correspondence import BoardView
+from raxel.calibration.views.dense import DenseView, sample_boards
 from raxel.calibration.views.interpolation import interpolated_view
+from raxel.cameras.core.base import Camera
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.least_squares import descend, gauss_newton
@@ -52,12 +61,19 @@ FAR, LEAST_MM, ROUNDS, MOST_WRONG = 6.0, 0.01, 6, 0.25
 
 
 class MirrorPoints(NamedTuple):
-    """Where viewing rays and scene rays come nearest to each other.
+    """Hold points where viewing rays and scene rays come nearest to each other.
 
-    points (N, 3): amid the shortest line between both; misses (N,) mm: distance of the
-    point from either ray, half of that line (the thesis's ray-point distance of 5.3.3);
-    directions (N, 3): of the scene rays, unit, away from the mirror; valid (N,) bool:
-    elsewhere the others are NaN.
+    Attributes
+    ----------
+    points : ndarray, shape (N, 3)
+        Middle of the shortest line between both rays, mm.
+    misses : ndarray, shape (N,)
+        Distance of the point from either ray, mm, half of that line. It is the thesis's
+        ray-point distance of 5.3.3.
+    directions : ndarray, shape (N, 3)
+        Unit directions of the scene rays, away from the mirror.
+    valid : ndarray of bool, shape (N,)
+        Elsewhere the others are NaN.
     """
 
     points: np.ndarray
@@ -66,13 +82,24 @@ class MirrorPoints(NamedTuple):
     valid: np.ndarray
 
 
-def mirror_points(viewing, rays):
-    """MirrorPoints of N pixels.
+def mirror_points(viewing: NDArray[np.float64], rays: KnownMotionRays) -> MirrorPoints:
+    """Return the mirror points of pixels from their viewing and scene rays.
 
-    viewing: (N, 3) unit directions of viewing rays, from the origin; rays:
-    KnownMotionRays, whose sense does not matter: their origins, on a grid, lie ahead of
-    the mirror. Not valid where a ray is missing, both are nearly parallel, or the point
+    A pixel is not valid where a ray is missing, both are nearly parallel, or the point
     lies behind the camera.
+
+    Parameters
+    ----------
+    viewing : ndarray, shape (N, 3)
+        Unit directions of viewing rays, from the origin.
+    rays : KnownMotionRays
+        Scene rays, whose sense does not matter. Their origins, on a grid, lie ahead of
+        the mirror.
+
+    Returns
+    -------
+    MirrorPoints
+        Points, distances and directions, N each.
     """
     o, d = rays.origins, rays.directions
     cosine = np.sum(viewing * d, axis=1)
@@ -227,55 +254,101 @@ OPEN = 1e-14
 
 
 class PrimaryCalibration(NamedTuple):
-    """camera: the refined SplineMirrorCamera; linear: the one of (5.15, 5.16).
+    """Hold the calibration of the first shape of a mirror.
 
-    pixels (N, 2) that see all positions, and mirror: their MirrorPoints. residuals
-    (M,) mm: distances of all grid points from the camera's scene rays. covariance (K,
-    K): of vec(C), from the residuals' scatter, as if they were noise, and from that of
-    the poses where it is known; costs: of the refinement, mm^2, from the start on;
-    converged. motions: GridMotions from the first grid to each other, at the middle of
-    what the pixels see of the first; NaN standard deviations where those of the poses
-    are not known. flags: knot intervals of which the points say little, and how many
-    points were left out as wrong, a text each.
+    Attributes
+    ----------
+    camera : SplineMirrorCamera
+        Refined camera.
+    linear : SplineMirrorCamera
+        Camera of the linear stage (5.15, 5.16).
+    pixels : ndarray, shape (N, 2)
+        Pixels that see all positions.
+    mirror : MirrorPoints
+        Mirror points of these pixels.
+    residuals : ndarray, shape (M,)
+        Distances of all grid points from the camera's scene rays, mm.
+    covariance : ndarray, shape (K, K)
+        Covariance of vec(C), from the residuals' scatter, as if they were noise. That
+        of the poses is added where it is known.
+    costs : ndarray
+        Costs of the refinement, from the start on, mm^2.
+    converged : bool
+        Whether the refinement converged.
+    motions : tuple of GridMotion
+        Motions from the first grid to each other, at the middle of what the pixels see
+        of the first. Standard deviations are NaN where those of the poses are not
+        known.
+    flags : tuple of str
+        Knot intervals with little support from the points, and the number of points
+        rejected as wrong, a text each.
     """
 
     camera: SplineMirrorCamera
     linear: SplineMirrorCamera
     pixels: np.ndarray
-    mirror: object
+    mirror: MirrorPoints
     residuals: np.ndarray
     covariance: np.ndarray
     costs: np.ndarray
     converged: bool
-    motions: tuple
-    flags: tuple
+    motions: tuple[GridMotion, ...]
+    flags: tuple[str, ...]
 
 
 def calibrate_primary(
-    viewer,
-    views,
-    poses,
+    viewer: Camera,
+    views: Iterable[BoardView | DenseView],
+    poses: PlatterPoses | ArrayLike,
     *,
-    shape=(7, 3),
-    degree=(2, 2),
-    angle=0.0,
-    quantity="inverse depth",
-    span=None,
-):
-    """The mirror's shape from two or more grids in known poses: PrimaryCalibration.
+    shape: tuple[int, int] = (7, 3),
+    degree: tuple[int, int] = (2, 2),
+    angle: float = 0.0,
+    quantity: str = "inverse depth",
+    span: NDArray[np.float64] | None = None,
+) -> PrimaryCalibration:
+    """Calibrate the mirror's shape from two or more grids in known poses.
 
-    viewer: the calibrated central camera; views: n DenseViews of an active grid, or
-    BoardViews of a chessboard, in the mirror; poses: PlatterPoses, or T_camera_grid
-    (n, 4, 4), in the coordinates that the views' points have (a DenseView of a grid
-    that is seen as in a mirror counts y upwards, in the platter too). shape, degree,
-    angle: of the spline; quantity: see SplineMirrorCamera; span: (L, 2) further
-    normalised image points that the knots are to span, such as the clamp's line.
+    Between corners of chessboards the views are interpolated for the linear stage. The
+    refinement uses corners alone.
 
-    Between corners of chessboards the views are interpolated for the linear stage; the
-    refinement takes corners alone. Raises InputError for views that do not fit each
-    other; CalibrationError where no pixel sees two positions, where the rays do not
-    meet viewing rays, where the outermost knot intervals hold no point, and where the
-    points leave coefficients open.
+    Parameters
+    ----------
+    viewer : Camera
+        Calibrated central camera.
+    views : iterable of BoardView or DenseView
+        n views of a chessboard or of an active grid in the mirror.
+    poses : PlatterPoses or array_like, shape (n, 4, 4)
+        T_camera_grid in the coordinates of the views' points. A DenseView of a mirrored
+        grid counts y upwards, in the flat reference mirror too.
+    shape, degree : tuple of int
+        Numbers of basis functions and degrees of the spline, along u and v.
+    angle : float
+        Angle of the spline's u axis, rad.
+    quantity : str
+        "inverse depth" or "distance"; see `SplineMirrorCamera`.
+    span : ndarray, shape (L, 2), or None
+        Further normalised image points that the knots are to span, such as the clamp's
+        line.
+
+    Returns
+    -------
+    PrimaryCalibration
+        Refined and linear camera, in the frame of the viewing camera (mm).
+
+    Raises
+    ------
+    InputError
+        The views do not fit each other (``mixed-views``), or the poses do not fit them.
+    CalibrationError
+        No pixel sees two positions. ``rays-do-not-meet``: scene rays do not meet
+        viewing rays. ``no-feature-at-end``: the outermost knot intervals hold no point.
+        ``open-coefficients``: coefficients are undetermined. ``wrong-matches``: too
+        many points do not fit.
+
+    References
+    ----------
+    Thesis 5.2.1.
     """
     views = list(views)
     _check_views(views, _poses(poses)[0])
@@ -285,29 +358,54 @@ def calibrate_primary(
     spline = {"shape": shape, "degree": degree, "angle": angle, "quantity": quantity}
     pixels = seen.pixels.astype(float)
     return primary_from_points(
-        viewer, pixels, seen.points, poses, sighted=sighted, span=span, **spline
+        viewer,
+        pixels,
+        seen.points,
+        poses,
+        sighted=sighted,
+        span=span,
+        **spline,  # type: ignore[arg-type]
     )
 
 
 def primary_from_points(
-    viewer,
-    pixels,
-    points,
-    poses,
+    viewer: Camera,
+    pixels: ArrayLike,
+    points: ArrayLike,
+    poses: PlatterPoses | ArrayLike,
     *,
-    shape=(7, 3),
-    degree=(2, 2),
-    angle=0.0,
-    quantity="inverse depth",
-    span=None,
-    sighted=None,
-):
-    """The same from pixels (N, 2) and what each sees on n grids: points (n, N, 2), mm,
-    NaN where it sees none.
+    shape: tuple[int, int] = (7, 3),
+    degree: tuple[int, int] = (2, 2),
+    angle: float = 0.0,
+    quantity: str = "inverse depth",
+    span: NDArray[np.float64] | None = None,
+    sighted: Iterable[tuple[ArrayLike, ArrayLike]] | None = None,
+) -> PrimaryCalibration:
+    """Calibrate the mirror's shape from pixels and the grid points that they see.
 
-    sighted: for each grid the pixels (M, 2) and points (M, 2) that the refinement
-    takes, those of `points` if not given. Other arguments and errors as
-    `calibrate_primary`.
+    Parameters
+    ----------
+    viewer : Camera
+        Calibrated central camera.
+    pixels : array_like, shape (N, 2)
+        Pixels, px.
+    points : array_like, shape (n, N, 2)
+        Point of each grid that a pixel sees, mm, NaN where it sees none.
+    poses, shape, degree, angle, quantity, span
+        See `calibrate_primary`.
+    sighted : iterable of tuple, or None
+        For each grid the pixels (M, 2) and points (M, 2) that the refinement uses. If
+        not given, it uses those of `points`.
+
+    Returns
+    -------
+    PrimaryCalibration
+        See `calibrate_primary`.
+
+    Raises
+    ------
+    CalibrationError
+        As `calibrate_primary`.
     """
     T, pose_covariance = _poses(poses)
     viewing = normalised(viewer, np.asarray(pixels, float))
@@ -323,7 +421,7 @@ def primary_from_points(
     refined = _refined(grid, quantity, c, sighted, T, pose_covariance)
     middle = np.nanmean(start.points[0, start.mirror.valid], axis=0)
     motions = [grid_motion(T, pose_covariance, 0, k, middle) for k in range(1, len(T))]
-    return PrimaryCalibration(
+    return PrimaryCalibration(  # type: ignore[call-arg]
         SplineMirrorCamera.on_grid(viewer, grid, refined.coefficients, quantity),
         SplineMirrorCamera.on_grid(viewer, grid, c, quantity),
         np.asarray(pixels)[start.common],

@@ -6,15 +6,26 @@ uncertain, its equations count with stated weights instead. A prior may be added
 squares are told in standard deviations, of the residuals by the noise of the corners.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from raxel.calibration.mirror.clamp import TRUNCATION, clamped, soft_clamp
+from raxel.calibration.mirror.clamp import (
+    TRUNCATION,
+    Clamp,
+    FixedLine,
+    PriorRows,
+    clamped,
+    soft_clamp,
+)
 from raxel.calibration.mirror.observations import ENDS, RayPoints
 from raxel.cameras.mirrors.spline import SplineMirrorCamera, depth_rows, sense
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.least_squares import descend, gauss_newton
+from raxel.geometry.spline_grids import SplineGrid
 
 ITERATIONS, AT_REST = 50, 1e-7
 ROUNDING = 1e-9  # standard deviations: residuals of points that fit exactly
@@ -23,11 +34,24 @@ OPEN = 1e-13
 
 
 class ShapeFit(NamedTuple):
-    """coefficients (K,); costs: sum of squares at the start and after each step, in
-    squared standard deviations; residuals (N, 3) mm; converged; sd_mm: standard
-    deviation that was taken for each component of a residual; covariance (K, K) of the
-    coefficients, of corner noise, grid pose and prior; prior_share: of all the degrees
-    of freedom, those that the prior settles.
+    """Hold the fit of a spline mirror to scene points.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (K,)
+        Coefficients of the spline.
+    costs : ndarray
+        Sum of squares at the start and after each step, in squared standard deviations.
+    residuals : ndarray, shape (N, 3)
+        Ray-point vectors, mm.
+    converged : bool
+        Whether the refinement converged.
+    sd_mm : float
+        Standard deviation assumed for each component of a residual, mm.
+    covariance : ndarray, shape (K, K)
+        Covariance of the coefficients, from corner noise, grid pose and prior.
+    prior_share : float
+        Share of all degrees of freedom that the prior determines.
     """
 
     coefficients: np.ndarray
@@ -40,29 +64,63 @@ class ShapeFit(NamedTuple):
 
 
 def refine_shape(
-    p,
-    points,
-    grid,
-    quantity,
-    start,
+    p: NDArray[np.float64],
+    points: NDArray[np.float64],
+    grid: SplineGrid,
+    quantity: str,
+    start: NDArray[np.float64],
     *,
-    noise,
-    clamp=None,
-    prior=None,
-    weights=None,
-    point_motion=None,
-    pose_covariance=None,
-    truncation=TRUNCATION,
-):
-    """ShapeFit of a spline mirror to points seen in its rays.
+    noise: float | NDArray[np.float64],
+    clamp: Clamp | FixedLine | None = None,
+    prior: PriorRows | None = None,
+    weights: ArrayLike | None = None,
+    point_motion: NDArray[np.float64] | None = None,
+    pose_covariance: NDArray[np.float64] | None = None,
+    truncation: float = TRUNCATION,
+) -> ShapeFit:
+    """Fit a spline mirror to points seen in its rays.
 
-    p: (N, 2) normalised image coordinates; points: (N, 3) mm, viewer's frame; start:
-    (K,) coefficients, made to keep the clamp. noise: standard deviation of p along each
-    axis, a number or (N,), in the unit of p. clamp: Clamp or FixedLine; prior:
-    PriorRows. weights: (N,), each multiplies a residual. point_motion (N, 3, 6) and
-    pose_covariance (6, 6): how the points move with the grid's pose, and how uncertain
-    that is. Raises CalibrationError for data that leave coefficients open, and for a
-    mirror that comes out behind the viewer.
+    Parameters
+    ----------
+    p : ndarray, shape (N, 2)
+        Normalised image coordinates.
+    points : ndarray, shape (N, 3)
+        Scene points in the frame of the viewing camera, mm.
+    grid : SplineGrid
+        Grid of the spline.
+    quantity : str
+        "inverse depth" or "distance"; see `SplineMirrorCamera`.
+    start : ndarray, shape (K,)
+        Initial coefficients, which are made to keep the clamp.
+    noise : float or ndarray, shape (N,)
+        Standard deviation of p along each axis, in the unit of p.
+    clamp : Clamp, FixedLine or None
+        Clamp of the mirror.
+    prior : PriorRows or None
+        Prior on the bending.
+    weights : array_like, shape (N,), or None
+        Each multiplies a residual.
+    point_motion : ndarray, shape (N, 3, 6), or None
+        Change of the points with the grid's pose.
+    pose_covariance : ndarray, shape (6, 6), or None
+        Covariance of that pose.
+    truncation : float
+        See `clamped`.
+
+    Returns
+    -------
+    ShapeFit
+        Coefficients with residuals and covariance.
+
+    Raises
+    ------
+    CalibrationError
+        ``open-coefficients``: the data leave coefficients undetermined.
+        ``behind-camera``: the start lies in part behind the viewing camera.
+
+    References
+    ----------
+    Thesis 5.2.2, (5.29).
     """
     rays = RayPoints(p, grid, quantity)
     weights = np.ones(len(p)) if weights is None else np.asarray(weights, float)
@@ -201,22 +259,71 @@ def _inverse(normal, count, grid):
 RANK = 1e-10
 
 
-def reflection_normals(viewing, scene):
-    """Unit normals (N, 3) into the mirror (5.8), of directions (N, 3).
+def reflection_normals(
+    viewing: NDArray[np.float64], scene: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the unit normals into the mirror from viewing and scene directions.
 
-    viewing: from the camera to the mirror; scene: from the mirror to the scene. One
-    that points the other way gives a tangent in place of the normal (E-5.03).
+    A direction with the opposite sense gives a tangent in place of the normal (E-5.03).
+
+    Parameters
+    ----------
+    viewing : ndarray, shape (N, 3)
+        Directions from the camera to the mirror.
+    scene : ndarray, shape (N, 3)
+        Directions from the mirror to the scene.
+
+    Returns
+    -------
+    ndarray, shape (N, 3)
+        Unit normals.
+
+    References
+    ----------
+    Thesis (5.8).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import reflection_normals
+    >>> viewing, scene = np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 0.0]])
+    >>> reflection_normals(viewing, scene).round(4)
+    array([[-0.7071,  0.    ,  0.7071]])
     """
     viewing, scene = _unit(viewing), _unit(scene)
     return _unit(viewing - scene)
 
 
-def orthogonality_rows(p, normals, grid, quantity):
-    """Rows (2N, K) whose products with the coefficients vanish (5.15, 5.16).
+def orthogonality_rows(
+    p: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    grid: SplineGrid,
+    quantity: str,
+) -> NDArray[np.float64]:
+    """Return rows whose products with the coefficients vanish.
 
-    p: (N, 2) normalised image coordinates; normals: (N, 3) unit. First the N rows of
-    the derivative by x, then those by y. A residual is S_x . N, mm, for the quantity
-    "distance", and S_z^2 times smaller for "inverse depth".
+    A residual is S_x . N, mm, for the quantity "distance", and S_z^2 times smaller for
+    "inverse depth".
+
+    Parameters
+    ----------
+    p : ndarray, shape (N, 2)
+        Normalised image coordinates.
+    normals : ndarray, shape (N, 3)
+        Unit normals.
+    grid : SplineGrid
+        Grid of the spline.
+    quantity : str
+        "inverse depth" or "distance".
+
+    Returns
+    -------
+    ndarray, shape (2N, K)
+        First the N rows of the derivative by x, then those by y.
+
+    References
+    ----------
+    Thesis (5.15), (5.16).
     """
     B, B_x, B_y = depth_rows(grid, p, quantity)
     along = sense(quantity) * (np.sum(p * normals[:, :2], axis=1) + normals[:, 2])
@@ -228,12 +335,46 @@ def orthogonality_rows(p, normals, grid, quantity):
     )
 
 
-def shape_up_to_scale(p, normals, grid, quantity, *, equilibrate=True):
-    """Coefficients (K,) of unit length from normals alone, all in front (5.15, 5.16).
+def shape_up_to_scale(
+    p: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    grid: SplineGrid,
+    quantity: str,
+    *,
+    equilibrate: bool = True,
+) -> NDArray[np.float64]:
+    """Estimate the coefficients up to scale from normals alone.
 
-    p: (N, 2); normals: (N, 3). The smallest singular vector, also where misfit gives
-    the matrix full rank; equilibrate: columns are brought to one length first. Raises
-    CalibrationError where directions leave more open than the size.
+    The solution is the smallest singular vector, also where misfit gives the matrix
+    full rank.
+
+    Parameters
+    ----------
+    p : ndarray, shape (N, 2)
+        Normalised image coordinates.
+    normals : ndarray, shape (N, 3)
+        Unit normals.
+    grid : SplineGrid
+        Grid of the spline.
+    quantity : str
+        "inverse depth" or "distance".
+    equilibrate : bool
+        Whether columns are brought to one length first.
+
+    Returns
+    -------
+    ndarray, shape (K,)
+        Coefficients of unit length, all mirror points in front of the camera.
+
+    Raises
+    ------
+    CalibrationError
+        ``open-coefficients``: directions leave more undetermined than the size.
+        ``behind-camera``: part of the mirror is behind the camera.
+
+    References
+    ----------
+    Thesis (5.15), (5.16).
     """
     A = orthogonality_rows(p, normals, grid, quantity)
     scale = _column_lengths(A) if equilibrate else np.ones(grid.size)
@@ -281,14 +422,50 @@ def scaled_to_points(coefficients, grid, quantity, points):
 
 
 def shape_with_clamp(
-    p, normals, grid, quantity, clamp, *, truncation=TRUNCATION, further=None
-):
-    """Coefficients (K,) from normals and a Clamp, by least squares (5.22-5.25).
+    p: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    grid: SplineGrid,
+    quantity: str,
+    clamp: Clamp | FixedLine | None,
+    *,
+    truncation: float = TRUNCATION,
+    further: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> NDArray[np.float64]:
+    """Estimate the coefficients from normals and a clamp, by least squares.
 
-    p: (N, 2) normalised image coordinates; normals: (N, 3) unit; clamp, truncation:
-    see `clamped`; further: rows (R, K) and values (R,) of more equations, such as a
-    prior's, in the unit of `orthogonality_rows`. Columns are equilibrated. Raises
-    CalibrationError where coefficients are left open.
+    Columns are equilibrated.
+
+    Parameters
+    ----------
+    p : ndarray, shape (N, 2)
+        Normalised image coordinates.
+    normals : ndarray, shape (N, 3)
+        Unit normals.
+    grid : SplineGrid
+        Grid of the spline.
+    quantity : str
+        "inverse depth" or "distance".
+    clamp : Clamp, FixedLine or None
+        See `clamped`.
+    truncation : float
+        See `clamped`.
+    further : tuple of ndarray, or None
+        Rows (R, K) and values (R,) of more equations, such as a prior's, in the unit of
+        `orthogonality_rows`.
+
+    Returns
+    -------
+    ndarray, shape (K,)
+        Coefficients.
+
+    Raises
+    ------
+    CalibrationError
+        ``open-coefficients``: coefficients are undetermined.
+
+    References
+    ----------
+    Thesis (5.22) to (5.25).
     """
     space = clamped(grid, clamp, truncation)
     A = orthogonality_rows(p, normals, grid, quantity)

@@ -6,10 +6,14 @@ self-calibration does. Whether the shape is right no residual shows: depth of th
 and bending of the mirror move features alike.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from raxel.calibration.mirror.clamp import Clamp, FixedLine
 from raxel.calibration.mirror.observations import (
     clamped_end,
     need_support,
@@ -22,6 +26,7 @@ from raxel.calibration.mirror.refine import (
     shape_with_clamp,
 )
 from raxel.calibration.mirror.update import MirrorSettings
+from raxel.cameras.core.base import Rays
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.geometry.spline_grids import spline_grid
@@ -32,23 +37,61 @@ LEAST_ANGLE = 1e-5
 
 
 class SelfUpdate(NamedTuple):
-    """camera: SplineMirrorCamera after; used: (M,) features that count; flags: what a
-    reader should know, one text each."""
+    """Hold the result of a self-calibration.
+
+    Attributes
+    ----------
+    camera : SplineMirrorCamera
+        Camera after the deflection.
+    used : ndarray of bool, shape (M,)
+        Features that count.
+    flags : tuple of str
+        Warnings, one text each.
+    """
 
     camera: SplineMirrorCamera
     used: np.ndarray
-    flags: tuple
+    flags: tuple[str, ...]
 
 
 def linear_update(
-    before, pixels_before, pixels_after, clamp, settings=None, *, outline=None
-):
-    """SelfUpdate by the linear stage alone: the scene at infinity (5.4, 5.28).
+    before: SplineMirrorCamera,
+    pixels_before: ArrayLike,
+    pixels_after: ArrayLike,
+    clamp: Clamp | FixedLine,
+    settings: MirrorSettings | None = None,
+    *,
+    outline: ArrayLike | None = None,
+) -> SelfUpdate:
+    """Estimate a bent mirror by the linear stage alone, with the scene at infinity.
 
-    before: SplineMirrorCamera; pixels (M, 2) before and after, NaN where one was not
-    found; clamp, outline: as `update_mirror` takes them. A deflection is found too
-    small, by about Z / (Z + D) at a depth Z, with the viewer D from the mirror. Raises
-    CalibrationError for too few matches and for outermost knot intervals without any.
+    The estimated deflection is too small, by about Z / (Z + D) at a depth Z, with the
+    viewing camera D from the mirror.
+
+    Parameters
+    ----------
+    before : SplineMirrorCamera
+        Camera before the deflection.
+    pixels_before, pixels_after : array_like, shape (M, 2)
+        Matched features, px, NaN where one was not found.
+    clamp, settings, outline
+        See `update_mirror`.
+
+    Returns
+    -------
+    SelfUpdate
+        Camera after the deflection.
+
+    Raises
+    ------
+    CalibrationError
+        ``too-few-features``: too few matches. ``no-feature-at-end``: outermost knot
+        intervals without any. ``wrong-shape``, ``unmatched-features``, ``no-clamp``:
+        input that does not fit.
+
+    References
+    ----------
+    Thesis 5.4, (5.28).
     """
     settings = settings or MirrorSettings()
     pixels_before, pixels_after = (
@@ -110,10 +153,24 @@ def _check_given(pixels_before, pixels_after, clamp, outline):
             )
 
 
-def met_points(first, second):
-    """Points (N, 3) nearest to two rays each, and whether (N,) they lie ahead of both.
+def met_points(
+    first: tuple[NDArray[np.float64], NDArray[np.float64]], second: Rays
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the points nearest to two rays each.
 
-    first: (origins, directions); second: Rays; (N, 3) each, one frame, mm.
+    Parameters
+    ----------
+    first : tuple of ndarray
+        Origins (N, 3), mm, and directions (N, 3).
+    second : Rays
+        N rays in the same frame, mm.
+
+    Returns
+    -------
+    points : ndarray, shape (N, 3)
+        Points amid both rays, mm.
+    ahead : ndarray of bool, shape (N,)
+        Whether they lie ahead of both.
     """
     o, d = first
     q, e = second.origins, second.directions

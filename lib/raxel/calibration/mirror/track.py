@@ -6,11 +6,16 @@ is fitted for itself, so that no error grows from one to the next. Corners come 
 whoever finds them, or out of the pictures, from where they were.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.mirror.clamp import (
+    Clamp,
+    FixedLine,
     bending_prior,
     clamped,
     plane_through,
@@ -26,6 +31,7 @@ from raxel.calibration.mirror.observations import (
     support_of,
 )
 from raxel.calibration.mirror.refine import residual_sd, stacked
+from raxel.calibration.mirror.update import MirrorSettings
 from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError
 from raxel.features.film import FilmCorners, next_corners
@@ -38,25 +44,51 @@ FAR, LEAST_MEDIAN, ROUNDS = 6.0, 1e-6, 6
 
 
 class Followed(NamedTuple):
-    """coefficients (K,) of this picture; residuals (N,) mm, NaN for features that do
-    not count; used (N,); settled: whether the last step was small; flags: texts."""
+    """Hold the shape of a mirror in one image of a sequence.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (K,)
+        Coefficients of this image.
+    residuals : ndarray, shape (N,)
+        Distances from the scene rays, mm, NaN for features that do not count.
+    used : ndarray of bool, shape (N,)
+        Features that count.
+    settled : bool
+        Whether the last step was small.
+    flags : tuple of str
+        Warnings, one text each.
+    """
 
     coefficients: np.ndarray
     residuals: np.ndarray
     used: np.ndarray
     settled: bool
-    flags: tuple
+    flags: tuple[str, ...]
 
 
 class MirrorTracker:
-    """Follows a mirror from a stage that `update_mirror` or a primary stage calibrated.
+    """Track a mirror from a stage that `update_mirror` or a primary stage calibrated.
 
-    camera: SplineMirrorCamera, whose knots span all that will be seen; scene_points:
-    (N, 3) mm, viewer's frame, of the features; clamp: Clamp or FixedLine of the primary
-    stage; settings: MirrorSettings.
+    Parameters
+    ----------
+    camera : SplineMirrorCamera
+        Camera whose knots span all that will be visible.
+    scene_points : array_like, shape (N, 3)
+        Features in the frame of the viewing camera, mm.
+    clamp : Clamp or FixedLine
+        Clamp of the primary stage.
+    settings : MirrorSettings
+        Settings of the fit.
     """
 
-    def __init__(self, camera, scene_points, clamp, settings):
+    def __init__(
+        self,
+        camera: SplineMirrorCamera,
+        scene_points: ArrayLike,
+        clamp: Clamp | FixedLine,
+        settings: MirrorSettings,
+    ) -> None:
         self.camera, self.points = camera, np.asarray(scene_points, float)
         self.coefficients = camera.coefficients.ravel("F")
         self._settings = settings
@@ -71,11 +103,27 @@ class MirrorTracker:
         parts = [part for part in (soft, prior) if part is not None]
         self._rows, self._values = stacked(parts, grid.size)
 
-    def follow(self, pixels):
-        """Followed from the features' pixels (N, 2), NaN where one is not seen.
+    def follow(self, pixels: ArrayLike) -> Followed:
+        """Fit the shape to the features of the next image.
 
-        The tracker's shape becomes the new one. Raises CalibrationError where features
-        are too few or lie outside the knots: then lay them anew with `update_mirror`.
+        The tracker's shape becomes the new one.
+
+        Parameters
+        ----------
+        pixels : array_like, shape (N, 2)
+            Features, px, NaN where one is not detected.
+
+        Returns
+        -------
+        Followed
+            Shape of this image.
+
+        Raises
+        ------
+        CalibrationError
+            ``too-few-features``: too few features. ``outside-knots``: most lie outside
+            the knots; then place the knots anew with `update_mirror`.
+            ``shape-diverged``: the mirror moved too far.
         """
         camera = self.camera
         p = normalised(camera.viewer, pixels)
@@ -108,8 +156,8 @@ class MirrorTracker:
         residuals[used] = off
         return Followed(c, residuals, used, settled, tuple(flags))
 
-    def camera_now(self):
-        """SplineMirrorCamera of the last picture."""
+    def camera_now(self) -> SplineMirrorCamera:
+        """Return the camera of the last image."""
         return SplineMirrorCamera.on_grid(
             self.camera.viewer, self.camera.grid, self.coefficients,
             self.camera.quantity,
@@ -155,31 +203,68 @@ class MirrorTracker:
 
 
 class FollowedPicture(NamedTuple):
-    """corners: FilmCorners of the picture; shape: what they make of the mirror."""
+    """Hold the corners of an image and the shape that follows from them.
+
+    Attributes
+    ----------
+    corners : FilmCorners
+        Corners of the image.
+    shape : Followed
+        Shape of the mirror.
+    """
 
     corners: FilmCorners
     shape: Followed
 
 
 class FilmTracker:
-    """Pictures in, shapes out: a MirrorTracker that finds its corners itself.
+    """Track a mirror through a video, with corners detected in its images.
 
-    tracker: MirrorTracker whose scene points are the corners of one chessboard, row by
-    row; picture (H, W) uint8 and corners (rows * columns, 2) px, NaN for those not
-    seen: where the film begins, the mirror as the tracker has it.
+    Parameters
+    ----------
+    tracker : MirrorTracker
+        Tracker whose scene points are the corners of one chessboard, row by row.
+    picture : ndarray of uint8, shape (H, W)
+        First image, with the mirror in the tracker's state.
+    corners : array_like, shape (rows * columns, 2)
+        Corners in the first image, px, NaN for those not detected.
+    columns, rows : int
+        Numbers of corners of the chessboard.
     """
 
-    def __init__(self, tracker, picture, corners, columns, rows):
+    def __init__(
+        self,
+        tracker: MirrorTracker,
+        picture: NDArray[np.uint8],
+        corners: ArrayLike,
+        columns: int,
+        rows: int,
+    ) -> None:
         self.tracker, self.picture = tracker, picture
         self.corners, self._size = np.array(corners, float), (columns, rows)
 
-    def follow(self, picture):
-        """FollowedPicture of the next picture (H, W) uint8, not more than half a square
-        from the one before.
+    def follow(self, picture: NDArray[np.uint8]) -> FollowedPicture:
+        """Track the corners and the shape to the next image.
 
-        Raises InputError for a picture that does not fit, CalibrationError as
-        `MirrorTracker.follow`, and the film then stays at the picture before: for all
-        corners lost, begin anew with corners that are found in the whole picture.
+        After an error the sequence stays at the previous image. If all corners are
+        lost, begin anew with corners detected in the whole image.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (H, W)
+            Next image, not more than half a square from the previous one.
+
+        Returns
+        -------
+        FollowedPicture
+            Corners and shape.
+
+        Raises
+        ------
+        InputError
+            The image does not fit.
+        CalibrationError
+            As `MirrorTracker.follow`.
         """
         found = next_corners(self.picture, picture, self.corners, *self._size)
         shape = self.tracker.follow(found.corners)
