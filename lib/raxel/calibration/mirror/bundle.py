@@ -16,11 +16,17 @@ is solved as it is.
 Frame: the viewer's; mm, radians.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.mirror.clamp import (
+    Clamp,
+    FixedLine,
     PriorRows,
     bending_prior,
     clamped,
@@ -43,6 +49,7 @@ from raxel.calibration.pose.three_point import (
     moved_pose,
     placed_points,
 )
+from raxel.cameras.mirrors.spline import SplineMirrorCamera
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.least_squares import descend
 
@@ -190,9 +197,19 @@ FIRM = 3.0  # standard deviations by which residuals exceed noise before misfit 
 
 
 class StageView(NamedTuple):
-    """A BoardView or DenseView of a grid in the mirror: in which stage (0 is the first
-    shape), and of which grid, by its number among the poses. A grid that was seen
-    before and after a deflection, or over several, without being moved has one number.
+    """Hold a view of a grid in the mirror at one stage.
+
+    A grid that was seen before and after a deflection, or over several, without being
+    moved has one number.
+
+    Attributes
+    ----------
+    stage : int
+        Number of the stage; 0 is the first shape.
+    grid : int
+        Number of the grid among the poses.
+    view : BoardView or DenseView
+        The view.
     """
 
     stage: int
@@ -201,21 +218,38 @@ class StageView(NamedTuple):
 
 
 class StageBundle(NamedTuple):
-    """What `bundle_stages` finds.
+    """Hold the result of `bundle_stages`.
 
-    cameras: a SplineMirrorCamera for each stage; T_camera_grid (m, 4, 4); residuals: an
-    array (N, 2) for each view, px, what its corners are off in the picture; costs: of
-    the last rounds, squares of standard deviations; freedom: corners' numbers beyond
-    the unknowns; variance: squares of the corners' residuals over freedom, in units of
-    their own standard deviations (px^2 where these are not known), so 1 where corner
-    noise is all there is, and more where the mirror is none of the splines: then all
-    corners count less, against clamp, prior and first shape too. covariance (P, P): of
-    the coefficients of the stages one after another and of (w, s) of the poses, by the
-    corners' standard deviations so widened. misfit (n,): radians, standard deviation
-    of scene rays that the splines of a stage leave, from the residuals beyond the
-    corners' noise; zero where their standard deviations are not known. corners: (M, 2)
-    of each stage, normalised image points of what it shows. flags: knot intervals of
-    which the corners say little, a text for each.
+    Attributes
+    ----------
+    cameras : tuple of SplineMirrorCamera
+        Camera of each stage.
+    T_camera_grid : ndarray, shape (m, 4, 4)
+        Poses of the grids.
+    residuals : tuple of ndarray
+        Errors (N, 2) of the corners in the image, px, for each view.
+    costs : ndarray
+        Costs of the last rounds, in squared standard deviations.
+    freedom : int
+        Degrees of freedom: coordinates of corners in excess of the unknowns.
+    variance : float
+        Squares of the corners' residuals over `freedom`, in units of their standard
+        deviations (px^2 where these are not known). It is 1 for corner noise alone, and
+        larger where the splines do not fit the mirror. Then all corners count less,
+        also against clamp, prior and first shape.
+    covariance : ndarray, shape (P, P)
+        Covariance of the coefficients, stage after stage, and of (w, s) of the poses.
+        It uses the corners' standard deviations so widened.
+    misfit : ndarray, shape (n,)
+        Standard deviation of scene rays that the splines of a stage leave, rad. It
+        follows from the residuals beyond the corners' noise, and is zero where their
+        standard deviations are not known.
+    converged : bool
+        Whether the adjustment converged.
+    corners : tuple of ndarray
+        Normalised image points (M, 2) of what each stage shows.
+    flags : tuple of str
+        Knot intervals with little support from the corners, a text for each.
     """
 
     cameras: tuple
@@ -230,19 +264,32 @@ class StageBundle(NamedTuple):
     corners: tuple
     flags: tuple
 
-    def coefficient_covariance(self, stage):
-        """(K, K) of vec(C) of a stage."""
+    def coefficient_covariance(self, stage: int) -> NDArray[np.float64]:
+        """Return the covariance (K, K) of vec(C) of a stage."""
         sizes = [camera.grid.size for camera in self.cameras]
         start = sum(sizes[:stage])
         own = slice(start, start + sizes[stage])
         return self.covariance[own, own]
 
-    def ray_sd(self, stage, pixels):
-        """Standard deviation (N,), radians, of a stage's scene rays at pixels (N, 2).
+    def ray_sd(self, stage: int, pixels: ArrayLike) -> NDArray[np.float64]:
+        """Return the predicted standard deviation of a stage's scene rays.
 
-        Of each of a direction's two components: by the covariance, and by what of the
-        misfit no spline can follow. Beyond the outermost corners (`among_corners`) it
-        knows the former alone. NaN outside the knots.
+        It combines the covariance with the part of the misfit that no spline can
+        follow. Beyond the outermost corners (`among_corners`) it includes the
+        covariance alone.
+
+        Parameters
+        ----------
+        stage : int
+            Number of the stage.
+        pixels : array_like, shape (N, 2)
+            Pixels, px.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            Standard deviation of each of a direction's two components, rad. NaN outside
+            the knots.
         """
         camera = self.cameras[stage]
         known = ray_sd(
@@ -254,8 +301,8 @@ class StageBundle(NamedTuple):
         )
         return np.hypot(known, self.misfit[stage])
 
-    def among_corners(self, stage, pixels):
-        """Which pixels (N, 2) lie within the hull of a stage's corners, (N,) bool."""
+    def among_corners(self, stage: int, pixels: ArrayLike) -> NDArray[np.bool_]:
+        """Return which pixels (N, 2) lie in a stage's hull of corners, (N,) bool."""
         from scipy.spatial import ConvexHull
 
         p = normalised(self.cameras[stage].viewer, np.asarray(pixels, float))
@@ -265,21 +312,53 @@ class StageBundle(NamedTuple):
 
 
 def bundle_stages(
-    cameras, views, T_camera_grid, *, clamp=None, first_covariance=None, prior_sd=None
-):
-    """StageBundle of a mirror's shapes and the grids seen in it.
+    cameras: Iterable[SplineMirrorCamera],
+    views: Iterable[StageView],
+    T_camera_grid: ArrayLike,
+    *,
+    clamp: Clamp | FixedLine | None = None,
+    first_covariance: NDArray[np.float64] | None = None,
+    prior_sd: float | None = None,
+) -> StageBundle:
+    """Adjust a mirror's shapes and the poses of the grids seen in it together.
 
-    cameras: n SplineMirrorCameras of one viewer, the first shape and starts for the
-    others; views: StageViews; T_camera_grid: (m, 4, 4), starts. clamp: Clamp or
-    FixedLine that holds from stage 1 on. first_covariance: (K, K) of the first shape's
-    coefficients, which are then found as well; None: the first shape is fixed.
-    prior_sd: mm, see `bending_prior`, from stage 1 on; None for none.
+    Wrong matches must be excluded before. Corners without a standard deviation count
+    alike, and those outside a stage's knots not at all.
 
-    Wrong matches are to be left out before. Corners without a standard deviation count
-    alike, and those outside a stage's knots not at all. Raises InputError for numbers
-    that do not fit; CalibrationError for too few corners, a start behind the camera,
-    knot intervals without a corner (but for the clamp's, and with a prior), and where
-    stages or grids are left open.
+    Parameters
+    ----------
+    cameras : iterable of SplineMirrorCamera
+        n cameras with one viewing camera: the first shape, and starts for the others.
+    views : iterable of StageView
+        Views of the grids.
+    T_camera_grid : array_like, shape (m, 4, 4)
+        Initial poses of the grids.
+    clamp : Clamp, FixedLine or None
+        Clamp that holds from stage 1 on.
+    first_covariance : ndarray, shape (K, K), or None
+        Covariance of the first shape's coefficients, which are then estimated as well.
+        None: the first shape is fixed.
+    prior_sd : float or None
+        Standard deviation of `bending_prior` from stage 1 on, mm; None for no prior.
+
+    Returns
+    -------
+    StageBundle
+        Cameras and poses with their covariance.
+
+    Raises
+    ------
+    InputError
+        Numbers of views do not fit.
+    CalibrationError
+        ``too-few-corners``: too few corners. ``behind-camera``: a start behind the
+        camera. ``no-feature-at-end``: knot intervals without a corner, except the
+        clamp's and with a prior. ``open-coefficients``: stages or grids are
+        undetermined.
+
+    Notes
+    -----
+    Not in the thesis.
     """
     cameras, T = tuple(cameras), np.array(T_camera_grid, float)
     seen = _sightings(cameras, views, T)

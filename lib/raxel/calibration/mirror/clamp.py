@@ -43,10 +43,24 @@ FIRM_MM, FIRM_RADIANS = 1e-3, 1e-5  # no clamp holds better
 
 
 class ClampLine(NamedTuple):
-    """ends (2, 2): of the line, normalised; angle: of the u axis at right angles to it,
-    for SplineGrid, radians, from -pi/2 to pi/2; offset_sd, angle_sd: standard
-    deviations of its place at mid-line (normalised) and of its direction (radians);
-    used (N,) bool: picks that lie on it; rms_px: how far these lie from it."""
+    """Hold the line of the clamp in the image.
+
+    Attributes
+    ----------
+    ends : ndarray, shape (2, 2)
+        Ends of the line, normalised.
+    angle : float
+        Angle of the u axis at right angles to it, for SplineGrid, rad, from -pi/2 to
+        pi/2.
+    offset_sd : float
+        Standard deviation of its position at mid-line, normalised.
+    angle_sd : float
+        Standard deviation of its direction, rad.
+    used : ndarray of bool, shape (N,)
+        Picks that lie on it.
+    rms_px : float
+        Root mean square distance of these from it, px.
+    """
 
     ends: np.ndarray
     angle: float
@@ -62,12 +76,22 @@ class ClampLine(NamedTuple):
 
 
 class FixedLine(NamedTuple):
-    """What stays as it was, at points of the clamp's line, for all stages.
+    """Hold what stays unchanged at points of the clamp's line, for all stages.
 
-    points (N, 2), normalised; values (N,): of the spline's quantity; slopes (N, 2): its
-    derivatives by the points' two coordinates; value_sd (N,): how well the values are
-    held; slope_sd (N,): how well the derivative along u, at right angles to the line;
-    angle: of the u axis, radians.
+    Attributes
+    ----------
+    points : ndarray, shape (N, 2)
+        Points of the line, normalised.
+    values : ndarray, shape (N,)
+        Quantity of the spline.
+    slopes : ndarray, shape (N, 2)
+        Derivatives of the quantity by the points' two coordinates.
+    value_sd : ndarray, shape (N,)
+        Standard deviation with which the values are held.
+    slope_sd : ndarray, shape (N,)
+        Standard deviation of the derivative along u, at right angles to the line.
+    angle : float
+        Angle of the u axis, rad.
     """
 
     points: np.ndarray

@@ -126,8 +126,8 @@ class PlatterPicture(NamedTuple):
         Number, from 0, of the position of the grid.
     """
 
-    board: BoardView | DenseView
-    grid: BoardView | DenseView
+    board: object
+    grid: object
     platter: int = 0
     position: int = 0
 

@@ -28,7 +28,7 @@ from raxel.calibration.mirror.observations import (
     support_of,
     wrong_matches,
 )
-from raxel.calibration.mirror.platter import GridMotion, PlatterPoses, grid_motion
+from raxel.calibration.mirror.platter import PlatterPoses, grid_motion
 from raxel.calibration.mirror.refine import (
     reflection_normals,
     scaled_to_points,
@@ -287,13 +287,13 @@ class PrimaryCalibration(NamedTuple):
     camera: SplineMirrorCamera
     linear: SplineMirrorCamera
     pixels: np.ndarray
-    mirror: MirrorPoints
+    mirror: object
     residuals: np.ndarray
     covariance: np.ndarray
     costs: np.ndarray
     converged: bool
-    motions: tuple[GridMotion, ...]
-    flags: tuple[str, ...]
+    motions: tuple
+    flags: tuple
 
 
 def calibrate_primary(

@@ -51,7 +51,7 @@ class SelfUpdate(NamedTuple):
 
     camera: SplineMirrorCamera
     used: np.ndarray
-    flags: tuple[str, ...]
+    flags: tuple
 
 
 def linear_update(

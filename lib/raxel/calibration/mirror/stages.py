@@ -24,18 +24,12 @@ from raxel.calibration.mirror.observations import (
     normalised,
     wrong_matches,
 )
-from raxel.calibration.mirror.platter import (
-    PlatterPicture,
-    PlatterPoses,
-    grid_poses_in_platter,
-)
+from raxel.calibration.mirror.platter import PlatterPoses, grid_poses_in_platter
 from raxel.calibration.mirror.primary import PrimaryCalibration, primary_from_points
-from raxel.calibration.mirror.update import MirrorSettings, MirrorUpdate, update_mirror
+from raxel.calibration.mirror.update import MirrorSettings, update_mirror
 from raxel.calibration.pose.three_point import placed_points
 from raxel.calibration.views.correspondence import BoardView
-from raxel.calibration.views.dense import DenseView, sample_boards
-from raxel.cameras.core.base import Camera
-from raxel.cameras.mirrors.spline import SplineMirrorCamera
+from raxel.calibration.views.dense import sample_boards
 from raxel.errors import CalibrationError, InputError
 
 # What a mirror's pictures can get wrong without a calibration noticing by itself.
@@ -192,7 +186,7 @@ class ClampPicks(NamedTuple):
     ((3, 2), 0.5, 0.0)
     """
 
-    points: NDArray[np.float64]
+    points: np.ndarray
     sd_px: float = 0.0
     hidden_mm: float = 0.0
 
@@ -236,13 +230,13 @@ class MirrorViews(NamedTuple):
         Warnings about the images, one text each.
     """
 
-    viewer: Camera
-    grids: tuple[DenseView, ...]
-    platter: tuple[PlatterPicture, ...]
+    viewer: object
+    grids: tuple
+    platter: tuple
     thickness: float
     clamp: ClampPicks
-    steps: tuple[StepViews, ...]
-    flags: tuple[str, ...] = ()
+    steps: tuple
+    flags: tuple = ()
 
 
 class MirrorCalibration(NamedTuple):
@@ -268,14 +262,14 @@ class MirrorCalibration(NamedTuple):
         Warnings about views and stages, one text each.
     """
 
-    cameras: tuple[SplineMirrorCamera, ...]
+    cameras: tuple
     poses: PlatterPoses
     line: ClampLine
     primary: PrimaryCalibration
-    updates: tuple[MirrorUpdate, ...]
+    updates: tuple
     bundle: StageBundle
-    views: tuple[StageView, ...]
-    flags: tuple[str, ...]
+    views: tuple
+    flags: tuple
 
     def residuals_mm(self, stage: int) -> NDArray[np.float64]:
         """Return distances (N,), mm, of a stage's chessboard corners from its rays."""

@@ -64,7 +64,7 @@ class Followed(NamedTuple):
     residuals: np.ndarray
     used: np.ndarray
     settled: bool
-    flags: tuple[str, ...]
+    flags: tuple
 
 
 class MirrorTracker:

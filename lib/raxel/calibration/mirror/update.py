@@ -150,7 +150,7 @@ class MirrorUpdate(NamedTuple):
     support: Support
     pose: NonCentralPose | None
     swing_deg: float
-    flags: tuple[str, ...]
+    flags: tuple
 
     @property
     def covariance(self) -> NDArray[np.float64]:
