@@ -333,7 +333,7 @@ def calibrate_mirror(
     """
     say = say or (lambda line: None)
     say("places of the monitor, through the platter")
-    poses = grid_poses_in_platter(views.viewer, views.platter, views.thickness)
+    poses = grid_poses_in_platter(views.viewer, views.platter, views.thickness)  # type: ignore[arg-type]
     check_apart(poses, views.grids)
     line = _line(views)
     say("first shape of the mirror")
