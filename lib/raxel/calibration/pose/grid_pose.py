@@ -9,9 +9,12 @@ in the thesis, minimises the angles between rays and points.
 Frame: that of the rays, with the camera's centre as its origin.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.calibration.pose.three_point import (
     AT_REST,
@@ -39,11 +42,19 @@ ROUNDING = 1e-15  # angles (radians) of rays and points that are exact
 
 
 class AngularPose(NamedTuple):
-    """T_camera_grid (4, 4), camera frame of the rays.
+    """Pose of a grid that minimises the angles between rays and points.
 
-    covariance: (6, 6) of (w, s), the error of the pose as R exp([w]x), t + R s, in
-    radians and the unit of the grid. rms: root mean square angle (radians) between ray
-    and point. iterations: steps that lowered the error.
+    Attributes
+    ----------
+    T_camera_grid
+        (4, 4), pose of the grid in the camera frame of the rays.
+    covariance
+        (6, 6) of (w, s), the error of the pose as R exp([w]x), t + R s, in rad and the
+        unit of the grid.
+    rms
+        Root mean square angle between ray and point, rad.
+    iterations
+        Number of steps that lowered the error.
     """
 
     T_camera_grid: np.ndarray
@@ -52,12 +63,25 @@ class AngularPose(NamedTuple):
     iterations: int
 
 
-def synthetic_plane_normal(directions):
-    """Unit normal (3,) of the plane that is most nearly at right angles to rays (4.24).
+def synthetic_plane_normal(directions: ArrayLike) -> NDArray[np.float64]:
+    """Return the normal of the plane that is most nearly perpendicular to the rays.
 
-    directions: (N, 3) unit. The dominant eigenvector of the sum of r r^T: it minimises
-    the squared sines of the angles to the rays (E-4.07); its sign is that which puts
-    most rays ahead.
+    The normal is the dominant eigenvector of the sum of r r^T. It minimises the squared
+    sines of the angles to the rays (E-4.07). Its sign puts most rays in front.
+
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of the rays.
+
+    Returns
+    -------
+    NDArray
+        (3,), unit normal.
+
+    References
+    ----------
+    Thesis (4.24).
     """
     directions = np.asarray(directions, float)
     normal = np.linalg.eigh(directions.T @ directions)[1][:, 2]
@@ -65,12 +89,26 @@ def synthetic_plane_normal(directions):
     return normal if 2 * ahead >= len(directions) else -normal
 
 
-def facing_plane_normal(directions):
-    """Unit normal (3,) of a synthetic plane that as many rays as can be meet ahead.
+def facing_plane_normal(directions: ArrayLike) -> NDArray[np.float64]:
+    """Return the normal of a synthetic plane that most rays meet in front.
 
-    directions: (N, 3) unit. That of (4.24) where no ray leads away from its plane. Rays
-    in a wide ring have their dominant eigenvector across the ring: then it is their
-    mean direction, or another eigenvector, whichever loses the fewest rays.
+    The result is that of (4.24) where no ray leads away from its plane. Rays in a wide
+    ring have their dominant eigenvector across the ring. Their normal is the mean
+    direction or another eigenvector, whichever loses the fewest rays.
+
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of the rays.
+
+    Returns
+    -------
+    NDArray
+        (3,), unit normal.
+
+    References
+    ----------
+    Thesis (4.24).
     """
     directions = np.asarray(directions, float)
     axes = np.linalg.eigh(directions.T @ directions)[1].T[::-1]
@@ -81,16 +119,56 @@ def facing_plane_normal(directions):
     return candidates[np.argmax(seen)]
 
 
-def linear_grid_pose(directions, points, *, normal=None, metric="ray-point"):
-    """CGSP's pose of a grid, from all points (4.19 to 4.24).
+def linear_grid_pose(
+    directions: ArrayLike,
+    points: ArrayLike,
+    *,
+    normal: ArrayLike | None = None,
+    metric: str = "ray-point",
+) -> RayPose:
+    """Return the pose of a grid from all points, by the linear method of CGSP.
 
-    directions: (N, 3) unit rays of one origin; points: (N, 2) on the grid, N >= 4;
-    normal: (3,) of the synthetic image plane, None for `facing_plane_normal`. Rays that
-    do not meet the plane ahead of the camera are left out and counted. metric: the
-    error that `rms` measures, "ray-point" (4.18) or "angle".
+    Rays that do not meet the synthetic plane in front of the camera are excluded and
+    counted.
 
-    Returns RayPose, with every ray that was used as an inlier. Raises CalibrationError
-    for fewer than four points before the plane, or points that determine no pose.
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of rays with one common origin, camera frame.
+    points
+        (N, 2), points on the grid, N >= 4.
+    normal
+        (3,), normal of the synthetic image plane. None: `facing_plane_normal`.
+    metric
+        Error that `rms` measures: "ray-point" (4.18), in the unit of the grid, or
+        "angle", in rad.
+
+    Returns
+    -------
+    RayPose
+        Pose `T_camera_grid`, with every ray that was used as an inlier.
+
+    Raises
+    ------
+    CalibrationError
+        Fewer than four points are in front of the plane ("too-few-rays"), the normal is
+        zero or not finite ("normal"), the arrays do not fit ("shape",
+        "too-few-points", "not-finite"), or the points determine no pose.
+
+    References
+    ----------
+    Thesis (4.19) to (4.24).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import linear_grid_pose
+    >>> points = np.array([[0, 0], [100, 0], [0, 100], [100, 100], [50, 20]])
+    >>> p = np.column_stack([points, np.zeros(5)]) + [-50, -40, 500]
+    >>> directions = p / np.linalg.norm(p, axis=1, keepdims=True)
+    >>> found = linear_grid_pose(directions, points)
+    >>> [round(float(t)) for t in found.T_camera_grid[:3, 3]]
+    [-50, -40, 500]
     """
     directions, points = checked_rays(directions, points)
     axes, image, ahead = _synthetic_image(directions, normal)
@@ -99,25 +177,66 @@ def linear_grid_pose(directions, points, *, normal=None, metric="ray-point"):
 
 
 def grid_pose_ransac(
-    directions,
-    points,
-    rng,
-    threshold,
+    directions: ArrayLike,
+    points: ArrayLike,
+    rng: np.random.Generator,
+    threshold: float,
     *,
-    metric="ray-point",
-    normal=None,
-    confidence=0.999,
-    most_trials=2000,
-):
-    """CGSP's pose of a grid in the presence of wrong pairs.
+    metric: str = "ray-point",
+    normal: ArrayLike | None = None,
+    confidence: float = 0.999,
+    most_trials: int = 2000,
+) -> RayPose:
+    """Return the pose of a grid in the presence of wrong pairs, by CGSP with RANSAC.
 
-    Arguments as `linear_grid_pose`, and: rng: numpy Generator; threshold: largest error
-    of a pair that counts as right, a length for metric "ray-point", radians for
-    "angle". Samples of four points give homographies, judged on up to SCORED points.
+    Samples of four points give homographies, which are scored on up to SCORED points.
     The best is re-estimated linearly from all its inliers until they no longer change.
 
-    Returns RayPose. Raises CalibrationError as `linear_grid_pose`, also for fewer than
-    four right pairs.
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of rays with one common origin, camera frame.
+    points
+        (N, 2), points on the grid, N >= 4.
+    rng
+        Random generator of numpy.
+    threshold
+        Largest error of an inlier: a length for metric "ray-point", rad for "angle".
+    metric
+        "ray-point" (4.18) or "angle".
+    normal
+        (3,), normal of the synthetic image plane. None: `facing_plane_normal`.
+    confidence
+        Probability that one sample contains inliers alone.
+    most_trials
+        Largest number of samples.
+
+    Returns
+    -------
+    RayPose
+        Pose `T_camera_grid` and its inliers.
+
+    Raises
+    ------
+    CalibrationError
+        As `linear_grid_pose`, also for fewer than four inliers.
+
+    References
+    ----------
+    Thesis (4.19) to (4.24).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import grid_pose_ransac
+    >>> x, y = np.meshgrid(np.arange(5) * 20.0, np.arange(4) * 20.0)
+    >>> points = np.column_stack([x.ravel(), y.ravel()])
+    >>> p = np.column_stack([points, np.zeros(20)]) + [-40, -30, 400]
+    >>> directions = p / np.linalg.norm(p, axis=1, keepdims=True)
+    >>> points[3] += 25
+    >>> found = grid_pose_ransac(directions, points, np.random.default_rng(0), 1.0)
+    >>> np.flatnonzero(~found.inliers).tolist()
+    [3]
     """
     directions, points = checked_rays(directions, points)
     axes, image, ahead = _synthetic_image(directions, normal)
@@ -149,19 +268,46 @@ def grid_pose_ransac(
     return _found(directions, points, axes @ H, inliers, ahead, metric)
 
 
-def refine_pose_angular(directions, points, T_camera_grid, *, sigma=None, most=50):
-    """Pose that minimises the sum of squared angles between rays and points.
+def refine_pose_angular(
+    directions: ArrayLike,
+    points: ArrayLike,
+    T_camera_grid: ArrayLike,
+    *,
+    sigma: ArrayLike | None = None,
+    most: int = 50,
+) -> AngularPose:
+    """Return the pose that minimises the squared angles between rays and points.
 
-    directions: (N, 3) unit, N >= 4; points: (N, 2); T_camera_grid: (4, 4) start, such
-    as a linear pose; wrong pairs must have been left out. sigma: standard deviation of
-    each angle in each of its two directions, radians, a number or (N,); each angle is
-    divided by its own. None: equal and unknown, measured by the angles that are left.
-    For noise in the image of a camera that magnifies evenly this is the maximum
-    likelihood estimate. Levenberg-Marquardt with an analytic Jacobian, at most `most`
-    steps. Not in the thesis.
+    For image noise of a camera with even magnification, the result is the maximum
+    likelihood estimate. Method: Levenberg-Marquardt with an analytic Jacobian. Not in
+    the thesis.
 
-    Returns AngularPose. Raises CalibrationError for points that leave the pose open and
-    a sigma that does not fit.
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of rays with one common origin, N >= 4.
+    points
+        (N, 2), points on the grid, without wrong pairs.
+    T_camera_grid
+        (4, 4), start, such as a linear pose.
+    sigma
+        Standard deviation of each angle in each of its two directions, rad, a number or
+        (N,). Each angle is divided by its own. None: equal and unknown, estimated from
+        the residual angles.
+    most
+        Largest number of steps.
+
+    Returns
+    -------
+    AngularPose
+        Pose, covariance, RMS angle and number of steps.
+
+    Raises
+    ------
+    CalibrationError
+        The points do not determine the pose ("degenerate-points"), there are fewer than
+        four ("too-few-points"), sigma does not fit ("sigma"), or the arrays do not fit
+        ("shape", "not-finite").
     """
     directions, points = checked_rays(directions, points)
     if len(points) < 4:
@@ -203,12 +349,34 @@ def refine_pose_angular(directions, points, T_camera_grid, *, sigma=None, most=5
     )
 
 
-def angular_system(directions, across, points, T_camera_grid):
-    """Residuals (N, 2) and Jacobian (N, 2, 6) of the angles from rays to points.
+def angular_system(
+    directions: np.ndarray,
+    across: np.ndarray,
+    points: np.ndarray,
+    T_camera_grid: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return residuals and Jacobian of the angles from rays to points.
 
-    A residual points from the ray to the point on the sphere and is as long as the
-    angle between them, in radians; across: (N, 3, 2), its two directions at right
-    angles to the ray, from `tangent_bases`. Jacobian: columns as `motion_of_points`.
+    A residual points from the ray to the point on the sphere. Its length is the angle
+    between them, in rad.
+
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of the rays.
+    across
+        (N, 3, 2), two directions perpendicular to each ray, from `tangent_bases`.
+    points
+        (N, 2), points on the grid.
+    T_camera_grid
+        (4, 4), pose of the grid.
+
+    Returns
+    -------
+    residuals : ndarray
+        (N, 2), rad.
+    jacobian : ndarray
+        (N, 2, 6), columns as `motion_of_points`.
     """
     p, motion = (
         placed_points(points, T_camera_grid),

@@ -6,9 +6,12 @@ The start takes the rays to come from the point nearest to them all, and is the 
 of many triples; both tilts of a grid that a small picture confuses are refined.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.calibration.pose.three_point import (
     checked_rays,
@@ -34,9 +37,21 @@ TRIPLES_OF, ROUGH = (6, 12), 3e-3
 
 
 class NonCentralPose(NamedTuple):
-    """T_camera_grid (4, 4), frame of the rays. covariance (6, 6) of (w, s), the error
-    of the pose as R exp([w]x), t + R s, from the distances' scatter; inliers (N,);
-    rms: of the inliers' distances, mm; ambiguous: the other tilt fits nearly as well.
+    """Pose of a grid from the rays of a non-central camera.
+
+    Attributes
+    ----------
+    T_camera_grid
+        (4, 4), pose of the grid in the frame of the rays.
+    covariance
+        (6, 6) of (w, s), the error of the pose as R exp([w]x), t + R s, from the
+        scatter of the distances.
+    inliers
+        (N,) bool, pairs that agree with the pose.
+    rms
+        Root mean square of the distances of the inliers, mm.
+    ambiguous
+        Whether the other tilt fits nearly as well.
     """
 
     T_camera_grid: np.ndarray
@@ -46,13 +61,35 @@ class NonCentralPose(NamedTuple):
     ambiguous: bool
 
 
-def pose_from_non_central_rays(rays, points, start=None):
-    """NonCentralPose of a grid, robust against up to a fifth of wrong pairs.
+def pose_from_non_central_rays(
+    rays: Rays, points: ArrayLike, start: ArrayLike | None = None
+) -> NonCentralPose:
+    """Return the pose of a grid, robust against up to a fifth of wrong pairs.
 
-    rays: Rays (N,), of which those not valid do not count; points: (N, 2) on the grid,
-    mm; start: (4, 4), a pose that is nearly right, as from the picture before; then no
-    other is tried. Raises CalibrationError for fewer than FEWEST corners with rays, and
-    where most of them fit no pose.
+    Parameters
+    ----------
+    rays
+        N rays in the camera frame. Rays that are not valid are ignored.
+    points
+        (N, 2), points on the grid, mm.
+    start
+        (4, 4), approximate pose, such as that of the previous image. With a start, no
+        other pose is tried.
+
+    Returns
+    -------
+    NonCentralPose
+        Pose `T_camera_grid`, covariance and inliers.
+
+    Raises
+    ------
+    CalibrationError
+        Fewer than FEWEST corners have rays ("too-few-points"), most of them fit no pose
+        ("too-many-outliers"), or the arrays do not fit ("shape", "not-finite").
+
+    References
+    ----------
+    Thesis (2.26) and section 5.2.2.
     """
     valid = np.asarray(rays.valid, bool)
     if np.count_nonzero(valid) < FEWEST:
@@ -86,11 +123,26 @@ def pose_from_non_central_rays(rays, points, start=None):
     return NonCentralPose(T, covariance, inliers, np.sqrt(cost / count), ambiguous)
 
 
-def other_tilt(T_camera_grid, points, viewpoint):
-    """The pose (4, 4) whose grid is tilted the other way against the line of sight.
+def other_tilt(
+    T_camera_grid: np.ndarray, points: np.ndarray, viewpoint: np.ndarray
+) -> np.ndarray:
+    """Return the pose whose grid is tilted the other way against the line of sight.
 
-    Its picture is nearly the same where the grid's is small; points: (N, 2), whose
-    middle stays where it is; viewpoint: (3,).
+    The image of the grid is nearly the same where it is small.
+
+    Parameters
+    ----------
+    T_camera_grid
+        (4, 4), pose of the grid.
+    points
+        (N, 2), points on the grid, whose mean stays where it is.
+    viewpoint
+        (3,), point from which the grid is viewed, camera frame.
+
+    Returns
+    -------
+    ndarray
+        (4, 4), pose of the grid.
     """
     R = T_camera_grid[:3, :3]
     middle = placed_points(points.mean(axis=0)[None], T_camera_grid)[0]

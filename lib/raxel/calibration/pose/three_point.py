@@ -9,11 +9,14 @@ step that section 4.2.2 mentions.
 Source of RANSAC: Fischler and Bolles 1981, doi:10.1145/358669.358692.
 """
 
+from __future__ import annotations
+
 import itertools
 from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from raxel.errors import CalibrationError
 from raxel.geometry.homography import best_hypothesis, checked_generator
@@ -30,13 +33,30 @@ NEARLY_REAL = 1e-3  # a double root leaves the real axis by the root of the roun
 AGREEMENT = 1e-7  # relative error of the squared distances of an accepted solution
 
 
-def three_point_depths(directions, points):
-    """All real depths of three points on three rays of one origin (2.26).
+def three_point_depths(
+    directions: np.ndarray, points: np.ndarray
+) -> NDArray[np.float64]:
+    """Return all real depths of three points on three rays with one common origin.
 
-    directions: (M, 3, 3), three unit vectors for each of M triples; points: (M, 3, 2)
-    on the grid. Returns (M, 8, 3): at most eight solutions, in pairs of opposite sign
-    (k and k + 4), NaN for those that are not there. A pair may lie behind the origin;
-    triples with coincident points have none.
+    A pair of solutions may be behind the origin. Triples with coincident points have no
+    solution.
+
+    Parameters
+    ----------
+    directions
+        (M, 3, 3), three unit vectors for each of M triples.
+    points
+        (M, 3, 2), points on the grid.
+
+    Returns
+    -------
+    NDArray
+        (M, 8, 3), at most eight solutions, in pairs of opposite sign (k and k + 4).
+        NaN for those that do not exist.
+
+    References
+    ----------
+    Thesis (2.26); Haralick, Lee, Ottenberg, Nölle 1994, doi:10.1007/BF02028352.
     """
     cosines = np.stack(
         [
@@ -153,9 +173,19 @@ AT_REST = 1e-12  # a cost that falls by a smaller share is at rest
 
 
 class RayPose(NamedTuple):
-    """T_camera_grid (4, 4), camera frame of the rays; inliers (N,) bool; rms: root
-    mean square of the error of the inliers, a length (ray-point) or radians (angle);
-    behind: rays left out because a synthetic plane does not meet them.
+    """Pose of a grid from the rays of a central camera.
+
+    Attributes
+    ----------
+    T_camera_grid
+        (4, 4), pose of the grid in the camera frame of the rays.
+    inliers
+        (N,) bool, pairs that agree with the pose.
+    rms
+        Root mean square error of the inliers, a length (metric "ray-point") or rad
+        ("angle").
+    behind
+        Number of rays that were excluded because a synthetic plane does not meet them.
     """
 
     T_camera_grid: np.ndarray
@@ -164,11 +194,24 @@ class RayPose(NamedTuple):
     behind: int = 0
 
 
-def pose_of_triples(directions, points):
-    """Poses from triples whose points lie ahead on their rays.
+def pose_of_triples(
+    directions: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return poses from triples whose points are in front, on their rays.
 
-    directions: (M, 3, 3) unit; points: (M, 3, 2). Returns poses (K, 4, 4) and the
-    triple (K,) that each came from.
+    Parameters
+    ----------
+    directions
+        (M, 3, 3), three unit vectors for each of M triples.
+    points
+        (M, 3, 2), points on the grid.
+
+    Returns
+    -------
+    poses : ndarray
+        (K, 4, 4), poses `T_camera_grid`.
+    triples : ndarray
+        (K,) int, index of the triple that gave each pose.
     """
     depths = three_point_depths(directions, points)
     triple, solution = np.nonzero(np.all(depths > 0, axis=2))
@@ -183,24 +226,52 @@ def pose_of_triples(directions, points):
 
 
 def pose_three_point_ransac(
-    directions,
-    points,
-    rng,
-    threshold,
+    directions: ArrayLike,
+    points: ArrayLike,
+    rng: np.random.Generator,
+    threshold: float,
     *,
-    metric="ray-point",
-    confidence=0.999,
-    most_trials=2000,
-):
-    """Grid pose in the presence of wrong pairs: the standard method as it comes out.
+    metric: str = "ray-point",
+    confidence: float = 0.999,
+    most_trials: int = 2000,
+) -> RayPose:
+    """Return a grid pose in the presence of wrong pairs, by three points and RANSAC.
 
-    directions: (N, 3) unit rays of one origin; points: (N, 2) on the grid; rng: numpy
-    Generator. threshold: largest error of a pair that counts as right, a length for
-    metric "ray-point" (4.18), radians for "angle".
+    The pose is that of the standard method, without refinement. Samples of three are
+    drawn until one of inliers alone has occurred with probability `confidence`. The
+    pose with the least truncated squared error wins.
 
-    Samples of three are drawn until one of right pairs has been met with probability
-    `confidence`, at most `most_trials`; the least truncated squared error wins. Returns
-    RayPose. Raises CalibrationError when no triple gives a pose.
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of rays with one common origin, N >= 3.
+    points
+        (N, 2), points on the grid.
+    rng
+        Random generator of numpy.
+    threshold
+        Largest error of an inlier: a length for metric "ray-point", rad for "angle".
+    metric
+        "ray-point" (4.18) or "angle".
+    confidence
+        Probability that one sample contains inliers alone.
+    most_trials
+        Largest number of samples.
+
+    Returns
+    -------
+    RayPose
+        Pose `T_camera_grid` and its inliers.
+
+    Raises
+    ------
+    CalibrationError
+        No triple gives a pose ("no-pose"), or the arrays do not fit ("shape",
+        "too-few-points", "not-finite").
+
+    References
+    ----------
+    Thesis (2.26); Fischler and Bolles 1981, doi:10.1145/358669.358692.
     """
     checked_generator("pose", rng)
     directions, points = checked_rays(directions, points)
@@ -228,12 +299,32 @@ def pose_three_point_ransac(
     return _judged(directions, points, best, threshold, metric)
 
 
-def pose_of_spread_triples(directions, points, count=10):
-    """A pose to start a fit from, without chance: least median angle (robust).
+def pose_of_spread_triples(
+    directions: ArrayLike, points: ArrayLike, count: int = 10
+) -> np.ndarray:
+    """Return a start pose without random numbers: least median angle (robust).
 
-    directions: (N, 3) unit rays of one origin, N >= 3; points: (N, 2). All triples of
-    `count` points far apart are tried. Returns the pose (4, 4). Raises CalibrationError
-    when none gives a pose.
+    All triples of `count` points far from each other are tried.
+
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of rays with one common origin, N >= 3.
+    points
+        (N, 2), points on the grid.
+    count
+        Number of points whose triples are tried.
+
+    Returns
+    -------
+    ndarray
+        (4, 4), pose `T_camera_grid`.
+
+    Raises
+    ------
+    CalibrationError
+        No triple gives a pose ("no-pose"), or the arrays do not fit ("shape",
+        "too-few-points", "not-finite").
     """
     directions, points = checked_rays(directions, points)
     chosen = _spread_points(points, count)
@@ -248,15 +339,49 @@ def pose_of_spread_triples(directions, points, count=10):
 
 
 def refine_pose_ray_point(
-    directions, points, T_camera_grid, *, origins=None, weights=None, iterations=50
-):
-    """Pose that minimises the sum of squared ray-point distances (4.18).
+    directions: ArrayLike,
+    points: ArrayLike,
+    T_camera_grid: ArrayLike,
+    *,
+    origins: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    iterations: int = 50,
+) -> tuple[np.ndarray, float]:
+    """Return the pose that minimises the sum of squared ray-point distances.
 
-    directions: (N, 3) unit; points: (N, 2), N >= 3; T_camera_grid: (4, 4) start;
-    origins: (3,) or (N, 3), where the rays begin, default the frame's origin; weights:
-    (N,), each multiplies a distance. With weights 1 / distance the error becomes the
-    sine of the angle. Levenberg-Marquardt with an analytic Jacobian. Returns the pose
-    (4, 4) and the final cost.
+    With weights 1 / distance the error becomes the sine of the angle. Method:
+    Levenberg-Marquardt with an analytic Jacobian.
+
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of the rays, N >= 3.
+    points
+        (N, 2), points on the grid.
+    T_camera_grid
+        (4, 4), start.
+    origins
+        (3,) or (N, 3), where the rays begin. None: the origin of the frame.
+    weights
+        (N,), factor of each distance. None: all 1.
+    iterations
+        Largest number of steps.
+
+    Returns
+    -------
+    T_camera_grid : ndarray
+        (4, 4), refined pose.
+    cost : float
+        Sum of the squared weighted distances at the end.
+
+    Raises
+    ------
+    CalibrationError
+        The arrays do not fit ("shape", "too-few-points", "not-finite").
+
+    References
+    ----------
+    Thesis (4.18).
     """
     directions, points = checked_rays(directions, points)
     origins = np.zeros(3) if origins is None else np.asarray(origins, float)
@@ -276,11 +401,57 @@ def refine_pose_ray_point(
     return T, float(costs[-1])
 
 
-def pose_from_rays(directions, points, rng, threshold, *, metric="ray-point"):
-    """RANSAC, then ray-point refinement on its inliers: the "standard pose" refined.
+def pose_from_rays(
+    directions: ArrayLike,
+    points: ArrayLike,
+    rng: np.random.Generator,
+    threshold: float,
+    *,
+    metric: str = "ray-point",
+) -> RayPose:
+    """Return the refined "standard pose": RANSAC, then refinement on its inliers.
 
-    Arguments and errors as `pose_three_point_ransac`; with metric "angle" the refined
-    error is the sine of the angle. Two rounds, as refinement may gain inliers.
+    The refinement minimises ray-point distances. With metric "angle" the refined error
+    is the sine of the angle. There are two rounds, as refinement may gain inliers.
+
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of rays with one common origin, N >= 3.
+    points
+        (N, 2), points on the grid.
+    rng
+        Random generator of numpy.
+    threshold
+        Largest error of an inlier: a length for metric "ray-point", rad for "angle".
+    metric
+        "ray-point" (4.18) or "angle".
+
+    Returns
+    -------
+    RayPose
+        Pose `T_camera_grid` and its inliers.
+
+    Raises
+    ------
+    CalibrationError
+        As `pose_three_point_ransac`.
+
+    References
+    ----------
+    Thesis (2.26), (4.18) and section 4.2.2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import pose_from_rays
+    >>> x, y = np.meshgrid(np.arange(5) * 20.0, np.arange(4) * 20.0)
+    >>> points = np.column_stack([x.ravel(), y.ravel()])
+    >>> p = np.column_stack([points, np.zeros(20)]) + [-40, -30, 400]
+    >>> directions = p / np.linalg.norm(p, axis=1, keepdims=True)
+    >>> found = pose_from_rays(directions, points, np.random.default_rng(0), 1.0)
+    >>> [round(float(t)) for t in found.T_camera_grid[:3, 3]]
+    [-40, -30, 400]
     """
     directions, points = checked_rays(directions, points)
     found = pose_three_point_ransac(directions, points, rng, threshold, metric=metric)
@@ -298,11 +469,41 @@ def pose_from_rays(directions, points, rng, threshold, *, metric="ray-point"):
     return found
 
 
-def ray_point_system(directions, points, T_camera_grid, origins, weights):
-    """Residuals (3N,) and Jacobian (3N, 6) of the weighted ray-point distances.
+def ray_point_system(
+    directions: ArrayLike,
+    points: ArrayLike,
+    T_camera_grid: np.ndarray,
+    origins: np.ndarray,
+    weights: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return residuals and Jacobian of the weighted ray-point distances.
 
-    The residual of a point is its part at right angles to its ray. The pose moves as
-    R exp([w]x), t + R s; columns: w, s.
+    The residual of a point is its component perpendicular to its ray. The pose moves as
+    R exp([w]x), t + R s.
+
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of the rays.
+    points
+        (N, 2), points on the grid.
+    T_camera_grid
+        (4, 4), pose of the grid.
+    origins
+        (3,) or (N, 3), where the rays begin.
+    weights
+        (N,), factor of each distance.
+
+    Returns
+    -------
+    residuals : ndarray
+        (3N,), in the unit of the grid.
+    jacobian : ndarray
+        (3N, 6), columns: w (rad), s.
+
+    References
+    ----------
+    Thesis (4.18).
     """
     directions, points = (np.array(a, float, order="C") for a in (directions, points))
     residuals, jacobian = _ray_point_parts(
@@ -357,15 +558,40 @@ def _jacobian_across(points, turned, R, directions, weights):
     return J.reshape(-1, 6)
 
 
-def placed_points(points, T_camera_grid):
-    """Grid points (N, 2) in the camera frame (N, 3)."""
+def placed_points(points: np.ndarray, T_camera_grid: np.ndarray) -> np.ndarray:
+    """Return grid points (N, 2) in the camera frame, (N, 3).
+
+    Parameters
+    ----------
+    points
+        (N, 2), points on the grid.
+    T_camera_grid
+        (4, 4), pose of the grid.
+
+    Returns
+    -------
+    ndarray
+        (N, 3), points in the camera frame.
+    """
     return points @ T_camera_grid[:3, :2].T + T_camera_grid[:3, 3]
 
 
-def motion_of_points(points, T_camera_grid):
-    """How grid points (N, 2) move in the camera frame with their pose: (N, 3, 6).
+def motion_of_points(points: np.ndarray, T_camera_grid: np.ndarray) -> np.ndarray:
+    """Return how grid points move in the camera frame with their pose.
 
-    The pose moves as R exp([w]x), t + R s; columns: w, s.
+    The pose moves as R exp([w]x), t + R s.
+
+    Parameters
+    ----------
+    points
+        (N, 2), points on the grid.
+    T_camera_grid
+        (4, 4), pose of the grid.
+
+    Returns
+    -------
+    ndarray
+        (N, 3, 6), columns: w (rad), s.
     """
     x, y = points.T
     motion = np.zeros((len(points), 3, 6))
@@ -375,8 +601,21 @@ def motion_of_points(points, T_camera_grid):
     return T_camera_grid[:3, :3] @ motion
 
 
-def moved_pose(T, step):
-    """The pose (4, 4) after a step (w, s): R exp([w]x), t + R s."""
+def moved_pose(T: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Return the pose (4, 4) after a step (w, s): R exp([w]x), t + R s.
+
+    Parameters
+    ----------
+    T
+        (4, 4), pose.
+    step
+        (6,), rotation vector w (rad) and shift s.
+
+    Returns
+    -------
+    ndarray
+        (4, 4), moved pose.
+    """
     rotation = T[:3, :3]
     return pose(
         rotation @ rotation_from_vector(step[:3]), T[:3, 3] + rotation @ step[3:]
@@ -427,11 +666,32 @@ def _errors(directions, points, poses, metric):
     return ray_errors(directions, p, metric)
 
 
-def ray_errors(directions, p, metric):
-    """Errors (K, N) of points p (K, N, 3) that should lie ahead on their rays.
+def ray_errors(directions: np.ndarray, p: np.ndarray, metric: str) -> np.ndarray:
+    """Return the errors of points that should be in front, on their rays.
 
-    directions: (N, 3) unit, from the origin. metric: "ray-point", distances in the unit
-    of p, infinite for points behind; "angle", radians.
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of rays from the origin.
+    p
+        (K, N, 3), points under K poses.
+    metric
+        "ray-point": distances in the unit of p, infinite for points behind the origin.
+        "angle": rad.
+
+    Returns
+    -------
+    ndarray
+        (K, N), errors.
+
+    Raises
+    ------
+    ValueError
+        The metric is neither of the two.
+
+    References
+    ----------
+    Thesis (4.18).
     """
     if metric not in ("ray-point", "angle"):
         raise ValueError(f"metric: {metric!r}; expected 'ray-point' or 'angle'")
@@ -465,8 +725,31 @@ def _judged(directions, points, T, threshold, metric):
     return RayPose(T, inliers, float(rms))
 
 
-def checked_rays(directions, points):
-    """Rays (N, 3) and points (N, 2) as float arrays, or CalibrationError."""
+def checked_rays(
+    directions: ArrayLike, points: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return rays (N, 3) and points (N, 2) as float arrays, checked.
+
+    Parameters
+    ----------
+    directions
+        (N, 3), unit vectors of the rays.
+    points
+        (N, 2), points on the grid.
+
+    Returns
+    -------
+    directions : NDArray
+        (N, 3), float64.
+    points : NDArray
+        (N, 2), float64.
+
+    Raises
+    ------
+    CalibrationError
+        Shapes do not fit ("shape"), there are fewer than three points
+        ("too-few-points"), or values are not finite ("not-finite").
+    """
     directions, points = np.asarray(directions, float), np.asarray(points, float)
     if directions.shape != (len(points), 3) or points.shape[1:] != (2,):
         raise CalibrationError(
