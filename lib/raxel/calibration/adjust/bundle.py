@@ -21,11 +21,14 @@ reduced normal matrix has the blocks
 (sums over rays), whose G parts need no more than the 3 x 3 moments of the points.
 """
 
+from __future__ import annotations
+
 from functools import partial
 from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.calibration.adjust.ray_elimination import (
     FAR,
@@ -163,9 +166,18 @@ MOTION[2, :, 3:] = np.eye(3)
 
 
 class BundleResult(NamedTuple):
-    """T_base_grid (n, 4, 4); directions (N, 3) unit, from the centre towards the points
-    (NaN where a ray sees no grid); costs: sum of squared distances, start first;
-    converged: whether it came to rest within the iterations allowed.
+    """Poses and ray directions of an adjustment with a fixed centre.
+
+    Attributes
+    ----------
+    T_base_grid
+        (n, 4, 4), poses of the grids.
+    directions
+        (N, 3), unit, from the centre towards the points. NaN where a ray sees no grid.
+    costs
+        Sum of squared distances, start first.
+    converged
+        Whether the adjustment converged within the iterations allowed.
     """
 
     T_base_grid: np.ndarray
@@ -175,17 +187,45 @@ class BundleResult(NamedTuple):
 
 
 def bundle_adjust_fixed_centre(
-    points, seen, centre, T_base_grid, *, iterations=50, tolerance=1e-9
-):
-    """Poses and ray directions that minimise the ray-point distances (4.18).
+    points: np.ndarray,
+    seen: np.ndarray,
+    centre: np.ndarray,
+    T_base_grid: ArrayLike,
+    *,
+    iterations: int = 50,
+    tolerance: float = 1e-9,
+) -> BundleResult:
+    """Return poses and ray directions that minimise the ray-point distances.
 
-    points: (n, N, 2) points of N rays on n grids; entries not seen are ignored.
-    seen: (n, N) bool. centre: (3,) in the base frame, kept. T_base_grid: (n, 4, 4)
-    start; grid 0, the base, is kept.
-    tolerance: stop when the cost falls by less than this share.
+    Parameters
+    ----------
+    points
+        (n, N, 2), points of N rays on n grids. Entries not seen are ignored.
+    seen
+        (n, N) bool.
+    centre
+        (3,), camera centre in the base frame, kept.
+    T_base_grid
+        (n, 4, 4), start. The pose of grid 0, the base, is kept.
+    iterations
+        Largest number of steps.
+    tolerance
+        The adjustment stops when the cost falls by less than this share.
 
-    Returns BundleResult. Raises CalibrationError when a grid shares fewer than three
-    rays with the others, or values are not finite.
+    Returns
+    -------
+    BundleResult
+        Poses, directions and costs.
+
+    Raises
+    ------
+    CalibrationError
+        A grid shares fewer than three rays with the others ("too-few-rays"), or values
+        are not finite.
+
+    References
+    ----------
+    Thesis (4.18) and Algorithm 1, step 4.
     """
     q = homogeneous(points, seen)
     check_shared(np.asarray(seen, bool))
@@ -221,9 +261,38 @@ def ray_directions(points, seen, centre, T_base_grid):
     return directions.T
 
 
-def ray_point_residuals(points, seen, centre, T_base_grid, directions):
-    """Vectors from the nearest point of each ray to the grid points: (n, N, 3), in the
-    base frame, zero where not seen. Their norms are the distances of (4.18).
+def ray_point_residuals(
+    points: np.ndarray,
+    seen: np.ndarray,
+    centre: np.ndarray,
+    T_base_grid: np.ndarray,
+    directions: np.ndarray,
+) -> np.ndarray:
+    """Return vectors from the nearest point of each ray to the grid points.
+
+    Their norms are the distances of (4.18).
+
+    Parameters
+    ----------
+    points
+        (n, N, 2), points of N rays on n grids.
+    seen
+        (n, N) bool.
+    centre
+        (3,), camera centre in the base frame.
+    T_base_grid
+        (n, 4, 4), poses of the grids.
+    directions
+        (N, 3), unit vectors of the rays.
+
+    Returns
+    -------
+    ndarray
+        (n, N, 3), in the base frame, zero where not seen.
+
+    References
+    ----------
+    Thesis (4.18).
     """
     return residuals_of(homogeneous(points, seen), centre, T_base_grid, directions)
 
@@ -235,10 +304,36 @@ def residuals_of(q, centre, T_base_grid, directions):
     return np.swapaxes(_off_rays(p, u)[0], 1, 2)
 
 
-def ray_point_distances(points, origins, directions):
-    """Distances (..., N) of points (..., N, 3) from the lines of their rays, (4.18).
+def ray_point_distances(
+    points: np.ndarray, origins: np.ndarray, directions: np.ndarray
+) -> np.ndarray:
+    """Return the distances of points from the lines of their rays.
 
-    origins: (3,), the centre, or (N, 3); directions: (N, 3) unit.
+    Parameters
+    ----------
+    points
+        (..., N, 3), points.
+    origins
+        (3,), the centre, or (N, 3).
+    directions
+        (N, 3), unit vectors of the rays.
+
+    Returns
+    -------
+    ndarray
+        (..., N), in the unit of the points.
+
+    References
+    ----------
+    Thesis (4.18).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import ray_point_distances
+    >>> points = np.array([[3.0, 4.0, 10.0], [0.0, 0.0, 7.0]])
+    >>> ray_point_distances(points, np.zeros(3), np.array([[0, 0, 1.0]])).tolist()
+    [5.0, 0.0]
     """
     reach = points - origins
     along = np.sum(reach * directions, axis=-1, keepdims=True)

@@ -8,10 +8,13 @@ good as the poses.
 Source: M. D. Grossberg and S. K. Nayar, ICCV 2001, doi:10.1109/ICCV.2001.937611.
 """
 
+from __future__ import annotations
+
 import itertools
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.planes import pluecker_matrix_of_rays
@@ -24,13 +27,21 @@ COINCIDENT = 1e-9
 
 
 class KnownMotionRays(NamedTuple):
-    """One ray per pixel, in the frame of the poses' target (the base grid, say).
+    """One ray per pixel, in the target frame of the poses (the base grid, say).
 
-    origins (N, 3): the anchor points, on the first grid that the pixel sees, or next to
-    its point there where three or more points leave a residual. directions (N, 3):
-    unit, from the first grid that the pixel sees towards the last. valid (N,): whether
-    two or more points gave a line; elsewhere the other three are NaN. rms (N,): root
-    mean square distance of the pixel's points from the line; zero for two.
+    Attributes
+    ----------
+    origins
+        (N, 3), anchor points on the first grid that the pixel sees. Where three or more
+        points leave a residual, they are next to its point there.
+    directions
+        (N, 3), unit, from the first grid that the pixel sees towards the last.
+    valid
+        (N,) bool, whether two or more points gave a line. Elsewhere the other three are
+        NaN.
+    rms
+        (N,), root mean square distance of the pixel's points from the line. Zero for
+        two points.
     """
 
     origins: np.ndarray
@@ -38,30 +49,62 @@ class KnownMotionRays(NamedTuple):
     valid: np.ndarray
     rms: np.ndarray
 
-    def pluecker(self):
-        """Plücker matrices (N, 4, 4) of the rays (2.11), NaN where not valid."""
+    def pluecker(self) -> np.ndarray:
+        """Return Plücker matrices (N, 4, 4) of the rays (2.11), NaN where not valid."""
         return pluecker_matrix_of_rays(self.origins, self.directions)
 
 
-def rays_from_known_motion(points, T_base_grid, seen=None):
-    """Rays of N pixels from what each sees on n grids in known poses (2.3.3).
-
-    points: (n, N, 2), n >= 2, in the grids' coordinates, unit of the poses (mm);
-    T_base_grid: (n, 4, 4) poses of the grids in one frame, which becomes that of the
-    rays; seen: (n, N) bool, default: where the points are finite.
+def rays_from_known_motion(
+    points: ArrayLike, T_base_grid: ArrayLike, seen: ArrayLike | None = None
+) -> KnownMotionRays:
+    """Return the rays of N pixels from their points on n grids in known poses.
 
     **The order of the grids gives the rays their sense**: list them from near to far.
-    Light has no arrow in two points alone. Where two planes cross within the view, the
-    pixels beyond the crossing see them in the other order, and get the opposite ray.
+    Two points alone do not determine the sense of a ray. Where two planes cross within
+    the view, pixels beyond the crossing see them in the other order, and get the
+    opposite ray.
 
     Two points give their join, exactly. More give the line with the least sum of
-    squared distances. The camera need not be central. Pixels that see fewer than two
-    grids, or one point on the first and the last of them (where two planes cross), have
-    no ray.
+    squared distances. The camera may be non-central. Pixels that see fewer than two
+    grids have no ray. The same holds for one common point on the first and last grid
+    (where two planes cross).
 
-    Returns KnownMotionRays. Raises InputError for shapes that do not fit, poses that
-    are not rigid, and two grids in one plane; CalibrationError where no pixel sees two
-    grids.
+    Parameters
+    ----------
+    points
+        (n, N, 2), n >= 2, in the coordinates of the grids, unit of the poses (mm).
+    T_base_grid
+        (n, 4, 4), poses of the grids in one frame, which becomes that of the rays.
+    seen
+        (n, N) bool. None: where the points are finite.
+
+    Returns
+    -------
+    KnownMotionRays
+        One ray for each pixel.
+
+    Raises
+    ------
+    InputError
+        Shapes do not fit, poses are not rigid, or two grids are in one plane.
+    CalibrationError
+        No pixel sees two grids ("no-overlap").
+
+    References
+    ----------
+    Thesis section 2.3.3; M. D. Grossberg and S. K. Nayar, ICCV 2001,
+    doi:10.1109/ICCV.2001.937611.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import rays_from_known_motion
+    >>> poses = np.stack([np.eye(4), np.eye(4)])
+    >>> poses[1, 2, 3] = 100.0
+    >>> points = np.array([[[0.0, 0.0], [10.0, 0.0]], [[0.0, 0.0], [85.0, 0.0]]])
+    >>> rays = rays_from_known_motion(points, poses)
+    >>> rays.directions.round(2).tolist()
+    [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]]
     """
     points, T_base_grid, seen = _checked(points, T_base_grid, seen)
     count = points.shape[1]

@@ -14,7 +14,10 @@ Sources: thesis section 2.4; P. Sturm and S. Ramalingam, ECCV 2004,
 doi:10.1007/978-3-540-24671-8_1.
 """
 
+from __future__ import annotations
+
 import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +25,7 @@ import numpy as np
 from raxel.calibration.generic.board_growth import (
     MIN_COMMON,
     AdjustedBoards,
+    GenericCalibration,
     Start,
     adjusted,
     completed,
@@ -34,8 +38,12 @@ from raxel.calibration.linear.standard import (
     normalising_similarity,
     solve_grid_pairs,
 )
-from raxel.calibration.views.correspondence import check_view, refuse_parallel
-from raxel.calibration.views.dense import BoardSamples, sample_boards
+from raxel.calibration.views.correspondence import (
+    BoardView,
+    check_view,
+    refuse_parallel,
+)
+from raxel.calibration.views.dense import BoardSamples, DenseView, sample_boards
 from raxel.calibration.views.interpolation import interpolated_view
 from raxel.errors import CalibrationError
 
@@ -46,29 +54,56 @@ CANDIDATES = 3  # first triples tried, each with another base
 
 
 def calibrate_generic(
-    views,
-    width,
-    height,
+    views: Sequence[BoardView | DenseView],
+    width: int,
+    height: int,
     *,
-    rng,
-    linear="well conditioned",
-    units="mm",
-    side=-1,
-    interpolation="by need",
-):
-    """A general central camera from three or more overlapping views of a board.
+    rng: np.random.Generator,
+    linear: str = "well conditioned",
+    units: str = "mm",
+    side: int = -1,
+    interpolation: str = "by need",
+) -> GenericCalibration:
+    """Return a general central camera from three or more overlapping chessboard views.
 
-    views: BoardViews or DenseViews; width, height: the image in px; rng: numpy
-    Generator (RANSAC).
-    linear: "well conditioned" or "as printed" (with t_z as corrected). units: of the
-    board's points, "mm" or "pitch". side: sign of C_z in the base board's frame: -1 for
-    corners ordered so that x turns clockwise into y in the image. interpolation:
-    between corners, "homographic" as in the thesis, "smooth" or "by need" (for each
-    board the one that errs less; see `raxel.calibration.views.interpolation`).
+    Parameters
+    ----------
+    views
+        BoardViews or DenseViews.
+    width, height
+        Size of the image, px.
+    rng
+        Random generator of numpy (RANSAC).
+    linear
+        "well conditioned" or "as printed" (with t_z as corrected).
+    units
+        Unit of the points of the chessboard, "mm" or "pitch".
+    side
+        Sign of C_z in the frame of the base chessboard. -1 for corners ordered so that
+        x turns clockwise into y in the image.
+    interpolation
+        Between corners: "homographic" as in the thesis, "smooth" or "by need". The last
+        takes for each chessboard the one with the smaller error; see
+        `raxel.calibration.views.interpolation`.
 
-    Returns GenericCalibration. Raises CalibrationError, in one line, when fewer than
-    three boards overlap enough, boards are parallel, or the linear stage fails on all;
-    InputError for views whose counts do not fit.
+    Returns
+    -------
+    GenericCalibration
+        Camera, poses and diagnostics.
+
+    Raises
+    ------
+    CalibrationError
+        Fewer than three chessboards overlap enough ("too-few-grids", "no-overlap"),
+        chessboards are parallel, or the linear stage fails on all ("no-start"). The
+        message has one line.
+    InputError
+        Counts of the views do not fit.
+
+    References
+    ----------
+    Thesis section 2.4, Algorithm 1; P. Sturm and S. Ramalingam, ECCV 2004,
+    doi:10.1007/978-3-540-24671-8_1.
     """
     boards = compared_boards(views, width, height, interpolation)
     return calibrate_compared(boards, rng=rng, linear=linear, units=units, side=side)
@@ -94,10 +129,28 @@ class ComparedBoards(NamedTuple):
     refused: list
 
 
-def compared_boards(views, width, height, interpolation="by need"):
-    """What Algorithm 1 knows before its linear stage, the same for all its variants.
+def compared_boards(
+    views: Sequence[BoardView | DenseView],
+    width: int,
+    height: int,
+    interpolation: str = "by need",
+) -> ComparedBoards:
+    """Return the input of the linear stage, the same for all variants of Algorithm 1.
 
-    Arguments and errors as `calibrate_generic`. Returns ComparedBoards.
+    Parameters
+    ----------
+    views, width, height, interpolation
+        As `calibrate_generic`.
+
+    Returns
+    -------
+    ComparedBoards
+        Samples, pairs and ranked triples of chessboards.
+
+    Raises
+    ------
+    CalibrationError, InputError
+        As `calibrate_generic`.
     """
     views, chosen = filled_views(views, interpolation)
     samples = sample_boards(views, width, height, OBSERVATIONS)
@@ -110,8 +163,35 @@ def compared_boards(views, width, height, interpolation="by need"):
     )
 
 
-def calibrate_compared(boards, *, rng, linear="well conditioned", units="mm", side=-1):
-    """`calibrate_generic` from ComparedBoards, for one variant of the linear stage."""
+def calibrate_compared(
+    boards: ComparedBoards,
+    *,
+    rng: np.random.Generator,
+    linear: str = "well conditioned",
+    units: str = "mm",
+    side: int = -1,
+) -> GenericCalibration:
+    """Return `calibrate_generic` of ComparedBoards, for one linear variant.
+
+    Parameters
+    ----------
+    boards
+        Result of `compared_boards`.
+    rng, linear, units, side
+        As `calibrate_generic`.
+
+    Returns
+    -------
+    GenericCalibration
+        Camera, poses and diagnostics.
+
+    Raises
+    ------
+    CalibrationError
+        As `calibrate_generic`.
+    ValueError
+        `linear` is neither of the two.
+    """
     if linear not in ("well conditioned", "as printed"):
         raise ValueError(f"linear: {linear!r}; 'well conditioned' or 'as printed'")
     growths, failures = [], []

@@ -14,9 +14,12 @@ solution, which data cannot exclude: ``side`` is the sign of C_z. With grid axes
 right, y down, z into the board as the camera sees it, C_z < 0 (``side=-1``).
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.calibration.linear.cgsp import DEGENERATE, centre_of, grid_pose, margins_of
 from raxel.errors import CalibrationError
@@ -67,12 +70,38 @@ def coefficient_vectors(centre, T_base_grid):
     return v, w
 
 
-def table_2_1(centre, T_base_2, T_base_3, row_3="corrected"):
-    """The four coefficient vectors of Table 2.1 for three grids.
+def table_2_1(
+    centre: np.ndarray,
+    T_base_2: np.ndarray,
+    T_base_3: np.ndarray,
+    row_3: str = "corrected",
+) -> np.ndarray:
+    """Return the four coefficient vectors of Table 2.1 for three grids.
 
-    row_3: "corrected", or "printed" for the superscripts of t_z as the thesis prints
-    them in row i = 3, each one too low (W_3 = -C_z + t_z^1 with t_z^1 = 0, and
-    N_3 = -C_z + t_z^2). Returns (4, 9): rows V, W, M, N.
+    Parameters
+    ----------
+    centre
+        (3,), camera centre in the base frame.
+    T_base_2, T_base_3
+        (4, 4), poses of grids 2 and 3.
+    row_3
+        "corrected", or "printed" for the superscripts of t_z as the thesis prints them
+        in row i = 3. Each is one too low there: W_3 = -C_z + t_z^1 with t_z^1 = 0, and
+        N_3 = -C_z + t_z^2.
+
+    Returns
+    -------
+    ndarray
+        (4, 9), rows V, W, M, N.
+
+    Raises
+    ------
+    ValueError
+        `row_3` is neither of the two.
+
+    References
+    ----------
+    Thesis, Table 2.1.
     """
     v, w = coefficient_vectors(centre, T_base_2)
     m, n = coefficient_vectors(centre, T_base_3)
@@ -84,15 +113,36 @@ def table_2_1(centre, T_base_2, T_base_3, row_3="corrected"):
     return np.stack([v, w, m, n])
 
 
-def solve_coefficients(points_1, points_k, weights=None):
-    """Least-squares null vectors (V, W) of (2.14) and the noise in their entries.
+def solve_coefficients(
+    points_1: np.ndarray, points_k: np.ndarray, weights: ArrayLike | None = None
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return least-squares null vectors (V, W) and the noise in their entries.
 
-    points_1, points_k: (N, 2), N >= 6 rays seen on both grids. weights: (N,) factors of
-    the equations. The two 6-column systems are solved apart, as the thesis does, so V
-    and W, each (9,) with unit norm, have unrelated scales and signs. noise: the larger
-    standard deviation of the two, as a length, estimated from what the points leave
-    over.
-    Raises CalibrationError where the points do not determine them.
+    The two 6-column systems are solved separately, as the thesis does. The scales and
+    signs of V and W are therefore unrelated.
+
+    Parameters
+    ----------
+    points_1, points_k
+        (N, 2), points of N >= 6 rays on the base grid and on grid k.
+    weights
+        (N,), factors of the equations.
+
+    Returns
+    -------
+    V, W : ndarray
+        (9,) with unit norm.
+    noise : float
+        Larger standard deviation of the two, as a length, estimated from the residuals.
+
+    Raises
+    ------
+    CalibrationError
+        The points do not determine the vectors ("too-few-rays", "degenerate-points").
+
+    References
+    ----------
+    Thesis (2.14).
     """
     if len(points_1) < 6:
         raise CalibrationError(
@@ -128,12 +178,20 @@ VANISHING = 1e-9
 
 
 class LinearSolution(NamedTuple):
-    """centre (3,) and T_base_grid (n, 4, 4), the first the identity, in the base frame.
+    """Camera centre and grid poses of the linear stage, in the base frame.
 
-    degeneracy: third over first singular value of the system for the centre. It tends
-    to 0 as grids become parallel; below about 0.03 the centre deserves suspicion.
-    margin: the third singular value over the noise of the coefficients; below 5 the
-    grids cannot be told from parallel ones. NaN as printed, which has no such test.
+    Attributes
+    ----------
+    centre
+        (3,), camera centre.
+    T_base_grid
+        (n, 4, 4), poses of the grids, the first the identity.
+    degeneracy
+        Third over first singular value of the system for the centre. It tends to 0 as
+        grids become parallel. Below about 0.03 the centre is unreliable.
+    margin
+        Third singular value over the noise of the coefficients. Below 5 the grids are
+        indistinguishable from parallel ones. NaN as printed, which has no such test.
     """
 
     centre: np.ndarray
@@ -177,16 +235,59 @@ class GridPair(NamedTuple):
         return np.stack([-self.w_b, -self.v_b, self.shared])
 
 
-def linear_well_conditioned(points, seen=None, *, side=-1, weights=None):
-    """Camera centre and grid poses by linear least squares (thesis 2.4.1).
+def linear_well_conditioned(
+    points: np.ndarray,
+    seen: np.ndarray | None = None,
+    *,
+    side: int = -1,
+    weights: np.ndarray | None = None,
+) -> LinearSolution:
+    """Return camera centre and grid poses by linear least squares.
 
-    points: (n, N, 2), n >= 3: where N rays meet every grid; grid 0 is the base.
-    seen: (n, N) bool; default: where the points are finite. A grid uses every ray that
-    it shares with the base, so no ray needs to meet all grids.
-    side: sign of C_z. weights: (n, N) factors of the equations of grids 1 to n-1.
+    A grid uses every ray that it shares with the base. No ray needs to meet all grids.
 
-    Returns LinearSolution. Raises CalibrationError: too few common rays, grids parallel
-    to the base or to each other, no real solution, points behind the centre.
+    Parameters
+    ----------
+    points
+        (n, N, 2), n >= 3: where N rays meet every grid. Grid 0 is the base.
+    seen
+        (n, N) bool. None: where the points are finite.
+    side
+        Sign of C_z.
+    weights
+        (n, N), factors of the equations of grids 1 to n-1.
+
+    Returns
+    -------
+    LinearSolution
+        Centre and poses in the base frame, in the unit of the points.
+
+    Raises
+    ------
+    CalibrationError
+        Too few common rays ("no-overlap", "too-few-rays"), too few grids
+        ("too-few-grids"), grids parallel to the base or to each other, no real solution
+        ("negative-square"), points behind the centre ("behind-centre").
+
+    References
+    ----------
+    Thesis section 2.4.1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from raxel.calibration import linear_well_conditioned
+    >>> from raxel.geometry import pose, rotation_from_vector
+    >>> x, y = np.meshgrid(np.linspace(-0.3, 0.3, 5), np.linspace(-0.2, 0.2, 4))
+    >>> rays = np.column_stack([x.ravel(), y.ravel(), np.ones(20)])
+    >>> centre, points = np.array([10.0, 20.0, -500.0]), []
+    >>> for w in ([0, 0, 0], [0.4, 0.1, 0], [-0.1, 0.5, 0.2]):
+    ...     T = pose(rotation_from_vector(np.array(w, float)), np.zeros(3))
+    ...     d, c = rays @ T[:3, :3], centre @ T[:3, :3]
+    ...     points.append((c - d * (c[2] / d[:, 2:]))[:, :2])
+    >>> solution = linear_well_conditioned(points)
+    >>> [round(float(c)) for c in solution.centre]
+    [10, 20, -500]
     """
     points = np.asarray(points, float)
     finite = np.isfinite(points).all(axis=-1)
@@ -201,8 +302,24 @@ def linear_well_conditioned(points, seen=None, *, side=-1, weights=None):
     return solve_grid_pairs(pairs, side)
 
 
-def normalising_similarity(points):
-    """Centroid to the origin, RMS distance to sqrt(2). points: (N, 2)."""
+def normalising_similarity(points: np.ndarray) -> Similarity:
+    """Return the similarity: centroid to the origin, RMS distance to sqrt(2).
+
+    Parameters
+    ----------
+    points
+        (N, 2), points on a grid.
+
+    Returns
+    -------
+    Similarity
+        Offset and scale.
+
+    Raises
+    ------
+    CalibrationError
+        There is no point ("no-overlap"), or all coincide ("degenerate-points").
+    """
     if len(points) == 0:
         raise CalibrationError(
             "linear stage: two grids have no ray in common", code="no-overlap"
@@ -274,17 +391,45 @@ def margins_of_pairs(pairs, picks):
 # ---------------------------------------------------------------------- as printed
 
 
-def linear_as_printed(points_1, points_2, points_3, *, side=-1, tz="printed"):
-    """Camera centre and grid poses as the thesis prints it (2.15 to 2.25).
+def linear_as_printed(
+    points_1: np.ndarray,
+    points_2: np.ndarray,
+    points_3: np.ndarray,
+    *,
+    side: int = -1,
+    tz: str = "printed",
+) -> LinearSolution:
+    """Return camera centre and grid poses as the thesis prints the method.
 
-    points_1, points_2, points_3: (N, 2) points of the same N rays on three grids.
-    side: sign of C_z. tz: "printed" divides by C_y (0/0 where the centre lies above the
-    x axis of the base grid); "corrected" uses t_z = C_z + V'_6 / lambda instead.
+    The misprints of 2.14 and 2.23-2.25 are corrected; the numerics are kept. Rotations
+    are the nearest ones to the computed columns.
 
-    The typographical slips of 2.14 and 2.23-2.25 are mended; the numerics are kept.
-    Rotations come out as the nearest ones to the computed columns. Returns
-    LinearSolution; degeneracy is the fifth over the first singular value of (2.21).
-    Raises CalibrationError with the reason for what it cannot compute.
+    Parameters
+    ----------
+    points_1, points_2, points_3
+        (N, 2), points of the same N rays on three grids.
+    side
+        Sign of C_z.
+    tz
+        "printed" divides by C_y (0/0 where the centre is above the x axis of the base
+        grid). "corrected" uses t_z = C_z + V'_6 / lambda instead.
+
+    Returns
+    -------
+    LinearSolution
+        Its degeneracy is the fifth over the first singular value of (2.21).
+
+    Raises
+    ------
+    CalibrationError
+        The method cannot compute a value, with the reason ("zero-division",
+        "negative-square", "parallel-grids", "too-few-rays", "degenerate-points").
+    ValueError
+        `tz` is neither of the two.
+
+    References
+    ----------
+    Thesis (2.15) to (2.25).
     """
     if tz not in ("printed", "corrected"):
         raise ValueError(f"tz: {tz!r}; expected 'printed' or 'corrected'")
@@ -328,8 +473,32 @@ def _system_2_24(v, w, m, n):
     return a, x
 
 
-def solve_unknowns(v, w, m, n):
-    """u of (2.24) by the two subspaces (2.20) and (2.22), and the ratio of (2.21)."""
+def solve_unknowns(
+    v: np.ndarray, w: np.ndarray, m: np.ndarray, n: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Return u of (2.24) by the subspaces (2.20) and (2.22), and the ratio of (2.21).
+
+    Parameters
+    ----------
+    v, w, m, n
+        (9,), coefficient vectors of Table 2.1, at a common scale for each grid.
+
+    Returns
+    -------
+    u : ndarray
+        (14,), unknowns of (2.24).
+    degeneracy : float
+        Fifth over first singular value of (2.21).
+
+    Raises
+    ------
+    CalibrationError
+        The matrix of (2.21) has a rank below 5 ("parallel-grids").
+
+    References
+    ----------
+    Thesis (2.20) to (2.24).
+    """
     a_matrix, x = _system_2_24(v, w, m, n)
     left, singular, right = np.linalg.svd(a_matrix)
     a = right[:12].T @ ((left.T @ x) / singular)
@@ -373,8 +542,33 @@ def _cross(f, g, p, q):
     return f[p] * g[q] + f[q] * g[p] + f[p + 2] * g[q + 2] + f[q + 2] * g[p + 2]
 
 
-def printed_depth(u, v, side):
-    """C_z of (2.23), numerator u_5 u_6 + u_7 u_8."""
+def printed_depth(u: np.ndarray, v: np.ndarray, side: int) -> float:
+    """Return C_z of (2.23), numerator u_5 u_6 + u_7 u_8.
+
+    Parameters
+    ----------
+    u
+        (14,), unknowns of (2.24).
+    v
+        (9,), coefficients V'.
+    side
+        Sign of C_z.
+
+    Returns
+    -------
+    float
+        C_z, in the unit of the points.
+
+    Raises
+    ------
+    CalibrationError
+        The divisor vanishes ("zero-division"), or C_z^2 is negative
+        ("negative-square").
+
+    References
+    ----------
+    Thesis (2.23).
+    """
     product = v[3] * v[4]
     numerator = u[4] * u[5] + u[6] * u[7]
     if abs(product) < VANISHING * (v[3] ** 2 + v[4] ** 2):
@@ -390,8 +584,38 @@ def printed_depth(u, v, side):
     return np.sign(side) * np.sqrt(-numerator / product)
 
 
-def printed_pose(vector, u, centre, points, tz):
-    """Pose of one grid by (2.23). u: its six entries tx, ty, R11, R12, R21, R22."""
+def printed_pose(
+    vector: np.ndarray, u: np.ndarray, centre: np.ndarray, points: np.ndarray, tz: str
+) -> np.ndarray:
+    """Return the pose of one grid by (2.23).
+
+    Parameters
+    ----------
+    vector
+        (9,), coefficients V' or M' of the grid.
+    u
+        (6,), entries tx, ty, R11, R12, R21, R22 of the grid.
+    centre
+        (3,), camera centre in the base frame.
+    points
+        (N, 2), points on the grid.
+    tz
+        "printed" or "corrected", as `linear_as_printed`.
+
+    Returns
+    -------
+    ndarray
+        (4, 4), pose `T_base_grid`.
+
+    Raises
+    ------
+    CalibrationError
+        t_z as printed divides by C_y = 0 ("zero-division").
+
+    References
+    ----------
+    Thesis (2.23).
+    """
     size = np.sqrt(u[2] ** 2 + u[4] ** 2 + (vector[3] * centre[2]) ** 2)
     heights = points @ vector[3:5] + vector[5]
     scale = -np.sign(np.sum(np.sign(heights))) * size / centre[2]
