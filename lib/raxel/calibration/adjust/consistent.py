@@ -10,9 +10,12 @@ Adjusted are the centre, the poses of all grids but the base, and one direction 
 `raxel.calibration.adjust.ray_elimination` has the equations.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.calibration.adjust.bundle import (
     BundleResult,
@@ -51,12 +54,37 @@ from raxel.geometry.poses import (
 # the thesis's rule, which gives the grids of the linear stage more weight.
 
 
-def centroid_directions(points, seen, centre, T_base_grid, weights=None):
-    """Unit directions (N, 3) from the centre to the weighted centroids of the points.
+def centroid_directions(
+    points: np.ndarray,
+    seen: np.ndarray,
+    centre: np.ndarray,
+    T_base_grid: np.ndarray,
+    weights: ArrayLike | None = None,
+) -> np.ndarray:
+    """Return unit directions from the centre to the weighted centroids of the points.
 
-    points: (n, N, 2) mm; seen: (n, N) bool; centre: (3,); T_base_grid: (n, 4, 4);
-    weights: (n,) of the grids or (n, N), above zero; default: all equal. NaN for a ray
-    that sees no grid. Raises InputError for weights that are not above zero.
+    Parameters
+    ----------
+    points
+        (n, N, 2), points of N rays on n grids, mm.
+    seen
+        (n, N) bool.
+    centre
+        (3,), camera centre in the base frame.
+    T_base_grid
+        (n, 4, 4), poses of the grids.
+    weights
+        (n,) of the grids or (n, N), above zero. None: all equal.
+
+    Returns
+    -------
+    ndarray
+        (N, 3). NaN for a ray that sees no grid.
+
+    Raises
+    ------
+    InputError
+        A weight is not above zero.
     """
     return joined_rays(points, seen, centre, weights)(T_base_grid)
 
@@ -79,15 +107,41 @@ def joined_rays(points, seen, centre, weights=None):
     return directions
 
 
-def centroid_weights(points, seen, centre, T_base_grid, covariances, noise, domain):
-    """Weights (n, N) of points for `centroid_directions`: length over variance.
-
-    covariances: (n, 6, 6) of the poses, rotation vector in the grid's frame and
-    translation in the base frame, zero for those taken as exact; noise: of the image in
-    rad (domain "image") or of the points in mm (domain "plane").
+def centroid_weights(
+    points: np.ndarray,
+    seen: np.ndarray,
+    centre: np.ndarray,
+    T_base_grid: np.ndarray,
+    covariances: np.ndarray,
+    noise: float,
+    domain: str,
+) -> np.ndarray:
+    """Return weights of points for `centroid_directions`: length over variance.
 
     Errors of neighbouring points on one grid are not independent: its pose moves them
-    together. The weights are the best for each ray, seen alone.
+    together. The weights are the best for each ray alone.
+
+    Parameters
+    ----------
+    points, seen, centre, T_base_grid
+        As `centroid_directions`.
+    covariances
+        (n, 6, 6) of the poses: rotation vector in the grid's frame and translation in
+        the base frame. Zero for those taken as exact.
+    noise
+        Noise of the image in rad (domain "image") or of the points in mm ("plane").
+    domain
+        "image" or "plane".
+
+    Returns
+    -------
+    ndarray
+        (n, N), weights.
+
+    Raises
+    ------
+    InputError
+        The domain is neither of the two.
     """
     if domain not in ("image", "plane"):
         raise InputError(f"rays: domain {domain!r}; expected 'image' or 'plane'")
@@ -174,39 +228,63 @@ class _State(NamedTuple):
 
 
 def adjust_consistent(
-    points,
-    seen,
-    centre,
-    T_base_grid,
+    points: ArrayLike,
+    seen: ArrayLike | None,
+    centre: ArrayLike,
+    T_base_grid: ArrayLike,
     *,
-    sigma=None,
-    loss="none",
-    iterations=50,
-    tolerance=1e-3,
-):
-    """Centre, poses and ray directions from a start, by whitened in-plane residuals.
+    sigma: ArrayLike | None = None,
+    loss: str = "none",
+    iterations: int = 50,
+    tolerance: float = 1e-3,
+) -> ConsistentResult:
+    """Return centre, poses and directions, adjusted by whitened in-plane residuals.
 
-    points: (n, N, 2) mm, where N rays meet n grids; entries not seen are ignored.
-    seen: (n, N) bool, or None: where the points are finite. centre: (3,) and
-    T_base_grid: (n, 4, 4) the start (of the linear stage, say); grid 0, the base, is
-    kept.
+    The weights follow neither centre nor poses. They are computed at the start, and
+    once more when the adjustment is within a tenth of a standard deviation of its end.
 
-    sigma: None for noise of the image, equal for all directions of view, whose size is
-    found from the residuals; or the standard deviations of the points in mm, a number
-    or (n, N) or (n, N, 2), as a decoder of active grids states them, which the
-    covariance then takes at their word. The weights follow neither centre nor poses:
-    they are computed at the start, and once more when the adjustment is within a tenth
-    of a standard deviation of its end.
-    loss: "none", "huber" (bends at 2 standard deviations) or "cauchy" (3); the scale is
-    the median's, frozen with the weights. The covariance is then that of the weighted
-    points, which is an approximation.
-    tolerance: it ends when a step is shorter than this, in standard deviations of the
-    result.
+    Parameters
+    ----------
+    points
+        (n, N, 2), where N rays meet n grids, mm. Entries not seen are ignored.
+    seen
+        (n, N) bool. None: where the points are finite.
+    centre
+        (3,), start (of the linear stage, say), base frame.
+    T_base_grid
+        (n, 4, 4), start. The pose of grid 0, the base, is kept.
+    sigma
+        None: noise of the image, equal for all directions of view, whose size is
+        estimated from the residuals. Otherwise the predicted standard deviations of the
+        points in mm, a number, (n, N) or (n, N, 2), such as those of a decoder of
+        active grids. The covariance then takes them as given.
+    loss
+        "none", "huber" (bends at 2 standard deviations) or "cauchy" (3). The scale is
+        the median's, frozen with the weights. The covariance is then that of the
+        weighted points, which is an approximation.
+    iterations
+        Largest number of steps.
+    tolerance
+        The adjustment ends when a step is shorter than this, in standard deviations of
+        the result.
 
-    Returns ConsistentResult. Raises CalibrationError where a grid shares fewer than
-    three rays with the others (points that the start has behind the centre do not
-    count), or there are more unknowns than points; InputError for a loss, a sigma or
-    shapes that do not fit.
+    Returns
+    -------
+    ConsistentResult
+        Centre, poses, directions and covariance.
+
+    Raises
+    ------
+    CalibrationError
+        A grid shares fewer than three rays with the others, or there are more unknowns
+        than points ("too-few-rays"). Points that the start has behind the centre do not
+        count.
+    InputError
+        A loss, a sigma or shapes do not fit.
+
+    References
+    ----------
+    Thesis section 4.1.4.
     """
     centre, T = np.asarray(centre, float), np.asarray(T_base_grid, float)
     points, seen = _checked(points, seen, T, loss)
@@ -227,7 +305,9 @@ def adjust_consistent(
     return _result(rays, state, sigma, loss, freedom, passes)
 
 
-def _checked(points, seen, T, loss):
+def _checked(
+    points: ArrayLike, seen: ArrayLike | None, T: np.ndarray, loss: str
+) -> tuple[np.ndarray, np.ndarray]:
     if loss not in LOSSES:
         raise InputError(f"adjustment: loss {loss!r}; expected one of {[*LOSSES]}")
     points = np.ascontiguousarray(points, float)
@@ -364,18 +444,50 @@ def _inverse(normal):
 
 
 def relax_poses(
-    points, seen, centre, T_base_grid, *, weights=None, iterations=500, tolerance=1e-6
-):
-    """Poses by relaxation, rays re-joined to the centroid after each round.
+    points: np.ndarray,
+    seen: ArrayLike,
+    centre: np.ndarray,
+    T_base_grid: np.ndarray,
+    *,
+    weights: ArrayLike | None = None,
+    iterations: int = 500,
+    tolerance: float = 1e-6,
+) -> BundleResult:
+    """Return poses by relaxation, rays re-joined to the centroid after each round.
 
-    points: (n, N, 2) mm; seen: (n, N) bool; centre: (3,), kept; T_base_grid: (n, 4, 4)
-    start; grid 0 is the base, whose pose is the identity. weights: (n,) or (n, N), of
-    the centroid; the thesis gives the grids of the linear stage more. tolerance: it
-    ends when a round changes the cost by less than this share.
+    Parameters
+    ----------
+    points
+        (n, N, 2), points of N rays on n grids, mm.
+    seen
+        (n, N) bool.
+    centre
+        (3,), camera centre in the base frame, kept.
+    T_base_grid
+        (n, 4, 4), start. Grid 0 is the base, whose pose is the identity.
+    weights
+        (n,) or (n, N), of the centroid. The thesis gives the grids of the linear stage
+        more.
+    iterations
+        Largest number of rounds.
+    tolerance
+        The relaxation ends when a round changes the cost by less than this share.
 
-    Returns BundleResult; its costs, of ray-point distances, may also rise: a round does
-    not minimise over the rays. Raises CalibrationError when a grid shares fewer than
-    three rays with the others, or values are not finite.
+    Returns
+    -------
+    BundleResult
+        Its costs, of ray-point distances, may also rise: a round does not minimise over
+        the rays.
+
+    Raises
+    ------
+    CalibrationError
+        A grid shares fewer than three rays with the others ("too-few-rays"), or values
+        are not finite ("not-finite").
+
+    References
+    ----------
+    Thesis (4.18) and section 4.1.4.
     """
     seen = np.asarray(seen, bool)
     check_shared(seen)
@@ -397,8 +509,19 @@ def relax_poses(
     return BundleResult(poses, u, np.array(costs), False)
 
 
-def pose_vector(T_base_grid):
-    """The unknowns (6 (n - 1),): Rodrigues vector, translation of all but the base."""
+def pose_vector(T_base_grid: np.ndarray) -> np.ndarray:
+    """Return the unknowns: Rodrigues vector and translation of all but the base.
+
+    Parameters
+    ----------
+    T_base_grid
+        (n, 4, 4), poses of the grids.
+
+    Returns
+    -------
+    ndarray
+        (6 (n - 1),), rad and the unit of the poses.
+    """
     turns = vector_from_rotation(T_base_grid[1:, :3, :3])
     return np.concatenate([turns, T_base_grid[1:, :3, 3]], axis=1).ravel()
 

@@ -8,6 +8,9 @@ the centre too. Boards that do not overlap the base get their poses from the ray
 Source: thesis sections 4.1 and 4.2.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,14 +24,15 @@ from raxel.calibration.adjust.consistent import (
 from raxel.calibration.generic.board_growth import (
     MIN_COMMON,
     AdjustedBoards,
+    GenericCalibration,
     Start,
     completed,
     grown,
 )
 from raxel.calibration.generic.standard import COARSE, OBSERVATIONS, filled_views
 from raxel.calibration.linear.cgsp import ROUNDS, homography_to_base, solve_homographies
-from raxel.calibration.views.correspondence import refuse_parallel
-from raxel.calibration.views.dense import sample_boards
+from raxel.calibration.views.correspondence import BoardView, refuse_parallel
+from raxel.calibration.views.dense import DenseView, sample_boards
 from raxel.errors import CalibrationError
 from raxel.geometry.planes import on_plane
 from raxel.geometry.poses import transform
@@ -38,28 +42,52 @@ BASES = 3  # boards compared as the base, those that overlap the most first
 
 
 def calibrate_cgsp(
-    views,
-    width,
-    height,
+    views: Sequence[BoardView | DenseView],
+    width: int,
+    height: int,
     *,
-    rng,
-    units="mm",
-    side=-1,
-    interpolation="by need",
-    pinhole="sturm-maybank",
-    adjust=True,
-):
-    """A general central camera from three or more overlapping views of a board.
+    rng: np.random.Generator,
+    units: str = "mm",
+    side: int = -1,
+    interpolation: str = "by need",
+    pinhole: str = "sturm-maybank",
+    adjust: bool = True,
+) -> GenericCalibration:
+    """Return a general central camera from three or more overlapping chessboard views.
 
-    views: BoardViews or DenseViews; width, height: the image in px; rng: numpy
-    Generator (RANSAC); units, side, interpolation: as `calibrate_generic`. pinhole: a
-    name of `synthetic_pinhole.PINHOLE_METHODS`. adjust: whether centre, poses and rays
-    are adjusted together in the end (`adjust_consistent`); False leaves the centre as
-    the linear stage has it, as the thesis does.
+    Parameters
+    ----------
+    views
+        BoardViews or DenseViews.
+    width, height
+        Size of the image, px.
+    rng
+        Random generator of numpy (RANSAC).
+    units, side, interpolation
+        As `calibrate_generic`.
+    pinhole
+        A name of PINHOLE_METHODS.
+    adjust
+        Whether centre, poses and rays are adjusted together in the end
+        (`adjust_consistent`). False leaves the centre of the linear stage, as the
+        thesis does.
 
-    Returns GenericCalibration. Raises CalibrationError, in one line, when fewer than
-    three boards overlap enough or boards are parallel; InputError for views whose
-    counts do not fit.
+    Returns
+    -------
+    GenericCalibration
+        Camera, poses and diagnostics.
+
+    Raises
+    ------
+    CalibrationError
+        Fewer than three chessboards overlap enough ("too-few-grids", "no-overlap"), or
+        chessboards are parallel. The message has one line.
+    InputError
+        Counts of the views do not fit.
+
+    References
+    ----------
+    Thesis sections 4.1 and 4.2.
     """
     views, chosen = filled_views(views, interpolation)
     dense = all(view.every_pixel for view in views)

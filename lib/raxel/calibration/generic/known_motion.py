@@ -159,7 +159,9 @@ def _point_of(p, grid):
     return p[grid, np.arange(p.shape[1])]
 
 
-def _checked(points, T_base_grid, seen):
+def _checked(
+    points: ArrayLike, T_base_grid: ArrayLike, seen: ArrayLike | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     points, poses = np.asarray(points, float), np.asarray(T_base_grid, float)
     if points.ndim != 3 or points.shape[2] != 2 or len(points) < 2:
         raise InputError(

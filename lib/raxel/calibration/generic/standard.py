@@ -118,7 +118,7 @@ class ComparedBoards(NamedTuple):
     best determined first, of each base; refused: why other triples determine none.
     """
 
-    views: tuple
+    views: Sequence[BoardView | DenseView]
     interpolation: tuple
     width: int
     height: int
@@ -156,7 +156,7 @@ def compared_boards(
     samples = sample_boards(views, width, height, OBSERVATIONS)
     coarse = samples.thinned(COARSE)
     pairs = _grid_pairs(coarse)
-    refused = []
+    refused = []  # type: ignore[var-annotated]
     triples = [_ranked(pairs, base, refused) for base in range(len(views))]
     return ComparedBoards(
         views, chosen, width, height, samples, coarse, pairs, triples, refused

@@ -6,10 +6,13 @@ is an exact second solution, which data cannot exclude: ``side`` is the sign of 
 With grid axes x right, y down, z into the board as the camera sees it, C_z < 0.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.errors import CalibrationError, InputError
 from raxel.geometry.homography import homography_dlt, normalising, robust_start
@@ -24,15 +27,25 @@ MIN_INLIERS = 0.5  # share of the rays common to two grids
 
 
 class CgspSolution(NamedTuple):
-    """centre (3,) and T_base_grid (n, 4, 4), the first the identity, in the base frame.
+    """Camera centre and grid poses of CGSP's linear stage, in the base frame.
 
-    degeneracy: third over first singular value of the system for the centre. It tends
-    to 0 as grids become parallel; below about 0.03 the centre deserves suspicion.
-    margin: the third singular value over the noise of the coefficients; below 5 the
-    grids cannot be told from parallel ones.
-    homographies: (n, 3, 3) from each grid to the base, the first the identity.
-    inliers: (n, N) bool: rays that the homography of a grid was fitted to; for the
-    base, those of any.
+    Attributes
+    ----------
+    centre
+        (3,), camera centre.
+    T_base_grid
+        (n, 4, 4), poses of the grids, the first the identity.
+    degeneracy
+        Third over first singular value of the system for the centre. It tends to 0 as
+        grids become parallel. Below about 0.03 the centre is unreliable.
+    margin
+        Third singular value over the noise of the coefficients. Below 5 the grids are
+        indistinguishable from parallel ones.
+    homographies
+        (n, 3, 3), from each grid to the base, the first the identity.
+    inliers
+        (n, N) bool, rays that the homography of a grid was fitted to. For the base,
+        those of any.
     """
 
     centre: np.ndarray
@@ -44,34 +57,63 @@ class CgspSolution(NamedTuple):
 
 
 def linear_cgsp(
-    points,
-    seen=None,
+    points: np.ndarray,
+    seen: np.ndarray | None = None,
     *,
-    side=-1,
-    pinhole="sturm-maybank",
-    robust=None,
-    rng=None,
-    weights=None,
-    subset=SUBSET,
-):
-    """Camera centre and grid poses by CGSP's linear stage, (4.2) to (4.14).
+    side: int = -1,
+    pinhole: str = "sturm-maybank",
+    robust: str | float | None = None,
+    rng: np.random.Generator | None = None,
+    weights: np.ndarray | str | None = None,
+    subset: int = SUBSET,
+) -> CgspSolution:
+    """Return camera centre and grid poses by CGSP's linear stage.
 
-    points: (n, N, 2), n >= 3: where N rays meet every grid, mm; grid 0 is the base.
-    seen: (n, N) bool; default: where the points are finite. A grid uses every ray that
-    it shares with the base, so no ray needs to meet all grids.
-    side: sign of C_z. pinhole: a name of PINHOLE_METHODS, see `synthetic_pinhole`.
-    robust: None fits all points; "ransac" leaves out pairs that do not agree with the
-    homography of their grid, by the noise that the data show; a number does so by this
-    standard deviation (mm, on the base grid, per axis). Both draw from rng, a numpy
-    Generator, and look among ``subset`` random rays; all others are judged by what
-    these agree on. weights: (n, N) factors of the equations of grids 1 to n-1; or
-    "image noise" for two more rounds with those of `image_noise_weights`.
+    A grid uses every ray that it shares with the base. No ray needs to meet all grids.
+    Points in single precision are not copied. Memory: about 20 bytes per ray in
+    addition to the points, with weights 30.
 
-    Points in single precision are not copied. Memory: about 20 bytes a ray beside them,
-    with weights 30.
-    Returns CgspSolution. Raises CalibrationError, naming the grid: fewer than three
-    grids, fewer than four common rays, more than half outliers, grids parallel to the
-    base or to each other, no real solution, points behind the centre.
+    Parameters
+    ----------
+    points
+        (n, N, 2), n >= 3: where N rays meet every grid, mm. Grid 0 is the base.
+    seen
+        (n, N) bool. None: where the points are finite.
+    side
+        Sign of C_z.
+    pinhole
+        A name of PINHOLE_METHODS.
+    robust
+        None fits all points. "ransac" rejects pairs that do not agree with the
+        homography of their grid, by the noise of the data. A number is the standard
+        deviation of this noise (mm, on the base grid, per axis).
+    rng
+        Random generator of numpy, required with `robust`.
+    weights
+        (n, N), factors of the equations of grids 1 to n-1. "image noise": two more
+        rounds with those of `image_noise_weights`.
+    subset
+        Number of random rays among which `robust` searches. All others are judged by
+        what these agree on.
+
+    Returns
+    -------
+    CgspSolution
+        Centre and poses in the base frame, mm.
+
+    Raises
+    ------
+    CalibrationError
+        Fewer than three grids ("too-few-grids"), fewer than four common rays
+        ("no-overlap"), more than half outliers ("too-many-outliers"), grids parallel to
+        the base or to each other, no real solution ("negative-square"), points behind
+        the centre ("behind-centre"). The message names the grid.
+    ValueError
+        An argument does not fit.
+
+    References
+    ----------
+    Thesis (4.2) to (4.14).
     """
     points = floating(points)
     if len(points) < 3:
@@ -174,14 +216,29 @@ def solve_homographies(points, fits, *, side=-1, pinhole="sturm-maybank", rounds
     return solution
 
 
-def image_noise_weights(base, points, H, centre):
-    """Weights (N,) that make the equations of the DLT equally uncertain.
+def image_noise_weights(
+    base: np.ndarray, points: np.ndarray, H: np.ndarray, centre: ArrayLike
+) -> np.ndarray:
+    """Return weights that make the equations of the DLT equally uncertain.
 
-    base, points: (N, 2), where rays meet the base and another grid; H: (3, 3) from the
-    grid to the base; centre: (3,). An error of the ray's direction alone, the same for
-    every ray, moves its point on the base by its range s and, away from the plane's
-    normal, by s sqrt(1 + m^2), m the tangent of the angle of incidence; the equation
-    holds this times (H q)_z.
+    Only the direction of a ray has an error, the same for every ray. The error moves
+    its point on the base by its range s. Away from the plane's normal, the factor is
+    s sqrt(1 + m^2), m the tangent of the angle of incidence. The equation contains this
+    times (H q)_z.
+
+    Parameters
+    ----------
+    base, points
+        (N, 2), where rays meet the base and another grid.
+    H
+        (3, 3), homography from the grid to the base.
+    centre
+        (3,), camera centre in the base frame.
+
+    Returns
+    -------
+    ndarray
+        (N,), weights.
     """
     return _weigh(base, points, np.ascontiguousarray(H[2]), np.asarray(centre, float))
 
@@ -275,11 +332,25 @@ def scaled(H):
     return H / size[..., None, None]
 
 
-def conic_rows(H):
-    """Rows (..., 2, 4) of (4.8) and (4.9) for (w_11, w_13, w_23, w_33) of (4.6).
+def conic_rows(H: np.ndarray) -> np.ndarray:
+    """Return rows of (4.8) and (4.9) for (w_11, w_13, w_23, w_33) of (4.6).
 
-    H: (..., 3, 3). Twice (4.9): then a turn of the grid in its own plane only turns the
-    pair of rows.
+    (4.9) is doubled: a rotation of the grid in its own plane then only rotates the pair
+    of rows.
+
+    Parameters
+    ----------
+    H
+        (..., 3, 3), homographies.
+
+    Returns
+    -------
+    ndarray
+        (..., 2, 4), rows.
+
+    References
+    ----------
+    Thesis (4.6) to (4.9).
     """
 
     def row(g, h):
@@ -298,17 +369,46 @@ def conic_rows(H):
     return np.stack(rows, axis=-2)
 
 
-def conic_system(homographies):
-    """Matrix (..., 2 (n - 1), 4) of (4.8), (4.9) of homographies (..., n - 1, 3, 3),
-    scaled."""
+def conic_system(homographies: np.ndarray) -> np.ndarray:
+    """Return the matrix of (4.8) and (4.9) of homographies, scaled.
+
+    Parameters
+    ----------
+    homographies
+        (..., n - 1, 3, 3).
+
+    Returns
+    -------
+    ndarray
+        (..., 2 (n - 1), 4).
+
+    References
+    ----------
+    Thesis (4.8), (4.9).
+    """
     rows = conic_rows(scaled(homographies))
     return rows.reshape(*rows.shape[:-3], -1, 4)
 
 
-def sturm_maybank(homographies):
-    """x, y and the square of z of the centre, by (4.6) to (4.10).
+def sturm_maybank(
+    homographies: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return x, y and the square of z of the centre.
 
-    homographies: (..., n - 1, 3, 3), at least two, coordinates of about unit size.
+    Parameters
+    ----------
+    homographies
+        (..., n - 1, 3, 3), at least two, coordinates of about unit size.
+
+    Returns
+    -------
+    x, y, square : ndarray
+        (...), coordinates of the centre and square of C_z.
+
+    References
+    ----------
+    Thesis (4.6) to (4.10); P. Sturm and S. Maybank, CVPR 1999,
+    doi:10.1109/CVPR.1999.786974.
     """
     null = np.linalg.svd(conic_system(homographies))[2][..., 3, :]
     w_11, w_13, w_23, w_33 = np.moveaxis(null, -1, 0)
@@ -316,11 +416,25 @@ def sturm_maybank(homographies):
     return x, y, w_33 / w_11 - x**2 - y**2
 
 
-def circle_of(H):
-    """The circle on which one homography puts the centre: v_0 (2,), axis (2,), radius.
+def circle_of(H: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the circle on which one homography puts the centre.
 
-    v_0 lies in the base plane; the circle about it is perpendicular to the base plane
-    and to the axis, the direction of the grid's vanishing line.
+    The circle is perpendicular to the base plane and to the axis, the direction of the
+    grid's vanishing line.
+
+    Parameters
+    ----------
+    H
+        (3, 3), homography from the grid to the base.
+
+    Returns
+    -------
+    v_0 : ndarray
+        (2,), centre of the circle, in the base plane.
+    axis : ndarray
+        (2,), unit vector.
+    radius : float
+        Radius, in the unit of the base.
     """
     d = H[2, :2]
     length = np.hypot(*d)
@@ -330,14 +444,23 @@ def circle_of(H):
     return v_0, along / np.hypot(*along), radius
 
 
-def circle(homographies):
-    """As `sturm_maybank`: the nearest point to the circles of `circle_of`.
+def circle(homographies: np.ndarray) -> tuple[float, float, float]:
+    """Return x, y and the square of z of the nearest point to the circles.
 
-    homographies as there, `scaled`. Being on a circle is linear in x, y and S = |C|^2:
-    in the circle's plane, and S - 2 v_0 . (x, y) = radius^2 - v_0^2. Either equation is
-    scaled to a distance, and counts by the squared length of (h_31, h_32), the tilt:
-    the less a grid is tilted, the less is known of its circle, and there is none of a
-    grid parallel to the base.
+    Being on a circle is linear in x, y and S = |C|^2: in the circle's plane, and
+    S - 2 v_0 . (x, y) = radius^2 - v_0^2. Either equation is scaled to a distance. It
+    is weighted by the squared length of (h_31, h_32), the tilt. The less a grid is
+    tilted, the less certain is its circle. A grid parallel to the base has none.
+
+    Parameters
+    ----------
+    homographies
+        (n - 1, 3, 3), as `sturm_maybank`, `scaled`.
+
+    Returns
+    -------
+    x, y, square : float
+        Coordinates of the centre and square of C_z.
     """
     rows, values = [], []
     for H in homographies:
@@ -420,12 +543,32 @@ def _parallel(homographies, noise):
     return "the grids are parallel to each other as far as the noise tells"
 
 
-def grid_pose(H, centre, in_front):
-    """T_base_grid (4, 4) of a grid by (4.11) to (4.14), with the errata's signs.
+def grid_pose(H: np.ndarray, centre: np.ndarray, in_front: float) -> np.ndarray:
+    """Return the pose of a grid by (4.11) to (4.14), with the signs of the errata.
 
-    H: (3, 3); centre: (3,) in the base frame; in_front: mean sign of (H q)_z over the
-    grid's points q. These lie on the side of the centre where the base plane is.
-    Raises CalibrationError for points on both sides.
+    Parameters
+    ----------
+    H
+        (3, 3), homography from the grid to the base.
+    centre
+        (3,), camera centre in the base frame.
+    in_front
+        Mean sign of (H q)_z over the points q of the grid. These are on the side of the
+        centre where the base plane is.
+
+    Returns
+    -------
+    ndarray
+        (4, 4), pose `T_base_grid`.
+
+    Raises
+    ------
+    CalibrationError
+        Points are on both sides of the centre ("behind-centre").
+
+    References
+    ----------
+    Thesis (4.11) to (4.14).
     """
     if abs(in_front) < 1 - 2 * BEHIND:
         raise CalibrationError(
