@@ -12,16 +12,24 @@ and B two axes across it: b, in mm, is how far it passes from the start's centre
 g are eliminated (Schur complement), and 6 (n - 1) unknowns of the poses are left.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from raxel.calibration.adjust.bundle import (
     check_shared,
     homogeneous,
     reduced_normal_equations,
 )
-from raxel.calibration.adjust.consistent import FIRST_DAMPING, MAX_DAMPING, is_rounding
+from raxel.calibration.adjust.consistent import (
+    FIRST_DAMPING,
+    MAX_DAMPING,
+    ConsistentResult,
+    is_rounding,
+)
 from raxel.calibration.adjust.ray_elimination import moved
 from raxel.errors import CalibrationError
 from raxel.geometry.least_squares import damped_step, descend
@@ -75,15 +83,42 @@ class _Lines(NamedTuple):
     unknowns: np.ndarray
 
 
-def relax_centrality(points, central, *, iterations=50, tolerance=1e-3):
-    """A line for every pixel, and the poses, from a central calibration as the start.
+def relax_centrality(
+    points: ArrayLike,
+    central: ConsistentResult,
+    *,
+    iterations: int = 50,
+    tolerance: float = 1e-3,
+) -> FreeLines:
+    """Return a line for every pixel, and the poses, from a central calibration.
 
-    points: (n, N, 2) mm, n >= 3; central: the ConsistentResult of the same points,
-    whose weights are kept. tolerance: it ends when a step is shorter than this, in
-    standard deviations of the result.
+    Parameters
+    ----------
+    points
+        (n, N, 2), points of N pixels on n >= 3 grids, mm.
+    central
+        Result of `adjust_consistent` for the same points. It is the start, and its
+        weights are kept.
+    iterations
+        Largest number of steps.
+    tolerance
+        The adjustment ends when a step is shorter than this, in standard deviations of
+        the result.
 
-    Returns FreeLines. Raises CalibrationError where a grid shares fewer than three such
-    lines with the others, or there are more unknowns than points.
+    Returns
+    -------
+    FreeLines
+        Lines and poses in the base frame.
+
+    Raises
+    ------
+    CalibrationError
+        A grid shares fewer than three such lines with the others, or there are more
+        unknowns than points ("too-few-rays").
+
+    References
+    ----------
+    Thesis section 4.4.
     """
     points = np.ascontiguousarray(points, float)
     seen = central.whitening[..., 0] > 0
@@ -289,14 +324,44 @@ class FreeCentreResult(NamedTuple):
 
 
 def adjust_ray_point(
-    points, seen, centre, T_base_grid, *, iterations=50, tolerance=1e-9
-):
-    """Centre, poses and directions that minimise the ray-point distances (4.18).
+    points: np.ndarray,
+    seen: ArrayLike,
+    centre: ArrayLike,
+    T_base_grid: ArrayLike,
+    *,
+    iterations: int = 50,
+    tolerance: float = 1e-9,
+) -> FreeCentreResult:
+    """Return centre and poses that minimise the ray-point distances over directions.
 
-    points: (n, N, 2) mm; seen: (n, N) bool; centre: (3,) and T_base_grid: (n, 4, 4) the
-    start; grid 0, the base, is kept. tolerance: least share by which the cost falls.
+    Parameters
+    ----------
+    points
+        (n, N, 2), points of N rays on n grids, mm.
+    seen
+        (n, N) bool.
+    centre
+        (3,), start, base frame.
+    T_base_grid
+        (n, 4, 4), start. The pose of grid 0, the base, is kept.
+    iterations
+        Largest number of steps.
+    tolerance
+        Least share by which the cost falls.
 
-    Returns FreeCentreResult. Raises CalibrationError as `bundle_adjust_fixed_centre`.
+    Returns
+    -------
+    FreeCentreResult
+        Centre, poses and costs.
+
+    Raises
+    ------
+    CalibrationError
+        As `bundle_adjust_fixed_centre`.
+
+    References
+    ----------
+    Thesis (4.18) and section 4.1.4.
     """
     check_shared(np.asarray(seen, bool))
     q = homogeneous(points, seen)
@@ -317,13 +382,38 @@ def adjust_ray_point(
 
 
 def adjust_concurrence(
-    points, seen, centre, T_base_grid, *, iterations=50, tolerance=1e-9
-):
-    """Centre and poses for which lines fitted to each ray's points pass nearest to it.
+    points: np.ndarray,
+    seen: ArrayLike,
+    centre: ArrayLike,
+    T_base_grid: ArrayLike,
+    *,
+    iterations: int = 50,
+    tolerance: float = 1e-9,
+) -> FreeCentreResult:
+    """Return centre and poses for which lines fitted to the points pass nearest to it.
 
-    Minimises the squared distances of the centre from the lines that have the least
-    squared distances to their points. Arguments and result as `adjust_ray_point`; rays
-    that see fewer than two grids are not used.
+    The method minimises the squared distances of the centre from the lines. These have
+    the least squared distances to their points. Rays that see fewer than two grids are
+    not used.
+
+    Parameters
+    ----------
+    points, seen, centre, T_base_grid, iterations, tolerance
+        As `adjust_ray_point`.
+
+    Returns
+    -------
+    FreeCentreResult
+        Centre, poses and costs.
+
+    Raises
+    ------
+    CalibrationError
+        As `adjust_ray_point`, or the points of a ray coincide ("degenerate-points").
+
+    References
+    ----------
+    Thesis section 4.1.4, third scheme.
     """
     seen = np.asarray(seen, bool)
     check_shared(seen)

@@ -14,9 +14,12 @@ that number.
 noise of points and poses has in them.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import chdtrc, fdtrc, ndtri
 
 from raxel.calibration.adjust.consistent import adjust_consistent
@@ -120,19 +123,45 @@ class CentralTest(NamedTuple):
         )
 
 
-def centrality_test(points, seen, centre, T_base_grid, *, sigma=None, window=1):
+def centrality_test(
+    points: ArrayLike,
+    seen: np.ndarray | None,
+    centre: np.ndarray,
+    T_base_grid: np.ndarray,
+    *,
+    sigma: ArrayLike | None = None,
+    window: int = 1,
+) -> CentralTest:
     """Test whether the rays of a camera meet in one point.
 
-    points: (n, N, 2) mm on n >= 3 grids; seen: (n, N) bool or None: where finite;
-    centre, T_base_grid: (3,) and (n, 4, 4), a central calibration as the start; sigma:
-    as `adjust_consistent`. window: px, side of the square over which the decoder has
-    averaged, where the rays are those of neighbouring pixels; 1 for rays far apart.
-    Rays with a point GROSS standard deviations or more beside their line are left out.
-    Of more than RAYS rays every k-th is tested, which makes neighbours the less alike.
+    Rays with a point GROSS standard deviations or more from their line are excluded. Of
+    more than RAYS rays every k-th is tested, which reduces the correlation of
+    neighbours.
 
-    Returns CentralTest. Raises CalibrationError as `adjust_consistent` and
-    `relax_centrality`, when fewer than ten rays see three grids, and when a fifth of
-    them or more have gross errors.
+    Parameters
+    ----------
+    points
+        (n, N, 2), points of N rays on n >= 3 grids, mm.
+    seen
+        (n, N) bool. None: where the points are finite.
+    centre, T_base_grid
+        (3,) and (n, 4, 4), a central calibration as the start, base frame.
+    sigma
+        Predicted standard deviations of the points, as `adjust_consistent`.
+    window
+        Side of the square over which the decoder has averaged, px, where the rays are
+        those of neighbouring pixels. 1 for rays far from each other.
+
+    Returns
+    -------
+    CentralTest
+        p-value, distance of the lines from one point and its bounds.
+
+    Raises
+    ------
+    CalibrationError
+        As `adjust_consistent` and `relax_centrality`. Also for fewer than ten rays that
+        see three grids, and a fifth or more with gross errors ("too-few-rays").
     """
     points = np.asarray(points, float)
     seen = np.isfinite(points).all(axis=2) if seen is None else np.asarray(seen, bool)

@@ -10,7 +10,7 @@ Source: thesis sections 4.1 and 4.2.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +30,14 @@ from raxel.calibration.generic.board_growth import (
     grown,
 )
 from raxel.calibration.generic.standard import COARSE, OBSERVATIONS, filled_views
-from raxel.calibration.linear.cgsp import ROUNDS, homography_to_base, solve_homographies
+from raxel.calibration.linear.cgsp import (
+    ROUNDS,
+    CgspSolution,
+    homography_to_base,
+    solve_homographies,
+)
+from raxel.calibration.linear.standard import LinearSolution
+from raxel.calibration.pose.three_point import RayPose
 from raxel.calibration.views.correspondence import BoardView, refuse_parallel
 from raxel.calibration.views.dense import DenseView, sample_boards
 from raxel.errors import CalibrationError
@@ -197,12 +204,24 @@ class CentralCalibration(NamedTuple):
     failed: dict
 
 
-def relaxed_start(points, start, most=None):
-    """The linear stage with its poses adjusted as in the thesis, the centre kept.
+def relaxed_start(
+    points: np.ndarray, start: LinearSolution | CgspSolution, most: int | None = None
+) -> LinearSolution | CgspSolution:
+    """Return the linear stage with its poses adjusted as in the thesis, centre kept.
 
-    points: (n, N, 2) mm, NaN where a ray does not see a grid; start: LinearSolution of
-    these grids; most: about so many of the rays take part that see two grids or more,
-    all without it.
+    Parameters
+    ----------
+    points
+        (n, N, 2), mm. NaN where a ray does not see a grid.
+    start
+        Linear solution of these grids.
+    most
+        Approximate number of rays used, of those that see two grids or more. None: all.
+
+    Returns
+    -------
+    LinearSolution or CgspSolution
+        The start with adjusted poses.
     """
     seen = np.isfinite(points[..., 0])
     shared = np.flatnonzero(np.sum(seen, axis=0) >= 2)
@@ -214,21 +233,49 @@ def relaxed_start(points, start, most=None):
 
 
 def calibrate_central(
-    points, start, place, rng, *, weight=1.0, threshold=None, most=None, join=True
-):
-    """Centre, poses and rays from grids that are decoded in the same pixels.
+    points: np.ndarray,
+    start: LinearSolution | CgspSolution,
+    place: Callable[..., RayPose],
+    rng: np.random.Generator,
+    *,
+    weight: float = 1.0,
+    threshold: float | None = None,
+    most: int | None = None,
+    join: bool = True,
+) -> CentralCalibration:
+    """Return centre, poses and rays from grids that are decoded in the same pixels.
 
-    points: (n, N, 2) mm on n grids, NaN where a ray does not see one; start: centre and
-    T_base_grid (k, 4, 4) of the first k grids, such as a LinearSolution.
-    place: `grid_pose_ransac` (CGSP) or `pose_from_rays` (standard), called with rays,
-    points, rng, threshold. rng: numpy Generator.
-    weight: in a ray, of a point of the first k grids over one of a further grid
-    (4.1.3). threshold: mm, of RANSAC; by default five times the median ray-point
-    distance of the first grids, and 0.5 at least. most: rays that a grid is placed by,
-    drawn. join: whether a grid's points move the rays that the next is placed by.
+    A grid whose pose cannot be estimated is excluded, with the reason.
 
-    Returns CentralCalibration; a grid that cannot be placed is left out, with the
-    reason.
+    Parameters
+    ----------
+    points
+        (n, N, 2) on n grids, mm. NaN where a ray does not see one.
+    start
+        Centre and T_base_grid (k, 4, 4) of the first k grids, such as a LinearSolution.
+    place
+        `grid_pose_ransac` (CGSP) or `pose_from_rays` (standard), called with rays,
+        points, rng, threshold.
+    rng
+        Random generator of numpy.
+    weight
+        In a ray, of a point of the first k grids over one of a further grid (4.1.3).
+    threshold
+        Threshold of RANSAC, mm. None: five times the median ray-point distance of the
+        first grids, and 0.5 at least.
+    most
+        Number of random rays that a pose is estimated from. None: all.
+    join
+        Whether a grid's points move the rays that give the next pose.
+
+    Returns
+    -------
+    CentralCalibration
+        Centre, poses, directions, used and failed grids.
+
+    References
+    ----------
+    Thesis section 4.3.1.
     """
     centre, first = start.centre, len(start.T_base_grid)
     seen = np.isfinite(points[..., 0])

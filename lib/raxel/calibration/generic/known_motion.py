@@ -55,7 +55,7 @@ class KnownMotionRays(NamedTuple):
 
 
 def rays_from_known_motion(
-    points: ArrayLike, T_base_grid: ArrayLike, seen: ArrayLike | None = None
+    points: ArrayLike, T_base_grid: ArrayLike, seen: np.ndarray | None = None
 ) -> KnownMotionRays:
     """Return the rays of N pixels from their points on n grids in known poses.
 
@@ -160,7 +160,7 @@ def _point_of(p, grid):
 
 
 def _checked(
-    points: ArrayLike, T_base_grid: ArrayLike, seen: ArrayLike | None
+    points: ArrayLike, T_base_grid: ArrayLike, seen: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     points, poses = np.asarray(points, float), np.asarray(T_base_grid, float)
     if points.ndim != 3 or points.shape[2] != 2 or len(points) < 2:

@@ -118,7 +118,7 @@ class ComparedBoards(NamedTuple):
     best determined first, of each base; refused: why other triples determine none.
     """
 
-    views: Sequence[BoardView | DenseView]
+    views: tuple
     interpolation: tuple
     width: int
     height: int
@@ -159,7 +159,15 @@ def compared_boards(
     refused = []  # type: ignore[var-annotated]
     triples = [_ranked(pairs, base, refused) for base in range(len(views))]
     return ComparedBoards(
-        views, chosen, width, height, samples, coarse, pairs, triples, refused
+        views,  # type: ignore[arg-type]
+        chosen,
+        width,
+        height,
+        samples,
+        coarse,
+        pairs,
+        triples,
+        refused,
     )
 
 
