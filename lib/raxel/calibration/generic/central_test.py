@@ -129,7 +129,7 @@ def centrality_test(
     centre: np.ndarray,
     T_base_grid: np.ndarray,
     *,
-    sigma: ArrayLike | None = None,
+    sigma: np.ndarray | None = None,
     window: int = 1,
 ) -> CentralTest:
     """Test whether the rays of a camera meet in one point.
